@@ -33,8 +33,8 @@ def rewritten(text: str, *orders: list[int], **options: object) -> str:
 
 
 def some_order(section: Section, rng: random.Random) -> np.ndarray:
-    """Return a random order of the chains of a section that keeps its precedence."""
-    n = len(section.chains)
+    """Return a random order of the pieces of a section that keeps its precedence."""
+    n = len(section.pieces)
     before: list[set[int]] = [set() for _ in range(n)]
     for one, other in section.precedence.tolist():
         before[other].add(one)

@@ -81,7 +81,7 @@ def test_the_keys_of_the_answers_are_those_that_scripts_rely_on(programs: dict[s
     proof = verification_as_json(api.verify_programs(programs["right"], programs["deeper"]))
     head = ["same", "differences", "before", "after", "compared", "sha256"]
     assert [*proof] == [*head, "allow_reverse", "reversed_cuts", "notes"]
-    assert [*proof["differences"][0]] == ["what", "original", "new", "text", "words"]
+    assert [*proof["differences"][0]] == ["what", "original", "new", "text", "also", "words"]
 
 
 def test_what_is_of_the_persons_defaults_is_told_by_every_answer(programs: dict[str, str], tmp_path: Path) -> None:

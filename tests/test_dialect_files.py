@@ -61,6 +61,7 @@ def test_what_the_file_changes_is_what_is_written_and_how_programs_are_named(our
     assert "G81" not in outcome.text
     assert "\nG17 G90 G40 G49 G80 G94 G54\n" in outcome.text
     assert api.output_name(PLATE, dialect=str(ours)) == "plate-10.eia"
+    assert outcome.extension == ".eia"
     assert (
         run(["optimize", PLATE, "--dialect", str(ours), "-o", str(tmp_path / "a.eia"), "--preset", "fast", "-q"]) == 0
     )
@@ -82,6 +83,7 @@ def test_a_machine_names_a_file_beside_its_profile_wherever_it_is_run_from(
     outcome = leafcut.optimize(PLATE, machine=f"shop/{profile.name}", header=False, **FAST)
     assert outcome.text == leafcut.optimize(PLATE, machine="haas-vf2", header=False, **FAST).text
     assert api.output_name(PLATE, machine=str(profile)) == "plate-10.nc"
+    assert outcome.extension == ".nc"
     assert api.dialect_of({"machine": f"shop/{profile.name}"}) == str(Path("shop") / "ours.toml")
 
 
@@ -102,7 +104,9 @@ def test_a_machine_is_timed_as_the_controller_that_its_dialect_is_based_on(shipp
 def test_a_profile_names_no_file_elsewhere(controller: str, ours: Path) -> None:
     inner = ours.parent / "inner"
     inner.mkdir(exist_ok=True)
-    with pytest.raises(OptionError, match=r"'controller' is .*, but a dialect's file lies beside the profile"):
+    with pytest.raises(
+        OptionError, match=r"'controller' is .*, but the file of a dialect must be in the folder of the profile"
+    ):
         load_machine(str(machine_of(inner, controller)))
 
 

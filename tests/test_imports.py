@@ -45,16 +45,28 @@ MAY_IMPORT = {
     "progress": set(),
     "keywords": set(),
     "flags": BASE | {"option_spec"},
+    "usage": BASE | {"option_spec"},
 }
 #: Above the processes: what joins them and what people see.
 MAY_IMPORT["api"] = STAGE | STAGES | {"keywords", "files", "processes"}
-MAY_IMPORT["studio"] = MODEL | {"api", "option_spec", "options", "files", "progress", "read", "report", "user_files"}
+MAY_IMPORT["lab"] = MODEL | {"api", "options", "solve", "processes"}
+MAY_IMPORT["studio"] = MODEL | {
+    "api",
+    "lab",
+    "option_spec",
+    "options",
+    "files",
+    "progress",
+    "read",
+    "report",
+    "user_files",
+}
 MAY_IMPORT["studio"] |= {"processes", "_version"}
 MAY_IMPORT["public"] = MODEL | {"api", "keywords", "options", "files", "processes", "read"}
 MAY_IMPORT["user_files"] = MAY_IMPORT["files"] | {"files"}
 MAY_IMPORT["several"] = BASE | {"files", "read"}
 MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", "files", "progress", "read", "report"}
-MAY_IMPORT["cli"] |= {"gcode", "user_files", "several", "model", "processes", "_version"}
+MAY_IMPORT["cli"] |= {"usage", "gcode", "user_files", "several", "model", "processes", "_version"}
 
 #: What all processes share, and what stands between them and the rest of the program.
 COURSE = STAGE | STAGES | {"files", "plugins", "option_spec", "stock", "processes", "_version"}
@@ -70,6 +82,13 @@ OWN = {"plan": set(), "proof": set(), "post": set(), "report": set()}
 #: A process → those whose public names it uses.
 NEEDS = {"nesting": {"sheet"}}
 PROCESSES = {"drilling", "sheet", "pocket", "program", "nesting"}
+#: Room of the studio → the rooms of it that it may import; what stands beside them, everybody may.
+OF_STUDIO: dict[str, set[str]] = {
+    "drawing": set(),
+    "jobs": {"drawing"},
+    "page": {"drawing", "jobs"},
+    "server": {"jobs", "page"},
+}
 
 FILES = sorted(ROOT.rglob("*.py"))
 
@@ -130,6 +149,15 @@ def test_a_room_imports_only_what_it_may() -> None:
 
 def test_the_processes_import_rooms_alone_and_never_what_stands_above_them() -> None:
     assert not faults(ROOT.glob("processes/**/*.py"), lambda _, it: it[0] not in COURSE)
+
+
+def test_a_room_of_the_studio_imports_only_what_it_may() -> None:
+    def wrong(me: tuple[str, ...], it: tuple[str, ...]) -> bool:
+        mine, its = me[1], it[1] if it[0] == "studio" else ""
+        return its in OF_STUDIO and its != mine and its not in OF_STUDIO[mine]
+
+    assert {file.parent.name for file in ROOT.glob("studio/*/*.py")} == set(OF_STUDIO)
+    assert not faults(ROOT.glob("studio/*/*.py"), wrong)
 
 
 def test_no_file_outside_a_process_imports_one_by_name() -> None:

@@ -163,8 +163,8 @@ def _default_or_some(group: type[OptionGroup], name: str) -> Any:
     value = spec.maximum if default is None else default
     if value is not None:
         return written(spec, value) if spec.kind == "quantity" else value
-    if spec.choices:
-        return spec.choices[0]
+    if spec.choices or spec.example:
+        return spec.example or spec.choices[0]
     return {"text": "10x10", "names": "a", "point": "1,2", "place": "centre", "path": "a", "flag": True}.get(
         spec.kind, 2
     )
@@ -210,11 +210,20 @@ def test_a_table_of_a_process_holds_all_that_it_uses_and_each_option_stands_once
         ("cam.nc", {"line_numbers": True}, "--line-numbers: .*--renumber"),
         ("cam.nc", {"coolant": True}, "--coolant: "),
         ("cam.nc", {"depth": 3}, "--depth: "),
-        ("cam.nc", {"clearance_height": 9}, "--clearance-height: only used with --keep-out"),
-        ("holes.csv", {"n_ants": 7}, "--n-ants: only used with --algorithm as, eas, asrank, mmas or acs"),
+        (
+            "cam.nc",
+            {"clearance_height": 9},
+            "--clearance-height: only used with --keep-out; add --keep-out or leave out",
+        ),
+        (
+            "holes.csv",
+            {"n_ants": 7},
+            "--n-ants: only .* --algorithm as, eas, asrank, mmas or acs; set --algorithm or leave",
+        ),
         ("holes.csv", {"tools": "tools.toml", "feed": 9}, "--feed: every tool of .* has its own; leave it out"),
         ("holes.csv", {"program_number": 7}, "--program-number: linuxcnc programs have no number; leave it out"),
-        ("pocket.dxf", {"process": "pocket", "pixel_size": 1}, "--pixel-size: only used for a picture"),
+        ("pocket.dxf", {"process": "pocket", "pixel_size": 1}, "--pixel-size: only used for a picture; leave it out"),
+        ("plasma.ngc", {"amps": 45, "cut_speed": 900}, "--amps: not used with --cut-speed; leave out --cut-speed or"),
         ("sheet.dxf", {"process": "cut", "joint_width": 1}, "--joint-width: .*only used with --micro-joints"),
     ],
 )

@@ -16,7 +16,7 @@ import leafcut
 from every import every
 from leafcut import api
 from leafcut.read import Source
-from leafcut.studio.preview import look
+from leafcut.studio.page.preview import look
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 STYLES = Path(__file__).parent / "styles"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -10,6 +11,9 @@ from hypothesis import strategies as st
 
 from every import every
 from leafcut.errors import OptionError
+from leafcut.options.sheet_word import parse_sheet
+from leafcut.processes.settings import collect, options_of_file
+from leafcut.read.tools import load_tools
 from leafcut.units import BARE_UNIT, FACTORS, format_length, format_time, parse_point, parse_quantity
 
 
@@ -38,6 +42,17 @@ from leafcut.units import BARE_UNIT, FACTORS, format_length, format_time, parse_
         ("1,5 min", "s", 90.0),
         ("22,5deg", "rad", math.radians(22.5)),
         ("1250,125", "mm", 1250.125),
+        ("1/4in", "mm", 6.35),
+        ('3/8"', "mm", 9.525),
+        ("3/8 ″", "mm", 9.525),
+        ("1 1/2in", "mm", 38.1),
+        ("1-1/2 in", "mm", 38.1),
+        ("-1 1/2in", "mm", -38.1),
+        ("+1/2", "mm", 0.5),
+        ("3000 1/min", "rpm", 3000.0),
+        ("1/2 1/min", "rpm", 0.5),
+        ("1 1/2min", "s", 90.0),
+        ("22 1/2deg", "rad", math.radians(22.5)),
     ],
 )
 def test_a_text_carries_its_unit_or_has_the_one_of_the_shop(text: str, unit: str, value: float) -> None:
@@ -70,11 +85,46 @@ def test_a_number_is_in_inner_units_already() -> None:
         ("6,", "such as 6.5"),
         ("1,250.5", "such as 6.5"),
         ("1,250mm", "is ambiguous: write 1250 or 1.250"),
+        ("1/0in", "'1/0in' is divided by 0"),
+        ("1 5/4in", "5/4 is no part of 1; write one such as 1 1/2in"),
+        ("1/4/2in", "not a fraction; write one such as 1/4in"),
+        ("1.5/4in", "not a fraction"),
+        ("1/4,5in", "not a fraction"),
+        ("1 1/2.5in", "not a fraction"),
+        ("1/-4in", "not a fraction"),
+        ("1/4 furlongs", "unknown unit 'furlongs'"),
     ],
 )
 def test_what_is_no_quantity_is_refused(value: str | float, words: str) -> None:
     with pytest.raises(OptionError, match=words):
         parse_quantity(value, "mm")
+
+
+@given(st.integers(0, 999), st.integers(1, 999), st.integers(1, 1000))
+def test_a_fraction_is_what_is_divided(whole: int, part: int, parts: int) -> None:
+    text = f"{whole} {part}/{parts}in"
+    if part < parts or not whole:
+        text = text if whole else text.removeprefix("0 ")
+        assert parse_quantity(text, "mm") == pytest.approx(25.4 * (whole + part / parts))
+    else:
+        with pytest.raises(OptionError, match="no part of 1"):
+            parse_quantity(text, "mm")
+
+
+def test_a_fraction_is_taken_wherever_a_quantity_is(tmp_path: Path) -> None:
+    """On the command line, in a file of options, as a sheet or a point, in a tool library, and in the studio's form."""
+    quarter = pytest.approx(6.35)
+    (tmp_path / "shop.toml").write_text('[drill]\nthickness = "1/4in"\nstart_point = "1/4in,1 1/2in"\n')
+    options = options_of_file(tmp_path / "shop.toml")
+    for values in ({"thickness": "1/4in"}, {"thickness": options["thickness"]}):
+        assert collect(values).job.thickness == quarter
+    assert collect(options).job.start_point == pytest.approx((6.35, 38.1))
+    assert parse_sheet('48 1/2inx96"').size == pytest.approx((48.5 * 25.4, 96 * 25.4))
+    (tmp_path / "tools.toml").write_text('[[tool]]\nnumber = 1\ndiameter = "1/4in"\nfeed = "7 1/2 ipm"\n')
+    tool = load_tools(tmp_path / "tools.toml").tools[0]
+    assert (tool.diameter, tool.feed) == (quarter, pytest.approx(7.5 * 25.4 / 60))
+    with pytest.raises(OptionError, match=r"^--thickness: '1/0in' is divided by 0$"):
+        collect({"thickness": "1/0in"})
 
 
 @given(st.text())

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.files import StandardInput, check_output, write_together
+from leafcut.files import StandardInput, check_is_there, check_output, write_together
 from leafcut.keywords import NestKeywords, OptimizeKeywords, SimulateKeywords, SolveKeywords, VerifyKeywords
 from leafcut.model.certificate import Certificate
 from leafcut.model.heartbeat import Progress, looking_for, passing_on
@@ -127,6 +127,7 @@ def _sources(source: Input | Sequence[Input]) -> list[Input]:
 def _collected(
     options: Mapping[str, Any], file: str | Path | None = None, defaults: str | Path | None = None
 ) -> Settings:
+    check_is_there("--options", Path(file) if file else None)
     return collect(options, Path(file) if file else None, Path(defaults) if defaults else None)
 
 
@@ -156,7 +157,8 @@ def _work(run: Run, sources: Sequence[Input], asked: str) -> tuple[Process, Outc
     registry.check_asked(asked)
     inputs = [read_source(one) for one in sources]
     process = registry.process_for(inputs, asked)
-    run = replace(run, settings=settings_for(run.settings, process, inputs[0][0].name))
+    settings = settings_for(run.settings, process, inputs[0][0].name)
+    run = replace(run, settings=replace(settings, process=registry.needed_word(inputs, asked)))
     outcome = process.run(run, [loaded for _, loaded in inputs], asked)
     return process, replace(outcome, defaults=run.settings.from_defaults())
 

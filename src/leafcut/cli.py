@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import App, CycloptsError, MissingArgumentError, Parameter, UnknownOptionError
+from cyclopts import App, CycloptsError, Parameter
 
 from leafcut._version import __version__
 from leafcut.errors import LeafcutError, OptionError
@@ -27,6 +27,7 @@ from leafcut.processes.base import Process, Work
 from leafcut.processes.settings import all_options, used_by, why_unused
 from leafcut.progress import Reporter
 from leafcut.several import all_drill_files, expanded, targets_of
+from leafcut.usage import command_in, told
 from leafcut.user_files import DEFAULTS_VARIABLE, defaults_file, first_time
 
 if TYPE_CHECKING:
@@ -81,12 +82,8 @@ def run(arguments: Sequence[str]) -> int:
         words = [_HELD if word == DASH else word for word in arguments]
         status = app(arguments)(words, exit_on_error=False, print_error=False)
         return int(status or DONE)
-    except UnknownOptionError as problem:
-        return _refuse(_unknown(arguments, problem), USAGE)
-    except MissingArgumentError as problem:
-        return _refuse(_missing(problem), USAGE)
     except CycloptsError as problem:
-        return _refuse(" ".join(str(problem).split()) + " (see leafcut --help)", USAGE)
+        return _refuse(_told(problem, command_in(arguments)), USAGE)
     except KeyboardInterrupt:
         return _refuse("interrupted; nothing was written", REFUSED)
     except BrokenPipeError:
@@ -98,29 +95,18 @@ def run(arguments: Sequence[str]) -> int:
         return _refuse(*_failure(problem))
 
 
-def _missing(problem: MissingArgumentError) -> str:
-    """Return what a person is told who left out an input of a command, or the value of an option."""
-    command = " ".join(problem.command_chain or ())
-    name = problem.keyword or (problem.argument.name if problem.argument else "")
-    hint = f"(see leafcut {command} --help)"
-    return f"{name} needs a value {hint}" if name.startswith("-") else f"{command} needs {name} {hint}"
+def _told(problem: CycloptsError, command: str) -> str:
+    """Return what a person is told of a command line that the parser refuses."""
+    works = {name: works for name, _, works, _ in _working_commands()}.get(command, [])
 
-
-def _command_of(arguments: Sequence[str]) -> str:
-    """Return the command that a command line names; "" for none."""
-    return next((word for word in arguments if not word.startswith("-")), "")
-
-
-def _unknown(arguments: Sequence[str], problem: UnknownOptionError) -> str:
-    """Return what a person is told of a flag that the command does not have, though another one may."""
-    flag = (problem.token.keyword or problem.token.value if problem.token else "").partition("=")[0]
-    name = flag.removeprefix("--").removeprefix("no-").replace("-", "_")
-    command = _command_of(arguments)
-    works = {command: works for command, _, works, _ in _working_commands()}.get(command, [])
-    if works and any(name == option for _, option, _ in all_options()):
+    def why(flag: str, name: str) -> str:
+        if not works or any(name == used for _, used, _ in used_by(*works)):
+            return ""
         title, instead = (works[0].title, works[0].otherwise.get(name, "")) if len(works) == 1 else (command, "")
         return f"{flag}: {why_unused(name, title, instead)}"
-    return " ".join(str(problem).split()) + " (see leafcut --help)"
+
+    every = [name for name in app() if not name.startswith("-")]
+    return told(problem, command, every, {name: spec for _, name, spec in all_options()}, why)
 
 
 def _failure(problem: Exception) -> tuple[str, int]:
@@ -179,7 +165,7 @@ def app(arguments: Sequence[str] = ()) -> App:
         result_action="return_value",
         suppress_keyboard_interrupt=False,
     )
-    asked = _command_of(arguments)
+    asked = command_in(arguments)
     all_of_them = not arguments or "--install-completion" in arguments
     for name, function, works, special in _working_commands():
         whole = command_of(function, used_by(*works), **special) if all_of_them or asked == name else function
@@ -653,7 +639,7 @@ def _studio(
     ] = False,
 ) -> int:
     """Open the studio in your browser: open, see, run, compare, download. For use on this computer only."""
-    from leafcut.studio import app as studio
+    from leafcut.studio.server import app as studio
 
     studio.serve(None if port is None else studio.parse_port(port), open_page=not no_open)
     return DONE

@@ -115,16 +115,22 @@ def parsing(file: str | Path, what: str, line: int | None = None) -> Iterator[No
         raise ReadError(file, f"{what} ({type(problem).__name__}: {reason})", line) from None
 
 
+def close_to(name: str, known: Iterable[str]) -> str:
+    """Return the known name that `name` is most likely a slip of, "" where none is near."""
+    lower = {one.lower(): one for one in known}
+    found = get_close_matches(name.lower(), lower, n=1, cutoff=0.52)
+    return lower[found[0]] if found else ""
+
+
 def nearest(name: str, known: Iterable[str]) -> str:
     """Return ``"; did you mean 'x'?"`` for the known name closest to `name`, or the list of what there is.
 
     The end of an error message about an unknown name, the same everywhere.
     """
     known = list(known)
-    found = get_close_matches(name.lower(), [k.lower() for k in known], n=1, cutoff=0.52)
-    if found:
-        original = next(k for k in known if k.lower() == found[0])
-        return f"; did you mean '{original}'?"
+    near = close_to(name, known)
+    if near:
+        return f"; did you mean '{near}'?"
     return f"; choose one of {', '.join(known)}"
 
 

@@ -121,6 +121,23 @@ def _bytes_of(path: Path) -> bytes:
     return data
 
 
+def check_is_there(flag: str, path: Path | None) -> None:
+    """Refuse a file that an option names and that is not there, or is a folder, before anything is done.
+
+    Raises
+    ------
+    OptionError
+        Names the option and the file.
+    """
+    try:
+        found = path is None or path.exists()
+    except OSError:
+        return  # what keeps it from being read is told where that is done
+    if path is not None and (not found or path.is_dir()):
+        why = "this is a folder; name a file in it" if found else "file not found"
+        raise OptionError(f"{flag} {path}: {why}")
+
+
 def read_toml(path: Path) -> dict[str, Any]:
     """Return the tables of a TOML file.
 

@@ -451,7 +451,7 @@ class OptimizeKeywords(TypedDict, total=False):
     local_search: bool | None
     """Improve the tour of every ant or firefly by local search (on unless False)."""
     n_ants: int | None
-    """Ants per iteration (default: one per node; 25 with local search; 10 for acs)."""
+    """Ants per iteration (m) (default: one per node; 25 with local search; 10 for acs)."""
     pheromone_weight: float | None
     """Pheromone weight (α) (default: 1)."""
     heuristic_weight: float | None
@@ -460,12 +460,14 @@ class OptimizeKeywords(TypedDict, total=False):
     """Evaporation rate: share of pheromone lost per iteration (ρ) (default: 0.5 as, eas · 0.1 asrank, acs · 0.02
     mmas, 0.2 with local search).
     """
+    initial_pheromone: float | None
+    """Pheromone on every edge at the start (τ₀) (default: from the nearest-neighbour tour)."""
     elitist_weight: float | None
     """Weight of the best tour's deposit (e of eas) (default: the number of ants)."""
     n_ranks: int | None
     """Number of ranks that deposit (w of asrank) (default: 6)."""
     greedy_probability: float | None
-    """Probability of taking the best edge (q0 of acs) (default: 0.9)."""
+    """Probability of taking the best edge (q₀ of acs) (default: 0.9)."""
     local_evaporation_rate: float | None
     """Local evaporation on each edge used (ξ of acs) (default: 0.1)."""
     best_probability: float | None
@@ -481,7 +483,7 @@ class OptimizeKeywords(TypedDict, total=False):
     n_fireflies: int | None
     """Number of fireflies (n) (default: 11 in simple mode, 10 in complex)."""
     attractiveness: float | None
-    """Attractiveness: inversions per move towards a near tour (β0) (default: 20 in simple mode, 15 in complex)."""
+    """Attractiveness: inversions per move towards a near tour (β₀) (default: 20 in simple mode, 15 in complex)."""
     absorption: float | None
     """Absorption: how fast attractiveness falls with tour distance (γ) (default: 0.015)."""
     switch_at: float | str | None
@@ -489,7 +491,9 @@ class OptimizeKeywords(TypedDict, total=False):
     in complex).
     """
     short_inversion: int | None
-    """Longest short inversion, in nodes (default: a quarter of the nodes; 50 with local search)."""
+    """Longest short inversion, in nodes: the size of a random step (α) (default: a quarter of the nodes; 50 with
+    local search).
+    """
     firefly_patience: int | None
     """Stop after this many iterations without improvement (default: 20; unlimited with --time-limit)."""
     firefly_start: Literal[
@@ -710,7 +714,7 @@ class SolveKeywords(TypedDict, total=False):
     local_search: bool | None
     """Improve the tour of every ant or firefly by local search (on unless False)."""
     n_ants: int | None
-    """Ants per iteration (default: one per node; 25 with local search; 10 for acs)."""
+    """Ants per iteration (m) (default: one per node; 25 with local search; 10 for acs)."""
     pheromone_weight: float | None
     """Pheromone weight (α) (default: 1)."""
     heuristic_weight: float | None
@@ -719,12 +723,14 @@ class SolveKeywords(TypedDict, total=False):
     """Evaporation rate: share of pheromone lost per iteration (ρ) (default: 0.5 as, eas · 0.1 asrank, acs · 0.02
     mmas, 0.2 with local search).
     """
+    initial_pheromone: float | None
+    """Pheromone on every edge at the start (τ₀) (default: from the nearest-neighbour tour)."""
     elitist_weight: float | None
     """Weight of the best tour's deposit (e of eas) (default: the number of ants)."""
     n_ranks: int | None
     """Number of ranks that deposit (w of asrank) (default: 6)."""
     greedy_probability: float | None
-    """Probability of taking the best edge (q0 of acs) (default: 0.9)."""
+    """Probability of taking the best edge (q₀ of acs) (default: 0.9)."""
     local_evaporation_rate: float | None
     """Local evaporation on each edge used (ξ of acs) (default: 0.1)."""
     best_probability: float | None
@@ -740,7 +746,7 @@ class SolveKeywords(TypedDict, total=False):
     n_fireflies: int | None
     """Number of fireflies (n) (default: 11 in simple mode, 10 in complex)."""
     attractiveness: float | None
-    """Attractiveness: inversions per move towards a near tour (β0) (default: 20 in simple mode, 15 in complex)."""
+    """Attractiveness: inversions per move towards a near tour (β₀) (default: 20 in simple mode, 15 in complex)."""
     absorption: float | None
     """Absorption: how fast attractiveness falls with tour distance (γ) (default: 0.015)."""
     switch_at: float | str | None
@@ -748,7 +754,9 @@ class SolveKeywords(TypedDict, total=False):
     in complex).
     """
     short_inversion: int | None
-    """Longest short inversion, in nodes (default: a quarter of the nodes; 50 with local search)."""
+    """Longest short inversion, in nodes: the size of a random step (α) (default: a quarter of the nodes; 50 with
+    local search).
+    """
     firefly_patience: int | None
     """Stop after this many iterations without improvement (default: 20; unlimited with --time-limit)."""
     firefly_start: Literal[

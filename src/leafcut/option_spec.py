@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, ClassVar
 
-from leafcut.errors import OptionError, nearest
+from leafcut.errors import OptionError, nearest, shown
 from leafcut.plugins import entry_names
 from leafcut.units import BARE_UNIT, FACTORS, parse_point, parse_quantity, with_point
 
@@ -38,6 +40,13 @@ class OptionSpec:
     #: What must hold for it to be used: ``corner_loops`` (that option is on), ``!tools`` (it is not given),
     #: ``algorithm=acs|mmas`` (it is one of these), ``input=picture``; all of several with spaces between.
     needs: str = ""
+    #: How a point of three numbers is typed: ``-400,-200,-300``. Without it a point has two or three, or is "free".
+    example: str = ""
+
+    @property
+    def names_input(self) -> bool:
+        """Whether it names a file that is read; one that is written does not change the program."""
+        return self.kind == "path" and self.changes_program
 
     @property
     def all_choices(self) -> tuple[str, ...]:
@@ -75,9 +84,9 @@ class OptionGroup:
             object.__setattr__(self, name, _convert(name, spec, getattr(self, name)))
 
     @classmethod
-    def specs(cls) -> dict[str, OptionSpec]:
+    def specs(cls) -> Mapping[str, OptionSpec]:
         """Return the specification of every field, by field name."""
-        return {f.name: f.metadata["option"] for f in fields(cls)}  # type: ignore[arg-type]
+        return _specs(cls)  # type: ignore[arg-type]  # the class, which has a hash
 
     @classmethod
     def defaults(cls) -> dict[str, Any]:
@@ -102,6 +111,11 @@ class OptionGroup:
         """Return the options that differ from their defaults, in inner units."""
         reference = type(self)()
         return {n: getattr(self, n) for n in self.specs() if getattr(self, n) != getattr(reference, n)}
+
+
+@cache
+def _specs(group: type) -> Mapping[str, OptionSpec]:
+    return MappingProxyType({f.name: f.metadata["option"] for f in fields(group)})
 
 
 def _is_float(value: Any) -> bool:
@@ -196,12 +210,15 @@ def _coordinates(value: Any) -> tuple[float, ...]:
     return numbers
 
 
-def _point(_: OptionSpec, value: Any) -> tuple[float, ...] | None:
-    if value == "free":
+def _point(spec: OptionSpec, value: Any) -> tuple[float, ...] | None:
+    if value == "free" and not spec.example:
         return None
+    wanted = f"x,y,z, such as '{spec.example}'" if spec.example else "a point such as '10,20' or '10,20,5'"
+    if isinstance(value, str) and "," not in value:
+        raise OptionError(f"'{shown(value)}' is not {wanted}")
     numbers = _coordinates(value)
-    if len(numbers) not in (2, 3):
-        raise OptionError(f"'{value}' is not a point such as '10,20' or '10,20,5'")
+    if len(numbers) not in ((3,) if spec.example else (2, 3)):
+        raise OptionError(f"'{value}' is not {wanted}")
     return numbers
 
 

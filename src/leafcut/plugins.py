@@ -54,6 +54,8 @@ class PluginKind(Generic[T]):
         Returns what leafcut uses of what an entry point names, (name, object). May raise anything.
     line
         Returns what a list says of it.
+    claims
+        Returns what it has that no other plug-in of this kind may have, in words, such as ``--engraving-depth``.
     """
 
     noun: str
@@ -61,6 +63,7 @@ class PluginKind(Generic[T]):
     built_in: Callable[[], Collection[str]]
     take: Callable[[str, Any], T]
     line: Callable[[T], str]
+    claims: Callable[[T], Collection[str]] | None = None
 
     def names(self) -> tuple[str, ...]:
         """Return the names that may be asked for, in order, without importing anything of the packages."""
@@ -98,7 +101,26 @@ class PluginKind(Generic[T]):
 
 @cache
 def _plugins(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plugin[T], ...]:
-    """Return the plug-ins of a name: one, or none of which any is used. Nothing of a package is imported twice."""
+    """Return the plug-ins of a name: one, or none of which any is used, as where it claims what another one does."""
+    found, claims = _by_name(kind, name, path), kind.claims
+    if claims is None or len(found) != 1 or found[0].adds is None:
+        return found
+    mine, claimed = found[0], claims(found[0].adds)
+    for entry in _entries(path):
+        if entry.group != kind.group or entry.name == name:
+            continue
+        for other in _by_name(kind, entry.name, path):
+            shared = [] if other.adds is None else [one for one in claimed if one in claims(other.adds)]
+            if shared:
+                packages = " and ".join(dict.fromkeys(sorted((mine.package, other.package))))
+                why = f"'{name}' and '{other.name}' of {packages} both have {shared[0]}; uninstall one of them"
+                return (Plugin(name, mine.package, None, why),)
+    return found
+
+
+@cache
+def _by_name(kind: PluginKind[T], name: str, path: tuple[str, ...]) -> tuple[Plugin[T], ...]:
+    """Return the plug-ins of a name, whatever others claim. Nothing of a package is imported twice."""
     entries = [one for one in _entries(path) if one.group == kind.group and one.name == name]
     packages = [_package(entry) for entry in entries]
     if name in kind.built_in():

@@ -33,7 +33,7 @@ from leafcut.model.pocket import (
 from leafcut.model.sequence import Staying
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.model.simulation import Simulation
-from leafcut.model.snapshot import Observer, Pheromone, Snapshot
+from leafcut.model.snapshot import NextPlace, Observer, Pheromone, SearchStep, Snapshot
 from leafcut.model.solution import Solution, Solved, WorkerFigures
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Toolpath
@@ -75,6 +75,7 @@ __all__ = [
     "NestKeywords",
     "NestOutcome",
     "NestPart",
+    "NextPlace",
     "Observer",
     "OperationOutcome",
     "OptimizeKeywords",
@@ -103,6 +104,7 @@ __all__ = [
     "ReadError",
     "ReadOptions",
     "Remnant",
+    "SearchStep",
     "Severity",
     "Sheet",
     "SheetContour",

@@ -25,6 +25,8 @@ MM_PER_UNIT = {
     "in": MM_PER_INCH,
     "inch": MM_PER_INCH,
     '"': MM_PER_INCH,
+    "″": MM_PER_INCH,
+    "”": MM_PER_INCH,
     "mil": MM_PER_INCH / 1000.0,
     "thou": MM_PER_INCH / 1000.0,
     "ft": 12 * MM_PER_INCH,
@@ -64,6 +66,11 @@ BARE_UNIT = {"mm": "mm", "s": "s", "mm/s": "mm/min", "mm/s²": "mm/s²", "rad": 
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*\Z")
 
+#: A fraction as on a rule or a drill index: ``1/4``, ``1 1/2`` and ``1-1/2``, with what stands after it.
+_FRACTION = re.compile(r"\s*([-+]?)(?:(\d{1,9})(?:\s+|-))?(\d{1,9})/(\d{1,9})(?![\d./,])\s*(.*?)\s*\Z")
+#: What looks like a fraction and may be none: a digit or a point before a slash, and a digit, a point or a sign after.
+_LIKE_FRACTION = re.compile(r"[\d.]\s*/\s*[-+.]?\d")
+
 _COMMA = re.compile(r"\s*([-+]?\d+),(\d+)(?![\d.])([^,]*)\Z")
 
 
@@ -91,7 +98,8 @@ def parse_quantity(value: str | float, unit: str) -> float:
 
     A number is taken to be in the inner unit already. A text may carry its own unit ("3mm", "0.1in", "90 ipm",
     "118deg"); a text without one is in the unit a person would mean (`BARE_UNIT`: feeds in mm/min, angles in degrees).
-    A comma is taken for a point where it cannot be anything else (`with_point`).
+    A comma is taken for a point where it cannot be anything else (`with_point`). A fraction is a number, too, as on a
+    rule: "1/4in", "3/8\"", "1 1/2in" and "1-1/2in".
 
     Raises
     ------
@@ -103,19 +111,48 @@ def parse_quantity(value: str | float, unit: str) -> float:
     if isinstance(value, int | float):
         number, factor = float(value), 1.0
     else:
-        match = _QUANTITY.match(with_point(value))
-        if not match:
-            raise OptionError(f"'{value}' is not a number with a unit, such as '3{BARE_UNIT[unit]}'")
-        word = match.group(2)
+        number, word = _split(value, unit)
         known = FACTORS[unit]
         # "M" and "m" are different in physics, but nobody writes "MM" for anything else than millimetres.
         factor_found = known.get(word or BARE_UNIT[unit], known.get(word.lower()))
         if factor_found is None:
             raise OptionError(f"unknown unit '{word}' in '{value}'; choose one of {', '.join(known)}")
-        number, factor = float(match.group(1)), factor_found
+        factor = factor_found
     if not math.isfinite(number):
         raise OptionError(f"'{value}' is not a finite number")
     return number * factor
+
+
+def _split(text: str, unit: str) -> tuple[float, str]:
+    """Return the number of a text, and the word behind it."""
+    fraction = _FRACTION.match(text)
+    # "3000 1/min" is a number with a unit: no digit follows the slash.
+    if fraction is not None:
+        sign, whole, part, parts, word = fraction.groups()
+        if int(parts) == 0:
+            raise OptionError(f"'{text}' is divided by 0")
+        if whole and int(part) >= int(parts):
+            raise OptionError(f"'{text}' is not a fraction: {part}/{parts} is no part of 1; write one such as 1 1/2in")
+        number = int(whole or 0) + int(part) / int(parts)
+        return -number if sign == "-" else number, word
+    if _LIKE_FRACTION.search(text):
+        raise OptionError(f"'{text}' is not a fraction; write one such as 1/4in or 1 1/2in")
+    match = _QUANTITY.match(with_point(text))
+    if not match:
+        raise OptionError(f"'{text}' is not a number with a unit, such as '3{BARE_UNIT[unit]}'")
+    return float(match.group(1)), match.group(2)
+
+
+def with_unit(text: str, unit: str) -> str:
+    """Return the text of a quantity with the unit that it has where it says none: ``800`` is ``800 mm/min``.
+
+    Raises
+    ------
+    OptionError
+        It is no number.
+    """
+    number, word = _split(text, unit)
+    return text.strip() if word or not math.isfinite(number) else f"{text.strip()} {BARE_UNIT[unit]}"
 
 
 def parse_point(value: str | tuple[float, ...], unit: str = "mm") -> tuple[float, ...]:

@@ -57,3 +57,23 @@ def test_what_was_simulated_is_not_simulated_again(monkeypatch: pytest.MonkeyPat
     once = list(ran)
     assert module.Simulation(state).compared("old", "new", machine) == "8.5 → 8.0"
     assert ran == once == ["old", "new", "old", "new", "old", "new", "odd"]
+
+
+@pytest.mark.parametrize(("said", "status"), [("8.5 → 8.0", None), ("8.5 → 9.9 slower", "slower .*: a.nc")])
+def test_a_program_that_is_slower_after_ends_the_benchmark_with_an_error(
+    said: str, status: str | None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It names the file, behind the table with all rows."""
+    module = benchmark("real_files")
+    monkeypatch.setattr(module, "real_files", lambda: [Path("a.nc")])
+    monkeypatch.setattr(module, "STYLES", Path(__file__).parent / "none")
+    monkeypatch.setattr(Path, "iterdir", lambda _: iter(()))
+    monkeypatch.setattr(module, "run", lambda *_: ["a.nc", "", "", "9.0", "8.0", "11", said, "", ""])
+    monkeypatch.setattr(module, "facts", lambda *_: "")
+    monkeypatch.setattr("sys.argv", ["real_files.py"])
+    if status is None:
+        module.main()
+    else:
+        with pytest.raises(SystemExit, match=status):
+            module.main()
+    assert said in capsys.readouterr().out

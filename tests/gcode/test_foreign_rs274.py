@@ -121,7 +121,7 @@ def test_a_line_that_a_test_has_broken_on_purpose_is_refused(data: Path) -> None
     """With its place."""
     name = "gsender_invalid_gcode.nc"
     text = (data / "gcode" / name).read_text(encoding="utf-8", errors="replace")
-    with pytest.raises(ReadError, match=re.escape(f"{name}:200: the number of D is absurd")):
+    with pytest.raises(ReadError, match=re.escape(f"{name}:200: the number of D is out of range")):
         interpret_program(text, dialect("linuxcnc"), name)
 
 

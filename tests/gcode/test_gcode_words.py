@@ -69,7 +69,7 @@ def test_comments_slash_and_percent_are_kept_apart_from_words() -> None:
         ("G1 Xé", "letter without a number"),
         ("\x00\x01", "unexpected character"),
         ("G1 X٣", "letter without a number"),
-        ("X" + "9" * 400, "absurd"),
+        ("X" + "9" * 400, "out of range"),
         ("X" + "1" * 20_000, "20001 characters"),
     ],
 )

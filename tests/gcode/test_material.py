@@ -83,7 +83,7 @@ def test_an_arc_after_a_start_is_as_long_as_before() -> None:
     assert measure(path, TABLE).cut_mm == pytest.approx(2.5 + 31.4159, abs=1e-3)
 
 
-def test_absurd_comments_cost_no_time_and_do_no_harm() -> None:
+def test_senseless_comments_cost_no_time_and_do_no_harm() -> None:
     odd = "(o=0, ph=, pd=1.2.3, ch=99999999999999)", "(o=0," + "pd=1" * 5000 + ")", "(o=9, pd=1)", "(o=0, pd=-4)"
     assert [m for _, m in materials_of(odd)] == [Material(0.0, 0.0, 0.0, 0.0)] * 2
 

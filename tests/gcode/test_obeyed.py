@@ -80,7 +80,7 @@ def test_cuts_keep_the_material_and_the_settings_they_are_made_with(qtplasmac_gc
     and says nothing of either; and the proof calls them the same."""
     program = read(PROGRAM)
     sequence = find_sequence(program)
-    assert [len(s.chains) for s in sequence.sections] == [4] * 5
+    assert [len(s.pieces) for s in sequence.sections] == [4] * 5
     before = filtered(qtplasmac_gcode, PROGRAM, tmp_path)
     assert sum(cuts_of(before.text).values()) == 20
     for seed in range(3):

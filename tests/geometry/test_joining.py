@@ -61,8 +61,8 @@ def test_gaps_up_to_the_tolerance_are_closed_and_said_with_their_place() -> None
 
 
 def test_of_ends_within_reach_those_drawn_in_one_point_are_joined_first() -> None:
-    chain = [line((k * 0.02, 0), ((k + 1) * 0.02, 0)) for k in range(50)]
-    (made,) = join(chain, 0.05).paths
+    lines = [line((k * 0.02, 0), ((k + 1) * 0.02, 0)) for k in range(50)]
+    (made,) = join(lines, 0.05).paths
     assert made.path.length == pytest.approx(1.0)
     assert not made.gaps and not made.path.closed
 

@@ -1,4 +1,4 @@
-"""Lines and arcs in a chain, against hand calculation and against shapely's flattened polygons."""
+"""Lines and arcs end to end, against hand calculation and against shapely's flattened polygons."""
 
 from __future__ import annotations
 

@@ -110,16 +110,16 @@ def results() -> dict[str, object]:
 
 
 def in_order(xy: np.ndarray, closed: bool, ways: int) -> list[object]:
-    """Return a path through chains between these places, each worked in so many ways, and its candidate lists."""
+    """Return a path through cuts between these places, each worked in so many ways, and its candidate lists."""
     entry = np.concatenate([np.roll(xy, k, axis=0)[:12] for k in range(ways)])
     cluster = np.tile(np.arange(12, dtype=np.int32), ways)
     pairs = np.array([[1, 0], [2, 0], [7, 9]], dtype=np.int32)
-    chains = RoutingProblem(entry, entry[::-1].copy(), cluster, np.ones(len(entry)), precedence=pairs, closed=closed)
-    found = solve(chains, SolveOptions(algorithm="colony", iterations=2, bound=False))
-    directed = build_directed(chains, 6)
+    cuts = RoutingProblem(entry, entry[::-1].copy(), cluster, np.ones(len(entry)), precedence=pairs, closed=closed)
+    found = solve(cuts, SolveOptions(algorithm="colony", iterations=2, bound=False))
+    directed = build_directed(cuts, 6)
     ant = Forgetting(directed, np.array([7], dtype=np.uint64))
     orders = [
-        solve(chains, SolveOptions(algorithm=name, iterations=2, bound=False), AcoOptions(n_ants=2),
+        solve(cuts, SolveOptions(algorithm=name, iterations=2, bound=False), AcoOptions(n_ants=2),
               firefly=FireflyOptions(n_fireflies=3)).nodes.tolist()
         for name in ("acs", "firefly", "nn")
     ]  # fmt: skip

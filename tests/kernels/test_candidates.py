@@ -91,8 +91,8 @@ def test_thousands_on_one_place_crowd_nobody_out() -> None:
     assert elsewhere.min() >= 6
 
 
-def test_points_on_one_place_form_a_chain() -> None:
-    """Whatever their number: a chain of edges of no cost goes through all of them."""
+def test_points_on_one_place_are_joined() -> None:
+    """Whatever their number: edges of no cost go through all of them, end to end."""
     instance = instance_of(np.repeat(np.array([[0.0, 0.0], [9.0, 0.0], [3.0, 8.0]]), [40, 7, 2], axis=0), k=6)
     xy = instance.cost.xy
     for i in range(instance.n - 1):

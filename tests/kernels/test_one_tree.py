@@ -174,7 +174,7 @@ def test_sets_have_the_room_between_the_gap_inside_and_the_gap_outside() -> None
     join_sets(a, b, np.array([1.0, 1.0, 10.0]), n, np.zeros(10, dtype=np.int32), np.zeros(10), np.zeros(10), sets)
     assert sets.width[:8].tolist() == [1.0, 1.0, 1.0, 1.0, 0.0, 9.0, 9.0, 0.0]
     assert [sorted((int(sets.left[s]), int(sets.right[s]))) for s in (5, 6, 7)] == [[0, 1], [2, 3], [5, 6]]
-    # The chain 0 – 1 – 2 – 3 with its ends open: nodes 0 and 3 lack an edge, so do the pairs.
+    # The path 0 – 1 – 2 – 3 with its ends open: nodes 0 and 3 lack an edge, so do the pairs.
     excess = np.array([-1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     assert shifts(sets, n, excess) == 2 * 1.0 + 2 * 9.0
     assert excess[:5].tolist() == [-10.0, -9.0, -9.0, -10.0, 0.0]

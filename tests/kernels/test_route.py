@@ -19,7 +19,7 @@ BREADTH = np.array([10, 10], dtype=np.int64)
 
 
 def instance_of(kind: str, n: int, pairs: int, closed: bool, seed: int = 2) -> DirectedInstance:
-    """Return n holes, chains, or chains that may be worked in two ways, with some pairs."""
+    """Return n holes, cuts, or cuts that may be worked in two ways, with some pairs."""
     rng = np.random.default_rng(seed)
     ways = 2 if kind == "ways" else 1
     entry = rng.uniform(0, 90, (ways * n, 2))
@@ -68,9 +68,7 @@ def check(instance: DirectedInstance, route: Route) -> None:
 
 
 @every("closed", [False, True])
-@every(
-    "kind, n, pairs", [("holes", 200, 0), ("holes", 60, 20), ("chains", 60, 0), ("chains", 600, 90), ("ways", 70, 20)]
-)
+@every("kind, n, pairs", [("holes", 200, 0), ("holes", 60, 20), ("cuts", 60, 0), ("cuts", 600, 90), ("ways", 70, 20)])
 def test_every_exchange_gains_what_it_says_and_keeps_precedence(kind: str, n: int, pairs: int, closed: bool) -> None:
     """From a path that many kicks have made bad, so that there is something to gain in every way."""
     instance = instance_of(kind, n, pairs, closed)
@@ -96,7 +94,7 @@ def test_every_exchange_gains_what_it_says_and_keeps_precedence(kind: str, n: in
 
 
 @every("closed", [False, True])
-@every("kind, n, pairs", [("holes", 60, 20), ("chains", 600, 90), ("ways", 70, 20)])
+@every("kind, n, pairs", [("holes", 60, 20), ("cuts", 600, 90), ("ways", 70, 20)])
 def test_what_kicks_and_exchanges_did_is_taken_back_exactly(kind: str, n: int, pairs: int, closed: bool) -> None:
     instance = instance_of(kind, n, pairs, closed)
     route, words = started(instance), random_words(1, 0, count=1)

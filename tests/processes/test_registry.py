@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from every import every
 from leafcut.errors import OptionError
 from leafcut.model import Outcome, Part
 from leafcut.option_spec import OptionGroup, option
@@ -16,16 +17,21 @@ from leafcut.processes import registry
 from leafcut.processes.base import Process, use
 from leafcut.processes.course import Run
 from leafcut.processes.settings import collect, settings_for
-from leafcut.read.format import Source
+from leafcut.read.format import Format, Source
 from leafcut.read.registry import formats
 from packages import Installer
 
 BY_NAME = {one.name: one for one in formats()}
 
 
+def inputs_of(*names: str) -> list[tuple[Format, Source]]:
+    """Return files of some formats."""
+    return [(BY_NAME[name], Source(f"a.{name}", b"")) for name in names]
+
+
 def chosen(asked: str, *names: str) -> str:
     """Return the name of the process for files of some formats."""
-    return registry.process_for([(BY_NAME[name], Source(f"a.{name}", b"")) for name in names], asked).name
+    return registry.process_for(inputs_of(*names), asked).name
 
 
 def test_what_is_made_of_a_file_is_what_is_asked_for_else_what_it_is_good_for_alone_else_drilling() -> None:
@@ -156,3 +162,91 @@ def test_a_broken_process_from_outside_is_told_by_name_and_stops_no_other(instal
     assert registry.asked_words() == ("auto", "drill", "cut", "pocket", "reorder", "mill", "laser", "plasma")
     assert chosen("auto", "dxf") == "drill"
     assert collect({"machine": "haas-vf2"}).machine.machine == "haas-vf2"
+
+
+@dataclass(frozen=True)
+class Loudness(OptionGroup):
+    """An option that leafcut does not have."""
+
+    section = "sounding"
+    title = "Sounding"
+
+    loudness: float = option("number", 1.0, "how loud")
+
+
+@dataclass(frozen=True)
+class Noise(OptionGroup):
+    """The same option once more, in a table of its own."""
+
+    section = "humming"
+    title = "Humming"
+
+    loudness: float = option("number", 2.0, "how loud")
+
+
+class Sounding(Engraving):
+    """One process with that option."""
+
+    name = command = "sounding"
+    asked_as = ("sounding", "loud")
+    options = (Loudness,)
+
+
+class Humming(Engraving):
+    """Another one with it."""
+
+    name = command = "humming"
+    asked_as = ("humming",)
+    options = (Noise,)
+
+
+class Shouting(Engraving):
+    """One that is asked for by the same word."""
+
+    name = command = "shouting"
+    asked_as = ("shouting", "loud")
+
+
+@every("other, shared", [("Humming", "--loudness"), ("Shouting", "--process loud")])
+def test_two_packages_that_have_the_same_are_both_told_of_and_neither_is_used(
+    install: Installer, other: str, shared: str
+) -> None:
+    """Which of them would be meant is nobody's guess; whatever else there is goes on."""
+    name = other.lower()
+    install("bells", {"leafcut.processes": {"sounding": f"{__name__}:Sounding"}})
+    install("horns", {"leafcut.processes": {name: f"{__name__}:{other}"}})
+    for one, its, two in (("sounding", "bells", name), (name, "horns", "sounding")):
+        words = f"'{one}' and '{two}' of bells and horns both have {shared}; uninstall one of them"
+        with pytest.raises(OptionError) as refused:
+            registry.check_asked(one)
+        assert str(refused.value) == f"the process '{one}' is a plug-in of {its} that cannot be used ({words})"
+        assert (one, f"plug-in of {its} that cannot be used ({words})") in registry.PACKAGED.listed()
+    assert registry.asked_words() == ("auto", "drill", "cut", "pocket", "reorder", "mill", "laser", "plasma")
+    with pytest.raises(OptionError, match="unknown option 'loudness'"):
+        collect({"loudness": 3})
+
+
+def test_a_package_that_shares_nothing_with_another_is_used_beside_it(install: Installer) -> None:
+    install("bells", {"leafcut.processes": {"sounding": f"{__name__}:Sounding"}})
+    install("toy", {"leafcut.processes": {"engrave": f"{__name__}:Engraving"}})
+    assert {"sounding", "loud", "engrave"} <= set(registry.asked_words())
+
+
+@every(
+    "asked, names, needed",
+    [
+        ("auto", ("dxf",), ""),
+        ("drill", ("dxf",), ""),
+        ("pocket", ("dxf",), "pocket"),
+        ("cut", ("dxf",), "cut"),
+        ("auto", ("gcode",), ""),
+        ("reorder", ("gcode",), ""),
+        ("mill", ("gcode",), "mill"),
+        ("drill", ("gcode",), "drill"),
+        ("drill", ("excellon", "excellon"), ""),
+    ],
+)
+def test_a_process_has_to_be_said_again_where_the_input_alone_would_be_taken_for_another(
+    asked: str, names: tuple[str, ...], needed: str
+) -> None:
+    assert registry.needed_word(inputs_of(*names), asked) == needed

@@ -106,7 +106,7 @@ def test_a_coordinate_that_is_no_number_is_never_guessed(hand_drawn, number):
         "0\nARC\n8\n0\n10\n1\n20\n1\n40\n1\n",
     ],
 )
-def test_absurd_or_missing_numbers_are_skipped_and_reported(hand_drawn, entity):
+def test_impossible_or_missing_numbers_are_skipped_and_reported(hand_drawn, entity):
     part = read(hand_drawn(CIRCLE.format(7, 8, 1) + entity, blocks=BLOCK.format("B", CIRCLE.format(0, 0, 1))))
     assert [(h.x, h.y) for h in part.holes] == [(7, 8)]
     assert codes(part) == ["L203"]

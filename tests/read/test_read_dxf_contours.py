@@ -184,7 +184,7 @@ LINE = "0\nLINE\n8\nCUT\n10\n0\n20\n0\n11\n{}\n21\n0\n"
         "0\nCIRCLE\n8\n0\n10\n1\n20\n1\n40\n-1\n",
     ],
 )
-def test_absurd_or_missing_numbers_are_skipped_and_reported(hand_drawn, entity):
+def test_impossible_or_missing_numbers_are_skipped_and_reported(hand_drawn, entity):
     part = read_contours(hand_drawn(LINE.format(5) + entity))
     assert [c.path.length for c in part.contours] == [5]
     assert codes(part) == ["L203"]

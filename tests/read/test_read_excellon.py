@@ -183,7 +183,7 @@ def test_a_file_without_its_end_is_reported_and_one_cut_in_a_number_is_refused(t
         read(text_file("c.drl", whole[: whole.index("0.0\nM30")]))
 
 
-def test_absurd_coordinates_are_skipped_and_reported(text_file):
+def test_coordinates_out_of_range_are_skipped_and_reported(text_file):
     part = read(text_file("n.drl", body("X1.0Y1.0\nX99999999.0Y1.0")))
     assert len(part.holes) == 1
     assert codes(part) == ["L203"]

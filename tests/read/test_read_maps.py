@@ -60,7 +60,7 @@ def test_a_map_without_units_is_taken_as_mm_and_noted(text_file):
 
 
 @every("bad", ['x="" y="1"', 'y="1"', 'x="1" y="one"', 'x="nan" y="1"', 'x="1" y="2" d="-1"', 'x="1e9" y="0"'])
-def test_a_point_with_missing_or_absurd_numbers_is_skipped_with_its_line(text_file, bad):
+def test_a_point_with_missing_or_impossible_numbers_is_skipped_with_its_line(text_file, bad):
     part = read(text_file("a.xml", f'<map units="mm">\n<city x="1" y="2"/>\n<city {bad}/>\n</map>'))
     assert len(part.holes) == 1
     (issue,) = part.issues

@@ -174,7 +174,7 @@ def test_a_million_copies_asked_for_in_two_hundred_bytes_are_refused(hand_drawn:
 
 
 def test_a_curve_beyond_any_machine_is_never_followed(hand_drawn: Any, counted: list[int]) -> None:
-    """A circle of 3 mm, a thousand million times as wide: told as absurd, however many copies there are."""
+    """A circle of 3 mm, a thousand million times as wide: told as out of range, however many copies there are."""
     path = hand_drawn(ARRAY.format("1e9", 50, 20) + LINE, blocks=BLOCK.format(CIRCLE))
     part = read_contours(path)
     assert len(part.contours) == 1

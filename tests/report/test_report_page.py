@@ -126,6 +126,15 @@ def test_warnings_come_before_notes_and_many_issues_are_counted(outcome_of):
     assert f"+ 1 more; in all: 1 × L201 (an entity is not a hole), {MOST_ISSUE_ROWS} × L401" in words
 
 
+def test_an_option_in_a_message_is_kept_on_one_line_and_what_a_file_says_stays_text(outcome_of):
+    """A browser breaks a line behind a dash; the words themselves are those of the message."""
+    message = "give --island-layers <b>, or --depth 3-4; not--this"
+    html = write_page(outcome_of(issues=(Issue("L421", message),)))
+    flags = ('<span class="flag">--island-layers</span>', '<span class="flag">--depth</span>')
+    assert f"give {flags[0]} &lt;b&gt;, or {flags[1]} 3-4; not--this" in html
+    assert ".flag { white-space: nowrap; }" in html
+
+
 def test_nearest_neighbour_costs_the_difference_of_travel_more(outcome_of):
     """42 s + (70 s − 58 s) = 54 s; in distance 12 345 mm + (4 000 − 3 000) mm; of several operations none is known."""
     assert outcome_of([(0, 0)]).shown.nearest_cost() == 54.0

@@ -40,7 +40,7 @@ def test_a_cooling_down_keeps_precedence_and_finds_the_optimum_of_seven_clusters
     assert missed <= 1
 
 
-@pytest.mark.parametrize("kind", ["chains", "ways", "table of ways"])
+@pytest.mark.parametrize("kind", ["cuts", "ways", "table of ways"])
 def test_a_cluster_is_put_where_it_is_cheapest_of_all_places_that_precedence_leaves(kind: str) -> None:
     """Every place and every node of it are tried by hand."""
     for seed in range(12):

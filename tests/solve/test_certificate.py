@@ -254,7 +254,7 @@ def test_the_gap_is_told_only_where_it_says_something(cost: float, bound: float 
     assert gap(cost, bound) == (None if expected is None else pytest.approx(expected))
 
 
-def test_of_a_chain_of_tools_the_bound_is_the_sum_and_the_nearest_neighbour_needs_none(
+def test_of_tools_in_a_row_the_bound_is_the_sum_and_the_nearest_neighbour_needs_none(
     bounding: Bounding, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from leafcut.solve import solve as room

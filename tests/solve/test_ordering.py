@@ -10,16 +10,16 @@ from every import every
 from leafcut.errors import SolveError
 from leafcut.kernels.ordering import invert_runs, steps_apart
 from leafcut.model.problem import RoutingProblem
-from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
+from leafcut.options import LITERATURE, AcoOptions, FireflyOptions, SolveOptions
 from leafcut.solve.clusters import choose_nodes
 from leafcut.solve.directed import build_directed
 from leafcut.solve.instance import path_cost
 from leafcut.solve.ordering import Ordering
-from leafcut.solve.solve import ORDERING, solve
+from leafcut.solve.solve import solve
 from leafcut.solve.stop import Stop
 
 
-@every("algorithm", [*ORDERING, "nn"])
+@every("algorithm", [*LITERATURE, "nn"])
 @every("kind", KINDS)
 def test_every_order_is_whole_keeps_precedence_and_states_its_cost(algorithm: str, kind: str) -> None:
     for seed in range(5):
@@ -97,7 +97,7 @@ def test_steps_apart_are_counted_as_by_hand() -> None:
 
 def test_the_same_seed_gives_the_same_answer_and_another_one_another_search() -> None:
     problem = random_problem(1, 30, "ways", (None, None), pairs=9)
-    for algorithm in ORDERING:
+    for algorithm in LITERATURE:
         options = [SolveOptions(algorithm=algorithm, iterations=2, local_search=False, seed=s) for s in (1, 1, 2)]
         aco, fireflies = AcoOptions(n_ants=5), FireflyOptions(n_fireflies=5)
         one, again, other = (solve(problem, o, aco, firefly=fireflies) for o in options)

@@ -238,7 +238,7 @@ def test_what_auto_stands_for_is_what_is_compiled_before_the_clock_and_what_is_t
     ("name", "n"),
     [
         *[("colony", 200), ("colony", 30), ("colony", 20_000), ("kicks", 200), ("mmas", 200), ("2opt", 200)],
-        *[("chains", 200), ("slots", 60), ("before", 200), ("table", 40)],
+        *[("cuts", 200), ("slots", 60), ("before", 200), ("table", 40)],
     ],
 )
 def test_the_warm_up_makes_ready_every_kernel_that_a_search_uses(name: str, n: int) -> None:

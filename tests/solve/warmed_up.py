@@ -29,8 +29,8 @@ def signatures() -> dict[str, int]:
     }
 
 
-def chains(xy: np.ndarray, closed: bool = True) -> RoutingProblem:
-    """Return as many chains as there are places, each from one to another."""
+def cuts(xy: np.ndarray, closed: bool = True) -> RoutingProblem:
+    """Return as many cuts as there are places, each from one to another."""
     clusters = np.arange(len(xy), dtype=np.int32)
     return RoutingProblem(xy, xy[::-1].copy(), clusters, np.zeros(len(xy)), closed=closed)
 
@@ -54,7 +54,7 @@ def table(xy: np.ndarray) -> RoutingProblem:
     return RoutingProblem.of_points(xy, Metric("EXPLICIT", matrix=matrix), closed=True)
 
 
-KINDS = {"chains": chains, "slots": slots, "before": before, "table": table}
+KINDS = {"cuts": cuts, "slots": slots, "before": before, "table": table}
 
 
 def main(algorithm: str, n: int) -> None:

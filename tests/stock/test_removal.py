@@ -153,6 +153,21 @@ def test_at_a_corner_of_a_slot_the_quarter_ahead_that_is_not_cut_yet_is_engaged(
     assert angles[at_corner] == pytest.approx(90.0, abs=0.1)
 
 
+def test_films_that_one_pass_after_the_other_takes_off_do_not_add_up_to_a_cut() -> None:
+    """Each pass takes off 0.006 mm, less than the tolerance: none cuts, however many there were. Judged by shapely."""
+    lines = [[(0.0, 0.006 * k), (600.0, 0.006 * k)] for k in range(8)]
+    path = path_of(*lines)
+    way = way_of(path, RULES)
+    found = engagement(way, RULES)
+    swept = [shapely.LineString(line).buffer(RULES.radius, quad_segs=64) for line in lines]
+    for k in range(1, len(lines)):
+        film = swept[k].difference(shapely.union_all(swept[:k])).area / 610.0  # the discs at both ends included
+        assert film == pytest.approx(0.006, rel=1e-3)
+        assert film < RULES.tolerance
+        assert not found.angle[way.piece == k].any(), k
+        assert not found.width[way.piece == k].any(), k
+
+
 def test_parallel_lines_are_as_far_apart_as_they_are() -> None:
     assert gap_of(*([(0, y), (50, y)] for y in (0, 6, 12, 16))) == pytest.approx(6.0, abs=1e-6)
     assert gap_of([(0, 0), (50, 0)], [(0, 12), (50, 12)]) == pytest.approx(12.0, abs=1e-6)

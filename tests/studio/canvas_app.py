@@ -7,8 +7,9 @@ import sys
 from canvas_scenes import grid_of_holes, grid_program
 from nicegui import ui
 
-from leafcut.studio.canvas import Bars, Brightness, Canvas, Convergence, ProgramText
-from leafcut.studio.routes import colours_css
+from leafcut.studio.drawing.canvas import Bars, Brightness, Canvas, Convergence
+from leafcut.studio.drawing.program_text import ProgramText
+from leafcut.studio.server.routes import colours_css
 
 
 def page() -> None:

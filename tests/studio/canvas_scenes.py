@@ -5,7 +5,7 @@ from __future__ import annotations
 from leafcut.model.machine import Machine
 from leafcut.model.part import Hole, Part
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
-from leafcut.studio.scene import part_scene, toolpath_scene
+from leafcut.studio.drawing.scene import part_scene, toolpath_scene
 
 MACHINE = Machine(
     name="test-mill",

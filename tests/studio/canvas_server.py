@@ -9,7 +9,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
-from leafcut.studio.routes import colours_css
+from leafcut.studio.server.routes import colours_css
 
 HERE = Path(__file__).parent
 STATIC = HERE.parents[1] / "src" / "leafcut" / "studio" / "static"
@@ -61,6 +61,18 @@ def until(page: Any, condition: str) -> None:
             return
         page.wait_for_timeout(20)
     raise AssertionError(f"never: {condition}")
+
+
+def loaded(page: Any, address: str) -> list[str]:
+    """Open the page of drawings; return the list of what goes wrong on it, to which more is added as it comes."""
+    wrong: list[str] = []
+    # That pixels are read back often is the tests' own doing.
+    page.on("console", lambda m: None if m.type == "log" or "getImageData" in m.text else wrong.append(m.text))
+    page.on("pageerror", lambda error: wrong.append(str(error)))
+    page.on("request", lambda request: request.url.startswith((address, "data:")) or wrong.append(request.url))
+    page.goto(address)
+    until(page, "window.loaded")
+    return wrong
 
 
 @contextmanager

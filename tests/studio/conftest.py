@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 import pytest
 from starlette.testclient import TestClient
 
-from leafcut.studio.app import guarded, make_api
+from leafcut.studio.server.app import guarded, make_api
 from leafcut.studio.studio import PORT, Studio, open_studio
 
 PLATE = Path(__file__).parents[2] / "examples" / "plate_10.dxf"
@@ -81,6 +81,7 @@ def page(browser: Any, server: Any) -> Iterator[Any]:
 
     complaints: list[str] = []
     asked: list[str] = []
+    server.speak_as_the_browser()
     context = browser.new_context(viewport={"width": 1280, "height": 720}, locale="en-US", accept_downloads=True)
     context.grant_permissions(["clipboard-read", "clipboard-write"])
     server.let_in(context)

@@ -21,10 +21,23 @@ def opened(page: Page, file: Path) -> None:
     expect(page.locator(".about-part .name")).to_have_text(file.name)
 
 
+def choose_work(page: Page, work: str) -> None:
+    """Choose a kind of work by its picture; it is chosen when the studio says so."""
+    picture = page.get_by_role("radiogroup", name="Work", exact=True).locator(f"input[value={work}]")
+    if not picture.is_checked():
+        picture.click()
+    expect(picture).to_be_checked()
+
+
+def work_is(page: Page, work: str) -> None:
+    """Wait until a kind of work is the one that is chosen."""
+    expect(page.get_by_role("radiogroup", name="Work", exact=True).locator(f"input[value={work}]")).to_be_checked()
+
+
 def typed(page: Page, label: str, text: str) -> None:
     field = page.get_by_label(label, exact=True)
     field.fill(text)
-    field.press("Tab")
+    field.blur()  # and not Tab: the next field would take the keys of the page
 
 
 def run(page: Page) -> None:
@@ -86,11 +99,21 @@ def downloaded(page: Page, name: str) -> tuple[str, bytes]:
     return waiting.value.suggested_filename, Path(waiting.value.path()).read_bytes()
 
 
-def serious(page: Page, where: str) -> list[tuple[str, ...]]:
-    """Return what axe finds that keeps somebody out."""
+def serious(page: Page, where: str, *, dark: bool = True) -> list[tuple[str, ...]]:
+    """Return what axe finds that keeps somebody out, in the light, and what is too pale to read in the dark."""
+    found = _found(page, where)
+    if not dark:
+        return found
+    page.emulate_media(color_scheme="dark")
+    found += _found(page, f"{where}, dark", runOnly=["color-contrast"])
+    page.emulate_media(color_scheme="light")
+    return found
+
+
+def _found(page: Page, where: str, **options: Any) -> list[tuple[str, ...]]:
     at_rest(page)
     return [
         (where, rule["id"], rule["nodes"][0]["html"])
-        for rule in Axe().run(page).response["violations"]
+        for rule in Axe().run(page, options=options).response["violations"]
         if rule["impact"] in ("serious", "critical")
     ]

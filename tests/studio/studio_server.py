@@ -48,7 +48,8 @@ class Server:
         assert found, self.line
         self.origin, self.port, self.key = found.group(1), int(found.group(2)), found.group(3)
         #: What programs of the same person send.
-        self.token = (home / "leafcut" / "studio" / "token").read_text()
+        self.folder = home / "leafcut" / "studio"
+        self.token = (self.folder / "token").read_text()
         self._cookies: dict[str, str] = {}
         # It tells its address before it listens: a busy machine may take its time in between.
         for left in reversed(range(1200)):
@@ -71,6 +72,10 @@ class Server:
     def let_in(self, context: Any) -> None:
         """Give a context of Playwright's the cookie, as if it had come in."""
         context.add_cookies([{"name": n, "value": v, "url": self.origin} for n, v in self.cookies().items()])
+
+    def speak_as_the_browser(self) -> None:
+        """Forget the language that was chosen, as it is kept for everybody who comes after."""
+        (self.folder / "language").unlink(missing_ok=True)
 
     def end(self) -> tuple[int, str, str]:
         """End it as Ctrl-C does; return its status and what it said."""

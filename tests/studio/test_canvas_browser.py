@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 from canvas_scenes import CUT_LINE, MACHINE, PART, PLACES, grid_of_holes, grid_path, grid_program
-from canvas_server import serving, until
+from canvas_server import STATIC, loaded, serving, until
 
 from leafcut.model.issue import Issue
 from leafcut.model.part import Part
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.report.playback import playback
-from leafcut.studio.scene import part_scene, pheromone_scene, toolpath_scene
+from leafcut.studio.drawing.scene import part_scene, pheromone_scene, toolpath_scene
 
 pytestmark = pytest.mark.external
 
@@ -75,14 +75,7 @@ def opened(browser: Any, address: str) -> Iterator[tuple[Any, list[str]]]:
     """Return the page, and the list of what goes wrong on it."""
     context = browser.new_context(viewport={"width": 1280, "height": 720}, device_scale_factor=2)
     page = context.new_page()
-    wrong: list[str] = []
-    # That pixels are read back often is the tests' own doing.
-    page.on("console", lambda m: None if m.type == "log" or "getImageData" in m.text else wrong.append(m.text))
-    page.on("pageerror", lambda error: wrong.append(str(error)))
-    page.on("request", lambda request: request.url.startswith((address, "data:")) or wrong.append(request.url))
-    page.goto(address)
-    until(page, "window.loaded")
-    yield page, wrong
+    yield page, loaded(page, address)
     context.close()
 
 
@@ -364,3 +357,124 @@ def test_convergence_says_the_best_and_the_bound_and_long_searches_are_logarithm
     assert page.evaluate("convergence.x(1000) - convergence.x(100)") == pytest.approx(
         page.evaluate("convergence.x(10000) - convergence.x(1000)")
     )
+
+
+def test_the_curves_and_the_box_of_a_thousand_runs_are_drawn(page: Any) -> None:
+    drawn = page.evaluate(
+        """async () => {
+          const { Boxes, Runs } = await import("/static/runs.js"), host = document.createElement("div");
+          host.style.cssText = "position: fixed; inset: 0; width: 600px; height: 300px";
+          document.body.append(host);
+          const points = Array.from({ length: 300 }, (_, k) => [k, k, 400 - k]);
+          const runs = new Runs(host), boxes = new Boxes(host);
+          runs.svg.style.cssText = "width: 600px; height: 200px";
+          runs.set({ curves: Array.from({ length: 1000 }, () => ({ algorithm: "mmas", points })) });
+          const one = { algorithm: "mmas", lower: 2, median: 3, upper: 4, low: 1, high: 5, mean: 3 };
+          boxes.set({ algorithms: [{ ...one, outliers: [9] }] });
+          const counts = [host.querySelectorAll("path.lc-run").length, host.querySelectorAll(".lc-median").length];
+          runs.destroy();
+          boxes.destroy();
+          host.remove();
+          return counts;
+        }"""
+    )
+    assert drawn == [1001, 1]
+
+
+def test_a_million_lines_are_folded_and_searched(page: Any) -> None:
+    """Every tenth line is a head; what is found is counted here, independently of the page."""
+    page.evaluate("""() => {
+      const text = new Uint8Array(8e6);
+      for (let k = 0; k < 1e6; k++) text.set([78, 48 + k % 10, 32, 71, 48, 88, 49, 10], 8 * k);
+      list.setText(text);
+    }""")
+    page.evaluate("""async () => {
+      const { Folds } = await import("/static/program_folds.js");
+      const { findLines } = await import("/static/program_search.js");
+      const heads = Uint32Array.from({ length: 1e5 }, (_, k) => 10 * k + 1);
+      list.setFolds(new Folds(heads, list.count, (k) => `no. ${k + 1}`));
+      window.found = await findLines(list.bytes, list.starts, "n7 g0");
+    }""")
+    assert page.evaluate("list.length") == 100_000
+    assert page.locator(".lc-line").count() < 60
+    assert page.evaluate("[found.length, found[0], found.at(-1)]") == [100_000, 8, 999_998]
+    page.evaluate("list.select(555_555)")
+    assert page.inner_text(".lc-selected .lc-number") == "555555"
+    assert page.evaluate("list.length") == 100_009  # the block of that line is unfolded, the others are not
+    page.evaluate("list.foldAll(false)")
+    assert page.evaluate("list.length") == 1_000_000
+    page.evaluate("list.setFolds(null)")
+
+
+def test_a_program_that_cannot_be_fetched_is_told_of(page: Any) -> None:
+    def served(route: Any) -> None:
+        text = (STATIC / route.request.url.rpartition("/")[2]).read_text(encoding="utf-8")
+        route.fulfill(body=text.replace("leafcut-canvas/", "/static/"), content_type="text/javascript")
+
+    page.route("**/gcode_element.js", served)
+    page.route("**/registry.js", served)
+    for answer in ("async () => ({ status: 404 })", "async () => { throw new TypeError('no network'); }"):
+        said = page.evaluate(
+            f"""async () => {{
+              const {{ default: element }} = await import("/static/gcode_element.js"), fetched = window.fetch;
+              const made = {{ $el: document.createElement("div"), words: {{}}, source: "/gone", drawing: 1 }};
+              window.fetch = {answer};
+              try {{ await element.mounted.call(made); }} finally {{ window.fetch = fetched; }}
+              const said = made.$el.querySelector("[role=alert]")?.textContent;
+              element.unmounted.call(made);
+              return said;
+            }}"""
+        )
+        assert said == "The program could not be loaded. Reload the page to try again."
+
+
+def test_the_notice_of_a_run_says_how_it_ended(page: Any) -> None:
+    states = ["done", "stopped", "failed", "cancelled", "interrupted"]
+    told = page.evaluate(
+        """async (states) => {
+          const told = [], ends = ["failed", "cancelled", "interrupted"];
+          const words = { done: "over", ...Object.fromEntries(ends.map((end) => [end, end])) };
+          window.Notification = class { constructor(_, { body }) { told.push(body); } };
+          window.Notification.permission = "granted";
+          Object.defineProperty(document, "hidden", { get: () => true, configurable: true });
+          localStorage.setItem("leafcut-notice", "on");
+          await import("/static/badge.js");
+          document.dispatchEvent(new Event("DOMContentLoaded"));
+          const badge = document.createElement("div"), look = () => new Promise((done) => setTimeout(done, 20));
+          Object.assign(badge, { id: "badge", hidden: true });
+          badge.dataset.words = JSON.stringify(words);
+          document.body.append(badge);
+          for (const end of states) {
+            for (const state of ["running", end]) {
+              badge.dataset.job = JSON.stringify({ job: end, name: "plate", state, share: 0 });
+              await look();
+            }
+          }
+          badge.remove();
+          localStorage.removeItem("leafcut-notice");
+          delete document.hidden;
+          return told;
+        }""",
+        states,
+    )
+    assert told == ["over", "over", "failed", "cancelled", "interrupted"]
+
+
+def test_the_fewest_blocks_are_told_to_have_moved(page: Any) -> None:
+    """Two blocks change places: the shorter list of blocks that keep their order is as long as it can be."""
+    order = [1, 2, 3, 8, 9, 4, 5, 6, 7, 10]
+    pairs = sorted((old, new) for new, old in enumerate(order, 1))
+    moved = page.evaluate(
+        """async ([order, pairs]) => {
+          const { Moves } = await import("/static/program_moves.js");
+          const moves = new Moves(Uint32Array.from(pairs.flat()), 10, 10);
+          const flags = order.map((old) => moves.of(old, true).moved);
+          return [flags, moves.other(8, true), moves.other(4, false), moves.of(9, true).there];
+        }""",
+        [order, pairs],
+    )
+    assert moved[1:] == [4, 8, 4]
+    assert [flag for flag in moved[0] if flag] != []
+    kept = [old for old, flag in zip(order, moved[0], strict=True) if not flag]
+    assert kept == sorted(kept)
+    assert len([flag for flag in moved[0] if flag]) in (2, 4)  # one of the two blocks

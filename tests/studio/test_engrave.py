@@ -17,10 +17,10 @@ import pytest
 import leafcut
 from leafcut.cli import run
 from leafcut.errors import OptionError
-from leafcut.studio import forms, preview
-from leafcut.studio.history import JobState
+from leafcut.studio.jobs.history import JobState
+from leafcut.studio.jobs.task import Task
+from leafcut.studio.page import forms, preview
 from leafcut.studio.studio import Studio
-from leafcut.studio.task import Task
 from leafcut.studio.wording import words
 
 PACKAGE = Path(__file__).parents[1] / "engrave"

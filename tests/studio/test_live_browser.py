@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from parts_to_nest import svg
 from playwright.sync_api import Page, expect
-from studio_page import LONG, ROOT, downloaded, opened, run, said_by, steady, sure, typed, wait_for
+from studio_page import LONG, ROOT, choose_work, downloaded, opened, run, said_by, steady, sure, typed, wait_for
 
 from leafcut import cli
 
@@ -67,7 +67,7 @@ def make_map(page: Page, points: int, algorithm: str) -> None:
     typed(page, "Points", str(points))
     page.get_by_role("button", name="Create map").click()
     expect(page.locator(".about-part .name")).to_have_text(f"random:{points}:1")
-    page.get_by_label("Work", exact=True).select_option("solve")
+    choose_work(page, "solve")
     page.get_by_label("Algorithm", exact=True).select_option(algorithm)
     typed(page, "Time limit", "10min")
 
@@ -182,7 +182,7 @@ def test_what_is_downloaded_is_what_the_command_line_writes(
         points = "".join(f'<point x="{7 * k % 31}" y="{5 * k % 23}"/>' for k in range(31))
         source.write_text(f'<?xml version="1.0"?><map units="mm">{points}</map>', encoding="utf-8")
     opened(page, source)
-    page.get_by_label("Work", exact=True).select_option(work)
+    choose_work(page, work)
     page.get_by_label("Search effort", exact=True).select_option("fast")
     for label, value in fields.items():
         typed(page, label, value)
@@ -278,7 +278,7 @@ def test_after_an_edit_that_is_refused_it_can_be_taken_back_and_the_next_run_is_
     body = '<path d="M5 5h40v30h-40z"/><circle cx="25" cy="20" r="6"/><path d="M65 5h20v30h-20z"/>'
     sheet.write_bytes(svg(90, 40, body))
     opened(page, sheet)
-    page.get_by_label("Work", exact=True).select_option("cut")
+    choose_work(page, "cut")
     page.get_by_label("Search effort", exact=True).select_option("fast")
     typed(page, "Thickness", "6")
     run(page)
@@ -313,7 +313,7 @@ def test_a_cut_is_chosen_by_its_pierce_begun_elsewhere_and_written_by_the_plan_t
     )
     Path("three.svg").write_bytes(svg(180, 40, body))
     opened(page, Path("three.svg"))
-    page.get_by_label("Work", exact=True).select_option("cut")
+    choose_work(page, "cut")
     page.get_by_label("Search effort", exact=True).select_option("fast")
     typed(page, "Thickness", "6")
     run(page)
@@ -391,6 +391,8 @@ def test_beside_the_path_of_before_the_new_program_is_shown_and_told_as_that(pag
     address = page.url
     page.get_by_role("button", name="Run", exact=True).click()
     wait_for(page, lambda: page.url != address)
+    expect(page.locator(".badge")).to_be_visible(timeout=LONG)  # a new outcome opens its summary
+    page.get_by_role("tab", name="Program").click()
     expect(page.locator(".lc-gcode")).to_contain_text("--thickness 6", timeout=LONG)
     expect(told).to_contain_text("This is the new program")
     page.get_by_role("radio", name="After").click()

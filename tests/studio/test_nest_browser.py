@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from parts_to_nest import ANGLE, PLATE
 from playwright.sync_api import Page, expect
-from studio_page import LONG, downloaded, typed
+from studio_page import LONG, choose_work, downloaded, typed, work_is
 
 from leafcut import cli
 
@@ -21,7 +21,7 @@ def test_parts_are_nested_compared_cut_and_downloaded_as_the_command_line_writes
     drawings = {"plate.svg": PLATE, "angle.svg": ANGLE}
     for name, data in drawings.items():
         Path(name).write_bytes(data)
-    page.get_by_label("Work", exact=True).select_option("nest")
+    choose_work(page, "nest")
     expect(page.locator("#open-file[multiple]")).to_be_attached()
     expect(page.get_by_role("button", name="Run", exact=True)).to_be_disabled()
     page.set_input_files("#open-file", list(drawings))
@@ -60,7 +60,7 @@ def test_parts_are_nested_compared_cut_and_downloaded_as_the_command_line_writes
     expect(chosen.get_by_role("button")).to_have_attribute("aria-pressed", "true")
     sheet.get_by_role("button", name="Cutting plan").click()
     expect(page.locator(".back")).to_be_visible()
-    expect(page.get_by_label("Work", exact=True)).to_have_value("cut")
+    work_is(page, "cut")
     given, program = downloaded(page, "Program")
     shown = (page.locator("#command").text_content() or "").split()
     assert cli.run([*shown[1:], "--quiet"]) == 0
@@ -71,7 +71,7 @@ def test_parts_are_nested_compared_cut_and_downloaded_as_the_command_line_writes
 
 
 def test_a_list_fills_in_the_figures_of_the_drawings_that_are_there(page: Page) -> None:
-    page.get_by_label("Work", exact=True).select_option("nest")
+    choose_work(page, "nest")
     expect(page.locator("#open-file[multiple]")).to_be_attached()
 
     def opened(name: str, data: bytes) -> None:

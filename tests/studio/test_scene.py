@@ -19,10 +19,10 @@ from leafcut.model.issue import Issue
 from leafcut.model.part import Hole, Part, Slot
 from leafcut.model.pocket import Pocket
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
-from leafcut.studio.preview import look
-from leafcut.studio.run_job import run
-from leafcut.studio.scene import outcome_scene, part_scene, pheromone_scene, toolpath_scene
-from leafcut.studio.task import ReadyTask
+from leafcut.studio.drawing.scene import outcome_scene, part_scene, pheromone_scene, toolpath_scene
+from leafcut.studio.jobs.run_job import run
+from leafcut.studio.jobs.task import ReadyTask
+from leafcut.studio.page.preview import look
 from leafcut.timing.toolpath import measure
 
 _SIZES = {"f4": "f", "i4": "i", "u4": "I", "u1": "B"}
@@ -45,7 +45,7 @@ def test_a_part_has_its_holes_where_they_are() -> None:
     header, blocks = unpacked(grid_of_holes())
     ox, oy = header["origin"]
     assert [(x + ox, y + oy, d) for x, y, d in blocks["hole"]] == [(h.x, h.y, h.diameter) for h in PART.holes]
-    assert header["extents"] == pytest.approx([10 - 5.75 / 2, 10 - 5.75 / 2, 70 + 5.75 / 2, 50 + 5.75 / 2])
+    assert header["extents"] == pytest.approx([10 - 5 / 2, 10 - 3.75 / 2, 70 + 5.75 / 2, 50 + 5.75 / 2])
 
 
 def test_outlines_are_their_vertices_with_kind_closing_and_part() -> None:

@@ -12,9 +12,9 @@ import pytest
 
 from every import every
 from leafcut import cli
-from leafcut.studio.nest_request import WantedPart
-from leafcut.studio.run_job import Made, run
-from leafcut.studio.task import ReadyTask
+from leafcut.studio.jobs.nest_request import WantedPart
+from leafcut.studio.jobs.run_job import Made, run
+from leafcut.studio.jobs.task import ReadyTask
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 LITTLE = {"iterations": 1, "threads": 1}

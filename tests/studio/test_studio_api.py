@@ -14,9 +14,9 @@ from own_loop import awaited
 from starlette.testclient import TestClient
 
 from leafcut import cli
-from leafcut.studio import jobs
-from leafcut.studio.app import make_api
-from leafcut.studio.run_job import Made
+from leafcut.studio.jobs import jobs
+from leafcut.studio.jobs.run_job import Made
+from leafcut.studio.server.app import make_api
 from leafcut.studio.studio import Studio
 
 ROOT = Path(__file__).parents[2]

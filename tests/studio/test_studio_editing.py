@@ -11,11 +11,11 @@ import pytest
 import leafcut
 from leafcut.errors import OptionError
 from leafcut.read.order_file import load_order
-from leafcut.studio.editing import CutOrder, HoleOrder, OrderStop, cuts_one_by_one
-from leafcut.studio.history import JobState
-from leafcut.studio.panel_edit import can_be_edited, edited_of
+from leafcut.studio.drawing.editing import CutOrder, HoleOrder, OrderStop, cuts_one_by_one
+from leafcut.studio.jobs.history import JobState
+from leafcut.studio.jobs.task import Task
+from leafcut.studio.page.panel_edit import can_be_edited, edited_of
 from leafcut.studio.studio import Studio
-from leafcut.studio.task import Task
 
 XY = np.array([[10.0 * k, 0.0] for k in range(5)])
 CUT = {"start": [0.0, 0.0], "direction": "clockwise", "fixed": []}

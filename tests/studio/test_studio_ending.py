@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from leafcut.studio import jobs as room
-from leafcut.studio.ending import Endable, Ended
-from leafcut.studio.history import JobState
+from leafcut.studio.jobs import jobs as room
+from leafcut.studio.jobs.ending import Endable, Ended
+from leafcut.studio.jobs.history import JobState
+from leafcut.studio.jobs.task import Task
 from leafcut.studio.studio import Studio
-from leafcut.studio.task import Task
 
 LONG_ENOUGH = 60.0
 

@@ -22,14 +22,16 @@ from leafcut.options import ALGORITHMS
 from leafcut.processes import registry
 from leafcut.processes.settings import all_options, collect, used_by
 from leafcut.read.machine import load_machine, machine_names
-from leafcut.studio import forms
-from leafcut.studio.ending import Endable
-from leafcut.studio.history import JobState
-from leafcut.studio.page_state import View
-from leafcut.studio.panel_input import InputPanel, work_of
-from leafcut.studio.panel_live import PACES
+from leafcut.studio.folder import Folder
+from leafcut.studio.jobs.ending import Endable
+from leafcut.studio.jobs.history import JobState
+from leafcut.studio.jobs.task import Task, command_line, prepare, program_name
+from leafcut.studio.page import forms
+from leafcut.studio.page.fitting_machines import offered
+from leafcut.studio.page.page_state import View
+from leafcut.studio.page.panel_input import InputPanel, work_of
+from leafcut.studio.page.panel_live import PACES
 from leafcut.studio.studio import Studio
-from leafcut.studio.task import Task, command_line, prepare, program_name
 from leafcut.studio.wording import words
 from leafcut.timing.toolpath import measure
 from packages import Installer, shop
@@ -149,8 +151,9 @@ def test_in_spanish_a_field_says_it_in_spanish() -> None:
 
 
 @pytest.mark.parametrize("work", ["drill", "cut", "pocket", "program"])
-def test_the_machine_that_is_shown_is_the_one_that_is_taken(work: str) -> None:
-    machines = {name: name for name in machine_names()}
+def test_the_machine_that_is_shown_is_the_one_that_is_taken(work: str, tmp_path: Path) -> None:
+    every = {name: name for name in machine_names()}
+    machines = offered(every, work, "", Folder(tmp_path))
     groups = forms.form(work, {}, EN, machines=machines, tools=[])
     field = next(field for group in groups for field in group["fields"] if field["name"] == "machine")
     taken = load_machine(field["default"])
@@ -170,6 +173,9 @@ def test_parameters_of_an_algorithm_come_with_it() -> None:
     [
         ("thickness", "6mm", ""),
         ("thickness", "0.25in", ""),
+        ("thickness", '3/8"', ""),
+        ("thickness", "1 1/2in", ""),
+        ("thickness", "1/0in", "'1/0in' is divided by 0"),
         ("thickness", "six", "'six' is not"),
         ("thickness", "-1", "below the minimum of"),
         ("seed", "1.5", "not a whole number"),
@@ -382,7 +388,8 @@ def test_both_languages_have_the_same_words_and_none_is_unused() -> None:
     for key in keys:
         assert sorted(fields.findall(words("en").table[key])) == sorted(fields.findall(words("es").table[key])), key
     assert {k.removeprefix("option.") for k in keys if k.startswith("option.")} == {n for _, n, _ in all_options()}
-    code = "".join(p.read_text(encoding="utf-8") for p in (ROOT / "src" / "leafcut" / "studio").glob("*.py"))
+    texts = [p for kind in ("*.py", "*.jinja") for p in (ROOT / "src" / "leafcut" / "studio").rglob(kind)]
+    code = "".join(p.read_text(encoding="utf-8") for p in texts)
     written = set(re.findall(r'"([a-z]+\.[a-z_-]+)"', code))
     stems = set(re.findall(r'f"([a-z]+\.)\{', code))
     sections = {f"{name}." for name in re.findall(r'\b(?:section|named)\("([a-z]+)"', code)}
@@ -416,7 +423,7 @@ def test_both_languages_have_the_same_words_and_none_is_unused() -> None:
 
 def test_the_drawing_before_a_run_lies_as_the_run_will_place_it() -> None:
     """Mirrored it is as large, and drawn elsewhere; a map that is solved is not placed at all."""
-    from leafcut.studio.preview import look
+    from leafcut.studio.page.preview import look
 
     plain = look("example:plate-10", "drill")
     mirrored = look("example:plate-10", "drill", {"mirror": "x"})

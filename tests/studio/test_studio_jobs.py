@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 from waiting import until
@@ -12,13 +13,14 @@ from waiting import until
 import leafcut
 from leafcut.errors import OptionError
 from leafcut.files import OutputError
-from leafcut.studio import jobs as room
-from leafcut.studio.history import Artefact, History, JobState
-from leafcut.studio.jobs import Live
-from leafcut.studio.panel_jobs import change_words, choices_of
-from leafcut.studio.run_job import Made
+from leafcut.model.heartbeat import trial
+from leafcut.studio.jobs import jobs as room
+from leafcut.studio.jobs.history import Artefact, History, JobState
+from leafcut.studio.jobs.jobs import Live
+from leafcut.studio.jobs.run_job import Made
+from leafcut.studio.jobs.task import ReadyTask, Task, prepare, title_of
+from leafcut.studio.page.job_words import change_words, choices_of
 from leafcut.studio.studio import Studio, open_studio
-from leafcut.studio.task import ReadyTask, Task, title_of
 from leafcut.studio.wording import words as words_of
 
 LONG = Task("solve", ("random:300:1",), options={"time_limit": "120s", "bound": False})
@@ -124,6 +126,31 @@ def test_a_job_that_is_over_keeps_nothing_large(studio: Studio) -> None:
     assert studio.jobs.wait(job, 60) is JobState.STOPPED
     assert live.watch.look() == (0, None)
     assert live.points == []
+
+
+def test_of_a_days_jobs_only_the_last_are_still_known_as_they_went(
+    studio: Studio, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What they said and how they stand is read from the history; what that does not know is not let go of."""
+
+    def said(_call: Any, _names: Any, tell: Any, *_: Any) -> Made:
+        tell("search", None, 0.0, None)
+        return Made({}, {}, {})
+
+    def full(*_: object, **__: object) -> None:
+        raise OutputError("cannot write the history (disk full)")
+
+    monkeypatch.setattr(room, "run", said)
+    with monkeypatch.context() as patched:
+        patched.setattr(studio.history, "finish", full)
+        unknown = studio.jobs.start(SHORT)
+        assert studio.jobs.wait(unknown, 30) is JobState.FAILED
+    jobs = [studio.jobs.start(SHORT) for _ in range(room._MOST_ENDED + 4)]
+    assert [studio.jobs.wait(job, 30) for job in jobs] == [JobState.DONE] * len(jobs)
+    live = [one for one in map(studio.jobs.live, jobs) if one is not None]
+    assert (len(live), [one.messages for one in live if one.messages]) == (room._MOST_ENDED, [])
+    assert all([words for _, words in studio.jobs.messages(job)] == ["search"] for job in (*jobs, unknown))
+    assert studio.jobs.wait(unknown, 30) is JobState.FAILED
 
 
 def test_a_run_that_fails_says_its_line_and_nothing_else_ends(studio: Studio) -> None:
@@ -318,3 +345,14 @@ def test_messages_are_counted_also_when_only_the_last_are_kept() -> None:
         live.tell(f"pocket {number}", None, 0.0, None)
     assert (len(live.messages), live.said) == (1000, 1500)
     assert live.messages[-1][1] == "pocket 1499"
+
+
+def test_what_a_run_tries_is_kept_by_its_name_with_what_came_of_it(studio: Studio) -> None:
+    """Also what is told of it in the same words: the words are one message."""
+    call = prepare(Task("optimize", ("example:plate-27",)), studio.folder)
+    live = Live("a", call, ("plate-27",))
+    live.tell(trial("trying both", "zigzag"), None, 0.0, None)
+    live.tell(trial("trying both", "contour"), None, 0.0, None)
+    live.tell(trial("trying both", "zigzag", "41.2 s", 41.2), None, 0.5, None)
+    assert live.tried == {"zigzag": ("41.2 s", 41.2), "contour": ("", None)}
+    assert [words for _, words in live.messages] == ["trying both"]

@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.studio import library
 from leafcut.studio.folder import BUILT_IN
-from leafcut.studio.history import JobState
-from leafcut.studio.preview import look
+from leafcut.studio.jobs.history import JobState
+from leafcut.studio.jobs.task import Task
+from leafcut.studio.page import library
+from leafcut.studio.page.preview import look
 from leafcut.studio.studio import Studio
-from leafcut.studio.task import Task
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -57,7 +57,7 @@ def test_what_leafcut_would_not_read_is_not_saved(studio: Studio) -> None:
 @pytest.mark.parametrize(
     ("source", "works", "layers"),
     [
-        (str(EXAMPLES / "plate_10.dxf"), ("drill", "cut", "nest", "pocket"), {"part"}),
+        (str(EXAMPLES / "plate_10.dxf"), ("drill", "cut", "nest", "pocket"), {"part", "whole"}),
         (str(EXAMPLES / "cam_121.nc"), ("program", "simulate", "verify"), {"after"}),
         ("example:plate-10", ("drill", "solve"), {"part"}),
         ("random:12", ("drill", "solve"), {"part"}),

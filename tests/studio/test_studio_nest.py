@@ -16,11 +16,11 @@ from starlette.testclient import TestClient
 import leafcut
 from leafcut import cli
 from leafcut.errors import OptionError
-from leafcut.studio.history import JobState
-from leafcut.studio.nest_request import WantedPart, list_text, listed_parts, wanted_parts
-from leafcut.studio.sheets import comparison, nest_of, plan_cuts
+from leafcut.studio.jobs.history import JobState
+from leafcut.studio.jobs.nest_request import WantedPart, list_text, listed_parts, wanted_parts
+from leafcut.studio.jobs.sheets import comparison, nest_of, plan_cuts
+from leafcut.studio.jobs.task import Task, command_line, prepare, title_of
 from leafcut.studio.studio import Studio, open_studio
-from leafcut.studio.task import Task, command_line, prepare, title_of
 
 #: Two plates beside each other fill a sheet, so that six parts take several.
 OPTIONS = {"sheet": "200x90", "margin": "2", "gap": "2", "preset": "fast", "nester": "rectangles"}
@@ -97,6 +97,32 @@ def test_the_cuts_of_all_nests_are_planned_compared_and_written_as_the_command_l
     assert {studio.history.get(begun).task.inputs for begun in again} == used  # type: ignore[union-attr]
     for begun in again:
         studio.jobs.cancel(begun)
+
+
+def test_cuts_that_are_being_planned_are_not_begun_again_and_of_a_wrong_option_none_are(
+    studio: Studio, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job, _ = nested(studio)
+    monkeypatch.setattr(studio.jobs._threads, "submit", lambda _: None)  # all wait
+    last = nest_of(studio.history, job)[-1]
+
+    def refused(task: Task, *rest: Any) -> Any:
+        if task.origin == last.origin:
+            raise OptionError("out of range")
+        return prepare(task, *rest)
+
+    with monkeypatch.context() as patch:
+        for module in ("sheets", "jobs"):
+            patch.setattr(f"leafcut.studio.jobs.{module}.prepare", refused, raising=False)
+        with pytest.raises(OptionError, match="out of range"):
+            plan_cuts(studio.jobs, job, {"thickness": "6"})
+    assert studio.jobs.of_sheets(job) == []
+    begun = plan_cuts(studio.jobs, job, {"thickness": "6"})
+    assert plan_cuts(studio.jobs, job, {"thickness": "6"}) == begun
+    assert len(studio.jobs.of_sheets(job)) == len(begun) == len(nest_of(studio.history, job))
+    studio.jobs.cancel(begun[0])
+    assert plan_cuts(studio.jobs, job, {"thickness": "6"})[1:] == begun[1:]
+    assert not {*plan_cuts(studio.jobs, job, {"thickness": "8"})} & {*begun}
 
 
 def test_programs_nest_and_compare_through_the_api(

@@ -6,13 +6,23 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 from nicegui.client import Client
 from nicegui.page import page as page_of
 
-from leafcut.studio.page_state import View
-from leafcut.studio.panel_result import ResultPanel
+from leafcut.studio.drawing.editing import HoleOrder
+from leafcut.studio.jobs.jobs import Live
+from leafcut.studio.jobs.nest_request import WantedPart
+from leafcut.studio.jobs.task import Task, prepare
+from leafcut.studio.page.elements import box
+from leafcut.studio.page.page_state import View
+from leafcut.studio.page.panel_edit import EditPanel
+from leafcut.studio.page.panel_input import InputPanel
+from leafcut.studio.page.panel_nest import NestPanel
+from leafcut.studio.page.panel_parts import PartsPanel
+from leafcut.studio.page.panel_result import ResultPanel
+from leafcut.studio.page.panel_tried import TriedPanel
 from leafcut.studio.studio import Studio
-from leafcut.studio.task import Task
 from leafcut.studio.wording import words
 
 
@@ -22,7 +32,7 @@ def test_an_outcome_is_shown_once_the_page_knows_that_the_run_is_over(studio: St
     source = studio.folder.add_input("plate.dxf", plate.read_bytes())
     job = studio.jobs.start(Task("optimize", (source,), options={"thickness": "6", "preset": "fast"}))
     studio.jobs.wait(job, 60)
-    page: Any = SimpleNamespace(run=SimpleNamespace(watching=True))
+    page: Any = SimpleNamespace(run=SimpleNamespace(watching=True, tell_earlier=lambda _: None))
     with Client(page_of("/")):
         view = View(studio, words("en"))
         view.job = job
@@ -32,3 +42,84 @@ def test_an_outcome_is_shown_once_the_page_knows_that_the_run_is_over(studio: St
         page.run.watching = False
         panel.draw()
         assert "result-panel" in [e.props.get("id") for e in panel.place.descendants()]
+
+
+def test_of_what_is_tried_the_least_cost_is_the_best_so_far_and_what_is_not_over_is_told_so(studio: Studio) -> None:
+    live = Live("a", prepare(Task("optimize", ("example:plate-27",)), studio.folder), ("plate-27",))
+    live.tried = {"zigzag": ("52.0 s", 52.0), "shapes 3": ("41.2 s", 41.2), "ants": ("", None), "adaptive": ("–", None)}
+    with Client(page_of("/")):
+        panel = TriedPanel(words("en"), live)
+        rows = [
+            [getattr(part, "text", "") for part in row.descendants()]
+            for row in panel.place.descendants()
+            if row.tag == "li"
+        ]
+    assert rows == [
+        ["zigzag", "52.0 s"],
+        ["by shapes · 3", "best so far", "41.2 s"],
+        ["ants", "trying …"],
+        ["adaptive", "–"],
+    ]
+
+
+def test_run_that_was_pressed_for_one_input_does_not_begin_another(studio: Studio) -> None:
+    """Nobody has seen the other one when he pressed."""
+    with Client(page_of("/")):
+        view = View(studio, words("en"))
+        panel = InputPanel.__new__(InputPanel)
+        panel.view, panel.page = view, SimpleNamespace(run=SimpleNamespace(running=False), say=lambda *_, **__: None)
+        panel.reading, panel._run_wanted = True, False
+        panel.page_run()
+        assert panel._run_wanted
+        panel.open("example:plate-27", "").close()
+        assert not panel._run_wanted
+
+
+def nothing(*_: Any, **__: Any) -> None:
+    """Stand for a part of the page that is not looked at."""
+
+
+def test_a_drag_that_cannot_be_done_says_why_and_a_button_without_a_stop_asks_for_one(studio: Studio) -> None:
+    """A drag chooses no stop: what is said of it is about the drag."""
+    said: list[str] = []
+    page: Any = SimpleNamespace(say=lambda line, *_: said.append(line), changed=nothing)
+    names = ("select", "select_stop", "set_editable", "show", "hide")
+    canvas: Any = SimpleNamespace(**dict.fromkeys(names, nothing))
+    with Client(page_of("/")):
+        panel = EditPanel(View(studio, words("en")), page, canvas)
+        panel._open(HoleOrder({0: (0, 1), 1: (2,)}, np.zeros((3, 2))))
+        for args in ({"number": 1, "onto": 3}, {"number": 1, "onto": None, "to": [5, 5]}):
+            panel.drag(SimpleNamespace(args=args))  # type: ignore[arg-type]
+        assert [line.partition(";")[0] for line in said] == ["these holes use different tools", "holes cannot be moved"]
+        panel._change_chosen(lambda edited: edited.reverse(0))
+        assert said[2:] == [words("en")("edit.choose")]
+
+
+def test_a_row_of_parts_that_is_removed_twice_takes_no_other_with_it(studio: Studio) -> None:
+    part: Any = SimpleNamespace(draw=nothing)
+    page: Any = SimpleNamespace(input=part, run=part, result=part)
+    with Client(page_of("/")):
+        view = View(studio, words("en"))
+        view.parts = [WantedPart("a"), WantedPart("b"), WantedPart("c")]
+        panel = PartsPanel(view, page)
+        panel.draw()
+        row = panel.rows.props["rows"][1]["id"]
+        panel._remove(row)
+        panel._remove(row)
+        panel._change(row, "quantity", "7")
+        assert view.parts == [WantedPart("a"), WantedPart("c")]
+
+
+def test_why_a_sheet_could_not_be_cut_is_said_in_the_language_of_the_page(studio: Studio) -> None:
+    line = "no parts to nest; open their drawings"
+    variant = {"method": "rectangles", "seed": 1, "utilisation_of_used_percent": 50.0, "sheets": 1, "layouts": []}
+    row = {"state": "failed", "line": line, "time_s": None, "quickest": False, "jobs": []}
+    page: Any = SimpleNamespace()
+    with Client(page_of("/")):
+        panel = NestPanel(View(studio, words("es")), page)
+        panel._answer, panel._rows = {"variants": [{**variant, "cost": None, "unplaced": {}}]}, [row]
+        panel.variants = box()
+        panel._draw_variants()
+        shown = [str(getattr(e, "text", "")) + str(e.props.get("title")) for e in panel.variants.descendants()]
+    assert sum(words("es").plain(line) in one for one in shown) == 2
+    assert not any(line in one for one in shown)

@@ -14,14 +14,14 @@ from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
 from leafcut.errors import OptionError
-from leafcut.studio import safety
-from leafcut.studio.app import guarded, make_api
-from leafcut.studio.connections import patient_protocol
 from leafcut.studio.folder import Folder, safe_name
+from leafcut.studio.jobs.task import Task, prepare
 from leafcut.studio.keys import COOKIE_SECONDS, StudioKeys
-from leafcut.studio.safety import STILL_POLICY, Guard
+from leafcut.studio.server import safety
+from leafcut.studio.server.app import guarded, make_api
+from leafcut.studio.server.connections import patient_protocol
+from leafcut.studio.server.safety import STILL_POLICY, Guard
 from leafcut.studio.studio import PORT, Studio, open_studio
-from leafcut.studio.task import Task, prepare
 
 OWN = f"http://127.0.0.1:{PORT}"
 

@@ -12,11 +12,11 @@ from waiting import until
 
 from leafcut import api
 from leafcut.model.snapshot import Snapshot
-from leafcut.studio import search_watch as watching
-from leafcut.studio.history import JobState
-from leafcut.studio.search_watch import Watch
+from leafcut.studio.jobs import search_watch as watching
+from leafcut.studio.jobs.history import JobState
+from leafcut.studio.jobs.search_watch import Watch
+from leafcut.studio.jobs.task import Task
 from leafcut.studio.studio import Studio
-from leafcut.studio.task import Task
 
 MMAS = {"algorithm": "mmas", "iterations": "12", "threads": "1"}
 

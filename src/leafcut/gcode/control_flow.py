@@ -125,6 +125,8 @@ class Flow:
         self._letters, self._most = 0, max(MAX_REPEATED, REPEATED_PER_LETTER * sum(map(len, lines)))
         self._lines = lines
         self._counters: dict[int, int] = {}
+        #: Line → all that says how the program goes on, as it was when a round of a loop began there last.
+        self._rounds: dict[int, tuple[object, ...]] = {}
         self._deciding = -1
         self._broken = False
         self._of_line: dict[int, Construct] | None = None
@@ -338,9 +340,25 @@ class Flow:
         end, condition = construct.closing(), scanner.expression()
         if math.isnan(condition):
             raise self.jumps.undecided(line, end, construct.first)
-        if construct.kind == "do":
-            return construct.first + 1 if condition else line + 1
-        return line + 1 if condition else end + 1
+        if not condition:
+            return line + 1 if construct.kind == "do" else end + 1
+        self.note_round(line)
+        return (construct.first if construct.kind == "do" else line) + 1
+
+    def note_round(self, line: int) -> None:
+        """Note that one more round of a loop begins at a line: what is as it was there before stays so for ever.
+
+        Raises
+        ------
+        BlockError
+            Nothing has changed of what says how the program goes on.
+        """
+        own = self.parameters
+        calls = [(c.back, c.again, dict(c.numbered), dict(c.local), dict(c.counters)) for c in self.calls]
+        now = own.asks, dict(self._counters), dict(own.numbered), dict(own.shared), dict(own.local), calls
+        if self._rounds.get(line) == now:
+            raise BlockError("this loop is endless: no parameter changes from one round to the next")
+        self._rounds[line] = now
 
     def _obey_endwhile(self, construct: Construct, _scanner: Scanner, _line: int) -> int:
         return construct.first

@@ -16,7 +16,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from leafcut.gcode.words import MAX_NUMBER, Block, BlockError, Word, absurd, refuse_rest, split_line, tokenise, words_of
+from leafcut.gcode.words import (
+    MAX_NUMBER,
+    Block,
+    BlockError,
+    Word,
+    out_of_range,
+    refuse_rest,
+    split_line,
+    tokenise,
+    words_of,
+)
 
 #: LinuxCNC 2.9 takes two numbers for equal when they are nearer than this (seen with rs274: 9e-5 is, 11e-5 is not).
 EQUAL = 1e-4
@@ -66,6 +76,8 @@ class ProgramParameters:
     inside: bool = False
     #: Whether a value was asked for that is not the program's own: such a one may be another elsewhere in the text.
     asked: bool = False
+    #: How many times one was.
+    asks: int = 0
     #: As Fanuc has it: a value may be an expression without brackets, and the machine's parameters begin at #1000.
     fanuc: bool = False
 
@@ -79,6 +91,7 @@ class ProgramParameters:
         value = self.numbered.get(number)
         if value is None:
             self.asked = True
+            self.asks += 1
             value = 0.0 if self.inside and 0 < number <= ARGUMENTS else self.known(str(number))
         return UNKNOWN if value is None else value
 
@@ -97,8 +110,11 @@ class ProgramParameters:
 
     def _find(self, name: str) -> float | None:
         value = (self.shared if name.startswith("_") else self.local).get(name)
-        self.asked |= value is None
-        return self.known(name) if value is None else value
+        if value is not None:
+            return value
+        self.asked = True
+        self.asks += 1
+        return self.known(name)
 
     def digest(self) -> str:
         """Return a short text that is another one whenever any parameter has another value."""
@@ -245,7 +261,7 @@ class Scanner:
             refuse_rest(self.text, start)
         value = float(plain) if plain is not None else self.value()
         if not (-MAX_NUMBER < value < MAX_NUMBER or math.isnan(value)):
-            raise BlockError(absurd(letter))
+            raise BlockError(out_of_range(letter))
         return Word(letter.upper(), value, plain if plain is not None else _shown(value))
 
     def setting(self) -> Setting:

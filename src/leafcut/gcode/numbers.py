@@ -20,7 +20,7 @@ def format_number(value: float, decimals: int, point: bool = False) -> str:
     Raises
     ------
     PostError
-        The number is not finite or absurdly large.
+        The number is not finite, or out of range.
     """
     if not abs(value) <= MAX_LENGTH:
         raise PostError(f"the toolpath has the number {value:g}, out of range of any machine")

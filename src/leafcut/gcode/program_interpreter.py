@@ -232,6 +232,8 @@ class _ProgramPass:
         self.state.line = at + 1
         after, said = self.flow.jumps.obey(statement, at)
         self._note_jump(at, after)
+        if after <= at:
+            self.flow.note_round(at)
         if said:
             return self._words(said, at)
         self.record.add(at + 1, len(self.state.path), _DIRECTS)

@@ -72,7 +72,7 @@ def tokenise(line: str, number: int = 0) -> Block:
     Raises
     ------
     BlockError
-        An unclosed or nested comment, a letter without a number, an absurd number, or any other character.
+        An unclosed or nested comment, a letter without a number, a number out of range, or any other character.
     """
     body, comments = split_line(line)
     if body.startswith("%"):
@@ -91,7 +91,7 @@ def split_line(line: str, nested: bool = False) -> tuple[str, tuple[str, ...]]:
     Raises
     ------
     BlockError
-        The line is absurdly long, or a comment is unclosed, or nested and that may not be.
+        The line is too long, or a comment is unclosed, or nested and that may not be.
     """
     if len(line) > MAX_LINE:
         raise BlockError(f"the line has {len(line)} characters; this is not G-code")
@@ -152,15 +152,15 @@ def words_of(body: str) -> tuple[Word, ...]:
         letter, text = found.groups()
         value = float(text)
         if not -MAX_NUMBER < value < MAX_NUMBER:
-            raise BlockError(absurd(letter))
+            raise BlockError(out_of_range(letter))
         words.append(Word(letter.upper(), value, text))
         position = found.end()
     return tuple(words)
 
 
-def absurd(letter: str) -> str:
-    """Return what to say of a number that no machine understands."""
-    what = f"the number of {letter.upper()} is absurd: {MAX_NUMBER:,.0f} or more"
+def out_of_range(letter: str) -> str:
+    """Return what to say of a number that is too large for any machine."""
+    what = f"the number of {letter.upper()} is out of range: {MAX_NUMBER:,.0f} or more"
     return f"{what}; correct or delete that word, or re-post the program"
 
 

@@ -78,7 +78,7 @@ def best_fit(points: Points, noise: Floats) -> Polyline | None:
     ]
     if len(pieces) == 1:
         return _circle(pieces[0])
-    return _chain(points, _filleted(points, weights, pieces))
+    return _polyline(points, _filleted(points, weights, pieces))
 
 
 # -- which points belong together ------------------------------------------------------------------------------------
@@ -265,7 +265,7 @@ def _distances(piece: _Piece, places: Points) -> Floats:
     return np.asarray(np.hypot(out[:, 0], out[:, 1]) - abs(piece.radius))
 
 
-def _chain(points: Points, pieces: list[_Piece]) -> Polyline:
+def _polyline(points: Points, pieces: list[_Piece]) -> Polyline:
     """Return the path of lines and arcs one after the other."""
     rows: list[list[float]] = []
     for k, piece in enumerate(pieces):

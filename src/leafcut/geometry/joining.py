@@ -65,10 +65,10 @@ def join(paths: Sequence[Polyline], tolerance: float) -> Joining:
     first, second, gaps, own = first[fair], second[fair], gaps[fair], own[fair]
     mate = _mates(chosen, first, second, gaps, own)
     result.branches = _branches(ends, mate, first, second, gaps)
-    for chain, loop in _chains(mate):
+    for walk, loop in _walks(mate):
         gaps_closed: list[tuple[Point, float]] = []
-        path = _assembled(chosen, chain, loop, gaps_closed)
-        result.paths.append(Joined(path, [members[end // 2] for end in chain], gaps_closed))
+        path = _assembled(chosen, walk, loop, gaps_closed)
+        result.paths.append(Joined(path, [members[end // 2] for end in walk], gaps_closed))
     result.paths.sort(key=lambda made: min(made.members))
     return result
 
@@ -119,31 +119,31 @@ def _branches(ends: Points, mate: Indices, first: Indices, second: Indices, gaps
     return [(float(x), float(y)) for x, y in np.unique(places.round(3), axis=0)]
 
 
-def _chains(mate: Indices) -> list[tuple[list[int], bool]]:
-    """Return chains of ends at which paths are entered, and whether each closes; end 2i enters path i at its start."""
+def _walks(mate: Indices) -> list[tuple[list[int], bool]]:
+    """Return the ends at which paths are entered, and whether each closes; end 2i enters path i at its start."""
     table = mate.tolist()
     done = [False] * (len(table) // 2)
-    chains = []
+    walks = []
     for path in range(len(done)):
         if done[path]:
             continue
         entry = 2 * path
         while table[entry] >= 0 and table[entry] ^ 1 != 2 * path:
-            entry = table[entry] ^ 1  # back along the chain, path by path
+            entry = table[entry] ^ 1  # back, path by path
         loop = table[entry] >= 0
         entry = 2 * path if loop else entry
-        chain = []
+        walk = []
         while entry >= 0 and not done[entry // 2]:
             done[entry // 2] = True
-            chain.append(entry)
+            walk.append(entry)
             entry = table[entry ^ 1]
-        chains.append((chain, loop))
-    return chains
+        walks.append((walk, loop))
+    return walks
 
 
-def _assembled(paths: list[Polyline], chain: list[int], loop: bool, gaps: list[tuple[Point, float]]) -> Polyline:
+def _assembled(paths: list[Polyline], walk: list[int], loop: bool, gaps: list[tuple[Point, float]]) -> Polyline:
     """Return one path of several, each entered at one of its ends; what gaps it closes is added to `gaps`."""
-    pieces = [paths[end // 2].reversed() if end % 2 else paths[end // 2] for end in chain]
+    pieces = [paths[end // 2].reversed() if end % 2 else paths[end // 2] for end in walk]
     tables = [piece.vertices.copy() for piece in pieces]
     for k in range(0 if loop else 1, len(tables)):
         before, here = tables[k - 1][-1, :2], tables[k][0, :2]

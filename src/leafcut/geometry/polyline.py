@@ -1,4 +1,4 @@
-"""`Polyline`: a chain of lines and circular arcs, open or closed; what contours, leads and cuts are made of.
+"""`Polyline`: lines and circular arcs end to end, open or closed; what contours, leads and cuts are made of.
 
 An arc is said by its bulge, as in DXF (LWPOLYLINE, group code 42): the tangent of a quarter of its angle, positive
 counter-clockwise; 0 is a straight line, 1 a half circle. A full circle is two half circles.

@@ -6,6 +6,8 @@ two equal entries. Memory is n·k, not n².
 
 from __future__ import annotations
 
+import math
+
 from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
@@ -102,21 +104,25 @@ def wear(
 
 @kernel
 def branching(candidates: NDArray, pheromone: NDArray, share: float) -> float:
-    """Return the mean number of edges per node whose trail is above min + share·(max − min) of that node.
+    """Return the mean over the nodes of how many of a node's edges have a trail τ ≥ τ_min + λ·(τ_max − τ_min).
 
-    Source: Dorigo and Stützle 2004, section 3.3.4 (λ-branching factor), share = λ.
+    τ_min and τ_max are the least and the largest trail of that node; λ is `share`. It falls from the length of the
+    lists to 2 as ants come to agree.
+
+    Source: Dorigo and Stützle 2004, section 3.3.4 (mean λ-branching factor; λ = 0.05 there). Differs: edges are those
+    of the candidate lists; with full lists, all. An entry that leads back to its own node is no edge.
     """
     total, nodes = 0, 0
     for i in range(candidates.shape[0]):
-        if candidates[i, 0] < 0:
-            continue
-        low = high = pheromone[i, 0]
+        low, high = math.inf, -math.inf
         for c in range(candidates.shape[1]):
-            if candidates[i, c] >= 0:
+            if candidates[i, c] >= 0 and candidates[i, c] != i:
                 low, high = min(low, pheromone[i, c]), max(high, pheromone[i, c])
+        if low == math.inf:
+            continue
         mark = low + share * (high - low)
         nodes += 1
         for c in range(candidates.shape[1]):
-            if candidates[i, c] >= 0 and pheromone[i, c] >= mark:
+            if candidates[i, c] >= 0 and candidates[i, c] != i and pheromone[i, c] >= mark:
                 total += 1
     return total / nodes if nodes else 1.0

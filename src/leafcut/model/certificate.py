@@ -1,4 +1,4 @@
-"""`Certificate`: the proof that two programs do the same work, or in what they differ."""
+"""`Certificate`: the proof that two programs do the same work, or the differences between them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from leafcut.model.difference import Difference
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """How much a program does: holes by cycle, cuts, dwells, stages with work in them, and tool changes."""
+    """How much work a program does: holes by cycle, cuts, dwells, stages with work in them, and tool changes."""
 
     holes: int
     cuts: int
@@ -20,28 +20,28 @@ class Counts:
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """What was compared, and in what the programs differ.
+    """What was compared, and the differences that were found.
 
     Attributes
     ----------
     same
-        The new program does the work of the original, and nothing else, no less safely.
+        The new program does the work of the original and nothing else, and is as safe.
     differences
-        What is not the same, at most some fifty; the last one says how many more there are.
+        What differs: at most about fifty, the last of which says how many more there are.
     before, after
-        How much the original and the new program do.
+        How much work the original and the new program do.
     compared
-        In words, what is the same; nothing where something differs.
+        What is the same, in words; empty where something differs.
     sha256
-        Of the original's text.
+        SHA-256 of the original's text.
     allow_reverse
-        Open cuts were the same in either direction.
+        Open cuts could be reversed.
     reversed_cuts
-        How many of them are made from their other end.
+        How many of them are reversed.
     notes
-        What has changed beside the work, in sentences: which parts a beam cuts free before which.
+        What has changed besides the work, in sentences: which parts a beam now cuts free before which.
     defaults
-        Which of the options that were used are of the person's own defaults, as one types them.
+        Which options came from the user's own defaults, as flags.
     """
 
     same: bool

@@ -19,6 +19,29 @@ Heartbeat = Callable[[], None]
 _TOLD_AGAIN = 0.1
 
 
+class Trial(str):
+    """Words about one of several ways that are tried in turn; a progress is told it in the place of plain words.
+
+    Attributes
+    ----------
+    name
+        Of the way, and of no other one.
+    figure, cost
+        What came of it, for people and to be compared: the less, the better; "" and None as long as that is not known.
+    """
+
+    name: str
+    figure: str
+    cost: float | None
+
+
+def trial(words: str, name: str, figure: str = "", cost: float | None = None) -> Trial:
+    """Return words about a way that is tried."""
+    made = Trial(words)
+    made.name, made.figure, made.cost = name, figure, cost
+    return made
+
+
 def unseen() -> None:
     """Nobody waits."""
 

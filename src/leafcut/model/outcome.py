@@ -21,9 +21,9 @@ from leafcut.model.toolpath import Toolpath
 class OperationOutcome:
     """One tool's work: how many holes or slots, by which cycle, and the solution of its order.
 
-    `hole_order` are indices into `Part.holes` (or `Part.slots` when `slots`), in the order of machining. In a program
-    that came from elsewhere, `cuts` is how many chains of cuts it orders besides, and `lines` the first and the last
-    line of the section that they stand in, and `staying` the holes that the tool drills in their old places.
+    `hole_order` are indices into `Part.holes` (or `Part.slots` when `slots`), in the order of machining. The rest is
+    for a program of another CAM: `cuts` is how many cuts are ordered with the holes, `lines` the first and the last
+    line of their section, and `staying` the holes that the tool drills in their old places.
     """
 
     tool: Tool
@@ -73,8 +73,8 @@ class Outcome(Generic[D]):
         What belongs to the process alone: the plans of a sheet or of pockets, the proof of a program.
     written
         What the text does, read back for the proof, with the line of every row. None where `path_after` was read.
-    encoding
-        Of the program's text in a file.
+    encoding, extension
+        Of the program's text in a file, and what the name of such a file ends in, with the dot.
     output, report
         Where program and report were written, or empty.
     options
@@ -100,6 +100,7 @@ class Outcome(Generic[D]):
     issues: tuple[Issue, ...] = ()
     written: Toolpath | None = None
     encoding: str = "utf-8"
+    extension: str = ".nc"
     output: str = ""
     report: str = ""
     options: dict[str, str] = field(default_factory=dict)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
 from leafcut.model.cutting import CutPlan
 from leafcut.model.measure import Measure
+from leafcut.model.toolpath import Toolpath
 
 #: Which of the two paths of an outcome.
 Which = Literal["before", "after"]
@@ -80,11 +82,17 @@ class ProcessReport(Protocol):
     def facts(self) -> list[Fact]:
         """Return the lines of the summary that belong to this process."""
 
+    def overview(self) -> dict[str, Any]:
+        """Return the figures of the page without its drawings (`report.overview`): tiles, times and parts."""
+
     def page(self) -> dict[str, Any]:
         """Return what the page's template needs."""
 
     def drawing(self, which: Which) -> str:
         """Return the path ``before`` or ``after`` as a drawing in SVG that stands alone but for its styles."""
+
+    def ways(self) -> Iterator[tuple[str, Toolpath]]:
+        """Yield the other ways to do the same work that were tried, and the one that is written, each by its name."""
 
     def plan(self, which: Which) -> CutPlan | None:
         """Return the plan of a sheet's cuts ``before`` or ``after``; None for other work."""

@@ -1,4 +1,4 @@
-"""`Sequence`: a foreign program as pieces of work that may change places, and what must stay.
+"""`Sequence`: a program of another CAM as pieces of work that can be reordered, and what must stay.
 
 Blocks are those of `gcode.program.Program`, by number.
 """
@@ -60,8 +60,8 @@ class Staying:
 
 
 @dataclass(frozen=True, slots=True)
-class BlockRun:
-    """A run of blocks that does one piece of work, and can stand elsewhere as a whole.
+class PieceOfWork:
+    """A run of blocks that does one piece of work and moves as a whole: a hole, or a cut.
 
     It begins with the rapid that brings the tool over its first place, and ends when the tool is up again.
 
@@ -101,29 +101,29 @@ class BlockRun:
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """Chains whose order is free, but for some that must come before others.
+    """Pieces of work whose order is free, but for some that must come before others.
 
     Attributes
     ----------
-    chains
+    pieces
         In the order of the program.
     precedence
-        int32[k, 2]: pairs (before, after) of chains.
+        int32[k, 2]: pairs (before, after) of pieces.
     start, end
-        (x, y) in mm where the tool is before the first chain, and where it must go after the last; None where that is
+        (x, y) in mm where the tool is before the first piece, and where it must go after the last; None where that is
         not known or does not matter.
     clearance
-        The height at which the tool crosses from chain to chain, mm: nowhere lower than it did there.
+        The height at which the tool crosses from piece to piece, mm: nowhere lower than it did there.
     tool
         In the spindle, None where the program does not say.
     ties
-        By cause, int32[n, 2]: the first chain behind each that must stay behind it, n where there is none; and the
+        By cause, int32[n, 2]: the first piece behind each that must stay behind it, n where there is none; and the
         last one before each that must stay before it, -1 where there is none.
     stays
-        Why a chain can stand nowhere else, None where it can; empty while that is not looked at.
+        Why a piece can stand nowhere else, None where it can; empty while that is not looked at.
     """
 
-    chains: tuple[BlockRun, ...]
+    pieces: tuple[PieceOfWork, ...]
     precedence: NDArray[np.int32] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int32))
     start: tuple[float, float] | None = None
     end: tuple[float, float] | None = None
@@ -144,7 +144,7 @@ class Kept:
 
 @dataclass(frozen=True, eq=False)
 class Sequence:
-    """A program in pieces.
+    """A program as what stays and what can be ordered.
 
     Attributes
     ----------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +30,52 @@ class Pheromone:
     strength: NDArray[np.float32]
 
 
+@dataclass(frozen=True)
+class NextPlace:
+    """One of the steps that an ant can take from a place.
+
+    Attributes
+    ----------
+    place
+        Where it leads: the number of a point or hole, from 1.
+    cost, pheromone, attraction
+        Of the step: d, τ, and η = 1 / (d + ε).
+    probability
+        With which an ant takes it that has been at none of the places.
+    """
+
+    place: int
+    cost: float
+    pheromone: float
+    attraction: float
+    probability: float
+
+
+@dataclass(frozen=True)
+class SearchStep:
+    """What an algorithm of the literature just did, in the numbers of its formulas.
+
+    Attributes
+    ----------
+    algorithm
+        Its name among the options.
+    values
+        By the letters of `docs/glossary.md`, with words where a formula has an index: ``alpha``, ``tau_max``,
+        ``c_best`` (the best path so far), ``c_iteration`` (the best of this iteration).
+    depositor
+        Who of MAX–MIN Ant System laid pheromone: ``best``, ``iteration``, or ``restart`` where all trails are equal
+        again.
+    here, choices
+        The place of an example, and the likeliest steps from there; none where steps have a direction.
+    """
+
+    algorithm: str
+    values: Mapping[str, float]
+    depositor: str = ""
+    here: int = 0
+    choices: tuple[NextPlace, ...] = ()
+
+
 @dataclass(frozen=True, eq=False)
 class Snapshot:
     """One moment of a search.
@@ -49,6 +95,8 @@ class Snapshot:
         Of ants, else None.
     brightness
         Of fireflies, float64[f]: 1 / length; else None.
+    step
+        What the algorithm did, where it is one of the literature; else None.
     """
 
     path: NDArray[np.float64]
@@ -59,6 +107,7 @@ class Snapshot:
     workers: tuple[WorkerFigures, ...] = ()
     pheromone: Pheromone | None = None
     brightness: NDArray[np.float64] | None = None
+    step: SearchStep | None = None
 
 
 #: Called by a search between its steps with a function that takes a snapshot, good for this call only, and whether the

@@ -31,6 +31,7 @@ class MachineOptions(OptionGroup):
         "work offset: program zero in machine coordinates, x,y,z",
         unit="mm",
         default_words="the machine's, else unknown",
+        example="-400,-200,-300",
     )
 
 

@@ -24,11 +24,14 @@ ALGORITHM_TITLES = {
     "none": "the order in the drawing",
 }
 ALGORITHMS = tuple(ALGORITHM_TITLES)
+#: Those of the literature, as their authors describe them; they also order the clusters of paths with a direction.
+ANT_ALGORITHMS = ("as", "eas", "asrank", "mmas", "acs")
+LITERATURE = (*ANT_ALGORITHMS, "firefly")
 #: Where the packages of other people name theirs.
 ALGORITHM_GROUP = "leafcut.algorithms"
 
 #: Only these have ants; only that has fireflies.
-_ANTS = "algorithm=as|eas|asrank|mmas|acs"
+_ANTS = f"algorithm={'|'.join(ANT_ALGORITHMS)}"
 _FIREFLIES = "algorithm=firefly"
 
 
@@ -125,7 +128,7 @@ class AcoOptions(OptionGroup):
     n_ants: int | None = option(
         "whole",
         None,
-        "ants per iteration",
+        "ants per iteration (m)",
         minimum=1,
         maximum=1_000_000,
         default_words="one per node; 25 with local search; 10 for acs",
@@ -144,6 +147,15 @@ class AcoOptions(OptionGroup):
         default_words="0.5 as, eas · 0.1 asrank, acs · 0.02 mmas, 0.2 with local search",
         needs=_ANTS,
     )
+    initial_pheromone: float | None = option(
+        "number",
+        None,
+        "pheromone on every edge at the start (τ₀)",
+        minimum=1e-30,
+        maximum=1e30,
+        default_words="from the nearest-neighbour tour",
+        needs=_ANTS,
+    )
     elitist_weight: float | None = option(
         "number",
         None,
@@ -156,7 +168,7 @@ class AcoOptions(OptionGroup):
         "whole", 6, "number of ranks that deposit (w of asrank)", minimum=1, maximum=1000, needs="algorithm=asrank"
     )
     greedy_probability: float = option(
-        "number", 0.9, "probability of taking the best edge (q0 of acs)", minimum=0, maximum=1, needs="algorithm=acs"
+        "number", 0.9, "probability of taking the best edge (q₀ of acs)", minimum=0, maximum=1, needs="algorithm=acs"
     )
     local_evaporation_rate: float = option(
         "number", 0.1, "local evaporation on each edge used (ξ of acs)", minimum=0, maximum=1, needs="algorithm=acs"
@@ -197,7 +209,7 @@ class FireflyOptions(OptionGroup):
     attractiveness: float | None = option(
         "number",
         None,
-        "attractiveness: inversions per move towards a near tour (β0)",
+        "attractiveness: inversions per move towards a near tour (β₀)",
         minimum=0,
         maximum=1000,
         default_words="20 in simple mode, 15 in complex",
@@ -223,7 +235,7 @@ class FireflyOptions(OptionGroup):
     short_inversion: int | None = option(
         "whole",
         None,
-        "longest short inversion, in nodes",
+        "longest short inversion, in nodes: the size of a random step (α)",
         minimum=2,
         default_words="a quarter of the nodes; 50 with local search",
         needs=_FIREFLIES,

@@ -29,12 +29,15 @@ class Settings:
         Names of what was given, also where that is what holds anyway; of these what was given by itself, on the
         command line or in a call, and not in a file, which may be meant for many processes; and what is of the
         person's own defaults.
+    process
+        What ``--process`` has to say to have the same work again, "" where the input alone says it.
     """
 
     groups: Mapping[type[OptionGroup], OptionGroup] = field(default_factory=lambda: MappingProxyType({}))
     given: frozenset[str] = frozenset()
     asked: frozenset[str] = frozenset()
     defaults: frozenset[str] = frozenset()
+    process: str = ""
 
     def of(self, group: type[Group]) -> Group:
         """Return the options of a group."""
@@ -97,7 +100,8 @@ class Settings:
 
     def changed(self) -> dict[str, str]:
         """Return every option that is not at its default and can change the program: flag → value as one types it."""
-        return dict(
+        process = {"--process": self.process} if self.process else {}
+        return process | dict(
             _as_typed(group, name) for group in self.groups.values() for name in group.changed()
             if group.specs()[name].changes_program
         )  # fmt: skip

@@ -57,5 +57,7 @@ def parse_sheet(word: str) -> SheetWord:
             "price 3000x1500:4@180, or a drawing such as remnant.dxf"
         ) from None
     if not (0.0 < length <= LARGEST_SHEET and 0.0 < width <= LARGEST_SHEET):
-        raise OptionError(f"--sheet: {shown(name)} is out of range; a side is at most {LARGEST_SHEET / 1000:g} m")
+        raise OptionError(
+            f"--sheet: {shown(name)} is out of range; a side is above 0 and at most {LARGEST_SHEET / 1000:g} m"
+        )
     return SheetWord(name, (length, width), number, cost)

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
+from leafcut.kinds import Head
 from leafcut.option_spec import OptionGroup
 from leafcut.options import (
     AcoOptions,
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from leafcut.model.outcome import Outcome
     from leafcut.model.part import Part
     from leafcut.processes.course import Run
+    from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Source
 
 #: Groups of a form: the key of a title, and names of options.
@@ -119,6 +121,10 @@ class Process(Work, Protocol):
     form
         The options that a form shows, the important ones first: (key of the title, names). The first two groups are
         open, the others folded.
+    heads
+        What a machine must work with to do it; empty where any will do.
+    pictured
+        How a small picture shows what it works: ``holes`` as dots, ``lines``, or ``areas`` filled.
     """
 
     options: ClassVar[tuple[type[OptionGroup], ...]] = ()
@@ -134,6 +140,8 @@ class Process(Work, Protocol):
     asks: ClassVar[str] = "auto"
     offered_with: ClassVar[str] = ""
     form: ClassVar[FormGroups] = ()
+    heads: ClassVar[tuple[Head, ...]] = ()
+    pictured: ClassVar[str] = "lines"
 
     def used(self) -> Mapping[str, str]:
         """Return the options that it uses: its own and of shared groups, each with what must hold besides."""
@@ -143,6 +151,14 @@ class Process(Work, Protocol):
     def usual(self, settings: Settings) -> Settings:
         """Return the settings with what this process takes where nobody said anything: its usual machine."""
         return settings
+
+    def machine_for(self, format_name: str) -> str:
+        """Return the machine that is at hand for files of a format; "" where they need none of their own."""
+        return ""
+
+    def suits(self, drawing: WholeDrawing) -> Suitability | None:
+        """Return how well a drawing suits it, from all that the drawing shows; None for no opinion."""
+        return None
 
     def run(self, run: Run, sources: Sequence[Source], asked: str) -> Outcome[Any]:
         """Do the work; `asked` is what ``--process`` said.

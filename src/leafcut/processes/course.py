@@ -78,10 +78,7 @@ def machine_of(settings: Settings) -> Machine:
     """Return the machine that the settings name."""
     from leafcut.read.machine import load_machine
 
-    offset = settings.machine.work_offset
-    if offset is not None and len(offset) != 3:
-        raise OptionError("--work-offset: expected three numbers, x,y,z")
-    return load_machine(settings.machine.machine, offset)
+    return load_machine(settings.machine.machine, settings.machine.work_offset)
 
 
 def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> None:

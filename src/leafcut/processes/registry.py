@@ -16,7 +16,9 @@ from leafcut.processes.base import Process, Work
 from leafcut.processes.inquiries import Simulating, Solving, Verifying
 
 if TYPE_CHECKING:
+    from leafcut.kinds import Head
     from leafcut.model.part import Part
+    from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Format, Source
 
 #: In the order in which they are offered: name → module and class.
@@ -84,8 +86,15 @@ def _taken_words() -> frozenset[str]:
     return frozenset({*OTHER_COMMANDS, *BUILT_IN, *(word for one in own for word in (one.command, *one.asked_as))})
 
 
+def _claims(one: Process) -> tuple[str, ...]:
+    """Return what a process has that no other one may have: its words, and its options with their tables."""
+    tables = (f"[{group.section}]" for group in one.options)
+    flags = (flag_name(option) for group in one.options for option in group.specs())
+    return (*(f"--process {word}" for word in one.asked_as), *tables, *flags)
+
+
 #: Outsiders' processes: an entry point is a class that inherits from `base.Process`.
-PACKAGED = PluginKind("process", "leafcut.processes", _taken_words, _process_of, lambda one: one.title)
+PACKAGED = PluginKind("process", "leafcut.processes", _taken_words, _process_of, lambda one: one.title, _claims)
 
 
 def process(name: str) -> Process:
@@ -164,6 +173,28 @@ def look_at(work: str, source: Source | str, settings: Settings) -> Part:
     return process(work).look_at(source, settings) if work in names() else read(source, settings.read)
 
 
+def suited(works: Sequence[str], drawing: WholeDrawing) -> dict[str, Suitability]:
+    """Return what each of some kinds of work says of a drawing, the likeliest first; without those that say nothing."""
+    said = {name: process(name).suits(drawing) for name in works if name in names()}
+    known = {name: one for name, one in said.items() if one is not None}
+    return dict(sorted(known.items(), key=lambda pair: -pair[1].score))
+
+
+def does_with(work: str, head: Head) -> bool:
+    """Return whether a machine that works with a head can do a kind of work; what is no process asks for none."""
+    return work not in names() or not process(work).heads or head in process(work).heads
+
+
+def machine_for(work: str, format_name: str) -> str:
+    """Return the machine that is at hand for files of a format, where a kind of work has one; else ""."""
+    return process(work).machine_for(format_name) if work in names() else ""
+
+
+def usual(work: str, settings: Settings) -> Settings:
+    """Return the settings with what a kind of work takes where nobody said anything."""
+    return process(work).usual(settings) if work in names() else settings
+
+
 def check_asked(word: str) -> None:
     """Refuse what no process is asked for by.
 
@@ -203,6 +234,16 @@ def process_for(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:
             return one
     words = " or ".join(", ".join(word for one in fitting for word in one.asked_as).rsplit(", ", 1))
     raise OptionError(f"{asked}: the input is a drawing, not a program; use {words}")
+
+
+def needed_word(inputs: Sequence[tuple[Format, Source]], asked: str) -> str:
+    """Return what ``--process`` has to say to have the same work again, "" where the inputs alone say it.
+
+    Which kind of program one is, is looked up in it: where that was said, it has to be said again.
+    """
+    chosen = process_for(inputs, asked)
+    said_by_input = asked in ("auto", chosen.command) and process_for(inputs, "auto") is chosen
+    return "" if said_by_input else asked
 
 
 def _joining(inputs: Sequence[tuple[Format, Source]], asked: str) -> Process:

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from leafcut.errors import OptionError, nearest
-from leafcut.files import line_of, read_toml
+from leafcut.files import check_is_there, line_of, read_toml
 from leafcut.option_spec import OptionGroup, OptionSpec, flag_name
 from leafcut.options.settings import Settings, without
 from leafcut.processes import registry
@@ -57,10 +58,16 @@ def all_options() -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
 
 def group_of(name: str) -> type[OptionGroup]:
     """Return the group that holds the option `name`, or raise `OptionError` with the nearest name."""
-    names = {option: group for group, option, _ in all_options()}
+    names = _by_name(registry.groups())
     if name not in names:
         raise OptionError(f"unknown option '{name}'{nearest(name, names)}")
     return names[name]
+
+
+@cache
+def _by_name(groups: tuple[type[OptionGroup], ...]) -> dict[str, type[OptionGroup]]:
+    """Return the group of every option; a page of the studio asks for hundreds."""
+    return {name: group for group in groups for name in group.specs()}
 
 
 def options_of_file(file: Path) -> dict[str, Any]:
@@ -90,13 +97,24 @@ def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settin
     Raises
     ------
     OptionError
-        An option that was given by itself, not in a file for many kinds of work, is not used.
+        An option that was given by itself, not in a file for many kinds of work, is not used; or it names a file that
+        is not there.
     """
     unused = dict(_unused(settings, work, input_kind))
     for name, why in unused.items():
         if name in settings.asked:
             raise OptionError(f"{flag_name(name)}: {why}")
-    return without(settings, unused) if unused else settings
+    used = without(settings, unused) if unused else settings
+    _check_files(used)
+    return used
+
+
+def _check_files(settings: Settings) -> None:
+    """Refuse files that options name and that are not there; that the others can be read, their readers find out."""
+    for name in sorted(settings.given):
+        group = group_of(name)
+        if group.specs()[name].names_input:
+            check_is_there(flag_name(name), getattr(settings.of(group), name))
 
 
 def why_unused(name: str, title: str, instead: str = "") -> str:
@@ -115,7 +133,7 @@ def _unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[s
             continue
         for condition in used[name].split():
             if not _holds(condition, settings, input_kind):
-                yield name, f"{_said(condition)}; change that, or leave it out"
+                yield name, _refusal(name, condition)
                 break
 
 
@@ -125,13 +143,20 @@ def _holds(condition: str, settings: Settings, input_kind: str) -> bool:
     return wanted == (value in values.split("|") if values else bool(value))
 
 
-def _said(condition: str) -> str:
-    """Return a condition in words, such as "only used with --keep-out"."""
+def _refusal(option: str, condition: str) -> str:
+    """Return that an option needs a condition, and what to change: "only used with --keep-out; add --keep-out …"."""
     wanted, (name, _, values) = not condition.startswith("!"), condition.removeprefix("!").partition("=")
     words = " or ".join(", ".join(values.split("|")).rsplit(", ", 1))
     if name == "input":
-        return f"only used for a {words}" if wanted else f"not used for a {words}"
-    return f"only used {'with' if wanted else 'without'} {flag_name(name)}{f' {words}' if words else ''}"
+        return f"{'only' if wanted else 'not'} used for a {words}; leave it out"
+    flag, own = flag_name(name), flag_name(option)
+    if not values:
+        return f"only used with {flag}; add {flag} or leave out {own}" if wanted else _one_of(flag, own)
+    return f"only used {'with' if wanted else 'without'} {flag} {words}; set {flag} or leave out {own}"
+
+
+def _one_of(flag: str, own: str) -> str:
+    return f"not used with {flag}; leave out {flag} or {own}"
 
 
 def _from_folder(group: type[OptionGroup], table: Mapping[str, Any], folder: Path) -> dict[str, Any]:

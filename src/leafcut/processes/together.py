@@ -20,7 +20,7 @@ from leafcut.model.solution import Solution
 from leafcut.options import SolveOptions
 
 #: Rounds in which paths are ordered between their neighbours, and the iterations of each search.
-_ROUNDS, _ITERATIONS = 2, 2
+_ROUNDS, _ITERATIONS = {"fast": 0, "default": 2, "thorough": 2}, 2
 #: Of so few clusters the quick search finds the best order, or nearly.
 _FEW = 18
 #: Above this many clusters in all the first round is enough: the ways from path to path are a small part.
@@ -108,7 +108,7 @@ def _outlined(stages: Sequence[Stage], quick: SearchOne, options: SolveOptions) 
     if sum(stage.problem.n_clusters for stage in stages) > _MANY:
         return best
     orders = list(best)
-    for _ in range(_ROUNDS):
+    for _ in range(_ROUNDS[options.preset]):
         for number in range(len(stages)):
             problem = _placed(stages, number, orders)
             if number + 1 < len(stages) and stages[number + 1].follows:

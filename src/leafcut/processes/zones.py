@@ -9,10 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError
+from leafcut.units import parse_quantity
+
+
+def _coordinate(word: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        return parse_quantity(word, "mm")
 
 
 def parse_zones(rectangles: Sequence[str]) -> NDArray[np.float64]:
-    """Return float64[k, 4] of texts "x0 y0 x1 y1" in mm, corners in any order.
+    """Return float64[k, 4] of texts "x0 y0 x1 y1" in mm, or each with a unit of its own, corners in any order.
 
     Raises
     ------
@@ -22,8 +30,8 @@ def parse_zones(rectangles: Sequence[str]) -> NDArray[np.float64]:
     rows = []
     for text in rectangles:
         try:
-            x0, y0, x1, y1 = (float(word) for word in text.split())
-        except ValueError:
+            x0, y0, x1, y1 = (_coordinate(word) for word in text.split())
+        except (OptionError, ValueError):
             raise OptionError(
                 f"--keep-out: '{text}' is not a rectangle such as '0 0 40 25': four numbers, with spaces between"
             ) from None

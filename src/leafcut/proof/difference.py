@@ -32,7 +32,12 @@ def place(x: float, y: float, z: float | None = None) -> str:
 
 def describe(motion: Motion) -> str:
     """Return what a row does, for people: ``rapid to X1.000 Y2.000 Z3.000``."""
-    if motion.kind <= Kind.DRILL or motion.kind in (Kind.MACHINE, Kind.PROBE):
+    if motion.kind is Kind.MACHINE:
+        axes = " ".join(f"{axis}{v:.3f}" for axis, v in zip("XYZ", motion.end, strict=True) if not math.isnan(v))
+        return f"{_WORDS[motion.kind]} to {axes or place(*motion.end)}"
+    if motion.kind is Kind.PAUSE:
+        return f"{_WORDS[motion.kind]} M{motion.ref}"
+    if motion.kind <= Kind.DRILL or motion.kind is Kind.PROBE:
         return f"{_WORDS[motion.kind]} to {place(*motion.end)}"
     if motion.kind is Kind.SHIFT:
         return f"{_WORDS[motion.kind]} by which the tool is at {place(*motion.end)}"

@@ -11,7 +11,7 @@ from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.format import Format, Match, Source
 from leafcut.read.registry import Input, formats, read_source, run
 
-__all__ = ["Format", "Input", "Match", "Source", "formats", "read", "read_contours", "read_pockets"]
+__all__ = ["Format", "Input", "Match", "Source", "formats", "read", "read_contours", "read_pockets", "read_whole"]
 
 
 def read(source: Input, options: ReadOptions | None = None, look: Heartbeat = unseen) -> Part:
@@ -76,6 +76,23 @@ def read_pockets(
     clear, given, join = format_.pockets, pocket_options or PocketDrawingOptions(), joining or SheetOptions()
     reader = replace(format_, read=lambda file, reading: clear(file, reading, given, join))
     return _unless_strict(run(reader, loaded, options), loaded, options)
+
+
+def read_whole(source: Input, options: ReadOptions | None = None, look: Heartbeat = unseen) -> Part:
+    """Return all that a drawing shows, in mm, whatever of it is to be worked, for a look at it.
+
+    Its circles are holes, or contours where the format does not tell them from others. Which layers and holes `options`
+    choose makes no difference. `look` is called as it goes on.
+
+    Raises
+    ------
+    ReadError
+        The file cannot be read, or shows nothing.
+    """
+    all_of_it = replace(options or ReadOptions(), layers=(), min_diameter=None, max_diameter=None, concentric="all")
+    format_, loaded = read_source(source, look)
+    reader = format_.whole or format_.contours or format_.read
+    return run(replace(format_, read=reader), loaded, all_of_it)
 
 
 def _unless_strict(part: Part, loaded: Source, options: ReadOptions) -> Part:

@@ -142,7 +142,7 @@ def _row(place: str, line: int, data: dict[str, Any]) -> ChartRow:
     assert thickness is not None and speed is not None
     return ChartRow(
         process=word("process").lower(),
-        material=_named(word("material")),
+        material=material_name(word("material")),
         thickness=thickness,
         feed=speed / SECONDS_PER_MINUTE,
         amps=number("amps"),
@@ -156,14 +156,15 @@ def _row(place: str, line: int, data: dict[str, Any]) -> ChartRow:
     )
 
 
-def _named(material: str) -> str:
+def material_name(material: str) -> str:
+    """Return what charts call a material: ``mild_steel`` of ``Mild Steel`` or ``steel``."""
     word = "_".join(material.lower().replace("-", " ").split())
     return MATERIALS.get(word, word)
 
 
 def kinds_for(rows: Iterable[ChartRow], process: str, material: str) -> set[str]:
     """Return what of a process the chart has for a material: the full names, such as ``laser_co2_60w``."""
-    return {r.process for r in rows if _is_process(r.process, process) and r.material == _named(material)}
+    return {r.process for r in rows if is_process(r.process, process) and r.material == material_name(material)}
 
 
 def find_cut_data(
@@ -200,11 +201,11 @@ def find_cut_data(
         Nothing of that thickness; says the nearest ones.
     """
     rows = list(rows)
-    known = [r for r in rows if _is_process(r.process, process)]
+    known = [r for r in rows if is_process(r.process, process)]
     own = _own_row(process, material, thickness, amps, given)
     if not known and own is None:
         raise OptionError(f"--cut-process: the chart has no '{process}'{nearest(process, _all(rows, 'process'))}")
-    material = _named(material)
+    material = material_name(material)
     named = [r for r in known if r.material == material]
     if not named and own is None:
         raise OptionError(
@@ -234,12 +235,13 @@ def _own_row(
         return None
     said = {key: given.get(key) for key in GIVEN}
     return ChartRow(
-        process.lower(), _named(material), thickness, given["feed"] or 0.0, amps, said["pierce_height"],
+        process.lower(), material_name(material), thickness, given["feed"] or 0.0, amps, said["pierce_height"],
         said["pierce_delay"], said["cut_height"], said["kerf"], None, "the user's own", "the user's own figures",
     )  # fmt: skip
 
 
-def _is_process(name: str, asked: str) -> bool:
+def is_process(name: str, asked: str) -> bool:
+    """Return whether a process of a chart is the one that is asked for, or a kind of it."""
     return name == asked.lower() or name.startswith(f"{asked.lower()}_")
 
 

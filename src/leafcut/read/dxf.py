@@ -19,6 +19,7 @@ from leafcut.read.dxf_blocks import BlockWalk
 from leafcut.read.dxf_contours import read_dxf_contours, read_dxf_pockets
 from leafcut.read.dxf_document import hidden_by_layer, layers_of, open_document, sniff, units_of, walk_issues
 from leafcut.read.dxf_shapes import ROUND, Matrix, Shape, half_axes, is_flat, moved, seen_span, shape_of
+from leafcut.read.dxf_whole import read_dxf_whole
 from leafcut.read.filter_holes import sift
 from leafcut.read.format import (
     FREE_HOLES,
@@ -77,7 +78,7 @@ class Finds:
     #: Of every entity that gave pieces: type, layer, handle.
     owners: dict[int, tuple[str, str, str]] = field(default_factory=dict)
     leaning: list[tuple[float, float]] = field(default_factory=list)
-    absurd: Counter[str] = field(default_factory=Counter)
+    out_of_range: Counter[str] = field(default_factory=Counter)
     squashed: Counter[str] = field(default_factory=Counter)
     others: Counter[str] = field(default_factory=Counter)
     n_joined: int = 0
@@ -94,7 +95,7 @@ class Finds:
             large, small = half_axes(curve)
             radius = 0.5 * (large + small) * self.factor
             if not (max(abs(x), abs(y), abs(z)) <= MAX_COORDINATE and radius <= MAX_COORDINATE):
-                self.absurd[shape.dxftype] += 1
+                self.out_of_range[shape.dxftype] += 1
                 return
             if shape.dxftype == "POINT":
                 self._keep(Hole(x, y, 0.0, layer, shape.handle, z))
@@ -106,7 +107,7 @@ class Finds:
                 (self.others if shape.arcs else self.squashed)[shape.dxftype] += 1
                 return
             if not radius >= MIN_RADIUS or not math.isfinite(curve.start + curve.sweep):
-                self.absurd[shape.dxftype] += 1
+                self.out_of_range[shape.dxftype] += 1
                 return
             pieces.append(ArcPiece(x, y, radius, *seen_span(curve), self._number, z))
         if shape.arcs:
@@ -146,7 +147,7 @@ class Finds:
         if self.leaning:
             message = f"{count_of(len(self.leaning), 'circle')} not in the plane of the plate"
             found.append(Issue("L202", message, places_of(self.leaning, len(self.leaning))))
-        for kind, number in self.absurd.items():
+        for kind, number in self.out_of_range.items():
             found.append(Issue("L203", f"{number} {kind} with coordinates or radius out of range"))
         for kind, number in self.squashed.items():
             severity = Severity.NOTE if kind == "ELLIPSE" else Severity.WARNING
@@ -168,7 +169,7 @@ def _nothing(walk: BlockWalk[Shape], finds: Finds, document: Any, options: ReadO
     """Return why there are no holes: what was found instead, in one line."""
     parts = [f"{number} {shown(kind)}" for kind, number in (walk.others + finds.others).most_common(6)]
     parts += [f"{number} {kind} not circular" for kind, number in finds.squashed.items()]
-    parts += [f"{number} {kind} with impossible numbers" for kind, number in finds.absurd.items()]
+    parts += [f"{number} {kind} with numbers out of range" for kind, number in finds.out_of_range.items()]
     if finds.leaning:
         parts.append(f"{count_of(len(finds.leaning), 'circle')} not in the plane")
     if walk.broken:
@@ -192,5 +193,6 @@ FORMAT = Format(
     sniff,
     contours=read_dxf_contours,
     pockets=read_dxf_pockets,
+    whole=read_dxf_whole,
     processes=("drill", "cut", "pocket"),
 )

@@ -40,7 +40,7 @@ class Content(Generic[S]):
     items: list[S | Insertion] = field(default_factory=list)
     #: Entities of which nothing is made, by (type, layer).
     others: Counter[tuple[str, str]] = field(default_factory=Counter)
-    #: Entities with missing or impossible numbers: (type, handle, what is wrong).
+    #: Entities with missing numbers, or numbers out of range: (type, handle, what is wrong).
     broken: list[tuple[str, str, str]] = field(default_factory=list)
     invisible: int = 0
 

@@ -117,7 +117,7 @@ class Strokes:
     found: list[Contour] = field(default_factory=list)
     leaning: Counter[str] = field(default_factory=Counter)
     sloping: list[tuple[float, float]] = field(default_factory=list)
-    absurd: dict[tuple[str, str], list[str]] = field(default_factory=dict)
+    skipped: dict[tuple[str, str], list[str]] = field(default_factory=dict)
     #: Texts, by their type.
     texts: Counter[str] = field(default_factory=Counter)
     _segments: int = 0
@@ -174,7 +174,7 @@ class Strokes:
             return _StrokePath(path, slopes(stroke, matrix), height_of(stroke, matrix) * self.factor)
 
     def _skip(self, stroke: DxfStroke, reason: str) -> None:
-        self.absurd.setdefault((stroke.dxftype, reason), []).append(stroke.handle or "?")
+        self.skipped.setdefault((stroke.dxftype, reason), []).append(stroke.handle or "?")
 
     def issues(self) -> list[Issue]:
         """Return what was noticed about strokes."""
@@ -184,7 +184,7 @@ class Strokes:
         if self.sloping:
             message = f"{count_of(len(self.sloping), 'line')} sloping out of the plane of the sheet: projected onto it"
             found.append(Issue("L202", message, places_of(self.sloping, len(self.sloping))))
-        for (kind, reason), handles in self.absurd.items():
+        for (kind, reason), handles in self.skipped.items():
             place = f"handle {', '.join(handles[:3])}" + (" …" if len(handles) > 3 else "")
             found.append(Issue("L203", f"{len(handles)} {shown(kind)} skipped: {shown(reason, 100)}", place))
         return found

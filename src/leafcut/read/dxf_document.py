@@ -72,6 +72,16 @@ def open_document(source: Source, issues: list[Issue]) -> Any:
     The audit deletes circles whose handle is used twice, and follows all paths through nested blocks, which a
     hundred lines of DXF can make endless; what it would find about holes and blocks, the walk finds itself.
     """
+    kept = {} if source.kept is None else source.kept
+    if "document" not in kept:
+        found: list[Issue] = []
+        kept["document"] = _opened(source, found), found
+    document, noticed = kept["document"]
+    issues += noticed
+    return document
+
+
+def _opened(source: Source, issues: list[Issue]) -> Any:
     data = _HALF_LETTER.sub(rb"\\U+FFFD", source.data)
     if data[:4] == b"AC10":
         raise ReadError(source.path, "this is a DWG drawing; save it as DXF")

@@ -158,7 +158,7 @@ def placed_stroke(stroke: DxfStroke, matrix: Matrix, factor: float, tolerance: f
     if isinstance(form, Curve):
         return _placed_curve(moved(matrix, form), factor, tolerance, spend)
     if isinstance(form, DxfPolyline):
-        return _placed_chain(form, matrix, factor, tolerance, spend)
+        return _placed_polyline(form, matrix, factor, tolerance, spend)
     assert isinstance(form, Freeform)  # of a text each stroke is placed
     control = _placed(form.control, matrix)[:, :2] * factor
     points = spline_points(control, form.degree, form.knots, form.weights, 0.25 * tolerance)
@@ -190,21 +190,23 @@ def _placed(vertices: Floats, matrix: Matrix) -> Floats:
     return places
 
 
-def _placed_chain(chain: DxfPolyline, matrix: Matrix, factor: float, tolerance: float, spend: Spend) -> Polyline:
-    xy = _placed(chain.vertices, matrix)[:, :2] * factor
-    count = len(xy) if chain.closed else len(xy) - 1
-    bulges = np.where(np.arange(len(xy)) < count, chain.bulges, 0.0)
+def _placed_polyline(polyline: DxfPolyline, matrix: Matrix, factor: float, tolerance: float, spend: Spend) -> Polyline:
+    xy = _placed(polyline.vertices, matrix)[:, :2] * factor
+    count = len(xy) if polyline.closed else len(xy) - 1
+    bulges = np.where(np.arange(len(xy)) < count, polyline.bulges, 0.0)
     if not bulges.any():
-        return Polyline(np.column_stack([xy, bulges]), chain.closed)
-    plane = moved(matrix, Curve((0.0, 0.0, 0.0), chain.ux, chain.uy))
+        return Polyline(np.column_stack([xy, bulges]), polyline.closed)
+    plane = moved(matrix, Curve((0.0, 0.0, 0.0), polyline.ux, polyline.uy))
     if not is_flat(plane):
         raise LeaningError
     large, small = half_axes(plane)
     (ux, uy, _), (vx, vy, _) = plane.u, plane.v
     if large - small <= ROUND_SHARE * large:
         side = math.copysign(1.0, ux * vy - uy * vx)
-        return Polyline(np.column_stack([xy, side * bulges]), chain.closed)
-    flat = Polyline(np.column_stack([chain.vertices @ np.column_stack([chain.ux, chain.uy]), bulges]), chain.closed)
+        return Polyline(np.column_stack([xy, side * bulges]), polyline.closed)
+    flat = Polyline(
+        np.column_stack([polyline.vertices @ np.column_stack([polyline.ux, polyline.uy]), bulges]), polyline.closed
+    )
     return _squashed(flat, xy, ((ux * factor, uy * factor), (vx * factor, vy * factor)), tolerance, spend)
 
 

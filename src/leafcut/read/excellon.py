@@ -256,7 +256,7 @@ def _objects(source: Source, parser: Any, options: ReadOptions, issues: list[Iss
     names = {id(tool): f"T{number}" for number, tool in parser.tools.items()}
     holes: list[Hole] = []
     slots: list[Slot] = []
-    absurd = hidden = 0
+    out_of_range = hidden = 0
     for found in parser.objects:
         layer = names.get(id(found.tool), "")
         factor = factor_of(options, _unit_name(found.unit))
@@ -264,7 +264,7 @@ def _objects(source: Source, parser: Any, options: ReadOptions, issues: list[Iss
         numbers = (found.x1, found.y1, found.x2, found.y2) if hasattr(found, "x1") else (found.x, found.y)
         ends = [round(v * factor, 6) for v in numbers]
         if not all(abs(v) <= MAX_COORDINATE for v in (*ends, width)):
-            absurd += 1
+            out_of_range += 1
         elif not chosen(layer):
             hidden += 1
         elif ends[:2] == ends[2:] or len(ends) == 2:
@@ -273,8 +273,8 @@ def _objects(source: Source, parser: Any, options: ReadOptions, issues: list[Iss
             slots.append(Slot((ends[0], ends[1]), (ends[2], ends[3]), width, layer))
         if len(holes) > MAX_HOLES:
             raise too_many_holes(source.path)
-    if absurd:
-        issues.append(Issue("L203", f"{count_of(absurd, 'hole')} with coordinates or diameter out of range"))
+    if out_of_range:
+        issues.append(Issue("L203", f"{count_of(out_of_range, 'hole')} with coordinates or diameter out of range"))
     if hidden:
         message = f"{count_of(hidden, 'hole')} of tools that are not selected left out"
         issues.append(Issue("L204", message, severity=Severity.NOTE))

@@ -51,12 +51,14 @@ class Match(IntEnum):
 class Source:
     """What a reader is given: the path as the user wrote it, and the bytes of the file.
 
-    Readers call `look` as they go on: who waits may end them.
+    Readers call `look` as they go on: who waits may end them. Where there is a `kept`, they leave there what takes long
+    to make of the bytes, for the next reader of the same source.
     """
 
     path: str
     data: bytes = b""
     look: Heartbeat = field(default=unseen, compare=False)
+    kept: dict[str, Any] | None = field(default=None, compare=False, repr=False)
 
     def __str__(self) -> str:
         return self.path
@@ -181,6 +183,9 @@ class Format:
     pockets
         ``(Source, ReadOptions, PocketDrawingOptions, SheetOptions) -> Part`` for what is to be
         cleared: the part's pockets. None for a format that has none.
+    whole
+        ``(Source, ReadOptions) -> Part``: all that a drawing shows, whatever of it is worked: contours, and circles and
+        points as holes. None where `contours`, or else `read`, gives that.
     processes
         What a file of this kind is read for, the usual first: ``drill``, ``cut``, ``pocket``.
     """
@@ -194,6 +199,7 @@ class Format:
     error: str = ""
     contours: Callable[[Source, ReadOptions], Part] | None = None
     pockets: Callable[[Source, ReadOptions, PocketDrawingOptions, SheetOptions], Part] | None = None
+    whole: Callable[[Source, ReadOptions], Part] | None = None
     processes: tuple[str, ...] = ("drill",)
 
 

@@ -1,6 +1,6 @@
 """Machine profiles: TOML → `Machine`.
 
-Those shipped, and those of installed packages (`leafcut.machines`), are found by name, others by the path of a file.
+Shipped profiles, and those of installed packages (`leafcut.machines`), are found by name; others by their path.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ _WIDEST_NOZZLE = 200.0
 
 
 def shipped_machines() -> list[str]:
-    """Return the names of the machines that leafcut brings, in order."""
+    """Return the names of the shipped machines, sorted."""
     return sorted(
         f.name.removesuffix(".toml") for f in resources.files("leafcut.machines").iterdir() if f.name.endswith(".toml")
     )
 
 
 def _path_of(name: str, found: Any) -> Path:
-    """Return the profile that an entry point stands for, after it was read."""
+    """Return the path of the profile that an entry point names, after checking that it loads."""
     path = file_of(name, found)
     load_machine(str(path))
     return path
@@ -56,7 +56,7 @@ MACHINES = PluginKind(
 
 
 def machine_names() -> list[str]:
-    """Return the names of all machines, those shipped first; of plug-ins without those that cannot be used."""
+    """Return the names of all machines, those shipped first, without broken plug-ins."""
     return [*shipped_machines(), *(one.name for one in MACHINES.plugins() if one.adds is not None)]
 
 
@@ -66,9 +66,9 @@ def machine_descriptions() -> dict[str, str]:
 
 
 def machine_list() -> list[tuple[str, str]]:
-    """Return the names of all machines with what they are and their controller; of a broken plug-in with its error."""
+    """Return each machine's name, description and controller; of a broken plug-in its name and error."""
     known = {name: load_machine(name) for name in machine_names()}
-    # A path of a dialect is told by its file alone.
+    # Of the path of a dialect only the file name is shown.
     rows = [(name, f"{one.description} ({Path(one.controller).name})") for name, one in known.items()]
     return rows + [(one.name, one.told) for one in MACHINES.plugins() if one.adds is None]
 
@@ -81,15 +81,15 @@ def load_machine(name_or_path: str, work_offset: Sequence[float] | None = None) 
     Raises
     ------
     OptionError
-        No machine of that name (the nearest name is given), a plug-in or a file that cannot be read, or a profile in
-        which a key is unknown, missing or of a wrong kind, or says what cannot be.
+        There is no machine of that name (the nearest name is suggested); a plug-in or a file cannot be read; or a key
+        of the profile is unknown, missing, of the wrong kind or out of range.
     """
     machine = _machine_of(*_profile(name_or_path))
     return machine if work_offset is None else replace(machine, work_offset=_work_offset(work_offset))
 
 
 def machine_template(name_or_path: str) -> str:
-    """Return the profile of a machine as TOML that explains every key, to be saved and changed.
+    """Return the profile of a machine as TOML to save and change; comments explain every key.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def machine_template(name_or_path: str) -> str:
 
 
 def _profile(name_or_path: str) -> tuple[dict[str, Any], str]:
-    """Return a profile as it stands in its file, and what its messages begin with."""
+    """Return the contents of a profile, and the name of its file for messages."""
     if name_or_path.lower().endswith(".toml"):
         return read_toml(Path(name_or_path)), name_or_path
     if name_or_path not in shipped_machines():
@@ -162,22 +162,25 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
         sources=_sources(top),
     )
     if "max_feed" not in said:
-        told["max_feed"] = f"{machine.max_feed * SECONDS_PER_MINUTE:g} mm/min (as the slower rapid of x and y)"
+        told["max_feed"] = f"{machine.max_feed * SECONDS_PER_MINUTE:g} mm/min (the slower of the rapids of x and y)"
     machine = replace(machine, assumed=told)
     _check(machine, place, top)
     return machine
 
 
 def _controller(top: TomlTable, place: str) -> tuple[str, str]:
-    """Return the dialect of a machine, a path as seen from here, and the shipped one that it is based on, if any.
+    """Return the dialect of a machine, a name or a path, and the shipped dialect that it is based on, if any.
 
-    The file of a dialect lies beside the profile, or below it: nobody's profile makes leafcut read files elsewhere.
+    The file of a dialect lies in the folder of the profile or below it, so that no profile can make leafcut read
+    files elsewhere.
     """
     name = top.text("controller")
     if name.lower().endswith(".toml"):
         file = Path(name)
         if file.is_absolute() or file.drive or ".." in file.parts:
-            raise top.problem("controller", f"is '{shown(name)}', but a dialect's file lies beside the profile")
+            raise top.problem(
+                "controller", f"is '{shown(name)}', but the file of a dialect must be in the folder of the profile"
+            )
         name = str(Path(place).parent / file)
         return name, dialect(name).family
     return name, DIALECTS.load(name).family if name in DIALECTS.names() else ""
@@ -203,7 +206,7 @@ def _sources(top: TomlTable) -> dict[str, str]:
 
 
 def _check(machine: Machine, place: str, top: TomlTable) -> None:
-    """Refuse numbers that no machine has, before anything divides by them; they are told as they stand in the file."""
+    """Refuse impossible numbers before anything divides by them. Messages show them as they stand in the file."""
 
     def refuse(key: str, reason: str) -> OptionError:
         return OptionError(f"{place}: '{key}' {reason}")

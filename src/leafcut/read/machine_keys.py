@@ -1,6 +1,6 @@
-"""The keys of a machine profile: what each means and what is taken where a profile does not say it.
+"""The keys of a machine profile: what each means, and its default.
 
-Profiles are checked, completed, written out as templates and documented (`docs/make_reference.py`) from this one table.
+From this one table profiles are checked, completed, written as templates and documented (`docs/make_reference.py`).
 """
 
 from __future__ import annotations
@@ -27,15 +27,19 @@ class ProfileKey:
     help
         What it means, in a line.
     default
-        What is taken where the profile does not say it, as it would stand there; None where there is nothing to take.
+        The value of a profile without the key, as it would stand there; None if there is no such value.
     why
-        Where the default comes from, or what holds in its place.
+        Where the default comes from; without a default, what happens instead.
     example
-        What a template shows of a key without a default.
+        What a template shows for a key without a default.
     required
-        No profile is complete without it.
+        Every profile must have the key.
     told
-        Whoever runs with the default is told so: time, or what is refused, hangs on it.
+        A run that uses the default says so (L408): times, or what is refused, depend on it.
+    unit, size
+        Of a quantity its inner unit, a key of `units.FACTORS`, and how many there are: one, or one for each axis.
+    choices, bounds
+        What it may be: one of these words, or within these bounds, in words.
     """
 
     name: str
@@ -45,20 +49,36 @@ class ProfileKey:
     example: Any = None
     required: bool = False
     told: bool = False
+    unit: str = ""
+    size: int = 1
+    choices: tuple[str, ...] = ()
+    bounds: str = ""
+
+    @property
+    def kind(self) -> str:
+        """What stands there: flag, choice, quantity, axes (a quantity for each), number, whole, wholes, or text."""
+        if isinstance(self.default, bool):
+            return "flag"
+        if self.choices:
+            return "choice"
+        if self.unit:
+            return "axes" if self.size > 1 else "quantity"
+        numbers = {float: "number", int: "whole", list: "wholes"}
+        return numbers.get(type(self.default if self.example is None else self.example), "text")
 
     @property
     def table(self) -> str:
-        """The table that it stands in, empty for the top."""
+        """The name of its table; empty for the top level."""
         return self.name.rpartition(".")[0]
 
     @property
     def key(self) -> str:
-        """Its name in its table."""
+        """Its name within the table."""
         return self.name.rpartition(".")[2]
 
     @property
     def shown_default(self) -> str:
-        """The default, and where it comes from, in words."""
+        """The default and where it comes from, in words."""
         value = "" if self.default is None else toml_value(self.default)
         return f"{value} ({self.why})" if value and self.why else value or self.why
 
@@ -66,111 +86,201 @@ class ProfileKey:
 _ZEROS = ["0 mm", "0 mm", "0 mm"]
 
 PROFILE_KEYS: tuple[ProfileKey, ...] = (
-    ProfileKey("name", "what the machine is called", why="the name of the file"),
-    ProfileKey("description", "what it is, in a line", why="its name"),
+    ProfileKey("name", "name of the machine", why="the name of the file"),
+    ProfileKey("description", "what the machine is, in one line", why="its name"),
+    ProfileKey("controller", "dialect of its programs: linuxcnc, haas, fanuc, grbl … as for --dialect", required=True),
     ProfileKey(
-        "controller", "dialect of its programs: linuxcnc, haas, fanuc, grbl … as --dialect has them", required=True
+        "process",
+        f"what does the work: {', '.join(Head)}",
+        Head.SPINDLE.value,
+        "most machines have one",
+        told=True,
+        choices=tuple(Head),
     ),
     ProfileKey(
-        "process", f"what it works with: {', '.join(Head)}", Head.SPINDLE.value, "most machines have one", told=True
+        "units",
+        "units of a program that does not state them: mm, in",
+        "mm",
+        "the controllers' own default",
+        choices=("mm", "in"),
     ),
-    ProfileKey("units", "units of a program that does not say them: mm, in", "mm", "the controllers' own default"),
-    ProfileKey("max_feed", "highest programmed feed", why="the slower of the rapids of x and y", told=True),
+    ProfileKey(
+        "max_feed",
+        "highest programmed feed",
+        why="the slower of the rapids of x and y",
+        told=True,
+        unit="mm/s",
+        bounds="above 0",
+    ),
     ProfileKey(
         "acceleration_factor",
-        "part of the acceleration that moves from rest to rest use, above 0 and at most 1",
+        "share of the acceleration that a move from rest to rest uses, above 0 and at most 1",
         1.0,
         "all of it; LinuxCNC keeps 10 % back",
     ),
-    ProfileKey("home", "machine coordinates where it waits before and after a program", _ZEROS, "machine zero"),
+    ProfileKey(
+        "home",
+        "machine coordinates where the machine waits before and after a program",
+        _ZEROS,
+        "machine zero",
+        unit="mm",
+        size=3,
+        bounds="within the travel",
+    ),
     ProfileKey(
         "work_offset",
         "program zero in machine coordinates",
-        why="not known: only the size of a job is checked against the travel; --work-offset says it for one run",
+        why="unknown: only the size of the work is checked against the travel; --work-offset sets it for one run",
         example=["-400 mm", "-200 mm", "-300 mm"],
+        unit="mm",
+        size=3,
     ),
     ProfileKey(
         "safe_z",
-        "machine coordinate z that is safe for tool changes and the end",
+        "machine coordinate z that is safe for tool changes and at the end",
         why="the clearance height of the program",
         example="0 mm",
+        unit="mm",
+        bounds="within the travel of z",
     ),
     ProfileKey(
         "nozzle_diameter",
-        "how wide the nozzle of a cutting head is, for a head that stays down: ways keep off parts that are cut free",
+        "nozzle diameter of a head that stays down; its rapids go around parts that are cut free",
         "0 mm",
-        "not known: only its middle is counted",
+        "unknown: only the centre of the head goes around them",
+        unit="mm",
+        bounds="0 to 200 mm",
     ),
     ProfileKey(
         "rapid.style",
         "linear: all axes arrive together; dogleg: each axis at its own speed",
         "linear",
-        "LinuxCNC, GRBL and Mach move so",
+        "as LinuxCNC, GRBL and Mach",
         told=True,
+        choices=RAPID_STYLES,
     ),
-    ProfileKey("rapid.velocity", "of rapids, one for all axes or a list of three", required=True),
+    ProfileKey(
+        "rapid.velocity",
+        "speed of rapids: one for all axes, or a list of three",
+        required=True,
+        unit="mm/s",
+        size=3,
+        bounds="above 0",
+    ),
     ProfileKey(
         "rapid.acceleration",
-        "one for all axes or a list of three",
+        "acceleration: one for all axes, or a list of three",
         "500 mm/s2",
         "estimate: between a hobby router and a machining centre",
         told=True,
+        unit="mm/s²",
+        size=3,
+        bounds="above 0",
     ),
     ProfileKey(
         "corners.style",
         f"how feed moves take corners: {', '.join(CORNERS)}",
-        why="as the controllers of that name do, and round for the others",
+        why="the style of the controller's name, round for other controllers",
         example="round",
+        choices=CORNERS,
     ),
     ProfileKey(
-        "corners.deviation", "how far a corner may be cut short, where it is grbl or round", "0.01 mm", "GRBL's own $11"
+        "corners.deviation",
+        "how far a corner may be cut short, for grbl and round",
+        "0.01 mm",
+        "GRBL's own $11",
+        unit="mm",
+        bounds="above 0",
     ),
-    ProfileKey("travel.min", "lowest machine coordinates", required=True),
-    ProfileKey("travel.max", "highest machine coordinates", required=True),
-    ProfileKey("spindle.min_speed", "lowest speed", "0 rpm", "no lower limit"),
-    ProfileKey("spindle.max_speed", "highest speed", "10000 rpm", "estimate: a common spindle", told=True),
-    ProfileKey("spindle.start_time", "wait until it has its speed", "0 s", "no wait", told=True),
+    ProfileKey("travel.min", "lowest machine coordinates", required=True, unit="mm", size=3),
     ProfileKey(
-        "tool_change.automatic", "true: by itself; false: a person does it, and the program pauses", True, told=True
+        "travel.max", "highest machine coordinates", required=True, unit="mm", size=3, bounds="above the lowest"
     ),
-    ProfileKey("tool_change.time", "of one change", "10 s", "estimate: between a carousel and a hand", told=True),
+    ProfileKey("spindle.min_speed", "lowest spindle speed", "0 rpm", "no lower limit", unit="rpm", bounds="0 or more"),
+    ProfileKey(
+        "spindle.max_speed",
+        "highest spindle speed",
+        "10000 rpm",
+        "estimate: a common spindle",
+        told=True,
+        unit="rpm",
+        bounds="above 0, not below the lowest speed",
+    ),
+    ProfileKey(
+        "spindle.start_time",
+        "time until the spindle has its speed",
+        "0 s",
+        "no wait",
+        told=True,
+        unit="s",
+        bounds="0 or more",
+    ),
+    ProfileKey(
+        "tool_change.automatic",
+        "true: the machine changes tools; false: the program pauses for the operator",
+        True,
+        told=True,
+    ),
+    ProfileKey(
+        "tool_change.time",
+        "time of one change",
+        "10 s",
+        "estimate: between a carousel and a hand",
+        told=True,
+        unit="s",
+        bounds="0 or more",
+    ),
     ProfileKey(
         "tool_change.position",
         "machine coordinates x, y where tools are changed",
         why="where the tool is",
         example=["0 mm", "0 mm"],
+        unit="mm",
+        size=2,
     ),
     ProfileKey(
         "probe.feed",
-        "of a torch that finds the sheet by touching it; required in this table",
-        why="without [probe] the torch does not touch off",
+        "feed rate at which the torch goes down to touch the sheet; required in this table",
+        why="without [probe] the torch does not probe",
         example="2 m/min",
+        unit="mm/s",
+        bounds="above 0 and at most the highest feed",
     ),
     ProfileKey(
-        "probe.depth", "how far below Z0 it goes at most", "20 mm", "estimate: more than a bent sheet gives way"
+        "probe.depth",
+        "how far below Z0 it probes at most",
+        "20 mm",
+        "estimate: more than a sheet bends",
+        unit="mm",
+        bounds="above the switch offset",
     ),
     ProfileKey(
-        "probe.switch_offset", "how far Z goes on between touch and switch", "0 mm", "the tip itself is the contact"
+        "probe.switch_offset",
+        "how far Z moves on after the touch until the switch trips",
+        "0 mm",
+        "the tip itself is the contact",
+        unit="mm",
+        bounds="0 or more, below the depth",
     ),
 )
 
-#: Tables of a profile, in their order, and the keys of each; "" holds those at its top.
+#: The tables of a profile in order, with the keys of each; "" is the top level.
 KEYS: dict[str, tuple[str, ...]] = {
     table: tuple(key.key for key in PROFILE_KEYS if key.table == table)
     for table in dict.fromkeys(key.table for key in PROFILE_KEYS)
 }
 
-#: What may stand at its top.
+#: What may stand at the top level.
 TOP_KEYS: tuple[str, ...] = (*KEYS[""], *(table for table in KEYS if table), "sources")
 
-#: What a profile may give a source for: every value that is a fact of the machine.
+#: Keys that `[sources]` may explain: every value that is a fact about the machine.
 SOURCE_KEYS: tuple[str, ...] = tuple(key.name for key in PROFILE_KEYS if key.name not in ("name", "description"))
 
 
 def with_defaults(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return a profile with the defaults that are no more than a value put in, and what has to be told of these.
+    """Return a profile with its defaults filled in, and those defaults that a run must report.
 
-    What is told is name of the key → value and where it comes from. A table [probe] that is not there stays so.
+    The second is key → value and where it comes from. A missing table [probe] stays missing.
     """
     filled = {name: dict(value) if isinstance(value, Mapping) else value for name, value in data.items()}
     told: dict[str, str] = {}
@@ -186,14 +296,15 @@ def with_defaults(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, st
 
 
 def profile_template(data: Mapping[str, Any], name: str) -> str:
-    """Return a profile as a text that explains itself: every key with what it means, and as the profile says it.
+    """Return a profile as TOML that explains every key.
 
-    Keys that it does not say stand there as comments with what is taken for them. Read again it is the same machine.
+    Keys that the profile does not have stand there as comments, with their default or an example. Read back, the text
+    is the same machine.
     """
     lines = [
         f"# Machine profile {name}: save it as my.toml, change it, and run with --machine my.toml.",
         "# Lengths, speeds, accelerations and times are texts with a unit; lists are x, y and z.",
-        "# A key behind # is not said: what stands there is what holds, or an example where nothing does.",
+        "# A line such as '# key = value' is a key that is not set: the value is its default, or an example.",
     ]
     for table, keys in _by_table().items():
         there = data.get(table, {}) if table else data
@@ -226,6 +337,6 @@ def _by_table() -> dict[str, list[ProfileKey]]:
 
 
 def toml_value(value: Any) -> str:
-    """Return a text, a number, true or false, or a list of these as TOML has it."""
-    # What JSON escapes in a text TOML escapes in the same way; of letters beyond ASCII neither needs to.
+    """Return a text, a number, true or false, or a list of these as TOML."""
+    # TOML escapes a text as JSON does; neither needs to escape letters beyond ASCII.
     return json.dumps(value, ensure_ascii=False)

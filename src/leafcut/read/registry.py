@@ -99,15 +99,15 @@ def choose(known: tuple[Format, ...], source: Source) -> Format:
     """Return the format of a file: one that is sure of the content, else that of the extension, else a likely one."""
     extension = Path(source.path).suffix.lower()
     head = source.data[:SNIFF_BYTES]
-    matches = [(_sniff(format_, head), format_) for format_ in known]
-    own = [(match, format_) for match, format_ in matches if extension in format_.extensions]
-    for wanted, among in ((Match.YES, own), (Match.YES, matches), (Match.MAYBE, own), (Match.NO, own)):
+    own = [(_sniff(format_, head), format_) for format_ in known if extension in format_.extensions]
+    for match, format_ in own:
+        if match == Match.YES:  # the others, some of which look long, need not be asked
+            return format_
+    others = [(_sniff(format_, head), format_) for format_ in known if extension not in format_.extensions]
+    for wanted, among in ((Match.YES, others), (Match.MAYBE, own), (Match.NO, own), (Match.MAYBE, others)):
         for match, format_ in among:
             if match == wanted:
                 return format_
-    for match, format_ in matches:
-        if match == Match.MAYBE:
-            return format_
     there_are = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in known if f.extensions)
     raise ReadError(source.path, f"unknown file format; leafcut reads {there_are}")
 

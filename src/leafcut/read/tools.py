@@ -12,18 +12,13 @@ from leafcut.model.tool import Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.options import CYCLES
 from leafcut.read.toml_table import TomlTable, read_toml
 from leafcut.read.tool_formats import ToolRow, rows_of
+from leafcut.read.tool_keys import HOLE_KEYS, NO_TOOLS, TOOL_KEYS
 
-_TOOL_KEYS = (
-    "number", "kind", "diameter", "name", "point_angle", "feed", "spindle_speed", "cycle", "peck", "dwell", "pitch",
-    "flute_length", "depth", "plunge_feed", "teeth",
-)  # fmt: skip
-_HOLE_KEYS = ("diameter", "layer", "steps")
+_TOOL_KEYS, _HOLE_KEYS = (tuple(key.name for key in keys) for keys in (TOOL_KEYS, HOLE_KEYS))
 
 _HIGHEST_NUMBER = 99_999_999  # eight digits: the widest T word, of Fanuc
 _LARGEST = 1000.0
 
-#: What no tool library holds: its data come from a cut chart.
-_OTHERS = (ToolKind.TORCH,)
 #: Keys of end mills only, and those that an end mill does not have.
 _MILL_KEYS, _NO_MILL_KEYS = ("plunge_feed", "teeth"), ("cycle", "peck", "dwell", "pitch", "point_angle")
 _MOST_TEETH = 100
@@ -100,7 +95,7 @@ def _tables(top: TomlTable, key: str) -> list[Any]:
 
 
 def _tool(table: TomlTable) -> Tool:
-    kind = ToolKind(table.text("kind", ToolKind.DRILL, [k.value for k in ToolKind if k not in _OTHERS]))
+    kind = ToolKind(table.text("kind", ToolKind.DRILL, [k.value for k in ToolKind if k not in NO_TOOLS]))
     angle = table.quantity("point_angle", "rad", _POINT_ANGLE.get(kind, math.pi))
     if not 0 < angle <= math.pi + 1e-9:
         raise table.problem("point_angle", "must be above 0° and at most 180°")

@@ -107,7 +107,9 @@ def certificate_as_json(proof: Certificate) -> dict[str, Any]:
     """Return a proof as plain values, as the answer of `optimize` has it."""
     return {
         "same": proof.same,
-        "differences": [asdict(difference) for difference in proof.differences],
+        "differences": [
+            {**asdict(difference), "also": [list(pair) for pair in difference.also]} for difference in proof.differences
+        ],
         "before": asdict(proof.before),
         "after": asdict(proof.after),
         "compared": list(proof.compared),

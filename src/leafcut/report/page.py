@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import re
 from typing import Any
 
 from leafcut.model.outcome import Outcome
@@ -13,6 +14,9 @@ from leafcut.report.colours import drawing_css, style_sheet
 from leafcut.report.svg import element
 from leafcut.report.wording import algorithm_words, clean, time_words
 
+#: An option of the command line as messages name it.
+_FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]")
+
 
 def write_page(outcome: Outcome) -> str:
     """Return the report as one HTML page that needs nothing else: no script, no request, styles and drawings inside.
@@ -20,7 +24,7 @@ def write_page(outcome: Outcome) -> str:
     Everything from files is escaped by the template or by `svg.element`; a content security policy lets nothing run.
     """
     from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
-    from markupsafe import Markup
+    from markupsafe import Markup, escape
 
     shown = outcome.shown
     css = drawing_css() + style_sheet("page.css") + _own_css(shown)
@@ -33,8 +37,14 @@ def write_page(outcome: Outcome) -> str:
     )
     # What our own functions drew is escaped already; the mark of it is given here, once, and nowhere else.
     environment.filters["drawn"] = Markup
+    environment.filters["flags"] = lambda words: Markup(_whole_flags(str(escape(words))))
     page = environment.get_template("page.html.jinja")
     return page.render(css=css, css_hash=_hash(css), **_content(outcome, shown), **shown.page())
+
+
+def _whole_flags(html: str) -> str:
+    """Return escaped text with every option in it kept on one line: a line would break behind its dashes."""
+    return _FLAG.sub(r'<span class="flag">\g<0></span>', html)
 
 
 def path_svg(outcome: Outcome, which: Which) -> str:

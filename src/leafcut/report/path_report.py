@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, Generic, TypeVar
 
 from leafcut.model.cutting import CutPlan
 from leafcut.model.measure import Measure
 from leafcut.model.outcome import Detail, Outcome
 from leafcut.model.process_report import Fact, SummaryTable, Which
+from leafcut.model.toolpath import Toolpath
 from leafcut.report import views
 from leafcut.report.drawing import RAMP, Scene, build_scene, cut_tools, drawing, tool_class
+from leafcut.report.overview import overview
 from leafcut.report.wording import (
     NO_VALUE,
     at_most_words,
@@ -126,6 +129,10 @@ class PathReport(Generic[D]):
         facts = [] if self.outcome.gap is None else [Fact("gap", self.bound_words())]
         return facts + ([Fact("method", method_words(self.outcome))] if self.outcome.operations else [])
 
+    def overview(self) -> dict[str, Any]:
+        """Return where the time goes."""
+        return overview(times=views.times(self.outcome))
+
     def page(self) -> dict[str, Any]:
         """Return the drawings before and after, where the time goes, and the tools."""
         outcome = self.outcome
@@ -136,7 +143,7 @@ class PathReport(Generic[D]):
             "drawn": bool(outcome.part.holes or outcome.part.slots or len(scene.after.points)),
             "saved": self.saved(),
             "orders": views.orders(outcome),
-            "times": views.times(outcome),
+            "times": self.overview()["times"],
             "before": drawing(scene, "before", self._path_words("before"), holes="=holes"),
             "after": drawing(scene, "after", self._path_words("after"), holes="#holes"),
             "wide": scene.frame.wide,
@@ -165,6 +172,10 @@ class PathReport(Generic[D]):
     def drawing(self, which: Which) -> str:
         """Return the path over the holes."""
         return drawing(build_scene(self.outcome), which, self._path_words(which), size=True)
+
+    def ways(self) -> Iterator[tuple[str, Toolpath]]:
+        """Yield nothing: there is one way to do the work."""
+        yield from ()
 
     def plan(self, which: Which) -> CutPlan | None:
         """Return nothing: there are no cuts of a sheet."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from leafcut.model.issue import CODES
@@ -26,6 +26,7 @@ from leafcut.report.wording import (
     length_words,
     number_words,
     percent_words,
+    said,
     saved_percent,
     time_words,
     was_spared,
@@ -73,7 +74,11 @@ def cards(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> list[Pag
 
 def _measures(outcome: Outcome) -> tuple[tuple[str, Measure], ...]:
     before, nearest, after = outcome.shown.stated()
-    orders = ((f"{outcome.shown.came_in.capitalize()} order", before), ("Nearest neighbour", nearest), (OURS, after))
+    orders = (
+        (said(f"{outcome.shown.came_in.capitalize()} order"), before),
+        (said("Nearest neighbour"), nearest),
+        (said(OURS), after),
+    )
     return tuple((name, measure) for name, measure in orders if measure is not None)
 
 
@@ -93,22 +98,33 @@ def saved(outcome: Outcome) -> PageRow:
     }
 
 
-def times(outcome: Outcome) -> PageRow:
-    """Return the seconds by kind of the three orders, with stacked bars; kinds that never occur are left out."""
-    measures = _measures(outcome)
+def times(outcome: Outcome, measures: Sequence[tuple[str, Measure]] = ()) -> PageRow:
+    """Return the seconds by kind of the three orders, with stacked bars; kinds that never occur are left out.
+
+    `measures` are orders by name in their place.
+    """
+    measures = measures or _measures(outcome)
     kinds = [k for k in chart.TIME_KINDS if any(m.by_kind.get(k, 0.0) > 0 for _, m in measures)]
-    longest = max(sum(m.by_kind.values()) for _, m in measures)
-    said = chart.TIME_KINDS | (_TIMES_OF_BEAMS if outcome.shown.beam else {})
+    words = chart.TIME_KINDS | (_TIMES_OF_BEAMS if outcome.shown.beam else {})
+    return stacked(
+        {k: said(words[k]) for k in kinds}, [(name, m.by_kind, time_words(m.time_s)) for name, m in measures]
+    )
+
+
+def stacked(kinds: Mapping[str, str], rows: Sequence[tuple[str, dict[str, float], str]]) -> PageRow:
+    """Return rows of seconds by kind as stacked bars of one scale: the name of each row, its seconds, and its total."""
+    longest = max(sum(seconds.values()) for _, seconds, _ in rows)
     return {
-        "kinds": [{"class": k.replace("_", "-"), "words": said[k]} for k in kinds],
+        "kinds": [{"class": k.replace("_", "-"), "words": words} for k, words in kinds.items()],
         "rows": [
             {
                 "name": name,
-                "cells": [time_words(m.by_kind.get(k, 0.0)) for k in kinds],
-                "total": time_words(m.time_s),
-                "bar": chart.stacked_bar(m.by_kind, longest),
+                "seconds": {k.replace("_", "-"): seconds.get(k, 0.0) for k in kinds},
+                "cells": [time_words(seconds.get(k, 0.0)) for k in kinds],
+                "total": total,
+                "bar": chart.stacked_bar(seconds, longest),
             }
-            for name, m in measures
+            for name, seconds, total in rows
         ],
     }
 

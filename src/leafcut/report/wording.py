@@ -26,6 +26,20 @@ MINUS = "−"
 _UNPRINTABLE = frozenset({"Cc", "Cf", "Cs", "Co", "Zl", "Zp"})
 
 
+class Said(str):
+    """Words that remember how they were made, so that a page in another language can say them: see `said`."""
+
+    template: str
+    values: dict[str, str]
+
+
+def said(template: str, **values: str) -> Said:
+    """Return a template with values in their places."""
+    words = Said(template.format(**values))
+    words.template, words.values = template, values
+    return words
+
+
 def clean(text: str) -> str:
     """Return one line in which whatever does not print (escape sequences, direction marks) is ``�``."""
     return "".join("�" if unicodedata.category(c) in _UNPRINTABLE else c for c in text)

@@ -74,6 +74,7 @@ class ColonyParameters:
     local_rate: float
     best_probability: float
     local_search: bool
+    initial: float | None
 
     @classmethod
     def of(cls, algorithm: str, options: AcoOptions, n: int, local_search: bool) -> ColonyParameters:
@@ -93,6 +94,7 @@ class ColonyParameters:
             local_rate=options.local_evaporation_rate,
             best_probability=options.best_probability,
             local_search=local_search,
+            initial=options.initial_pheromone,
         )
 
 
@@ -114,6 +116,8 @@ class Trails:
         # A thousandth of the mean edge: nodes on one place are near, not infinitely near.
         self.offset = max(1e-12, 1e-3 * c_nn / len(lists))
         self.restarted_at = 0
+        #: Who of MAX–MIN laid pheromone last (`model.snapshot.Step`), and the best tour of the last iteration.
+        self.depositor, self.iteration_best = "", math.inf
         self._learn: Callable[[int, NDArray[np.int32], NDArray[np.float64], Best], None] = {
             "as": self._ant_system,
             "eas": self._elitist,
@@ -125,6 +129,7 @@ class Trails:
     def reinforce(self, iteration: int, tours: NDArray[np.int32], costs: NDArray[np.float64], best: Best) -> None:
         """Evaporate and deposit as the algorithm says."""
         self._learn(iteration, tours, costs, best)
+        self.iteration_best = float(costs.min())
         self.weigh()
 
     def weigh(self) -> None:
@@ -164,13 +169,14 @@ class Trails:
         stuck = since >= RESTART_AFTER and iteration - best.iteration >= RESTART_AFTER
         if stuck and iteration % 100 == 0 and self._converged():
             self.pheromone[:] = self.highest
-            self.restarted_at = iteration
+            self.restarted_at, self.depositor = iteration, "restart"
             return
         trails.evaporate(self.pheromone, p.rate, self.lowest)
         if since % _best_so_far_every(since, p.local_search) == 0:
             self._deposit(best.tour, 1.0 / best.cost)
+            self.depositor = "best"
         else:
-            winner = int(np.argmin(costs))
+            winner, self.depositor = int(np.argmin(costs)), "iteration"
             self._deposit(tours[winner], 1.0 / costs[winner])
 
     def _colony_system(self, _: int, tours: NDArray[np.int32], costs: NDArray[np.float64], best: Best) -> None:
@@ -195,7 +201,9 @@ class ColonyTrails(Trails):
 
 
 def _initial_pheromone(p: ColonyParameters, n: int, c_nn: float) -> float:
-    """Return τ0 (the book's box 3.1)."""
+    """Return τ0: as asked for, else by the book's box 3.1."""
+    if p.initial is not None:
+        return p.initial
     if p.algorithm == "as":
         return float(p.ants / c_nn)
     if p.algorithm == "eas":

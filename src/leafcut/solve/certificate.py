@@ -1,4 +1,4 @@
-"""How far from the best possible: a lower bound for a solution, and the gap at which a search may stop."""
+"""The lower bound of a solution, and the gap at which a search may stop."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from leafcut.solve.instance import Instance, build_instance, costs_of_edges
 from leafcut.solve.observing import MOST_BOUNDED
 from leafcut.solve.statistics import Best
 
-#: Candidates of each node where a bound is asked of an order that no search made.
+#: Candidates of each node for the bound of an order that no search made.
 CANDIDATES = 8
 
-#: Up to this many nodes whose ways differ by direction the bound is sought, on a table of all costs.
+#: With costs that differ by direction the bound is computed up to this many nodes, on a table of all costs.
 MOST_DIRECTED = 2000
 
-#: A bound is above a cost by no more than this part of it when both are the same number, added up in other orders.
+#: A bound that equals the cost may exceed it by this share, since both are sums in different orders.
 ROUNDING = 1e-9
 
 
 def aim(options: SolveOptions, instance: Instance, best: Best) -> None:
-    """With `--target-gap`, find the lower bound and have the search stop near it; the clock is stopped meanwhile.
+    """With `--target-gap`, find the lower bound and let the search stop near it. The clock is stopped meanwhile.
 
     Raises
     ------
     SolveError
-        There is no bound of this problem.
+        There is no bound for this problem.
     """
     if options.target_gap is None:
         return
@@ -48,9 +48,10 @@ def aim(options: SolveOptions, instance: Instance, best: Best) -> None:
 
 
 def foresee(problem: RoutingProblem, options: SolveOptions, best: Best, instance: Instance | None = None) -> None:
-    """Find a lower bound for those who watch, to tell the gap by from the beginning; the clock is stopped meanwhile.
+    """Find a lower bound for a search that is watched, so that the gap is shown from the start.
 
-    The bound that the answer is certified with is sought afterwards as ever: nothing changes for being watched.
+    The clock is stopped meanwhile. The bound of the certificate is computed afterwards as usual: watching changes
+    nothing.
     """
     wanted = best.watched is not None and best.bound is None and options.bound
     relaxed = relaxation(problem) if wanted and problem.n_clusters <= MOST_BOUNDED else None
@@ -64,12 +65,12 @@ def foresee(problem: RoutingProblem, options: SolveOptions, best: Best, instance
 
 
 def aim_without_order(options: SolveOptions, problem: RoutingProblem, best: Best) -> None:
-    """As `aim`, for a problem with a direction: by the bound of its relaxation.
+    """As `aim`, for a problem with direction or precedence: by the bound of its relaxation.
 
     Raises
     ------
     SolveError
-        There is no bound of this problem.
+        There is no bound for this problem.
     """
     if options.target_gap is None:
         return
@@ -91,10 +92,10 @@ def _no_bound(problem: RoutingProblem) -> SolveError:
 
 
 def relaxation(problem: RoutingProblem) -> RoutingProblem | None:
-    """Return a problem whose bound is one of `problem`, or None: its ways cost the same both ways.
+    """Return a problem with equal costs in both directions whose bound also holds for `problem`, or None.
 
-    Precedence is left out. Of the costs of the two directions the less is taken; a path from a start to an end is then
-    a closed one over one more node.
+    It has no precedence, and between two nodes the smaller of the two costs. A path from a start to an end becomes a
+    closed tour with one node more.
     """
     if problem.n_nodes > problem.n_clusters:
         return None
@@ -116,10 +117,10 @@ def certify(
     problem: RoutingProblem, solution: Solution, bound: float | None, cancelled: threading.Event,
     instance: Instance | None = None,
 ) -> Solution:  # fmt: skip
-    """Return `solution` with its lower bound: `bound` where it is known already, else the one that is found now.
+    """Return `solution` with its lower bound: `bound` if it is known, else a new one.
 
-    It is one without precedence, which costs more the more there is of it (`relaxation`). Somebody who stopped the
-    search does not wait for a bound. One that the solution itself disproves is none.
+    The bound ignores precedence, which can only raise the cost (`relaxation`). A stopped search gets no new bound. A
+    bound above the cost of the solution is dropped.
     """
     relaxed = relaxation(problem) if bound is None and not cancelled.is_set() else None
     if relaxed is not None:
@@ -132,9 +133,9 @@ def certify(
 
 
 def bound_of(instance: Instance, upper: float, cancelled: threading.Event) -> float | None:
-    """Return what no path of the instance's problem can cost less than, service included, or None.
+    """Return the lower bound of the cost of any path of the problem, service included, or None.
 
-    `upper` is the travel cost of a path that is known. Ctrl-C sets `cancelled`, which ends the search for a bound.
+    `upper` is the travel cost of a known path. Ctrl-C sets `cancelled`, which ends the search for a bound.
     """
     from leafcut.solve.bound import lower_bound
 
@@ -150,5 +151,5 @@ def bound_of(instance: Instance, upper: float, cancelled: threading.Event) -> fl
 
 
 def stands_for_its_tour(problem: RoutingProblem) -> bool:
-    """Return whether a tour of the clusters' places costs what the path does: one node each, the same both ways."""
+    """Return whether a tour of the clusters costs as much as the path: one node each, same costs both ways."""
     return problem.n_nodes == problem.n_clusters and not is_directed(problem)

@@ -160,6 +160,13 @@ class Fireflies:
         self.lengths[0] = tour_cost(instance.cost, self.swarm[0].node)
         self.costs = np.zeros((0, 0), dtype=np.float32) if local_search else all_costs(instance)
         self.breadth = choices(instance, BREADTH)
+        #: The share of the search that had gone when they last flew.
+        self.done = 0.0
+
+    @property
+    def size(self) -> int:
+        """Nodes of a tour."""
+        return self.instance.n
 
     @property
     def tours(self) -> Ints:
@@ -183,8 +190,8 @@ class Fireflies:
 
     def propose(self, iteration: int) -> tuple[Ints, NDArray[np.float64]]:
         """Return the swarm, int32[fireflies, h], and its lengths after every firefly has flown."""
-        done = share_done(self.stop, iteration)
-        plan = [self._aim(f, done) for f in range(len(self.swarm))] if iteration else []
+        self.done = share_done(self.stop, iteration)
+        plan = [self._aim(f) for f in range(len(self.swarm))] if iteration else []
         words = random_words(self.seed, iteration, count=len(self.swarm))
         if self.executor is None:
             self._work(0, plan, words)
@@ -194,14 +201,15 @@ class Fireflies:
                 job.result()
         return self.tours, self.lengths
 
-    def _aim(self, f: int, done: float) -> tuple[int, int]:
+    def apart(self, one: int, other: int) -> int:
+        """Return how many edges of a firefly another one has not."""
+        return int(edges_apart(self.swarm[one].node, self.swarm[other].node, self.swarm[other].place))
+
+    def _aim(self, f: int) -> tuple[int, int]:
         """Return how many moves a firefly makes, and how many nodes the longest inversion has."""
-        mine = self.swarm[f].node
-
-        def apart(j: int) -> int:
-            return int(edges_apart(mine, self.swarm[j].node, self.swarm[j].place))
-
-        attraction, longest = self.flight.aim(self.lengths, f, apart, self.instance.n, done, self.mended)
+        attraction, longest = self.flight.aim(
+            self.lengths, f, lambda j: self.apart(f, j), self.instance.n, self.done, self.mended
+        )
         return self.moves_of(attraction), self._limit(longest)
 
     def _limit(self, longest: int) -> int:

@@ -39,5 +39,5 @@ def search(propose: Propose, reinforce: Reinforce, stop: Stop, best: Best) -> in
             break
         reinforce(iteration, tours, costs, best)
         iteration += 1
-        best.tell(iteration)
+        best.tell(iteration, costs=costs)
     return iteration

@@ -33,6 +33,7 @@ from leafcut.solve.loop import Propose, Reinforce, search
 from leafcut.solve.observing import ClusterPlaces, brightness_of, on_lists
 from leafcut.solve.sequential import BREADTH, LEAST, LOOKS, greedy_path, route_of
 from leafcut.solve.statistics import Best
+from leafcut.solve.steps import branching_of, step_of_ants, step_of_fireflies
 from leafcut.solve.stop import Stop
 
 OrdersAndCosts = tuple[Ints, NDArray[np.float64]]
@@ -135,6 +136,7 @@ class OrderFireflies:
         count, m = flight.fireflies, ordering.instance.n
         self.orders, self.lengths = np.zeros((count, m), dtype=np.int32), np.full(count, math.inf)
         self.place, self.moved = np.zeros(m, dtype=np.int32), np.zeros(m, dtype=np.int32)
+        self.size, self.mended, self.done = m, ordering.local_search, 0.0
         even, words = np.ones((m, m)), random_words(seed, 0, count=count)
         for f in range(count):
             lay_order(ordering.layers, even, even, even, 1.0, 0.0, 0.0, 1.0, words, f, ordering.missing, self.orders[f])
@@ -148,23 +150,34 @@ class OrderFireflies:
                 if f == 0 or not self.ordering.stop.now():
                     self.lengths[f] = self.ordering.improve(self.orders[f])
             return self.orders, self.lengths
-        done = share_done(self.ordering.stop, iteration)
+        self.done = share_done(self.ordering.stop, iteration)
         for f in np.argsort(self.lengths, kind="stable"):
             if self.ordering.stop.now():
                 break
-            self._fly(int(f), done, words)
+            self._fly(int(f), words)
         return self.orders, self.lengths
 
-    def _fly(self, f: int, done: float, words: NDArray[np.uint64]) -> None:
+    def apart(self, one: int, other: int) -> int:
+        """Return how many steps of a firefly are none of another one's."""
+        place = np.zeros(self.size, dtype=np.int32)
+        place[self.orders[one]] = np.arange(self.size, dtype=np.int32)
+        return int(steps_apart(self.orders[other], place))
+
+    @staticmethod
+    def moves_of(attraction: float) -> int:
+        """Return how many moves a flight has."""
+        return max(1, round(attraction))
+
+    def _fly(self, f: int, words: NDArray[np.uint64]) -> None:
         """Make the moves of one flight: each is kept unless it makes the order longer."""
-        m, flight, mended = len(self.moved), self.flight, self.ordering.local_search
+        m, flight, mended = self.size, self.flight, self.mended
         if m < 4:
             return
         self.place[self.orders[f]] = np.arange(m, dtype=np.int32)
         attraction, longest = flight.aim(
-            self.lengths, f, lambda j: int(steps_apart(self.orders[j], self.place)), m, done, mended
+            self.lengths, f, lambda j: int(steps_apart(self.orders[j], self.place)), m, self.done, mended
         )
-        for _ in range(max(1, round(attraction))):
+        for _ in range(self.moves_of(attraction)):
             self.moved[:] = self.orders[f]
             self.place[self.moved] = np.arange(m, dtype=np.int32)
             invert_runs(self.ordering.layers, self.moved, self.place, 2 if mended else 1, longest, words, f)
@@ -197,14 +210,18 @@ class Swarm:
         if options.algorithm == "firefly":
             flight = Flight.of(firefly, limited=options.time_limit is not None)
             swarm = OrderFireflies(ordering, flight, options.seed, first)
-            self._show(brightness=lambda: brightness_of(swarm.lengths))
+            self._show(brightness=lambda: brightness_of(swarm.lengths), step=lambda: step_of_fireflies(swarm, best))
             self.propose: Propose = swarm.propose
             self.size, self.patience = flight.fireflies, flight.patience
             self.visits = m * flight.fireflies * max(1.0, flight.attractiveness)
             return
         parameters = ColonyParameters.of(options.algorithm, aco, m, options.local_search)
         trails = OrderTrails(ordering, parameters, max(length, 1e-9))
-        self._show(pheromone=lambda: self._pheromone(trails))
+        self._show(
+            pheromone=lambda: self._pheromone(trails),
+            step=lambda: step_of_ants(trails, best),
+            branching=lambda: branching_of(trails),
+        )
         self.propose, self.reinforce = OrderAnts(ordering, trails, options.seed).propose, trails.reinforce
         self.size, self.visits, self.patience = parameters.ants, float(m * parameters.ants), None
 

@@ -19,7 +19,7 @@ from leafcut.model.heartbeat import Progress
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution, WorkerFigures
-from leafcut.options import ALGORITHM_TITLES, AcoOptions, FireflyOptions, SolveOptions
+from leafcut.options import ALGORITHM_TITLES, LITERATURE, AcoOptions, FireflyOptions, SolveOptions
 from leafcut.solve.algorithms import PACKAGED, Algorithm, AlgorithmRun, run_packaged
 from leafcut.solve.certificate import aim, aim_without_order, certify, foresee, stands_for_its_tour
 from leafcut.solve.clusters import choose_nodes
@@ -55,9 +55,6 @@ ANTS_CANDIDATES = 16
 
 #: Up to this many clusters every order is tried: local search needs five nodes.
 TRY_ALL = 4
-
-#: What orders the clusters of paths with a direction, too, besides the colony and the nearest neighbour.
-ORDERING = ("as", "eas", "asrank", "mmas", "acs", "firefly")
 
 #: What `running.PRESETS` are to the ants, for the colony: nodes of all the tours that its ants may build.
 COLONY_PRESETS = {"fast": 1e5, "default": 6e5, "thorough": 1e7}
@@ -167,11 +164,11 @@ def _goes_in_order(problem: RoutingProblem, options: SolveOptions) -> bool:
     if name in ("colony", "nn", "none"):
         return wanted and name != "none"
     small = problem.n_clusters < FEW_CLUSTERS and problem.n_nodes <= FEW_NODES
-    if wanted and small and name in ORDERING:
+    if wanted and small and name in LITERATURE:
         return True
-    if name in ORDERING and len(problem.precedence):
+    if name in LITERATURE and len(problem.precedence):
         raise SolveError(
-            f"algorithm '{name}' orders fewer than {FEW_CLUSTERS} clusters with {FEW_NODES} nodes in all; there are "
+            f"algorithm '{name}' orders fewer than {FEW_CLUSTERS} clusters with at most {FEW_NODES} nodes; there are "
             f"{problem.n_clusters} with {problem.n_nodes}; use --algorithm auto"
         )
     if len(problem.precedence):
@@ -259,6 +256,7 @@ def _kicks(instance: Instance, run: AlgorithmRun) -> SearchResult:
 def _fireflies(instance: Instance, run: AlgorithmRun) -> SearchResult:
     """Run the swarm."""
     from leafcut.solve import firefly as room
+    from leafcut.solve import steps
     from leafcut.solve.loop import search
 
     options, stop, best = run.options, run.stop, run.best
@@ -273,6 +271,7 @@ def _fireflies(instance: Instance, run: AlgorithmRun) -> SearchResult:
         if best.watched is not None:
             best.watched.workers = swarm.log.figures
             best.watched.brightness = lambda: brightness_of(swarm.lengths)
+            best.watched.step = lambda: steps.step_of_fireflies(swarm, best)
         if best.cost <= 0.0:
             return SearchResult(best.tour)  # all nodes on one place: nothing to gain
         iterations = until_interrupted(lambda: search(swarm.propose, room.learn_nothing, stop, best), best)
@@ -289,6 +288,7 @@ def _local_search(instance: Instance, run: AlgorithmRun) -> SearchResult:
 
 def _ants(instance: Instance, run: AlgorithmRun) -> SearchResult:
     """Run one of the classical five."""
+    from leafcut.solve import steps
     from leafcut.solve.aco import Ants, ColonyParameters, ColonyTrails, first_tour
     from leafcut.solve.loop import search
 
@@ -305,6 +305,8 @@ def _ants(instance: Instance, run: AlgorithmRun) -> SearchResult:
         if best.watched is not None:
             best.watched.workers = ants.log.figures
             best.watched.pheromone = lambda: on_candidates(instance, ants.colony.lists, ants.colony.pheromone)
+            best.watched.step = lambda: steps.step_of_ants(ants.colony, best, steps.choices_of(ants.colony))
+            best.watched.branching = lambda: steps.branching_of(ants.colony)
         iterations = until_interrupted(lambda: search(ants.propose, ants.colony.reinforce, stop, best), best)
     return SearchResult(best.tour, iterations, ants.log.figures())
 

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.heartbeat import Progress
-from leafcut.model.snapshot import Observer, Pheromone, Snapshot
+from leafcut.model.snapshot import Observer, Pheromone, SearchStep, Snapshot
 from leafcut.model.solution import WorkerFigures, gap
+from leafcut.model.study import Study
 from leafcut.solve.stop import Stop
 
 #: Costs that differ by less than this share differ by the order in which they were added up.
@@ -60,12 +61,15 @@ class Best:
         """The bound that the answer has without another being sought; of a stopped search also one only told of."""
         return self.known_bound if self.stop.cancelled.is_set() else self.bound
 
-    def tell(self, iteration: int, alone: bool = True) -> None:
-        """Report the state after an iteration; `alone`: nothing of the search goes on meanwhile."""
+    def tell(self, iteration: int, alone: bool = True, costs: NDArray[np.float64] | None = None) -> None:
+        """Report the state after an iteration; `alone`: nothing of the search goes on meanwhile.
+
+        `costs` are those of the iteration's paths, where it has any.
+        """
         if self.progress is not None:
             self._report(self.progress, iteration)
         if self.watched is not None:
-            self.watched.look(self, iteration, alone)
+            self.watched.look(self, iteration, alone, costs)
 
     def _report(self, progress: Progress, iteration: int) -> None:
         shares = (iteration / max(self.stop.iterations, 1), self.stop.elapsed() / self.stop.seconds)
@@ -81,8 +85,10 @@ class Watched:
     ----------
     path
         Places along a tour as the search keeps it, float64[m, 2].
-    workers, pheromone, brightness
+    workers, pheromone, brightness, step
         As in `Snapshot`; put by the search as soon as it has any.
+    branching
+        Of the trails, as in `model.study.Iteration`.
     """
 
     observer: Observer
@@ -90,8 +96,14 @@ class Watched:
     workers: Callable[[], tuple[WorkerFigures, ...]] = tuple
     pheromone: Callable[[], Pheromone | None] = lambda: None
     brightness: Callable[[], NDArray[np.float64] | None] = lambda: None
+    step: Callable[[], SearchStep | None] = lambda: None
+    branching: Callable[[], float | None] = lambda: None
 
-    def look(self, best: Best, iteration: int, alone: bool) -> None:
+    def __post_init__(self) -> None:
+        if isinstance(self.observer, Study):
+            self.observer.begin()
+
+    def look(self, best: Best, iteration: int, alone: bool, costs: NDArray[np.float64] | None = None) -> None:
         """Let the observer look; `alone`: nothing of the search goes on meanwhile, and its clock stands still."""
         seconds = best.stop.elapsed()
 
@@ -107,13 +119,22 @@ class Watched:
                 workers=self.workers(),
                 pheromone=self.pheromone(),
                 brightness=self.brightness(),
+                step=self.step(),
             )
 
         if not alone:
+            self._note(best, iteration, seconds, costs)
             self.observer(take, False)
             return
         with best.stop.paused():
+            self._note(best, iteration, seconds, costs)
             self.observer(take, True)
+
+    def _note(self, best: Best, iteration: int, seconds: float, costs: NDArray[np.float64] | None) -> None:
+        """Have the figures of an iteration kept, where a study asks for them."""
+        if isinstance(self.observer, Study):
+            whole = None if costs is None else costs + best.service
+            self.observer.note(iteration, seconds, best.cost + best.service, whole, self.branching())
 
 
 @dataclass

@@ -25,7 +25,7 @@ from leafcut.stock.tool_steps import ToolWay
 
 #: Pairs of places that are looked at together: few, so that what is reckoned stays in the cache.
 _PAIRS = 120_000
-#: Places that are looked at before those that removed nothing are forgotten.
+#: Places that are looked at together: the earlier ones are put into cells once for all of them.
 _BLOCK = 1024
 #: Angles of one place lie within −π … π; this keeps those of different places apart when they are sorted together.
 _APART = 16.0
@@ -57,18 +57,16 @@ def engagement(way: ToolWay, rules: PocketRules, entry: NDArray[np.bool_] | None
     entry
         Places on the loop along which the tool came down: it has cleared them on its way, and 0 is told.
     """
-    angles, widths, cuts = np.zeros(len(way)), np.zeros(len(way)), np.ones(len(way), dtype=bool)
+    angles, widths = np.zeros(len(way)), np.zeros(len(way))
     place = np.cumsum(way.step)
     for first in range(0, len(way), _BLOCK):
         block = np.arange(first, min(first + _BLOCK, len(way)))
-        # Where nothing was engaged nothing was removed: such places need not be looked at again.
-        known = np.concatenate([np.flatnonzero(cuts[:first]), block])
-        for rows, who, whom in _pairs(way, block, known, 2.0 * rules.radius):
+        # All earlier places count, those too where nothing was engaged: a film that they took off, thinner than the
+        # tolerance, would be material for others, and such films would add up.
+        for rows, who, whom in _pairs(way, block, 2.0 * rules.radius):
             angles[rows], widths[rows] = _engaged(way, rules, place, rows, who, whom)
-        if entry is not None:
-            angles[block[entry[block]]] = widths[block[entry[block]]] = 0.0
-        cuts[block] = (angles[block] > 0.0) | ~np.isfinite(way.back[block, 0])
-        cuts[block] |= False if entry is None else entry[block]
+    if entry is not None:
+        angles[entry] = widths[entry] = 0.0
     return Engaged(angles, widths)
 
 
@@ -134,16 +132,16 @@ def _covered(who: NDArray[np.int64], low: Floats, high: Floats, count: int) -> t
 
 
 def _pairs(
-    way: ToolWay, block: NDArray[np.int64], known: NDArray[np.int64], reach: float
+    way: ToolWay, block: NDArray[np.int64], reach: float
 ) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]]:
-    """Yield some rows of a block, and the pairs (one of them, an earlier one of `known` that covers edge ahead of it).
+    """Yield some rows of a block, and the pairs (one of them, an earlier one that covers edge ahead of it).
 
     A disc at the distance d, an angle a off the way ahead, covers its edge up to acos(d / 2r) from a on both sides: a
     place ahead only where cos a > −√(1 − (d / 2r)²).
     """
     (x, y), (ahead_x, ahead_y) = np.ascontiguousarray(way.xy.T), np.ascontiguousarray(way.ahead.T)
-    for stretch, one, other in near_pairs(way.xy[block], way.xy[known], reach):
-        who, whom = block[one], known[other]
+    for stretch, one, other in near_pairs(way.xy[block], way.xy[: block[-1] + 1], reach):
+        who, whom = block[one], other
         dx, dy = x[whom] - x[who], y[whom] - y[who]
         square = dx * dx + dy * dy
         keep = np.flatnonzero((square < reach * reach) & (whom < who))

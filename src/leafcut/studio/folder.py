@@ -21,6 +21,8 @@ _ID = re.compile(r"[A-Za-z0-9_-]{16}")
 _OWN = re.compile(r"[a-z0-9][a-z0-9_-]{0,60}")
 #: Words before the name of what is the studio's own, and of what is built in and is no file.
 OWN, BUILT_IN = "mine:", ("example:", "random:")
+#: In bytes: one file.
+LARGEST_UPLOAD = 64 * 1024 * 1024
 #: In bytes; file systems take 255.
 _LONGEST_NAME = 160
 #: Uploads that no job ever used go after so many seconds.

@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from leafcut.studio.drafts import Drafts
 from leafcut.studio.folder import Folder
-from leafcut.studio.history import History
-from leafcut.studio.jobs import Jobs
+from leafcut.studio.jobs.history import History
+from leafcut.studio.jobs.jobs import Jobs
+from leafcut.studio.kept_pages import KeptPages
 from leafcut.studio.keys import StudioKeys, kept_secret
+from leafcut.studio.recent_files import RecentFiles
 
 HOST, PORT = "127.0.0.1", 8173
 
@@ -22,6 +25,12 @@ class Studio:
     jobs: Jobs
     keys: StudioKeys
     port: int
+    pages: KeptPages
+    recent: RecentFiles
+
+    def drafts(self, kind: str) -> Drafts:
+        """Return what was typed of the person's own ``machines`` or ``tools`` and not saved."""
+        return Drafts(self.folder, kind)
 
     def address(self, key: str) -> str:
         """Return the address that opens the page with a key of `StudioKeys.new_entry`."""
@@ -49,5 +58,10 @@ def open_studio(root: Path, port: int = PORT) -> Studio:
     folder = Folder(root)
     history = History(root / "history.sqlite")
     history.interrupt()
-    folder.drop_unused(history.inputs_in_use())
-    return Studio(folder, history, Jobs(folder, history), StudioKeys(kept_secret(root)), port)
+    pages, recent = KeptPages(root / "pages"), RecentFiles(folder)
+
+    def kept() -> set[str]:
+        return pages.files_in_use() | recent.files_in_use()
+
+    folder.drop_unused(history.inputs_in_use() | kept())
+    return Studio(folder, history, Jobs(folder, history, kept), StudioKeys(kept_secret(root)), port, pages, recent)

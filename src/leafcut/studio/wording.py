@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import re
+import time
 import tomllib
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib.resources import files
 from typing import Any
+
+from leafcut.studio.messages import Messages
 
 #: Language → its name for itself.
 LANGUAGES = {"en": "English", "es": "Español"}
@@ -18,11 +21,19 @@ _FLAG = re.compile(r"(?<![\w-])--(?:process\b(?: (?P<process>[a-z]+))?|(?P<flag>
 class Words:
     """The words of one language: ``words("run.begin")``, ``words("open.large", mib=64)``."""
 
-    def __init__(self, language: str, table: Mapping[str, str], translated: Mapping[str, str] | None = None) -> None:
+    def __init__(
+        self,
+        language: str,
+        table: Mapping[str, str],
+        translated: Mapping[str, str] | None = None,
+        messages: Messages | None = None,
+    ) -> None:
         self.language = language
         self.table = table
         #: What the options and the issues are about, in place of the English words that they have themselves.
         self.translated = translated or {}
+        #: What leafcut says while it works, what it noticed, and why it refuses.
+        self.messages = messages or Messages({})
 
     def __call__(self, key: str, **values: Any) -> str:
         """Return the words of a key, with values in their places."""
@@ -44,15 +55,24 @@ class Words:
 
     def help(self, name: str, english: str) -> str:
         """Return what an option is for."""
-        return self.translated.get(f"help.{name}", english)
+        return self.about("help", name, english)
 
     def default(self, name: str, english: str) -> str:
         """Return what holds where nothing is given, for an option that says it in words."""
-        return self.translated.get(f"default.{name}", english) if english else ""
+        return self.about("default", name, english)
+
+    def about(self, kind: str, name: str, english: str) -> str:
+        """Return what is said of something that leafcut itself tells of in English."""
+        return self.translated.get(f"{kind}.{name}", english) if english else ""
 
     def plain(self, line: str) -> str:
-        """Return a message of leafcut's with the names of the form in the place of the command line's flags."""
-        return _FLAG.sub(self._field, line)
+        """Return a message of leafcut's in this language, with the names of the form in the place of flags."""
+        return _FLAG.sub(self._field, self.messages.translate(line))
+
+    def spoken(self, line: str) -> str:
+        """Return the language in which `plain` says a line: one that it does not know stays English."""
+        known = self.language == "en" or self.messages.translate(line) != line
+        return self.language if known else "en"
 
     def _field(self, found: re.Match[str]) -> str:
         if found["flag"] is None:
@@ -65,6 +85,14 @@ class Words:
         stem = name.removeprefix("no_")
         return f"“{self.option(stem)}” {self('form.off')}" if f"option.{stem}" in self.table else found[0]
 
+    def said(self, words: Any) -> str:
+        """Return words of the report, plain or as `report.overview.overview_as_json` has them, in this language."""
+        if isinstance(words, str):
+            return words
+        values = {name: self.said(value) for name, value in words["values"].items()}
+        template: str = words["words"]
+        return self.translated.get(f"report.{template}", template).format(**values)
+
     def issue(self, code: str) -> str:
         """Return what an issue of a code means; nothing in English, in which its message says it."""
         meaning = self.translated.get(f"issue.{code}", "")
@@ -75,7 +103,15 @@ class Words:
 def words(language: str) -> Words:
     """Return the words of a language; of one that the studio does not speak, the English ones."""
     known = language if language in LANGUAGES else "en"
-    return Words(known, _texts(known), {} if known == "en" else _texts(f"options_{known}"))
+    if known == "en":
+        return Words(known, _texts(known))
+    return Words(known, _texts(known), _texts(f"options_{known}"), Messages(_lines(f"messages_{known}")))
+
+
+def _lines(name: str) -> dict[str, str]:
+    """Return the lines of all sections of a file of messages."""
+    text = (files("leafcut.studio") / "texts" / f"{name}.toml").read_text(encoding="utf-8")
+    return {line: said for section in tomllib.loads(text).values() for line, said in section.items()}
 
 
 def _texts(name: str) -> dict[str, str]:
@@ -98,3 +134,8 @@ def preferred(accepted: str) -> str:
         if tag in LANGUAGES:
             return tag
     return "en"
+
+
+def day_and_time(seconds: float) -> str:
+    """Return a moment of the clock (s since 1970) as it is told in lists: ``2026-11-23 16:55``."""
+    return time.strftime("%Y-%m-%d %H:%M", time.localtime(seconds))

@@ -16,6 +16,7 @@ from every import every
 from leafcut import api
 from leafcut.cli import run
 from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError
+from leafcut.model.heartbeat import Trial
 from leafcut.options import ReadOptions, SheetOptions
 from leafcut.processes.nesting.plan.strip import NesterError
 from leafcut.processes.sheet.plan.sheet import prepare_sheet
@@ -227,3 +228,21 @@ def test_quiet_nesting_still_tells_of_parts_that_have_no_room(
     assert shown.out == ""
     assert "no room for" in shown.err
     assert "of plate" in shown.err
+
+
+def test_every_variant_is_told_by_its_name_and_what_came_of_it(drawings: Path) -> None:
+    told: list[Trial] = []
+
+    def tell(what: str, *_: object) -> None:
+        if isinstance(what, Trial):
+            told.append(what)
+
+    outcome = api.nest([f"{drawings}/angle.dxf:4", f"{drawings}/plate.dxf:3"], progress=tell, **SMALL)
+    begun = {one.name for one in told if not one.figure}
+    known = {one.name: one for one in told if one.figure}
+    assert known.keys() <= begun
+    for made in outcome.nests:
+        assert known[f"{made.method} {made.seed}"].figure == f"{100.0 * made.utilisation_of_used:.1f} %"
+    # The less, the better: the densest is the best of them.
+    best = min(known.values(), key=lambda one: math.inf if one.cost is None else one.cost)
+    assert best.figure == f"{100.0 * max(made.utilisation_of_used for made in outcome.nests):.1f} %"

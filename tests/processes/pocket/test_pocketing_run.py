@@ -21,11 +21,13 @@ from leafcut.cli import run
 from leafcut.errors import LeafcutError, OptionError, PlanError, VerifyError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
+from leafcut.model.heartbeat import Trial
 from leafcut.model.outcome import Outcome
 from leafcut.model.pocket import PocketPath
 from leafcut.model.toolpath import Kind
 from leafcut.processes.pocket import run as pocketing
 from leafcut.processes.pocket import strategies as room
+from leafcut.processes.settings import collect
 from leafcut.report.json_answer import as_json
 from leafcut.report.summary import print_summary
 from rs274_moves import run_rs274
@@ -437,3 +439,55 @@ def test_the_connected_way_as_it_is_written_keeps_the_step_over_and_is_shorter_t
     assert found.gouge_mm2 == 0.0
     assert found.uncovered_percent <= 0.001
     assert found.feed_mm + found.rapid_mm <= 4704.0
+
+
+@every(
+    "strategy, algorithm, taken",
+    [
+        ("ants", "kicks", "auto, colony, as, eas, asrank, mmas or acs"),
+        ("ants", "firefly", "auto, colony, as, eas, asrank, mmas or acs"),
+        ("firefly", "mmas", "auto or firefly"),
+    ],
+)
+def test_an_algorithm_that_a_strategy_would_not_use_is_refused(
+    strategy: str, algorithm: str, taken: str, drawing: Path
+) -> None:
+    with pytest.raises(OptionError) as refused:
+        api.optimize(drawing, strategy=strategy, algorithm=algorithm, **FAST)
+    said = f"--strategy {strategy} takes {taken}, not {algorithm}; choose one of these, or another --strategy"
+    assert str(refused.value) == f"--algorithm: {said}"
+
+
+@every("strategy, algorithm", [("ants", "mmas"), ("firefly", "firefly"), ("best", "kicks"), ("contour", "2opt")])
+def test_an_algorithm_that_a_strategy_or_the_order_of_pockets_uses_is_taken(strategy: str, algorithm: str) -> None:
+    room.check_algorithm(collect({"strategy": strategy, "algorithm": algorithm}))
+
+
+def test_an_algorithm_of_a_file_for_many_kinds_of_work_stops_no_pocket(tmp_path: Path) -> None:
+    """As with every option that only a file says: what is not used there is left out."""
+    file = tmp_path / "ours.toml"
+    file.write_text('algorithm = "kicks"\n')
+    room.check_algorithm(collect({"strategy": "ants"}, file))
+
+
+def test_the_header_tells_the_process_where_the_drawing_alone_does_not(drawing: Path, contour_only: None) -> None:
+    """Of a drawing of shapes pockets are made without a word; of a DXF they have to be asked for."""
+    alone = api.optimize(drawing, process="pocket", strategy="contour", **FAST)
+    assert "--process" not in alone.options
+    told = api.optimize(EXAMPLES / "pocket.dxf", process="pocket", strategy="contour", **FAST)
+    assert told.options["--process"] == "pocket"
+    assert "seed 1 --process pocket --" in told.text.lower()
+
+
+def test_every_strategy_is_told_by_its_name_and_the_time_of_its_program(drawing: Path) -> None:
+    told: list[Trial] = []
+
+    def tell(what: str, *_: object) -> None:
+        if isinstance(what, Trial):
+            told.append(what)
+
+    (plan,) = api.optimize(drawing, progress=tell, **{**FAST, "strategy": "best"}).detail.plans
+    assert [one.name for one in told] == [result.strategy for result in plan.results for _ in "ab"]  # begun, and done
+    costs = [one.cost for one in told[1::2]]
+    assert costs == [None if result.measures is None else result.program_s for result in plan.results]
+    assert all((one.figure == "–") is (one.cost is None) for one in told[1::2])

@@ -245,7 +245,7 @@ def test_a_merged_tool_is_changed_once_and_it_is_said(tmp_path: Path) -> None:
         (b"G21\nG0 X1\nG1 Y2 (oops\nM2\n", ":3: .*not closed"),
         (b"G21\nG1 X1\nM2\n", ":2: .*feed"),
         (b"G21\nG0 X0 Y0\nG2 X10 Y0 I2 J0 F100\nM2\n", ":3: .*radius"),
-        (b"G21\no100 while [1]\nG0 X1\no100 endwhile\nM2\n", "loop"),
+        (b"G21\n#1=0\no100 while [1]\n#1=[#1+1]\no100 endwhile\nM2\n", "loop"),
         (b"Dear Sir,\nplease find attached\nthe drawing.\n", "line|understood|number"),
         (b"G21 " + b"X1" * 400_000 + b"\n", "characters"),
     ],
@@ -253,7 +253,7 @@ def test_a_merged_tool_is_changed_once_and_it_is_said(tmp_path: Path) -> None:
 def test_bad_programs_get_one_clear_line_and_write_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, data: bytes, words: str
 ) -> None:
-    monkeypatch.setattr(control_flow, "MAX_REPEATED", 100_000)  # an endless loop: a sixtieth of what is waited for
+    monkeypatch.setattr(control_flow, "MAX_REPEATED", 100_000)  # a sixtieth of what is waited for
     path, out = tmp_path / "bad.nc", tmp_path / "new.nc"
     path.write_bytes(data)
     with pytest.raises(LeafcutError, match=words) as caught:

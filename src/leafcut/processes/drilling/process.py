@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from leafcut.kinds import Head
 from leafcut.options import JobOptions, MachineOptions, ReadOptions, Settings
 from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, use
 from leafcut.processes.drilling.options import DrillOptions
@@ -15,12 +16,15 @@ if TYPE_CHECKING:
     from leafcut.model.part import Part
     from leafcut.processes.course import Run
     from leafcut.processes.drilling.model import DrillingDetail
+    from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Source
 
 _MAIN = ("machine", "thickness", "depth", "tools", "retract", "peck")
 #: What the form shows of the job below its main group, around the options of drilling.
 _DEPTHS = ("depth_to", "break_through", "clearance_height", "retract_height", "tool_change_height", "keep_out")
 _REST = ("cycle", "dwell", "feed", "spindle_speed", "diameter_tolerance", "centre_drill")
+#: Layers of holes to drill, and how sure that makes it.
+_DRILL_NAMES, _BY_NAME = ("DRILL*",), 0.93
 _WAY = ("start_point", "end_point", "hole_order")
 
 
@@ -40,6 +44,8 @@ class Drilling(Process):
     reads = "drawing"
     by_itself = True
     joins = "excellon"
+    heads = (Head.SPINDLE,)
+    pictured = "holes"
     form = (
         ("main", _MAIN),
         ("search", SEARCH),
@@ -49,6 +55,24 @@ class Drilling(Process):
         ("post", (*POST, "coolant")),
         ("solve", SEARCH_MORE),
     )
+
+    def machine_for(self, format_name: str) -> str:
+        """Return the machine for circuit boards: drill files are of boards."""
+        return "pcb-drill" if format_name == self.joins else ""
+
+    def suits(self, drawing: WholeDrawing) -> Suitability | None:
+        """Say how much of the drawing is round holes."""
+        from leafcut.processes.suitability import COUNTED, Suitability
+
+        if not drawing.n_holes:
+            return None
+        named = drawing.named(_DRILL_NAMES)
+        works = drawing.drilled, drawing.narrow
+        if named and (drawing.on(named)[drawing.drilled].any() or drawing.holes_on(named)[drawing.narrow].any()):
+            words = ", ".join(named)
+            return Suitability(_BY_NAME, "drill_layers", {**drawing.figures, "layers": words}, *works)
+        reason = "holes" if drawing.n_outlines else "only_holes"
+        return Suitability(COUNTED * (1.0 - drawing.share_of_outlines), reason, drawing.figures, *works)
 
     def run(self, run: Run, sources: Sequence[Source], asked: str) -> Outcome[DrillingDetail]:
         """Drill the holes of all sources in one program."""

@@ -106,6 +106,7 @@ def _order(run: Run, plan: DrillPlan) -> Outcome[DrillingDetail]:
         path_after=after,
         text=text,
         dialect=words.name,
+        extension=words.extension,
         seed=run.settings.solve.seed,
         verified=True,
         written=_verify(run, plan, words, after, text),

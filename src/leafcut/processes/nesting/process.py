@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import OptionError
+from leafcut.kinds import Head
 from leafcut.options import CutDataOptions, MachineOptions, ReadOptions, Settings, SheetOptions, SolveOptions
 from leafcut.processes.base import Process, all_of, use
 from leafcut.processes.cutting_machines import for_cutting
@@ -30,6 +31,7 @@ class Nesting(Process):
     command = "nest"
     help = "Nest parts on sheets, in several variants, and write the best nest as DXF for cutting."
     offered_with = "cut"
+    heads = tuple(head for head in Head if head.method is not None)
     form = (
         ("main", ("sheet", "kerf", "gap", "margin", "rotations", "into_holes")),
         ("search", ("variants", "preset", "time_limit")),

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from shapely import Polygon
 
 from leafcut.errors import OptionError, PlanError, VerifyError, shown
-from leafcut.model.heartbeat import Heartbeat, Progress, looking_for
+from leafcut.model.heartbeat import Heartbeat, Progress, Trial, looking_for, trial
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Remnant, Stock
 from leafcut.options import ReadOptions, Settings, SheetOptions, SolveOptions
@@ -65,13 +65,24 @@ def nest(
     found: list[Nest] = []
     dropped: list[str] = []
 
+    said, shared = "", 0.0
+
     def tell(what: str, share: float) -> None:
+        nonlocal said, shared
+        best = f"; {100.0 * max(n.utilisation_of_used for n in found):.1f} % so far" if found else ""
+        said, shared = what + best, share
         if progress is not None:
-            best = f"; {100.0 * max(n.utilisation_of_used for n in found):.1f} % so far" if found else ""
-            progress(what + best, None, share, None)
+            progress(trial(said, what.name) if isinstance(what, Trial) else said, None, share, None)
+
+    def tell_found(variant: Nest) -> None:
+        used = 100.0 * variant.utilisation_of_used
+        if progress is not None:
+            progress(trial(said, f"{variant.method} {variant.seed}", f"{used:.1f} %", -used), None, shared, None)
 
     try:
         for variant in variants(task, search, tell, cancelled):
+            if isinstance(variant, Nest):
+                tell_found(variant)
             if isinstance(variant, str):
                 dropped.append(variant)
             elif faults := check_nest(variant, task.spacing, options.margin, kerf):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from leafcut.kinds import Head
 from leafcut.options import (
     FireflyOptions,
     JobOptions,
@@ -22,9 +23,12 @@ if TYPE_CHECKING:
     from leafcut.model.part import Part
     from leafcut.processes.course import Run
     from leafcut.processes.pocket.model import PocketDetail
+    from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Source
 
-_MAIN = ("machine", "tool_diameter", "depth", "strategy", "milling", "stock", "pixel_size")
+_MAIN = ("machine", "tool_diameter", "depth", "strategy", "milling", "pixel_size")
+#: How sure layers make it that are named as pockets are, and how sure it is without.
+_BY_NAME, _UNNAMED = 0.98, 0.01
 _PLACES = ("clearance_height", "retract_height", "spindle_speed", "start_point", "end_point", "work_offset")
 
 
@@ -45,6 +49,8 @@ class Pocketing(Process):
     reads = "drawing"
     by_itself = True
     asks = "pocket"
+    heads = (Head.SPINDLE,)
+    pictured = "areas"
     form = (
         ("main", _MAIN),
         ("search", SEARCH),
@@ -54,6 +60,19 @@ class Pocketing(Process):
         ("post", (*POST, "coolant")),
         ("solve", SEARCH_MORE),
     )
+
+    def suits(self, drawing: WholeDrawing) -> Suitability | None:
+        """Say whether layers are named as pockets and islands are: what is drawn otherwise may be anything."""
+        from leafcut.processes.suitability import Suitability
+        from leafcut.read.pocket_outlines import ISLAND_NAMES, POCKET_NAMES
+
+        named = drawing.named((*POCKET_NAMES, *ISLAND_NAMES))
+        if named:
+            words = ", ".join(named)
+            on = drawing.on(named) & drawing.worked, drawing.holes_on(named)
+            return Suitability(_BY_NAME, "pocket_layers", {**drawing.figures, "layers": words}, *on)
+        closed = drawing.worked & drawing.closed, drawing.part.diameters > 0.0
+        return Suitability(_UNNAMED, "outlines", drawing.figures, *closed) if drawing.n_outlines else None
 
     def run(self, run: Run, sources: Sequence[Source], asked: str) -> Outcome[PocketDetail]:
         """Clear the pockets of a drawing."""

@@ -14,6 +14,7 @@ from leafcut._version import __version__
 from leafcut.errors import OptionError, PlanError, SolveError
 from leafcut.geometry.arrays import Point, Points
 from leafcut.geometry.regions import as_polyline
+from leafcut.model.heartbeat import trial
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.pocket import (
@@ -35,6 +36,7 @@ from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes
 from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.proving import prove_pockets, write_pockets
+from leafcut.units import format_time
 
 if TYPE_CHECKING:
     from leafcut.processes.pocket.plan.entries import Descent
@@ -107,10 +109,12 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     from leafcut.processes.placing import placed
     from leafcut.processes.pocket.plan.rules import levels_of, milling_data, rules_of
     from leafcut.processes.pocket.plan.toolpath import PocketHeights
+    from leafcut.processes.pocket.strategies import check_algorithm
     from leafcut.processes.zones import parse_zones
     from leafcut.read import read_pockets
 
     settings = run.settings
+    check_algorithm(settings)
     mill = _library_mill(run)
     options = settings.of(PocketOptions)
     if mill is not None:
@@ -186,9 +190,13 @@ def _cleared(job: PocketJob, one: Pocket, number: int) -> tuple[_Cleared, list[I
     asked = job.run.settings.of(PocketOptions).strategy
     ways_tried = [way for way in WAYS if asked in ("best", way.name)]
     for place, way in enumerate(ways_tried):
-        job.run.tell(f"{several}{way.name}", None, (number + place / len(ways_tried)) / len(job.part.pockets))
+        words, share = f"{several}{way.name}", (number + place / len(ways_tried)) / len(job.part.pockets)
+        job.run.tell(trial(words, words), None, share)
         result, clearings = _tried(job, one, way, regions, roughed)
         results.append(result)
+        known = result.measures is not None
+        figure = format_time(result.program_s) if known else "–"
+        job.run.tell(trial(words, words, figure, result.program_s if known else None), None, share)
         if clearings:
             ways[way.name] = clearings
     chosen = _chosen(job, one, results)
@@ -394,6 +402,7 @@ def _outcome(
         path_after=after.path,
         text=text,
         dialect=job.words.name,
+        extension=job.words.extension,
         seed=settings.solve.seed,
         verified=True,
         written=written,

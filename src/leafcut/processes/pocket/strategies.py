@@ -7,7 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from leafcut.errors import OptionError
 from leafcut.model.pocket import PocketPath
+from leafcut.options import Settings
 from leafcut.processes.course import Run
 from leafcut.processes.pocket.options import PocketOptions
 
@@ -15,8 +17,10 @@ if TYPE_CHECKING:
     from leafcut.geometry.arrays import Points
     from leafcut.processes.pocket.plan.region import CentreRegion
 
-#: Ants that may be asked for by --algorithm; all else is left to leafcut's own.
+#: Ants that --algorithm may ask for; beside other algorithms the ants that are tried are leafcut's own.
 ANTS = ("colony", "as", "eas", "asrank", "mmas", "acs")
+#: What --algorithm may say where a strategy that orders a grid is asked for.
+OF_GRID = {"ants": ("auto", *ANTS), "firefly": ("auto", "firefly")}
 
 #: Where the corners of rings and what is cleared between them come out wider than the step-over, rings so much nearer
 #: to each other are tried, in step-overs.
@@ -81,6 +85,23 @@ def _adaptive(region: CentreRegion, run: Run) -> PocketPath:
     from leafcut.processes.pocket.plan.adaptive import adaptive
 
     return adaptive(region)
+
+
+def check_algorithm(settings: Settings) -> None:
+    """Refuse an algorithm that a strategy was given with and that it would not use.
+
+    Raises
+    ------
+    OptionError
+        Says what the strategy uses.
+    """
+    strategy, algorithm = settings.of(PocketOptions).strategy, settings.solve.algorithm
+    taken = OF_GRID.get(strategy, (algorithm,))
+    if "algorithm" in settings.asked and algorithm not in taken:
+        raise OptionError(
+            f"--algorithm: --strategy {strategy} takes {' or '.join(', '.join(taken).rsplit(', ', 1))}, not "
+            f"{algorithm}; choose one of these, or another --strategy"
+        )
 
 
 def _grid(name: str) -> Strategy:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from leafcut.gcode.program import Program
     from leafcut.model.certificate import Certificate
 
-#: The order of the chains of every section; None: as it is.
+#: The order of the pieces of every section; None: as it is.
 SectionOrders = list[NDArray[np.int32] | None]
 
 #: After so many trials all sections keep their order: each takes as long as a proof.
@@ -123,7 +123,7 @@ class _OrderWriter:
 
         sections = self.sequence.sections
         given = zip(sections, orders, strict=True)
-        own = [np.arange(len(s.chains), dtype=np.int32) if order is None else order for s, order in given]
+        own = [np.arange(len(s.pieces), dtype=np.int32) if order is None else order for s, order in given]
         try:
             options = self.run.settings.of(ResequenceOptions)
             return rewrite(
@@ -158,7 +158,8 @@ class _OrderWriter:
         if not certificate.same:
             more = len(certificate.differences) - 1
             said = f"{certificate.differences[0]}{f' (and {more} more)' if more > 0 else ''}"
-            guilty = {self._section_at(d.original) for d in certificate.differences if d.original}
+            lines = {line for d in certificate.differences for line, _ in ((d.original, d.new), *d.also) if line}
+            guilty = {self._section_at(line) for line in lines}
             raise _Refused(said, guilty - {-1})
         if self.obstacles is not None and (met := meetings(self.run, self.obstacles, new.path)):
             raise _Refused(f"{met[0]}{f' (and {len(met) - 1} more)' if len(met) > 1 else ''}", set())
@@ -199,8 +200,8 @@ class _OrderWriter:
         return last
 
     def _lines_of(self, section: Section) -> tuple[int, int]:
-        line, chains = self.original.text_line, section.chains
-        return int(line[chains[0].begin]), int(line[chains[-1].end - 1])
+        line, pieces = self.original.text_line, section.pieces
+        return int(line[pieces[0].begin]), int(line[pieces[-1].end - 1])
 
 
 def with_comments(text: str, comments: Iterable[str], words: Dialect) -> str:

@@ -113,6 +113,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
         path_after=proved.program.path,
         text=proved.text,
         dialect=words.name,
+        extension=words.extension,
         seed=run.settings.solve.seed,
         verified=True,
         issues=(
@@ -214,7 +215,7 @@ def _solve_sections(
         follows = bool(stages) and not (goes and section.start is not None)
         begins = None if follows else start if section.start is None else section.start
         metric = _metric(run, section, obstacles)
-        own = np.arange(len(section.chains), dtype=np.int32)
+        own = np.arange(len(section.pieces), dtype=np.int32)
         stages.append(Stage(build_problem(section, metric, begins, section.end), follows, own))
         goes = section.end is not None
     total = left = sum(stage.problem.n_clusters for stage in stages)
@@ -222,15 +223,15 @@ def _solve_sections(
 
     def search(number: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
         nonlocal left, used
-        chains = stages[number].problem.n_clusters
+        pieces = stages[number].problem.n_clusters
         what = f"ordering section {number + 1}"
         run.tell(what, share=1.0 - left / total)
         found = solve(
             problem, share(options, used, left, problem), settings.aco, firefly=settings.firefly,
-            progress=run.passing_on(what, left / total, chains / total), observe=run.observe,
+            progress=run.passing_on(what, left / total, pieces / total), observe=run.observe,
             cancelled=run.cancelled,
         )  # fmt: skip
-        used, left = used + found.seconds, max(left - chains, 1)
+        used, left = used + found.seconds, max(left - pieces, 1)
         return found
 
     def quick(_: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
@@ -248,7 +249,7 @@ def _stands(run: Run, original: Program, sequence: Sequence) -> tuple[Point | No
     if start is None or not sequence.sections:
         return None, None
     path = original.path
-    before = slice(0, int(original.first[sequence.sections[0].chains[0].begin]))
+    before = slice(0, int(original.first[sequence.sections[0].pieces[0].begin]))
     known = np.isfinite(path.end[before, :2]).any(axis=1) & np.isin(path.kind[before], _PLACES)
     moved = known.any() or ((path.kind[before] == Kind.FOREIGN) & (path.ref[before] != STILL)).any()
     stands = float(start[0]), float(start[1])
@@ -285,20 +286,20 @@ def _with_few_speeds(program: Program, section: Section, solution: Solution) -> 
 
     Where it changes more often, all that waits for a speed and may be made with it is made before the next one.
     """
-    from leafcut.processes.program.plan.resequencing import chain_order, speeds_of
+    from leafcut.processes.program.plan.resequencing import piece_order, speeds_of
 
     speeds = speeds_of(program, section)
     if len(np.unique(speeds)) < 2:
         return solution
-    chain = chain_order(section, solution.nodes)
-    chain = np.where(chain < 0, ~chain, chain)
+    pieces = piece_order(section, solution.nodes)
+    pieces = np.where(pieces < 0, ~pieces, pieces)
     most = int(np.count_nonzero(np.diff(speeds)))
-    if np.count_nonzero(np.diff(speeds[chain])) <= most:
+    if np.count_nonzero(np.diff(speeds[pieces])) <= most:
         return solution
     waits_for: dict[int, set[int]] = {}
     for one, other in section.precedence.tolist():
         waits_for.setdefault(other, set()).add(one)
-    waiting = list(zip(chain.tolist(), solution.nodes.tolist(), strict=True))
+    waiting = list(zip(pieces.tolist(), solution.nodes.tolist(), strict=True))
     speed, done, nodes = float(speeds[0]), set[int](), list[int]()
     while waiting:
         left = []
@@ -311,17 +312,17 @@ def _with_few_speeds(program: Program, section: Section, solution: Solution) -> 
         if len(left) == len(waiting):
             speed = next(float(speeds[one]) for one, _ in left if waits_for.get(one, set()) <= done)
         waiting = left
-    order = chain_order(section, np.array(nodes, dtype=np.int32))
+    order = piece_order(section, np.array(nodes, dtype=np.int32))
     if np.count_nonzero(np.diff(speeds[np.where(order < 0, ~order, order)])) > most:
         return _unchanged(solution)
     return replace(solution, nodes=np.array(nodes, dtype=np.int32), lower_bound=None)
 
 
 def _orders(sequence: Sequence, solutions: list[Solution | None]) -> SectionOrders:
-    from leafcut.processes.program.plan.resequencing import chain_order
+    from leafcut.processes.program.plan.resequencing import piece_order
 
     given = zip(sequence.sections, solutions, strict=True)
-    return [None if solution is None else chain_order(section, solution.nodes) for section, solution in given]
+    return [None if solution is None else piece_order(section, solution.nodes) for section, solution in given]
 
 
 def _work_of(
@@ -338,14 +339,14 @@ def _work_of(
     stays = np.ones(len(program.path), dtype=bool)
     for number, section in enumerate(sequence.sections):
         first = len(holes)
-        drilled = [c for c in section.chains if c.kind == "hole"]
+        drilled = [c for c in section.pieces if c.kind == "hole"]
         holes += [Hole(*c.entry, 0.0) for c in drilled]
-        for chain in section.chains:
-            stays[program.first[chain.begin] : program.first[chain.end]] = False
+        for piece in section.pieces:
+            stays[program.first[piece.begin] : program.first[piece.end]] = False
         solution = solutions[number] if number < len(solutions) else None
         if solution is not None:
             operations.append(_operation(program, section, sequence.process, first, solution))
-            begins.append(int(program.first[section.chains[0].begin]))
+            begins.append(int(program.first[section.pieces[0].begin]))
     places, staying = _staying(program.path, stays, [o.tool.number for o in operations], begins)
     operations = [
         replace(o, staying=tuple(len(holes) + k for k in mine)) for o, mine in zip(operations, staying, strict=True)
@@ -393,9 +394,9 @@ def _feed(path: Toolpath, works: NDArray[np.intp]) -> float:
 
 def _operation(program: Program, section: Section, process: str, first: int, solution: Solution) -> OperationOutcome:
     """Return what was ordered in a section; feed, speed and cycle are those of its first piece of work."""
-    path, holes = program.path, [k for k, c in enumerate(section.chains) if c.kind == "hole"]
-    chain = section.chains[holes[0] if holes else 0]
-    rows = np.arange(program.first[chain.begin], program.first[chain.end])
+    path, holes = program.path, [k for k, c in enumerate(section.pieces) if c.kind == "hole"]
+    piece = section.pieces[holes[0] if holes else 0]
+    rows = np.arange(program.first[piece.begin], program.first[piece.end])
     works = rows[(path.kind[rows] >= Kind.FEED) & (path.kind[rows] <= Kind.DRILL)]
     drilling = works[path.kind[works] == Kind.DRILL]
     tool = Tool(
@@ -404,11 +405,11 @@ def _operation(program: Program, section: Section, process: str, first: int, sol
         kind=ToolKind.DRILL if holes else ToolKind.SLOT_MILL,
         name="" if holes else process,
         feed=_feed(path, works[:1] if holes else works),
-        spindle_rpm=program.modal(chain.end).rpm,
+        spindle_rpm=program.modal(piece.end).rpm,
     )
-    at = {chain: first + i for i, chain in enumerate(holes)}
+    at = {piece: first + i for i, piece in enumerate(holes)}
     order = tuple(at[k] for k in solution.nodes.tolist() if k in at)
     cycle = path.cycles[int(path.ref[drilling[0]])].name if len(drilling) else ""
     line = program.text_line
-    lines = int(line[section.chains[0].begin]), int(line[section.chains[-1].end - 1])
-    return OperationOutcome(tool, cycle, order, False, solution, len(section.chains) - len(holes), lines)
+    lines = int(line[section.pieces[0].begin]), int(line[section.pieces[-1].end - 1])
+    return OperationOutcome(tool, cycle, order, False, solution, len(section.pieces) - len(holes), lines)

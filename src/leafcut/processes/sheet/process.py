@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from leafcut.kinds import Head
 from leafcut.options import CutDataOptions, JobOptions, MachineOptions, PostOptions, ReadOptions, Settings, SheetOptions
 from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, Process, all_of, use
 from leafcut.processes.cutting_machines import for_cutting
@@ -16,10 +17,13 @@ if TYPE_CHECKING:
     from leafcut.model.part import Part
     from leafcut.processes.course import Run
     from leafcut.processes.sheet.model import SheetDetail
+    from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Source
 
-_MAIN = ("machine", "thickness", "material", "cut_process", "chains", "common_lines")
+_MAIN = ("machine", "thickness", "material", "amps", "cut_process", "chains")
 _JOB = ("thickness", "material", "clearance_height", "keep_out", "end_point", "keep_order")
+#: How sure a layer that is named as a sheet makes it.
+_BY_NAME = 0.95
 _PLACES = ("clearance_height", "keep_out", "start_point", "end_point")
 
 
@@ -37,10 +41,11 @@ class SheetCutting(Process):
     asked_as = ("cut",)
     reads = "drawing"
     asks = "cut"
+    heads = tuple(head for head in Head if head.method is not None)
     form = (
         ("main", _MAIN),
         ("search", SEARCH),
-        ("cut", ("amps", "chart", "cut_speed", *all_of(CutOptions, (*_MAIN, "save_plan")))),
+        ("cut", ("common_lines", "chart", "cut_speed", *all_of(CutOptions, (*_MAIN, "common_lines", "save_plan")))),
         ("place", (*PLACE, *_PLACES, "work_offset")),
         ("sheet", all_of(SheetOptions)),
         ("read", ("units", "layers", "min_diameter", "max_diameter", "strict")),
@@ -51,6 +56,20 @@ class SheetCutting(Process):
     def usual(self, settings: Settings) -> Settings:
         """Return the settings with a machine that cuts as asked where nobody named one."""
         return for_cutting(settings)
+
+    def suits(self, drawing: WholeDrawing) -> Suitability | None:
+        """Say how much of the drawing is outlines, and whether a layer is named as a sheet is."""
+        from leafcut.processes.layers import SHEET_NAMES
+        from leafcut.processes.suitability import COUNTED, Suitability
+
+        works = drawing.worked, drawing.part.diameters > 0.0
+        if not any(one.any() for one in works):
+            return None
+        named = drawing.named(SHEET_NAMES)
+        if named and drawing.n_outlines > 1:
+            words = ", ".join(named)
+            return Suitability(_BY_NAME, "sheet_layers", {**drawing.figures, "layers": words}, *works)
+        return Suitability(COUNTED * drawing.share_of_outlines, "outlines", drawing.figures, *works)
 
     def run(self, run: Run, sources: Sequence[Source], asked: str) -> Outcome[SheetDetail]:
         """Cut the contours of a drawing."""

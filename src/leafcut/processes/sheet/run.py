@@ -231,6 +231,7 @@ def _outcome(
         path_after=after.path,
         text=text,
         dialect=job.words.name,
+        extension=job.words.extension,
         seed=settings.solve.seed,
         verified=True,
         written=written,

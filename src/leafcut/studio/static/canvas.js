@@ -4,13 +4,17 @@
 //   drawing.show(await (await fetch(url)).arrayBuffer(), "after");
 //   drawing.on("select", ({ row, line, hole }) => …);
 //
-// Layers of `show`: part, before, after, pheromone, live. Events of `on`: hover, select, time, drag,
+// Layers of `show`: whole, part, before, after, pheromone, live, differences. Events of `on`: hover, select, time, drag,
 // mode, layers, and main when there is another toolpath to select in, or another program.
 
 import { describe, mm } from "./describe.js";
+import { droppedOn, grab } from "./dragging.js";
 import { Input } from "./input.js";
+import { Measure } from "./measure.js";
 import { Pane, Track } from "./pane.js";
 import { PartPaths } from "./paths.js";
+import { WholePaths, layersOf } from "./whole.js";
+import { Placement } from "./placement.js";
 import { Player } from "./player.js";
 import { readScene } from "./scene.js";
 import { watchTheme } from "./theme.js";
@@ -32,16 +36,23 @@ export class Drawing {
     this.view = new View();
     this.layers = {
       rapids: true, cuts: true, holes: true, numbers: true, arrows: true, extents: false, issues: true, pheromone: true,
-      kerf: true, cleared: true, grid: true, ...layers,
+      kerf: true, cleared: true, grid: true, whole: true, travel: true, origin: true, differences: true, ...layers,
     };
     this.editable = editable;
     this.selected = null;
-    this.scenes = { part: null, before: null, after: null, pheromone: null, live: null };
+    /** The names of the drawing's own layers that are switched off. */
+    this.hidden = new Set();
+    this.scenes = { whole: null, part: null, before: null, after: null, pheromone: null, live: null, differences: null };
     this.tracks = { before: null, after: null };
     this.mode = "after";
     this._listeners = new Map();
+    this.measure = new Measure(this);
+    this.placement = new Placement(this);
     this._build(host);
-    this.view.addEventListener("change", () => this._wake());
+    this.view.addEventListener("change", () => {
+      if (this.measure.on && this.measure.byKey) this.measure.aim();
+      this._wake();
+    });
     this.player.addEventListener("play", () => this._wake());
     this.player.addEventListener("time", (event) => this._time(event.detail));
     this._endTheme = watchTheme(() => this._restyle());
@@ -83,13 +94,19 @@ export class Drawing {
 
   emit(name, detail) { [...(this._listeners.get(name) ?? [])].forEach((act) => act(detail)); }
 
-  /** Show a scene (ArrayBuffer) as the layer part, before, after or pheromone. */
+  /** Show a scene (ArrayBuffer) as one of the layers that are named above. */
   show(bytes, layer) {
     const scene = readScene(bytes);
     const first = !Object.values(this.scenes).some(Boolean);
     if (this._renew(scene, layer)) return;
     this.scenes[layer] = scene;
-    if (layer === "part") this.partPaths = new PartPaths(scene);
+    if (layer === "part" && this._moved && !first) {
+      this.view.x -= this._moved[0];
+      this.view.y -= this._moved[1];
+    }
+    if (layer === "part") this._moved = null;
+    if (layer === "part") this.partPaths = new PartPaths(scene, this.hidden);
+    if (layer === "whole") this.wholePaths = new WholePaths(scene);
     if (layer in this.tracks) {
       scene.header.which = layer;
       this.tracks[layer] = new Track(scene);
@@ -119,6 +136,7 @@ export class Drawing {
       this.scenes[name] = null;
       if (name in this.tracks) this.tracks[name] = null;
       if (name === "part") this.partPaths = null;
+      if (name === "whole") this.wholePaths = null;
     }
     this.selected = null;
     if (!layer) this._chosen = null;
@@ -149,6 +167,23 @@ export class Drawing {
     this.emit("layers", { ...this.layers });
   }
 
+  /** The names of the layers that the drawing has. */
+  get drawnLayers() { return layersOf(this.scenes.whole, this.scenes.part); }
+
+  /** Show a layer of the drawing, or not. */
+  showDrawnLayer(name, shown) {
+    if (shown) this.hidden.delete(name); else this.hidden.add(name);
+    if (this.scenes.part) this.partPaths = new PartPaths(this.scenes.part, this.hidden);
+    this._givePart();
+    this.toolbar.update();
+    this._wake();
+  }
+
+  _givePart() {
+    const { scenes, drawnLayers, hidden } = this;
+    for (const pane of this.panes) pane.setPart(scenes.part, this.partPaths ?? null, scenes.whole, this.wholePaths ?? null, drawnLayers, hidden);
+  }
+
   play(rate) { this.player.play(rate); }
 
   pause() { this.player.pause(); }
@@ -170,6 +205,16 @@ export class Drawing {
   /** Select what a line of the program does. */
   selectLine(line) { this.select(this.main?.scene.rowOfLine(line) ?? -1); }
 
+  /** Select a difference of two programs, numbered from 0, and move to where it is; return whether it has a place. */
+  selectDifference(index) {
+    const { differences } = this.scenes, mark = differences?.markOf(index) ?? -1;
+    if (mark < 0) return false;
+    const { x, y } = differences.at(mark);
+    this.view.show(x, y);
+    this._choose(this.panes[1]._differing(mark));
+    return true;
+  }
+
   /** Select a hole of the part, numbered from 0. */
   selectHole(hole) {
     const { part } = this.scenes;
@@ -177,6 +222,14 @@ export class Drawing {
     this.view.show(part.hole[3 * hole] + part.origin[0], part.hole[3 * hole + 1] + part.origin[1]);
     const pane = this.panes[1];
     this._choose({ hole, row: pane._rowAtHole(hole), which: this.main?.scene.header.which });
+  }
+
+  /** Select a stop of the order that is changed, by its number in the toolpath from 1, and move to it; tell nobody. */
+  selectStop(stop) {
+    const { main } = this, edited = this.panes[1].edited, k = edited ? edited.indexOf(stop) : -1;
+    if (!main || k < 0) return;
+    this.view.show(edited.x1(k) + edited.origin[0], edited.y1(k) + edited.origin[1]);
+    this._choose({ row: main.scene.stop[stop - 1], which: main.scene.header.which, stop }, true);
   }
 
   /** Return the toolpath that is numbered, played and selected in. */
@@ -193,16 +246,42 @@ export class Drawing {
     this.root.remove();
   }
 
+  /** Say where the part lies: whether program zero can be moved, and how far the machine goes. */
+  setPlacement(placement) {
+    this.placement.set(placement);
+    this.panes.forEach((pane) => { pane.dirty = true; });
+    this.toolbar.update();
+    this._wake();
+  }
+
+  /** Say what is measured, and draw it. */
+  tellMeasure(parts, quiet) {
+    this._say(parts, quiet);
+    this.panes.forEach((pane) => { pane.dirty = true; });
+    if (!quiet) this.toolbar.update();
+    this._wake();
+  }
+
+  /** Whether anything is shown, and whether that is of a map, which has no millimetres. */
+  get shows() { return Object.values(this.scenes).some(Boolean); }
+  get unitless() { return [this.scenes.part, this.main?.scene].some((scene) => scene?.header.unitless); }
+
   // What the pointer and the keys do.
 
   /** The pointer is at a place: say what is there, once a frame at most. */
   point(pane, px, py) {
+    pane.canvas.classList.toggle("lc-grab", !this.measure.on && this.placement.over(px, py));
+    if (this.measure.on) {
+      this.measure.move(px, py);
+      return;
+    }
     this._pointing = { pane, px, py };
     this._wake();
   }
 
   hover(pane, what, px = 0, py = 0) {
     this._pointing = null;
+    if (this.measure.on) return;
     const same = JSON.stringify(what) === JSON.stringify(pane.hovered);
     pane.hovered = what;
     pane.dirty = true;
@@ -216,16 +295,19 @@ export class Drawing {
 
   choose(pane, px, py) {
     pane.canvas.focus({ preventScroll: true });
-    this._choose(pane.pick(px, py));
+    if (this.measure.on) {
+      this.measure.move(px, py);
+      this.measure.take();
+    } else this._choose(pane.pick(px, py));
   }
 
-  _choose(what) {
+  _choose(what, silent = false) {
     this.selected = what;
     this.panes.forEach((pane) => { pane.dirty = true; });
     const scene = what?.which ? this.tracks[what.which]?.scene : null;
     if (what) this._say(describe(what, this._paneOf(what), this.words));
     const known = what?.row !== undefined && scene;
-    this.emit("select", what && { ...what, line: known ? scene.line[what.row] : 0, stop: what.stop ?? (known ? scene.stopOf(what.row) : 0) });
+    if (!silent) this.emit("select", what && { ...what, line: known ? scene.line[what.row] : what.line ?? 0, stop: what.stop ?? (known ? scene.stopOf(what.row) : 0) });
     this._wake();
   }
 
@@ -233,50 +315,35 @@ export class Drawing {
 
   /** Let go of what is dragged, else of the playback, else of what is chosen; return whether there was any of it. */
   escape() {
-    if (this.panes.some((pane) => pane.drag)) this.panes.forEach((pane) => this.drop(pane, true));
+    if (this.measure.on) this.measure.toggle(false);
+    else if (this.panes.some((pane) => pane.drag)) this.panes.forEach((pane) => this.drop(pane, true));
     else if (this.player.time !== null) this.player.showAll();
     else if (this.selected) this._choose(null);
     else return false;
     return true;
   }
 
-  /** Take hold of a pierce or a stop, where editing is allowed. */
-  grab(pane, px, py) {
-    if (!this.editable || !pane.main) return;
-    const { scene } = pane.main, reach = 9 / this.view.scale, x = this.view.mmX(px), y = this.view.mmY(py);
-    if (pane.edited) {
-      const found = pane.edited.near(x, y, reach), what = scene.pierce.length ? "pierce" : "order";
-      if (found) pane.drag = { what, ...found, to: found.from };
-      return;
-    }
-    const pierced = scene.pierceNear(x, y, reach);
-    if (pierced) {
-      pane.drag = { what: "pierce", ...pierced, to: pierced.from };
-      return;
-    }
-    const stop = pane.stopNear(x, y, reach);
-    if (stop < 0) return;
-    const from = [scene.stopPlace(stop)[0] + scene.origin[0], scene.stopPlace(stop)[1] + scene.origin[1]];
-    pane.drag = { what: "order", number: stop + 1, row: scene.stop[stop], from, to: from };
-  }
+  grab(pane, px, py) { grab(this, pane, px, py); }
 
   dragTo(pane, px, py) {
     this._makeRoom(pane, px, py);
-    pane.drag.to = [this.view.mmX(px), this.view.mmY(py)];
+    if (pane.drag.what === "origin") this.placement.dragTo(px, py);
+    pane.drag.to = pane.drag.what === "origin" ? this.placement.drag : [this.view.mmX(px), this.view.mmY(py)];
     pane.dirty = true;
     this._wake();
   }
 
-  /** Let go: say what was dragged where, and which stop, or which pierce, it was dropped on. */
+  /** Let go: say what was dragged where. */
   drop(pane, cancelled) {
     const { drag } = pane;
     pane.drag = null;
     pane.dirty = true;
     this._wake();
-    if (cancelled || !drag) return;
-    const reach = 12 / this.view.scale, [x, y] = drag.to;
-    const onto = pane.edited ? pane.edited.near(x, y, reach)?.number : drag.what === "pierce" ? pane.main.scene.pierceNear(x, y, reach)?.number : pane.stopNear(x, y, reach) + 1;
-    this.emit("drag", { ...drag, onto: onto || null, which: pane.main.scene.header.which });
+    if (drag?.what === "origin") {
+      const to = this.placement.drop(cancelled);
+      this._moved = to; // what is read anew lies elsewhere: on the screen it stays
+      if (to) this.emit("origin", { x: to[0], y: to[1] });
+    } else if (drag && !cancelled) this.emit("drag", { ...drag, onto: droppedOn(this, pane, drag), which: pane.main.scene.header.which });
   }
 
   // What is where.
@@ -293,12 +360,14 @@ export class Drawing {
     if (!this.modes.includes(this.mode)) this.mode = this.modes[0];
     const { before, after } = this.tracks, [left, right] = this.panes, side = this.mode === "side";
     left.host.hidden = !side;
+    this._givePart();
     for (const pane of this.panes) {
-      pane.setPart(this.scenes.part, this.partPaths ?? null);
       pane.setPheromone(this.scenes.pheromone);
       pane.setLive(this.scenes.live);
+      pane.setDifferences(this.scenes.differences);
       pane.caption.hidden = !side;
     }
+    this.measure.renew();
     this.legend.hidden = this.mode !== "overlay";
     this._say([]);
     [before, after].forEach((track) => { if (track) track.pale = false; });
@@ -313,7 +382,7 @@ export class Drawing {
     const told = [main, after];
     if (told.some((track, k) => track !== this._told?.[k])) this.emit("main", {});
     this._told = told;
-    this.empty.hidden = Object.values(this.scenes).some(Boolean);
+    this.empty.hidden = this.shows;
     this.toolbar.update();
     this._resize();
     this._wake();

@@ -1,17 +1,18 @@
-// The drawing as an element of NiceGUI (studio/canvas.py).
+// The drawing as an element of NiceGUI (studio/drawing/canvas.py).
 
 import { Drawing } from "leafcut-canvas/canvas.js";
 import { register, withStyle } from "leafcut-canvas/registry.js";
 
 export default {
   template: `<div class="lc-host"></div>`,
-  props: { scenes: Object, words: Object, layers: Object, editable: Boolean },
+  props: { scenes: Object, words: Object, layers: Object, editable: Boolean, placement: Object },
   mounted() {
     withStyle();
     this.shown = {};
     this.drawing = new Drawing(this.$el, { words: this.words, layers: this.layers, editable: this.editable });
-    for (const name of ["hover", "select", "time", "drag"]) this.drawing.on(name, (detail) => this.$emit(name, detail));
+    for (const name of ["hover", "select", "time", "drag", "origin"]) this.drawing.on(name, (detail) => this.$emit(name, detail));
     register(Number(this.$el.id.replace(/\D+/g, "")), this.drawing);
+    this.drawing.setPlacement(this.placement ?? {});
     this.load();
   },
   unmounted() {
@@ -21,6 +22,7 @@ export default {
   },
   watch: {
     scenes() { this.load(); },
+    placement() { this.drawing.setPlacement(this.placement ?? {}); },
     editable() { this.drawing.editable = this.editable; },
   },
   methods: {
@@ -39,7 +41,7 @@ export default {
         delete this.shown[layer];
         this.drawing.clear(layer);
       }
-      const order = ["part", "before", "after", "pheromone", "live"];
+      const order = ["whole", "part", "before", "after", "pheromone", "live", "differences"];
       for (const layer of order.filter((name) => scenes[name] && scenes[name] !== this.shown[name])) {
         if (this.gone) return;
         const answer = await fetch((window.path_prefix ?? "") + scenes[layer], { cache: "no-store" });
@@ -52,7 +54,9 @@ export default {
     fit() { this.loading = (this.loading ?? Promise.resolve()).then(() => this.drawing.fit()); },
     select(row) { this.drawing.select(row); },
     selectLine(line) { this.drawing.selectLine(line); },
+    selectDifference(index) { this.drawing.selectDifference(index); },
     selectHole(hole) { this.drawing.selectHole(hole); },
+    selectStop(stop) { this.loading = (this.loading ?? Promise.resolve()).then(() => this.drawing.selectStop(stop)); },
     play(rate) { this.drawing.play(rate); },
     pause() { this.drawing.pause(); },
     seek(seconds) { this.drawing.seek(seconds); },

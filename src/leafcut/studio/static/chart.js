@@ -6,9 +6,10 @@ import { WORDS } from "./words.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 const LEFT = 58, RIGHT = 14, TOP = 12, BOTTOM = 26;
+const FIGURE = 64, CLOSE = 26; // width of the figure at the end of a curve, and room for it between two steps
 const LOG_FROM = 60; // times longer than the first moment: short searches stay linear
 
-function draw(tag, attributes, ...children) {
+export function draw(tag, attributes, ...children) {
   const element = document.createElementNS(SVG, tag);
   for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
   element.append(...children);
@@ -16,7 +17,7 @@ function draw(tag, attributes, ...children) {
 }
 
 /** Return a number with a thousands separator and so many decimals as a step needs. */
-function words(value, step) {
+export function words(value, step) {
   const decimals = Math.min(Math.max(0, -Math.floor(Math.log10(step) + 1e-9)), 6);
   return value.toLocaleString("en-US", { minimumFractionDigits: decimals, maximumFractionDigits: decimals });
 }
@@ -90,7 +91,7 @@ export class Convergence {
       );
     }
     this.svg.append(draw("line", { class: "lc-tick", x1: LEFT, x2: width - RIGHT, y1: bottom, y2: bottom }));
-    if (!log) this.svg.append(draw("text", { x: LEFT - 7, y: bottom + 16, "text-anchor": "end" }, "ms"));
+    if (!log) this.svg.append(draw("text", { x: LEFT - 18, y: bottom + 16, "text-anchor": "end" }, "ms"));
   }
 
   _curve({ last, width }) {
@@ -105,10 +106,15 @@ export class Convergence {
       );
     }
     const best = this.history.at(-1)[1], x = this.x(last), y = this.y(best);
+    // The figure stands over the curve, also where an earlier step of it runs just above the last one.
+    let over = y;
+    for (let k = this.history.length - 2; k >= 0 && this.x(this.history[k + 1][0]) > x - FIGURE; k--) {
+      if (this.y(this.history[k][1]) > over - CLOSE) over = this.y(this.history[k][1]);
+    }
     this.svg.append(
       draw("path", { class: "lc-curve", d }),
       draw("circle", { class: "lc-point", cx: x, cy: y, r: 4 }),
-      draw("text", { class: "lc-note lc-best", x: x - 2, y: y - 9, "text-anchor": "end" }, `${words(best, 0.01)} ${this.unit}`),
+      draw("text", { class: "lc-note lc-best", x: x - 2, y: over - 9, "text-anchor": "end" }, `${words(best, 0.01)} ${this.unit}`),
     );
   }
 }

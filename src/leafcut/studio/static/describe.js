@@ -19,6 +19,7 @@ export function describe(what, pane, words) {
     const [code, , message, place] = pane.part.header.issues[what.issue];
     return [code, message, place].filter(Boolean);
   }
+  if (what.mark !== undefined) return pane.differences.header.differences[what.difference].slice(0, 2);
   if (what.stop && what.hole === undefined) return describeStop(what, pane, words);
   return what.hole !== undefined ? describeHole(what, pane, words) : describeMove(what.row, pane.main.scene, words);
 }

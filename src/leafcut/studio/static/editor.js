@@ -1,48 +1,59 @@
-// A text that can be changed and kept under a name; what is shipped can be looked at only.
+// A text with its lines numbered, one of them marked where something is wrong; what is shipped can be looked at only.
 import { h } from "vue";
 
+const PAUSE = 400; // ms without a key after which a text is looked at
+
 export default {
-  props: { text: String, name: String, own: Boolean, words: Object, label: String },
-  emits: ["save", "draft"],
-  data() {
-    return { now: this.text, called: this.name };
+  props: { text: String, own: Boolean, label: String, line: Number, problem: String },
+  emits: ["draft"],
+  data() { return { now: this.text, down: 0 }; },
+  watch: {
+    /** The form has changed it; what is being typed here stays. */
+    text(made) { if (document.activeElement !== this.$refs.area) this.now = made; },
   },
+  unmounted() { this.tell(); },
   methods: {
-    save() {
-      this.$emit("save", { name: this.called.trim(), text: this.now });
+    type(event) {
+      this.now = event.target.value;
+      clearTimeout(this.waits);
+      this.waits = setTimeout(this.tell, PAUSE);
+    },
+    tell() {
+      clearTimeout(this.waits);
+      this.waits = undefined;
+      if (this.own && this.now !== this.told) this.$emit("draft", { text: (this.told = this.now) });
+    },
+    /** Select the line that is marked, and show it. */
+    go() {
+      const { area } = this.$refs, lines = this.now.split("\n"), from = lines.slice(0, this.line - 1).join("\n").length + (this.line > 1);
+      area.focus();
+      area.setSelectionRange(from, from + lines[this.line - 1].length);
+      area.scrollTop = (this.line - 4) * parseFloat(getComputedStyle(area).lineHeight);
     },
   },
+  created() { this.told = this.text; },
   render() {
-    const lines = this.now.split("\n").length + 1;
-    return h("form", { class: "editor", onSubmit: (e) => (e.preventDefault(), this.save()) }, [
-      this.own
-        ? h("div", { class: "editor-bar" }, [
-            h("label", { for: "editor-name" }, this.words.name),
-            h("span", { class: "box" }, [
-              h("input", {
-                id: "editor-name",
-                type: "text",
-                value: this.called,
-                spellcheck: "false",
-                autocomplete: "off",
-                pattern: "[a-z0-9][a-z0-9_\\-]{0,60}",
-                title: this.words.rule, // a browser tells it where the pattern does not fit
-                required: true,
-                onInput: (e) => (this.called = e.target.value),
-              }),
-            ]),
-            h("button", { type: "submit", class: "button primary" }, this.words.save),
-          ])
-        : null,
+    const lines = this.now.split("\n").length, about = `editor-${this.$.uid}`;
+    return h("div", { class: "editor" }, [
+      h("div", { class: "numbers", "aria-hidden": "true" }, [
+        h("div", { style: { transform: `translateY(${-this.down}px)` } },
+          Array.from({ length: lines }, (_, k) => h("span", { key: k, class: k + 1 === this.line && "wrong" }, String(k + 1)))),
+      ]),
       h("textarea", {
+        ref: "area",
         value: this.now,
         readonly: !this.own,
-        rows: Math.min(lines, 40),
+        rows: Math.min(lines + 1, 40),
         spellcheck: "false",
+        wrap: "off",
         "aria-label": this.label,
-        onInput: (e) => (this.now = e.target.value),
-        onChange: (e) => this.own && this.$emit("draft", { text: e.target.value }),
+        "aria-invalid": this.problem ? "true" : undefined,
+        "aria-describedby": this.problem ? about : undefined,
+        onInput: this.type,
+        onChange: this.tell,
+        onScroll: (e) => (this.down = e.target.scrollTop),
       }),
+      this.problem ? h("p", { id: about, class: "unseen" }, this.problem) : null,
     ]);
   },
 };

@@ -1,18 +1,36 @@
 // The options form: groups of labelled fields from plain values; says what was changed, one field at a time.
 import { h } from "vue";
-import { send } from "/static/send.js";
+import { Combobox } from "leafcut-canvas/combobox.js";
+import { send } from "leafcut-canvas/send.js";
+
+/** Return a text as one looks for it: without accents, capitals and what joins words. */
+const plain = (text) => text.normalize("NFD").replace(/\p{M}/gu, "").toLowerCase().replace(/[-_\s]+/g, " ").trim();
 
 export default {
   props: {
-    groups: Array, // [{key, title, folded, changed, fields: [{name, label, kind, unit, help, choices, default, rule, on, file}]}]
+    groups: Array, // [{key, title, folded, changed, fields: [{name, label, kind, unit, help, choices, offers, default, rule, on, file}]}]
     values: Object, // name → text or true/false
     shown: Object, // name → what a chosen file is called
     errors: Object, // name → line
-    words: Object, // {choose, remove, changed, help}
+    words: Object, // {choose, remove, help, open, find, none_found, found}
+    fixed: Boolean, // can be looked at only
+    searchable: Boolean, // whether there is a field to find options by
   },
   emits: ["change", "refused"],
-  data: () => ({ unfolded: {}, told: null }),
+  data: () => ({ unfolded: {}, told: null, wanted: "" }),
   created() { this.draft = null; }, // not among the data: to type draws nothing
+  computed: {
+    /** The groups with what is looked for alone: by label, flag, help and what it is now. */
+    found() {
+      const words = plain(this.wanted).split(" ").filter(Boolean);
+      if (!words.length) return this.groups;
+      const fits = (field) => {
+        const about = plain([field.label, field.name, field.flag, field.help, field.unit].join(" "));
+        return words.every((word) => about.includes(word));
+      };
+      return this.groups.map((group) => ({ ...group, fields: group.fields.filter(fits) })).filter((group) => group.fields.length);
+    },
+  },
   methods: {
     change(field, value, shown = "") {
       this.$emit("change", { name: field.name, value, shown });
@@ -28,15 +46,44 @@ export default {
         this.$emit("refused", { name: field.name, line: problem.message });
       }
     },
+    tell(field) {
+      this.told = this.told === field.name ? null : field.name;
+    },
+    finder() {
+      const id = `o${this.$.uid}-find`, number = this.found.reduce((sum, group) => sum + group.fields.length, 0);
+      return h("div", { class: "find", role: "search" }, [
+        h("label", { for: id, class: "unseen", "data-key": "/" }, this.words.find),
+        h("span", { class: "box" }, [
+          h("input", {
+            id,
+            type: "search",
+            value: this.wanted,
+            placeholder: this.words.find,
+            spellcheck: "false",
+            autocomplete: "off",
+            onInput: (e) => (this.wanted = e.target.value),
+            onKeydown: (e) => { if (e.key === "Escape" && this.wanted) { e.stopPropagation(); e.preventDefault(); this.wanted = ""; } },
+          }),
+        ]),
+        h("p", { role: "status", class: number ? "unseen" : "quiet small" },
+          !this.wanted.trim() ? "" : number ? this.words.found.replace("{number}", number) : this.words.none_found),
+      ]);
+    },
     control(field, id) {
       const value = this.values[field.name];
       const error = this.errors[field.name];
-      const about = { id, "aria-describedby": `${id}-help`, "aria-invalid": error ? "true" : undefined };
+      const about = {
+        id,
+        "aria-describedby": `${id}-help`,
+        "aria-invalid": error ? "true" : undefined,
+        "aria-keyshortcuts": field.help ? "F1" : undefined,
+      };
       if (field.kind === "flag") {
         return h("input", {
           ...about,
           type: "checkbox",
           class: "switch",
+          disabled: this.fixed,
           checked: value === undefined || value === "" ? field.on : value,
           onChange: (e) => this.change(field, e.target.checked),
         });
@@ -49,7 +96,7 @@ export default {
         const key = list.map(([word]) => word).join();
         return h(
           "select",
-          { ...about, key, onChange: (e) => this.change(field, e.target.value) },
+          { ...about, key, disabled: this.fixed, onChange: (e) => this.change(field, e.target.value) },
           [
             ...first,
             ...list.map(([word, text]) =>
@@ -59,23 +106,61 @@ export default {
         );
       }
       if (field.file) return this.chooser(field, about, value);
+      if (field.kind === "axes") return this.axes(field, about, value ?? []);
+      const typing = {
+        ...about,
+        readonly: this.fixed,
+        inputmode: field.unit && field.kind !== "point" && !field.offers?.length ? "decimal" : undefined,
+        spellcheck: "false",
+        autocomplete: "off",
+        placeholder: field.default,
+        title: value ? undefined : field.rule || field.default,
+      };
+      // What is being typed stays, also when the form is drawn anew meanwhile.
+      const now = this.draft?.name === field.name ? this.draft.text : value ?? "";
+      const type = (text) => { this.draft = { name: field.name, text }; };
+      const leave = () => { this.draft = null; };
       return h("span", { class: ["box", error && "wrong"] }, [
-        h("input", {
-          ...about,
-          type: "text",
-          inputmode: field.unit && field.kind !== "point" ? "decimal" : undefined,
-          spellcheck: "false",
-          autocomplete: "off",
-          // What is being typed stays, also when the form is drawn anew meanwhile.
-          value: this.draft?.name === field.name ? this.draft.text : value ?? "",
-          placeholder: field.default,
-          title: value ? undefined : field.rule || field.default,
-          onInput: (e) => { this.draft = { name: field.name, text: e.target.value }; },
-          onBlur: () => { this.draft = null; },
-          onChange: (e) => this.change(field, e.target.value.trim()),
-        }),
+        field.offers?.length
+          ? h(Combobox, {
+              about: typing,
+              value: String(now),
+              offers: field.offers,
+              open: `${this.words.open}: ${field.label}`,
+              onTyped: type,
+              onLeft: leave,
+              onChange: (text) => this.change(field, text),
+            })
+          : h("input", {
+              ...typing,
+              type: "text",
+              value: now,
+              onInput: (e) => type(e.target.value),
+              onBlur: leave,
+              onChange: (e) => this.change(field, e.target.value.trim()),
+            }),
         field.unit && !/[a-z"°µ]/i.test(value ?? "") ? h("span", { class: "unit", "aria-hidden": "true" }, field.unit) : null,
       ]);
+    },
+    /** A field for each axis; one value alone stands for all of them. */
+    axes(field, about, values) {
+      const change = (k, text) => this.change(field, field.axes.map((_, j) => (j === k ? text.trim() : values[j] ?? "")));
+      return h("span", { class: "per-axis", role: "group", "aria-label": field.label },
+        field.axes.map((axis, k) => h("span", { class: ["box", this.errors[field.name] && "wrong"] }, [
+          h("input", {
+            ...about,
+            id: k ? `${about.id}-${axis}` : about.id,
+            "aria-label": `${field.label} ${axis.toUpperCase()}`,
+            type: "text",
+            readonly: this.fixed,
+            spellcheck: "false",
+            autocomplete: "off",
+            placeholder: k && values.length === 1 ? values[0] : k ? "" : field.default,
+            title: axis.toUpperCase(),
+            value: values[k] ?? "",
+            onChange: (e) => change(k, e.target.value),
+          }),
+        ])));
     },
     chooser(field, about, value) {
       const own = field.choices.length
@@ -109,7 +194,17 @@ export default {
       const id = `o${this.$.uid}-${field.name}`; // two forms of a page may have a field of one name
       const error = this.errors[field.name];
       const given = this.values[field.name];
-      return h("div", { class: ["field", field.kind, given !== undefined && given !== "" && "given"], key: field.name }, [
+      const about = {
+        class: ["field", field.kind, given !== undefined && given !== "" && "given"],
+        key: field.name,
+        // The question mark is no stop of Tab: from the field its help is one key away, and screen readers tell it anyway.
+        onKeydown: (e) => {
+          if (e.key !== "F1" || !field.help) return;
+          e.preventDefault();
+          this.tell(field);
+        },
+      };
+      return h("div", about, [
         h("label", { for: id }, field.label),
         this.control(field, id),
         h("p", { class: ["about", this.told === field.name && "told"], id: `${id}-help` }, [
@@ -121,10 +216,11 @@ export default {
           {
             type: "button",
             class: "what",
+            tabindex: "-1",
             "aria-label": `${this.words.help}: ${field.label}`,
             "aria-expanded": this.told === field.name ? "true" : "false",
             title: [field.help, field.rule].filter(Boolean).join(". "),
-            onClick: () => (this.told = this.told === field.name ? null : field.name),
+            onClick: () => this.tell(field),
           },
           "?",
         ) : null,
@@ -135,18 +231,25 @@ export default {
     return h(
       "div",
       { class: "form" },
-      this.groups.map((group) => {
-        const fields = h("div", { class: "fields" }, group.fields.map((f) => this.field(f)));
+      [this.searchable ? this.finder() : null, ...this.found.map((group) => {
+        const open = !group.folded || (this.wanted.trim() ? true : this.unfolded[group.key]);
+        // What is folded away is made when it is unfolded: most of the options are.
+        const fields = open ? h("div", { class: "fields" }, group.fields.map((f) => this.field(f))) : null;
         if (!group.folded) return h("section", { key: group.key, "aria-label": group.title }, [h("h3", group.title), fields]);
         return h(
           "details",
-          { key: group.key, open: this.unfolded[group.key], onToggle: (e) => (this.unfolded[group.key] = e.target.open) },
+          {
+            key: group.key,
+            open,
+            // What is open while something is looked for is not what a person unfolded.
+            onToggle: (e) => { if (!this.wanted.trim()) this.unfolded[group.key] = e.target.open; },
+          },
           [
             h("summary", [group.title, group.changed ? h("span", { class: "count" }, String(group.changed)) : null]),
             fields,
           ],
         );
-      }),
+      })],
     );
   },
 };

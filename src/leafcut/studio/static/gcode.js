@@ -2,7 +2,10 @@
 //
 //   const list = new GcodeList(host, { words });
 //   list.setText(scene.text);           // Uint8Array of UTF-8
+//   list.setFolds(new Folds(starts, list.count));   // what can be folded (program_folds.js)
 //   link(drawing, list);                // selection and playback, both ways
+//
+// A row is what is seen: a line, or the head of a folded block. Lines count from 1, rows from 0.
 
 import { make } from "./icons.js";
 import { WORDS } from "./words.js";
@@ -13,12 +16,14 @@ const LONGEST = 2000; // characters shown of a line
 const FOLLOW = 90; // milliseconds between two lines that are marked as run
 
 export class GcodeList {
-  constructor(host, { words = {} } = {}) {
+  constructor(host, { words = {}, label = "" } = {}) {
     this.words = { ...WORDS, ...words };
+    this.folds = null; // program_folds.js
+    this.dress = null; // called with (row element, line) to mark what others know of a line
     this.bytes = new Uint8Array(0);
     this.starts = new Uint32Array(1);
     this.count = 0;
-    this.top = 0; // first line seen, counted from 0, with a fraction
+    this.top = 0; // first row seen, with a fraction
     this.selected = 0; // line, from 1; 0: none
     this.running = this.next = this.ran = 0;
     this.decoder = new TextDecoder();
@@ -26,7 +31,7 @@ export class GcodeList {
     this.id = `lc-gcode-${(GcodeList.made = (GcodeList.made ?? 0) + 1)}`;
     this.spacer = make("div", "lc-spacer");
     this.rows = make("div", "lc-rows");
-    this.box = make("div", "lc-gcode", { role: "listbox", tabindex: 0, "aria-label": this.words.lines }, this.spacer, this.rows);
+    this.box = make("div", "lc-gcode", { role: "listbox", tabindex: 0, "aria-label": label || this.words.lines }, this.spacer, this.rows);
     this.note = make("div", "lc-told", { role: "status", hidden: "" });
     host.append(this.note, this.box);
     this.box.addEventListener("scroll", () => this._scrolled());
@@ -56,10 +61,41 @@ export class GcodeList {
     this.bytes = bytes;
     this.count = count;
     this.selected = this.running = this.next = this.top = 0;
-    this.spacer.style.height = `${Math.min(count * HEIGHT, TALLEST)}px`;
-    this.box.scrollTop = 0;
     this.digits = String(count).length;
-    this._draw();
+    this.setFolds(null);
+    this.box.scrollTop = 0;
+  }
+
+  /** Take what can be folded, or null; what is selected stays in sight. */
+  setFolds(folds) {
+    this.folds = folds;
+    this.box.setAttribute("role", folds ? "tree" : "listbox");
+    this._measure(this.selected || this.lineAt(Math.floor(this.top)));
+  }
+
+  /** Fold a block, or unfold it. */
+  fold(head, closed) {
+    this.folds.set(head, closed);
+    this._measure(head);
+  }
+
+  /** Fold all blocks, or unfold them. */
+  foldAll(closed) {
+    this.folds.setAll(closed);
+    this._measure(this.selected);
+  }
+
+  /** How many rows there are. */
+  get length() { return this.folds ? this.folds.length : this.count; }
+
+  rowOf(line) { return this.folds ? this.folds.rowOf(line) : line - 1; }
+
+  lineAt(row) { return this.folds ? this.folds.lineAt(row) : row + 1; }
+
+  _measure(line) {
+    this.spacer.style.height = `${Math.min(this.length * HEIGHT, TALLEST)}px`;
+    this._go(line ? Math.min(this.top, this.rowOf(line)) : this.top);
+    if (line) this.show(line, false);
   }
 
   /** Return the text of a line, counted from 1. */
@@ -92,10 +128,15 @@ export class GcodeList {
     this._draw();
   }
 
-  show(line) {
-    const seen = this._seen();
-    if (line - 1 >= this.top + 1 && line - 1 <= this.top + seen - 3) return;
-    this._go(line - 1 - seen / 2);
+  /** Move to a line; a block that hides it is unfolded. */
+  show(line, unfold = true) {
+    if (unfold && this.folds?.hides(line)) {
+      this.folds.set(this.folds.headOf(line), false);
+      this.spacer.style.height = `${Math.min(this.length * HEIGHT, TALLEST)}px`;
+    }
+    const seen = this._seen(), row = this.rowOf(line);
+    if (row >= this.top + 1 && row <= this.top + seen - 3) return;
+    this._go(row - seen / 2);
   }
 
   destroy() {
@@ -107,7 +148,7 @@ export class GcodeList {
 
   _seen() { return Math.max(this.box.clientHeight / HEIGHT, 1); }
 
-  _furthest() { return Math.max(this.count - this._seen(), 0); }
+  _furthest() { return Math.max(this.length - this._seen(), 0); }
 
   _go(top) {
     this.top = Math.min(Math.max(top, 0), this._furthest());
@@ -138,16 +179,34 @@ export class GcodeList {
   }
 
   _key(event) {
-    const at = this.selected || this.running || Math.floor(this.top) + 1, page = Math.floor(this._seen()) - 1;
-    const to = { ArrowDown: at + 1, ArrowUp: at - 1, PageDown: at + page, PageUp: at - page, Home: 1, End: this.count }[event.key];
-    if (to === undefined || !this.count) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || !this.count) return;
+    const line = this.selected || this.running || this.lineAt(Math.floor(this.top));
+    if (this.folds && ["ArrowLeft", "ArrowRight"].includes(event.key)) {
+      event.preventDefault();
+      this._foldByKey(line, event.key === "ArrowLeft");
+      return;
+    }
+    const at = this.rowOf(line), page = Math.floor(this._seen()) - 1;
+    const to = { ArrowDown: at + 1, ArrowUp: at - 1, PageDown: at + page, PageUp: at - page, Home: 0, End: this.length - 1 }[event.key];
+    if (to === undefined) return;
     event.preventDefault();
-    this._choose(Math.min(Math.max(to, 1), this.count));
+    this._choose(this.lineAt(Math.min(Math.max(to, 0), this.length - 1)));
+  }
+
+  /** Left folds the block of a line and chooses its head; right unfolds it. */
+  _foldByKey(line, closed) {
+    const head = this.folds.headOf(line);
+    if (!head) return;
+    if (closed && line !== head) this._choose(head);
+    else this.fold(head, closed);
   }
 
   _click(event) {
     const row = event.target.closest("[data-line]");
-    if (row) this._choose(Number(row.dataset.line));
+    if (!row) return;
+    const line = Number(row.dataset.line);
+    if (event.target.closest(".lc-fold")) this.fold(line, !this.folds.isClosed(line));
+    else this._choose(line);
   }
 
   _choose(line) {
@@ -156,25 +215,44 @@ export class GcodeList {
   }
 
   _draw() {
-    const first = Math.floor(this.top), last = Math.min(first + Math.ceil(this._seen()) + 1, this.count);
+    const first = Math.floor(this.top), last = Math.min(first + Math.ceil(this._seen()) + 1, this.length);
     this.rows.style.transform = `translateY(${this.box.scrollTop - (this.top - first) * HEIGHT}px)`;
     const rows = [];
-    for (let line = first + 1; line <= last; line++) rows.push(this._row(line));
+    for (let row = first; row < last; row++) rows.push(this._row(this.lineAt(row), row));
     this.rows.replaceChildren(...rows);
-    const active = this.selected > first && this.selected <= last;
-    if (active) this.box.setAttribute("aria-activedescendant", `${this.id}-${this.selected}`);
+    const at = this.selected ? this.rowOf(this.selected) : -1;
+    if (at >= first && at < last) this.box.setAttribute("aria-activedescendant", `${this.id}-${this.lineAt(at)}`);
     else this.box.removeAttribute("aria-activedescendant");
+    this.onDraw?.(this);
   }
 
-  _row(line) {
-    const chosen = line === this.selected, names = `lc-line${chosen ? " lc-selected" : ""}${line === this.running ? " lc-running" : ""}`;
+  _row(line, place) {
+    const { folds } = this, within = (one) => one && this.rowOf(one) === place;
+    const chosen = within(this.selected), names = `lc-line${chosen ? " lc-selected" : ""}${within(this.running) ? " lc-running" : ""}`;
     const row = make("div", names, {
-      role: "option", id: `${this.id}-${line}`, "data-line": line, "aria-selected": chosen, "aria-posinset": line, "aria-setsize": this.count,
+      role: folds ? "treeitem" : "option", id: `${this.id}-${line}`, "data-line": line, "aria-selected": Boolean(chosen),
+      "aria-posinset": place + 1, "aria-setsize": this.length,
     });
     const number = make("span", "lc-number", { "aria-hidden": "true" }, String(line));
     number.style.minWidth = `${this.digits + 1}ch`;
-    row.append(number, ...coloured(this.line(line)));
+    row.append(number);
+    if (folds) row.append(...this._foldOf(row, line));
+    row.append(...coloured(this.line(line)));
+    this.dress?.(row, line);
     return row;
+  }
+
+  /** Return the sign of a block before its head, and what a folded one holds. */
+  _foldOf(row, line) {
+    const { folds } = this;
+    row.setAttribute("aria-level", folds.isHead(line) || !folds.headOf(line) ? 1 : 2);
+    if (!folds.isHead(line)) return [make("span", "lc-unfolded")];
+    const closed = folds.isClosed(line), size = folds.sizeOf(line), name = folds.nameOf(line);
+    if (size < 2) return [make("span", "lc-unfolded"), make("span", "lc-held", {}, name)];
+    row.setAttribute("aria-expanded", !closed);
+    const sign = make("span", "lc-fold", { "aria-hidden": "true" }, closed ? "▸" : "▾");
+    const held = this.words.folded.replace("{name}", name).replace("{number}", size.toLocaleString());
+    return [sign, make("span", "lc-held", {}, closed ? held : name)];
   }
 }
 

@@ -1,19 +1,27 @@
-// The program of a drawing as an element of NiceGUI (studio/canvas.py).
+// The program of a drawing as an element of NiceGUI (studio/drawing/program_text.py).
 
-import { GcodeList, link } from "leafcut-canvas/gcode.js";
+import { ProgramView } from "leafcut-canvas/program_view.js";
 import { whenThere, withStyle } from "leafcut-canvas/registry.js";
+import { readScene } from "leafcut-canvas/scene.js";
 
 export default {
   template: `<div class="lc-host"></div>`,
-  props: { drawing: Number, words: Object },
-  mounted() {
+  props: { drawing: Number, words: Object, source: String },
+  async mounted() {
     withStyle();
-    this.list = new GcodeList(this.$el, { words: this.words });
-    whenThere(this.drawing, (drawing) => { if (!this.gone) this.unlink = link(drawing, this.list); });
+    withStyle("program.css");
+    this.view = new ProgramView(this.$el, { words: this.words });
+    if (this.source) {
+      const answer = await fetch((window.path_prefix ?? "") + this.source, { cache: "no-store" }).catch(() => null);
+      const bytes = answer?.status === 200 ? await answer.arrayBuffer() : null;
+      if (this.gone) return;
+      if (!bytes) return this.view.refuse();
+      this.view.show(readScene(bytes));
+    }
+    whenThere(this.drawing, (drawing) => { if (!this.gone) this.view.link(drawing); });
   },
   unmounted() {
     this.gone = true;
-    this.unlink?.();
-    this.list.destroy();
+    this.view.destroy();
   },
 };

@@ -4,12 +4,15 @@ const PATHS = {
   fit: "M4 9V4h5M15 4h5v5M20 15v5h-5M9 20H4v-5",
   zoomIn: "M12 5v14M5 12h14",
   zoomOut: "M5 12h14",
+  measure: "M3 16 16 3l5 5L8 21l-5-5ZM7 12l2 2M10 9l3 3M13 6l2 2",
   layers: "M12 3 3 8l9 5 9-5-9-5ZM3.5 12.5 12 17l8.5-4.5M3.5 16.5 12 21l8.5-4.5",
   play: "M7 4.5v15l12-7.5-12-7.5Z",
   pause: "M8 5v14M16 5v14",
   stepBack: "M18 5v14L8 12l10-7ZM6 5v14",
   stepOn: "M6 5v14l10-7L6 5ZM18 5v14",
   stop: "M6 6h12v12H6z",
+  up: "M5 15l7-7 7 7",
+  down: "M5 9l7 7 7-7",
 };
 
 /** Return an element with a class, attributes and children. */

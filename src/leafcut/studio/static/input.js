@@ -98,6 +98,8 @@ export class Input {
       ".": () => drawing.player.step(1),
       ",": () => drawing.player.step(-1),
       m: () => drawing.nextMode(),
+      d: () => drawing.measure.toggle(undefined, true),
+      ...(drawing.measure.on ? { Enter: () => drawing.measure.take() } : {}),
     };
     // Plain letters and digits of the page mean the same here: the layers have theirs with Shift.
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key, letter = /^[a-z]$/.test(key);

@@ -1,6 +1,6 @@
 // Opens files: by a dialogue, and by dropping them anywhere on the page.
 import { h } from "vue";
-import { send } from "/static/send.js";
+import { send } from "leafcut-canvas/send.js";
 
 export default {
   props: { words: Object, largest: Number, several: Boolean }, // several: all files of one drop, else the first

@@ -1,8 +1,11 @@
 // The painters of a pane's pictures: ground (pheromone, what is cleared, kerf, part), path, what is done, and marks.
 
+import { isDense, paintDensity } from "./density.js";
+import { paintDifferences } from "./differences.js";
 import { drawEnds, paintArrows, paintNumbers } from "./marks.js";
 import { pathsOfRows } from "./paths.js";
 import { toolColour } from "./theme.js";
+import { paintWhole } from "./whole.js";
 
 const STRENGTHS = 8;
 const RAPID_WIDTH = 1.15, CUT_WIDTH = 1.9, RIM = 1.2;
@@ -11,6 +14,7 @@ const RAPID_WIDTH = 1.15, CUT_WIDTH = 1.9, RIM = 1.2;
 export function* paintGround(ctx, frame, pane) {
   const { layers, colours, pheromone, part, partPaths } = pane;
   if (layers.pheromone && pheromone) yield* paintPheromone(ctx, frame, pheromone, colours);
+  if (pane.whole && layers.whole) yield* paintWhole(ctx, frame, pane);
   if (part && partPaths && layers.holes) yield* paintPart(ctx, frame, part, partPaths, colours);
   if (layers.cleared) for (const track of pane.tracks) yield* paintCleared(ctx, frame, track, colours);
   if (layers.kerf) for (const track of pane.tracks) yield* paintKerf(ctx, frame, track, colours);
@@ -86,24 +90,27 @@ function* paintPart(ctx, frame, part, paths, colours) {
   const fills = { pocket: colours.hole, cut: part.header.filled && colours["accent-soft"] };
   const strokes = { sheet: colours["line-2"], cut: colours["hole-rim"], mark: colours.idle, pocket: colours["hole-rim"] };
   for (const kind of ["sheet", "pocket", "cut", "mark"]) {
-    const path = paths.outlines[kind];
-    if (!path) continue;
+    const pieces = paths.strokes(kind);
+    if (!pieces) continue;
     if (fills[kind]) {
       ctx.fillStyle = fills[kind];
-      ctx.fill(path, "evenodd");
+      ctx.fill(paths.fill(kind), "evenodd");
+      yield part.vertex.length / 3;
     }
     ctx.strokeStyle = strokes[kind];
     ctx.lineWidth = 1.1 * px;
-    ctx.stroke(path);
-    yield part.vertex.length / 3;
+    for (const [path, cost] of pieces.visible(frame.seen, frame.scale)) {
+      ctx.stroke(path);
+      yield cost;
+    }
   }
-  yield* paintSlots(ctx, part, colours, px);
+  yield* paintSlots(ctx, part, paths.slots, colours, px);
   yield* paintHoles(ctx, frame, part, paths, colours);
 }
 
-function* paintSlots(ctx, part, colours, px) {
+function* paintSlots(ctx, part, shown, colours, px) {
   ctx.lineCap = "round";
-  for (let k = 0; k < part.slots; k++) {
+  for (const k of shown) {
     const [x0, y0, x1, y1, width] = part.slot.subarray(5 * k, 5 * k + 5);
     ctx.beginPath();
     ctx.moveTo(x0, y0);
@@ -115,16 +122,19 @@ function* paintSlots(ctx, part, colours, px) {
       ctx.stroke();
     }
   }
-  if (part.slots) yield 4 * part.slots;
+  if (shown.length) yield 4 * shown.length;
 }
 
 function* paintHoles(ctx, frame, part, paths, colours) {
-  const seen = frame.seen, [ox, oy] = part.origin, px = 1 / frame.scale, few = part.holes <= 3000;
+  const seen = frame.seen, px = 1 / frame.scale, few = part.holes <= 3000;
+  if (isDense(part, frame.scale)) {
+    paintDensity(ctx, paths.density, frame.scale, colours["hole-rim"]);
+    yield 400;
+    return;
+  }
   const room = Math.sqrt(((seen[2] - seen[0]) * (seen[3] - seen[1])) / Math.max(part.holes, 1));
   const smallest = Math.max(Math.min((few ? 3 : 1.1) * px, 0.3 * room), 0.5 * px);
-  for (const piece of paths.pieces) {
-    const [x0, y0, x1, y1] = piece.box, m = smallest;
-    if (x0 + ox - m > seen[2] || x1 + ox + m < seen[0] || y0 + oy - m > seen[3] || y1 + oy + m < seen[1]) continue;
+  for (const piece of paths.visibleHoles(seen, smallest)) {
     const path = paths.holes(piece, smallest), colour = toolColour(colours, part.tools, piece.tool);
     ctx.fillStyle = part.tools.length < 2 ? colours.hole : colour;
     ctx.globalAlpha = part.tools.length < 2 ? 1 : 0.22;
@@ -279,6 +289,7 @@ export function* paintMarks(ctx, frame, pane) {
   }
   if (layers.extents) paintExtents(ctx, frame, pane);
   if (layers.issues && pane.part) paintIssues(ctx, frame, pane.part, colours);
+  if (layers.differences && pane.differences) paintDifferences(ctx, frame, pane.differences, colours);
   yield 10;
 }
 
@@ -300,7 +311,7 @@ function* paintPierces(ctx, frame, scene, colours) {
 }
 
 function paintExtents(ctx, frame, pane) {
-  const e = pane.extents;
+  const e = pane.workedExtents;
   if (!e) return;
   frame.inPixels(ctx);
   ctx.strokeStyle = pane.colours["line-2"];

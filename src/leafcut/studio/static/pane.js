@@ -1,11 +1,13 @@
 // A pane: one canvas with one or two toolpaths over a part, drawn from cached pictures.
 
 import { Buffer, Frame, budget } from "./buffer.js";
+import { ringMark } from "./differences.js";
 import { drawGrid, drawRulers, drawScaleBar, drawTool } from "./marks.js";
 import { distanceToMove, gridOfHoles, gridOfMoves, nearest } from "./hit_test.js";
 import { paintDone, paintGround, paintMarks, paintMore, paintPaths } from "./painters.js";
 import { PartPaths, ToolpathPaths, pathsOfRows } from "./paths.js";
 import { DARK, RAPID, STAND, numberOrder } from "./scene.js";
+import { stopNear } from "./stops.js";
 import { coloursOf } from "./theme.js";
 
 const PALE = 0.3;
@@ -42,7 +44,7 @@ export class Pane extends EventTarget {
     this.canvas.setAttribute("aria-label", label);
     host.append(this.canvas);
     this.ctx = this.canvas.getContext("2d", { alpha: true });
-    this.part = this.partPaths = this.pheromone = this.live = this.main = null;
+    this.whole = this.wholePaths = this.part = this.partPaths = this.pheromone = this.live = this.main = this.differences = null;
     this.tracks = [];
     this.time = null; // seconds, null: no playback
     this.doneRow = this.paintedRow = 0;
@@ -63,7 +65,9 @@ export class Pane extends EventTarget {
     this.invalidate();
   }
 
-  setPart(scene, paths) {
+  /** Show a part over the whole drawing that it is of; `drawnLayers` are the names of all layers, `hidden` those not shown. */
+  setPart(scene, paths, whole, wholePaths, drawnLayers, hidden) {
+    Object.assign(this, { whole, wholePaths, drawnLayers, hidden });
     this.part = scene;
     this.partPaths = paths;
     this._holes = null;
@@ -83,6 +87,11 @@ export class Pane extends EventTarget {
     this.invalidate("ground");
   }
 
+  setDifferences(scene) {
+    this.differences = scene;
+    this.invalidate("marks");
+  }
+
   setLive(scene) {
     this.live = scene;
     this.invalidate("path", "marks");
@@ -91,12 +100,13 @@ export class Pane extends EventTarget {
   /** The order that is changed by hand: what is numbered, marked and taken hold of, in place of the toolpath's. */
   get edited() { return this.live?.visit && this.main ? this.live.settled(this.main.scene) : null; }
 
-  get extents() {
-    const every = [this.part, this.pheromone, this.live, ...this.tracks.map((track) => track.scene)].filter((s) => s?.extents).map((s) => s.extents);
-    if (!every.length) return null;
-    const over = (k, pick) => pick(...every.map((e) => e[k]));
-    return [over(0, Math.min), over(1, Math.min), over(2, Math.max), over(3, Math.max)];
-  }
+  /** Smallest x and y, largest x and y of all that is drawn, or of what is worked alone. */
+  get extents() { return around([this.whole, ...this._worked]); }
+
+  get workedExtents() { return around(this._worked); }
+
+  get _worked() { return [this.part, this.pheromone, this.live, ...this.tracks.map((track) => track.scene)]; }
+
 
   invalidate(...names) {
     for (const name of names.length ? names : Object.keys(this.buffers)) this.buffers[name].invalidate();
@@ -176,6 +186,8 @@ export class Pane extends EventTarget {
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
     if (this.drag) this._dragLine(ctx);
     const unit = [this.part, this.main?.scene].some((scene) => scene?.header.unitless) ? "" : "mm";
+    this.shared.placement.draw(ctx, view, colours);
+    this.shared.measure.draw(ctx, view, colours);
     if (this.layers.grid) drawRulers(ctx, view, colours, unit);
     drawScaleBar(ctx, view, colours, unit);
   }
@@ -197,6 +209,7 @@ export class Pane extends EventTarget {
 
   _highlight(ctx, frame, what, colour, alpha) {
     ctx.globalAlpha = alpha;
+    if (what.mark !== undefined && this.differences) ringMark(ctx, frame, this.differences.at(what.mark), colour);
     if (what.hole !== undefined && this.part && what.hole < this.part.holes) this._ringHole(ctx, frame, what.hole, colour);
     const drawn = what.row !== undefined && what.which === this.main?.scene.header.which;
     const { scene } = this.main ?? {}, still = !this.edited || (scene.pierce.length && !scene.idle(what.row));
@@ -271,7 +284,7 @@ export class Pane extends EventTarget {
    *  that is changed with the `stop`: its number in the toolpath, from 1. */
   pick(px, py) {
     const found = this._pick(px, py), { edited } = this;
-    if (!edited || found?.issue !== undefined) return found;
+    if (!edited || found?.issue !== undefined || found?.mark !== undefined) return found;
     const reach = REACH / this.view.scale, near = edited.near(this.view.mmX(px), this.view.mmY(py), reach);
     if (!near && found?.hole === undefined) return found && { ...found, stop: this.main.scene.stopOf(found.row) };
     const { part } = this, hole = found?.hole, at = hole === undefined ? near : edited.near(
@@ -283,6 +296,8 @@ export class Pane extends EventTarget {
     const x = this.view.mmX(px), y = this.view.mmY(py), reach = REACH / this.view.scale;
     const issue = this.layers.issues ? this._pickIssue(x, y, reach) : -1;
     if (issue >= 0) return { issue };
+    const mark = this.layers.differences ? this.differences?.near(x, y, 1.3 * reach) ?? -1 : -1;
+    if (mark >= 0) return this._differing(mark);
     const hole = this.layers.holes ? this._pickHole(x, y, reach) : -1;
     if (hole >= 0) return { hole, row: this._rowAtHole(hole), which: this.main?.scene.header.which };
     const { main } = this;
@@ -294,6 +309,12 @@ export class Pane extends EventTarget {
       return distanceToMove(main.scene, item, x - ox, y - oy) + (rapid ? reach * 0.2 : 0);
     });
     return row >= 0 ? { row, which: main.scene.header.which } : null;
+  }
+
+  /** Return what a mark of a difference is: the line that it is about, of the program that has it. */
+  _differing(mark) {
+    const difference = this.differences.at(mark).index, [, , original, added] = this.differences.header.differences[difference];
+    return { mark, difference, which: added ? "after" : "before", line: added || original };
   }
 
   _pickIssue(x, y, reach) {
@@ -308,7 +329,7 @@ export class Pane extends EventTarget {
     const { part } = this;
     if (!part?.holes) return -1;
     const { grid, largest } = this._holesGrid(), [ox, oy] = part.origin, { hole } = part;
-    const away = (k) => Math.max(Math.hypot(hole[3 * k] + ox - x, hole[3 * k + 1] + oy - y) - hole[3 * k + 2] / 2, -hole[3 * k + 2] / 2);
+    const away = (k) => this.hidden.has(part.layerName("hole", k)) ? Infinity : Math.max(Math.hypot(hole[3 * k] + ox - x, hole[3 * k + 1] + oy - y) - hole[3 * k + 2] / 2, -hole[3 * k + 2] / 2);
     // The smallest hole of those the pointer is in: none may hide another.
     let best = -1, least = Infinity;
     grid.around(x - ox, y - oy, largest + reach, (k) => {
@@ -352,38 +373,14 @@ export class Pane extends EventTarget {
   }
 
   /** Return the number (from 0) of the first stop within `reach` mm of a place, or -1. */
-  stopNear(x, y, reach) {
-    const { scene } = this.main, [ox, oy] = scene.origin;
-    let best = -1, least = reach;
-    this.main.stops ??= stopCells(scene);
-    const { cells, size } = this.main.stops, column = Math.floor((x - ox) / size), row = Math.floor((y - oy) / size);
-    const span = Math.min(Math.max(Math.ceil(reach / size), 1), 3);
-    for (let dx = -span; dx <= span; dx++) {
-      for (let dy = -span; dy <= span; dy++) {
-        for (const k of cells.get(cellKey(column + dx, row + dy)) ?? []) {
-          const [sx, sy] = scene.stopPlace(k), away = Math.hypot(sx + ox - x, sy + oy - y);
-          if (away < least || (away === least && best < 0)) {
-            least = away;
-            best = k;
-          }
-        }
-      }
-    }
-    return best;
-  }
+  stopNear(x, y, reach) { return stopNear(this.main, x, y, reach); }
 }
 
-/** Return one number for a cell; far cells may share one, so places are looked at, too. */
-function cellKey(column, row) { return (column & 0x7fff) * 0x10000 + (row & 0xffff); }
-
-function stopCells(scene) {
-  const e = scene.extents ?? [0, 0, 1, 1];
-  const size = Math.max(Math.sqrt(((e[2] - e[0]) * (e[3] - e[1])) / Math.max(scene.stop.length, 1)), 0.05), cells = new Map();
-  for (let k = 0; k < scene.stop.length; k++) {
-    const [x, y] = scene.stopPlace(k), key = cellKey(Math.floor(x / size), Math.floor(y / size));
-    if (cells.has(key)) cells.get(key).push(k); else cells.set(key, [k]);
-  }
-  return { cells, size };
+/** Return the box around scenes, those that are there and have one. */
+function around(scenes) {
+  const every = scenes.filter((scene) => scene?.extents).map((scene) => scene.extents);
+  if (!every.length) return null;
+  return [Math.min, Math.min, Math.max, Math.max].map((pick, k) => pick(...every.map((e) => e[k])));
 }
 
 function partOfRow(ctx, scene, row, share) {

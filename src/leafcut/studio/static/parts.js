@@ -11,7 +11,7 @@ export default {
   emits: ["change", "remove", "look"],
   created() { this.draft = null; }, // not among the data: to type draws nothing
   methods: {
-    input(row, index, key, mode, placeholder) {
+    input(row, key, mode, placeholder) {
       const id = `${row.id}-${key}`;
       return h("input", {
         key: id,
@@ -26,7 +26,7 @@ export default {
         placeholder,
         onInput: (e) => { this.draft = { id, text: e.target.value }; },
         onBlur: () => { this.draft = null; },
-        onChange: (e) => this.$emit("change", { index, key, value: e.target.value }),
+        onChange: (e) => this.$emit("change", { id: row.id, key, value: e.target.value }),
       });
     },
   },
@@ -36,15 +36,15 @@ export default {
     return h("div", { class: "wanted", role: "group", "aria-label": this.words.drawing }, [
       ...heads,
       h("span"),
-      ...this.rows.flatMap((row, index) => [
+      ...this.rows.flatMap((row) => [
         h(
           "button",
-          { key: `${row.id}-name`, type: "button", class: "piece", "aria-pressed": row.shown ? "true" : "false", title: `${this.words.show}: ${row.name}`, onClick: () => this.$emit("look", { index }) },
+          { key: `${row.id}-name`, type: "button", class: "piece", "aria-pressed": row.shown ? "true" : "false", title: `${this.words.show}: ${row.name}`, onClick: () => this.$emit("look", { id: row.id }) },
           row.name,
         ),
-        this.input(row, index, "quantity", "numeric", "1"),
-        this.input(row, index, "rotations", undefined, this.rotations),
-        h("button", { key: `${row.id}-remove`, type: "button", class: "less", "aria-label": `${this.words.remove}: ${row.name}`, onClick: () => this.$emit("remove", { index }) }, "×"),
+        this.input(row, "quantity", "numeric", "1"),
+        this.input(row, "rotations", undefined, this.rotations),
+        h("button", { key: `${row.id}-remove`, type: "button", class: "less", "aria-label": `${this.words.remove}: ${row.name}`, onClick: () => this.$emit("remove", { id: row.id }) }, "×"),
       ]),
     ]);
   },

@@ -1,5 +1,8 @@
 // Toolpaths and parts as cached Path2D, in pieces that can be left out and in levels of detail.
 
+import { Density } from "./density.js";
+import { OutlinePaths } from "./outline_paths.js";
+import { Pen } from "./pen.js";
 import { DARK, RAPID, STAND } from "./scene.js";
 
 const ROWS = 1024; // rows in a piece
@@ -62,60 +65,6 @@ function pieceOf(scene, first, end) {
   return { first, end, box: [x0, y0, x1, y1], levels: [] };
 }
 
-/** A Path2D that leaves out what is nearer than a tolerance to the place before it. */
-class Pen {
-  constructor(tolerance) {
-    this.path = new Path2D();
-    this.tolerance = tolerance;
-    this.count = 0;
-    this.x = this.y = this.atX = this.atY = NaN;
-  }
-
-  to(x0, y0, x1, y1) {
-    // What goes on within the tolerance is taken as going on: no gap is seen there.
-    if (!(Math.abs(x0 - this.x) + Math.abs(y0 - this.y) <= this.tolerance)) {
-      this.finish();
-      this.path.moveTo(x0, y0);
-      this.atX = x0;
-      this.atY = y0;
-    }
-    this.x = x1;
-    this.y = y1;
-    if (this.tolerance && Math.abs(x1 - this.atX) + Math.abs(y1 - this.atY) < this.tolerance) return;
-    this._line();
-  }
-
-  arc(cx, cy, radius, start, sweep, x0, y0, x1, y1) {
-    if (radius < this.tolerance) {
-      this.to(x0, y0, x1, y1);
-      return;
-    }
-    if (x0 !== this.x || y0 !== this.y) {
-      this.finish();
-      this.path.moveTo(x0, y0);
-    } else if (this.atX !== x0 || this.atY !== y0) this._line();
-    this.path.arc(cx, cy, radius, start, start + sweep, sweep < 0);
-    this.x = this.atX = x1;
-    this.y = this.atY = y1;
-    this.count += 4;
-  }
-
-  /** Draw to where the pen is by now, if that was left out. */
-  finish() {
-    if (this.x !== this.atX || this.y !== this.atY) this._line();
-    this.x = this.y = NaN;
-    this.atX = this.atY = NaN;
-  }
-
-  _line() {
-    if (!Number.isFinite(this.x)) return;
-    this.path.lineTo(this.x, this.y);
-    this.atX = this.x;
-    this.atY = this.y;
-    this.count++;
-  }
-}
-
 function tracePiece(scene, piece, tolerance) {
   const pens = { rapid: new Pen(tolerance), cut: new Pen(tolerance) };
   traceRows(scene, piece.first, piece.end, pens);
@@ -167,17 +116,22 @@ export function addOutline(path, part, index) {
 
 const HOLES = 2048; // in a piece
 
-/** A part as Path2D: outlines by kind, and holes in pieces by tool; unsized and tiny holes are drawn by size. */
+/** A part as Path2D: outlines by kind, and holes in pieces by tool; unsized and tiny holes are drawn by size. What lies on
+ *  a hidden layer is left out. */
 export class PartPaths {
-  constructor(part) {
+  constructor(part, hidden = new Set()) {
     this.part = part;
-    this.outlines = {};
+    this.numbers = {}; // of outlines, by kind
+    this._fills = {};
+    this._strokes = {};
     for (let k = 0; k < part.outlines; k++) {
       const kind = part.outlineAt(k).kind;
-      addOutline((this.outlines[kind === "island" ? "pocket" : kind] ??= new Path2D()), part, k);
+      if (!hidden.has(part.layerName("outline", k))) (this.numbers[kind === "island" ? "pocket" : kind] ??= []).push(k);
     }
+    this.slots = [...Array(part.slots).keys()].filter((k) => !hidden.has(part.layerName("slot", k)));
     this.pieces = [];
-    const order = [...Array(part.holes).keys()];
+    const order = [...Array(part.holes).keys()].filter((k) => !hidden.has(part.layerName("hole", k)));
+    this.density = new Density(part, order);
     if (part.tools.length > 1) order.sort((a, b) => part.holeTool[a] - part.holeTool[b] || a - b);
     let piece = null;
     for (const k of order) {
@@ -188,6 +142,28 @@ export class PartPaths {
       piece.holes.push(k);
       const x = part.hole[3 * k], y = part.hole[3 * k + 1], r = part.hole[3 * k + 2] / 2, box = piece.box;
       piece.box = [Math.min(box[0], x - r), Math.min(box[1], y - r), Math.max(box[2], x + r), Math.max(box[3], y + r)];
+    }
+  }
+
+  /** Return all outlines of a kind as one Path2D, to be filled; null where there are none. */
+  fill(kind) {
+    if (!this.numbers[kind]) return null;
+    if (!this._fills[kind]) {
+      this._fills[kind] = new Path2D();
+      for (const k of this.numbers[kind]) addOutline(this._fills[kind], this.part, k);
+    }
+    return this._fills[kind];
+  }
+
+  /** Return the outlines of a kind in pieces, to be stroked; null where there are none. */
+  strokes(kind) { return this.numbers[kind] ? (this._strokes[kind] ??= new OutlinePaths(this.part, this.numbers[kind])) : null; }
+
+  /** Yield the pieces of holes that are seen; none is smaller than a radius in mm. */
+  *visibleHoles(seen, smallest = 0) {
+    const [ox, oy] = this.part.origin;
+    for (const piece of this.pieces) {
+      const [x0, y0, x1, y1] = piece.box, m = smallest;
+      if (x0 + ox - m <= seen[2] && x1 + ox + m >= seen[0] && y0 + oy - m <= seen[3] && y1 + oy + m >= seen[1]) yield piece;
     }
   }
 

@@ -20,9 +20,9 @@ export function whenThere(id, act) {
   else waiting.set(id, [...(waiting.get(id) ?? []), act]);
 }
 
-/** Load the style sheet of the drawing once. */
-export function withStyle() {
-  const href = import.meta.resolve("leafcut-canvas/drawing.css");
+/** Load the style sheet of the drawing once, or another one. */
+export function withStyle(name = "drawing.css") {
+  const href = import.meta.resolve(`leafcut-canvas/${name}`);
   if (document.querySelector(`link[href="${href}"]`)) return;
   const link = document.createElement("link");
   link.rel = "stylesheet";

@@ -1,4 +1,4 @@
-// Scenes as they come from the server (studio/scene.py tells the bytes), and what can be asked of them.
+// Scenes as they come from the server (studio/drawing/scene.py tells the bytes), and what can be asked of them.
 
 const MAGIC = "LCSCENE1";
 const TYPES = { f4: Float32Array, i4: Int32Array, u4: Uint32Array, u1: Uint8Array };
@@ -18,7 +18,7 @@ export function readScene(buffer) {
   for (const [name, [type, offset, count]] of Object.entries(header.blocks)) {
     blocks[name] = new TYPES[type](bytes, 16 + size + offset, count);
   }
-  const make = { part: PartScene, toolpath: ToolpathScene, path: PathScene, pheromone: PheromoneScene }[header.kind];
+  const make = { part: PartScene, toolpath: ToolpathScene, path: PathScene, pheromone: PheromoneScene, differences: DifferenceScene }[header.kind];
   return make ? new make(header, blocks) : { header, kind: header.kind, ...blocks };
 }
 
@@ -44,6 +44,9 @@ export class PartScene extends Scene {
     this.outlines = this.outline.length / 4;
     this.tools = [...new Set(this.holeTool)].filter((tool) => tool > 0);
   }
+
+  /** Return the name of the layer that a "hole", "slot" or "outline" is on; "" for none. */
+  layerName(noun, k) { return this.header.layers[(this.blocks[`${noun}_layer`]?.[k] ?? 0) - 1] ?? ""; }
 
   /** Return first vertex, number of vertices, kind, whether it is closed, and part of an outline. */
   outlineAt(index) {
@@ -286,5 +289,36 @@ export class PheromoneScene extends Scene {
     this.point = blocks.point;
     this.edge = blocks.edge;
     this.strength = blocks.strength;
+  }
+}
+
+/** In what two programs differ, where it is; places are relative to `origin`. */
+export class DifferenceScene extends Scene {
+  constructor(header, blocks) {
+    super(header, blocks);
+    Object.assign(this, { mark: blocks.mark, missing: blocks.missing, added: blocks.added });
+    this.marks = this.mark.length / 4;
+  }
+
+  /** Return place, which difference, and what of it (0 missing, 1 added, 2 changed) a mark is. */
+  at(k) {
+    const [x, y, index, change] = this.mark.subarray(4 * k, 4 * k + 4);
+    return { x: x + this.origin[0], y: y + this.origin[1], index, change };
+  }
+
+  /** Return the mark nearest to a place within `reach` mm, or -1. */
+  near(x, y, reach) {
+    let best = -1, least = reach;
+    for (let k = 0; k < this.marks; k++) {
+      const at = this.at(k), away = Math.hypot(at.x - x, at.y - y);
+      if (away < least) [best, least] = [k, away];
+    }
+    return best;
+  }
+
+  /** Return the first mark of a difference, or -1. */
+  markOf(index) {
+    for (let k = 0; k < this.marks; k++) if (this.mark[4 * k + 2] === index) return k;
+    return -1;
   }
 }

@@ -1,5 +1,17 @@
-// Sends a file to the studio as it is; returns {id, name, size} or throws with the studio's one line.
-export async function send(file) {
+// Sends files to the studio. While some are on their way, window.leafcutSending is a promise that is fulfilled when all
+// have come and were told of: true, or false where one was refused.
+
+/** Send a file as it is; return {id, name, size} or throw with the studio's one line. */
+export function send(file) {
+  const sent = transfer(file);
+  const told = sent.then(() => true, () => false).then((came) => new Promise((done) => setTimeout(done, 0, came)));
+  const all = Promise.all([window.leafcutSending ?? true, told]).then((came) => came.every(Boolean));
+  window.leafcutSending = all;
+  all.then(() => { if (window.leafcutSending === all) window.leafcutSending = null; });
+  return sent;
+}
+
+async function transfer(file) {
   let answer;
   try {
     answer = await fetch(`/api/files?name=${encodeURIComponent(file.name)}`, {

@@ -34,10 +34,10 @@
     const lost = document.querySelector("meta[name=leafcut-lost]")?.content.split("|") ?? [];
     document.querySelectorAll("#popup > span").forEach((e, k) => { e.textContent = lost[k] ?? e.textContent; });
   });
-  // Another language shows the same job.
+  // Another language shows the same page.
   document.addEventListener("click", (event) => {
-    const at = event.target.closest?.(".languages a"), job = new URLSearchParams(location.search).get("job");
-    if (at && job) at.search = new URLSearchParams({ lang: at.lang, job });
+    const at = event.target.closest?.(".languages a");
+    if (at) at.search = new URLSearchParams({ ...Object.fromEntries(new URLSearchParams(location.search)), lang: at.lang });
   });
   const seen = (e) => e.getClientRects().length > 0;
 
@@ -61,7 +61,50 @@
     }
   });
 
+  // Columns that are folded away stay so, also on the next page.
+  const folded = new Set((localStorage.getItem("leafcut-folded") ?? "").split(" ").filter(Boolean));
+  const tellFolded = () => {
+    root.dataset.folded = [...folded].join(" ");
+    const buttons = document.querySelectorAll("[data-fold]");
+    buttons.forEach((at) => at.setAttribute("aria-expanded", String(!folded.has(at.dataset.fold))));
+    return buttons.length > 0;
+  };
+  if (!tellFolded()) {
+    const watch = new MutationObserver(() => { if (tellFolded()) watch.disconnect(); });
+    watch.observe(root, { childList: true, subtree: true });
+  }
+  document.addEventListener("click", (event) => {
+    const side = event.target.closest?.("[data-fold]")?.dataset.fold;
+    if (!side) return;
+    if (!folded.delete(side)) folded.add(side);
+    localStorage.setItem("leafcut-folded", [...folded].join(" "));
+    tellFolded();
+  });
+  // In one column what runs is further down than the button that begins it.
+  document.addEventListener("click", (event) => {
+    const narrow = matchMedia("(max-width: 760px)").matches;
+    if (narrow && event.target.closest?.('[data-key="r"]')) document.querySelector(".middle")?.scrollIntoView();
+  });
+  // A press of Run counts for the file that is on its way: it waits until that has come.
+  document.addEventListener(
+    "click",
+    (event) => {
+      const at = event.target.closest?.("[data-key~=r]");
+      if (!at || !window.leafcutSending) return;
+      event.stopPropagation();
+      window.leafcutSending.then((came) => came && at.click());
+    },
+    true,
+  );
+
   document.addEventListener("keydown", (event) => {
+    const run = event.key === "Enter" && (event.ctrlKey || event.metaKey) && document.querySelector("[data-key~=r]");
+    if (run && seen(run) && !document.querySelector("dialog[open]")) {
+      event.preventDefault();
+      document.activeElement.blur(); // a field says what was typed in it when it is left
+      run.click();
+      return;
+    }
     if (event.altKey || document.querySelector("dialog[open]")) return;
     const undo = { z: event.shiftKey ? "y" : "u", y: "y" }[event.key.toLowerCase()], held = event.ctrlKey || event.metaKey;
     if (held && !undo) return;

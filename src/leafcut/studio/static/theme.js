@@ -37,6 +37,12 @@ export function watchTheme(changed) {
   };
 }
 
+/** Return the colour of a layer of the drawing, by its place among all; neutral where there is only one. */
+export function layerColour(colours, layers, name) {
+  const index = layers.indexOf(name);
+  return layers.length < 2 || index < 0 ? colours.idle : colours[`t${index % 8}`];
+}
+
 /** Return the colour of a tool: neutral when there is only one, as in the report. */
 export function toolColour(colours, tools, tool) {
   if (tools.length < 2) return colours["hole-rim"];

@@ -1,10 +1,11 @@
 // The buttons over the drawing: what is shown, layers, zoom and fit.
 
+import { Legend } from "./legend.js";
 import { icon, iconButton, make } from "./icons.js";
 
-export const LAYERS = ["rapids", "cuts", "holes", "numbers", "arrows", "extents", "issues", "pheromone", "kerf", "cleared", "grid"];
+export const LAYERS = ["rapids", "cuts", "holes", "whole", "numbers", "arrows", "extents", "issues", "pheromone", "differences", "kerf", "cleared", "travel", "origin", "grid"];
 /** The letter of each layer, with Shift: without it a letter is the page's own. */
-export const KEYS = { rapids: "R", cuts: "C", holes: "H", numbers: "N", arrows: "A", extents: "E", issues: "I", pheromone: "P", kerf: "K", cleared: "W", grid: "G" };
+export const KEYS = { rapids: "R", cuts: "C", holes: "H", whole: "D", numbers: "N", arrows: "A", extents: "E", issues: "I", pheromone: "P", kerf: "K", cleared: "W", travel: "T", origin: "O", grid: "G", differences: "V" };
 
 export class Toolbar {
   constructor(host, drawing) {
@@ -22,7 +23,8 @@ export class Toolbar {
     const group = make(
       "div", "lc-group", {}, zoom("zoomOut", 1 / 1.4), zoom("zoomIn", 1.4), iconButton("fit", words.fit, () => drawing.fit()),
     );
-    host.append(this.modes, make("span", "lc-room"), this.menu, group);
+    this.measure = iconButton("measure", words.measureTip, () => drawing.measure.toggle());
+    host.append(this.modes, make("span", "lc-room"), make("div", "lc-group", {}, this.measure), this.menu, group);
     this.update();
   }
 
@@ -36,6 +38,8 @@ export class Toolbar {
       const key = make("kbd", "", { "aria-hidden": "true" }, `⇧${KEYS[layer]}`);
       box.append(make("label", "", { "data-layer": layer }, input, make("i", `lc-swatch lc-${layer}`), words[layer], key));
     }
+    this.legend = new Legend(this.drawing);
+    box.append(this.legend.element);
     const button = make("summary", "lc-button", { "aria-label": words.layers, title: words.layers }, icon("layers"));
     const menu = make("details", "lc-menu", {}, button, box);
     menu.addEventListener("keydown", (event) => {
@@ -70,9 +74,12 @@ export class Toolbar {
       button.setAttribute("aria-checked", on);
       button.tabIndex = on ? 0 : -1;
     }
+    this.measure.setAttribute("aria-pressed", drawing.measure.on);
+    this.legend.update();
     const has = {
+      whole: scenes.whole, travel: drawing.placement.travel, origin: !drawing.unitless,
       pheromone: scenes.pheromone, kerf: (scenes.after ?? scenes.before)?.header.kerf > 0,
-      cleared: (scenes.after ?? scenes.before)?.header.cleared > 0, issues: scenes.part?.issue.length,
+      cleared: (scenes.after ?? scenes.before)?.header.cleared > 0, issues: scenes.part?.issue.length, differences: scenes.differences?.marks,
     };
     for (const [layer, input] of Object.entries(this.boxes)) {
       input.checked = drawing.layers[layer];

@@ -156,6 +156,7 @@ def test_the_r_plane_above_the_initial_plane_is_refused() -> None:
 
 def test_zones_are_four_numbers_in_any_corner_order() -> None:
     assert parse_zones(("10 20 0 5",)).tolist() == [[0.0, 5.0, 10.0, 20.0]]
+    assert parse_zones(("0 0 1/2in 2in",)).tolist() == [[0.0, 0.0, 12.7, 50.8]]
     for wrong in ("1 2 3", "a b c d", "0 0 nan 1"):
         with pytest.raises(OptionError, match="--keep-out"):
             parse_zones((wrong,))
@@ -370,7 +371,7 @@ def test_a_safe_height_of_the_machine_below_the_clearance_height_is_refused() ->
     plan_drilling(FOUR, replace(low, safe_z=-85.0), LIBRARY, *drilling(thickness=1.0))
 
 
-def test_circles_of_absurd_size_are_drilled_only_with_a_warning_or_not_at_all() -> None:
+def test_circles_out_of_range_are_drilled_only_with_a_warning_or_not_at_all() -> None:
     made = plan(Part("x", (Hole(0, 0, 200.0), Hole(300, 0, 10.0))), None)
     assert [i.message for i in made.issues if i.severity is Severity.WARNING] == [
         "T1 drill Ø200: unusually large for a drill; leave out circles that are not drilled with --max-diameter"

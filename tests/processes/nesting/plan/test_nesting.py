@@ -56,6 +56,16 @@ def test_where_nobody_wants_more_no_further_nest_is_made() -> None:
     assert list(found) == []
 
 
+def test_a_nest_that_is_stopped_before_any_was_found_is_one_by_rectangles() -> None:
+    """Who stops and keeps the best gets a nest, however early."""
+    cancelled = threading.Event()
+    cancelled.set()
+    triangle = NestPart("triangle", (Contour(Polyline.of_points([(0, 0), (80, 0), (0, 80)], closed=True)),), 2, (0.0,))
+    (one,) = nests(task_of(triangle, variants=2), cancelled)
+    assert isinstance(one, Nest)
+    assert (one.method, one.unplaced) == ("rectangles", (0,))
+
+
 def test_of_several_kinds_of_sheet_the_cheapest_that_hold_all_are_taken() -> None:
     """Two of 80 × 80: both on the sheet of 200 mm for 9, or one each on two of 100 mm for 4."""
     dear, cheap = Stock(200.0, 100.0, None, 9.0), Stock(100.0, 100.0, None, 4.0)
@@ -64,6 +74,21 @@ def test_of_several_kinds_of_sheet_the_cheapest_that_hold_all_are_taken() -> Non
     for one in found:
         assert Counter({layout.stock: layout.count for layout in one.layouts}) == Counter({1: 2})
         assert one.cost == 8.0
+
+
+def test_by_shapes_too_every_variant_lies_on_the_sheets_that_cost_least() -> None:
+    """Two triangles of 80 × 80 make one square: the cheap sheet holds both, their rectangles only the dear one."""
+    pytest.importorskip("spyrrow")
+    triangle = Polyline.of_points([(0, 0), (80, 0), (0, 80)], closed=True)
+    part = NestPart("triangle", (Contour(triangle),), 2, (0.0, math.pi))
+    dear, cheap = Stock(200.0, 120.0, None, 20.0), Stock(120.0, 120.0, None, 11.0)
+    task = task_of(part, stocks=(dear, cheap), variants=2)
+    found = [one for one in nests(task, iterations=40, threads=1) if isinstance(one, Nest)]
+    by_shapes = [one for one in found if one.method == "shapes"]
+    assert len(by_shapes) == 2 and len(found) == 2 + len(RULES)
+    for one in by_shapes:
+        assert Counter({layout.stock: layout.count for layout in one.layouts}) == Counter({1: 1})
+        assert one.cost == 11.0
 
 
 def test_a_remnant_is_filled_by_its_shape_and_its_packer_is_shared() -> None:

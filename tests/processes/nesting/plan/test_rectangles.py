@@ -99,6 +99,20 @@ def test_by_every_rule_the_last_pieces_stand_in_no_more_columns_than_they_need(r
     assert max(shape.bounds[2] for shape in last) <= 83.0
 
 
+@every("rule", range(len(RULES)))
+@every("columns", [8, 40])
+def test_the_last_pieces_end_within_a_thousandth_of_the_sheet_of_where_they_could(rule: int, columns: int) -> None:
+    """Three slats lie on each other: their columns of 10 mm on a sheet of 10 m, and no further column is begun.
+
+    On the whole sheet the bottom-left and the skyline rules lay them in a row, which is three times as long.
+    """
+    pieces = some([box(10, 30)], (0.0,))
+    packer = RectanglePacker(pieces, 10_000.0, 92.0, 0.0, 0.0, rule)
+    last = shapes(pieces, packer.fill(Counter({0: 3 * columns}), last=True))
+    assert len(last) == 3 * columns
+    assert max(shape.bounds[2] for shape in last) < 10.0 * columns + 9.9
+
+
 def test_where_not_all_of_the_pieces_fit_the_whole_sheet_is_filled() -> None:
     pieces = some([box(40, 40)], (0.0,))
     packer = RectanglePacker(pieces, 124.0, 82.0, 0.0, 2.0, 0)

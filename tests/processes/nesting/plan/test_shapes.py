@@ -6,6 +6,7 @@ import itertools
 import math
 import threading
 from collections import Counter
+from typing import Any
 
 import pytest
 import shapely
@@ -14,9 +15,10 @@ from every import every
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
+from leafcut.processes.nesting.plan import shapes as room
 from leafcut.processes.nesting.plan.pieces import pieces_of
 from leafcut.processes.nesting.plan.shapes import ShapePacker
-from leafcut.processes.nesting.plan.strip import StripBudget
+from leafcut.processes.nesting.plan.strip import Strip, StripBudget, StripItem
 
 pytest.importorskip("spyrrow")
 
@@ -92,6 +94,25 @@ def test_what_does_not_fit_the_strip_is_left_out_and_of_nothing_nothing_is_laid(
     long = Polyline.of_points([(0, 0), (400, 0), (400, 5), (0, 5)], closed=True)
     assert packer(long).fill(Counter({0: 2}), last=False) == []
     assert packer(OUTLINES["box"]).fill(Counter(), last=True) == []
+
+
+def test_a_piece_that_takes_all_of_the_strip_is_given_to_no_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A plank as long as the sheet fits it to a hair, and waits for one of its own; the others are laid without it."""
+    given: list[list[tuple[float, float]]] = []
+
+    def pack_strip(items: list[StripItem], *of: Any, **more: Any) -> Strip:
+        given.extend(item.shape for item in items)
+        return real(items, *of, **more)
+
+    real = room.pack_strip
+    monkeypatch.setattr(room, "pack_strip", pack_strip)
+    plank = Polyline.of_points([(0, 0), (300, 0), (300, 115), (0, 115)], closed=True)
+    made = packer(plank, OUTLINES["box"])
+    assert made.holds(0)
+    laid = made.fill(Counter({0: 1, 1: 5}), last=False)
+    assert Counter(one.piece for one in laid) == {1: 5}
+    assert given
+    assert all(max(x for x, _ in shape) - min(x for x, _ in shape) < 300.0 for shape in given)
 
 
 def test_many_pieces_lie_in_bands_one_like_the_other() -> None:

@@ -54,7 +54,7 @@ def test_the_rings_are_joined_by_the_cheapest_tree_of_all(seed: int) -> None:
     assert sum(costs[min(e), max(e)] for e in tree) == pytest.approx(least)
 
 
-def test_every_ring_beside_the_chain_is_visited_in_passing_from_one_that_it_is_joined_to() -> None:
+def test_every_ring_beside_the_spine_is_visited_in_passing_from_one_that_it_is_joined_to() -> None:
     edges = [(0, 1), (1, 2), (1, 3), (3, 4), (0, 5)]
     assert children_of([0, 1, 2], edges, 6) == {0: [5], 1: [3], 2: [], 3: [4], 4: [], 5: []}
 
@@ -79,6 +79,6 @@ def test_one_way_goes_through_all_rings_at_depth_and_leaves_neither_the_region_n
         missing = ring.line.difference(near).length
         joints = sum(i in edge for i, own in enumerate(cut) if own is ring for edge in layout.edges)
         assert missing <= (0.01 if ring.level == 0 else joints * STEP + 0.01)
-    assert layout.chain
+    assert layout.spine
     lengths = sum(ring.length for ring in cut)
     assert line.length <= lengths + 2.0 * STEP * len(cut)

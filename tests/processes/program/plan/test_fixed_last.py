@@ -13,7 +13,7 @@ HOLE = "G0 X{} Y0 / G1 Z-1 F100 / G0 Z5"
 
 def pieces(text: str, process: str = "auto") -> list[int]:
     """Return how many pieces every section has."""
-    return [len(s.chains) for s in find_sequence(program_of(text), process=process).sections]
+    return [len(s.pieces) for s in find_sequence(program_of(text), process=process).sections]
 
 
 @every(
@@ -61,7 +61,7 @@ def test_the_rise_that_ends_radius_compensation_stays_with_its_cut() -> None:
     cut = "G0 X{} Y0 / G1 Z{} F100 / G41 D1 / G1 X{} Y5 / G40 / G0 Z5"
     cuts = [cut.format(x, z, x + 5) for x, z in ((0, 5), (20, -1), (40, -1))]
     section = find_sequence(program_of(HEAD + " / ".join(cuts) + FOOT)).sections[0]
-    assert [c.line for c in section.chains] == [5, 11, 17]
+    assert [c.line for c in section.pieces] == [5, 11, 17]
     assert pieces(HEAD + " / ".join(cuts) + " / G4 P1 / M1 / G0 X9 Y9" + FOOT) == [2]
 
 
@@ -79,7 +79,7 @@ def test_an_outline_cut_in_two_pieces_encloses_what_lies_inside() -> None:
     for (x, y), *places in cuts:
         text += f"G0 X{x} Y{y} / M3 S500 / " + "".join(f"G1 X{a} Y{b} F900 / " for a, b in places) + "M5 / "
     section = find_sequence(program_of(text + "G0 X0 Y0 / M2"), process="laser").sections[0]
-    assert len(section.chains) == 4
+    assert len(section.pieces) == 4
     assert section.precedence.tolist() == [[0, 1], [1, 2]]
 
 
@@ -88,7 +88,7 @@ def test_cuts_behind_a_rapid_in_a_piece_are_not_joined_to_those_before_it() -> N
     text = "G0 X0 Y0 / G1 Z-1 F100 / Y5 / G0 Z1 / X20 Y5 / G1 Z-1 / Y0 / G0 Z5 / G0 X10 Y2.5 / G1 Z-1 / G0 Z5"
     text += " / G0 X60 Y0 / G1 Z-1 / G0 Z5"
     section = find_sequence(program_of(HEAD + text + FOOT)).sections[0]
-    assert len(section.chains) == 3
+    assert len(section.pieces) == 3
     assert section.precedence.tolist() == []
 
 
@@ -99,7 +99,7 @@ def test_a_feed_without_power_keeps_its_order_with_what_it_crosses() -> None:
         "G21 G90 / M4 S0 / " + " / ".join(cut.format(x, x + 5) for x in (0, 10, 20)) + " / S0 X12 / G0 X0 Y9 / M5 / M2"
     )
     section = find_sequence(program_of(text)).sections[0]
-    assert len(section.chains) == 3
+    assert len(section.pieces) == 3
     assert section.precedence.tolist() == [[1, 2]]
 
 

@@ -7,31 +7,31 @@ import random
 import pytest
 
 from every import every
-from leafcut.model.sequence import BlockRun
+from leafcut.model.sequence import PieceOfWork
 from leafcut.processes.program.plan.precedence import freeing
 from leafcut.processes.program.plan.precedence.freeing import freeing_stages, work_before_freeing
 
 
-def chain(may: bool = False, frees: bool = False, bottom: float = -6.0) -> BlockRun:
-    return BlockRun(0, 1, "cut", (0, 0), (0, 0), 5, 5, bottom, 1, may_free=may or frees, frees=frees)
+def piece(may: bool = False, frees: bool = False, bottom: float = -6.0) -> PieceOfWork:
+    return PieceOfWork(0, 1, "cut", (0, 0), (0, 0), 5, 5, bottom, 1, may_free=may or frees, frees=frees)
 
 
-WORK, PART = chain(), chain(frees=True)
+WORK, PART = piece(), piece(frees=True)
 
 
-def pairs(chains: list[BlockRun]) -> set[tuple[int, int]]:
-    return set(map(tuple, work_before_freeing(chains).tolist()))
+def pairs(pieces: list[PieceOfWork]) -> set[tuple[int, int]]:
+    return set(map(tuple, work_before_freeing(pieces).tolist()))
 
 
-def stage_of(chains: list[BlockRun]) -> list[int]:
-    edges = freeing_stages(chains)
-    return [sum(edge <= k for edge in edges) for k in range(len(chains))]
+def stage_of(pieces: list[PieceOfWork]) -> list[int]:
+    edges = freeing_stages(pieces)
+    return [sum(edge <= k for edge in edges) for k in range(len(pieces))]
 
 
-def held(chains: list[BlockRun], a: int, b: int) -> bool:
+def held(pieces: list[PieceOfWork], a: int, b: int) -> bool:
     """Return whether a stays before b by its stage or by pairs, one after the other."""
-    stages, known = stage_of(chains), {a}
-    for one, other in sorted(pairs(chains)):
+    stages, known = stage_of(pieces), {a}
+    for one, other in sorted(pairs(pieces)):
         if one in known:
             known.add(other)
     return stages[a] < stages[b] or b in known
@@ -48,7 +48,7 @@ def test_between_work_each_outline_waits_for_all_that_was_before_it_and_not_for_
 
 
 def test_a_first_level_of_an_outline_stays_before_the_last_one_that_frees_the_part() -> None:
-    first = chain(bottom=-3.0)
+    first = piece(bottom=-3.0)
     assert held([first, PART, WORK], 0, 1)
 
 
@@ -56,27 +56,27 @@ def test_without_parts_that_come_free_nothing_is_held() -> None:
     assert (freeing_stages([WORK] * 4), pairs([WORK] * 4), len(work_before_freeing([]))) == ([], set(), 0)
 
 
-def random_work(dice: random.Random) -> list[BlockRun]:
+def random_work(dice: random.Random) -> list[PieceOfWork]:
     kinds = [(False, False), (False, False), (True, False), (True, True)]
-    return [chain(*dice.choice(kinds), bottom=dice.choice((-6.0, -6.2, -5.0))) for _ in range(dice.randint(1, 12))]
+    return [piece(*dice.choice(kinds), bottom=dice.choice((-6.0, -6.2, -5.0))) for _ in range(dice.randint(1, 12))]
 
 
 @every("seed", range(80))
-def test_all_work_is_before_every_later_chain_that_may_free_a_part_but_for_parts_as_deep(seed: int) -> None:
-    chains = random_work(random.Random(seed))
-    for b, later in enumerate(chains):
+def test_all_work_is_before_every_later_piece_that_may_free_a_part_but_for_parts_as_deep(seed: int) -> None:
+    pieces = random_work(random.Random(seed))
+    for b, later in enumerate(pieces):
         for a in range(b):
-            alike = chains[a].frees and chains[a].bottom <= later.bottom + 0.01
+            alike = pieces[a].frees and pieces[a].bottom <= later.bottom + 0.01
             if later.may_free and not alike:
-                assert held(chains, a, b), (a, b)
+                assert held(pieces, a, b), (a, b)
 
 
 @every("seed", range(40))
 def test_where_pairs_would_be_too_many_parts_come_free_in_their_old_order_and_nothing_else_is_lost(seed: int) -> None:
-    chains = random_work(random.Random(seed))
+    pieces = random_work(random.Random(seed))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(freeing, "_MOST_PAIRS", 0)
-        for b, later in enumerate(chains):
+        for b, later in enumerate(pieces):
             if later.may_free:
-                same = [a for a in range(b) if stage_of(chains)[a] == stage_of(chains)[b]]
-                assert all(held(chains, a, b) for a in same)
+                same = [a for a in range(b) if stage_of(pieces)[a] == stage_of(pieces)[b]]
+                assert all(held(pieces, a, b) for a in same)

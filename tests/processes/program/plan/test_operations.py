@@ -20,7 +20,7 @@ def lines(*places: int) -> str:
 
 def sizes(body: str, **options: object) -> list[int]:
     sequence = find_sequence(program_of(HEAD + body + FOOT), **options)  # type: ignore[arg-type]
-    return [len(section.chains) for section in sequence.sections]
+    return [len(section.pieces) for section in sequence.sections]
 
 
 FUSION = f"(2D CONTOUR1) / {lines(0, 20)} / (SLOT2) / {lines(40, 60, 80)}"

@@ -19,7 +19,7 @@ def ordered(cuts: list[str], before: int, after: int, comment: str = "", process
     """Return whether one of the cuts must come before another."""
     program = program_of(HEAD.format(comment) + " / ".join(cuts) + FOOT)
     section = find_sequence(program, process=process).sections[0]
-    assert len(section.chains) == len(cuts)
+    assert len(section.pieces) == len(cuts)
     known = {before}
     for a, b in sorted(section.precedence.tolist()):
         if a in known:
@@ -91,7 +91,7 @@ def test_what_lies_inside_an_outline_that_tabs_hold_comes_before_it(process: str
     body = " / ".join([*cuts, cuts[0].replace("X20 ", "X200 ").replace("X24 ", "X204 ")])
     head = HEAD.format("") if process == "mill" else "G21 G90 / G0 Z5 / "
     section = find_sequence(program_of(head + body + FOOT), process=process).sections[0]
-    begins = {c.entry: k for k, c in enumerate(section.chains)}
+    begins = {c.entry: k for k, c in enumerate(section.pieces)}
     found = {tuple(pair) for pair in section.precedence.tolist()}
     for inner in ((20, 18), (20, 22)):
         for outer, *_ in places:

@@ -39,7 +39,7 @@ def test_left_out_are_those_pairs_that_others_imply(seed: int, at_once: int, mon
 
 
 def square(x: float, y: float, first: int) -> list[tuple[int, np.ndarray]]:
-    """Return a square in four lines with tabs at its corners, made by four chains."""
+    """Return a square in four lines with tabs at its corners, made by four pieces."""
     lines = [[(1, 0), (9, 0)], [(10, 1), (10, 9)], [(9, 10), (1, 10)], [(0, 9), (0, 1)]]
     return [(first + k, np.add(line, (x, y), dtype=float)) for k, line in enumerate(lines)]
 
@@ -49,7 +49,7 @@ def test_outlines_that_share_nothing_are_found_as_each_by_itself() -> None:
     mixed = [line for lines in zip(*squares, strict=True) for line in lines]
     alone = [found for lines in squares for found in closed_together(lines, 3.0)]
     together = list(closed_together(mixed, 3.0))
-    assert [(area.wkb, chains) for area, chains in together] == [(area.wkb, chains) for area, chains in alone]
+    assert [(area.wkb, pieces) for area, pieces in together] == [(area.wkb, pieces) for area, pieces in alone]
     assert len(alone) == 6
 
 

@@ -21,10 +21,10 @@ def sequence_of(body: str, **options: object) -> Sequence:
 
 
 def pieces(body: str, **options: object) -> list[list[tuple[int, int]]]:
-    """Return the first and last line of every chain, section by section; the body begins on line 5."""
+    """Return the first and last line of every piece, section by section; the body begins on line 5."""
     program = program_of(HEAD + body + FOOT)
     sections = find_sequence(program, **options).sections  # type: ignore[arg-type]
-    return [[(c.line, int(program.line[c.end - 1])) for c in s.chains] for s in sections]
+    return [[(c.line, int(program.line[c.end - 1])) for c in s.pieces] for s in sections]
 
 
 def pairs(section: Section) -> list[tuple[int, int]]:
@@ -40,8 +40,8 @@ def square(x: float, y: float, side: float, z: float = -1) -> str:
 
 def test_every_hole_of_a_cycle_is_a_piece_and_its_end_is_not() -> None:
     section = sequence_of("G99 G81 X0 Y0 Z-3 R1 F100 / X10 / Y10 / G80").sections[0]
-    assert [c.entry for c in section.chains] == [(0, 0), (10, 0), (10, 10)]
-    assert [(c.line, c.kind, c.bottom, c.leave_z) for c in section.chains] == [
+    assert [c.entry for c in section.pieces] == [(0, 0), (10, 0), (10, 10)]
+    assert [(c.line, c.kind, c.bottom, c.leave_z) for c in section.pieces] == [
         (5, "hole", -3, 1), (6, "hole", -3, 1), (7, "hole", -3, 1)
     ]  # fmt: skip
     assert section.clearance == 1
@@ -52,7 +52,7 @@ def test_a_hole_written_out_is_a_piece_with_all_its_pecks() -> None:
     body = "G0 X0 Y0 / Z1 / G1 Z-1 F50 / G0 Z1 / Z-0.5 / G1 Z-2 / G0 Z5 / X10 / G1 Z-2 / G0 Z5"
     assert pieces(body) == [[(5, 11), (12, 14)]]
     section = sequence_of(body).sections[0]
-    assert [(c.kind, c.entry, c.exit, c.bottom) for c in section.chains] == [
+    assert [(c.kind, c.entry, c.exit, c.bottom) for c in section.pieces] == [
         ("hole", (0, 0), (0, 0), -2), ("hole", (10, 0), (10, 0), -2)
     ]  # fmt: skip
 
@@ -60,7 +60,7 @@ def test_a_hole_written_out_is_a_piece_with_all_its_pecks() -> None:
 def test_a_cut_is_a_piece_from_the_way_to_it_until_the_next() -> None:
     body = "G0 X0 Y0 / G1 Z-1 F50 / X5 / G0 Z5 / X20 Y0 / G1 Z-1 / G2 X24 I2 / G0 Z5"
     assert pieces(body) == [[(5, 8), (9, 12)]]
-    assert [(c.kind, c.exit) for c in sequence_of(body).sections[0].chains] == [("cut", (5, 0)), ("cut", (24, 0))]
+    assert [(c.kind, c.exit) for c in sequence_of(body).sections[0].pieces] == [("cut", (5, 0)), ("cut", (24, 0))]
 
 
 def test_a_hole_repeated_in_one_block_is_one_piece() -> None:
@@ -100,7 +100,7 @@ BARRIERS = {
 def test_what_has_a_meaning_of_its_own_parts_sections(block: str) -> None:
     holes = "G0 X{} Y0 / G1 Z-1 F100 / G0 Z5 / X{} / G1 Z-1 / G0 Z5"
     sequence = sequence_of(f"{holes.format(0, 9)} / {block} / {holes.format(20, 30)}")
-    assert [len(s.chains) for s in sequence.sections] == [2, 2]
+    assert [len(s.pieces) for s in sequence.sections] == [2, 2]
     between = sequence.items[2]
     assert isinstance(between, Kept)
     assert BARRIERS[block] in between.reason
@@ -142,7 +142,7 @@ def test_a_dwell_with_the_tool_up_stays() -> None:
 def test_where_the_tool_rises_higher_a_section_ends() -> None:
     """Two holes this side of a clamp, two on the other, at R 1; over the clamp the tool goes at Z5."""
     sequence = sequence_of("G99 G81 X0 Y0 Z-3 R1 F100 / X9 / G98 X18 / G99 X60 / X70 / X80")
-    assert [[c.entry[0] for c in s.chains] for s in sequence.sections] == [[0, 9, 18], [60, 70, 80]]
+    assert [[c.entry[0] for c in s.pieces] for s in sequence.sections] == [[0, 9, 18], [60, 70, 80]]
     assert [s.clearance for s in sequence.sections] == [1, 1]
 
 
@@ -191,8 +191,8 @@ def test_precedence_is_that_of_brute_force_on_random_holes() -> None:
     xy = rng.integers(0, 60, (150, 2)) * 0.05
     body = "G99 G81 Z-1 R1 F100 " + " / ".join(f"X{x:.2f} Y{y:.2f}" for x, y in xy.tolist())
     section = sequence_of(body).sections[0]
-    assert len(section.chains) == int((np.diff(xy, axis=0) != 0).any(axis=1).sum()) + 1
-    place = np.array([c.entry for c in section.chains])
+    assert len(section.pieces) == int((np.diff(xy, axis=0) != 0).any(axis=1).sum()) + 1
+    place = np.array([c.entry for c in section.pieces])
     near = np.hypot(*(place[:, None] - place[None]).transpose(2, 0, 1)) < 0.0901
     wanted = np.triu(near, 1)
     reached = np.zeros_like(wanted)
@@ -212,7 +212,7 @@ def test_a_laser_is_known_by_its_beam_and_its_ways_are_the_dark_ones() -> None:
     sequence = find_sequence(program)
     assert sequence.process == "laser"
     section = sequence.sections[0]
-    assert [(c.line, c.kind, c.entry, c.exit) for c in section.chains] == [
+    assert [(c.line, c.kind, c.entry, c.exit) for c in section.pieces] == [
         (2, "cut", (0, 0), (5, 0)), (7, "cut", (10, 0), (15, 0)), (12, "cut", (20, 0), (25, 0))
     ]  # fmt: skip
     assert section.end == (0, 0)
@@ -223,7 +223,7 @@ def test_a_torch_is_known_and_rises_between_cuts() -> None:
     text = "G21 G90 (plasma) / G0 Z15 / " + " / ".join(cut.format(x, x + 5) for x in (0, 10, 20)) + " / X0 Y9 / M2"
     sequence = find_sequence(program_of(text))
     assert sequence.process == "plasma"
-    assert [c.line for c in sequence.sections[0].chains] == [3, 11, 19]
+    assert [c.line for c in sequence.sections[0].pieces] == [3, 11, 19]
     assert sequence.sections[0].clearance == 15
 
 
@@ -232,7 +232,7 @@ def test_grbl_power_words_switch_the_beam() -> None:
     text = "G21 G90 / M4 S0 / " + " / ".join(cut.format(x, x + 5) for x in (0, 10, 20)) + " / S0 / M5 / M2"
     sequence = find_sequence(program_of(text))
     assert sequence.process == "laser"
-    assert [c.line for c in sequence.sections[0].chains] == [3, 5, 7]
+    assert [c.line for c in sequence.sections[0].pieces] == [3, 5, 7]
 
 
 def test_the_process_is_known_or_chosen() -> None:
@@ -248,7 +248,7 @@ def test_the_pieces_tile_the_program() -> None:
     program = program_of(HEAD + f"{holes.format(0, 9)} / M8 / {holes.format(20, 30)}" + FOOT)
     edges = [0]
     for item in find_sequence(program).items:
-        spans = [(item.begin, item.end)] if isinstance(item, Kept) else [(c.begin, c.end) for c in item.chains]
+        spans = [(item.begin, item.end)] if isinstance(item, Kept) else [(c.begin, c.end) for c in item.pieces]
         for begin, end in spans:
             assert begin == edges[-1] and end > begin
             edges.append(end)
@@ -277,4 +277,4 @@ def test_what_stays_is_said_with_the_line_that_it_is_about() -> None:
 
 def test_full_circles_of_a_mill_are_cuts_and_no_holes() -> None:
     section = sequence_of("G0 X0 Y0 / G1 Z-1 F50 / G2 I3 / G0 Z5 / X20 / G1 Z-1 / G2 I3 / G0 Z5").sections[0]
-    assert [c.kind for c in section.chains] == ["cut", "cut"]
+    assert [c.kind for c in section.pieces] == ["cut", "cut"]

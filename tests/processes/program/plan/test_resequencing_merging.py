@@ -25,7 +25,7 @@ def test_sections_of_one_tool_are_joined_and_the_change_is_dropped() -> None:
     text = text_of(work(1, 0), work(2, 50), work(1, 10), work(3, 80))
     program = program_of(text)
     sequence = find_sequence(program, merge_tools=True)
-    assert [[c.entry for c in s.chains] for s in sequence.sections] == [
+    assert [[c.entry for c in s.pieces] for s in sequence.sections] == [
         [(0, 0), (20, 0), (0, 10), (20, 10)], [(0, 50), (20, 50)], [(0, 80), (20, 80)]
     ]  # fmt: skip
     dropped = [program.lines[int(program.line[b]) - 1].strip() for k in sequence.dropped for b in range(k.begin, k.end)]

@@ -6,7 +6,7 @@ import numpy as np
 
 from every import every
 from leafcut.model.problem import Metric
-from leafcut.processes.program.plan.resequencing import build_problem, chain_order, find_sequence
+from leafcut.processes.program.plan.resequencing import build_problem, find_sequence, piece_order
 from rewriting import program_of
 
 MILL = "G21 G90 / T1 M6 / S1000 M3 / G0 Z5 / {} / G0 Z5 / X90 Y90 / G1 Z-1 F50 / X99 F200 / G0 Z5 / M5 / M2"
@@ -14,9 +14,9 @@ LASER = "G21 G90 / G0 X90 Y0 / M3 S500 / G1 X99 F600 / M5 / {} / M5 / G0 X0 Y0 /
 
 
 def turns(text: str) -> list[bool]:
-    """Return of every chain whether it may be turned; the last or the first one is a plain cut of the frame."""
+    """Return of every piece whether it may be turned; the last or the first one is a plain cut of the frame."""
     sections = find_sequence(program_of(text), allow_reverse=True).sections
-    return [chain.reversible for section in sections for chain in section.chains]
+    return [piece.reversible for section in sections for piece in section.pieces]
 
 
 OPEN = {
@@ -69,7 +69,7 @@ def test_a_cut_that_shows_a_direction_stays(body: str) -> None:
 
 def test_without_the_option_nothing_is_turned() -> None:
     program = program_of(MILL.format(OPEN["one line"]))
-    assert not any(c.reversible for s in find_sequence(program).sections for c in s.chains)
+    assert not any(c.reversible for s in find_sequence(program).sections for c in s.pieces)
 
 
 @every(
@@ -108,7 +108,7 @@ def test_a_cut_that_may_be_turned_is_a_cluster_of_two_nodes() -> None:
     assert problem.cluster.tolist() == [0, 1, 2, 0, 2]
     assert problem.entry.tolist() == [[0, 0], [30, 0], [90, 90], [5, 0], [99, 90]]
     assert problem.exit.tolist() == [[5, 0], [30, 0], [99, 90], [0, 0], [90, 90]]
-    assert chain_order(section, np.array([4, 1, 3])).tolist() == [~2, 1, ~0]
+    assert piece_order(section, np.array([4, 1, 3])).tolist() == [~2, 1, ~0]
 
 
 def test_an_arc_with_the_beam_off_stays_behind_what_brings_the_tool_to_its_begin() -> None:
@@ -117,6 +117,6 @@ def test_an_arc_with_the_beam_off_stays_behind_what_brings_the_tool_to_its_begin
         text = LASER.format(f"G0 X0 Y0 / M3 / G1 X9 F600 / M5 / {way} / M5 / G0 X20 Y0 / M3 / G1 X29")
         program = program_of(text)
         (section,) = find_sequence(program).sections
-        chain = section.chains[1]
-        said = [program.lines[int(program.line[b]) - 1].strip() for b in range(chain.begin, chain.end)]
+        piece = section.pieces[1]
+        said = [program.lines[int(program.line[b]) - 1].strip() for b in range(piece.begin, piece.end)]
         assert (way in said) == (way[:2] == "G3"), said

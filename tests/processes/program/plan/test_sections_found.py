@@ -7,7 +7,7 @@ from itertools import chain
 
 from leafcut.gcode.program import Program
 from leafcut.model.issue import Issue
-from leafcut.model.sequence import BlockRun, Kept, Section, Sequence
+from leafcut.model.sequence import Kept, PieceOfWork, Section, Sequence
 from leafcut.processes.program.plan.reversing import with_reversible
 from leafcut.processes.program.plan.sections.find_sections import Finder
 from leafcut.processes.program.plan.sections.fixed_last import follows_compensation, stays_last, stops_before_work
@@ -28,11 +28,11 @@ def found(*bodies: str, process: str = "mill") -> tuple[Program, Finder, Sequenc
 
 
 def places(sequence: Sequence) -> list[list[float]]:
-    """Return the X of every chain of every section."""
-    return [[run.entry[0] for run in section.chains] for section in sequence.sections]
+    """Return the X of every piece of every section."""
+    return [[run.entry[0] for run in section.pieces] for section in sequence.sections]
 
 
-def texts(program: Program, item: BlockRun | Kept) -> list[str]:
+def texts(program: Program, item: PieceOfWork | Kept) -> list[str]:
     return [program.lines[int(program.line[block]) - 1].strip() for block in range(item.begin, item.end)]
 
 
@@ -43,24 +43,24 @@ def test_sections_and_what_stays_are_all_blocks_of_the_program_each_once() -> No
     program, finder, sequence = found(*(HOLE.format(x) for x in (0, 10, 20)), "M0", *(CUT.format(x) for x in (40, 50)))
     edges = [0]
     for item in sequence.items:
-        for run in item.chains if isinstance(item, Section) else (item,):
+        for run in item.pieces if isinstance(item, Section) else (item,):
             assert run.begin == edges[-1]
             edges.append(run.end)
     assert edges[-1] == program.n_blocks
     assert places(sequence) == [[0, 10, 20], [40, 50]]
-    assert [s.kind for section in finder.sections() for s in section.chains] == ["hole"] * 3 + ["cut"] * 2
+    assert [s.kind for section in finder.sections() for s in section.pieces] == ["hole"] * 3 + ["cut"] * 2
 
 
-def test_a_chain_begins_with_the_way_to_its_work_and_ends_with_the_rise() -> None:
+def test_a_piece_begins_with_the_way_to_its_work_and_ends_with_the_rise() -> None:
     program, _, sequence = found(*(HOLE.format(x) for x in (0, 10, 20)))
-    run = sequence.sections[0].chains[1]
+    run = sequence.sections[0].pieces[1]
     assert texts(program, run) == ["G0 X10 Y0", "G1 Z-1 F100", "G0 Z5"]
     assert (run.entry, run.exit) == ((10, 0), (10, 0))
     assert (run.arrive_z, run.leave_z, run.bottom) == (5, 5, -1)
     assert sequence.sections[0].clearance == 5
 
 
-def test_ways_across_below_the_zero_of_the_part_begin_no_chains() -> None:
+def test_ways_across_below_the_zero_of_the_part_begin_no_pieces() -> None:
     """The second, the third and the fourth hole are reached below the part's surface: they go with the first."""
     low = [f"G0 X{x} Y0 / G1 Z-2 F100 / G0 Z-0.5" for x in (0, 10, 20, 30)]
     *_, sequence = found(*low, "G0 Z5", HOLE.format(50), HOLE.format(60))
@@ -70,10 +70,10 @@ def test_ways_across_below_the_zero_of_the_part_begin_no_chains() -> None:
 # -- fixed_last ------------------------------------------------------------------------------------------------------
 
 
-def test_a_feed_where_the_chain_ended_holds_it_and_a_way_across_does_not() -> None:
+def test_a_feed_where_the_piece_ended_holds_it_and_a_way_across_does_not() -> None:
     for behind, held in (("G1 Z-2 / G0 Z5", True), ("G0 X90 Y0 / G1 Z-2 / G0 Z5", False), ("G0 Z9 / X90", False)):
         program, finder, _ = found(HOLE.format(0), HOLE.format(10), "M8", behind)
-        run = BlockRun(6, 9, "hole", (10, 0), (10, 0), 5, 5, -1, 7)
+        run = PieceOfWork(6, 9, "hole", (10, 0), (10, 0), 5, 5, -1, 7)
         assert texts(program, run)[0] == "G0 X10 Y0"
         assert stays_last(program, finder.rows, run) == held, behind
 
@@ -136,7 +136,7 @@ def test_a_comment_that_marks_an_operation_divides_a_section_and_its_pairs() -> 
     assert places(keep_apart(program, sequence, finder.rows, mix_operations=True)) == places(sequence)
 
 
-def test_pairs_within_a_part_of_a_section_are_counted_from_its_first_chain() -> None:
+def test_pairs_within_a_part_of_a_section_are_counted_from_its_first_piece() -> None:
     cuts = [CUT.format(x) for x in (0, 20, 40, 60, 60)]
     program, finder, sequence = found(*cuts[:2], "(SLOT)", *cuts[2:])
     apart = keep_apart(program, sequence, finder.rows, mix_operations=False)
@@ -163,11 +163,11 @@ def test_cuts_that_may_be_turned_are_marked_and_nothing_else_is_changed() -> Non
     program, finder, sequence = found(*bodies)
     sequence = replace(sequence, issues=(Issue("L503", "said before"),))
     marked = with_reversible(program, sequence, finder.rows)
-    runs = [run for section in marked.sections for run in section.chains]
+    runs = [run for section in marked.sections for run in section.pieces]
     turned = {0: True, 20: False, 60: False, 80: False, 90: True}
     assert {run.entry[0]: run.reversible for run in runs} == turned
     plain = [replace(run, reversible=False) for run in runs]
-    assert plain == [run for section in sequence.sections for run in section.chains]
+    assert plain == [run for section in sequence.sections for run in section.pieces]
     assert [issue.message for issue in marked.issues] == ["said before", "2 cuts can be reversed"]
 
 

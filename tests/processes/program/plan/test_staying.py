@@ -126,8 +126,8 @@ def test_what_only_several_causes_together_hold_says_all_of_them() -> None:
     assert "outline" in groups[0].text and "operations" in groups[0].text
 
 
-def test_a_chain_is_held_where_it_has_the_same_place_in_every_order_that_the_pairs_allow() -> None:
-    """Against all permutations of six chains, for random pairs."""
+def test_a_piece_is_held_where_it_has_the_same_place_in_every_order_that_the_pairs_allow() -> None:
+    """Against all permutations of six pieces, for random pairs."""
     rng = np.random.default_rng(3)
     upper = np.argwhere(np.triu(np.ones((6, 6), dtype=bool), 1))
     for _ in range(40):
@@ -135,7 +135,7 @@ def test_a_chain_is_held_where_it_has_the_same_place_in_every_order_that_the_pai
         places: list[set[int]] = [set() for _ in range(6)]
         for order in permutations(range(6)):
             if all(order.index(a) < order.index(b) for a, b in pairs.tolist()):
-                for chain in range(6):
-                    places[chain].add(order.index(chain))
+                for piece in range(6):
+                    places[piece].add(order.index(piece))
         held = _held([ties_of(pairs, 6)], 6)
         assert held.tolist() == [len(place) == 1 for place in places]

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from leafcut.model.sequence import BlockRun
+from leafcut.model.sequence import PieceOfWork
 from leafcut.processes.program.plan.precedence.passes import rows_in_order
 
 
 def found(*rows: list[tuple[float, float]], bottoms: dict[int, float] | None = None) -> list[tuple[int, int]]:
     """Return the pairs of rows that keep their order."""
     deep = bottoms or {}
-    chains = [BlockRun(k, k + 1, "cut", row[0], row[-1], 5, 5, deep.get(k, -1.0), 1 + k) for k, row in enumerate(rows)]
+    pieces = [
+        PieceOfWork(k, k + 1, "cut", row[0], row[-1], 5, 5, deep.get(k, -1.0), 1 + k) for k, row in enumerate(rows)
+    ]
     paths = [(k, np.array(row, dtype=float)) for k, row in enumerate(rows)]
-    return [tuple(pair) for pair in rows_in_order(paths, chains).tolist()]
+    return [tuple(pair) for pair in rows_in_order(paths, pieces).tolist()]
 
 
 def row(y: float, x0: float = 0.0, x1: float = 60.0) -> list[tuple[float, float]]:

@@ -65,8 +65,8 @@ def test_all_pieces_are_free_and_every_order_of_them_is_proved(name: str) -> Non
     _, program, sequence, either_way = read(name)
     assert grouped(sequence, {}, False) == ()
     (section,) = sequence.sections
-    assert len(section.chains) == len(PLACES)
-    assert [c.reversible for c in section.chains] == [either_way] * len(PLACES)
+    assert len(section.pieces) == len(PLACES)
+    assert [c.reversible for c in section.pieces] == [either_way] * len(PLACES)
     for order in (*(some_orders(sequence, seed) for seed in range(3)), [np.arange(len(PLACES))[::-1]]):
         new = interpret_program(rewrite(program, sequence, order), dialect("linuxcnc"))
         assert certify(program, new).same
@@ -144,7 +144,7 @@ def test_a_section_directly_behind_a_call_that_stays_has_its_own_lines() -> None
     sequence = find_sequence(program, mix_operations=True)
     (section,) = sequence.sections
     new = rewrite(program, sequence, [np.array([2, 1, 0, 4, 3])])
-    assert len(section.chains) == len(PLACES)
+    assert len(section.pieces) == len(PLACES)
     assert sorted(set(new.splitlines())) == sorted({*(HEAD + body + tail).splitlines()})
     assert new.endswith(tail)
     assert new.count("M98 P8\n") == 1 and new.index("M98 P8") < new.index("X20.")
@@ -157,7 +157,7 @@ def test_what_follows_a_circular_pocket_of_haas_is_free() -> None:
     body = strokes("G0 X{x} Y{y}\nG1 Z-1. F100.\nG0 Z5.\n")
     program = interpret_program(f"%\nO1\n{HEAD}{pocket}{body}{pocket}{body}M30\n%\n", dialect("haas"))
     sequence = find_sequence(program)
-    assert [len(s.chains) for s in sequence.sections] == [5, 5]
+    assert [len(s.pieces) for s in sequence.sections] == [5, 5]
     assert grouped(sequence, {}, False) == ()
     new = interpret_program(rewrite(program, sequence, some_orders(sequence, 1)), dialect("haas"))
     assert certify(program, new).same

@@ -85,7 +85,7 @@ def test_a_file_without_an_end_of_its_last_line_gets_one_where_it_is_needed() ->
     program = program_of(text + "G0 X40 Y0\nG1 X45\nY9")
     sequence = find_sequence(program, process="laser", allow_reverse=True)
     for section in sequence.sections:
-        new = rewrite(program, sequence, [np.array([~k for k in range(len(section.chains))])])
+        new = rewrite(program, sequence, [np.array([~k for k in range(len(section.pieces))])])
         assert len(new.splitlines()) == len(program.lines)
 
 
@@ -95,7 +95,7 @@ def choose_directions(sequence: Sequence, seed: int) -> tuple[list[np.ndarray], 
     orders = some_orders(sequence, seed)
     for section, order in zip(sequence.sections, orders, strict=True):
         for place, k in enumerate(order.tolist()):
-            if section.chains[k].reversible and rng.random() < 0.6:
+            if section.pieces[k].reversible and rng.random() < 0.6:
                 order[place], turns = ~k, turns + 1
     return orders, turns
 

@@ -176,7 +176,7 @@ def test_blocks_of_our_own_are_in_the_unit_of_their_section() -> None:
 def test_where_the_length_offset_has_changed_a_piece_waits_for_z() -> None:
     holes = "G0 X{0} Y0 / G1 Z-1 F100 / G0 Z5 / X{1} / G1 Z-1 / G0 Z5 / X{2} / G1 Z-1 / G0 Z5"
     program = program_of(HEAD + holes.format(0, 9, 18) + " / G43 H2 / " + holes.format(30, 39, 48) + FOOT)
-    assert [[c.line for c in s.chains] for s in find_sequence(program).sections] == [[5, 8, 11], [18, 21]]
+    assert [[c.line for c in s.pieces] for s in find_sequence(program).sections] == [[5, 8, 11], [18, 21]]
 
 
 def test_a_laser_keeps_its_power_and_its_ways() -> None:

@@ -50,7 +50,7 @@ def read(name: str) -> tuple[str, Program, Sequence]:
 @every("name", FILES)
 def test_the_order_of_the_program_gives_its_own_bytes(name: str) -> None:
     text, program, sequence = read(name)
-    assert rewrite(program, sequence, [np.arange(len(s.chains)) for s in sequence.sections]) == text
+    assert rewrite(program, sequence, [np.arange(len(s.pieces)) for s in sequence.sections]) == text
 
 
 @every("name", FILES)

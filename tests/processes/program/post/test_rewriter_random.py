@@ -171,7 +171,7 @@ def test_any_order_of_any_program_does_the_same_work(text: str, seed: int) -> No
     """Same cuts with tool, feed, spindle, coolant; no way lower than before; its own order gives its own bytes."""
     program = program_of(text)
     sequence = find_sequence(program)
-    assert rewrite(program, sequence, [np.arange(len(s.chains)) for s in sequence.sections]) == text
+    assert rewrite(program, sequence, [np.arange(len(s.pieces)) for s in sequence.sections]) == text
     new_text = rewrite(program, sequence, some_orders(sequence, seed))
     new = program_of(new_text)
     assert work_of(new) == work_of(program), new_text

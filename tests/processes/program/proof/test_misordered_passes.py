@@ -134,7 +134,7 @@ def test_every_order_that_keeps_what_the_planner_keeps_is_the_same_work(seed: in
     comment = rng.choice(("", "(1/4 endmill) / ", "(T1 D=1.5) / "))
     cuts = [cut() for _ in range(24)]
     section = find_sequence(program_of(HEAD.format(comment) + " / ".join(cuts) + FOOT), process="mill").sections[0]
-    assert len(section.chains) == len(cuts)
+    assert len(section.pieces) == len(cuts)
     order = some_order(section, rng).tolist()
     assert order != sorted(order)
     assert same(cuts, order, comment)

@@ -38,8 +38,8 @@ def turned(program: Program) -> str:
     """Return the text with every cut made from its other end."""
     sequence = find_sequence(program, allow_reverse=True)
     (section,) = sequence.sections
-    assert all(chain.reversible for chain in section.chains)
-    return rewrite(program, sequence, [np.array([~k for k in range(len(section.chains))])])
+    assert all(piece.reversible for piece in section.pieces)
+    return rewrite(program, sequence, [np.array([~k for k in range(len(section.pieces))])])
 
 
 def each(text: str, pattern: str, becomes: str | dict[str, str]) -> Iterator[str]:

@@ -99,7 +99,7 @@ def test_every_order_that_keeps_what_the_planner_keeps_is_the_same_work(seed: in
     rng.shuffle(cuts)
     # What frees a part, where all of a section comes before it, is a section of its own.
     sections = find_sequence(program_of(MILL + " / ".join(cuts) + FOOT), process="mill").sections
-    assert sum(len(section.chains) for section in sections) == len(cuts)
+    assert sum(len(section.pieces) for section in sections) == len(cuts)
     order: list[int] = []
     for section in sections:
         order += (len(order) + some_order(section, rng)).tolist()

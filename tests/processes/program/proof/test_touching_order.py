@@ -163,13 +163,13 @@ def test_what_is_inside_a_closed_cut_is_what_a_walk_around_shows() -> None:
         for x, y in [*outline[1:].tolist(), outline[0].tolist()]:
             builder.feed(x, y, feed=1.0)
         features = cuts_of(builder.build())
-        chain = np.minimum(np.arange(len(features)), 40)
+        run = np.minimum(np.arange(len(features)), 40)
         rank = np.concatenate([np.arange(n, n + 40), np.arange(n)])
-        found = exchanged(traces_of(features), features.end[:, :2], chain, rank)
+        found = exchanged(traces_of(features), features.end[:, :2], run, rank)
         seen = np.arctan2(*(np.vstack([outline, outline[:1]])[:, None] - spots)[..., ::-1].transpose(2, 0, 1))
         turn = ((np.diff(seen, axis=0) + math.pi) % math.tau - math.pi).sum(axis=0)
         assert sorted(inner for inner, _ in found) == np.flatnonzero(np.abs(turn) > 1).tolist()
-        assert exchanged(traces_of(features), features.end[:, :2], chain, np.arange(40 + n)) == []
+        assert exchanged(traces_of(features), features.end[:, :2], run, np.arange(40 + n)) == []
 
 
 def test_inside_a_full_circle_is_inside_up_to_the_circle() -> None:

@@ -111,6 +111,41 @@ def test_places_of_a_contour_are_bounded_in_number_and_a_millimetre_apart() -> N
         assert np.diff(around).min() >= 1.0 - 1e-9
 
 
+def test_a_contour_has_bridges_to_its_eight_nearest_neighbours_and_no_others() -> None:
+    """Twelve squares around a ring: each sees all others, and of these the four next on either side are taken."""
+    places = [(100 + 60 * math.cos(k * math.pi / 6), 100 + 60 * math.sin(k * math.pi / 6)) for k in range(12)]
+    sheet = sheet_of(*((square(x - 2, y - 2, 4), 0, -1, k + 1) for k, (x, y) in enumerate(places)))
+    contours, scrap = ready(sheet)
+    _, found = bridges(sheet, 150.0)
+    outlines = [shapely.Polygon(contour.source.contour.path.flattened(0.01)) for contour in contours]
+    wanted = set()
+    for k, outline in enumerate(outlines):
+        nearest = sorted((j for j in range(12) if j != k), key=lambda j: outline.distance(outlines[j]))
+        wanted |= {(k, j) for j in nearest[:8]} | {(j, k) for j in nearest[:8]}
+    assert (
+        pairs(found)
+        == wanted
+        == {(k, j) for k in range(12) for j in range(12) if (k - j) % 12 in (1, 2, 3, 4, 8, 9, 10, 11)}
+    )
+    # Across the ring there would be room.
+    (x0, y0), (x1, y1) = places[0], places[6]
+    assert joins(contours, (0, 6), ((x0 - 2 - HALF, y0), (x1 + 2 + HALF, y1)), scrap)
+
+
+def along_a_slat(rows: int) -> Sheet:
+    """Return a slat with twenty squares along it, and as many behind these as make so many rows."""
+    boxes = [(square(30 + 30 * i, 30 + 30 * j, 20), 0, -1, 2 + i + 20 * j) for j in range(rows) for i in range(20)]
+    return sheet_of((rectangle(30, 12, 590, 10), 0, -1, 1), *boxes)
+
+
+def test_a_contour_has_sixteen_places_at_most_and_fewer_among_many() -> None:
+    """All together have three thousand at most: of 241 contours twelve each. A slat would have more than twenty."""
+    few, many = (bridges(along_a_slat(rows), 12.0)[1].places.contour for rows in (1, 12))
+    assert max(np.bincount(few)) == np.bincount(few)[0] == 16
+    assert max(np.bincount(many)) == np.bincount(many)[0] == 12
+    assert len(many) <= 3000
+
+
 def test_a_bridge_has_left_a_kerf_after_three_kerfs_and_does_not_come_back() -> None:
     kerf_line = shapely.LineString([(0, 0), (100, 0)])
     far = LEAVES_WITHIN * KERF

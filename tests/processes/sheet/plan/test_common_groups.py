@@ -10,6 +10,7 @@ import pytest
 import shapely
 
 from cut_sheets import LASER, PLASMA, rectangle, rules_of, sheet_of, square
+from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import CutData
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.plan.common_cuts.edges import EdgeGap, facing_edges
@@ -71,13 +72,35 @@ def test_parts_that_are_not_a_kerf_apart_make_no_group() -> None:
     assert grouped(row((60, 40), (30, 40), (50, 40)), 0, 1, 2)[0] is not None
 
 
+def around_a_square(side: float) -> Sheet:
+    """Return four boxes around a square, each a kerf from the next, like the sails of a mill."""
+    k, low, high = KERF, 100.0, 100.0 + side
+    boxes = [
+        (40.0, 40.0, high - k - 40.0, 60.0),
+        (high, 40.0, 60.0, high - k - 40.0),
+        (low + k, high, 98.5 + side - k, 60.0),
+        (40.0, low + k, 60.0, 98.5 + side - k),
+    ]
+    return sheet_of(*((rectangle(*box), 0, -1, n) for n, box in enumerate(boxes, 1)), size=500)
+
+
 def test_a_room_that_parts_lock_in_is_scrap_that_makes_no_group() -> None:
-    """Four boxes around a square of 20 mm: that scrap would hang between the lines; around none it is cut away."""
-    k = KERF
-    boxes = [(40, 40, 60, 40), (100 + k, 40, 40, 60 + k), (80 + k, 100 + 2 * k, 60, 40), (40, 80 + k, 40, 60 + k)]
-    sheet = sheet_of(*((rectangle(*box), 0, -1, n) for n, box in enumerate(boxes, 1)), size=500)
-    assert len(grouped(sheet, 0, 1, 2, 3)[1]) >= 3
-    assert grouped(sheet, 0, 1, 2, 3)[0] is None
+    """It would hang between the lines, be it 20 mm wide or 2; of a kerf's width nothing is left of it."""
+    for side, whole in ((20.0, False), (2.0, False), (KERF, True)):
+        group, slots = grouped(around_a_square(side), 0, 1, 2, 3)
+        assert len(slots) >= 4, side
+        assert (group is not None) == whole, side
+
+
+def test_a_notch_where_four_parts_meet_locks_scrap_in() -> None:
+    """All lines of a laser would come to a kerf, and yet what is in the notch would stay, held by nothing."""
+    for data, notch, whole in ((LASER, 0.0, True), (LASER, 0.12, False), (PLASMA, 0.6, False)):
+        far = 100 + data.kerf
+        boxes = [(square(x, y, 60), 0, -1, n) for n, (x, y) in enumerate(((40, 40), (far, 40), (far, far)), 1)]
+        corner = [(100 - notch, far), (100 - notch, far + notch), (100, far + notch)] if notch else [(100.0, far)]
+        notched = Polyline.of_points([(40, far), *corner, (100, far + 60), (40, far + 60)], closed=True)
+        group, _ = grouped(sheet_of(*boxes, (notched, 0, -1, 4), size=500), 0, 1, 2, 3, data=data)
+        assert (group is not None) == whole, (data.process, notch)
 
 
 def test_where_lines_cross_a_plasma_divides_the_one_and_a_laser_cuts_both_through() -> None:

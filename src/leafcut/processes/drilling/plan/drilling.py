@@ -85,7 +85,7 @@ def plan_drilling(
     rule = depth_rule(job, options)
     chooser = ToolChooser(library, machine, job, options)
     work = _collect(part, chooser)
-    groups = _order_tools(list(work), chooser.chains)
+    groups = _order_tools(list(work), chooser.sequences)
     operations = tuple(_operation(step, work[step], rule, job, options) for step in groups)
     _check_speeds(operations, machine)
     plan = DrillPlan(
@@ -158,15 +158,15 @@ def _collect(part: Part, chooser: ToolChooser) -> dict[Step, list[int]]:
 _KIND_ORDER = {kind: place for place, kind in enumerate(ToolKind)}
 
 
-def _order_tools(steps: list[Step], chains: Sequence[Sequence[Step]]) -> list[Step]:
+def _order_tools(steps: list[Step], sequences: Sequence[Sequence[Step]]) -> list[Step]:
     """Return the steps so that each stands after those that its holes need before it: each tool is taken up once.
 
     Among the free ones: by kind (centre drills first), then by diameter.
     """
     before: dict[Step, set[Step]] = {step: set() for step in steps}
-    for chain in chains:
-        for k, step in enumerate(chain):
-            before[step].update(chain[:k])
+    for sequence in sequences:
+        for k, step in enumerate(sequence):
+            before[step].update(sequence[:k])
     order: list[Step] = []
     left = sorted(steps, key=lambda s: (s.slots, _KIND_ORDER[s.tool.kind], s.tool.diameter, s.tool.number))
     while left:

@@ -48,7 +48,7 @@ class ToolChooser:
         self._filled: dict[int, Tool] = {}
 
     @property
-    def chains(self) -> list[tuple[Step, ...]]:
+    def sequences(self) -> list[tuple[Step, ...]]:
         """The sequences of steps that holes need, each once."""
         return list(dict.fromkeys(self._chosen.values()))
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
+from leafcut.model.heartbeat import trial
 from leafcut.model.nest import Nest, NestPart, Stock
 from leafcut.options import SolveOptions
 from leafcut.processes.nesting.options import NestOptions
@@ -132,9 +133,9 @@ def _on_several(task: NestTask, search: SolveOptions, tell: Tell, cancelled: thr
 def _rectangle_variants(
     task: NestTask, tell: Tell, late: Callable[[], bool], cancelled: threading.Event
 ) -> Iterator[Nest]:
-    tell("nesting by rectangles", 0.99)
     for rule in range(len(RULES)):
-        if not cancelled.is_set() and not (rule and late()):
+        if not (rule and (cancelled.is_set() or late())):
+            tell(trial("nesting by rectangles", f"rectangles {rule}"), 0.99)
             yield cheapest(task, _rectangle_packers(task, rule), "rectangles", rule, late)
 
 
@@ -191,9 +192,12 @@ def _shape_variants(
 
     with ThreadPoolExecutor(max(threads, 1)) as executor:
         futures = [executor.submit(made, number, share) for number, share in zip(numbers, rounds, strict=False)]
+        words = f"nesting by shapes, {len(futures)} variants"
         try:
+            for number in numbers[: len(futures)]:
+                tell(trial(words, f"shapes {search.seed + number}"), 0.0)
             for number, future in enumerate(futures):
-                tell(f"nesting by shapes, {len(futures)} variants", number / len(futures))
+                tell(words, number / len(futures))
                 if found := future.result():
                     yield found
         except BaseException:  # Ctrl-C, or nobody wants more: the searches end, or leaving would wait for them

@@ -252,13 +252,13 @@ class _Work:
 
     def _link(self, to: tuple[float, float], disc: int) -> None:
         """Go through cleared ground to a place in a disc."""
-        chain = self._chain(self.disc, disc)
-        places = [self.at, *(self._between(a, b) for a, b in pairwise(chain)), to]
+        discs = self._discs_between(self.disc, disc)
+        places = [self.at, *(self._between(a, b) for a, b in pairwise(discs)), to]
         way, i = [places[0]], 0
         while i < len(places) - 1:
-            # From place k on the way to place k + 1 it is in disc k of the chain.
+            # From place k on the way to place k + 1 it is in disc k of these.
             j = len(places) - 1
-            while j > i + 1 and not self.fronts.clear(places[i], places[j], chain[i:j]):
+            while j > i + 1 and not self.fronts.clear(places[i], places[j], discs[i:j]):
                 j = i + 1 + (j - i - 1) // 2
             way.append(places[j])
             i = j
@@ -266,7 +266,7 @@ class _Work:
             self.pieces.append(PocketPiece(Polyline.of_points(way), "link"))
         self.at, self.disc = to, disc
 
-    def _chain(self, a: int, b: int) -> list[int]:
+    def _discs_between(self, a: int, b: int) -> list[int]:
         """Return the discs from one to another along the tree of discs."""
         up, down = [a], [b]
         while up[-1] != down[-1]:

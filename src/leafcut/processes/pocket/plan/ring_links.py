@@ -18,8 +18,8 @@ from leafcut.processes.pocket.plan.rings import NEAR, Ring, never
 STATION_STEP = 0.25
 #: Rings are side by side where this share of the smaller one is near the other.
 LONG = 0.3
-#: So many chains of rings are tried.
-MOST_CHAINS = 12
+#: So many spines of rings are tried.
+MOST_SPINES = 12
 #: So many joints of two rings are looked at after the first that will do.
 MOST_LOOKS = 60
 #: What of a gap may be left out where only one of two rings has one.
@@ -68,7 +68,7 @@ def _beside(a: Ring, b: Ring, step_over: float) -> bool:
     return bool((away <= 1.05 * step_over).mean() >= LONG)
 
 
-def chains(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> list[list[int]]:
+def spines(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> list[list[int]]:
     """Return the ways through the tree along which rings may be cut one after the other, the most promising first.
 
     Each goes from an inner ring to outer ones, side by side.
@@ -88,17 +88,17 @@ def chains(cut: list[Ring], edges: list[tuple[int, int]], step_over: float) -> l
     for ring in range(len(cut)):
         deeper([ring])
     found.sort(key=lambda way: (-len(way), way[-1]))
-    return [way for way in found if len(way) >= len(found[0]) - 2][:MOST_CHAINS]
+    return [way for way in found if len(way) >= len(found[0]) - 2][:MOST_SPINES]
 
 
-def children_of(chain: list[int], edges: list[tuple[int, int]], n: int) -> dict[int, list[int]]:
-    """Return which rings are visited in passing from each ring: the tree beside the chain."""
+def children_of(spine: list[int], edges: list[tuple[int, int]], n: int) -> dict[int, list[int]]:
+    """Return which rings are visited in passing from each ring: the tree beside the spine."""
     beside: list[list[int]] = [[] for _ in range(n)]
     for i, j in edges:
         beside[i].append(j)
         beside[j].append(i)
     children: dict[int, list[int]] = {i: [] for i in range(n)}
-    seen, queue = set(chain), list(chain)
+    seen, queue = set(spine), list(spine)
     for i in queue:
         for j in beside[i]:
             if j not in seen:
@@ -159,8 +159,8 @@ class RingLinks:
         self.step = region.rules.step_over
         self.allowed = region.polygon.buffer(1e-6)
         shapely.prepare(self.allowed)
-        self.chain, self.spans = self._best_chain()
-        self.children = children_of(self.chain, self.edges, len(cut))
+        self.spine, self.spans = self._best_spine()
+        self.children = children_of(self.spine, self.edges, len(cut))
         self.options: dict[tuple[int, int], _Options] = {}
         self._clear()
 
@@ -183,46 +183,46 @@ class RingLinks:
         """
         self._clear()
         self.avoided = shapely.multipoints(avoided)
-        for ring, (start, end) in zip(self.chain, self.spans, strict=True):
+        for ring, (start, end) in zip(self.spine, self.spans, strict=True):
             self.taken[ring].append((end, start + self.cut[ring].length))
         self._place_children()
-        ways = [np.vstack([self._around(ring, *span) for ring, span in zip(self.chain, self.spans, strict=True)])]
+        ways = [np.vstack([self._around(ring, *span) for ring, span in zip(self.spine, self.spans, strict=True)])]
         for one, after, (_, end), (start, _) in zip(
-            self.chain, self.chain[1:], self.spans, self.spans[1:], strict=False
+            self.spine, self.spine[1:], self.spans, self.spans[1:], strict=False
         ):
             self.links += [self.cut[one].at(end), self.cut[after].at(start)]
         return ways + [self._around(ring, 0.0, self.cut[ring].length) for ring in self.apart]
 
-    def _best_chain(self) -> tuple[list[int], list[tuple[float, float]]]:
-        """Return the chain that spares most, and where each ring of it is entered and left."""
+    def _best_spine(self) -> tuple[list[int], list[tuple[float, float]]]:
+        """Return the spine that spares most, and where each ring of it is entered and left."""
         best: tuple[float, list[int], list[tuple[float, float]]] | None = None
-        for chain in chains(self.cut, self.edges, self.step):
-            first = self.cut[chain[0]]
+        for spine in spines(self.cut, self.edges, self.step):
+            first = self.cut[spine[0]]
             n = max(min(math.ceil(first.length / self.step), 24), 4)
             # A joint that is gone over once instead of twice spares about so much.
-            spared = self.step * (len(chain) + (self.cut[chain[-1]].level == 0))
+            spared = self.step * (len(spine) + (self.cut[spine[-1]].level == 0))
             for start in np.arange(n) * first.length / n:
                 if best is not None and math.isfinite(best[0]) and self.stopped():
                     return best[1:]
-                cost, spans = self._chain_from(chain, float(start))
+                cost, spans = self._spine_from(spine, float(start))
                 if best is None or cost - spared < best[0] - 1e-9:
-                    best = (cost - spared, chain, spans)
+                    best = (cost - spared, spine, spans)
         assert best is not None
         return best[1:]
 
-    def _chain_from(self, chain: list[int], start: float) -> tuple[float, list[tuple[float, float]]]:
+    def _spine_from(self, spine: list[int], start: float) -> tuple[float, list[tuple[float, float]]]:
         cost, spans = 0.0, []
-        for k, ring in enumerate(chain):
-            here, last = self.cut[ring], k + 1 == len(chain)
+        for k, ring in enumerate(spine):
+            here, last = self.cut[ring], k + 1 == len(spine)
             end = start + here.length - (0.0 if last else self.gap(ring))
             spans.append((start, end))
             if not last:
-                more, start = self._entry(ring, end, chain[k + 1])
+                more, start = self._entry(ring, end, spine[k + 1])
                 cost += more
         return cost, spans
 
     def _entry(self, ring: int, end: float, after: int) -> tuple[float, float]:
-        """Return the cost of going on from the end of a ring to the next of the chain, and where that is entered."""
+        """Return the cost of going on from the end of a ring to the next of the spine, and where that is entered."""
         place, to = self.cut[ring].at(end), self.cut[after]
         nearest = to.station_of(place)
         options = [nearest + share * self.step for share in (0.0, 0.5, 1.0, 1.5)]
@@ -240,7 +240,7 @@ class RingLinks:
 
     def _place_children(self) -> None:
         """Find the best place of every ring that is visited in passing, of those that it leads to first."""
-        left = [(ring, child) for ring in reversed(self.chain) for child in reversed(self.children[ring])]
+        left = [(ring, child) for ring in reversed(self.spine) for child in reversed(self.children[ring])]
         while left:
             ring, child = left.pop()
             joint = self._best_joint(ring, child)

@@ -22,15 +22,16 @@ from leafcut.processes.pocket.report.pocket_words import (
     written,
 )
 from leafcut.report import chart, views
+from leafcut.report.overview import Tile
 from leafcut.report.views import PageRow
 from leafcut.report.wording import (
     NO_VALUE,
     clean,
-    count,
     feed_mm_min,
     length_words,
     number_words,
     percent_words,
+    said,
     time_words,
 )
 
@@ -68,7 +69,7 @@ def pocket_content(outcome: Outcome[PocketDetail]) -> PageRow:
         "rapids": any(path.retracts for path in paths),
         "uncut": any(not s.uncovered.is_empty for s in shapes),
         "far": any(not s.unreachable.is_empty for s in shapes),
-        "facts": _facts(outcome),
+        "facts": facts(outcome),
         "small": _small(outcome, scene),
         "strategies": _strategies(outcome),
         "usual": usual_words(outcome),
@@ -127,32 +128,57 @@ def _usual(outcome: Outcome[PocketDetail]) -> PocketMeasures:
     return added([plan.usual.measures for plan in outcome.detail.plans if plan.usual.measures is not None])
 
 
-def _facts(outcome: Outcome[PocketDetail]) -> list[tuple[str, str, str]]:
+def times(outcome: Outcome[PocketDetail]) -> PageRow:
+    """Return the seconds by kind of the usual strategy and of leafcut's, with stacked bars."""
+    usual = [(usual_words(outcome).capitalize(), outcome.before)] if compared(outcome) else []
+    return views.times(outcome, [*usual, (said(views.OURS), outcome.after)])
+
+
+def facts(outcome: Outcome[PocketDetail]) -> list[Tile]:
     """Return the figures of the program: (name, figure, words under it)."""
     plans, m = outcome.detail.plans, written(outcome)
     rules, levels, tool = plans[0].rules, plans[0].levels, outcome.operations[0].tool
     length = m.feed_mm + m.rapid_mm
     above = percent_words(100.0 * (length / m.floor_mm - 1.0)) if m.floor_mm > 0.0 else NO_VALUE
-    lifted = f"{count(m.retracts, 'retract')}, {length_words(m.rapid_mm)} of rapids" if m.retracts else "never lifted"
-    walls = f", then {rules.stock:g} mm along the walls" if rules.stock > 0.0 else ""
+    retracts = said("{number} retracts, {length} of rapids", number=f"{m.retracts:,}", length=length_words(m.rapid_mm))
+    lifted = said("1 retract, {length} of rapids", length=length_words(m.rapid_mm)) if m.retracts == 1 else retracts
+    walls = said("to Z{depth}, then {stock} mm along the walls", depth=f"{levels[-1]:.4g}", stock=f"{rules.stock:g}")
+    asked, middle = f"{rules.step_over:.4g}", f"{m.max_core:.2f}"
+    feed, speed = number_words(feed_mm_min(tool.feed)), f"{tool.spindle_rpm:,.0f}"
+    side = "climb" if rules.climb else "conventional"
     return [
-        ("Path over a level", length_words(m.feed_mm), lifted),
-        ("Above minimum", above, f"area ÷ step-over is {length_words(m.floor_mm)}"),
-        ("Uncut", uncut_words(m.uncovered_percent), f"{area_words(m.uncovered_mm2)} of {area_words(m.reachable_mm2)}"),
-        ("Gouge", f"{m.gouge_mm2:.3g} mm²", "by simulation of the program"),
-        ("Engagement", angle_words(m.max_engagement), f"at most; {angle_words(m.mean_engagement)} on average"),
+        (said("Path over a level"), length_words(m.feed_mm), lifted if m.retracts else said("never lifted")),
+        (said("Above minimum"), above, said("area ÷ step-over is {length}", length=length_words(m.floor_mm))),
         (
-            "Step-over",
-            f"{m.max_step_over:.2f} mm",
-            f"{rules.step_over:.4g} mm asked for; passes that meet in the middle: {m.max_core:.2f} mm apart",
+            said("Uncut"),
+            uncut_words(m.uncovered_percent),
+            said("{area} of {whole}", area=area_words(m.uncovered_mm2), whole=area_words(m.reachable_mm2)),
         ),
-        ("Widest cut", f"{m.max_width:.2f} mm", wider_words(m, rules.tool_diameter) if m.wide_mm > 0.0 else ""),
-        ("Levels", f"{len(levels)} × {abs(levels[0]):.4g} mm", f"to Z{levels[-1]:.4g}{walls}"),
+        (said("Gouge"), f"{m.gouge_mm2:.3g} mm²", said("by simulation of the program")),
         (
-            "Tool",
+            said("Engagement"),
+            angle_words(m.max_engagement),
+            said("at most; {angle} on average", angle=angle_words(m.mean_engagement)),
+        ),
+        (
+            said("Step-over"),
+            f"{m.max_step_over:.2f} mm",
+            said("{asked} mm asked for; passes that meet in the middle: {middle} mm apart", asked=asked, middle=middle),
+        ),
+        (
+            said("Widest cut"),
+            f"{m.max_width:.2f} mm",
+            wider_words(m, rules.tool_diameter) if m.wide_mm > 0.0 else "",
+        ),
+        (
+            said("Levels"),
+            f"{len(levels)} × {abs(levels[0]):.4g} mm",
+            walls if rules.stock > 0.0 else said("to Z{depth}", depth=f"{levels[-1]:.4g}"),
+        ),
+        (
+            said("Tool"),
             f"Ø{tool.diameter:g} mm",
-            f"{number_words(feed_mm_min(tool.feed))} mm/min, {tool.spindle_rpm:,.0f} rpm, "
-            f"{'climb' if rules.climb else 'conventional'}",
+            said(f"{{feed}} mm/min, {{speed}} rpm, {side}", feed=feed, speed=speed),
         ),
     ]
 

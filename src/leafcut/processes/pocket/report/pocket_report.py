@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import Fact, SummaryTable, Which
+from leafcut.model.toolpath import Toolpath
 from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.pocket.report import pocket_page
+from leafcut.processes.pocket.report.level_way import way_over_level
 from leafcut.processes.pocket.report.pocket_words import (
     STRATEGY_TITLES,
     StrategyFigures,
@@ -19,6 +22,7 @@ from leafcut.processes.pocket.report.pocket_words import (
     pockets_as_json,
     strategy_cells,
 )
+from leafcut.report.overview import overview
 from leafcut.report.path_report import PathReport
 from leafcut.report.wording import clean, time_words
 
@@ -74,6 +78,10 @@ class PocketReport(PathReport[PocketDetail]):
             ),
         ]
 
+    def overview(self) -> dict[str, Any]:
+        """Return the figures of the program, and where the time goes."""
+        return overview(pocket_page.facts(self.outcome), pocket_page.times(self.outcome))
+
     def page(self) -> dict[str, Any]:
         """Return the drawing, the strategies side by side, the facts of the program."""
         outcome = self.outcome
@@ -88,6 +96,15 @@ class PocketReport(PathReport[PocketDetail]):
     def drawing(self, which: Which) -> str:
         """Return the path over one level: the usual one ``before``, what is written ``after``."""
         return pocket_page.pocket_svg(self.outcome, which)
+
+    def ways(self) -> Iterator[tuple[str, Toolpath]]:
+        """Yield the way of every strategy over one level of all pockets."""
+        outcome = self.outcome
+        for row in self._figures():
+            found = [r.path for p in outcome.detail.plans for r in p.results if r.strategy == row.name]
+            paths = [path for path in found if path is not None]
+            if row.measures is not None and paths:
+                yield row.name, way_over_level(paths, outcome.detail.plans[0].levels[0], outcome.operations[0].tool)
 
     def _figures(self) -> list[StrategyFigures]:
         detail = self.outcome.detail

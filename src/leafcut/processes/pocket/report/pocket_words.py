@@ -22,6 +22,7 @@ from leafcut.report.wording import (
     number_words,
     percent_words,
     plain_number,
+    said,
     saved_percent,
     time_words,
 )
@@ -252,9 +253,10 @@ def _step_over_words(m: PocketMeasures, step_over: float) -> str:
 
 def wider_words(m: PocketMeasures, diameter: float) -> str:
     """Return how much of the way takes off much more than the step-over, and how wide the widest cut is."""
-    full = "the full width of the tool" if m.max_width > 0.99 * diameter else f"{m.max_width:.2f} mm"
+    full = said("the full width of the tool") if m.max_width > 0.99 * diameter else f"{m.max_width:.2f} mm"
     share = percent_words(100.0 * m.wide_mm / m.feed_mm) if m.feed_mm > 0.0 else NO_VALUE
-    return f"first cuts and corners, {share} of the path, are wider than the step-over: up to {full}"
+    words = "first cuts and corners, {share} of the path, are wider than the step-over: up to {full}"
+    return said(words, share=share, full=full)
 
 
 def _saved(outcome: Outcome[PocketDetail]) -> str:

@@ -2,7 +2,7 @@
 
     find_sequence(program) -> Sequence          pieces
     build_problem(section, metric, start, end)  the routing problem of one section
-    chain_order(section, nodes)                 what its solution says
+    piece_order(section, nodes)                 what its solution says
 
 A piece of work is everything from the rapid that brings the tool over a place to the next such rapid. Within one tool,
 one offset, one spindle speed, one clearance height, the order of pieces is taken to be free, but for those whose cuts
@@ -40,7 +40,7 @@ def find_sequence(
     mix_operations: bool = False,
     look: Heartbeat = unseen,
 ) -> Sequence:
-    """Return the program in pieces: sections whose chains may change places, and all that stays.
+    """Return the program as sections whose pieces of work can be reordered, and all that stays.
 
     Parameters
     ----------
@@ -89,13 +89,13 @@ def all_stay(program: Program, process: str, reason: str) -> Sequence:
 
 
 def build_problem(section: Section, metric: Metric, start: Point | None, end: Point | None) -> RoutingProblem:
-    """Return the routing problem of a section: every chain is a cluster.
+    """Return the routing problem of a section: every piece is a cluster.
 
-    Its first node goes from the chain's entry to its exit. Those chains that may be made from the other end have a
-    second one; these nodes stand behind all first ones, in the order of the chains.
+    Its first node goes from the piece's entry to its exit. Those pieces that may be made from the other end have a
+    second one; these nodes stand behind all first ones, in the order of the pieces.
     """
-    entry = np.array([c.entry for c in section.chains], dtype=np.float64).reshape(-1, 2).round(6)
-    leave = np.array([c.exit for c in section.chains], dtype=np.float64).reshape(-1, 2).round(6)
+    entry = np.array([c.entry for c in section.pieces], dtype=np.float64).reshape(-1, 2).round(6)
+    leave = np.array([c.exit for c in section.pieces], dtype=np.float64).reshape(-1, 2).round(6)
     both = _reversible(section)
     cluster = np.concatenate([np.arange(len(entry), dtype=np.int32), both])
     tool = "" if section.tool is None else f" T{section.tool}"
@@ -108,23 +108,23 @@ def build_problem(section: Section, metric: Metric, start: Point | None, end: Po
         section.precedence,
         start,
         end,
-        name=f"line {section.chains[0].line}{tool}",
+        name=f"line {section.pieces[0].line}{tool}",
     )
 
 
-def chain_order(section: Section, nodes: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the chains int32[n] in the order of the nodes of `build_problem`; ~k is chain k from its other end."""
-    chain = np.concatenate([np.arange(len(section.chains), dtype=np.int32), ~_reversible(section)])
-    order: NDArray[np.int32] = chain[nodes]
+def piece_order(section: Section, nodes: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return the pieces int32[n] in the order of the nodes of `build_problem`; ~k is piece k from its other end."""
+    piece = np.concatenate([np.arange(len(section.pieces), dtype=np.int32), ~_reversible(section)])
+    order: NDArray[np.int32] = piece[nodes]
     return order
 
 
 def speeds_of(program: Program, section: Section) -> NDArray[np.float64]:
-    """Return with how many revolutions per minute each chain of a section begins its work, float64[n]."""
+    """Return with how many revolutions per minute each piece of a section begins its work, float64[n]."""
     kind, first = program.path.kind, program.first
     found = []
-    for chain in section.chains:
-        rows = slice(int(first[chain.begin]), int(first[chain.end]))
+    for piece in section.pieces:
+        rows = slice(int(first[piece.begin]), int(first[piece.end]))
         cuts = np.flatnonzero((kind[rows] >= Kind.FEED) & (kind[rows] <= Kind.DRILL))
         row = rows.start + (int(cuts[0]) if len(cuts) else 0)
         found.append(program.modal(int(np.searchsorted(first, row, side="right"))).rpm)
@@ -132,7 +132,7 @@ def speeds_of(program: Program, section: Section) -> NDArray[np.float64]:
 
 
 def _reversible(section: Section) -> NDArray[np.int32]:
-    return np.array([k for k, c in enumerate(section.chains) if c.reversible], dtype=np.int32)
+    return np.array([k for k, c in enumerate(section.pieces) if c.reversible], dtype=np.int32)
 
 
 def _issues(finder: Finder, items: list[Kept | Section]) -> list[Issue]:

@@ -19,7 +19,7 @@ from leafcut.gcode.program import Program
 from leafcut.gcode.reversible_cut import ReversibleCut, find_stroke
 from leafcut.kinds import BEAMS
 from leafcut.model.issue import Issue, Severity
-from leafcut.model.sequence import BlockRun, Section, Sequence
+from leafcut.model.sequence import PieceOfWork, Section, Sequence
 from leafcut.model.toolpath import Kind, arc_sweep
 from leafcut.processes.program.plan.precedence.split_outlines import TOUCHING
 from leafcut.processes.program.plan.sections.program_rows import TOLERANCE, Rows
@@ -33,13 +33,13 @@ _BACK = -0.866
 
 
 def with_reversible(program: Program, sequence: Sequence, rows: Rows) -> Sequence:
-    """Return the sequence with those chains marked that can be reversed, and a note of how many."""
+    """Return the sequence with those pieces marked that can be reversed, and a note of how many."""
     finder = _Finder(program, rows, sequence.process)
     items = tuple(
-        replace(item, chains=tuple(map(finder.marked, item.chains))) if isinstance(item, Section) else item
+        replace(item, pieces=tuple(map(finder.marked, item.pieces))) if isinstance(item, Section) else item
         for item in sequence.items
     )
-    count = sum(chain.reversible for item in items if isinstance(item, Section) for chain in item.chains)
+    count = sum(piece.reversible for item in items if isinstance(item, Section) for piece in item.pieces)
     said = f"{count} cut{'s'[: count != 1]} can be reversed" if count else "no cut can be reversed"
     return replace(sequence, items=items, issues=(*sequence.issues, Issue("L504", said, severity=Severity.NOTE)))
 
@@ -48,33 +48,33 @@ class _Finder:
     def __init__(self, program: Program, rows: Rows, process: str) -> None:
         self.program, self.rows, self.beam = program, rows, process in BEAMS
 
-    def marked(self, chain: BlockRun) -> BlockRun:
-        return replace(chain, reversible=True) if self._may_turn(chain) else chain
+    def marked(self, piece: PieceOfWork) -> PieceOfWork:
+        return replace(piece, reversible=True) if self._may_turn(piece) else piece
 
-    def _may_turn(self, chain: BlockRun) -> bool:
-        if chain.kind != "cut" or not self._same_height(chain):
+    def _may_turn(self, piece: PieceOfWork) -> bool:
+        if piece.kind != "cut" or not self._same_height(piece):
             return False
-        stroke = find_stroke(self.program, chain.begin, chain.end)
+        stroke = find_stroke(self.program, piece.begin, piece.end)
         if stroke is None or not all(self.rows.cut[row] for row in stroke.rows):
             return False
-        part = slice(int(self.program.first[chain.begin]), int(self.program.first[chain.end]))
+        part = slice(int(self.program.first[piece.begin]), int(self.program.first[piece.end]))
         if self.beam and (self.program.path.kind[part] == Kind.DWELL).any():
             # It pierces where the program chose to.
             return False
-        return self._fits(chain, stroke) and self._alike(stroke) and self._is_open(stroke)
+        return self._fits(piece, stroke) and self._alike(stroke) and self._is_open(stroke)
 
-    def _same_height(self, chain: BlockRun) -> bool:
+    def _same_height(self, piece: PieceOfWork) -> bool:
         """Return whether the tool comes to the cut as high as it leaves it: each end is as free as the other."""
-        height = [chain.arrive_z, chain.leave_z]
+        height = [piece.arrive_z, piece.leave_z]
         return bool(np.isnan(height).all() and self.beam) or abs(height[0] - height[1]) < TOLERANCE
 
-    def _fits(self, chain: BlockRun, stroke: ReversibleCut) -> bool:
-        """Return whether the chain goes from end to end of the cut."""
+    def _fits(self, piece: PieceOfWork, stroke: ReversibleCut) -> bool:
+        """Return whether the piece goes from end to end of the cut."""
         path, before = self.program.path, self.rows.before
         ends = before[stroke.rows[0], :2], path.end[stroke.rows[-1], :2]
         return bool(
-            np.allclose(ends[0], chain.entry, rtol=0.0, atol=TOLERANCE)
-            and np.allclose(ends[1], chain.exit, rtol=0.0, atol=TOLERANCE)
+            np.allclose(ends[0], piece.entry, rtol=0.0, atol=TOLERANCE)
+            and np.allclose(ends[1], piece.exit, rtol=0.0, atol=TOLERANCE)
         )
 
     def _alike(self, stroke: ReversibleCut) -> bool:

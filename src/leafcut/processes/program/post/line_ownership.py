@@ -9,8 +9,8 @@ from leafcut.model.sequence import Section, Sequence
 class Territory:
     """Divides the lines of a program between its pieces.
 
-    Comments directly before the first block of a chain travel with it, unless a blank line parts them from it and more
-    comments follow. The first chain of a section takes as many lines above it as the second one has: what stands
+    Comments directly before the first block of a piece travel with it, unless a blank line parts them from it and more
+    comments follow. The first piece of a section takes as many lines above it as the second one has: what stands
     higher is about the section.
     """
 
@@ -46,21 +46,21 @@ class Territory:
         return int(self._line[block - 1]) if block else 0
 
     def _divide(self, section: Section) -> None:
-        chains = section.chains
-        for number, chain in enumerate(chains):
-            if number and chains[number - 1].end == chain.begin:
-                self._cut[chain.begin] = self._between(chain.begin)
-        for number, chain in enumerate(chains):
-            if chain.begin in self._cut:
+        pieces = section.pieces
+        for number, piece in enumerate(pieces):
+            if number and pieces[number - 1].end == piece.begin:
+                self._cut[piece.begin] = self._between(piece.begin)
+        for number, piece in enumerate(pieces):
+            if piece.begin in self._cut:
                 continue
-            follower = chains[number + 1] if number + 1 < len(chains) else None
-            alike = follower is not None and follower.begin == chain.end
+            follower = pieces[number + 1] if number + 1 < len(pieces) else None
+            alike = follower is not None and follower.begin == piece.end
             above = self._line[follower.begin] - 1 - self._cut[follower.begin] if alike and follower else 0
-            low, high = self._line[chain.begin - 1] if chain.begin else 0, self._line[chain.begin] - 1
-            self._cut[chain.begin] = max(low, high - above)
+            low, high = self._line[piece.begin - 1] if piece.begin else 0, self._line[piece.begin] - 1
+            self._cut[piece.begin] = max(low, high - above)
 
     def _between(self, block: int) -> int:
-        """Return where the lines of a chain begin that follows another one."""
+        """Return where the lines of a piece begin that follows another one."""
         low, high = int(self._line[block - 1]), int(self._line[block]) - 1
         blank = [n for n in range(low, high) if not self._lines[n].strip()]
         if blank and any(self._lines[n].strip() for n in range(blank[0], high)):

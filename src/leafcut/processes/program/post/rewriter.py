@@ -27,7 +27,7 @@ from leafcut.gcode.reversible_cut import find_stroke
 from leafcut.kinds import BEAMS, ProgramKind
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.obstacles import Obstacles
-from leafcut.model.sequence import BlockRun, Kept, Section, Sequence
+from leafcut.model.sequence import Kept, PieceOfWork, Section, Sequence
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.processes.program.post.insertion import format_length, format_value, insert_words_within, renumbered
 from leafcut.processes.program.post.line_ownership import Territory
@@ -59,12 +59,12 @@ def rewrite(
     program: Program, sequence: Sequence, orders: Many[ArrayLike], *, renumber: bool = False, longest: int = 255,
     look: Heartbeat = unseen, obstacles: Obstacles | None = None,
 ) -> str:  # fmt: skip
-    """Return the text of the program with the chains of every section in their order.
+    """Return the text of the program with the pieces of every section in their order.
 
     Parameters
     ----------
     orders
-        One permutation of its chains for every section, integers; ~k is chain k from its other end.
+        One permutation of its pieces for every section, integers; ~k is piece k from its other end.
     renumber
         Give new N-numbers to all lines that have one.
     longest, look
@@ -76,7 +76,7 @@ def rewrite(
     ------
     PostError
         An order is not a permutation, or breaks a precedence; what stays behind a section takes something from its
-        last chain that cannot be said again; the program jumps to N-numbers that would change; a line would be longer
+        last piece that cannot be said again; the program jumps to N-numbers that would change; a line would be longer
         than `longest`; a rapid across an obstacle can be led neither over it nor round it.
     """
     permutations: list[NDArray[np.int64]] = []
@@ -135,7 +135,7 @@ class _Rewriter:
                 self._stay(item)
                 continue
             if not done:
-                self._stand(item.chains[0].begin)
+                self._stand(item.pieces[0].begin)
             with _of_section(done):
                 self._section(item, orders[done])
             done += 1
@@ -174,67 +174,67 @@ class _Rewriter:
     # -- pieces that move --------------------------------------------------------------------------------------------
 
     def _section(self, section: Section, order: NDArray[np.int64]) -> None:
-        """Write the chains of a section in their order.
+        """Write the pieces of a section in their order.
 
         The first place of the original, if the tool came there from other work, and whatever place is first now, are
         reached no lower than the original reached its first.
         """
-        chains = section.chains
-        entry = self.original.crossing(chains[0])
+        pieces = section.pieces
+        entry = self.original.crossing(pieces[0])
         entry = section.clearance if math.isnan(entry) else max(section.clearance, entry)
-        follows = self.original.follows_work(chains[0].begin)
+        follows = self.original.follows_work(pieces[0].begin)
         floor = entry
         anew = self._anew(section) if order[0] else frozenset()
         for place, number in enumerate(order.tolist()):
             index, turned = (~number, True) if number < 0 else (number, False)
             height = max(floor, entry) if index == 0 and follows else floor
-            self._chain(chains[index], height, turned, anew if not place else frozenset())
+            self._piece(pieces[index], height, turned, anew if not place else frozenset())
             # The way from the last place of the original may have begun with a rise.
             floor = section.clearance
-            if index == len(chains) - 1:
-                floor = max(floor, self.original.departure(chains[-1]))
+            if index == len(pieces) - 1:
+                floor = max(floor, self.original.departure(pieces[-1]))
 
     def _anew(self, section: Section) -> frozenset[str]:
         """Return what the first piece of a section says by itself, if it relies on it and was not first before.
 
         That is its feed, wherever the program said it, and whatever else the section itself says somewhere.
         """
-        chains = section.chains
-        return frozenset({"feed"} | (_ANEW & self.reader.states(chains[0].begin, chains[-1].end)))
+        pieces = section.pieces
+        return frozenset({"feed"} | (_ANEW & self.reader.states(pieces[0].begin, pieces[-1].end)))
 
-    def _chain(self, chain: BlockRun, floor: float, turned: bool, anew: frozenset[str]) -> None:
-        """Write one chain, `turned` from its other end, arriving no lower than `floor`, with what it says `anew`."""
+    def _piece(self, piece: PieceOfWork, floor: float, turned: bool, anew: frozenset[str]) -> None:
+        """Write one piece, `turned` from its other end, arriving no lower than `floor`, with what it says `anew`."""
         self.look()
         program = self.program
-        block, row = self.original.arrival(chain)
-        entry = chain.exit if turned else chain.entry
-        reliance = self.reader.reliance(chain.begin, chain.end)
-        floor = self._past(entry, floor, program.modal(chain.begin).tool)
-        if program.path.kind[row] == Kind.DRILL and block == chain.begin:
-            self._arrive_drilling(chain, row, floor)
+        block, row = self.original.arrival(piece)
+        entry = piece.exit if turned else piece.entry
+        reliance = self.reader.reliance(piece.begin, piece.end)
+        floor = self._past(entry, floor, program.modal(piece.begin).tool)
+        if program.path.kind[row] == Kind.DRILL and block == piece.begin:
+            self._arrive_drilling(piece, row, floor)
         else:
-            self._arrive(chain, block, floor, entry)
-        front, back = self._missing(reliance, program.modal(chain.begin), chain.begin, anew)
+            self._arrive(piece, block, floor, entry)
+        front, back = self._missing(reliance, program.modal(piece.begin), piece.begin, anew)
         stated = self._letters(block)
         axes = [
             letter + format_length(value, program.modal(block).unit)
             for letter, value, now in zip("XY", entry, self.place, strict=False)
             if letter not in stated and not abs(value - now) < _TOLERANCE
         ]
-        lines = list(self.territory.of(chain.begin, chain.end))
-        leaves = program.modal(chain.end)
+        lines = list(self.territory.of(piece.begin, piece.end))
+        leaves = program.modal(piece.end)
         if turned:
-            lines, leaves = self._turned(chain, lines)
-        arrival = self.territory.first_block_in(chain.begin, block)
-        begin = self.territory.first_block_in(chain.begin, chain.begin)
+            lines, leaves = self._turned(piece, lines)
+        arrival = self.territory.first_block_in(piece.begin, block)
+        begin = self.territory.first_block_in(piece.begin, piece.begin)
         lengths = [len(line.rstrip("\r\n")) for line in lines]
         if axes:
             lines[arrival : arrival + 1] = insert_words_within(lines[arrival], [], axes, self.longest, lengths[arrival])
         lines[begin : begin + 1] = insert_words_within(lines[begin], front, back, self.longest, lengths[begin])
         self._copy(lines)
-        self._after_chain(chain)
+        self._after_piece(piece)
         self._take(reliance.sets, leaves)
-        self.place[:2] = chain.entry if turned else self.place[:2]
+        self.place[:2] = piece.entry if turned else self.place[:2]
 
     def _past(self, to: tuple[float, float], floor: float, tool: int | None) -> float:
         """Return the height, mm, at which the way to a place crosses what is in it; go round where none does."""
@@ -250,26 +250,26 @@ class _Rewriter:
             self._rapid(x, y)
         return floor
 
-    def _turned(self, chain: BlockRun, lines: list[str]) -> tuple[list[str], Modal]:
-        """Return the lines of a chain made from its other end, and what they leave active."""
-        stroke = find_stroke(self.program, chain.begin, chain.end)
+    def _turned(self, piece: PieceOfWork, lines: list[str]) -> tuple[list[str], Modal]:
+        """Return the lines of a piece made from its other end, and what they leave active."""
+        stroke = find_stroke(self.program, piece.begin, piece.end)
         if stroke is None:
-            raise PostError(f"line {chain.line}: the piece of work there cannot be reversed")
-        offset = int(self.program.line[chain.begin]) - 1 - self.territory.first_block_in(chain.begin, chain.begin)
+            raise PostError(f"line {piece.line}: the piece of work there cannot be reversed")
+        offset = int(self.program.line[piece.begin]) - 1 - self.territory.first_block_in(piece.begin, piece.begin)
         return reverse_stroke(self.program, self.reader, stroke, lines, offset, self._text)
 
     def _letters(self, block: int) -> dict[str, str]:
         words = self.reader.words(block)
         return {} if words is None else words.letters
 
-    def _arrive(self, chain: BlockRun, arrival: int, floor: float, entry: tuple[float, float]) -> None:
-        """Bring the tool to the height at which a chain that begins with a way across needs it."""
-        z, original = self.place[2], self.original.place_before(chain.begin)[2]
-        matters = height_matters(self.reader, range(chain.begin, chain.end))
+    def _arrive(self, piece: PieceOfWork, arrival: int, floor: float, entry: tuple[float, float]) -> None:
+        """Bring the tool to the height at which a piece that begins with a way across needs it."""
+        z, original = self.place[2], self.original.place_before(piece.begin)[2]
+        matters = height_matters(self.reader, range(piece.begin, piece.end))
         level = max(floor, original) if matters and not math.isnan(original) else floor
         if z < level - _TOLERANCE:
             self._rapid(z=level)
-        lowest = min((v for v in map(self._stated_z, range(chain.begin, arrival + 1)) if v is not None), default=level)
+        lowest = min((v for v in map(self._stated_z, range(piece.begin, arrival + 1)) if v is not None), default=level)
         down = matters and self.place[2] > original + _TOLERANCE
         if lowest < floor - _TOLERANCE or down:
             self._rapid(*entry)
@@ -282,28 +282,28 @@ class _Rewriter:
             return None
         return float(self.program.path.end[int(self.program.first[block + 1]) - 1, 2])
 
-    def _arrive_drilling(self, chain: BlockRun, row: int, floor: float) -> None:
+    def _arrive_drilling(self, piece: PieceOfWork, row: int, floor: float) -> None:
         """Bring the tool to the height at which a canned cycle crosses, and to which it rises afterwards."""
         path = self.program.path
         if max(self.place[2], path.cycles[int(path.ref[row])].r_plane) < floor - _TOLERANCE:
             self._rapid(z=floor)
-        risen = self.original.risen(range(row, int(self.program.first[chain.end])))
+        risen = self.original.risen(range(row, int(self.program.first[piece.end])))
         initial = self.initial if self.have.cycle is not None else self.place[2]
         if risen is not None and abs((initial if initial >= risen[1] else risen[1]) - risen[0]) > _TOLERANCE:
             # Never below the plane at which the first hole begins: a higher rise does no harm.
             wanted = max(risen[0], path.cycles[int(path.ref[row])].r_plane)
             if self.place[2] > wanted + _TOLERANCE:
-                self._rapid(*chain.entry)
+                self._rapid(*piece.entry)
             if abs(self.place[2] - wanted) > _TOLERANCE or self.have.cycle is not None:
                 self._rapid(z=wanted)
         if self.have.cycle is None:
             self.initial = self.place[2]
 
-    def _after_chain(self, chain: BlockRun) -> None:
-        """Take over where a chain leaves the tool, and what it has stated."""
+    def _after_piece(self, piece: PieceOfWork) -> None:
+        """Take over where a piece leaves the tool, and what it has stated."""
         program, path = self.program, self.program.path
         height = self.place[2]
-        for block in range(chain.begin, chain.end):
+        for block in range(piece.begin, piece.end):
             states_z = "Z" in self._letters(block)
             for row in range(int(program.first[block]), int(program.first[block + 1])):
                 if path.kind[row] == Kind.DRILL:
@@ -312,9 +312,9 @@ class _Rewriter:
                     height = float(path.end[row, 2]) if states_z else height
                     # A series of cycles that follows begins from here.
                     self.initial = height
-        x, y, _ = self.original.place_before(chain.end)
+        x, y, _ = self.original.place_before(piece.end)
         self.place = [x, y, height]
-        self.said |= self.reader.states(chain.begin, chain.end)
+        self.said |= self.reader.states(piece.begin, piece.end)
 
     def _take(self, groups: frozenset[str], modal: Modal) -> None:
         self.have = replace(self.have, **{f: getattr(modal, f) for group in groups for f in _FIELDS[group]})

@@ -8,7 +8,7 @@ import numpy as np
 
 from leafcut.errors import PostError
 from leafcut.gcode.program import Program
-from leafcut.model.sequence import BlockRun
+from leafcut.model.sequence import PieceOfWork
 from leafcut.model.toolpath import MOTIONS, Kind
 
 _TOLERANCE = 1e-6
@@ -57,16 +57,16 @@ class Original:
             row -= 1
         return False
 
-    def departure(self, chain: BlockRun) -> float:
-        """Return the height, mm, at which the original went across after a chain; minus infinity where it did not.
+    def departure(self, piece: PieceOfWork) -> float:
+        """Return the height, mm, at which the original went across after a piece; minus infinity where it did not.
 
         Where it rose there for a stop, it is as high as it came, but no higher than it had come to that place.
         """
         path, first = self.program.path, self.program.first
-        row = int(first[chain.end])
+        row = int(first[piece.end])
         if row < len(path) and path.kind[row] == Kind.DRILL:
             return float(max(self.before[row, 2], path.cycles[int(path.ref[row])].r_plane))
-        ways = [r for r in range(int(first[chain.begin]), row) if path.kind[r] == Kind.RAPID and not self.idle(r)]
+        ways = [r for r in range(int(first[piece.begin]), row) if path.kind[r] == Kind.RAPID and not self.idle(r)]
         top = -math.inf
         while row < len(path) and (path.kind[row] not in MOTIONS or (path.kind[row] == Kind.RAPID and self.idle(row))):
             top = max(top, float(path.end[row, 2])) if path.kind[row] == Kind.RAPID else top
@@ -75,22 +75,22 @@ class Original:
             row += 1
         return min(top, float(path.end[ways[-1], 2])) if ways else -math.inf
 
-    def crossing(self, chain: BlockRun) -> float:
-        """Return how low the original comes over the first place of a chain."""
-        row = self.arrival(chain)[1]
+    def crossing(self, piece: PieceOfWork) -> float:
+        """Return how low the original comes over the first place of a piece."""
+        row = self.arrival(piece)[1]
         z0, z1 = float(self.before[row, 2]), float(self.program.path.end[row, 2])
         path = self.program.path
         return max(z0, path.cycles[int(path.ref[row])].r_plane) if path.kind[row] == Kind.DRILL else min(z0, z1)
 
-    def arrival(self, chain: BlockRun) -> tuple[int, int]:
-        """Return the block and the row that bring the tool over the first place of a chain."""
+    def arrival(self, piece: PieceOfWork) -> tuple[int, int]:
+        """Return the block and the row that bring the tool over the first place of a piece."""
         path, first = self.program.path, self.program.first
-        for block in range(chain.begin, chain.end):
+        for block in range(piece.begin, piece.end):
             for row in range(int(first[block]), int(first[block + 1])):
                 x, y = path.end[row, :2].tolist()
-                if path.kind[row] in MOTIONS and (x, y) == chain.entry and not self.idle(row):
+                if path.kind[row] in MOTIONS and (x, y) == piece.entry and not self.idle(row):
                     return block, row
-        raise PostError(f"line {chain.line}: the piece of work there never arrives at its place")
+        raise PostError(f"line {piece.line}: the piece of work there never arrives at its place")
 
     def idle(self, row: int) -> bool:
         """Return whether a row leaves X and Y where they are."""

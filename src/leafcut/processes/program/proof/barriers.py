@@ -17,6 +17,7 @@ from leafcut.geometry.arrays import Floats, Indices, Ints, Mask
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.features import FIRST_CYCLE, TAKEN, Features, States
+from leafcut.processes.program.proof.matching import change_of_state
 from leafcut.proof.clearance import at_machine_height
 from leafcut.proof.difference import describe, place
 
@@ -114,6 +115,8 @@ def barriers_of(program: Program, path: Toolpath, source: Indices, states: State
         left_on = motion.kind is Kind.END and int(states.of("length", row)) % TAKEN != 0
         shown = in_words(said)
         words = _shown(text, shown) if text else f"{describe(motion)} {shown}".rstrip()
+        if motion.kind is Kind.END and motion.ref < 0:
+            words = "end of the text, without M2 or M30"
         marks.append(
             Mark((*what, end, *state, left_on), int(motion.kind), row, motion.line, at, exactly, words, bool(lost[row]))
         )
@@ -185,7 +188,7 @@ def compare_unrun(before: Program, after: Program) -> Iterator[Difference]:
         lines = one[0].line if one else 0, other[0].line if other else 0
         text = "the settings that the controller takes from lines which are not run differ: "
         told = [", ".join(said.said for said in side) or "none" for side in (one, other)]
-        yield Difference("changed barrier", *lines, text + " became ".join(told))
+        yield Difference("changed setting", *lines, text + " became ".join(told))
 
 
 def _plain(program: Program, line: int) -> str:
@@ -263,12 +266,18 @@ class ComparisonGroups(NamedTuple):
         The new mark for an original one, by their keys, where both are the same.
     differences
         Barriers that are not the same.
+    states
+        Barriers at which only the state of the machine is another, and in what, in the words of `matching.changes`.
+    implied
+        Patterns of what `matching.changes` says of work behind such barriers: that follows from them.
     """
 
     before: list[int]
     after: list[int]
     mark_of: dict[float, Mark]
     differences: list[Difference]
+    states: list[tuple[Difference, frozenset[str]]]
+    implied: list[str]
 
 
 def compare_walls(before: list[Wall], after: list[Wall]) -> ComparisonGroups:
@@ -288,9 +297,23 @@ def compare_walls(before: list[Wall], after: list[Wall]) -> ComparisonGroups:
         if same:
             hard.mark_of.update({a.key: b for a, b in zip(same.pop().marks, wall.marks, strict=True)})
         else:
-            text = f"'{', '.join(mark.said for mark in wall.marks)}' is not in the original"
-            hard.differences.append(Difference("tool change", 0, wall.marks[0].line, text))
+            hard.differences.append(_other_tool_change(wall, [one for walls in left.values() for one in walls]))
+            hard.implied.extend(_implied(list(wall.marks), "new"))
     return hard
+
+
+def _other_tool_change(wall: Wall, others: list[Wall]) -> Difference:
+    """Return that a tool change is not in the original; beside it the change to that tool that is."""
+    said, tools = ", ".join(mark.said for mark in wall.marks), _tools(wall)
+    for other in others:
+        was = ", ".join(mark.said for mark in other.marks)
+        if _tools(other) == tools and was != said:
+            return Difference("tool change", other.marks[0].line, wall.marks[0].line, f"'{was}' became '{said}'")
+    return Difference("tool change", 0, wall.marks[0].line, f"'{said}' is not in the original")
+
+
+def _tools(wall: Wall) -> list[object]:
+    return [mark.what[1] for mark in wall.marks if mark.kind == Kind.TOOL]
 
 
 def _tool_changes(walls: list[Wall]) -> int:
@@ -315,13 +338,18 @@ def _aligned(before: list[Wall], after: list[Wall]) -> ComparisonGroups:
     pairs = [*zip(one[:head], other[:head], strict=True)]
     pairs += zip(one[len(one) - tail :], other[len(other) - tail :], strict=True)
     ends = sorted({(a[1], b[1]) for a, b in pairs})
-    differences = list(_differing(*([m for m, _ in side[head : len(side) - tail]] for side in (one, other))))
+    middle = ([m for m, _ in side[head : len(side) - tail]] for side in (one, other))
     return ComparisonGroups(
-        [a for a, _ in ends], [b for _, b in ends], {a[0].key: b[0] for a, b in pairs}, differences
+        [a for a, _ in ends], [b for _, b in ends], {a[0].key: b[0] for a, b in pairs}, *_differing(*middle)
     )  # fmt: skip
 
 
-def _differing(before: list[Mark], after: list[Mark]) -> Iterator[Difference]:
+def _differing(
+    before: list[Mark], after: list[Mark]
+) -> tuple[list[Difference], list[tuple[Difference, frozenset[str]]], list[str]]:
+    """Return the `differences`, `states` and `implied` of `ComparisonGroups`."""
+    found: list[Difference] = []
+    states: list[tuple[Difference, frozenset[str]]] = []
     left, right = Counter(mark.what for mark in after), Counter(mark.what for mark in before)
     gone: list[Mark] = []
     new: list[Mark] = []
@@ -331,20 +359,67 @@ def _differing(before: list[Mark], after: list[Mark]) -> Iterator[Difference]:
             if others[mark.what] < 0:
                 kept.append(mark)
     if not gone and not new and before:
-        yield Difference(
-            "order of barriers", before[0].line, after[0].line, f"'{before[0].said}' has moved in the order"
-        )
+        text = f"'{before[0].said}' has moved in the order"
+        found.append(Difference("order of barriers", before[0].line, after[0].line, text))
     for one, other in zip(gone, new, strict=False):
+        if state := _state_changes(one, other):
+            told = Difference(f"changed {_noun(one)}", one.line, other.line, f"at '{one.said}': {'; '.join(state)}")
+            states.append((told, frozenset(state)))
+            continue
         text = f"'{one.said}' became '{other.said}'"
         if one.said == other.said:
             reads = reads_differently(*("".join(w for w in mark.what if isinstance(w, str)) for mark in (one, other)))
             around = "with the spindle, the coolant or the work around it in another state than before"
             text = f"'{one.said}': {'; '.join(reads)}" if reads else f"'{one.said}' {around}"
-        yield Difference("changed barrier", one.line, other.line, text)
-    for mark in gone[len(new) :]:
-        yield Difference("missing barrier", mark.line, 0, f"'{mark.said}' is gone")
-    for mark in new[len(gone) :]:
-        yield Difference("extra barrier", 0, mark.line, f"'{mark.said}' is new")
+        found.append(Difference(f"changed {_noun(one)}", one.line, other.line, text))
+    found += (Difference(f"missing {_noun(mark)}", mark.line, 0, f"'{mark.said}' is gone") for mark in gone[len(new) :])
+    found += (Difference(f"extra {_noun(mark)}", 0, mark.line, f"'{mark.said}' is new") for mark in new[len(gone) :])
+    return found, states, [*_implied(gone, "gone"), *_implied(new, "new")]
+
+
+#: Barriers as a machinist calls them.
+_NOUNS: dict[int, str] = {
+    Kind.PAUSE: "stop",
+    Kind.TOOL: "tool",
+    Kind.FRAME: "work offset",
+    Kind.SHIFT: "shift of the origin",
+    Kind.MACHINE: "machine move",
+    Kind.END: "end of program",
+    Kind.DWELL: "dwell",
+    OBEYED: "setting",
+    MESSAGE: "message",
+}
+
+
+def _noun(mark: Mark) -> str:
+    written = mark.kind != MESSAGE or mark.said.startswith("(")
+    return _NOUNS.get(mark.kind, "block") if written else "block"
+
+
+def _state_changes(one: Mark, other: Mark) -> list[str]:
+    """Return in what the machine's state is another at two barriers that are the same but for that."""
+    if one.kind != other.kind or one.kind in (SKIPPED, OBEYED, MESSAGE):
+        return []
+    names = ("direction", "coolant") if one.kind == Kind.DWELL else ("direction", "coolant", "radius")
+    begin = 4 if one.kind == Kind.DWELL else 5
+    here, there = (slice(begin), slice(begin + len(names), None))
+    if one.what[here] != other.what[here] or one.what[there] != other.what[there]:
+        return []
+    states = zip(names, one.what[begin:], other.what[begin:], strict=False)
+    return [
+        change_of_state(name, was, now)
+        for name, was, now in states
+        if was != now and isinstance(was, int) and isinstance(now, int)
+    ]
+
+
+def _implied(marks: list[Mark], which: str) -> Iterator[str]:
+    """Yield what follows for work from tool changes and work offsets that are gone, or new: its tool, its offset."""
+    for mark in marks:
+        if mark.kind in (Kind.TOOL, Kind.FRAME) and isinstance(ref := mark.what[1], int):
+            name, shown = ("tool", str(ref)) if mark.kind == Kind.TOOL else ("work offset", f"G{ref / 10:g}")
+            was, now = (shown, r"\S+") if which == "gone" else (r"\S+", shown)
+            yield f"{name} {was} became {now}"
 
 
 def misplaced(marks: list[Mark], mark_of: dict[float, Mark], tolerance: float) -> Iterator[Difference]:

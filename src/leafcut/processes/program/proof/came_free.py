@@ -1,7 +1,7 @@
-"""What comes free before what when a beam cuts: told where it has changed, as the danger is the person's to judge.
+"""Which parts a beam cuts free before which. A change is told as a note; the operator judges whether it is dangerous.
 
-The work is the same in whichever order parts come free that lie beside each other. What lies inside a part, or touches
-it, must keep its place (`inner_first`, `touching_order`).
+Parts that lie beside each other may come free in any order: the work is the same. What lies inside a part, or touches
+it, must keep its place; `inner_first` and `touching_order` check that.
 """
 
 from __future__ import annotations
@@ -16,19 +16,17 @@ from leafcut.processes.program.proof.inner_first import loops_in, outline_of
 from leafcut.processes.program.proof.traces import Traces
 
 
-def came_free(
-    features: Features, traces: Traces, chain: Indices, new_of: Indices, look: Heartbeat = unseen
-) -> list[str]:
-    """Return in one sentence that outlines of parts are cut in another order, or nothing.
+def came_free(features: Features, traces: Traces, run: Indices, new_of: Indices, look: Heartbeat = unseen) -> list[str]:
+    """Return a note if outlines of parts are cut in another order, else nothing.
 
-    `chain` numbers the runs of cuts without a way across in between, int64[n], rising; `new_of` is the place of every
-    feature in the new program, int64[n], -1 where it is gone.
+    `run` gives each feature the number of its run of cuts, int64[n], rising: no move across lies within a run. `new_of`
+    is the place of each feature in the new program, int64[n], -1 where it is gone.
     """
-    n = int(chain[-1]) + 1 if len(chain) else 0
-    last = np.searchsorted(chain, np.arange(n), side="right") - 1
+    n = int(run[-1]) + 1 if len(run) else 0
+    last = np.searchsorted(run, np.arange(n), side="right") - 1
     ends = np.full(n, -1, dtype=np.int64)
-    np.maximum.at(ends, chain, new_of)
-    parts = _outlines(traces, chain, look) if (np.diff(ends[ends >= 0]) < 0).any() else np.zeros(0, dtype=np.int64)
+    np.maximum.at(ends, run, new_of)
+    parts = _outlines(traces, run, look) if (np.diff(ends[ends >= 0]) < 0).any() else np.zeros(0, dtype=np.int64)
     parts = parts[ends[parts] >= 0]
     later = np.maximum.accumulate(np.concatenate([[-1], ends[parts]]))[:-1]
     moved = parts[later > ends[parts]]
@@ -40,8 +38,8 @@ def came_free(
         f"X{x:.3f} Y{y:.3f} (line {features.line[last[k]]})" for k in (one, other) for x, y in [_end(features, last[k])]
     ]
     return [
-        f"parts come free in another order: {len(moved)} of {len(parts)} outlines are cut before one that came before "
-        f"them; the first, which ends at {said[0]}, is now cut before that which ends at {said[1]}"
+        f"parts come free in another order: {len(moved)} of {len(parts)} outlines are now cut before one that used to "
+        f"come first, such as the outline that ends at {said[0]}: it is now cut before the one that ends at {said[1]}"
     ]
 
 
@@ -49,9 +47,9 @@ def _end(features: Features, feature: int) -> tuple[float, float]:
     return float(features.end[feature, 0]), float(features.end[feature, 1])
 
 
-def _outlines(traces: Traces, chain: Indices, look: Heartbeat) -> Indices:
-    """Return the runs that go round a part: closed, and inside none of the others, or inside a hole of one."""
-    number, begin = np.unique(chain[traces.feature], return_index=True)
+def _outlines(traces: Traces, run: Indices, look: Heartbeat) -> Indices:
+    """Return the runs that are outlines of parts: closed, and inside no other run, or inside a hole of another part."""
+    number, begin = np.unique(run[traces.feature], return_index=True)
     of: list[int] = []
     loops: list[Floats] = []
     for k, first, stop in zip(number.tolist(), begin.tolist(), [*begin[1:].tolist(), len(traces.feature)], strict=True):

@@ -1,6 +1,6 @@
-"""The proof of a rewritten program: `certify` compares what two programs do, and says it in a `model.certificate`.
+"""The proof of a rewritten program: `certify` compares what two programs do and returns a `Certificate`.
 
-It sees the two programs and nothing of how one was made from the other.
+It sees only the two programs, not how one was made from the other.
 """
 
 from __future__ import annotations
@@ -22,23 +22,25 @@ from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.barriers import ComparisonGroups, compare_unrun, compare_walls, misplaced
 from leafcut.processes.program.proof.came_free import came_free
-from leafcut.processes.program.proof.features import FIRST_CYCLE
+from leafcut.processes.program.proof.explanation import explain
+from leafcut.processes.program.proof.features import FIRST_CYCLE, first_with_units
 from leafcut.processes.program.proof.inner_first import exchanged
 from leafcut.processes.program.proof.loosened import loosened
-from leafcut.processes.program.proof.matching import Room, pair
+from leafcut.processes.program.proof.matching import Feature, Pairing, Room, pair
 from leafcut.processes.program.proof.passes import misordered, told_width
 from leafcut.processes.program.proof.program_work import STILL, ProgramWork, cuts_with_beam, read_work
 from leafcut.processes.program.proof.rapids import compare_rapids, gaps_of, heights_of
 from leafcut.processes.program.proof.reversed_cuts import as_it_is, one_way, runs_turned
-from leafcut.processes.program.proof.same_work import list_changes, only_moves
+from leafcut.processes.program.proof.same_work import only_moves
 from leafcut.processes.program.proof.stated import no_longer_stated
 from leafcut.processes.program.proof.tabbed import BEAM_TAB, MILL_TAB, freed
 from leafcut.processes.program.proof.touching_order import inverted
 from leafcut.processes.program.proof.traces import traces_of
 from leafcut.proof.difference import MOST_LISTED, place, shorten
 from leafcut.proof.envelope import check_envelope
+from leafcut.units import MM_PER_INCH
 
-#: What a certificate stands for, in the order in which it is looked at.
+#: What a certificate covers, in the order of the checks.
 COMPARED = (
     "barriers: pauses, tool changes, work offsets, machine moves, settings that the controller takes from comments and "
     "parameters, and blocks that are not understood, in order",
@@ -50,17 +52,17 @@ COMPARED = (
     "rapids: heights at every place and across, no cut torn apart",
     "envelope",
 )
-#: Compared besides, where it is allowed to turn cuts round.
+#: Compared too, where cuts may be reversed.
 _EITHER_WAY = "open cuts at one level without lead-in or lead-out, in either direction"
 
 #: Lowest and highest x, y, z, mm.
 Bounds = tuple[tuple[float, ...], tuple[float, ...]]
 
-#: A rewritten program keeps the words of the original: only noise, and a change of units, may be between the two.
+#: A rewritten program keeps the words of the original, so numbers differ only by rounding and a change of units.
 _FEED_PART, _FEED, _DWELL, _SPEED_PART, _SPEED = 5e-5, 1e-4, 1e-4, 1e-6, 1e-3
 
 _NOT_IN_COMMENT = re.compile(r"[^A-Za-z0-9 ._+=,-]")
-#: GRBL takes lines of 80 characters at most; the parentheses and a line number need some of them.
+#: GRBL takes at most 80 characters a line; the parentheses and a line number need some of them.
 _LONGEST_COMMENT = 66
 _LINES_AT_ONCE = 10_000
 
@@ -76,31 +78,31 @@ def certify(
     look: Heartbeat = unseen,
     notes: bool = False,
 ) -> Certificate:
-    """Return the proof that two programs do the same work, or in what they differ.
+    """Return the proof that two programs do the same work, or the differences between them.
 
-    - Barriers are the same, in the same order, and the tool is not lower there; where a block is not understood, it
-      begins at the same place. Only whole tool changes may be missing (`barriers`).
-    - Between two barriers there are the same holes, cuts and dwells, in any order (`matching`); but
-    - those that touch each other have kept theirs, and what lies inside a closed cut, or an outline with tabs, stays
-      before or after it (with a laser or torch, only before) (`touching_order`, `inner_first`,
-      `tabbed`). Passes of a mill at two levels or side by side, and rows, have kept theirs, too
-      (`passes`), and what was made before a mill freed a part is not made after it
-      (`loosened`).
-    - Rapids leave, cross and arrive nowhere lower than they did at that place (`rapids`).
-    - The new program reaches no farther than the original and, where the machine's work offset is known, stays in its
-      travel.
+    - Barriers (`barriers`): the same, in the same order, with the tool no lower. A block that is not understood begins
+      at the same place. Only whole tool changes may be missing.
+    - Between two barriers (`matching`): the same holes, cuts and dwells, in any order, with these exceptions.
+    - Cuts that touch each other keep their order (`touching_order`).
+    - What lies inside a closed cut, or inside an outline with tabs, stays before or after it (`inner_first`, `tabbed`).
+      With a laser or torch only what came before it must stay before it.
+    - Passes of a mill at two levels or side by side, and rows, keep their order (`passes`).
+    - Work that came before a mill freed a part still comes before it (`loosened`).
+    - Rapids leave, cross and arrive nowhere lower than the original did at that place (`rapids`).
+    - The new program reaches no farther than the original. Where the machine's work offset is known, it stays within
+      the travel.
 
     Feeds above the work count as cuts; feeds of a laser or torch that is off do not. When only one of the two uses
     drilling cycles, both are compared as single moves. Coordinates agree within `tolerance_mm` on every axis.
 
-    With `allow_reverse`, open cuts at one level may be made from their other end (`reversed_cuts`).
-    `look` is called as it goes on. `notes`: also tell what comes free before what, which is no difference where parts
-    lie beside each other.
+    With `allow_reverse`, open cuts at one level may be reversed (`reversed_cuts`). `look` is called during the work.
+    With `notes`, the certificate also tells which parts come free before which. For parts that lie beside each other
+    that is no difference.
 
     Raises
     ------
     PlanError
-        The pecks of a cycle are so many that no machine would drill so.
+        A cycle has more pecks than any machine would drill.
     """
     written_out, beam = only_moves(original.path) != only_moves(new.path), cuts_with_beam(original)
     before, after = (read_work(program, written_out=written_out, beam=beam) for program in (original, new))
@@ -108,10 +110,11 @@ def certify(
     found = _Found(look, notes)
     found.add(grouping.differences)
     found.add(compare_unrun(original, new))
-    found.add(no_longer_stated(original, new))
+    programs = original, new
+    pairing, turned = _compare_work(programs, before, after, grouping, tolerance_mm, beam, allow_reverse, found)
     found.add(misplaced(before.marks, grouping.mark_of, tolerance_mm))
-    turned = _compare_work(before, after, grouping, tolerance_mm, beam, allow_reverse, told_width(original), found)
-    found.add(_larger(before.path, after.path, tolerance_mm, beyond))
+    found.add(no_longer_stated(programs, (before, after), pairing.new_of, grouping.mark_of))
+    found.add(_larger(before.path, after.path, tolerance_mm, [beyond, _reach(pairing.extra)]))
     found.add(_outside(new.path, machine))
     differences = tuple(shorten(found.differences, found.count))
     counts = _counts(before), _counts(after)
@@ -124,7 +127,7 @@ def certify(
 def proof_lines(certificate: Certificate, name: str = "the original") -> list[str]:
     """Return a few short lines for the top of the new program, without the signs that make them a comment.
 
-    `name` is that of the original; what would end a comment, or be too long for a controller, is left out of it.
+    `name` is that of the original, without characters that end a comment and cut to what a controller can read.
     """
     clean = " ".join(_NOT_IN_COMMENT.sub("_", name).split()) or "the original"
     if not certificate.same:
@@ -139,7 +142,7 @@ def proof_lines(certificate: Certificate, name: str = "the original") -> list[st
 
 
 def _digest(program: Program) -> str:
-    """Return the SHA-256 of a program's text, some lines after the others: all at once fill the memory."""
+    """Return the SHA-256 of a program's text, read in groups of lines to save memory."""
     digest = hashlib.sha256()
     for begin in range(0, len(program.lines), _LINES_AT_ONCE):
         text = "".join(program.lines[begin : begin + _LINES_AT_ONCE])
@@ -148,7 +151,7 @@ def _digest(program: Program) -> str:
 
 
 class _Found:
-    """Differences as they come: the first of each sort, and how many there are in all; and notes where asked for."""
+    """The differences found so far: the first ones of each kind, their number in all, and notes if asked for."""
 
     def __init__(self, look: Heartbeat, noting: bool) -> None:
         self.look, self.noting = look, noting
@@ -164,16 +167,16 @@ class _Found:
 
 
 def _compare_work(
+    programs: tuple[Program, Program],
     before: ProgramWork,
     after: ProgramWork,
     grouping: ComparisonGroups,
     tolerance: float,
     beam: bool,
     either_way: bool,
-    width: float,
     found: _Found,
-) -> int:
-    """Add the differences of the work between the barriers; return how many cuts are made from their other end."""
+) -> tuple[Pairing, int]:
+    """Add the differences of the work between the barriers; return what is which, and how many cuts are reversed."""
     both = [one_way(work) if either_way else as_it_is(work) for work in (before, after)]
     features = [
         replace(
@@ -185,21 +188,36 @@ def _compare_work(
     before, after = (replace(side.work, features=f) for side, f in zip(both, features, strict=True))
     room = Room(tolerance, _FEED_PART, _FEED, _DWELL, _SPEED, _SPEED_PART, rise=0.0)
     pairing = pair(features[0], features[1], room)
-    found.add(*list_changes(pairing, room))
+    if pairing.missing and not (pairing.new_of >= 0).any():
+        found.add(_other_units(programs))
+    explanation = explain(pairing, room, grouping.implied)
+    found.add(difference for difference, phrases in grouping.states if not phrases <= explanation.phrases)
+    found.add(explanation.differences, explanation.found)
     turned = runs_turned(both[0], both[1], pairing.new_of)
     no_mill = beam or _is_flat(before.path)
     found.add(*compare_rapids(before, after, pairing.new_of, turned, grouping.mark_of, tolerance, no_mill))
     found.add(_disordered(before, after, pairing.new_of, tolerance, no_mill, found.look))
     if no_mill and found.noting:
-        chain = _chains(before)
-        found.notes += came_free(before.features, traces_of(before.features), chain, pairing.new_of, look=found.look)
+        run = _runs_of_cuts(before)
+        found.notes += came_free(before.features, traces_of(before.features), run, pairing.new_of, look=found.look)
     if not no_mill:
-        found.add(_passes(before, after, pairing.new_of, width))
-    return len(np.unique(turned[turned >= 0]))
+        found.add(_passes(before, after, pairing.new_of, told_width(programs[0])))
+    return pairing, len(np.unique(turned[turned >= 0]))
+
+
+def _other_units(programs: tuple[Program, Program]) -> Iterator[Difference]:
+    """Yield that two programs are in different units: then all that differs may differ by that alone."""
+    units = [{m.unit for m in program.modals if m.unit} for program in programs]
+    stated = [first_with_units(program) for program in programs]
+    written = all(block < program.n_blocks for block, program in zip(stated, programs, strict=True))
+    if written and all(len(side) == 1 for side in units) and units[0] != units[1]:
+        was, now = ("inches" if side == {MM_PER_INCH} else "mm" for side in units)
+        old, new = (int(program.line[block]) for program, block in zip(programs, stated, strict=True))
+        yield Difference("units", old, new, f"{was} became {now}, and the lengths did not change with them")
 
 
 def _is_flat(path: Toolpath) -> bool:
-    """Return whether the tool never moves up or down: a laser whose beam is dark in rapids by itself, or a plotter."""
+    """Return whether the tool never moves up or down: a plotter, or a laser that is dark in rapids by itself."""
     z = path.end[path.kind <= Kind.DRILL, 2]
     return not bool((np.abs(np.diff(z[np.isfinite(z)])) > STILL).any() or (path.kind == Kind.DRILL).any())
 
@@ -207,7 +225,7 @@ def _is_flat(path: Toolpath) -> bool:
 def _disordered(
     before: ProgramWork, after: ProgramWork, new_of: Indices, tolerance: float, flat: bool, look: Heartbeat
 ) -> Iterator[Difference]:
-    """Yield the cuts whose order has meaning, and has changed."""
+    """Yield the cuts whose order matters and has changed."""
     features = before.features
     if (np.diff(new_of[new_of >= 0]) > 0).all():
         return
@@ -224,15 +242,15 @@ def _disordered(
     if not touching.proved:
         yield Difference("order", 0, 0, "so many cuts lie on top of each other that their order cannot be proved")
     look()
-    chain = _chains(before)
+    run = _runs_of_cuts(before)
     places = features.end[:, :2]
-    for inner, outer in exchanged(traces, places, chain, new_of, inner_may_come_first=flat):
+    for inner, outer in exchanged(traces, places, run, new_of, inner_may_come_first=flat):
         was, now = ("before", "after") if inner < outer else ("after", "before")
         text = f"{{}} lies inside a closed cut that ends at {{}}, and was made {was} it; now it is made {now} it"
         text += ", in a part that is free by then" if flat else ""
         yield _both(before, after, new_of, inner, outer, f"inner {now} outer", text)
     tab = BEAM_TAB if flat else MILL_TAB
-    for inner, outer in freed(traces, chain, new_of, tab, look, inner_may_come_first=flat):
+    for inner, outer in freed(traces, run, new_of, tab, look, inner_may_come_first=flat):
         was, now = ("before", "after") if inner < outer else ("after", "before")
         text = (
             f"{{}} lies inside an outline with tabs that ends at {{}}, and was made {was} it; now it is made {now} it"
@@ -240,14 +258,14 @@ def _disordered(
         yield _both(before, after, new_of, inner, outer, f"inner {now} outer", text)
 
 
-def _chains(work: ProgramWork) -> Indices:
-    """Return numbers of the runs of cuts without a way across in between, int64[n], from 0."""
-    chain: Indices = np.cumsum(heights_of(work, gaps_of(work)).follows == 0)
-    return np.subtract(chain, chain[:1], dtype=np.int64)
+def _runs_of_cuts(work: ProgramWork) -> Indices:
+    """Return the run of cuts that each feature belongs to, int64[n], from 0: no move across lies within a run."""
+    run: Indices = np.cumsum(heights_of(work, gaps_of(work)).follows == 0)
+    return np.subtract(run, run[:1], dtype=np.int64)
 
 
 def _passes(before: ProgramWork, after: ProgramWork, new_of: Indices, width: float) -> Iterator[Difference]:
-    """Yield the passes of a mill, of tools so wide, that touch nowhere, but have an order, and have left it."""
+    """Yield the passes of a mill `width` wide that do not touch, but whose order matters and has changed."""
     features, gaps = before.features, gaps_of(before)
     if (np.diff(new_of[new_of >= 0]) > 0).all():
         return
@@ -264,7 +282,7 @@ def _passes(before: ProgramWork, after: ProgramWork, new_of: Indices, width: flo
 
 
 def _overtaken(rank: Indices, which: Indices) -> list[int]:
-    """Return those of `which` that have not the same features before them as they had."""
+    """Return those of `which` that now have other features before them."""
     highest = np.maximum.accumulate(np.concatenate([[-1], rank]))[:-1]
     lowest = np.minimum.accumulate(np.where(rank >= 0, rank, len(rank) + rank.max(initial=0))[::-1])[::-1]
     here = rank[which]
@@ -275,15 +293,28 @@ def _overtaken(rank: Indices, which: Indices) -> list[int]:
 def _both(
     before: ProgramWork, after: ProgramWork, new_of: Indices, one: int, other: int, what: str, text: str
 ) -> Difference:
-    """Return a difference of two features: the first one's line in the original and in the new program."""
+    """Return a difference between two features, at the lines of the first one in both programs."""
     said = [place(*before.features.end[k]) + f" (line {before.features.line[k]})" for k in (one, other)]
     lines = int(before.features.line[one]), int(after.features.line[new_of[one]])
     return Difference(what, *lines, text.format(*said))
 
 
-def _larger(before: Toolpath, after: Toolpath, tolerance: float, beyond: Bounds | None) -> Iterator[Difference]:
-    """Yield the axes on which the new program goes farther. Cuts are the same: what is looked at are ends of moves."""
-    lowest, highest = beyond or ((math.inf,) * 3, (-math.inf,) * 3)
+def _reach(features: list[Feature]) -> Bounds | None:
+    """Return how far work goes that is told of already: with its ends, starts, R planes and retracts."""
+    places = [f.place[k : k + 3] for f in features for k in (0, 3) if k == 0 or f.exact[0] < FIRST_CYCLE]
+    places += [(*f.place[:2], height) for f in features if f.exact[0] >= FIRST_CYCLE for height in f.height]
+    if not places:
+        return None
+    known = np.array(places)
+    lowest, highest = np.fmin.reduce(known), np.fmax.reduce(known)
+    return tuple(lowest.tolist()), tuple(highest.tolist())
+
+
+def _larger(before: Toolpath, after: Toolpath, tolerance: float, beyond: list[Bounds | None]) -> Iterator[Difference]:
+    """Yield the axes on which the new program goes farther. Cuts are the same, so the ends of moves tell it."""
+    bounds = [one for one in beyond if one is not None]
+    lowest = np.fmin.reduce([(math.inf,) * 3, *(low for low, _ in bounds)])
+    highest = np.fmax.reduce([(-math.inf,) * 3, *(high for _, high in bounds)])
     for axis, name in enumerate("XYZ"):
         for sign, word in ((1.0, "above"), (-1.0, "below")):
             (was, reached), (now, reaches) = (_farthest(path, axis, sign) for path in (before, after))
@@ -305,7 +336,7 @@ def _farthest(path: Toolpath, axis: int, sign: float) -> tuple[int, float]:
 
 
 def _outside(path: Toolpath, machine: Machine | None) -> list[Difference]:
-    """Return what lies outside the travel, up to where the origin moves: beyond, it is not known where the work is."""
+    """Return what lies outside the travel, up to the first shift of the origin: after it the position is unknown."""
     if machine is None or machine.work_offset is None:
         return []
     moved = (path.kind == Kind.SHIFT) | ((path.kind == Kind.FRAME) & (path.ref != 540))

@@ -257,7 +257,7 @@ def states_of_program(program: Program) -> States:
                 case "direction":
                     yield name, direction.astype(np.int64)
                 case "stated":
-                    yield name, (block >= _first_with_units(program)) + 2 * _started(path, direction)
+                    yield name, (block >= first_with_units(program)) + 2 * _started(path, direction)
                 case "obeyed":
                     yield name, np.searchsorted([said.line for said in program.obeyed], path.line).astype(np.int64)
                 case "speed":
@@ -300,7 +300,7 @@ def _started(path: Toolpath, direction: Floats) -> Indices:
     return started
 
 
-def _first_with_units(program: Program) -> int:
+def first_with_units(program: Program) -> int:
     """Return the first block that states the units."""
     for block, line in enumerate(program.line.tolist()):
         text = program.lines[line - 1]

@@ -18,27 +18,27 @@ from leafcut.proof.difference import MOST_LISTED
 _CLOSED = 0.01
 #: Parts of an eighth of a turn in the outline of an arc: it differs from the arc by 0.0003 of the radius.
 _HALVINGS = 4
-#: A chain of more pieces is closed only where one of its corners is met again; a shorter one where it crosses itself.
+#: A run of more pieces is closed only where one of its corners is met again; a shorter one where it crosses itself.
 _MOST_PIECES = 1500
 #: Places times lines that are looked at together.
 _AT_ONCE = 1_000_000
 
 
 def exchanged(
-    traces: Traces, places: Floats, chain: Indices, rank: Indices, *, inner_may_come_first: bool = False
+    traces: Traces, places: Floats, run: Indices, rank: Indices, *, inner_may_come_first: bool = False
 ) -> list[tuple[int, int]]:
-    """Return (inner, outer) features that have changed places: outer closes a chain around inner.
+    """Return (inner, outer) features that have changed places: outer is a run of cuts that closes around inner.
 
-    `places` are those of the features seen from above, float64[n, 2]; `chain` numbers the runs of cuts without a rapid
+    `places` are those of the features seen from above, float64[n, 2]; `run` numbers the runs of cuts without a rapid
     in between, int64[n], rising; `rank` is as for `touching_order.inverted`. With `inner_may_come_first` only
     what was inside before and is now made too late counts: a beam does no roughing.
     """
-    n = int(chain[-1]) + 1 if len(chain) else 0
-    first = np.searchsorted(chain, np.arange(n))
-    last = np.searchsorted(chain, np.arange(n), side="right") - 1
+    n = int(run[-1]) + 1 if len(run) else 0
+    first = np.searchsorted(run, np.arange(n))
+    last = np.searchsorted(run, np.arange(n), side="right") - 1
     begins, ends = rank[first], np.full(n, -1)
-    np.maximum.at(ends, chain, rank)
-    # Only a chain that some other one was before, and is after now, or the other way round, can matter.
+    np.maximum.at(ends, run, rank)
+    # Only a run that some other one was before, and is after now, or the other way round, can matter.
     latest = np.maximum.accumulate(np.concatenate([[-1], begins]))[:n]
     soonest = np.minimum.accumulate(np.concatenate([[len(rank)], np.where(begins < 0, len(rank), begins)[::-1]]))[:n]
     pieces = np.searchsorted(traces.feature, [first, last + 1])
@@ -70,7 +70,7 @@ def exchanged(
 
 
 def _enclosed(spots: Floats, traces: Traces) -> Mask:
-    """Return which places lie inside any loop of a chain."""
+    """Return which places lie inside any loop of a run of cuts."""
     inside = np.zeros(len(spots), dtype=bool)
     for loop in loops_in(outline_of(traces)):
         inside |= within_loop(spots, loop)
@@ -78,7 +78,7 @@ def _enclosed(spots: Floats, traces: Traces) -> Mask:
 
 
 def outline_of(traces: Traces) -> Floats:
-    """Return the corners of a chain in order, arcs as many short lines."""
+    """Return the corners of a run of cuts in order, arcs as many short lines."""
     for _ in range(_HALVINGS if (traces.arc >= 0).any() else 0):
         traces = traces.halved().pick(_needed(traces))
     return np.concatenate([traces.begin[:1], traces.end])

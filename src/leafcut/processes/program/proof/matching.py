@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Indices
-from leafcut.model.difference import Difference
-from leafcut.processes.program.proof.features import AMOUNT, EXACT, FIRST_CYCLE, HEIGHT, PLACE, TAKEN, Features, name_of
+from leafcut.processes.program.proof.features import AMOUNT, EXACT, HEIGHT, PLACE, TAKEN, Features, name_of
 from leafcut.proof.difference import place
 from leafcut.proof.read_back import DWELL_ROUNDING, FEED_PART, FEED_ROUNDING, SPEED_ROUNDING
 from leafcut.units import SECONDS_PER_MINUTE
@@ -22,8 +21,6 @@ from leafcut.units import SECONDS_PER_MINUTE
 _QUANTUM = 1e-6
 #: Pairs looked at one by one before the rest counts as different: only programs that have little in common need more.
 _MOST_LOOKS = 3_000_000
-#: No more features than this are looked through for one that has moved.
-_MOST_MOVED = 200
 
 
 class Room(NamedTuple):
@@ -62,11 +59,15 @@ class Pairing(NamedTuple):
         int64[n]: the new feature of every original one, -1 where there is none.
     missing, extra
         The features of either side that have no equal on the other.
+    before, after
+        All features of either side.
     """
 
     new_of: Indices
     missing: list[Feature]
     extra: list[Feature]
+    before: Features
+    after: Features
 
 
 def pair(before: Features, after: Features, room: Room) -> Pairing:
@@ -77,19 +78,18 @@ def pair(before: Features, after: Features, room: Room) -> Pairing:
     free = np.ones(len(after), dtype=bool)
     free[new] = False
     left, right = _listed(before, np.flatnonzero(new_of < 0)), _listed(after, np.flatnonzero(free))
-    pairs, missing, extra = _paired_one_by_one(left, right, room)
+    pairs, missing, extra = paired_one_by_one(left, right, room)
     for one, other in pairs:
         new_of[one.number] = other.number
-    return Pairing(new_of, missing, extra)
+    return Pairing(new_of, missing, extra, before, after)
 
 
 def _paired_at_once(before: Features, after: Features, tolerance: float) -> tuple[Indices, Indices]:
     """Return rows of either side that agree in everything, but for noise far below what can be written."""
     hashed = np.concatenate([_hashed(side) for side in (before, after)])
     _, number = np.unique(hashed, return_inverse=True)
-    keys = [_counted(part) for part in (number[: len(before)], number[len(before) :])]
+    old, new = _alike(number[: len(before)], number[len(before) :])
     del hashed, number
-    _, old, new = np.intersect1d(keys[0], keys[1], assume_unique=True, return_indices=True)
     same = np.ones(len(old), dtype=bool)
     for one, other in zip(_rounded(before), _rounded(after), strict=True):
         same &= one[old] == other[new]
@@ -97,6 +97,26 @@ def _paired_at_once(before: Features, after: Features, tolerance: float) -> tupl
         here, there = before.of(name, old), after.of(name, new)
         same &= (np.abs(here - there) <= tolerance + 1e-9) | (np.isnan(here) & np.isnan(there))
     return old[same], new[same]
+
+
+def _alike(one: Indices, other: Indices) -> tuple[Indices, Indices]:
+    """Return which of the equal numbers is which: from both ends as long as they agree, then first with first.
+
+    Where something is missing, what lies before and behind it then stays what it was.
+    """
+    n, m = len(one), len(other)
+    differs = np.flatnonzero(one[: min(n, m)] != other[: min(n, m)])
+    head = int(differs[0]) if len(differs) else min(n, m)
+    rest = min(n, m) - head
+    differs = np.flatnonzero(one[n - rest :][::-1] != other[m - rest :][::-1])
+    tail = int(differs[0]) if len(differs) else rest
+    keys = [_counted(side[head : len(side) - tail]) for side in (one, other)]
+    _, old, new = np.intersect1d(keys[0], keys[1], assume_unique=True, return_indices=True)
+    ends = np.arange(head), np.arange(tail)
+    return (
+        np.concatenate([ends[0], old + head, n - tail + ends[1]]),
+        np.concatenate([ends[0], new + head, m - tail + ends[1]]),
+    )
 
 
 def _rounded(features: Features) -> Iterator[Indices]:
@@ -142,14 +162,15 @@ CellKey = tuple[int, ...]
 Pairs = list[tuple[Feature, Feature]]
 
 
-def _paired_one_by_one(
+def paired_one_by_one(
     before: list[Feature], after: list[Feature], room: Room
 ) -> tuple[Pairs, list[Feature], list[Feature]]:
+    """Return the features that are equal within `room`, and those that are left on either side."""
     # Backwards, so that the first is at the end of its cell, where taking it away is cheap however many lie there.
-    cells = _sorted_into_cells(after[::-1], room.place, 3)
+    cells = sorted_into_cells(after[::-1], room.place, 3)
     pairs, missing, looks = [], [], 0
     for feature in before:
-        for key in _cells_around(feature, room.place, 3):
+        for key in cells_around(feature, room.place, 3):
             cell = cells.get(key, [])
             if looks > _MOST_LOOKS:
                 cell = []
@@ -168,14 +189,15 @@ def _equal(a: Feature, b: Feature, room: Room) -> bool:
     return a.group == b.group and a.exact == b.exact and not changes(a, b, room)
 
 
-def _sorted_into_cells(features: list[Feature], tolerance: float, axes: int) -> dict[CellKey, list[Feature]]:
+def sorted_into_cells(features: list[Feature], tolerance: float, axes: int) -> dict[CellKey, list[Feature]]:
+    """Return the features by the cells of `cells_around`, in their order."""
     cells: dict[CellKey, list[Feature]] = defaultdict(list)
     for feature in features:
-        cells[next(_cells_around(feature, tolerance, axes))].append(feature)
+        cells[next(cells_around(feature, tolerance, axes))].append(feature)
     return cells
 
 
-def _cells_around(feature: Feature, tolerance: float, axes: int) -> Iterator[CellKey]:
+def cells_around(feature: Feature, tolerance: float, axes: int) -> Iterator[CellKey]:
     """Yield the cells of a grid over x, y (and depth) within `tolerance` of a feature, the one that it lies in first.
 
     What is not known lies in a row of cells far away.
@@ -196,25 +218,37 @@ def _shown_work_offset(tenths: int) -> str:
     return f"G{tenths / 10:g}"
 
 
-def _shown_stated(value: int) -> str:
-    said = [text for bit, text in ((1, "units"), (2, "spindle since the tool change")) if value & bit]
-    return " and ".join(said) or "nothing"
+def _stated_changes(was: int, now: int) -> Iterator[str]:
+    for bit, gone, new in (
+        (1, "units (G20, G21) no longer stated", "units (G20, G21) now stated"),
+        (2, "spindle no longer started after the tool change", "spindle now started after the tool change"),
+    ):
+        if (was ^ now) & bit:
+            yield gone if was & bit else new
 
+
+#: So begins what `changes` says of where a cut begins.
+START = "start "
 
 #: The words for what must be equal, and how its numbers are shown. The kind and arcs have texts of their own.
 _EXACT_WORDS: dict[str, tuple[str, Callable[[int], object]]] = {
     "plane": ("plane", lambda v: f"G{v}"),
     "tool": ("tool", str),
-    "coolant": ("coolant", str),
+    "coolant": ("coolant", {0: "M9", 1: "M7", 2: "M8", 3: "M7 M8"}.get),
     "length": ("length offset", lambda v: v % TAKEN),
     "frame": ("work offset", _shown_work_offset),
     "radius": ("radius compensation", lambda v: f"G{v}"),
     "blending": ("blending", _shown_work_offset),
     "feed_mode": ("feed mode", lambda v: f"G{v}"),
     "direction": ("direction of the spindle", {1: "M3", -1: "M4", 0: "M5"}.get),
-    "stated": ("stated", _shown_stated),
     "obeyed": ("number of the controller's settings before it, (o=…) or #<…>,", str),
 }
+
+
+def change_of_state(name: str, was: int, now: int) -> str:
+    """Return in words that what `EXACT` calls `name` has changed."""
+    what, shown = _EXACT_WORDS[name]
+    return f"{what} {shown(was)} became {shown(now)}"
 
 
 def changes(a: Feature, b: Feature, room: Room) -> list[str]:
@@ -224,10 +258,12 @@ def changes(a: Feature, b: Feature, room: Room) -> list[str]:
     if a.exact[0] != b.exact[0]:
         found.append(f"{name_of(a.exact[0])} became {name_of(b.exact[0])}")
     if a.exact != b.exact:
-        for name, (what, shown) in _EXACT_WORDS.items():
+        for name in _EXACT_WORDS:
             was, now = a.exact[EXACT.index(name)], b.exact[EXACT.index(name)]
             if was != now:
-                found.append(f"{what} {shown(was)} became {shown(now)}")
+                found.append(change_of_state(name, was, now))
+        stated = EXACT.index("stated")
+        found += _stated_changes(a.exact[stated], b.exact[stated])
     amounts_a, amounts_b = dict(zip(AMOUNT, a.amount, strict=True)), dict(zip(AMOUNT, b.amount, strict=True))
     feed, speed = amounts_a["feed"], amounts_a["speed"]
     for word, one, other, allowed, factor in (
@@ -242,8 +278,7 @@ def changes(a: Feature, b: Feature, room: Room) -> list[str]:
     ):
         if abs(one - other) > allowed or math.isnan(one) != math.isnan(other):
             found.append(f"{word} {_figure(one * factor)} became {_figure(other * factor)}")
-    if a.exact[2] != b.exact[2] or not _near(a.place[3:], b.place[3:], near):
-        found.append(f"start {place(*a.place[3:6])} became {place(*b.place[3:6])}, or the arc is another")
+    found += _changes_of_way(a, b, near)
     for word, one, other in zip(("R plane", "retract"), a.height, b.height, strict=True):
         if not other >= one - near and not (math.isnan(one) and math.isnan(other)):
             found.append(f"{word} {_figure(one)} sank to {_figure(other)}")
@@ -252,66 +287,23 @@ def changes(a: Feature, b: Feature, room: Room) -> list[str]:
     return found
 
 
+def _changes_of_way(a: Feature, b: Feature, near: float) -> Iterator[str]:
+    """Yield what is another about an arc, and where a cut begins: its centre goes with that, as I and J do."""
+    if a.exact[2] != b.exact[2]:
+        yield f"turns of the arc {a.exact[2]} became {b.exact[2]}"
+    begun = not _near(a.place[3:6], b.place[3:6], near)
+    one, other = (tuple(q - p for p, q in zip(f.place[3:6], f.place[6:], strict=True)) for f in (a, b))
+    if not _near(a.place[6:], b.place[6:], near) and not (begun and _near(one, other, near)):
+        yield f"centre of the arc {place(*a.place[6:])} became {place(*b.place[6:])}"
+    if not _near(a.place[3:5], b.place[3:5], near):
+        yield f"{START}{place(*a.place[3:6])} became {place(*b.place[3:6])}"
+    elif begun:
+        yield f"{START}Z{_figure(a.place[5])} became Z{_figure(b.place[5])}"
+
+
 def _figure(value: float) -> str:
     return "unknown" if math.isnan(value) else f"{value:.6g}"
 
 
 def _near(a: tuple[float, ...], b: tuple[float, ...], room: float) -> bool:
     return all(abs(p - q) <= room or (math.isnan(p) and math.isnan(q)) for p, q in zip(a, b, strict=True))
-
-
-def explain(pairing: Pairing, room: Room) -> Iterator[Difference]:
-    """Yield what became of every feature without an equal: done elsewhere, changed, moved, gone or new."""
-    missing, extra = pairing.missing, pairing.extra
-    if any(f.group for f in (*missing, *extra)):
-        nowhere = [[f._replace(group=0) for f in side] for side in (missing, extra)]
-        pairs, missing, extra = _paired_one_by_one(nowhere[0], nowhere[1], room)
-        for one, other in pairs:
-            text = f"{_said(one)} is done before or after another barrier (pause, tool change, work offset …)"
-            yield Difference(f"moved {_noun(one)}", one.line, other.line, text)
-    rest = []
-    cells = _sorted_into_cells(extra, room.place, 2)
-    for feature in missing:
-        there = [(f, key) for key in _cells_around(feature, room.place, 2) for f in cells.get(key, ())]
-        if not there:
-            rest.append(feature)
-            continue
-        found, key = min(there, key=lambda pair: len(changes(feature, pair[0], room)))
-        cells[key].remove(found)
-        text = f"at {place(*feature.place[:2])}: {'; '.join(changes(feature, found, room))}"
-        yield Difference(f"changed {_noun(feature)}", feature.line, found.line, text)
-    yield from _moved(rest, sorted(feature for cell in cells.values() for feature in cell), room)
-
-
-def _moved(missing: list[Feature], extra: list[Feature], room: Room) -> Iterator[Difference]:
-    """Yield what is gone and new, and both as one where only the place or the end is another."""
-    for feature in missing:
-        near = [f for f in extra if _only_moved(feature, f, room)] if len(extra) <= _MOST_MOVED else []
-        said = f"{_said(feature)} is gone"
-        if near:
-            found = min(near, key=lambda f: math.dist(f.place[:3], feature.place[:3]))
-            extra.remove(found)
-            text = f"{said}, {_said(found)} is new"
-            yield Difference(f"moved {_noun(feature)}", feature.line, found.line, text)
-        else:
-            yield Difference(f"missing {_noun(feature)}", feature.line, 0, said)
-    for feature in extra:
-        yield Difference(f"extra {_noun(feature)}", 0, feature.line, f"{_said(feature)} is new")
-
-
-def _only_moved(a: Feature, b: Feature, room: Room) -> bool:
-    """Return whether two holes or dwells differ in their place only, or two cuts in their end only."""
-    if a.exact != b.exact or not all(map(math.isfinite, (*a.place[:3], *b.place[:3]))):
-        return False
-    moved = b._replace(place=a.place if _noun(a) != "cut" else (*a.place[:3], *b.place[3:]))
-    return not changes(a, moved, room)
-
-
-def _said(feature: Feature) -> str:
-    name = name_of(feature.exact[0])
-    return f"{name} at {place(*feature.place[:3])} with tool {feature.exact[EXACT.index('tool')]}"
-
-
-def _noun(feature: Feature) -> str:
-    kind = feature.exact[0]
-    return "hole" if kind >= FIRST_CYCLE else "dwell" if name_of(kind) == "dwell" else "cut"

@@ -25,6 +25,8 @@ class ProgramWork:
     ----------
     path, states
         Its rows, with cycles written out if the other program has none; what is active at them.
+    source
+        int64[n]: of which row of the program each of them is part.
     features
         What is made, without the dwells that belong to barriers.
     travel
@@ -40,6 +42,7 @@ class ProgramWork:
 
     path: Toolpath
     states: States
+    source: Indices
     features: Features
     travel: Indices
     travel_from: Floats
@@ -77,6 +80,7 @@ def read_work(program: Program, *, written_out: bool, beam: bool) -> ProgramWork
     return ProgramWork(
         path,
         states,
+        source,
         features,
         travel,
         before[travel],

@@ -19,6 +19,8 @@ from leafcut.processes.program.proof.program_work import ProgramWork, goes_acros
 from leafcut.proof.clearance import at_machine_height
 from leafcut.proof.difference import MOST_LISTED, place
 
+#: So many rapids with something wrong are looked at whether they are alike.
+_MOST_LOOKED_AT = 2_000
 #: Features whose rapids are compared together.
 _AT_ONCE = 30_000
 #: Whether a way across begins, or ends, at a height that is not known.
@@ -266,18 +268,29 @@ def compare_rapids(
     both = original, gaps_of(original), new, gaps_of(new)
     found = list(_after_length_change(original, new, tolerance + 1e-9))
     count = len(found)
+    told: set[tuple[int, int]] = set()
     for what, text, old_line, new_line, wrong in (
         *_by_feature(both, new_of, turned, tolerance + 1e-9, beam),
         *_by_barrier(both, mark_of, tolerance + 1e-9),
     ):
-        rows = np.flatnonzero(wrong)
+        # A rapid that is wrong in one way is told once.
+        rows = [row for row in np.flatnonzero(wrong).tolist() if (int(old_line[row]), int(new_line[row])) not in told]
+        told.update((int(old_line[row]), int(new_line[row])) for row in rows if old_line[row] and new_line[row])
         count += len(rows)
-        listed = rows[:MOST_LISTED].tolist()
-        found += [Difference(what, int(old_line[row]), int(new_line[row]), text(row)) for row in listed]
+        alike: dict[str, list[int]] = {}
+        for row in rows[:_MOST_LOOKED_AT]:
+            alike.setdefault(text(row)[0], []).append(row)
+        for said, same in list(alike.items())[:MOST_LISTED]:
+            lines = [(int(old_line[row]), int(new_line[row])) for row in same]
+            more = f" and {len(same) - 1} other places" if len(same) > 1 else ""
+            also = tuple(dict.fromkeys(pair for pair in lines if pair != lines[0]))
+            found.append(Difference(what, *lines[0], said.format(text(same[0])[1] + more), also))
+        count -= min(len(rows), _MOST_LOOKED_AT) - len(alike)
     return found, count
 
 
-RapidCheck = tuple[str, Callable[[int], str], NDArray, NDArray, Mask]
+#: What is wrong, in words with room for the place, and the place, by the row; lines; and in which rows.
+RapidCheck = tuple[str, Callable[[int], tuple[str, str]], NDArray, NDArray, Mask]
 Both = tuple[ProgramWork, RapidGaps, ProgramWork, RapidGaps]
 
 
@@ -311,7 +324,10 @@ def _of_some(
     follows, rows = allowed.follows[old], gaps.rows[before]
     came_from = np.where(old > 0, new_of[old - 1], -1)
     stayed = np.where(old_gaps.opened_by_feature[old_before], (came_from == now - 1) | (came_from < 0), True)
-    stayed &= gaps.opened_by_feature[before] == old_gaps.opened_by_feature[old_before]
+    # What it went on from is gone, or what it goes on from now is new: that is told of.
+    gone = old_gaps.opened_by_feature[old_before] & (came_from < 0)
+    gone |= gaps.opened_by_feature[before] & (previous < 0)
+    stayed &= gone | (gaps.opened_by_feature[before] == old_gaps.opened_by_feature[old_before])
     lines = original.features.line[old], new.features.line[now]
     places = original.features.end[old]
 
@@ -320,14 +336,16 @@ def _of_some(
 
     yield (
         "torn apart",
-        lambda row: f"the cut to {at(row)} went on from the one before it, without a rapid; it does not any more",
+        lambda row: ("the cut to {} went on from the one before it, without a rapid; it does not any more", at(row)),
         *lines,
         follows & (rows | ~stayed),
     )
-    yield from _heights_by_feature(both, allowed, lowest, old, now, previous, room)
+    goes_to = np.append(new_of, 0)[old + 1]
+    yield from _heights_by_feature(both, allowed, lowest, old, now, previous, goes_to, room)
     if beam:
+        said = "a rapid next to {} is made with the beam on, it was off"
         for lit in _lit(old_gaps, gaps, old, now, previous, allowed.first):
-            yield "beam on", lambda row: f"a rapid next to {at(row)} is made with the beam on, it was off", *lines, lit
+            yield "beam on", lambda row: (said, at(row)), *lines, lit
 
 
 def _lit(
@@ -342,7 +360,14 @@ def _lit(
 
 
 def _heights_by_feature(
-    both: Both, allowed: AllowedHeights, lowest: Floats, old: Indices, now: Indices, previous: Indices, room: float
+    both: Both,
+    allowed: AllowedHeights,
+    lowest: Floats,
+    old: Indices,
+    now: Indices,
+    previous: Indices,
+    goes_to: Indices,
+    room: float,
 ) -> Iterator[RapidCheck]:
     original, old_gaps, new, gaps = both
     before, old_before = gaps.gap_of[now], old_gaps.gap_of[old]
@@ -352,15 +377,19 @@ def _heights_by_feature(
     retract = old_gaps.line[old_after], gaps.line[after]
     places, start = original.features.end[old], new.features.of("start z", now)
 
-    def told(word: str, before: Floats, after: Floats) -> Callable[[int], str]:
-        return lambda row: f"{word} {place(*places[row, :2])} at {_said(after[row])}, {_said(before[row])} before"
+    def told(word: str, before: Floats, after: Floats) -> Callable[[int], tuple[str, str]]:
+        return lambda row: (f"{word} {{}} at {_said(after[row])}, {_said(before[row])} before", place(*places[row, :2]))
 
     arrive = np.where(across, gaps.arrive[before], np.where(rows, gaps.top[before], start))
-    low = ~allowed.follows[old] & (arrive < allowed.arrive[old] - room)
-    yield "lower approach", told("a rapid arrives at", allowed.arrive[old], arrive), *approach, low
+    # Where there is no rapid any more, what is new before it is told of.
+    low_there = ~allowed.follows[old] & (arrive < allowed.arrive[old] - room)
+    low_there &= rows | ~gaps.opened_by_feature[before] | (previous >= 0)
     leave = gaps.leave[after]
     low = gaps.across[after] & (leave < allowed.leave[old] - room)
+    # So is what is gone behind it, where there was none.
+    low &= old_gaps.rows[old_after] | ~old_gaps.closed_by_feature[old_after] | (goes_to >= 0)
     yield "lower retract", told("a rapid leaves", allowed.leave[old], leave), *retract, low
+    yield "lower approach", told("a rapid arrives at", allowed.arrive[old], arrive), *approach, low_there
     # Without a way across both are at one place: how far the tool went down there after the one counts, too.
     together = ~across & gaps.opened_by_feature[before] & (previous >= 0)
     behind = old_gaps.gap_of[previous] + 1
@@ -375,7 +404,7 @@ def _heights_by_feature(
         found, was = _own_unknown(gaps, now_gap, first), _own_unknown(old_gaps, old_gap, first)
         yield (
             "unknown height",
-            lambda row: f"a rapid next to {place(*places[row, :2])} goes across at a height that is not known",
+            lambda row: ("a rapid next to {} goes across at a height that is not known", place(*places[row, :2])),
             *lines,
             _less_known(found, was) & np.isfinite(places[:, 2]),
         )
@@ -420,7 +449,7 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
     begins = _less_known(gaps.unknown_first[:1], old_gaps.unknown[:1]) & old_gaps.across[:1]
     yield (
         "unknown height",
-        lambda _: "the program begins with a rapid across at a height that is not known",
+        lambda _: ("the program begins with a rapid across at a height that is not known", ""),
         old_gaps.line[:1],
         gaps.line[:1],
         begins,
@@ -438,14 +467,14 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
     apart = ~(np.abs(here - there) <= room) & ~(np.isnan(here) & np.isnan(there))
     known = np.array([a.kind not in PLACELESS for a, *_ in pairs])
 
-    def told(word: str) -> Callable[[int], str]:
-        return lambda row: f"a rapid {word} '{pairs[row][0].said}' is lower than before"
+    def told(word: str) -> Callable[[int], tuple[str, str]]:
+        return _named(f"a rapid {word} '{{}}' is lower than before", pairs)
 
     parked = known & old_gaps.across[old]
-    text = "the tool does not go to where it was for '{}': {}"
+    text = "the tool does not go to where it was for {}"
     yield (
         "parked elsewhere",
-        lambda row: text.format(pairs[row][0].said, place(*here[row])),
+        lambda row: (text, f"'{pairs[row][0].said}': {place(*here[row])}"),
         *lines,
         parked & apart[:, :2].any(axis=1),
     )
@@ -466,8 +495,8 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
     yield "lower retract", told("from"), *lines, low
 
 
-def _named(text: str, pairs: list[tuple[Mark, Mark, int, int]]) -> Callable[[int], str]:
-    return lambda row: text.format(pairs[row][0].said)
+def _named(text: str, pairs: list[tuple[Mark, Mark, int, int]]) -> Callable[[int], tuple[str, str]]:
+    return lambda row: (text, pairs[row][0].said)
 
 
 def _after_length_change(original: ProgramWork, new: ProgramWork, room: float) -> Iterator[Difference]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import islice
 
 import numpy as np
 
@@ -12,9 +11,10 @@ from leafcut.geometry.arrays import Floats, Mask
 from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.processes.program.proof.explanation import explain
 from leafcut.processes.program.proof.features import Features, features_of, states_of_path
-from leafcut.processes.program.proof.matching import Pairing, Room, explain, pair
-from leafcut.proof.difference import MOST_LISTED, shorten
+from leafcut.processes.program.proof.matching import Room, pair
+from leafcut.proof.difference import shorten
 from leafcut.proof.read_back import compare_motion
 
 __all__ = ["compare_motion", "same_work"]
@@ -35,20 +35,9 @@ def same_work(original: Toolpath, new: Toolpath, tolerance_mm: float = 0.002) ->
         original, new = expand(original), expand(new)
     room = Room(tolerance_mm)
     pairing = pair(_planned(original), _planned(new), room)
-    changed, found = list_changes(pairing, room)
+    changed = explain(pairing, room)
     lower = list(_lower_traverses(original, new, tolerance_mm))
-    return shorten([*lower, *changed], len(lower) + found)
-
-
-def list_changes(pairing: Pairing, room: Room) -> tuple[list[Difference], int]:
-    """Return the first differences between the features of two programs, and how many there are at least.
-
-    What lies beyond the list is counted only: to explain every one of a hundred thousand would take long.
-    """
-    changed = list(islice(explain(pairing, room), MOST_LISTED + 1))
-    if len(changed) <= MOST_LISTED:
-        return changed, len(changed)
-    return changed, max(len(pairing.missing), len(pairing.extra), len(changed))
+    return shorten([*lower, *changed.differences], len(lower) + changed.found)
 
 
 def only_moves(path: Toolpath) -> bool:

@@ -14,8 +14,11 @@ import numpy as np
 
 from leafcut.gcode.program import Program
 from leafcut.gcode.saying import plain
+from leafcut.geometry.arrays import Indices, Mask
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind
+from leafcut.processes.program.proof.barriers import Mark
+from leafcut.processes.program.proof.program_work import ProgramWork
 
 #: What is not understood may rely on anything.
 _ARCS = (Kind.FOREIGN, Kind.ARC_CW, Kind.ARC_CCW)
@@ -59,17 +62,48 @@ _OTHER = re.compile(r"[Gg](?![ \t]*0*[0-3](?![ \t]*[0-9.]))")
 _PATTERNS = [re.compile(rf"G0*{mode.words}(?![0-9.])") for mode in _MODES]
 
 
-def no_longer_stated(before: Program, after: Program) -> Iterator[Difference]:
-    """Yield the modes that work relies on and that the original states before it, and the new program does not."""
-    words = [_words(program) for program in (before, after)]
+def no_longer_stated(
+    programs: tuple[Program, Program],
+    works: tuple[ProgramWork, ProgramWork],
+    new_of: Indices,
+    mark_of: dict[float, Mark],
+) -> Iterator[Difference]:
+    """Yield the modes that work relies on and that the original states before it, and the new program does not.
+
+    `new_of` and `mark_of` say which feature and which barrier is which. Only cuts that both programs make are counted:
+    one that was added relies on no less than those beside it.
+    """
+    words = [_words(program) for program in programs]
+    counted = _in_both(works, new_of, mark_of)
     for mode, pattern in zip(_MODES, _PATTERNS, strict=True):
-        was, now = (_relying(p, w, mode, pattern) for p, w in zip((before, after), words, strict=True))
+        was, now = (_relying(*side, mode, pattern) for side in zip(programs, works, words, counted, strict=True))
         if (now.first and not was.first) or now.cuts > was.cuts:
             text = f"{mode.said}: the original states it before line {now.line or was.line} relies on it"
             yield Difference("not stated", was.line, now.line, text)
         elif mode.rare and was.first and not now.first:
             text = f"{mode.said}: the original does not state it before line {was.line} relies on it, the new one does"
             yield Difference("newly stated", was.line, now.line, text)
+
+
+def _in_both(works: tuple[ProgramWork, ProgramWork], new_of: Indices, mark_of: dict[float, Mark]) -> tuple[Mask, Mask]:
+    """Return which rows of either path the other program has, too; where no work is missing or new, all of them."""
+    old = np.flatnonzero(new_of >= 0)
+    features = old, new_of[old]
+    keys = set(mark_of), {mark.key for mark in mark_of.values()}
+    masks = []
+    whole = True
+    for work, paired, known in zip(works, features, keys, strict=True):
+        foreign = [mark for mark in work.marks if mark.kind == Kind.FOREIGN]
+        same = [int(mark.key) for mark in foreign if mark.key in known]
+        mask = np.zeros(len(work.path), dtype=bool)
+        mask[work.features.row[paired]] = True
+        mask[same] = True
+        masks.append(mask)
+        whole &= len(paired) == len(work.features) and len(same) == len(foreign)
+    if whole:
+        for mask in masks:
+            mask[:] = True
+    return masks[0], masks[1]
 
 
 class _Relying(NamedTuple):
@@ -85,7 +119,9 @@ def _words(program: Program) -> dict[int, str]:
     return {number: plain(text) for number, text in enumerate(program.lines, 1) if _OTHER.search(text)}
 
 
-def _relying(program: Program, words: dict[int, str], mode: _Mode, pattern: re.Pattern[str]) -> _Relying:
+def _relying(
+    program: Program, work: ProgramWork, words: dict[int, str], counted: Mask, mode: _Mode, pattern: re.Pattern[str]
+) -> _Relying:
     path = program.path
     rows = np.flatnonzero(np.isin(path.kind, mode.kinds))
     if not len(rows):
@@ -94,9 +130,19 @@ def _relying(program: Program, words: dict[int, str], mode: _Mode, pattern: re.P
     stating = _first_with(program, [number for number, text in words.items() if pattern.search(text)])
     if stating <= block:
         return _Relying(False, int(path.line[rows[0]]), 0)
-    end = int(program.first[stating])
-    cuts = int(np.isin(path.kind[rows[rows < end]], _CUTS).sum())
-    return _Relying(True, int(path.line[rows[0]]), cuts)
+    return _Relying(
+        True, int(path.line[rows[0]]), _cuts_before(program, work, int(program.first[stating]), counted, mode)
+    )
+
+
+def _cuts_before(program: Program, work: ProgramWork, end: int, counted: Mask, mode: _Mode) -> int:
+    """Return how many of the cuts that count come before row `end` of the program and rely on a mode."""
+    kinds = [kind for kind in mode.kinds if kind in _CUTS]
+    if Kind.FEED in kinds:
+        return int((np.isin(work.path.kind, kinds) & (work.source < end) & counted).sum())
+    # Feeds of a cycle that is written out rely on less than the cycle.
+    rows = np.unique(work.source[counted & (work.source < end)])
+    return int(np.isin(program.path.kind[rows[rows < len(program.path)]], kinds).sum())
 
 
 def _first_with(program: Program, lines: list[int]) -> int:

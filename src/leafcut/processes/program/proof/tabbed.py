@@ -70,17 +70,17 @@ class _TabbedLine(NamedTuple):
 
 
 def freed(
-    traces: Traces, chain: Indices, rank: Indices, tab: float, look: Heartbeat = unseen, *, inner_may_come_first: bool
+    traces: Traces, run: Indices, rank: Indices, tab: float, look: Heartbeat = unseen, *, inner_may_come_first: bool
 ) -> list[tuple[int, int]]:
     """Return (inner, outer) features that have changed places: outer ends the last cut of an outline around inner.
 
-    `chain`, `rank` and `inner_may_come_first` are as for `inner_first.exchanged`; `tab` is how wide a tab
+    `run`, `rank` and `inner_may_come_first` are as for `inner_first.exchanged`; `tab` is how wide a tab
     may be, mm; `look` is called as it goes on.
     """
     if not len(traces.feature):
         return []
 
-    cuts = _cuts(traces, chain, rank)
+    cuts = _cuts(traces, run, rank)
     spots = cuts.tips[:, 0]
     places: Any = shapely.points(spots)
     tree = shapely.STRtree(places)
@@ -123,17 +123,17 @@ def _around(traces: Traces, cuts: _Cuts, loop: Sequence[tuple[_TabbedLine, bool]
     return np.concatenate(ways)
 
 
-def _cuts(traces: Traces, chain: Indices, rank: Indices) -> _Cuts:
-    owner = chain[traces.feature]
+def _cuts(traces: Traces, run: Indices, rank: Indices) -> _Cuts:
+    owner = run[traces.feature]
     numbers, at = np.unique(owner, return_index=True)
     stop = np.append(at[1:], len(owner))
     step = np.hypot(*(traces.end - traces.begin).T)
     length = np.add.reduceat(step, at)
     moment = np.add.reduceat(0.5 * step[:, None] * (traces.begin + traces.end), at, axis=0)
-    first = np.searchsorted(chain, numbers)
+    first = np.searchsorted(run, numbers)
     return _Cuts(
         first,
-        np.searchsorted(chain, numbers, side="right") - 1,
+        np.searchsorted(run, numbers, side="right") - 1,
         rank[first],
         np.maximum.reduceat(rank, first),
         at,

@@ -167,9 +167,9 @@ def part_kinds(plan: CutPlan, part: int) -> list[str]:
 
 
 def part_title(plan: CutPlan, part: int) -> str:
-    """Return what one part is: ``part 3 · 5 contours · 0:00:31``."""
+    """Return what one part is: ``part 3 · 5 contours · 31.0 s``."""
     words = [f"part {part}", count(part_kinds(plan, part).count("cut"), "contour")]
-    words += [clock(p.times.total_s) for p in plan.measures.parts if p.part == part]
+    words += [time_words(p.times.total_s) for p in plan.measures.parts if p.part == part]
     return " · ".join(words)
 
 
@@ -189,7 +189,7 @@ def norm_facts(plan: CutPlan) -> list[tuple[str, str]]:
         ("route", f"{length_words(norm.sheet.perimeter_mm)} of contours{once}, {between} between"),
     ]
     if norm.quantity > 1:
-        facts.append(("batch", f"{count(norm.quantity, 'sheet')}, {clock(norm.batch.total_s)}"))
+        facts.append(("batch", f"{count(norm.quantity, 'sheet')}, {time_words(norm.batch.total_s)}"))
     if norm.utilisation is not None:
         facts.append(("used", f"{percent_words(100.0 * norm.utilisation)} of the sheet"))
     if norm.cost:

@@ -17,17 +17,18 @@ from leafcut.processes.sheet.report.sheet_drawing import (
     sheet_drawing,
     stretches,
 )
-from leafcut.report import chart, views
+from leafcut.report import views
 from leafcut.report.drawing import RAMP
+from leafcut.report.overview import Tile
 from leafcut.report.views import PageRow
 from leafcut.report.wording import (
     NO_VALUE,
     clean,
-    clock,
     count,
     feed_mm_min,
     length_words,
     percent_words,
+    said,
     time_words,
 )
 
@@ -39,7 +40,7 @@ _LEAST_REST = 0.05
 
 def order_names(outcome: Outcome[SheetDetail]) -> tuple[str, str, str]:
     """Return what the three orders are called."""
-    return (f"{outcome.shown.came_in.capitalize()} order", "Nearest neighbour", views.OURS)
+    return (said(f"{outcome.shown.came_in.capitalize()} order"), said("Nearest neighbour"), said(views.OURS))
 
 
 def sheet_content(outcome: Outcome[SheetDetail], plan: CutPlan) -> PageRow:
@@ -50,9 +51,10 @@ def sheet_content(outcome: Outcome[SheetDetail], plan: CutPlan) -> PageRow:
         "wide": scene.frame.wide,
         "details": [detail(plan, number) for number in looked_at(plan)],
         "legend": _legend(scene, [p for p in outcome.detail.plans if p is not None]),
+        "times": norm_times(outcome),
         "orders": _norm_rows(outcome),
         "common": any(n.sheet.common_mm > 0.0 for n in outcome.detail.norms if n is not None),
-        "facts": _facts(outcome, plan),
+        "facts": facts(outcome, plan),
         "parts": _parts(scene, plan),
         "data": _data(plan),
     }
@@ -139,19 +141,32 @@ def _legend(scene: SheetScene, plans: list[CutPlan]) -> PageRow:
 # -- time norm and cost ----------------------------------------------------------------------------------------------
 
 
+def norm_times(outcome: Outcome[SheetDetail]) -> PageRow:
+    """Return the seconds of cutting, piercing and rapids of the three orders, with stacked bars."""
+    kinds = {"feed": said("cutting"), "dwell": said("piercing"), "rapid": said("rapids")}
+    rows = [
+        (name, {"feed": t.cut_s, "dwell": t.pierce_s, "rapid": t.rapid_s}, time_words(t.total_s))
+        for name, t in _known_norms(outcome)
+    ]
+    return views.stacked(kinds, rows)
+
+
+def _known_norms(outcome: Outcome[SheetDetail]) -> list[tuple[str, CutTimes]]:
+    norms = zip(order_names(outcome), outcome.detail.norms, strict=True)
+    return [(name, norm.sheet) for name, norm in norms if norm is not None]
+
+
 def _norm_rows(outcome: Outcome[SheetDetail]) -> list[PageRow]:
-    known = [(n, m.sheet) for n, m in zip(order_names(outcome), outcome.detail.norms, strict=True) if m is not None]
-    longest = max(times.total_s for _, times in known)
+    bars = norm_times(outcome)["rows"]
     return [
         {
-            "name": name,
-            "bar": chart.stacked_bar({"feed": t.cut_s, "dwell": t.pierce_s, "rapid": t.rapid_s}, longest),
+            **bar,
             **_time_cells(t),
             "pierces": f"{t.pierces:,}",
             "way": length_words(t.rapid_mm),
-            "route": length_words(t.length_mm),
+            "path": length_words(t.length_mm),
         }
-        for name, t in known
+        for bar, (_, t) in zip(bars, _known_norms(outcome), strict=True)
     ]
 
 
@@ -160,53 +175,59 @@ def _time_cells(times: CutTimes) -> dict[str, str]:
         "cutting": time_words(times.cut_s),
         "piercing": time_words(times.pierce_s),
         "rapids": time_words(times.rapid_s),
-        "total": clock(times.total_s),
+        "total": time_words(times.total_s),
     }
 
 
-def _facts(outcome: Outcome[SheetDetail], plan: CutPlan) -> list[tuple[str, str, str]]:
+def facts(outcome: Outcome[SheetDetail], plan: CutPlan) -> list[Tile]:
     """Return the figures of a sheet: (name, figure, words under it)."""
     norm, times = plan.measures, plan.measures.sheet
-    facts = [
-        ("Time of a sheet", clock(times.total_s), "hours : minutes : seconds"),
-        ("Pierces", f"{times.pierces:,}", f"{time_words(times.pierce_s)} of piercing"),
-        ("Perimeter", length_words(times.perimeter_mm), f"{length_words(times.cut_mm)} cut, leads included"),
-        ("Route D", length_words(times.length_mm), _route_words(times)),
+    cut, pierced = length_words(times.cut_mm), time_words(times.pierce_s)
+    found: list[Tile] = [
+        (said("Time of a sheet"), time_words(times.total_s), said("{time} of cutting", time=time_words(times.cut_s))),
+        (said("Pierces"), f"{times.pierces:,}", said("{time} of piercing", time=pierced)),
+        (said("Perimeter"), length_words(times.perimeter_mm), said("{length} cut, leads included", length=cut)),
+        (said("Path length"), length_words(times.length_mm), _path_words(times)),
     ]
     if norm.utilisation is not None:
         area = sum(p.area for p in norm.parts) / 1e6
-        facts.append(("Sheet used", percent_words(100.0 * norm.utilisation), f"{area:.3g} m² of parts"))
+        parts = said("{area} m² of parts", area=f"{area:.3g}")
+        found.append((said("Sheet used"), percent_words(100.0 * norm.utilisation), parts))
     if norm.cost > 0.0:
-        facts.append(("Cost of a sheet", money_words(norm.cost), _cost_before(outcome)))
+        found.append((said("Cost of a sheet"), money_words(norm.cost), _cost_before(outcome)))
     if norm.quantity > 1:
-        cost = f"cost {money_words(norm.batch_cost)}" if norm.cost > 0.0 else "hours : minutes : seconds"
-        facts.append((f"Batch of {norm.quantity:,}", clock(norm.batch.total_s), cost))
-    return facts
+        every = said("all sheets, one after the other")
+        cost = said("cost {cost}", cost=money_words(norm.batch_cost)) if norm.cost > 0.0 else every
+        name = said("Batch of {number}", number=f"{norm.quantity:,}")
+        found.append((name, time_words(norm.batch.total_s), cost))
+    return found
 
 
-def _route_words(times: CutTimes) -> str:
-    common = f" − {length_words(times.common_mm)} of common edges" if times.common_mm > 0.0 else ""
-    return f"perimeters{common} + {length_words(times.rapid_mm)} between"
+def _path_words(times: CutTimes) -> str:
+    between = length_words(times.rapid_mm)
+    if times.common_mm > 0.0:
+        common = length_words(times.common_mm)
+        return said("perimeters − {common} of common edges + {between} between", common=common, between=between)
+    return said("perimeters + {between} between", between=between)
 
 
 def _cost_before(outcome: Outcome[SheetDetail]) -> str:
     first = outcome.detail.norms[0]
-    return f"{money_words(first.cost)} in the {outcome.shown.came_in}’s order"
+    return said(f"{{cost}} in the {outcome.shown.came_in}’s order", cost=money_words(first.cost))
 
 
 # -- parts -----------------------------------------------------------------------------------------------------------
 
 
-def _parts(scene: SheetScene, plan: CutPlan) -> PageRow:
+def parts_table(plan: CutPlan) -> PageRow:
     """Return one row per part, and the sums under them."""
     norm = plan.measures
     with_cost = norm.cost > 0.0
     places = 3 if with_cost and min((p.cost for p in norm.parts), default=1.0) < 0.1 else 2
     rows = [
         {
-            "number": clean(f"{p.part} {p.name}".rstrip()) if p.part else "in no part",
-            "href": f"#{part_id(p.part)}" if part_window(scene, p.part) else "",
-            "window": part_window(scene, p.part),
+            "part": p.part,
+            "number": clean(f"{p.part} {p.name}".rstrip()) if p.part else said("in no part"),
             "contours": _contours_words(plan, p.part),
             "area": f"{p.area / 100.0:,.4g}" if p.area else NO_VALUE,
             **_cells(p.times, p.cost, places),
@@ -218,18 +239,25 @@ def _parts(scene: SheetScene, plan: CutPlan) -> PageRow:
     feet = []
     if rest >= _LEAST_REST:
         ends = CutTimes(rapid_s=rest)
-        only = {"perimeter": "", "pierces": "", "cutting": "", "piercing": "", "cost": "", "total": clock(rest)}
-        feet.append({"name": "beginning and end", **_cells(ends, 0.0, places), **only})
-    feet.append({"name": "Sheet", **_cells(norm.sheet, norm.cost, places)})
+        only = {"perimeter": "", "pierces": "", "cutting": "", "piercing": "", "cost": "", "total": time_words(rest)}
+        feet.append({"name": said("beginning and end"), **_cells(ends, 0.0, places), **only})
+    feet.append({"name": said("Sheet"), **_cells(norm.sheet, norm.cost, places)})
     if norm.quantity > 1:
-        feet.append({"name": count(norm.quantity, "sheet"), **_cells(norm.batch, norm.batch_cost, places)})
-    return {
-        "rows": rows,
-        "feet": feet,
-        "cost": with_cost,
-        "left_out": len(norm.parts) - len(rows),
-        "long": len(rows) > _LONG_TABLE,
-    }
+        sheets = said("{number} sheets", number=f"{norm.quantity:,}")
+        feet.append({"name": sheets, **_cells(norm.batch, norm.batch_cost, places)})
+    left_out = len(norm.parts) - len(rows)
+    return {"rows": rows, "feet": feet, "cost": with_cost, "left_out": left_out, "long": len(rows) > _LONG_TABLE}
+
+
+def _parts(scene: SheetScene, plan: CutPlan) -> PageRow:
+    """Return the table of the parts, each with its picture."""
+    table = parts_table(plan)
+    shown = [
+        {**row, "href": f"#{part_id(row['part'])}" if window else "", "window": window}
+        for row in table["rows"]
+        for window in [part_window(scene, row["part"])]
+    ]
+    return {**table, "rows": shown}
 
 
 def _cells(times: CutTimes, cost: float, places: int) -> dict[str, str]:

@@ -13,6 +13,7 @@ from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.report import sheet_page
 from leafcut.processes.sheet.report.cut_words import cut_counts, cut_counts_words, cutting_as_json, norm_facts
 from leafcut.processes.sheet.report.sheet_drawing import build_sheet_scene, sheet_drawing
+from leafcut.report.overview import overview
 from leafcut.report.path_report import PathReport
 from leafcut.report.wording import at_most_words, count
 
@@ -78,6 +79,11 @@ class SheetReport(PathReport[SheetDetail]):
     def facts(self) -> list[Fact]:
         """Return what it is cut with, its time and its cost."""
         return [*(Fact(*fact) for fact in norm_facts(self.outcome.detail.plan)), *super().facts()]
+
+    def overview(self) -> dict[str, Any]:
+        """Return time and cost, where the time goes, and the parts."""
+        outcome, plan = self.outcome, self.outcome.detail.plan
+        return overview(sheet_page.facts(outcome, plan), sheet_page.norm_times(outcome), sheet_page.parts_table(plan))
 
     def page(self) -> dict[str, Any]:
         """Return drawings, time and cost, parts, cutting data."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
 from leafcut.geometry.index import NearLines, unique_pairs
-from leafcut.model.sequence import BlockRun
+from leafcut.model.sequence import PieceOfWork
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.sections.program_rows import Rows
 
@@ -37,21 +37,21 @@ _Lines = tuple[NDArray[np.object_], NDArray[np.int64]]
 def passes_in_order(
     program: Program,
     rows: Rows,
-    ones: Sequence[BlockRun],
-    others: Sequence[BlockRun],
-    pieces: Sequence[tuple[NearLines, NDArray[np.int64]]],
+    ones: Sequence[PieceOfWork],
+    others: Sequence[PieceOfWork],
+    short_lines: Sequence[tuple[NearLines, NDArray[np.int64]]],
 ) -> Iterator[NDArray[np.int64]]:
-    """Yield int64[k, 2], pairs of a chain of `ones` and one of `others` whose order has meaning to a mill.
+    """Yield int64[k, 2], pairs of a piece of `ones` and one of `others` whose order has meaning to a mill.
 
     These are cuts at different depths nearer than `SUPPOSED_WIDTH`, but for those that both follow a surface, and for
     two holes; and cuts at one depth that run side by side nearer than an allowance, unless both are closed.
 
     Parameters
     ----------
-    pieces
-        Short lines of `ones`, with the number of the chain of each, and those of `others`.
+    short_lines
+        Short lines of `ones`, with the number of the piece of each, and those of `others`.
     """
-    (near, owner), (other_near, other_owner) = pieces
+    (near, owner), (other_near, other_owner) = short_lines
     one = _Shapes(program, rows, ones)
     other = one if others is ones else _Shapes(program, rows, others)
 
@@ -76,13 +76,13 @@ def passes_in_order(
 
 
 def _apart(one: _Shapes, a: NDArray[np.int64], other: _Shapes, b: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return whether chains lie at different depths; not where a depth is not known."""
+    """Return whether pieces lie at different depths; not where a depth is not known."""
     different: NDArray[np.bool_] = np.abs(one.bottom[a] - other.bottom[b]) > _LEVEL
     return different
 
 
-def rows_in_order(paths: Sequence[_Path], chains: Sequence[BlockRun]) -> NDArray[np.int64]:
-    """Return int64[k, 2], pairs of chains that follow each other as rows that clear a surface, evenly to one side."""
+def rows_in_order(paths: Sequence[_Path], pieces: Sequence[PieceOfWork]) -> NDArray[np.int64]:
+    """Return int64[k, 2], pairs of pieces that follow each other as rows that clear a surface, evenly to one side."""
     straight: dict[int, NDArray[np.float64]] = {}
     several: set[int] = set()
     for number, points in paths:
@@ -96,9 +96,9 @@ def rows_in_order(paths: Sequence[_Path], chains: Sequence[BlockRun]) -> NDArray
     found: list[tuple[int, int]] = []
     run: list[tuple[int, int]] = []
     last = 0.0
-    for number in range(1, len(chains)):
+    for number in range(1, len(pieces)):
         step = math.nan
-        if number - 1 in straight and number in straight and abs(_fall(chains, number)) <= _LEVEL:
+        if number - 1 in straight and number in straight and abs(_fall(pieces, number)) <= _LEVEL:
             step = _step(straight[number - 1], straight[number])
         if not run or math.isnan(step) or step * last < 0 or abs(step) > 1.05 * abs(last):
             found += run if len(run) + 1 >= _LEAST_ROWS else []
@@ -110,8 +110,8 @@ def rows_in_order(paths: Sequence[_Path], chains: Sequence[BlockRun]) -> NDArray
     return np.array(found, dtype=np.int64).reshape(-1, 2)
 
 
-def _fall(chains: Sequence[BlockRun], number: int) -> float:
-    return chains[number].bottom - chains[number - 1].bottom
+def _fall(pieces: Sequence[PieceOfWork], number: int) -> float:
+    return pieces[number].bottom - pieces[number - 1].bottom
 
 
 def _step(row: NDArray[np.float64], follower: NDArray[np.float64]) -> float:
@@ -131,15 +131,15 @@ def _step(row: NDArray[np.float64], follower: NDArray[np.float64]) -> float:
 
 
 class _Shapes:
-    """What chains are like, an entry for each: how deep, and whether drilled, closed, or following a surface."""
+    """What pieces are like, an entry for each: how deep, and whether drilled, closed, or following a surface."""
 
-    def __init__(self, program: Program, rows: Rows, chains: Sequence[BlockRun]) -> None:
-        n = len(chains)
-        self.bottom = np.array([c.bottom for c in chains], dtype=np.float64)
+    def __init__(self, program: Program, rows: Rows, pieces: Sequence[PieceOfWork]) -> None:
+        n = len(pieces)
+        self.bottom = np.array([c.bottom for c in pieces], dtype=np.float64)
         self.still, self.closed, self.follows = (np.zeros(n, dtype=bool) for _ in range(3))
         path = program.path
-        for number, chain in enumerate(chains):
-            part = slice(int(program.first[chain.begin]), int(program.first[chain.end]))
+        for number, piece in enumerate(pieces):
+            part = slice(int(program.first[piece.begin]), int(program.first[piece.end]))
             end, before = path.end[part], rows.before[part]
             arcs = np.isin(path.kind[part], [int(Kind.ARC_CW), int(Kind.ARC_CCW)])
             moved = rows.cut[part] & (rows.sideways[part] | arcs) & (path.kind[part] != Kind.DRILL)
@@ -147,7 +147,7 @@ class _Shapes:
             if self.still[number]:
                 continue
             length = np.maximum(np.hypot(*(end - before)[:, :2].T), np.where(arcs, 1e-3, 0.0))
-            level = moved & (end[:, 2] <= chain.bottom + _LEVEL) & (before[:, 2] <= chain.bottom + _LEVEL)
+            level = moved & (end[:, 2] <= piece.bottom + _LEVEL) & (before[:, 2] <= piece.bottom + _LEVEL)
             self.follows[number] = length[level].sum() < _MOSTLY_LEVEL * length[moved].sum()
             at = np.flatnonzero(moved)
             gap = end[at[-1], :2] - before[at[0], :2]
@@ -155,7 +155,7 @@ class _Shapes:
 
 
 def _side_by_side(one: _Lines, other: _Lines, pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return bool[k]: whether half of the shorter of two chains lies within the allowance of the other."""
+    """Return bool[k]: whether half of the shorter of two pieces lies within the allowance of the other."""
     if not len(pairs):
         return np.zeros(0, dtype=bool)
     (a, in_a), (b, in_b) = (np.unique(column, return_inverse=True) for column in pairs.T)
@@ -172,11 +172,11 @@ def _side_by_side(one: _Lines, other: _Lines, pairs: NDArray[np.int64]) -> NDArr
     return beside
 
 
-def _joined(lines: NDArray[np.object_], owner: NDArray[np.int64], chains: NDArray[np.int64]) -> NDArray[np.object_]:
-    """Return the lines of each chain as one shape, without what is a place only."""
-    mine = np.flatnonzero(np.isin(owner, chains) & (shapely.get_type_id(lines) == 1))
-    shapes = np.full(len(chains), shapely.MultiLineString(), dtype=object)
-    numbers = np.searchsorted(chains, owner[mine])
+def _joined(lines: NDArray[np.object_], owner: NDArray[np.int64], pieces: NDArray[np.int64]) -> NDArray[np.object_]:
+    """Return the lines of each piece as one shape, without what is a place only."""
+    mine = np.flatnonzero(np.isin(owner, pieces) & (shapely.get_type_id(lines) == 1))
+    shapes = np.full(len(pieces), shapely.MultiLineString(), dtype=object)
+    numbers = np.searchsorted(pieces, owner[mine])
     if len(mine):
         shapely.multilinestrings(lines[mine], indices=numbers, out=shapes)
     return shapes

@@ -16,13 +16,13 @@ from leafcut.gcode.tool_comments import tool_width
 from leafcut.geometry.index import NearLines, linked, unique_pairs
 from leafcut.kinds import BEAMS
 from leafcut.model.heartbeat import Heartbeat, unseen
-from leafcut.model.sequence import BlockRun
+from leafcut.model.sequence import PieceOfWork
 from leafcut.model.toolpath import Kind, arc_extremes, arc_sweep
 from leafcut.processes.program.plan.precedence.freeing import (
     LEAST_AREA,
     MEETING,
     Area,
-    freeing_chains,
+    freeing_pieces,
     freeing_stages,
     level_rows,
     through_cuts,
@@ -35,30 +35,30 @@ from leafcut.processes.program.plan.sections.program_rows import TOLERANCE, Rows
 #: How far a chord may lie from its arc, mm.
 _SAGITTA = 0.02
 #: Segments in one piece of a path, so that its box is small.
-_PIECE = 32
+_STRETCH = 32
 #: A path of more points is not made into an area; the hull of its points stands for it.
 _MOST_POINTS = 20_000
-#: So many chains are looked at together for what they imply.
+#: So many pieces are looked at together for what they imply.
 _BITS = 8192
 #: Why an order is kept: cuts touch, passes of a mill whose width is not told, one lies inside the other, a part may
 #: come free.
 TOUCHES, PASSES, INSIDE, FREES = "touches", "passes", "inside", "frees"
-#: The number of a chain, and float64[n, 2]: a line along which it cuts.
+#: The number of a piece, and float64[n, 2]: a line along which it cuts.
 _Path = tuple[int, NDArray[np.float64]]
 
 
 class Precedence(NamedTuple):
-    """Chains, those that free a part marked; the pairs in which their order is kept; and `Section.ties`."""
+    """Pieces, those that free a part marked; the pairs in which their order is kept; and `Section.ties`."""
 
-    chains: tuple[BlockRun, ...]
+    pieces: tuple[PieceOfWork, ...]
     pairs: NDArray[np.int32]
     ties: dict[str, NDArray[np.int32]]
 
 
 def with_precedence(
-    program: Program, rows: Rows, chains: Sequence[BlockRun], process: str, look: Heartbeat = unseen
+    program: Program, rows: Rows, pieces: Sequence[PieceOfWork], process: str, look: Heartbeat = unseen
 ) -> Precedence:
-    """Return the chains, those that free a part marked, and the pairs in which the order of the program is kept.
+    """Return the pieces, those that free a part marked, and the pairs in which the order of the program is kept.
 
     Two cuts that come nearer to each other than the tool is wide (where a comment says how wide; else than
     `TOUCHING`) keep their order: passes over the same place, a finishing pass, a hole drilled again. A closed cut
@@ -67,10 +67,10 @@ def with_precedence(
     all other work before it (`freeing`). What follows from others is left out: int32[k, 2], pairs
     (before, after). `look` is called as it goes on.
     """
-    n = len(chains)
-    causes = related(program, rows, chains, chains, process, look)
+    n = len(pieces)
+    causes = related(program, rows, pieces, pieces, process, look)
     causes = {cause: pairs[pairs[:, 0] < pairs[:, 1]] for cause, pairs in causes.items()}
-    marked = _freeing(program, rows, chains, process, look)
+    marked = _freeing(program, rows, pieces, process, look)
     causes[FREES] = work_before_freeing(marked)
     ties = {cause: ties_of(pairs, n) for cause, pairs in causes.items() if len(pairs)}
     stages = divided_at(freeing_stages(marked), n)
@@ -80,7 +80,7 @@ def with_precedence(
 
 
 def ties_of(pairs: NDArray[np.int64], n: int) -> NDArray[np.int32]:
-    """Return `Section.ties` of pairs (before, after), int64[k, 2], of n chains."""
+    """Return `Section.ties` of pairs (before, after), int64[k, 2], of n pieces."""
     ties = no_ties(n)
     np.minimum.at(ties[:, 0], pairs[:, 0], pairs[:, 1].astype(np.int32))
     np.maximum.at(ties[:, 1], pairs[:, 1], pairs[:, 0].astype(np.int32))
@@ -88,19 +88,19 @@ def ties_of(pairs: NDArray[np.int64], n: int) -> NDArray[np.int32]:
 
 
 def no_ties(n: int) -> NDArray[np.int32]:
-    """Return `Section.ties` of chains that nothing binds."""
+    """Return `Section.ties` of pieces that nothing binds."""
     return np.tile(np.array([n, -1], dtype=np.int32), (n, 1))
 
 
 def nearer(one: NDArray[np.int32] | None, other: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return what binds chains that are bound by both of two causes."""
+    """Return what binds pieces that are bound by both of two causes."""
     if one is None:
         return other
     return np.stack([np.minimum(one[:, 0], other[:, 0]), np.maximum(one[:, 1], other[:, 1])], axis=1)
 
 
 def divided_at(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
-    """Return `Section.ties` of n chains that stay on their side of every edge; None without edges."""
+    """Return `Section.ties` of n pieces that stay on their side of every edge; None without edges."""
     inner = [edge for edge in edges if 0 < edge < n]
     if not inner:
         return None
@@ -110,25 +110,25 @@ def divided_at(edges: Sequence[int], n: int) -> NDArray[np.int32] | None:
 
 
 def _freeing(
-    program: Program, rows: Rows, chains: Sequence[BlockRun], process: str, look: Heartbeat
-) -> tuple[BlockRun, ...]:
-    """Return the chains, those that free a part marked."""
-    found, deepest = through_cuts(program, rows, chains, process)
+    program: Program, rows: Rows, pieces: Sequence[PieceOfWork], process: str, look: Heartbeat
+) -> tuple[PieceOfWork, ...]:
+    """Return the pieces, those that free a part marked."""
+    found, deepest = through_cuts(program, rows, pieces, process)
     through = found.tolist()
     if not through:
-        return tuple(chains)
-    low, high = int(program.first[chains[through[0]].begin]), int(program.first[chains[through[-1]].end])
+        return tuple(pieces)
+    low, high = int(program.first[pieces[through[0]].begin]), int(program.first[pieces[through[-1]].end])
     level = np.zeros(len(program.path), dtype=bool)
     for number in through:
-        level[program.first[chains[number].begin] : program.first[chains[number].end]] = level_rows(
-            program, rows, chains[number]
+        level[program.first[pieces[number].begin] : program.first[pieces[number].end]] = level_rows(
+            program, rows, pieces[number]
         )
     steps = _steps(program, rows, low, high, level)
     areas: list[Area] = []
     open_: list[_Path] = []
     for number in through:
         look()
-        for path in _lines_of(program, rows, steps, chains[number]):
+        for path in _lines_of(program, rows, steps, pieces[number]):
             area = _area(path)
             if area is not None and area.area < LEAST_AREA:
                 continue
@@ -139,24 +139,24 @@ def _freeing(
                 open_.append((number, path))
     for area, numbers in closed_together(open_, TOUCHING, look):
         areas += [Area(number, area, False) for number in numbers]
-    return freeing_chains(areas, chains, deepest)
+    return freeing_pieces(areas, pieces, deepest)
 
 
 def related(
     program: Program,
     rows: Rows,
-    ones: Sequence[BlockRun],
-    others: Sequence[BlockRun],
+    ones: Sequence[PieceOfWork],
+    others: Sequence[PieceOfWork],
     process: str,
     look: Heartbeat = unseen,
 ) -> dict[str, NDArray[np.int64]]:
-    """Return int64[k, 2], pairs of a chain of `ones` and one of `others` whose order has meaning, by cause."""
+    """Return int64[k, 2], pairs of a piece of `ones` and one of `others` whose order has meaning, by cause."""
     widths = tool_width(program, ones[0].begin), tool_width(program, others[0].begin)
     reach = TOUCHING + 2 * _SAGITTA + max(widths)
     first = _paths(program, rows, ones, look)
     second = first if others is ones else _paths(program, rows, others, look)
-    near, owner = mine = _pieces(first)
-    other_near, other_owner = other = mine if others is ones else _pieces(second)
+    near, owner = mine = _short_lines(first)
+    other_near, other_owner = other = mine if others is ones else _short_lines(second)
     pairs: list[NDArray[np.int64]] = []
     for a, b in near.pairs(other_near, reach):
         look()
@@ -182,19 +182,19 @@ def _each_once(pairs: list[NDArray[np.int64]]) -> NDArray[np.int64]:
     return unique_pairs(every[:, 0], every[:, 1])
 
 
-def _paths(program: Program, rows: Rows, chains: Sequence[BlockRun], look: Heartbeat) -> list[_Path]:
-    """Return the lines that the cuts of chains go along, in order."""
-    low = min(int(program.first[c.begin]) for c in chains)
-    steps = _steps(program, rows, low, max(int(program.first[c.end]) for c in chains))
+def _paths(program: Program, rows: Rows, pieces: Sequence[PieceOfWork], look: Heartbeat) -> list[_Path]:
+    """Return the lines that the cuts of pieces go along, in order."""
+    low = min(int(program.first[c.begin]) for c in pieces)
+    steps = _steps(program, rows, low, max(int(program.first[c.end]) for c in pieces))
     paths: list[_Path] = []
-    for number, chain in enumerate(chains):
+    for number, piece in enumerate(pieces):
         look()
-        paths += [(number, points) for points in _lines_of(program, rows, steps, chain)]
+        paths += [(number, points) for points in _lines_of(program, rows, steps, piece)]
     return paths
 
 
 class _Steps(NamedTuple):
-    """The rows of some chains that cut, and those in which the tool waits.
+    """The rows of some pieces that cut, and those in which the tool waits.
 
     Attributes
     ----------
@@ -233,12 +233,12 @@ def _steps(program: Program, rows: Rows, low: int, high: int, chosen: NDArray[np
     return _Steps(row, ends, parts, bent, low + np.flatnonzero(kind == Kind.DWELL))
 
 
-def _lines_of(program: Program, rows: Rows, steps: _Steps, chain: BlockRun) -> list[NDArray[np.float64]]:
-    """Return float64[n, 2] for every line that the cut of a chain goes along without a way in between, arcs as chords.
+def _lines_of(program: Program, rows: Rows, steps: _Steps, piece: PieceOfWork) -> list[NDArray[np.float64]]:
+    """Return float64[n, 2] for every line that the cut of a piece goes along without a way in between, arcs as chords.
 
     A line has two points at least; a hole has its place twice, and so has where the tool waits.
     """
-    rims = program.first[chain.begin], program.first[chain.end]
+    rims = program.first[piece.begin], program.first[piece.end]
     low, high = np.searchsorted(steps.row, rims).tolist()
     waits = steps.waits[slice(*np.searchsorted(steps.waits, rims))]
     lines: list[NDArray[np.float64]] = []
@@ -254,7 +254,7 @@ def _lines_of(program: Program, rows: Rows, steps: _Steps, chain: BlockRun) -> l
     if len(waits):
         places = rows.before[waits, :2]
         lines += [np.array([place, place]) for place in np.unique(places[np.isfinite(places).all(axis=1)], axis=0)]
-    return lines or [np.array([chain.entry, chain.entry])]
+    return lines or [np.array([piece.entry, piece.entry])]
 
 
 def _corners(program: Program, rows: NDArray[np.int64]) -> list[NDArray[np.float64]]:
@@ -281,19 +281,19 @@ def _chords(program: Program, row: int) -> NDArray[np.float64]:
     return np.concatenate([centre + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1), end])
 
 
-def _pieces(paths: list[_Path]) -> tuple[NearLines, NDArray[np.int64]]:
-    """Return short lines that together are the paths, and the number of the chain that each is of."""
+def _short_lines(paths: list[_Path]) -> tuple[NearLines, NDArray[np.int64]]:
+    """Return short lines that together are the paths, and the number of the piece that each is of."""
     coordinates: list[NDArray[np.float64]] = []
     line_of: list[NDArray[np.int64]] = []
     owner: list[int] = []
     still: list[int] = []
     for number, path in paths:
-        for begin in range(0, len(path) - 1, _PIECE):
-            piece = path[begin : begin + _PIECE + 1]
-            if (piece == piece[0]).all():
+        for begin in range(0, len(path) - 1, _STRETCH):
+            stretch = path[begin : begin + _STRETCH + 1]
+            if (stretch == stretch[0]).all():
                 still.append(len(owner))
-            coordinates.append(piece)
-            line_of.append(np.full(len(piece), len(owner)))
+            coordinates.append(stretch)
+            line_of.append(np.full(len(stretch), len(owner)))
             owner.append(number)
     lines: Any = shapely.linestrings(np.concatenate(coordinates), indices=np.concatenate(line_of))
     # A line without length is no line to GEOS, and near to nothing.
@@ -302,9 +302,9 @@ def _pieces(paths: list[_Path]) -> tuple[NearLines, NDArray[np.int64]]:
 
 
 def _inside(inner: list[_Path], outer: list[_Path], tab: float, look: Heartbeat) -> NDArray[np.int64]:
-    """Return int64[k, 2], pairs of a chain of `inner` that begins inside an outline of `outer`, and one that cuts it.
+    """Return int64[k, 2], pairs of a piece of `inner` that begins inside an outline of `outer`, and one that cuts it.
 
-    An outline that several chains cut together is closed by the last of them, whichever that will be: what is inside
+    An outline that several pieces cut together is closed by the last of them, whichever that will be: what is inside
     is paired with each.
     """
     areas: list[Any] = []
@@ -330,7 +330,7 @@ def _inside(inner: list[_Path], outer: list[_Path], tab: float, look: Heartbeat)
         look()
         points = tree.query(area, predicate="contains").tolist()
         pairs.update((inner[point][0], owner) for point in points for owner in numbers)
-    # A chain of several lines may lie inside one of its own, or inside an outline that it helps to close.
+    # A piece of several lines may lie inside one of its own, or inside an outline that it helps to close.
     found = [pair for pair in pairs if inner is not outer or pair[0] != pair[1]]
     return np.array(found, dtype=np.int64).reshape(-1, 2)
 
@@ -366,12 +366,12 @@ def _area(path: NDArray[np.float64]) -> Any:
 def _without_implied(pairs: NDArray[np.int64], n: int, look: Heartbeat = unseen) -> NDArray[np.int32]:
     """Return the pairs (before, after), all from a lower to a higher number, without those that others imply.
 
-    What hangs together is looked at by itself, and of that so many chains at a time: memory grows with n alone.
+    What hangs together is looked at by itself, and of that so many pieces at a time: memory grows with n alone.
     """
     if not len(pairs):
         return np.zeros((0, 2), dtype=np.int32)
     group = linked(n, pairs[:, 0], pairs[:, 1])
-    # Chains in the order of their groups: the numbers of what hangs together are near to each other.
+    # Pieces in the order of their groups: the numbers of what hangs together are near to each other.
     order = np.argsort(group, kind="stable")
     rank = np.empty(n, dtype=np.int64)
     rank[order] = np.arange(n)
@@ -393,7 +393,7 @@ def _kept_from(pairs: list[list[int]], low: int, high: int) -> list[tuple[int, i
 
     `pairs` are sorted by their ends, those of one end with the highest beginning first.
     """
-    # Bit k of `ancestors[i]`: chain low + k must come before chain i.
+    # Bit k of `ancestors[i]`: piece low + k must come before piece i.
     ancestors: dict[int, int] = {}
     kept = []
     for before, after in pairs:

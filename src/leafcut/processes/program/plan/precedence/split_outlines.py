@@ -24,12 +24,12 @@ _MOST_TOGETHER = 64
 def closed_together(
     paths: Sequence[tuple[int, NDArray[np.float64]]], tab: float, look: Heartbeat = unseen
 ) -> Iterator[tuple[Any, list[int]]]:
-    """Yield (area, chains): what open lines enclose that touch each other, and the chains that they belong to.
+    """Yield (area, pieces): what open lines enclose that touch each other, and the pieces that they belong to.
 
     Parameters
     ----------
     paths
-        The number of a chain and a line of it, float64[n, 2], mm; none encloses anything by itself.
+        The number of a piece and a line of it, float64[n, 2], mm; none encloses anything by itself.
     tab
         How far two ends may lie from each other, mm, that only a tab parts.
     look
@@ -49,7 +49,7 @@ def closed_together(
     tabs, of = tabs[order], group[begins[order]]
     for members in _together(group):
         look()
-        chains = sorted({paths[k][0] for k in members})
+        pieces = sorted({paths[k][0] for k in members})
         # Passes at several depths go along the same line.
         alone = np.unique(shapely.to_wkb(shapely.normalize(shapely.set_precision(lines[members], TOUCHING / 10))))
         if len(alone) > _MOST_TOGETHER:
@@ -57,7 +57,7 @@ def closed_together(
         here = slice(*np.searchsorted(of, group[members[0]] + np.arange(2)))
         area = _enclosed(np.concatenate([lines[members], tabs[here]]))
         if area.area > 0:
-            yield area, chains
+            yield area, pieces
 
 
 def _tabs(lines: NDArray[np.object_], tab: float) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.object_]]:

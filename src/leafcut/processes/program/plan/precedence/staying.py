@@ -1,6 +1,6 @@
 """Why pieces of work keep their place in a program: each by what alone holds it, with the line where that stands.
 
-A chain of a section can stand nowhere else where all others come before it or behind it. What holds it is the cause
+A piece of a section can stand nowhere else where all others come before it or behind it. What holds it is the cause
 without which that would not be so; where every single one can go and it would still be held, it is several together.
 """
 
@@ -45,12 +45,12 @@ _MOST_LETTERS = 40
 _NUMBER = re.compile(r"^[/ \t]*N[ \t]*[0-9]+(?:\.[0-9]+)?[ \t]*", re.IGNORECASE)
 
 
-def why_chains_stay(section: Section, apart: Iterable[int]) -> tuple[Stay | None, ...]:
-    """Return for every chain of a section why it can stand nowhere else, None where it can.
+def why_pieces_stay(section: Section, apart: Iterable[int]) -> tuple[Stay | None, ...]:
+    """Return for every piece of a section why it can stand nowhere else, None where it can.
 
-    `apart` are the chains with which operations begin that are not mixed.
+    `apart` are the pieces with which operations begin that are not mixed.
     """
-    n = len(section.chains)
+    n = len(section.pieces)
     ties = dict(section.ties)
     operations = divided_at(list(apart), n)
     if operations is not None:
@@ -62,17 +62,17 @@ def why_chains_stay(section: Section, apart: Iterable[int]) -> tuple[Stay | None
             if not left.any():
                 break
             freed = left & ~_held([tie for cause, tie in ties.items() if cause not in some], n)
-            for chain in np.flatnonzero(freed).tolist():
-                why[chain] = "+".join(some)
+            for piece in np.flatnonzero(freed).tolist():
+                why[piece] = "+".join(some)
             left &= ~freed
-    lines = (chain.line for chain in section.chains)
+    lines = (piece.line for piece in section.pieces)
     return tuple(Stay(reason, line) if reason else None for reason, line in zip(why, lines, strict=True))
 
 
 def _held(ties: list[NDArray[np.int32]], n: int) -> NDArray[np.bool_]:
-    """Return which of n chains all others come before or behind, bool[n].
+    """Return which of n pieces all others come before or behind, bool[n].
 
-    A chain is behind all that stand before it if each of those has to be before one that is no farther than it.
+    A piece is behind all that stand before it if each of those has to be before one that is no farther than it.
     """
     if not ties or n < 2:
         return np.zeros(n, dtype=bool)
@@ -96,7 +96,7 @@ def word_at(program: Program, line: int) -> str:
 
 def count_pieces(sequence: Sequence) -> int:
     """Return how many pieces of work a program has."""
-    return len(sequence.stays) + sum(len(section.chains) for section in sequence.sections)
+    return len(sequence.stays) + sum(len(section.pieces) for section in sequence.sections)
 
 
 def grouped(sequence: Sequence, refused: dict[int, str], keep_order: bool) -> tuple[Staying, ...]:
@@ -111,12 +111,12 @@ def grouped(sequence: Sequence, refused: dict[int, str], keep_order: bool) -> tu
     """
     stays = list(sequence.stays)
     for number, section in enumerate(sequence.sections):
-        for place, chain in enumerate(section.chains):
+        for place, piece in enumerate(section.pieces):
             stay = section.stays[place] if section.stays else None
             if stay is None and keep_order:
-                stay = Stay("keep-order", chain.line)
+                stay = Stay("keep-order", piece.line)
             elif stay is None and number in refused:
-                stay = Stay("refused", chain.line, cause=refused[number])
+                stay = Stay("refused", piece.line, cause=refused[number])
             stays += [] if stay is None else [stay]
     groups: dict[tuple[str, str], list[Stay]] = {}
     for stay in stays:

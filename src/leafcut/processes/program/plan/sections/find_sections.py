@@ -13,7 +13,7 @@ from leafcut.gcode.modal_dependencies import HERE, BlockReader, next_place
 from leafcut.gcode.program import Modal, Program
 from leafcut.kinds import BEAMS
 from leafcut.model.heartbeat import Heartbeat, unseen
-from leafcut.model.sequence import BlockRun, Kept, Section, Stay
+from leafcut.model.sequence import Kept, PieceOfWork, Section, Stay
 from leafcut.model.toolpath import MOTIONS, PLACES, SPEED_ALONE, Kind
 from leafcut.processes.program.plan.precedence.precedence import with_precedence
 from leafcut.processes.program.plan.precedence.staying import word_at
@@ -35,7 +35,7 @@ _MOTIONS = frozenset(int(k) for k in MOTIONS)
 
 @dataclass(frozen=True, slots=True)
 class _Start:
-    """A block at which a chain may begin: its row that first moves sideways, and the height of that crossing."""
+    """A block at which a piece may begin: its row that first moves sideways, and the height of that crossing."""
 
     block: int
     row: int
@@ -52,7 +52,7 @@ class Finder:
         self.reader = BlockReader(program)
         self.beam = process in BEAMS
         self.entries: set[int] = set()
-        #: By the block of a way across: why no chain begins there, and why a chain that could begin there stays.
+        #: By the block of a way across: why no piece begins there, and why a piece that could begin there stays.
         self.refused: dict[int, str] = {}
         self.why: dict[int, tuple[str, int]] = {}
         #: By block, where the call ends that it is run from; of the call itself, none.
@@ -72,10 +72,10 @@ class Finder:
         """Return every section, in the order of the program."""
         found: list[Section] = []
         for section in reversed(list(self._candidates())):
-            if (found and found[-1].chains[0].begin == section.chains[-1].end) or self._may_end(section):
+            if (found and found[-1].pieces[0].begin == section.pieces[-1].end) or self._may_end(section):
                 found.append(section)
             else:
-                self._note(section.chains, "goes-on", section.chains[-1].end)
+                self._note(section.pieces, "goes-on", section.pieces[-1].end)
         return found[::-1]
 
     def _candidates(self) -> Iterator[Section]:
@@ -104,7 +104,7 @@ class Finder:
                 found.add(later)
         return found
 
-    # -- where chains begin ------------------------------------------------------------------------------------------
+    # -- where pieces begin ------------------------------------------------------------------------------------------
 
     def _starts(self, begin: int, end: int) -> list[_Start]:
         """Return the places in a run where the tool, up and done with the work before, goes across."""
@@ -145,7 +145,7 @@ class Finder:
         return not why
 
     def _why_not(self, start: _Start, top: float) -> str:
-        """Return why no chain may begin with a way across, "" where one may (`plan.precedence.staying.PHRASES`)."""
+        """Return why no piece may begin with a way across, "" where one may (`plan.precedence.staying.PHRASES`)."""
         modal = self.program.modal(start.block)
         if start.block in self.blind or math.isinf(start.height):
             return "unknown-height"
@@ -200,7 +200,7 @@ class Finder:
         return modal.radius == 40 and not modal.incremental
 
     def _key(self, modal: Modal) -> tuple[int, float]:
-        """Return what must be the same before and after a chain."""
+        """Return what must be the same before and after a piece."""
         return modal.spindle, modal.rpm if modal.spindle and not self.beam else 0.0
 
     def _switches(self, starts: list[_Start]) -> list[int]:
@@ -241,7 +241,7 @@ class Finder:
         says = words is not None and words.letters.keys() == {"S"} and words.states <= {"speed"}
         return says and len(alone) == len(rows) == 1 and not self.beam
 
-    # -- chains and sections -----------------------------------------------------------------------------------------
+    # -- pieces and sections -----------------------------------------------------------------------------------------
 
     def _of_run(self, starts: list[_Start], begin: int, end: int) -> Iterator[Section]:
         """Yield the sections of the run of blocks begin … end - 1."""
@@ -260,17 +260,17 @@ class Finder:
             chosen = [starts[m] for m in members]
             # What lies between two members moves with the first of them.
             self.entries -= {s.block for s in starts[members[0] : stop]} - {s.block for s in chosen}
-            chains = [self._chain(a, b.block, b.row) for a, b in pairwise([*chosen, *starts[stop:][:1]])]
+            pieces = [self._piece(a, b.block, b.row) for a, b in pairwise([*chosen, *starts[stop:][:1]])]
             last = self._up_again(chosen[-1], end, clearance) if stop == len(starts) else None
             why = "lit" if self.beam and self.rows.beam[int(self.first[end]) - 1] else "low"
             if last is not None:
-                chains.append(self._chain(chosen[-1], last, int(self.first[last])))
-            chains = self._with_prefixes(chains, clearance)
-            if stop == len(starts) and stays_last(self.program, self.rows, chains[-1]):
-                chains, why = chains[:-1], why if last is None else "goes-on"
-            if len(chains) > 1:
-                yield self._section(chains, chosen[0], clearance)
-                chosen = chosen[len(chains) :]
+                pieces.append(self._piece(chosen[-1], last, int(self.first[last])))
+            pieces = self._with_prefixes(pieces, clearance)
+            if stop == len(starts) and stays_last(self.program, self.rows, pieces[-1]):
+                pieces, why = pieces[:-1], why if last is None else "goes-on"
+            if len(pieces) > 1:
+                yield self._section(pieces, chosen[0], clearance)
+                chosen = chosen[len(pieces) :]
             self.why.update((start.block, (why, end if why == "goes-on" else -1)) for start in chosen)
 
     def _alone(self, before: int, after: int) -> tuple[str, int]:
@@ -282,12 +282,12 @@ class Finder:
             return "alone", before
         return "only", -1
 
-    def _note(self, chains: Iterable[BlockRun], why: str, block: int) -> None:
-        for chain in chains:
-            self.why.update((b, (why, block)) for b in range(chain.begin, chain.end) if b in self.entries)
+    def _note(self, pieces: Iterable[PieceOfWork], why: str, block: int) -> None:
+        for piece in pieces:
+            self.why.update((b, (why, block)) for b in range(piece.begin, piece.end) if b in self.entries)
 
     def _up_again(self, start: _Start, end: int, clearance: float) -> int | None:
-        """Return the end of the last chain of a run: after the block with which the tool is up; None if it is not."""
+        """Return the end of the last piece of a run: after the block with which the tool is up; None if it is not."""
         turning = self.program.modal(start.block).spindle
         low, high = int(self.first[start.block]), int(self.first[end])
         cuts = np.flatnonzero(self.rows.cut[low:high])
@@ -337,7 +337,7 @@ class Finder:
             x, y, z = (path.end if path.kind[row] in PLACES else before)[row].tolist()
         return x, y, z
 
-    def _chain(self, start: _Start, end: int, end_row: int) -> BlockRun:
+    def _piece(self, start: _Start, end: int, end_row: int) -> PieceOfWork:
         self.look()
         path = self.program.path
         rows = slice(start.row, int(self.first[end]))
@@ -353,7 +353,7 @@ class Finder:
         aside = self.rows.sideways[rows] | np.isin(path.kind[rows], [Kind.ARC_CW, Kind.ARC_CCW])
         upright = not (self.rows.cut[rows] & aside & (path.kind[rows] != Kind.DRILL)).any()
         drill = path.kind[start.row] == Kind.DRILL
-        return BlockRun(
+        return PieceOfWork(
             start.block,
             end,
             "hole" if upright and not self.beam else "cut",
@@ -365,18 +365,18 @@ class Finder:
             int(self.program.line[start.block]),
         )
 
-    def _with_prefixes(self, chains: list[BlockRun], clearance: float) -> list[BlockRun]:
-        """Let chains after the first begin with the rapids to the height where the tool is, if there are such."""
-        result = chains[:1]
-        for chain in chains[1:]:
-            begin = chain.begin
+    def _with_prefixes(self, pieces: list[PieceOfWork], clearance: float) -> list[PieceOfWork]:
+        """Let pieces after the first begin with the rapids to the height where the tool is, if there are such."""
+        result = pieces[:1]
+        for piece in pieces[1:]:
+            begin = piece.begin
             while begin - 1 > result[-1].begin and (
                 self._stays_up(begin - 1, clearance) or self._only_speed(begin - 1)
             ):
                 begin -= 1
-            if begin < chain.begin:
+            if begin < piece.begin:
                 result[-1] = replace(result[-1], end=begin)
-            result.append(replace(chain, begin=begin, line=int(self.program.line[begin])))
+            result.append(replace(piece, begin=begin, line=int(self.program.line[begin])))
         return result
 
     def _stays_up(self, block: int, clearance: float) -> bool:
@@ -392,11 +392,11 @@ class Finder:
         )
 
     def _may_end(self, section: Section) -> bool:
-        """Return whether what stays behind the section can follow any of its chains.
+        """Return whether what stays behind the section can follow any of its pieces.
 
-        A hole that goes on with the cycle of the one before needs the same cycle and height after every chain.
+        A hole that goes on with the cycle of the one before needs the same cycle and height after every piece.
         """
-        program, end = self.program, section.chains[-1].end
+        program, end = self.program, section.pieces[-1].end
         follower = next((b for b in range(end, program.n_blocks) if self._acts(b)), None)
         if follower is None:
             return True
@@ -406,7 +406,7 @@ class Finder:
             goes_on = "motion" in self.reader.reliance(follower, follower + 1).relies
         if not goes_on:
             return True
-        states = {(*self._cycle_state(c.end), round(c.leave_z, 6)) for c in section.chains}
+        states = {(*self._cycle_state(c.end), round(c.leave_z, 6)) for c in section.pieces}
         here = next_place(self.reader, range(end, program.n_blocks), section.clearance) == HERE
         return len(states) == 1 and not here
 
@@ -420,16 +420,16 @@ class Finder:
         modal = self.program.modal(block)
         return modal.motion, modal.cycle, frozenset(modal.cycle_words), modal.to_initial
 
-    def _section(self, chains: list[BlockRun], first: _Start, clearance: float) -> Section:
+    def _section(self, pieces: list[PieceOfWork], first: _Start, clearance: float) -> Section:
         before = self.rows.before[first.row, :2]
-        marked, pairs, ties = with_precedence(self.program, self.rows, chains, self.process, self.look)
+        marked, pairs, ties = with_precedence(self.program, self.rows, pieces, self.process, self.look)
         return Section(
             marked,
             pairs,
             (float(before[0]), float(before[1])) if np.isfinite(before).all() else None,
             None,
             clearance,
-            self.program.modal(chains[0].begin).tool,
+            self.program.modal(pieces[0].begin).tool,
             ties,
         )
 
@@ -441,12 +441,12 @@ class Finder:
         sections = self.sections()
         done = 0
         for section, follower in zip_longest(sections, sections[1:]):
-            begin, end = section.chains[0].begin, section.chains[-1].end
+            begin, end = section.pieces[0].begin, section.pieces[-1].end
             if begin > done:
                 items.append(self._kept(done, begin, inside=bool(items)))
-            upto = self.program.n_blocks if follower is None else follower.chains[0].begin
+            upto = self.program.n_blocks if follower is None else follower.pieces[0].begin
             place = next_place(self.reader, range(end, upto), section.clearance)
-            items.append(replace(section, end=section.chains[-1].exit if isinstance(place, str) else place))
+            items.append(replace(section, end=section.pieces[-1].exit if isinstance(place, str) else place))
             done = end
         if done < self.program.n_blocks:
             items.append(self._kept(done, self.program.n_blocks, inside=False))
@@ -470,7 +470,7 @@ class Finder:
     def stays(self, kept: Kept) -> Iterator[Stay]:
         """Yield for every piece of work among blocks that stay why it does.
 
-        A piece is what is made from one way across to the next, but for such ways as no chain may begin with, between
+        A piece is what is made from one way across to the next, but for such ways as no piece may begin with, between
         which nothing stays for another reason: those join what they lie between.
         """
         begin = way = -1

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from leafcut.gcode.program import Program
-from leafcut.model.sequence import BlockRun
+from leafcut.model.sequence import PieceOfWork
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.sections.program_rows import TOLERANCE, Rows
 
@@ -16,14 +16,14 @@ STOPS = [int(k) for k in (Kind.TOOL, Kind.PAUSE, Kind.MACHINE, Kind.END, Kind.FR
 _FEEDS = [int(k) for k in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)]
 
 
-def stays_last(program: Program, rows: Rows, chain: BlockRun) -> bool:
-    """Return whether a chain behind which others stay must be the last of its section.
+def stays_last(program: Program, rows: Rows, piece: PieceOfWork) -> bool:
+    """Return whether a piece behind which others stay must be the last of its section.
 
     So it is where a dwell or radius compensation follows without a rapid in between, or a cut without a way across;
-    where the tool rises higher behind a block that stays, and goes on to other work from there; where the chain itself
+    where the tool rises higher behind a block that stays, and goes on to other work from there; where the piece itself
     goes elsewhere after its work, as for a person or the end; and where the next way is made with a beam that was off.
     """
-    low, high = int(program.first[chain.begin]), int(program.first[chain.end])
+    low, high = int(program.first[piece.begin]), int(program.first[piece.end])
     last = low + int(np.flatnonzero(rows.cut[low:high])[-1])
     return (
         _goes_on(program, rows, last, high)
@@ -75,7 +75,7 @@ def follows_compensation(program: Program, row: int) -> bool:
 
 
 def _is_lit_after(program: Program, rows: Rows, low: int, high: int) -> bool:
-    """Return whether the first way behind a chain is made with the beam on, unlike the first of its own."""
+    """Return whether the first way behind a piece is made with the beam on, unlike the first of its own."""
     if not rows.beam.any():
         return False
     ways = [np.flatnonzero(part) for part in (rows.travel[low:high], rows.travel[high:])]

@@ -95,11 +95,11 @@ class _Merger:
             elif self._alike(item, later):
                 self._do_join(place, at)
                 return True
-            elif any(chain.may_free for chain in later.chains):
+            elif any(piece.may_free for piece in later.pieces):
                 # A part would come free before the work in between.
                 return False
             elif any(
-                map(len, related(self.program, self.rows, item.chains, later.chains, self.process, self.look).values())
+                map(len, related(self.program, self.rows, item.pieces, later.pieces, self.process, self.look).values())
             ):
                 return False
         return False
@@ -107,11 +107,11 @@ class _Merger:
     def _do_join(self, place: int, at: int) -> None:
         earlier, later, change = self.items[place], self.items[at], self.items[at - 1]
         assert isinstance(earlier, Section) and isinstance(later, Section) and isinstance(change, Kept)
-        both = (*earlier.chains, *later.chains)
-        self.items[place] = replace(earlier, chains=both)
+        both = (*earlier.pieces, *later.pieces)
+        self.items[place] = replace(earlier, pieces=both)
         if not self.only_counts:
-            chains, precedence, ties = with_precedence(self.program, self.rows, both, self.process, self.look)
-            self.items[place] = replace(earlier, chains=chains, precedence=precedence, ties=ties)
+            pieces, precedence, ties = with_precedence(self.program, self.rows, both, self.process, self.look)
+            self.items[place] = replace(earlier, pieces=pieces, precedence=precedence, ties=ties)
         self.dropped.append(replace(change, reason="a change to a tool that did all its work before"))
         self.saved += self._kinds(change).count(Kind.TOOL)
         del self.items[at - 1 : at + 1]
@@ -135,7 +135,7 @@ class _Merger:
         return Kind.TOOL in self._kinds(kept) and self._passable(kept)
 
     def _alike(self, one: Section, other: Section) -> bool:
-        before, after = (self.program.modal(s.chains[0].begin) for s in (one, other))
+        before, after = (self.program.modal(s.pieces[0].begin) for s in (one, other))
         same = all(getattr(before, f) == getattr(after, f) for f in _SAME)
         return same and one.tool is not None and abs(one.clearance - other.clearance) < TOLERANCE
 

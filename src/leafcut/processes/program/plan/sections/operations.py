@@ -22,7 +22,7 @@ from leafcut.kinds import BEAMS
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.toolpath import last_rows
 from leafcut.processes.program.plan.precedence.freeing import freeing_stages
-from leafcut.processes.program.plan.precedence.staying import why_chains_stay
+from leafcut.processes.program.plan.precedence.staying import why_pieces_stay
 from leafcut.processes.program.plan.sections.program_rows import Rows
 
 #: A text that comes so often, with so many pieces at most (the median), names pieces.
@@ -36,7 +36,7 @@ def keep_apart(program: Program, sequence: Sequence, rows: Rows, mix_operations:
     """Return the sequence with its sections divided where an operation of the CAM begins, and where parts come free.
 
     What frees parts and has no other work behind it is a section of its own: all else comes before it anyway. Of a
-    laser or a torch, and with `mix_operations`, operations are not looked for. Each chain that can then stand nowhere
+    laser or a torch, and with `mix_operations`, operations are not looked for. Each piece that can then stand nowhere
     else says why (`leafcut.processes.program.plan.precedence.staying`).
     """
     items: list[Kept | Section] = []
@@ -45,56 +45,56 @@ def keep_apart(program: Program, sequence: Sequence, rows: Rows, mix_operations:
             items.append(item)
             continue
         apart = set() if mix_operations or sequence.process in BEAMS else set(_operations(program, item, rows))
-        edges = sorted({0, *apart, *freeing_stages(item.chains), len(item.chains)})
-        whole = replace(item, stays=why_chains_stay(item, sorted(apart)))
+        edges = sorted({0, *apart, *freeing_stages(item.pieces), len(item.pieces)})
+        whole = replace(item, stays=why_pieces_stay(item, sorted(apart)))
         items += [_part(whole, low, high) for low, high in pairwise(edges)]
     return replace(sequence, items=tuple(items))
 
 
 def _part(section: Section, low: int, high: int) -> Section:
-    """Return the chains low … high - 1 of a section as a section of their own."""
-    if high - low == len(section.chains):
+    """Return the pieces low … high - 1 of a section as a section of their own."""
+    if high - low == len(section.pieces):
         return section
     pairs = section.precedence
     inside = ((pairs >= low) & (pairs < high)).all(axis=1)
     return replace(
         section,
-        chains=section.chains[low:high],
+        pieces=section.pieces[low:high],
         precedence=pairs[inside] - np.int32(low),
         start=section.start if not low else None,
-        end=section.end if high == len(section.chains) else None,
+        end=section.end if high == len(section.pieces) else None,
         stays=section.stays[low:high],
     )
 
 
 def _operations(program: Program, section: Section, rows: Rows) -> list[int]:
-    """Return the chains, but for the first, with which operations begin."""
-    chains = section.chains
+    """Return the pieces, but for the first, with which operations begin."""
+    pieces = section.pieces
     last_cut = np.concatenate([[-1], last_rows(rows.cut)])
-    texts = {k: text for k in range(len(chains)) if (text := _remark(program, section, rows, k, last_cut))}
+    texts = {k: text for k in range(len(pieces)) if (text := _remark(program, section, rows, k, last_cut))}
     begins = sorted({0, *texts})
-    sizes = dict(zip(begins, np.diff([*begins, len(chains)]).tolist(), strict=True))
+    sizes = dict(zip(begins, np.diff([*begins, len(pieces)]).tolist(), strict=True))
     of_text: dict[str, list[int]] = defaultdict(list)
     for k, text in texts.items():
         of_text[text].append(sizes[k])
     labels = {text for text, found in of_text.items() if len(found) >= _OFTEN and median(found) <= _FEW}
     begins = [k for k in begins if k == 0 or texts.get(k) not in labels]
-    sizes = dict(zip(begins, np.diff([*begins, len(chains)]).tolist(), strict=True))
+    sizes = dict(zip(begins, np.diff([*begins, len(pieces)]).tolist(), strict=True))
     return [b for a, b in pairwise(begins) if sizes[a] > 1 or sizes[b] > 1]
 
 
 def _remark(program: Program, section: Section, rows: Rows, number: int, last_cut: NDArray[np.int64]) -> str:
-    """Return what stands in comments of their own between the work before a chain and the way to its own.
+    """Return what stands in comments of their own between the work before a piece and the way to its own.
 
     Numbers are left out, so that names of pieces in a row are one text. `last_cut` is the row of the last cut before
     every row, -1 where there is none.
     """
-    chain, line = section.chains[number], program.text_line
-    first, last = int(program.first[chain.begin]), int(program.first[chain.end])
+    piece, line = section.pieces[number], program.text_line
+    first, last = int(program.first[piece.begin]), int(program.first[piece.end])
     worked = last_cut[first]
     low = int(line[rows.block[worked]]) if worked >= 0 else 0
     ways = np.flatnonzero(rows.travel[first:last])
-    high = int(line[rows.block[first + int(ways[0])]]) if len(ways) else int(line[chain.begin])
+    high = int(line[rows.block[first + int(ways[0])]]) if len(ways) else int(line[piece.begin])
     said = []
     for text in program.lines[low : high - 1]:
         if "(" not in text and ";" not in text:

@@ -1,0 +1,1 @@
+"""Experiments: algorithms repeated with several seeds on one map, what each run found, and how they compare."""

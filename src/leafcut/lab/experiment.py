@@ -1,0 +1,197 @@
+"""`run_experiment`: several algorithms, each with several seeds, on one map."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut import api
+from leafcut.errors import OptionError, nearest
+from leafcut.model.heartbeat import Progress
+from leafcut.model.part import Part
+from leafcut.model.snapshot import Observer
+from leafcut.model.solution import Solution
+from leafcut.model.study import Study
+from leafcut.options import ALGORITHM_TITLES, SolveOptions
+from leafcut.processes import registry
+from leafcut.processes.settings import collect
+
+#: Most runs of each algorithm, and most points of the curve of a run.
+MOST_RUNS, MOST_POINTS = 1000, 300
+#: So many points have the curves of all runs together, but each of them the least: a page draws them all.
+_ALL_POINTS, _LEAST_POINTS = 20_000, 10
+
+#: What can be compared: all that has a name of its own and seeks a tour.
+COMPARED = tuple(name for name in ALGORITHM_TITLES if name not in ("auto", "none"))
+
+
+@dataclass(frozen=True, eq=False)
+class Repetition:
+    """One run: an algorithm with a seed.
+
+    Attributes
+    ----------
+    cost, iterations, seconds
+        Of the answer; seconds without those for a lower bound.
+    nodes
+        int32[k]: the tour.
+    curve
+        (iteration, seconds, cost) whenever the best tour became shorter; iteration 0 is the tour that it began with.
+    """
+
+    algorithm: str
+    seed: int
+    cost: float
+    iterations: int
+    seconds: float
+    nodes: NDArray[np.int32]
+    curve: tuple[tuple[int, float, float], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """What came of all runs.
+
+    Attributes
+    ----------
+    repetitions
+        Algorithm by algorithm, seed by seed.
+    lower_bound
+        No tour is shorter; None where there is none.
+    stopped
+        Whether a person ended it before all runs were done.
+    """
+
+    part: Part
+    repetitions: tuple[Repetition, ...]
+    lower_bound: float | None
+    stopped: bool = False
+
+    @property
+    def algorithms(self) -> tuple[str, ...]:
+        """The algorithms in the order in which they ran."""
+        return tuple(dict.fromkeys(one.algorithm for one in self.repetitions))
+
+    @property
+    def best(self) -> Repetition:
+        """The first of the runs with the shortest tour."""
+        return min(self.repetitions, key=lambda one: one.cost)
+
+    def of(self, algorithm: str) -> tuple[Repetition, ...]:
+        """Return the runs of an algorithm."""
+        return tuple(one for one in self.repetitions if one.algorithm == algorithm)
+
+
+def check_experiment(algorithms: Sequence[str], runs: int) -> None:
+    """Raise `OptionError` where an experiment cannot be meant."""
+    if not algorithms:
+        raise OptionError("choose at least one algorithm to compare")
+    for name in algorithms:
+        if name not in COMPARED:
+            raise OptionError(f"unknown algorithm '{name}'{nearest(name, COMPARED)}")
+    if not 1 <= runs <= MOST_RUNS:
+        raise OptionError(f"runs of each algorithm: {runs} is out of range; choose 1 to {MOST_RUNS}")
+
+
+def run_experiment(
+    part: Part,
+    algorithms: Sequence[str],
+    runs: int,
+    options: Mapping[str, Any] | None = None,
+    *,
+    progress: Progress | None = None,
+    observe: Observer | None = None,
+    cancelled: threading.Event | None = None,
+) -> Experiment:
+    """Run each algorithm `runs` times on a map, with seeds that count up from the option ``seed``.
+
+    `options` are those of `api.solve_part`; each algorithm gets those that mean something to it. Seeds are the same for
+    all algorithms. When `cancelled` is set, the run that goes on is left out, unless it is the first.
+
+    Raises
+    ------
+    OptionError
+        The experiment cannot be meant, or an option.
+    SolveError
+        An algorithm cannot do this map.
+    """
+    check_experiment(algorithms, runs)
+    ended = cancelled or threading.Event()
+    first = collect({"seed": (options or {}).get("seed")}).of(SolveOptions).seed
+    repetitions: list[Repetition] = []
+    best: Solution | None = None
+    stopped = False
+    todo = [(algorithm, first + k) for algorithm in dict.fromkeys(algorithms) for k in range(runs)]
+    most = min(MOST_POINTS, max(_ALL_POINTS // len(todo), _LEAST_POINTS))
+    for number, (algorithm, seed) in enumerate(todo):
+        study = Study(observe)
+        tell = _tell(progress, f"{algorithm}, seed {seed}", number, len(todo))
+        given = {**options_for(algorithm, options or {}), "seed": seed}
+        found = api.solve_part(part, progress=tell, observe=study, cancelled=ended, **given)
+        stopped = ended.is_set()
+        if stopped and repetitions:
+            break
+        repetitions.append(_repetition(algorithm, seed, found, study, most))
+        best = found if best is None or found.cost < best.cost else best
+        if stopped:
+            break
+    return Experiment(part, tuple(repetitions), _bound(part, best, options or {}, ended), stopped)
+
+
+def options_for(algorithm: str, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options of a run of one algorithm: none of others, and no bound, which is sought once for all."""
+    used = registry.work("solve").used()
+    kept = {name: value for name, value in options.items() if _fits(used.get(name, ""), algorithm)}
+    if kept.get("target_gap") is None:
+        kept["bound"] = False
+    return {**kept, "algorithm": algorithm}
+
+
+def _fits(needs: str, algorithm: str) -> bool:
+    asked = [one.removeprefix("algorithm=") for one in needs.split() if one.startswith("algorithm=")]
+    return all(algorithm in names.split("|") for names in asked)
+
+
+def _tell(progress: Progress | None, what: str, number: int, runs: int) -> Progress | None:
+    """Return what a run tells its progress to: its name, and the share of all runs that is done."""
+    if progress is None:
+        return None
+
+    def tell(_: str, cost: float | None, share: float, gap: float | None) -> None:
+        progress(f"{what} ({number + 1} of {runs})", cost, (number + share) / runs, gap)
+
+    return tell
+
+
+def _repetition(algorithm: str, seed: int, found: Solution, study: Study, most: int) -> Repetition:
+    curve = tuple(_curve(found, study, most))
+    return Repetition(algorithm, seed, found.cost, found.iterations, found.seconds, found.nodes, curve)
+
+
+def _curve(found: Solution, study: Study, most: int) -> Iterator[tuple[int, float, float]]:
+    """Yield how the best tour became shorter, in at most so many points and the answer."""
+    begun, cost = found.history[0]
+    points, rows = [(0, begun, cost)], study.iterations()
+    # Of a map with sets of points a search may know the lengths through their middles alone.
+    known = bool(rows) and math.isclose(rows[-1].shortest, found.cost, rel_tol=1e-9)
+    for row in rows if known else ():
+        if row.shortest < points[-1][2]:
+            points.append((row.number, row.seconds, row.shortest))
+    yield from points[:: len(points) // most + 1]
+    yield (found.iterations, found.seconds, found.cost)
+
+
+def _bound(part: Part, best: Solution | None, options: Mapping[str, Any], ended: threading.Event) -> float | None:
+    """Return the lower bound of the map, unless none is wanted."""
+    if best is None or options.get("bound") is False:
+        return None
+    from leafcut.solve.certificate import certify
+    from leafcut.solve.maps import problem_of_map
+
+    return certify(problem_of_map(part), replace(best, lower_bound=None), None, ended).lower_bound

@@ -1,0 +1,375 @@
+"""What became of work that has no equal, as a machinist tells it: each thing once, and not what only follows from it.
+
+A feed that was changed in one block counts for all cuts up to the next one: that is one difference. A cut whose only
+change is that it begins where the one before it now ends is none of its own.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
+
+from leafcut.model.difference import Difference
+from leafcut.processes.program.proof.features import EXACT, FIRST_CYCLE, Features, name_of
+from leafcut.processes.program.proof.matching import (
+    START,
+    CellKey,
+    Feature,
+    Pairing,
+    Room,
+    cells_around,
+    changes,
+    paired_one_by_one,
+    sorted_into_cells,
+)
+from leafcut.proof.difference import place
+
+#: So many missing features are explained, the rest is counted; and so many at one place are tried for one of them.
+_MOST_EXPLAINED, _MOST_TRIED = 20_000, 40
+#: No more than this are looked through for one that has moved.
+_MOST_MOVED = 200
+#: So many holes are named by their places.
+_MOST_NAMED = 3
+#: A cut goes on from another one that ends as near as this, mm.
+_NEAR = 1e-6
+
+#: Features that follow each other without a move between them; a hole by itself.
+Stretch = list[Feature]
+
+
+class Explanation(NamedTuple):
+    """What was found.
+
+    Attributes
+    ----------
+    differences, found
+        In the order of their lines, and how many there are at least.
+    phrases
+        What has changed of work that is in both programs, in words.
+    """
+
+    differences: list[Difference]
+    found: int
+    phrases: set[str]
+
+
+class _Changed(NamedTuple):
+    """A feature, what it became, and in what they differ: where it begins, and all else."""
+
+    one: Feature
+    other: Feature
+    start: list[str]
+    rest: list[str]
+
+
+def explain(pairing: Pairing, room: Room, implied: Sequence[str] = ()) -> Explanation:
+    """Return what became of every feature without an equal: done elsewhere, changed, moved, gone or new.
+
+    Changes that match one of the patterns `implied` are told already.
+    """
+    known = re.compile("|".join(implied) or r"(?!)")
+    elsewhere, missing, extra = _done_elsewhere(pairing, room)
+    counted = max(len(missing) - _MOST_EXPLAINED, 0)
+    pairs, gone, new = _changed(missing[:_MOST_EXPLAINED], extra, room, known)
+    found = [*elsewhere, *_changes_told(pairs, gone, new)]
+    sides = pairing.before, pairing.after
+    stretches = [list(_stretches(rest, side)) for rest, side in zip((gone, new), sides, strict=True)]
+    if counted:
+        # What is new may be that which was not looked at.
+        stretches[1] = []
+    found += _moved(stretches[0], stretches[1], sides, room)
+    for words, verb, rest, side in (
+        ("missing", "gone", stretches[0], sides[0]),
+        ("extra", "new", stretches[1], sides[1]),
+    ):
+        found += (_whole(words, verb, group, side) for group in _neighbours(rest))
+    if not found and (missing or extra) and not implied:
+        # Nothing says why they have no equal: that must not be kept quiet.
+        one, other = (side[0].line if side else 0 for side in (missing, extra))
+        found.append(Difference("not compared", one, other, "so much lies at one place that it cannot be compared"))
+    found.sort(key=lambda one: one.original or one.new)
+    return Explanation(found, len(found) + counted, {phrase for one in pairs for phrase in one.rest})
+
+
+def _done_elsewhere(pairing: Pairing, room: Room) -> tuple[list[Difference], list[Feature], list[Feature]]:
+    """Return what is done before or after another barrier, and what is left."""
+    missing, extra = pairing.missing, pairing.extra
+    if not any(f.group for f in (*missing, *extra)):
+        return [], missing, extra
+    nowhere = [[f._replace(group=0) for f in side] for side in (missing, extra)]
+    pairs, missing, extra = paired_one_by_one(nowhere[0], nowhere[1], room)
+    text = "done before or after another barrier (pause, tool change, work offset …)"
+    found = []
+    for group in _in_a_row(pairs):
+        ones = [one for one, _ in group]
+        said = _said(ones[0]) if len(ones) == 1 else f"{_counted(ones)}, the first {_said(ones[0])},"
+        found.append(_difference("moved", group, f"{said} {_be(ones)} {text}"))
+    return found, missing, extra
+
+
+def _in_a_row(pairs: list[tuple[Feature, Feature]]) -> Iterator[list[tuple[Feature, Feature]]]:
+    """Yield pairs in groups that follow each other in both programs."""
+    group: list[tuple[Feature, Feature]] = []
+    for pair in pairs:
+        if group and (pair[0].number, pair[1].number) != (group[-1][0].number + 1, group[-1][1].number + 1):
+            yield group
+            group = []
+        group.append(pair)
+    if group:
+        yield group
+
+
+def _changed(
+    missing: list[Feature], extra: list[Feature], room: Room, known: re.Pattern[str]
+) -> tuple[list[_Changed], list[Feature], list[Feature]]:
+    """Return what is at its place, but changed, and what is gone and new."""
+    cells = sorted_into_cells(extra, room.place, 2)
+    pairs, gone = [], []
+    for feature in missing:
+        there: list[tuple[Feature, CellKey]] = []
+        for key in cells_around(feature, room.place, 2):
+            there += ((f, key) for f in cells.get(key, ())[:_MOST_TRIED])
+        if not there:
+            gone.append(feature)
+            continue
+        (other, key), found = min(((one, changes(feature, one[0], room)) for one in there), key=lambda one: len(one[1]))
+        cells[key].remove(other)
+        told = [phrase for phrase in found if not known.fullmatch(phrase)]
+        start = [phrase for phrase in told if phrase.startswith(START)]
+        pairs.append(_Changed(feature, other, start, [phrase for phrase in told if phrase not in start]))
+    return pairs, gone, sorted(feature for cell in cells.values() for feature in cell)
+
+
+def _changes_told(pairs: list[_Changed], gone: list[Feature], new: list[Feature]) -> Iterator[Difference]:
+    """Yield the changes, those that are the same in one difference; what only follows from another is left out."""
+    differing = [pair for pair in pairs if pair.rest]
+    ends = [
+        {f.number: f.place[:3] for f in side}
+        for side in ([*gone, *(pair.one for pair in differing)], [*new, *(pair.other for pair in differing)])
+    ]
+    groups: dict[tuple[str, ...], list[_Changed]] = defaultdict(list)
+    begun: list[_Changed] = []
+    for pair in pairs:
+        follows = any(
+            _same(end.get(f.number - 1), f.place[3:6]) for end, f in zip(ends, (pair.one, pair.other), strict=True)
+        )
+        start = [] if follows else pair.start
+        if start and not pair.rest:
+            begun.append(pair)
+        elif pair.rest or start:
+            groups[*pair.rest, *start].append(pair)
+    for run in _runs(begun):
+        numbers = [pair.other.number for pair in run]
+        ordered = sorted(numbers)
+        if numbers != ordered and ordered[-1] - ordered[0] == len(run) - 1:
+            ones = [pair.one for pair in run]
+            text = f"{_counted(ones)}, the first to {place(*ones[0].place[:3])}, come in another order"
+            others = sorted((pair.other for pair in run), key=lambda f: f.number)
+            yield _difference("reordered", [*zip(ones, others, strict=True)], text)
+        else:
+            for pair in run:
+                groups[tuple(pair.start)].append(pair)
+    for phrases, group in groups.items():
+        ones = [pair.one for pair in group]
+        where = f"at {place(*ones[0].place[:2])}"
+        said = where if len(ones) == 1 else f"{_counted(ones)}, the first {where}"
+        yield _difference("changed", [(p.one, p.other) for p in group], f"{said}: {'; '.join(phrases)}")
+
+
+def _runs(pairs: list[_Changed]) -> Iterator[list[_Changed]]:
+    """Yield those that follow each other in the original."""
+    run: list[_Changed] = []
+    for pair in pairs:
+        if run and pair.one.number != run[-1].one.number + 1:
+            yield run
+            run = []
+        run.append(pair)
+    if run:
+        yield run
+
+
+def _stretches(features: list[Feature], side: Features) -> Iterator[Stretch]:
+    """Yield features that follow each other without a move between them."""
+    stretch: Stretch = []
+    for feature in sorted(features, key=lambda f: f.number):
+        if stretch and not _goes_on(stretch[-1], feature):
+            yield stretch
+            stretch = []
+        stretch.append(feature)
+    if stretch:
+        yield stretch
+
+
+def _goes_on(one: Feature, other: Feature) -> bool:
+    if other.number != one.number + 1 or _is_cycle(one) or _is_cycle(other) or _tool(one) != _tool(other):
+        return False
+    # A hole that is pecked by single moves is one, though the tool goes up at rapid in between.
+    pecked = _is_upright(one) and _is_upright(other) and _same(one.place[:2], other.place[:2])
+    return pecked or _same(one.place[:3], other.place[3:6])
+
+
+def _is_upright(feature: Feature) -> bool:
+    return _same(feature.place[:2], feature.place[3:5])
+
+
+def _neighbours(stretches: list[Stretch]) -> Iterator[list[Stretch]]:
+    """Yield stretches in groups that nothing lies between."""
+    group: list[Stretch] = []
+    for stretch in stretches:
+        if group and (stretch[0].number != group[-1][-1].number + 1 or _tool(stretch[0]) != _tool(group[0][0])):
+            yield group
+            group = []
+        group.append(stretch)
+    if group:
+        yield group
+
+
+def _whole(words: str, verb: str, group: list[Stretch], side: Features) -> Difference:
+    """Return the difference that neighbours are gone or new."""
+    features = [feature for stretch in group for feature in stretch]
+    holes = [_hole(stretch, side) for stretch in group]
+    text = (
+        f"{_group_said(group, holes)} {'is' if len(group) == 1 and (holes[0] or len(features) == 1) else 'are'} {verb}"
+    )
+    noun = "hole" if all(holes) else _noun(features)
+    lines = [(f.line, 0) if words == "missing" else (0, f.line) for f in features]
+    return Difference(f"{words} {noun}", *lines[0], text, _also(lines))
+
+
+def _group_said(group: list[Stretch], holes: list[str]) -> str:
+    tool = f"with tool {_tool(group[0][0])}"
+    if len(group) == 1:
+        return f"{_stretch_said(group[0], holes[0])} {tool}"
+    if not all(holes):
+        features = [feature for stretch in group for feature in stretch]
+        return f"{_counted(features)}, the first at {place(*features[0].place[:3])}, {tool}"
+    if len(group) <= _MOST_NAMED:
+        places = [hole.partition(" at ")[2] for hole in holes]
+        return f"{len(group)} holes at {', '.join(places[:-1])} and {places[-1]} {tool}"
+    return f"{len(group)} holes, the first {holes[0]}, {tool}"
+
+
+def _stretch_said(stretch: Stretch, hole: str) -> str:
+    first, last = stretch[0], stretch[-1]
+    if hole and not _is_cycle(first) and len(stretch) > 1:
+        return f"{hole}, of {_counted(stretch)},"
+    if len(stretch) == 1:
+        return f"{name_of(first.exact[0])} at {place(*first.place[:3])}"
+    return f"{_counted(stretch)} from {place(*first.place[3:6])} to {place(*last.place[:3])}"
+
+
+def _hole(stretch: Stretch, side: Features) -> str:
+    """Return a hole in words: a cycle, or cuts straight down and up that no other goes on from; else nothing."""
+    first, last = stretch[0], stretch[-1]
+    if _is_cycle(first):
+        return f"{name_of(first.exact[0])} at {place(*first.place[:3])}"
+    bottom = min(f.place[2] for f in stretch)
+    if not all(map(_is_upright, stretch)) or not bottom < first.place[5]:
+        return ""
+    n, before, after = len(side), first.number - 1, last.number + 1
+    if before >= 0 and side.kind[before] < FIRST_CYCLE and _same(tuple(side.end[before]), first.place[3:6]):
+        return ""
+    if after < n and side.kind[after] < FIRST_CYCLE and _same(tuple(side.start[after]), last.place[:3]):
+        return ""
+    return f"hole at {place(first.place[0], first.place[1], bottom)}"
+
+
+def _moved(
+    gone: list[Stretch], new: list[Stretch], sides: tuple[Features, Features], room: Room
+) -> Iterator[Difference]:
+    """Yield what is the same but at another place; it is taken from both lists."""
+    if len(new) > _MOST_MOVED or len(gone) > _MOST_MOVED:
+        return
+    groups: dict[tuple[float, ...], list[tuple[Stretch, Stretch]]] = defaultdict(list)
+    for stretch in gone.copy():
+        near = [other for other in new if _only_moved(stretch, other, room)]
+        if near:
+            found = min(near, key=lambda other: math.dist(other[0].place[:2], stretch[0].place[:2]))
+            gone.remove(stretch)
+            new.remove(found)
+            ends = zip(stretch[-1].place[:2], found[-1].place[:2], strict=True)
+            groups[tuple(round(b - a, 3) + 0.0 for a, b in ends)].append((stretch, found))
+    for shift, group in groups.items():
+        one, other = group[0]
+        holes = [_hole(s, side) for s, side in zip((one, other), sides, strict=True)]
+        before, after = (hole or _stretch_said(s, "") for s, hole in zip((one, other), holes, strict=True))
+        tool = f"with tool {_tool(one[0])}"
+        if len(group) == 1:
+            _, word, where = after.partition(" from " if " from " in after else " at ")
+            text = f"{before} {tool} {'is' if holes[0] else _be(one)} now{word}{where}"
+        else:
+            features = [f for s, _ in group for f in s]
+            text = f"{_counted(features)} {tool} are moved by {place(shift[0], shift[1])}, the first {before}"
+        pairs = [pair for both in group for pair in zip(*both, strict=True)]
+        yield _difference("moved", pairs, text, "hole" if all(_hole(s, sides[0]) for s, _ in group) else "")
+
+
+def _only_moved(one: Stretch, other: Stretch, room: Room) -> bool:
+    """Return whether holes, dwells and cuts are the same but for their place, or a single cut but for its end."""
+    if len(one) != len(other) or any(a.exact != b.exact for a, b in zip(one, other, strict=True)):
+        return False
+    if not all(map(math.isfinite, (*one[0].place[:2], *other[0].place[:2]))):
+        return False
+    a, b = one[0], other[0]
+    if len(one) == 1:
+        moved = b._replace(place=a.place if _noun([a]) != "cut" else (*a.place[:3], *b.place[3:]))
+        if not changes(a, moved, room):
+            return True
+    x, y = (q - p for p, q in zip(a.place[:2], b.place[:2], strict=True))
+    return not any(changes(p, q._replace(place=_shifted(q, -x, -y)), room) for p, q in zip(one, other, strict=True))
+
+
+def _shifted(feature: Feature, x: float, y: float) -> tuple[float, ...]:
+    places = list(feature.place)
+    for k in (0, 3, 6) if feature.exact[EXACT.index("turns")] else (0, 3):
+        places[k] += x
+        places[k + 1] += y
+    return tuple(places)
+
+
+def _difference(words: str, pairs: list[tuple[Feature, Feature]], text: str, noun: str = "") -> Difference:
+    lines = [(one.line, other.line) for one, other in pairs]
+    return Difference(f"{words} {noun or _noun(one for one, _ in pairs)}", *lines[0], text, _also(lines))
+
+
+def _also(lines: list[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
+    return tuple(dict.fromkeys(pair for pair in lines[1:] if pair != lines[0]))
+
+
+def _same(a: tuple[float, ...] | None, b: tuple[float, ...]) -> bool:
+    """Return whether two places are one; what is not known is where nobody knows."""
+    if a is None:
+        return False
+    return all(abs(p - q) <= _NEAR or (math.isnan(p) and math.isnan(q)) for p, q in zip(a, b, strict=True))
+
+
+def _said(feature: Feature) -> str:
+    return f"{name_of(feature.exact[0])} at {place(*feature.place[:3])} with tool {_tool(feature)}"
+
+
+def _counted(features: list[Feature]) -> str:
+    """Return how many there are: ``3 holes``, ``7 cuts and 1 dwell``."""
+    nouns = Counter(_noun([feature]) for feature in features)
+    return " and ".join(f"{n} {noun}{'s' if n > 1 else ''}" for noun, n in nouns.most_common())
+
+
+def _be(features: list[Feature]) -> str:
+    return "is" if len(features) == 1 else "are"
+
+
+def _is_cycle(feature: Feature) -> bool:
+    return feature.exact[0] >= FIRST_CYCLE
+
+
+def _tool(feature: Feature) -> int:
+    return feature.exact[EXACT.index("tool")]
+
+
+def _noun(features: Iterable[Feature]) -> str:
+    """Return what most of them are."""
+    return Counter(
+        "hole" if _is_cycle(f) else "dwell" if name_of(f.exact[0]) == "dwell" else "cut" for f in features
+    ).most_common(1)[0][0]

@@ -1,0 +1,47 @@
+"""What a cut chart has, for those who choose: processes, materials, thicknesses and currents that go together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from leafcut.read.cutchart import SAME_THICKNESS, ChartRow, is_process, material_name
+
+
+@dataclass(frozen=True)
+class ChartChoices:
+    """What may be chosen of a chart beside what is chosen already; thicknesses in mm, currents in A, ascending."""
+
+    processes: tuple[str, ...]
+    materials: tuple[str, ...]
+    thicknesses: tuple[float, ...]
+    amps: tuple[float, ...]
+
+
+def choices_of(
+    rows: Iterable[ChartRow],
+    process: str = "",
+    material: str = "",
+    thickness: float | None = None,
+    amps: float | None = None,
+) -> ChartChoices:
+    """Return what a chart has of a process, a material, a thickness and a current; of what is not said, all.
+
+    Every kind of choice depends on those before it, and of the current on the thickness: who chose wrongly still sees
+    what else there is.
+    """
+    rows = list(rows)
+    cut = [row for row in rows if not process or is_process(row.process, process)] or rows
+    made_of = [row for row in cut if not material or row.material == material_name(material)]
+    with_amps = [row for row in made_of if amps is None or row.amps == amps] or made_of
+    near = [row for row in made_of if thickness is None or _is_thick(row, thickness)] or made_of
+    return ChartChoices(
+        tuple(sorted({row.process for row in rows})),
+        tuple(sorted({row.material for row in cut})),
+        tuple(sorted({row.thickness for row in with_amps})),
+        tuple(sorted({row.amps for row in near if row.amps is not None})),
+    )
+
+
+def _is_thick(row: ChartRow, thickness: float) -> bool:
+    return abs(row.thickness - thickness) <= SAME_THICKNESS * thickness

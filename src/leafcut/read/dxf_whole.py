@@ -1,0 +1,135 @@
+"""All that a DXF drawing shows, for a look: what may be worked, texts, dimensions, hatches and leaders as lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from leafcut.errors import ReadError
+from leafcut.model import Hole, Part
+from leafcut.options import ReadOptions
+from leafcut.read.dxf_blocks import BlockWalk
+from leafcut.read.dxf_contours import Strokes
+from leafcut.read.dxf_document import layers_of, open_document, units_of
+from leafcut.read.dxf_shapes import ROUND, Curve, Matrix, half_axes, is_flat, moved, placed, shape_of
+from leafcut.read.dxf_strokes import DxfPolyline, DxfStroke, Letters, straight, stroke_of
+from leafcut.read.dxf_texts import text_of
+from leafcut.read.format import FREE_HOLES, MAX_COORDINATE, Source, copies_of, points_of
+
+#: What is drawn by lines of its own, and never worked.
+_DIMENSIONS = ("ARC_DIMENSION", "DIMENSION", "LEADER", "MULTILEADER")
+_ASIDE = (*_DIMENSIONS, "HATCH", "MLINE", "MPOLYGON", "SOLID", "TRACE", "3DFACE")
+#: So many lines of one such entity are shown, each with so many points.
+_MOST_LINES, _MOST_POINTS = 500, 2_000
+#: How far its curves may be from their lines, drawing units by the size of the curve.
+_COARSE = 0.005
+
+
+def read_dxf_whole(source: Source, options: ReadOptions) -> Part:
+    """Return all that the visible layers of model space show, in mm: circles and points as holes, the rest as contours.
+
+    Which layers and holes are chosen makes no difference.
+
+    Raises
+    ------
+    ReadError
+        It is no DXF, is damaged or cut off, or shows nothing.
+    """
+    document = open_document(source, [])
+    factor, unit = units_of(document, options)
+    layers = layers_of(document, replace(options, layers=()))
+    walk = BlockWalk(document, copies_of(source, "blocks", FREE_HOLES), layers, _stroke_of, "lines")
+    strokes, holes = Strokes(factor, source.path, points_of(source)), []
+    for stroke, matrix, layer in walk.shapes():
+        source.look()
+        hole = _hole_of(stroke, matrix, layer, factor)
+        if hole is None:
+            strokes.add(stroke, matrix, layer)
+        elif max(abs(hole.x), abs(hole.y), hole.diameter) <= MAX_COORDINATE:
+            holes.append(hole)
+    if not strokes.found and not holes:
+        raise ReadError(source.path, "the drawing shows nothing")
+    return Part(
+        source.name,
+        tuple(holes),
+        source=source.file_name,
+        format="dxf",
+        units=unit or "mm",
+        contours=tuple(strokes.found),
+    )
+
+
+def _hole_of(stroke: DxfStroke, matrix: Matrix, layer: str, factor: float) -> Hole | None:
+    """Return a point, or a circle that is one where its block puts it, as a hole."""
+    if isinstance(stroke.form, DxfPolyline) and stroke.dxftype == "POINT":
+        x, y, z = placed(matrix, stroke.form.vertices[0].tolist())
+        return Hole(x * factor, y * factor, 0.0, layer, stroke.handle, z * factor)
+    if not isinstance(stroke.form, Curve) or stroke.dxftype != "CIRCLE":
+        return None
+    curve = moved(matrix, stroke.form)
+    large, small = half_axes(curve)
+    if not is_flat(curve) or large - small > ROUND * large:
+        return None
+    x, y, z = (v * factor for v in curve.center)
+    return Hole(x, y, round((large + small) * factor, 6), layer, stroke.handle, z)
+
+
+def _stroke_of(entity: Any) -> DxfStroke | None:
+    return stroke_of(entity) or text_of(entity) or _point_of(entity) or _aside_of(entity)
+
+
+def _point_of(entity: Any) -> DxfStroke | None:
+    if entity.dxftype() != "POINT" or shape_of(entity) is None:
+        return None
+    place = np.array([entity.dxf.location.xyz])
+    return DxfStroke(
+        "POINT", straight(place, closed=False), entity.dxf.get("layer", "0"), entity.dxf.get("handle") or ""
+    )
+
+
+def _aside_of(entity: Any) -> DxfStroke | None:
+    """Return the lines of an entity that explains the drawing; None for one that has none, or that fails to tell."""
+    kind = entity.dxftype()
+    if kind not in _ASIDE:
+        return None
+    layer, handle = entity.dxf.get("layer", "0"), entity.dxf.get("handle") or ""
+    found: list[DxfStroke] = []
+    try:
+        for stroke in _lines_of(entity):
+            found.append(stroke._replace(dxftype=kind, layer=layer, handle=handle, name="", kind="text"))
+            if len(found) == _MOST_LINES:
+                break
+    except Exception:  # ezdxf raises nearly anything on a damaged entity: what it told until then is shown
+        found = found[:_MOST_LINES]
+    return DxfStroke(kind, Letters(tuple(found)), layer, handle, "", "text") if found else None
+
+
+def _lines_of(entity: Any) -> Iterator[DxfStroke]:
+    from ezdxf import path
+    from ezdxf.disassemble import make_primitive, recursive_decompose
+
+    if entity.dxftype() in ("HATCH", "MPOLYGON"):
+        for boundary in path.from_hatch(entity):
+            yield _flat(boundary)
+        return
+    for piece in recursive_decompose([entity]):
+        if piece.dxftype() == "POINT":
+            continue
+        known = stroke_of(piece) or text_of(piece)
+        if known is not None:
+            yield from known.form.strokes if isinstance(known.form, Letters) else (known,)
+            continue
+        drawn = make_primitive(piece)
+        if drawn.path is not None:
+            yield _flat(drawn.path)
+
+
+def _flat(curve: Any) -> DxfStroke:
+    """Return a path of ezdxf's as lines."""
+    ends = np.array([p.xyz for p in curve.control_vertices()])
+    size = float(np.ptp(ends, axis=0).max(initial=0.0)) or 1.0
+    places = [p.xyz for p in curve.flattening(_COARSE * size)][:_MOST_POINTS]
+    return DxfStroke("", straight(np.array(places).reshape(-1, 3), closed=False), "", "", "", "text")

@@ -1,0 +1,45 @@
+"""The keys of a tool library: what each means, and what is taken where a tool does not say it."""
+
+from __future__ import annotations
+
+from leafcut.model.tool import ToolKind
+from leafcut.options import CYCLES
+from leafcut.read.machine_keys import ProfileKey
+
+#: What a library has no tools of: their data come from a cut chart.
+NO_TOOLS = (ToolKind.TORCH,)
+_POSITIVE = "above 0"
+_LENGTH = "above 0 and at most 1000 mm"
+
+TOOL_KEYS: tuple[ProfileKey, ...] = (
+    ProfileKey("number", "its number in programs, the T word", example=1, required=True, bounds="1 to 99999999"),
+    ProfileKey(
+        "kind", "what kind of tool it is", ToolKind.DRILL.value, choices=tuple(k for k in ToolKind if k not in NO_TOOLS)
+    ),
+    ProfileKey("diameter", "diameter of what it makes", required=True, unit="mm", bounds=_LENGTH),
+    ProfileKey("name", "what it is called, for lists and programs", why="its kind"),
+    ProfileKey(
+        "point_angle",
+        "full angle of its point; not of end mills",
+        why="118° of drills and centre drills, else flat",
+        unit="rad",
+        bounds="above 0° and at most 180°",
+    ),
+    ProfileKey("feed", "feed rate", why="assumed from its diameter", unit="mm/s", bounds=_POSITIVE),
+    ProfileKey("spindle_speed", "spindle speed", why="assumed from its diameter", unit="rpm", bounds=_POSITIVE),
+    ProfileKey("cycle", "drilling cycle; G84 is for taps alone", why="as --cycle says", choices=CYCLES),
+    ProfileKey("peck", "depth of one peck; G83 and G73 need it", why="no pecking", unit="mm", bounds=_LENGTH),
+    ProfileKey("dwell", "wait at the bottom; G82 needs it", why="none", unit="s", bounds="0 to 100 s"),
+    ProfileKey(
+        "pitch", "of a tap: length per revolution", why="a tap needs it", unit="mm", bounds="below the diameter"
+    ),
+    ProfileKey("flute_length", "how deep it can go", why="as deep as asked for", unit="mm", bounds=_LENGTH),
+    ProfileKey("depth", "of a centre drill: how deep it goes", why="as --depth says", unit="mm", bounds=_LENGTH),
+    ProfileKey("plunge_feed", "of an end mill: plunge rate", why="a third of its feed", unit="mm/s", bounds=_POSITIVE),
+    ProfileKey("teeth", "of an end mill: number of teeth", why="not known", example=2, bounds="1 to 100"),
+)
+HOLE_KEYS: tuple[ProfileKey, ...] = (
+    ProfileKey("diameter", "diameter of the holes as they are drawn", required=True, unit="mm", bounds=_LENGTH),
+    ProfileKey("layer", "layers on which they are drawn, with * and ?", "*", "all layers"),
+    ProfileKey("steps", "numbers of the tools that make it, in their order", example=[1, 2], required=True),
+)

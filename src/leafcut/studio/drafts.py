@@ -1,0 +1,54 @@
+"""What was typed of machines and tools and not saved: kept in the studio's folder until it is saved or discarded.
+
+What the folder does not take, as it is full or the text is too long, is kept as long as the page.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, MutableMapping
+from contextlib import suppress
+
+from leafcut.errors import LeafcutError
+from leafcut.files import write_whole
+from leafcut.studio.folder import Folder
+
+#: Longer than any profile: they are some kilobytes.
+MOST_CHARACTERS = 200_000
+
+
+class Drafts(MutableMapping[str, str]):
+    """Name → text, of the person's own ``machines`` or ``tools``; those of names that are gone mean nothing."""
+
+    def __init__(self, folder: Folder, kind: str) -> None:
+        self._folder, self._kind = folder, kind
+        self._place = folder.root / "drafts" / kind
+        #: Name → text that could not be written.
+        self._unwritten: dict[str, str] = {}
+
+    def __getitem__(self, name: str) -> str:
+        if name in self._unwritten:
+            return self._unwritten[name]
+        try:
+            return (self._place / self._folder.own_path(self._kind, name).name).read_text(encoding="utf-8")
+        except (OSError, ValueError):  # a name that is none is a ValueError, too
+            raise KeyError(name) from None
+
+    def __setitem__(self, name: str, text: str) -> None:
+        file = self._place / self._folder.own_path(self._kind, name).name
+        self._unwritten[name] = text
+        if len(text) <= MOST_CHARACTERS:
+            with suppress(OSError, LeafcutError):
+                self._place.mkdir(mode=0o700, parents=True, exist_ok=True)
+                write_whole(file, text)
+                del self._unwritten[name]
+
+    def __delitem__(self, name: str) -> None:
+        self._unwritten.pop(name, None)
+        with suppress(OSError, ValueError):
+            (self._place / self._folder.own_path(self._kind, name).name).unlink()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(sorted({*self._unwritten, *(file.stem for file in self._place.glob("*.toml"))}))
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)

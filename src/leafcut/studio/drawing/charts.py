@@ -1,0 +1,56 @@
+"""The charts of the student's bench as elements of a NiceGUI page: how a search learns, and runs side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from nicegui.element import Element
+
+
+class SavedChart(Element, component="../static/chart_element.js"):
+    """A chart that can be saved as a picture."""
+
+    kind = ""
+
+    def __init__(self, words: Mapping[str, str]) -> None:
+        super().__init__()
+        self._props.update(kind=self.kind, words=dict(words), data=None)
+
+    def save(self, name: str) -> None:
+        """Have the browser save it as PNG under a name."""
+        self.run_method("save", name)
+
+    def _set(self, **data: Any) -> None:
+        self._props["data"] = data
+        self.update()
+
+
+class Learning(SavedChart):
+    """Best, mean and worst of each iteration, the best so far, and the λ-branching factor, by iteration or time."""
+
+    kind = "Learning"
+
+    def set(self, rows: Sequence[Sequence[float | None]], bound: float | None = None, unit: str = "") -> None:
+        """Show iterations as `model.study.Iteration` has them, and the lower bound."""
+        self._set(rows=[list(row) for row in rows], bound=bound, unit=unit)
+
+
+class Runs(SavedChart):
+    """The curves of several runs, by iteration or time, with the mean of every algorithm."""
+
+    kind = "Runs"
+
+    def set(self, curves: Sequence[Mapping[str, Any]], bound: float | None = None) -> None:
+        """Show curves as `lab.tables.curves_as_json` gives them."""
+        self._set(curves=[dict(curve) for curve in curves], bound=bound)
+
+
+class Boxes(SavedChart):
+    """A box plot: the lengths of every algorithm."""
+
+    kind = "Boxes"
+
+    def set(self, algorithms: Sequence[Mapping[str, Any]], bound: float | None = None) -> None:
+        """Show the summaries of `lab.tables.experiment_as_json`."""
+        self._set(algorithms=[dict(one) for one in algorithms], bound=bound)

@@ -1,0 +1,102 @@
+"""In what two programs differ, as a scene: where something is missing or added, drawn over both of them.
+
+The scene is of the kind ``differences`` (`studio.drawing.scene` tells the bytes). Its header has ``differences``: for
+each what it is, its words, its line in the original and in the new program (0: none); its blocks
+
+=========== ======== ============================================================================================
+``mark``    f4 × 4   place, which of the differences it is, and what (0 missing, 1 added, 2 changed)
+``missing`` f4 × 2   points of moves that only the original makes, NaN between two
+``added``   f4 × 2   points of moves that only the new program makes
+=========== ======== ============================================================================================
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.difference import Difference
+from leafcut.model.toolpath import Kind, Toolpath, arc_sweep
+from leafcut.report.wording import clean
+from leafcut.studio.drawing.scene import packed
+
+#: Chords of an arc.
+_CHORDS = 32
+#: So many places of one difference are drawn.
+_MOST_MARKS = 200
+
+
+class Change(IntEnum):
+    """What a difference is to a person who looks at the drawing."""
+
+    MISSING = 0
+    ADDED = 1
+    CHANGED = 2
+
+
+def differences_scene(differences: Sequence[Difference], original: Toolpath, new: Toolpath) -> bytes:
+    """Return the differences of two programs where they are, as far as their lines say it."""
+    marks: list[tuple[float, float, int, Change]] = []
+    strokes: dict[Change, list[NDArray[np.float64]]] = {Change.MISSING: [], Change.ADDED: []}
+    moves = {side: path.kind <= Kind.DRILL for side, path in zip(strokes, (original, new), strict=True)}
+    for index, one in enumerate(differences):
+        change = change_of(one)
+        for pair in ((one.original, one.new), *one.also)[:_MOST_MARKS]:
+            for side, path, line in zip(strokes, (original, new), pair, strict=True):
+                if not line or change not in (side, Change.CHANGED):
+                    continue
+                ways = [_way(path, row) for row in np.flatnonzero((path.line == line) & moves[side]).tolist()]
+                strokes[side] += [way for way in ways if len(way) > 1]
+                ends = [way[-1] for way in ways if len(way)]
+                if ends:
+                    marks.append((*ends[-1].tolist(), index, change))
+    points = np.array([mark[:2] for mark in marks], dtype=np.float64).reshape(-1, 2)
+    low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(2), np.zeros(2))
+    origin = 0.5 * (low + high)
+    gap = np.full((1, 2), math.nan)
+    lines = {
+        side: np.concatenate([gap, *(part for way in ways for part in (way, gap))]) for side, ways in strokes.items()
+    }
+    header = {
+        "kind": "differences",
+        "name": "differences",
+        "origin": origin.tolist(),
+        "extents": [*low.tolist(), *high.tolist()] if len(points) else None,
+        "differences": [[clean(one.what), clean(one.text), one.original, one.new] for one in differences],
+    }
+    mark = np.array(marks, dtype=np.float64).reshape(-1, 4)
+    return packed(
+        header,
+        {
+            "mark": ("f4", mark - np.array([*origin, 0.0, 0.0])),
+            "missing": ("f4", lines[Change.MISSING] - origin),
+            "added": ("f4", lines[Change.ADDED] - origin),
+        },
+    )
+
+
+def change_of(difference: Difference) -> Change:
+    """Return whether a difference is something that is missing, that was added, or that is not as it was."""
+    if difference.original and not difference.new:
+        return Change.MISSING
+    return Change.ADDED if difference.new and not difference.original else Change.CHANGED
+
+
+def _way(path: Toolpath, row: int) -> NDArray[np.float64]:
+    """Return the points of a row as it is seen from above, float64[k, 2]; none where its end is not known."""
+    begin, end = path.before[row, :2], path.end[row, :2]
+    end = np.where(np.isfinite(end), end, begin)
+    if not np.isfinite(end).all():
+        return np.zeros((0, 2))
+    if path.kind[row] == Kind.DRILL or not np.isfinite(begin).all() or np.array_equal(begin, end):
+        return end.reshape(1, 2)
+    if path.kind[row] in (Kind.ARC_CW, Kind.ARC_CCW) and path.arcs[int(path.ref[row])].plane == 17:
+        centre = np.array(path.arcs[int(path.ref[row])].center[:2])
+        radius, start, sweep = arc_sweep(path, row)
+        angle = start + sweep * np.linspace(0.0, 1.0, _CHORDS)
+        return np.column_stack([centre[0] + radius * np.cos(angle), centre[1] + radius * np.sin(angle)])
+    return np.stack([begin, end])

@@ -1,0 +1,104 @@
+"""Which line of a program is which of another one that does the same work in another order."""
+
+from __future__ import annotations
+
+from itertools import count
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.toolpath import Kind, Toolpath
+
+#: Places that differ by less are the same, mm.
+_SAME = 0.002
+_UNKNOWN = -(1 << 40)
+
+
+def line_pairs(before: Toolpath, after: Toolpath, original: str, new: str) -> NDArray[np.uint32]:
+    """Return old line and new line, from 1, of all that is in both programs, uint32[k, 2], rising by the old one.
+
+    Lines that do the same work belong together, and beside them those that say the same: the ways there, comments.
+    """
+    old, now = _numbered(original.split("\n"), new.split("\n"))
+    new_of, old_of = np.zeros(len(old) + 1, dtype=np.int64), np.zeros(len(now) + 1, dtype=np.int64)
+    lines = _work_pairs(before, after)
+    lines = lines[(lines > 0).all(axis=1) & (lines[:, 0] <= len(old)) & (lines[:, 1] <= len(now))]
+    for side in (0, 1):
+        lines = lines[np.sort(np.unique(lines[:, side], return_index=True)[1])]
+    new_of[lines[:, 0]], old_of[lines[:, 1]] = lines[:, 1], lines[:, 0]
+    _spread(new_of, old_of, old, now)
+    found = np.flatnonzero(new_of)
+    return np.column_stack([found, new_of[found]]).astype(np.uint32)
+
+
+def _numbered(*texts: list[str]) -> tuple[list[int], ...]:
+    """Return texts with a number for each line: the same for lines that say the same."""
+    numbers: dict[str, int] = {}
+    fresh = count()
+    found = []
+    for lines in texts:
+        if lines and not lines[-1]:
+            lines.pop()
+        found.append(
+            [numbers[s] if (s := line.strip()) in numbers else numbers.setdefault(s, next(fresh)) for line in lines]
+        )
+    return tuple(found)
+
+
+def _work_pairs(before: Toolpath, after: Toolpath) -> NDArray[np.int64]:
+    """Return the lines of rows that do the same work, the first of those that are alike with the first, int64[k, 2]."""
+    sides = [_work(path) for path in (before, after)]
+    _, number = np.unique(np.concatenate([keys for _, keys in sides]), axis=0, return_inverse=True)
+    number = number.reshape(-1)
+    first = len(sides[0][0])
+    keys = _counted(number[:first]), _counted(number[first:])
+    _, old, new = np.intersect1d(keys[0], keys[1], assume_unique=True, return_indices=True)
+    pairs = np.column_stack([sides[0][0][old], sides[1][0][new]]).astype(np.int64)
+    return pairs[np.argsort(old)]
+
+
+def _work(path: Toolpath) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+    """Return the line of every row that works, and what it does: its sort, tool and both ends, whichever way round."""
+    rows = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.DRILL))
+    kind = path.kind[rows]
+    sort = np.where(kind == Kind.FEED, 0, np.where(kind == Kind.DRILL, 2, 1))
+    ends = np.stack([path.before[rows], path.end[rows]], axis=1) / _SAME
+    ends = np.where(np.isfinite(ends), np.rint(np.nan_to_num(ends)), _UNKNOWN).astype(np.int64)
+    ends[sort == 2, 0] = 0  # a hole is the same wherever the tool comes from
+    turned = np.zeros(len(rows), dtype=bool)
+    same = np.ones(len(rows), dtype=bool)
+    for axis in range(3):
+        turned |= same & (ends[:, 0, axis] > ends[:, 1, axis])
+        same &= ends[:, 0, axis] == ends[:, 1, axis]
+    ends[turned] = ends[turned][:, ::-1]
+    return path.line[rows], np.column_stack([sort, path.tool[rows], ends.reshape(-1, 6)]).astype(np.int64)
+
+
+def _counted(number: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return a key for every row: its number, and how many with this number came before it."""
+    order = np.argsort(number, kind="stable")
+    begins = np.flatnonzero(np.diff(number[order], prepend=-1))
+    nth = np.arange(len(number)) - np.repeat(begins, np.diff(np.append(begins, len(number))))
+    key = np.empty(len(number), dtype=np.int64)
+    key[order] = number[order] * (1 << 31) + nth
+    return key
+
+
+def _spread(new_of: NDArray[np.int64], old_of: NDArray[np.int64], old: list[int], now: list[int]) -> None:
+    """Pair lines beside those that are paired, and at both ends of the programs, as far as they say the same."""
+    ahead, back = new_of.tolist(), old_of.tolist()
+    n, m = len(old), len(now)
+
+    def take(line: int, other: int) -> None:
+        if 0 < line <= n and 0 < other <= m and not ahead[line] and not back[other] and old[line - 1] == now[other - 1]:
+            ahead[line], back[other] = other, line
+
+    take(1, 1)
+    for line in range(2, n + 1):
+        if not ahead[line] and ahead[line - 1]:
+            take(line, ahead[line - 1] + 1)
+    take(n, m)
+    for line in range(n - 1, 0, -1):
+        if not ahead[line] and ahead[line + 1]:
+            take(line, ahead[line + 1] - 1)
+    new_of[:], old_of[:] = ahead, back

@@ -1,0 +1,391 @@
+"""Scenes: what the studio's drawing shows, as bytes that a browser reads without parsing numbers.
+
+A scene is
+
+- the eight bytes ``LCSCENE1``;
+- uint32: length of the header in bytes, then uint32: 0;
+- the header: one JSON object in UTF-8, filled up with spaces to a multiple of 8;
+- blocks of numbers, each beginning at a multiple of 8.
+
+All numbers are little-endian. The header has
+
+- ``kind``: ``part``, ``toolpath``, ``path``, ``pheromone``, ``differences`` (`studio.drawing.differences`) or
+  ``program`` (`studio.drawing.program_text`), and ``name`` for people;
+- ``origin``: x and y in mm that were taken off all float32 places, so that what lies far away stays exact;
+- ``extents``: smallest x and y, largest x and y, mm, with the origin; null where there is nothing;
+- ``blocks``: name → [type, offset from the first block in bytes, number of items, items in a row]; types are
+  ``f4``, ``i4``, ``u4`` and ``u1``.
+
+Blocks of a ``part``:
+
+==================== ======== =======================================================================================
+``hole``             f4 × 3   centre and diameter, mm (0: not known)
+``hole_tool``        i4       number of the tool that works last on it, 0 where that is not known
+``slot``             f4 × 5   both ends of the centre line, width
+``vertex``           f4 × 3   x, y and bulge of all outlines, one outline after the other
+``hole_layer``       u4       which of the header's ``layers`` a hole is on, from 1; 0: none
+``slot_layer``       u4       the same of slots
+``outline_layer``    u4       the same of outlines
+``outline``          u4 × 4   first vertex, number of vertices, what it is (``OUTLINES``) plus 16 if closed, part number
+``issue``            f4 × 3   place of an issue, and which of the header's ``issues`` it is
+==================== ======== =======================================================================================
+
+Blocks of a ``toolpath``, a row for each move or command in the order in which they are run:
+
+==================== ======== =======================================================================================
+``doing``            u1       0 rapid, 1 cut, 2 arc clockwise, 3 counter-clockwise, 4 stands, 5 moves switched off
+``place``            f4 × 3   where the tool is after the row, NaN for what is not known
+``seconds``          f4       time of the row; how far the tool is on a row goes evenly with the time
+``line``             u4       line of the program, from 1; 0: none
+``source``           u4       number of the toolpath's row: rows of one canned cycle have the same
+``feed``             f4       mm/s
+``tool``             u4       number of the tool
+``arc_row``, ``arc`` u4, f4×5 rows that are arcs; centre, radius, start angle and signed sweep, rad
+``stop``             u4       rows with which the tool begins to work: their order is what numbers show
+``pierce``           f4 × 3   place of a pierce and number of the cut, from 1 (a sheet)
+``lead``             f4 × 2   points of leads, NaN between two (a sheet)
+``text``             u1       the program, UTF-8
+==================== ======== =======================================================================================
+
+with the header's ``seconds``, ``rapid_mm``, ``cut_mm``, ``kerf`` (mm, 0: none), ``tools`` (number → words) and
+``which`` (``before``, ``after``), and ``cleared``, how wide a mill clears (mm, 0: not told). Where ``unitless`` is
+true, of a map or a tour through one, no number is in mm or s.
+
+Blocks of a ``path``, the best one of a search that goes on: ``point`` f4 × 2, in the order of their visit. Of an order
+that is changed by hand also ``visit`` u4, the number that the toolpath has for each of them, from 1, ``held`` u1,
+whether its place in the order is held, and ``moved`` u1, whether it is elsewhere than there; the header's ``signs``
+(index of a point → sign) stand beside the numbers.
+
+Blocks of a ``pheromone``: ``point`` f4 × 2, ``edge`` u4 × 2 and ``strength`` f4, 0 … 1.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from leafcut.model.contour import Contour
+from leafcut.model.cutting import CutPlan
+from leafcut.model.issue import Issue
+from leafcut.model.machine import Machine
+from leafcut.model.nest import Layout, Nest
+from leafcut.model.outcome import Outcome
+from leafcut.model.part import Hole, Part, Slot
+from leafcut.model.pocket import Pocket
+from leafcut.model.process_report import Which
+from leafcut.model.toolpath import Toolpath
+from leafcut.report.playback import Playback, outcome_playback, playback
+from leafcut.report.wording import clean
+from leafcut.studio.drawing.editing import OrderStop
+
+MAGIC = b"LCSCENE1"
+
+#: What an outline is.
+OUTLINES = ("cut", "mark", "sheet", "pocket", "island")
+CLOSED = 16
+
+#: More issues are not shown one by one, nor more places of one.
+MOST_ISSUES = 500
+
+_LEAD_TOLERANCE = 0.02
+_PLACE = re.compile(r"\((-?[\d.]+(?:e[+-]?\d+)?), (-?[\d.]+(?:e[+-]?\d+)?)\)")
+_HANDLE = re.compile(r"handle ([0-9A-Fa-f]+)")
+
+Columns = dict[str, tuple[str, NDArray[Any]]]
+
+
+def part_scene(part: Part, tools: dict[int, int] | None = None, *, filled: bool = False) -> bytes:
+    """Return a part: holes, slots, contours, pockets and the places of its issues.
+
+    `tools`: number of the tool for each hole by its index, where that is known. `filled`: what is cut
+    is shown as metal.
+    """
+    x0, y0, x1, y1 = part.extents
+    origin = np.array([0.5 * (x0 + x1), 0.5 * (y0 + y1)])
+    hole = np.column_stack([part.hole_xy - origin, part.diameters])
+    of_hole = np.zeros(len(part.holes), dtype=np.int32)
+    if tools:
+        of_hole[list(tools)] = list(tools.values())
+    ends = np.array([(*s.start, *s.end, s.width) for s in part.slots]).reshape(-1, 5)
+    vertex, outline = _outlines(part.contours, part.pockets)
+    vertex[:, :2] -= origin
+    layers = _LayerNumbers(part)
+    columns: Columns = {
+        "hole": ("f4", hole),
+        "hole_tool": ("i4", of_hole),
+        "slot": ("f4", ends - np.array([*origin, *origin, 0.0])),
+        "vertex": ("f4", vertex),
+        "outline": ("u4", outline),
+        "hole_layer": ("u4", layers.of(part.holes)),
+        "slot_layer": ("u4", layers.of(part.slots)),
+        "outline_layer": ("u4", layers.of_outlines(part)),
+        "issue": ("f4", _issue_places(part) - np.array([*origin, 0.0])),
+    }
+    low, high = _around(part)
+    header = {
+        "kind": "part",
+        "name": clean(part.name),
+        "extents": [*low, *high] if len(hole) + len(ends) + len(vertex) else None,
+        "origin": origin.tolist(),
+        "layers": [clean(layer) for layer in layers.names],
+        "unitless": unitless(part),
+        "issues": _issues(part.issues),
+        "filled": filled,
+    }
+    return packed(header, columns)
+
+
+def _around(part: Part) -> tuple[list[float], list[float]]:
+    """Return the smallest and the largest x and y of a part, with the rims of its holes."""
+    x0, y0, x1, y1 = part.extents
+    if not part.holes:
+        return [x0, y0], [x1, y1]
+    radius = 0.5 * part.diameters[:, None]
+    low = np.minimum((x0, y0), (part.hole_xy - radius).min(axis=0))
+    high = np.maximum((x1, y1), (part.hole_xy + radius).max(axis=0))
+    return low.tolist(), high.tolist()
+
+
+class _LayerNumbers:
+    """The layers of a part by number."""
+
+    def __init__(self, part: Part) -> None:
+        found = {one.layer for nouns in (part.holes, part.slots, part.contours, part.pockets) for one in nouns}
+        self.names = sorted(found - {""})
+        self._number = {name: number for number, name in enumerate(self.names, 1)}
+
+    def of(self, nouns: Iterable[Hole | Slot | Contour]) -> NDArray[np.int64]:
+        return np.array([self._number.get(one.layer, 0) for one in nouns], dtype=np.int64)
+
+    def of_outlines(self, part: Part) -> NDArray[np.int64]:
+        """Return the numbers in the order in which `_outlines` has its rows."""
+        pockets = [self._number.get(p.layer, 0) for p in part.pockets for _ in range(1 + len(p.islands))]
+        return np.concatenate([self.of(part.contours), np.array(pockets, dtype=np.int64)])
+
+
+def unitless(part: Part) -> bool:
+    """Return whether a part is a map whose places have no unit: TSPLIB's."""
+    return part.edge_weight_type != ""
+
+
+def nest_scene(nest: Nest, layout: Layout) -> bytes:
+    """Return one sheet of a nest as a part: its edge and what lies on it."""
+    edges = (Contour(path, "sheet") for path in nest.stock_of(layout).paths)
+    return part_scene(Part(name="nest", holes=(), contours=(*edges, *nest.contours(layout))), filled=True)
+
+
+def outcome_scene(outcome: Outcome, which: Which) -> bytes:
+    """Return the toolpath of an outcome, ``before`` or ``after``; the one after with its program.
+
+    Raises
+    ------
+    PlanError
+        The drilling cycles come to more moves than can be meant.
+    """
+    shown = outcome.shown
+    before, _, after = shown.stated()
+    measure = before if which == "before" else after
+    header = {
+        "name": clean(outcome.part.name),
+        "which": which,
+        "rapid_mm": measure.travel_mm,
+        "cut_mm": measure.cut_mm,
+        "tools": {str(o.tool.number): _tool_words(o.tool.label, o.tool.diameter) for o in outcome.operations},
+        "cleared": shown.cleared,
+    }
+    return _toolpath(
+        outcome_playback(outcome, which), header, outcome.text if which == "after" else "", shown.plan(which)
+    )
+
+
+def outcome_part_scene(outcome: Outcome) -> bytes:
+    """Return the part of an outcome, every hole with the tool that works last on it."""
+    tools = {hole: o.tool.number for o in outcome.operations if not o.slots for hole in o.holes}
+    return part_scene(outcome.part, tools)
+
+
+def toolpath_scene(
+    path: Toolpath, machine: Machine, *, name: str = "", text: str = "", beam: bool = False, of: Part | None = None,
+    cleared: float = 0.0,
+) -> bytes:  # fmt: skip
+    """Return any toolpath as the machine runs it.
+
+    `text` is the program of its lines, `of` the part it goes through, `cleared` how wide a mill clears, mm.
+
+    Raises
+    ------
+    PlanError
+        The drilling cycles come to more moves than can be meant.
+    """
+    return _toolpath(
+        playback(path, machine, beam),
+        {
+            "name": clean(name),
+            "which": "after",
+            "unitless": of is not None and unitless(of),
+            "cleared": cleared,
+        },
+        text,
+        None,
+    )
+
+
+def pheromone_scene(points: ArrayLike, edges: ArrayLike, strength: ArrayLike) -> bytes:
+    """Return edges between points (float[n, 2], mm; int[k, 2]) and how strong each is (float[k], 0 … 1)."""
+    header, point = _points(points)
+    columns: Columns = {
+        "point": ("f4", point),
+        "edge": ("u4", np.asarray(edges).reshape(-1, 2)),
+        "strength": ("f4", np.asarray(strength)),
+    }
+    return packed({**header, "kind": "pheromone", "name": "pheromone"}, columns)
+
+
+def path_scene(points: ArrayLike) -> bytes:
+    """Return a path through places (float[n, 2], mm) in the order of their visit."""
+    header, point = _points(points)
+    return packed({**header, "kind": "path", "name": "path"}, {"point": ("f4", point)})
+
+
+def edited_scene(stops: Sequence[OrderStop]) -> bytes:
+    """Return an order that is changed by hand, as a path that knows its numbers."""
+    header, point = _points([stop.place for stop in stops])
+    signs = {str(k): stop.sign for k, stop in enumerate(stops) if stop.sign}
+    columns: Columns = {
+        "point": ("f4", point),
+        "visit": ("u4", np.array([stop.name for stop in stops], dtype=np.int64)),
+        "held": ("u1", np.array([stop.held for stop in stops], dtype=np.bool_)),
+        "moved": ("u1", np.array([stop.moved for stop in stops], dtype=np.bool_)),
+    }
+    return packed({**header, "kind": "path", "name": "path", "signs": signs}, columns)
+
+
+def _points(points: ArrayLike) -> tuple[dict[str, Any], NDArray[np.float64]]:
+    """Return origin and extents of places for a header, and the places relative to the origin."""
+    xy = np.asarray(points, dtype=np.float64).reshape(-1, 2)
+    low, high = (xy.min(axis=0), xy.max(axis=0)) if len(xy) else (np.zeros(2), np.zeros(2))
+    origin = 0.5 * (low + high)
+    extents = [*low.tolist(), *high.tolist()] if len(xy) else None
+    return {"origin": origin.tolist(), "extents": extents}, xy - origin
+
+
+def packed(header: dict[str, Any], columns: Columns) -> bytes:
+    """Return header and blocks as one scene."""
+    blocks, parts, offset = {}, [], 0
+    for name, (kind, column) in columns.items():
+        data = np.ascontiguousarray(column, dtype=f"<{kind}").tobytes()
+        width = column.shape[1] if column.ndim == 2 else 1
+        blocks[name] = [kind, offset, column.size, width]
+        padding = -len(data) % 8
+        parts.append(data + bytes(padding))
+        offset += len(data) + padding
+    words = json.dumps({**header, "blocks": blocks}, ensure_ascii=False, allow_nan=False).encode()
+    words += b" " * (-len(words) % 8)
+    return b"".join((MAGIC, len(words).to_bytes(4, "little"), bytes(4), words, *parts))
+
+
+def _toolpath(rows: Playback, header: dict[str, Any], text: str, plan: CutPlan | None) -> bytes:
+    low, high = _extents(rows)
+    origin = np.nan_to_num(0.5 * (low + high))
+    arc = rows.arc.copy()
+    arc[:, :2] -= origin
+    pierces, leads = _cuts(plan)
+    columns: Columns = {
+        "place": ("f4", rows.place - np.array([*origin, 0.0])),
+        "seconds": ("f4", rows.seconds),
+        "line": ("u4", rows.line),
+        "source": ("u4", rows.source),
+        "feed": ("f4", rows.feed),
+        "tool": ("u4", np.maximum(rows.tool, 0)),
+        "doing": ("u1", rows.doing),
+        "arc_row": ("u4", rows.arc_row),
+        "arc": ("f4", arc),
+        "stop": ("u4", rows.stops),
+        "pierce": ("f4", pierces - np.array([*origin, 0.0])),
+        "lead": ("f4", leads - origin),
+        "text": ("u1", np.frombuffer(text.encode("utf-8", "replace"), dtype=np.uint8)),
+    }
+    shown = {
+        "kind": "toolpath",
+        "extents": [*low.tolist(), *high.tolist()] if np.isfinite(low).all() else None,
+        "origin": origin.tolist(),
+        "seconds": float(rows.seconds.sum()),
+        "kerf": plan.data.kerf if plan else 0.0,
+        "cuts": [_cut_words(plan, number) for number in range(len(plan.cuts))] if plan else [],
+    }
+    return packed({**shown, **header}, columns)
+
+
+def _extents(rows: Playback) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the smallest and the largest known x and y of all rows, arcs included; NaN where none is."""
+    places = rows.place[:, :2]
+    every = [places[np.isfinite(places).all(axis=1)]]
+    centre, radius, (start, sweep) = rows.arc[:, :2], rows.arc[:, 2], rows.arc[:, 3:].T
+    for quarter in range(4):
+        angle = 0.5 * math.pi * quarter
+        passed = (angle - start) * np.sign(sweep) % math.tau <= np.abs(sweep)
+        every.append((centre + np.outer(radius, (math.cos(angle), math.sin(angle))))[passed])
+    points = np.concatenate(every)
+    return (points.min(axis=0), points.max(axis=0)) if len(points) else (np.full(2, math.nan), np.full(2, math.nan))
+
+
+def _outlines(contours: Iterable[Contour], pockets: Iterable[Pocket]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return the vertices of all outlines, float64[n, 3], and a row for each: see above."""
+    every = [(c.path, "mark" if c.kind == "text" else c.kind, c.part) for c in contours]
+    for number, pocket in enumerate(pockets, 1):
+        every.append((pocket.outline, "pocket", number))
+        every += [(island, "island", number) for island in pocket.islands]
+    rows, first = [], 0
+    for path, kind, part in every:
+        count = len(path.vertices)
+        rows.append((first, count, OUTLINES.index(kind) + CLOSED * path.closed, part))
+        first += count
+    vertices = [path.vertices for path, _, _ in every]
+    return np.concatenate([np.zeros((0, 3)), *vertices]), np.array(rows, dtype=np.int64).reshape(-1, 4)
+
+
+def _cuts(plan: CutPlan | None) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the pierces of a sheet with the numbers of their cuts, and the points of its leads."""
+    pierces, leads = [], list[NDArray[np.float64]]()
+    gap = np.full((1, 2), math.nan)
+    for number, cut in enumerate(plan.cuts if plan else (), 1):
+        pierces.append((*cut.path.start, number))
+        for begin, end in ((0.0, cut.lead_in), (cut.lead_out, cut.path.length)):
+            if end - begin > _LEAD_TOLERANCE:
+                leads += [cut.path.piece(begin, end).flattened(_LEAD_TOLERANCE), gap]
+    return np.array(pierces).reshape(-1, 3), np.concatenate([np.zeros((0, 2)), *leads])
+
+
+def _cut_words(plan: CutPlan, number: int) -> list[Any]:
+    """Return kind and part number of a cut, and what of it is in air instead of a pierce."""
+    cut = plan.cuts[number]
+    return [cut.kind, cut.part, bool(cut.pierce)]
+
+
+def _tool_words(label: str, diameter: float) -> str:
+    return clean(label if diameter > 0 else label.rpartition(" Ø")[0])
+
+
+def _issues(issues: Iterable[Issue]) -> list[list[str]]:
+    """Return code, severity, message and place of the first issues."""
+    return [[i.code, i.severity.value, clean(i.message), clean(i.place)] for i in list(issues)[:MOST_ISSUES]]
+
+
+def _issue_places(part: Part) -> NDArray[np.float64]:
+    """Return where issues are, as far as they say it: x, y and the issue's index, float64[k, 3]."""
+    named = [(h.handle, (h.x, h.y)) for h in part.holes if h.handle]
+    named += [(c.handle, c.path.start) for c in part.contours if c.handle]
+    of_handle = dict(reversed(named))
+    places = []
+    for index, issue in enumerate(part.issues[:MOST_ISSUES]):
+        places += [(float(x), float(y), index) for x, y in _PLACE.findall(issue.place)[:MOST_ISSUES]]
+        found = _HANDLE.search(issue.place)
+        if found and found[1] in of_handle:
+            places.append((*of_handle[found[1]], index))
+    return np.array(places, dtype=np.float64).reshape(-1, 3)

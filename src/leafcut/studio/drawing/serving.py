@@ -1,0 +1,47 @@
+"""`Serving`: what an element of a page shows is fetched by the browser, not sent through the page's connection."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+from collections.abc import Callable
+
+from nicegui import __version__ as nicegui_version
+from nicegui.dependencies import dynamic_resources, register_dynamic_resource
+from nicegui.element import Element
+from starlette.responses import Response
+
+#: So long a page may still ask for what was taken off, s.
+_FAREWELL = 30.0
+
+
+class Serving(Element):
+    """An element with addresses of its own, which nobody can guess and which end with it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._served: list[str] = []
+
+    def serve(self, what: str, source: Callable[[], bytes | None]) -> str:
+        """Return an address that answers with the bytes of `source`, called in a thread; None is no content."""
+        name = f"leafcut-{what}-{secrets.token_urlsafe(12)}"
+
+        def answer() -> Response:
+            data = source()
+            return Response(status_code=204) if data is None else Response(data, media_type="application/octet-stream")
+
+        register_dynamic_resource(name, answer)
+        self._served.append(name)
+        return f"/_nicegui/{nicegui_version}/dynamic_resources/{name}"
+
+    def _handle_delete(self) -> None:
+        # A page may just be asking for what is taken off: for a while it is still answered.
+        try:
+            asyncio.get_running_loop().call_later(_FAREWELL, self._end_serving)
+        except RuntimeError:
+            self._end_serving()
+        super()._handle_delete()
+
+    def _end_serving(self) -> None:
+        for name in self._served:
+            dynamic_resources.pop(name, None)

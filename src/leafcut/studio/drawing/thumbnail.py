@@ -1,0 +1,111 @@
+"""Small pictures of a drawing, one for each kind of work: what would be worked is strong, the rest faint."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.part import Hole, Part
+
+#: Size of a picture, in its own units; what is drawn keeps this far from its edges.
+WIDTH, HEIGHT, MARGIN = 96, 56, 4
+#: No picture has more outlines and holes than these, nor points nearer to each other: nobody could see them.
+_MOST, _MOST_POINTS, _LEAST_STEP = 1_500, 6_000, 0.5
+_TOLERANCE = 0.15
+#: What is smaller is a dot.
+_SMALL = 1.0
+
+
+class Thumbnails:
+    """The pictures of one drawing: its lines are put into words once."""
+
+    def __init__(self, whole: Part) -> None:
+        frame = _Frame(_around(whole))
+        sizes = np.array([_size(c.path) for c in whole.contours])
+        left = _MOST_POINTS
+        self._contours: dict[int, str] = {}
+        # The largest first: where there are too many, the smallest are left out.
+        for k in np.argsort(-sizes, kind="stable")[:_MOST].tolist():
+            if left <= 0:
+                break
+            self._contours[k], count = frame.line(whole.contours[k].path, small=sizes[k] * frame.scale < _SMALL)
+            left -= count
+        step = max(len(whole.holes) // _MOST, 1)
+        self._holes = {k: frame.circle(whole.holes[k]) for k in range(0, len(whole.holes), step)}
+
+    def picture(
+        self, contours: NDArray[np.bool_] | None, holes: NDArray[np.bool_] | None, style: str
+    ) -> dict[str, str]:
+        """Return a picture as SVG path data: ``strong``, ``faint``, and ``style``.
+
+        Parameters
+        ----------
+        contours, holes
+            bool[n]: which of them are strong; None for none of them.
+        style
+            `Process.pictured`: ``holes`` and ``areas`` are filled, ``lines`` are not.
+        """
+        words: dict[bool, list[str]] = {True: [], False: []}
+        for drawn, chosen in ((self._contours, contours), (self._holes, holes)):
+            for k, one in drawn.items():
+                words[chosen is not None and bool(chosen[k])].append(one)
+        return {"strong": "".join(words[True]), "faint": "".join(words[False]), "style": style}
+
+
+class _Frame:
+    """Puts millimetres into the picture."""
+
+    def __init__(self, extents: tuple[float, float, float, float]) -> None:
+        x0, y0, x1, y1 = extents
+        width, height = max(x1 - x0, 1e-6), max(y1 - y0, 1e-6)
+        self.scale = min((WIDTH - 2 * MARGIN) / width, (HEIGHT - 2 * MARGIN) / height)
+        self.x = 0.5 * WIDTH - self.scale * 0.5 * (x0 + x1)
+        self.y = 0.5 * HEIGHT + self.scale * 0.5 * (y0 + y1)
+
+    def line(self, path: Polyline, *, small: bool) -> tuple[str, int]:
+        """Return the words of a path, and how many points it has; a small one is a dot."""
+        if small:
+            x0, y0, x1, y1 = path.extents
+            return self._dot(*self._placed(np.array([[0.5 * (x0 + x1), 0.5 * (y0 + y1)]]))[0]), 1
+        places = self._placed(path.flattened(_TOLERANCE / self.scale))
+        kept = places[_thinned(places)]
+        steps = "L".join(f"{x:.1f} {y:.1f}" for x, y in kept.tolist())
+        return f"M{steps}{'Z' if path.closed else ''}", len(kept)
+
+    def circle(self, hole: Hole) -> str:
+        """Return the words of a hole; a small one, or a point, is a dot."""
+        x, y, radius = self.x + self.scale * hole.x, self.y - self.scale * hole.y, 0.5 * self.scale * hole.diameter
+        if 2.0 * radius < _SMALL:
+            return self._dot(x, y)
+        arc = f"a{radius:.1f} {radius:.1f} 0 1 0"
+        return f"M{x - radius:.1f} {y:.1f}{arc}{2 * radius:.1f} 0{arc}{-2 * radius:.1f} 0Z"
+
+    def _placed(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.column_stack([self.x + self.scale * places[:, 0], self.y - self.scale * places[:, 1]])
+
+    @staticmethod
+    def _dot(x: float, y: float) -> str:
+        return f"M{x - 0.6:.1f} {y:.1f}h1.2v1.2h-1.2z"
+
+
+def _around(whole: Part) -> tuple[float, float, float, float]:
+    """Return the box around all that is drawn; the extents of a part know of a hole its centre alone."""
+    x0, y0, x1, y1 = whole.extents
+    for hole in whole.holes:
+        r = 0.5 * hole.diameter
+        x0, y0, x1, y1 = min(x0, hole.x - r), min(y0, hole.y - r), max(x1, hole.x + r), max(y1, hole.y + r)
+    return x0, y0, x1, y1
+
+
+def _size(path: Polyline) -> float:
+    x0, y0, x1, y1 = path.extents
+    return max(x1 - x0, y1 - y0)
+
+
+def _thinned(places: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Return which of the places to draw: none in the same step of the picture as the one before it."""
+    cells = np.round(places / _LEAST_STEP)
+    new = np.ones(len(places), dtype=np.bool_)
+    new[1:] = np.any(cells[1:] != cells[:-1], axis=1)
+    return np.flatnonzero(new)

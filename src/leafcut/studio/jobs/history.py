@@ -1,0 +1,317 @@
+"""What was run: one SQLite file in the studio's folder, so that a restart loses nothing."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import threading
+import time
+import zlib
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+from leafcut.files import OutputError
+from leafcut.studio.jobs.task import Task
+
+_SCHEMA = """
+CREATE TABLE IF NOT EXISTS job (
+    id TEXT PRIMARY KEY, title TEXT NOT NULL, task TEXT NOT NULL, state TEXT NOT NULL, created REAL NOT NULL,
+    finished REAL, line TEXT NOT NULL DEFAULT '', figures TEXT NOT NULL DEFAULT '{}', answer BLOB
+);
+CREATE INDEX IF NOT EXISTS job_created ON job (created);
+CREATE TABLE IF NOT EXISTS artefact (
+    job TEXT NOT NULL REFERENCES job (id) ON DELETE CASCADE,
+    name TEXT NOT NULL, file_name TEXT NOT NULL, media_type TEXT NOT NULL, data BLOB NOT NULL,
+    PRIMARY KEY (job, name)
+);
+CREATE TABLE IF NOT EXISTS message (
+    job TEXT NOT NULL REFERENCES job (id) ON DELETE CASCADE,
+    number INTEGER NOT NULL, seconds REAL NOT NULL, words TEXT NOT NULL,
+    PRIMARY KEY (job, number)
+);
+"""
+#: Of zlib: most of the gain for a tenth of the time.
+_LEVEL = 3
+
+
+class JobState(StrEnum):
+    """Where a job stands."""
+
+    WAITING = "waiting"
+    RUNNING = "running"
+    DONE = "done"
+    STOPPED = "stopped"  # a person stopped it, and the best so far was kept
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+    INTERRUPTED = "interrupted"  # the studio ended while it ran
+
+    @property
+    def over(self) -> bool:
+        """Whether nothing more will happen."""
+        return self not in (JobState.WAITING, JobState.RUNNING)
+
+    @property
+    def kept(self) -> bool:
+        """Whether there is an outcome."""
+        return self in (JobState.DONE, JobState.STOPPED)
+
+
+@dataclass(frozen=True)
+class Artefact:
+    """A file that a run made."""
+
+    file_name: str
+    media_type: str
+    data: bytes
+
+    @property
+    def text(self) -> str:
+        """The file as text, in the encoding that its media type names."""
+        return self.data.decode(self.media_type.partition("charset=")[2] or "utf-8", "replace")
+
+
+@dataclass(frozen=True)
+class JobRecord:
+    """A job as the history knows it; `figures` are the few numbers that a list shows."""
+
+    id: str
+    title: str
+    task: Task
+    state: JobState
+    created: float
+    finished: float | None
+    line: str
+    figures: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A word that a job is looked for by: in its name, its command, what its options are, what it was told and its day.
+
+    `options` and `states` are the names of options and the states that are called so where the word was typed.
+    """
+
+    word: str
+    options: tuple[str, ...] = ()
+    states: tuple[JobState, ...] = ()
+
+
+class History:
+    """The jobs, the newest first; used from several threads.
+
+    Raises
+    ------
+    OutputError
+        The file cannot be opened or written. A damaged one is set aside and a new one begun.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._lock = threading.Lock()
+        self._path = path
+        try:
+            self._connection = self._open()
+        except sqlite3.DatabaseError as problem:
+            if isinstance(problem, sqlite3.OperationalError):
+                raise OutputError(f"{path}: cannot open the history ({problem})") from None
+            self._set_aside()
+            self._connection = self._open()
+
+    def _open(self) -> sqlite3.Connection:
+        connection = sqlite3.connect(self._path, check_same_thread=False, isolation_level=None, timeout=10.0)
+        try:
+            connection.execute("PRAGMA journal_mode = WAL")
+            connection.execute("PRAGMA foreign_keys = ON")
+            found = connection.execute("PRAGMA quick_check(1)").fetchone()
+            if found != ("ok",):
+                raise sqlite3.DatabaseError(str(found))
+            connection.executescript(_SCHEMA)
+        except sqlite3.Error:
+            connection.close()
+            raise
+        self._path.chmod(0o600)
+        return connection
+
+    def _set_aside(self) -> None:
+        """Give a damaged file another name, and what SQLite keeps beside it, which must not meet the new one."""
+        mark = f"damaged-{time.time():.0f}"
+        for suffix in ("", "-wal", "-shm"):
+            file = self._path.with_name(self._path.name + suffix)
+            if file.exists():
+                file.replace(file.with_name(f"{self._path.name}.{mark}{suffix}"))
+
+    @contextmanager
+    def _writing(self) -> Iterator[sqlite3.Connection]:
+        with self._lock:
+            try:
+                self._connection.execute("BEGIN IMMEDIATE")
+                yield self._connection
+                self._connection.execute("COMMIT")
+            except BaseException as problem:
+                if self._connection.in_transaction:
+                    self._connection.execute("ROLLBACK")
+                if isinstance(problem, sqlite3.Error):
+                    raise OutputError(f"cannot write the history ({problem})") from None
+                raise
+
+    def _read(self, query: str, values: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+        with self._lock:
+            return self._connection.execute(query, values).fetchall()
+
+    def add(self, job: str, title: str, task: Task, created: float) -> None:
+        """Note a job that waits."""
+        with self._writing() as to:
+            to.execute(
+                "INSERT INTO job (id, title, task, state, created) VALUES (?, ?, ?, ?, ?)",
+                (job, title, task.as_json(), JobState.WAITING.value, created),
+            )
+
+    def mark(self, job: str, state: JobState) -> None:
+        """Note how a job stands."""
+        with self._writing() as to:
+            to.execute("UPDATE job SET state = ? WHERE id = ?", (state.value, job))
+
+    def finish(
+        self,
+        job: str,
+        state: JobState,
+        *,
+        line: str = "",
+        answer: dict[str, Any] | None = None,
+        figures: dict[str, Any] | None = None,
+        artefacts: dict[str, Artefact] | None = None,
+        messages: Sequence[tuple[float, str]] = (),
+    ) -> None:
+        """Note how a job ended, with all that it made and said: `messages` are (seconds, words)."""
+        packed = None if answer is None else zlib.compress(json.dumps(answer).encode(), _LEVEL)
+        files = [
+            (job, name, made.file_name, made.media_type, zlib.compress(made.data, _LEVEL))
+            for name, made in (artefacts or {}).items()
+        ]
+        with self._writing() as to:
+            to.execute(
+                "UPDATE job SET state = ?, finished = ?, line = ?, figures = ?, answer = ? WHERE id = ?",
+                (state.value, time.time(), line, json.dumps(figures or {}), packed, job),
+            )
+            to.executemany("INSERT OR REPLACE INTO artefact VALUES (?, ?, ?, ?, ?)", files)
+            said = [(job, number, seconds, words) for number, (seconds, words) in enumerate(messages)]
+            to.executemany("INSERT OR REPLACE INTO message VALUES (?, ?, ?, ?)", said)
+
+    def interrupt(self) -> None:
+        """Note of all jobs that were not over that they were cut short; at the studio's start."""
+        with self._writing() as to:
+            to.execute(
+                "UPDATE job SET state = ?, finished = ? WHERE state IN (?, ?)",
+                (JobState.INTERRUPTED.value, time.time(), JobState.WAITING.value, JobState.RUNNING.value),
+            )
+
+    def get(self, job: str) -> JobRecord | None:
+        """Return a job, or None."""
+        found = self._read(f"SELECT {_COLUMNS} FROM job WHERE id = ?", (job,))
+        return _record(found[0]) if found else None
+
+    def newest(self, most: int = 200) -> list[JobRecord]:
+        """Return the last jobs, the newest first."""
+        return [
+            _record(row) for row in self._read(f"SELECT {_COLUMNS} FROM job ORDER BY created DESC LIMIT ?", (most,))
+        ]
+
+    def find(self, wanted: Sequence[Wanted], most: int, skip: int = 0) -> list[JobRecord]:
+        """Return jobs with all that is wanted, the newest first: at most so many, after so many others."""
+        where, values = _where(wanted)
+        query = f"SELECT {_COLUMNS} FROM job {where} ORDER BY created DESC, rowid DESC LIMIT ? OFFSET ?"
+        return [_record(row) for row in self._read(query, (*values, most, skip))]
+
+    def count(self, wanted: Sequence[Wanted] = ()) -> int:
+        """Return how many jobs have all that is wanted."""
+        where, values = _where(wanted)
+        return int(self._read(f"SELECT COUNT(*) FROM job {where}", values)[0][0])
+
+    def of_sheets(self, job: str) -> list[JobRecord]:
+        """Return the jobs that cut the sheets of a nest, the newest first."""
+        # An underscore stands for any letter here, so the origin is looked at once more.
+        query = f"SELECT {_COLUMNS} FROM job WHERE task LIKE ? ORDER BY created DESC, rowid DESC"
+        found = [_record(row) for row in self._read(query, (f'%"origin": "{job}/%',))]
+        return [record for record in found if record.task.origin.startswith(f"{job}/")]
+
+    def messages(self, job: str) -> list[tuple[float, str]]:
+        """Return what a job that is over said while it ran: (seconds, words)."""
+        return [
+            (s, w) for s, w in self._read("SELECT seconds, words FROM message WHERE job = ? ORDER BY number", (job,))
+        ]
+
+    def answer(self, job: str) -> dict[str, Any] | None:
+        """Return the answer of a run as its JSON, or None where there is none."""
+        found = self._read("SELECT answer FROM job WHERE id = ? AND answer IS NOT NULL", (job,))
+        answer: dict[str, Any] | None = json.loads(zlib.decompress(found[0][0])) if found else None
+        return answer
+
+    def artefact(self, job: str, name: str) -> Artefact | None:
+        """Return a file that a run made, or None."""
+        found = self._read("SELECT file_name, media_type, data FROM artefact WHERE job = ? AND name = ?", (job, name))
+        return Artefact(found[0][0], found[0][1], zlib.decompress(found[0][2])) if found else None
+
+    def artefacts(self, job: str) -> dict[str, str]:
+        """Return name → file name of what a run made."""
+        return dict(self._read("SELECT name, file_name FROM artefact WHERE job = ?", (job,)))
+
+    def delete(self, job: str) -> set[str]:
+        """Forget a job; return the inputs that no other job uses."""
+        mine = self.get(job)
+        with self._writing() as to:
+            to.execute("DELETE FROM job WHERE id = ?", (job,))
+        return files_of([mine.task]) - self.inputs_in_use() if mine else set()
+
+    def inputs_in_use(self) -> set[str]:
+        """Return the ids of all uploads that a job uses."""
+        return files_of(Task.from_json(row[0]) for row in self._read("SELECT task FROM job"))
+
+    def close(self) -> None:
+        """Close the file."""
+        with self._lock:
+            self._connection.close()
+
+
+_COLUMNS = "id, title, task, state, created, finished, line, figures"
+
+
+#: What of a job a word may stand in.
+_PLACES = (
+    "title", "line", "date(created, 'unixepoch', 'localtime')",
+    *(f"json_extract(task, '$.{of}')" for of in ("command", "process", "algorithms")),
+)  # fmt: skip
+#: Every option of a job, and the values of one that is a list, as rows that have a `key` and an `atom`.
+_OPTIONS = "EXISTS (SELECT 1 FROM json_tree(task, '$.options') WHERE {})"
+
+
+def _where(wanted: Sequence[Wanted]) -> tuple[str, tuple[Any, ...]]:
+    """Return the condition that a job has all that is wanted, and its values."""
+    parts: list[str] = []
+    values: list[Any] = []
+    for one in wanted:
+        word = one.word.replace("\\", "\\\\").replace("%", "\\%").replace("_", "\\_")
+        either = [f"{place} LIKE ? ESCAPE '\\'" for place in _PLACES]
+        either.append(_OPTIONS.format("type NOT IN ('true', 'false') AND atom LIKE ? ESCAPE '\\'"))
+        values += [f"%{word}%"] * len(either)
+        if one.options:
+            either.append(_OPTIONS.format(f"key IN ({', '.join('?' * len(one.options))})"))
+            values += one.options
+        if one.states:
+            either.append(f"state IN ({', '.join('?' * len(one.states))})")
+            values += [state.value for state in one.states]
+        parts.append(f"({' OR '.join(either)})")
+    return f"WHERE {' AND '.join(parts)}" if parts else "", tuple(values)
+
+
+def _record(row: tuple[Any, ...]) -> JobRecord:
+    job, title, task, state, created, finished, line, figures = row
+    return JobRecord(job, title, Task.from_json(task), JobState(state), created, finished, line, json.loads(figures))
+
+
+def files_of(tasks: Iterable[Task]) -> set[str]:
+    """Return every word of tasks that may be the id of an upload: inputs, and files among the options."""
+    words = (w for task in tasks for w in (*task.inputs, *task.options.values()) if isinstance(w, str))
+    return {w.partition(":")[0] for w in words}  # behind the id of a part of a nest stands its quantity

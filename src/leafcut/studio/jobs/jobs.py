@@ -1,0 +1,350 @@
+"""Runs in threads: one for each job, outside the event loop; progress to look at, stop and keep the best, cancel."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import secrets
+import sys
+import threading
+import time
+import traceback
+from collections import deque
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, field, replace
+
+from leafcut.errors import LeafcutError
+from leafcut.files import OutputError
+from leafcut.model.heartbeat import Trial
+from leafcut.model.study import Study
+from leafcut.studio.folder import Folder
+from leafcut.studio.jobs.ending import Endable
+from leafcut.studio.jobs.history import History, JobRecord, JobState, Wanted
+from leafcut.studio.jobs.run_job import Made, run
+from leafcut.studio.jobs.search_watch import Watch
+from leafcut.studio.jobs.task import ReadyTask, Task, names_of, prepare, title_of
+
+#: So many run at once, the others wait: a search uses all cores already.
+AT_ONCE = 2
+#: What runs tell while they read their inputs, `model.heartbeat.looking_for`.
+READING = "reading"
+#: Most of what a run says that is kept: the last.
+_MOST_MESSAGES = 1000
+#: So many jobs that are over are still known as they went: a page may not have told their end yet.
+_MOST_ENDED = 16
+#: So many ways that a run tries are told of.
+_MOST_TRIED = 64
+#: Most points of a convergence that are kept while it runs, and least seconds between two.
+_MOST_POINTS, _POINT_SECONDS = 4000, 0.02
+
+
+class Cancelled(Exception):
+    """Raised inside a run that a person cancelled, so that it ends at once."""
+
+
+@dataclass(frozen=True)
+class Latest:
+    """What a run is doing: words, cost so far, share done, gap to the lower bound (a fraction), seconds."""
+
+    what: str = ""
+    cost: float | None = None
+    share: float = 0.0
+    gap: float | None = None
+    seconds: float = 0.0
+
+
+@dataclass
+class Live:
+    """A job of this server.
+
+    Attributes
+    ----------
+    points
+        (seconds, cost, what) whenever the cost fell or another thing was begun.
+    messages
+        What was begun, once each: (seconds, words); the last of them.
+    said
+        How many messages there have been.
+    tried
+        Of a run that tries several ways: name → (what came of it, its cost), in the order in which they were begun.
+    watch
+        Looks at its search for the pages that show it.
+    study
+        Keeps the iterations of a search of the literature; None for other work.
+    reading
+        What it does while it reads, and until it tells of something else, can be ended at any step.
+    ended
+        Done when it is over and the history knows it.
+    """
+
+    id: str
+    call: ReadyTask
+    names: tuple[str, ...]
+    state: JobState = JobState.WAITING
+    line: str = ""
+    latest: Latest = field(default_factory=Latest)
+    points: list[tuple[float, float, str]] = field(default_factory=list)
+    messages: list[tuple[float, str]] = field(default_factory=list)
+    said: int = 0
+    tried: dict[str, tuple[str, float | None]] = field(default_factory=dict)
+    began: float = 0.0
+    watch: Watch = field(default_factory=Watch)
+    study: Study | None = None
+    stop: threading.Event = field(default_factory=threading.Event)
+    reading: Endable = field(default_factory=Endable)
+    dropped: bool = False
+    ended: Future[None] = field(default_factory=Future)
+
+    def drop(self) -> None:
+        """Have the run end, and keep nothing."""
+        self.dropped = True
+        self.stop.set()
+        self.watch.release()
+        self.reading.end()
+
+    def tell(self, what: str, cost: float | None, share: float, gap: float | None) -> None:
+        """Note what is being done; called by the run, often."""
+        if self.dropped:
+            raise Cancelled
+        if what != self.latest.what:
+            self.reading.begin() if what == READING else self.reading.leave()
+        if isinstance(what, Trial) and (what.name in self.tried or len(self.tried) < _MOST_TRIED):
+            self.tried[what.name] = what.figure, what.cost
+        now = time.perf_counter() - self.began
+        if not self.messages or self.messages[-1][1] != what:
+            self.messages.append((now, what))
+            self.said += 1
+            del self.messages[:-_MOST_MESSAGES]
+        self.latest = Latest(what, cost, share, gap, now)
+        if cost is None:
+            return
+        last = self.points[-1] if self.points else None
+        fresh = last is None or last[2] != what or cost < last[1]
+        if fresh and (last is None or last[2] != what or now - last[0] >= _POINT_SECONDS):
+            self.points.append((now, cost, what))
+            if len(self.points) > _MOST_POINTS:
+                del self.points[1:-1:2]
+
+
+class Jobs:
+    """All jobs of a studio: those that run, and through the history those that ran.
+
+    `kept` returns the ids of uploads that are kept for another reason than a job.
+    """
+
+    def __init__(self, folder: Folder, history: History, kept: Callable[[], set[str]] = set) -> None:
+        self.folder, self.history, self._kept = folder, history, kept
+        self._live: dict[str, Live] = {}
+        #: Those of them that the history knows the end of, the last at the end.
+        self._ended: deque[str] = deque()
+        #: Those that wait for their turn, in the order in which they come to it.
+        self._queue: list[str] = []
+        self._threads = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="leafcut-job")
+        self._lock = threading.Lock()
+        self.closed = False
+
+    def start(self, task: Task, watch: Watch | None = None) -> str:
+        """Begin a job, or let it wait for its turn; return its id. `watch` may hold its search from the beginning.
+
+        Raises
+        ------
+        OptionError
+            The task cannot be meant.
+        OutputError
+            The history cannot be written, or the studio is ending.
+        """
+        call = prepare(task, self.folder)
+        if self.closed:
+            raise OutputError("the studio is closing; no new jobs are started")
+        live = Live(secrets.token_urlsafe(9), call, names_of(task, self.folder), watch=watch or Watch())
+        live.study = Study(live.watch) if call.studied else None
+        self.history.add(live.id, title_of(task, self.folder), task, time.time())
+        with self._lock:
+            self._live[live.id] = live
+            self._queue.append(live.id)
+        self._threads.submit(self._next)
+        return live.id
+
+    def waiting(self) -> list[str]:
+        """Return the ids of the jobs that wait, in the order in which they come to their turn."""
+        with self._lock:
+            return list(self._queue)
+
+    def move(self, job: str, place: int) -> None:
+        """Let a job that waits come to its turn at a place, from 0; nothing happens to one that runs."""
+        with self._lock:
+            if job in self._queue:
+                self._queue.remove(job)
+                self._queue.insert(max(place, 0), job)
+
+    def live(self, job: str) -> Live | None:
+        """Return a job of this server as it goes, or one of the last that are over; None for older ones."""
+        return self._live.get(job)
+
+    def record(self, job: str) -> JobRecord | None:
+        """Return a job as it stands, or None."""
+        found = self._as_they_stand(lambda: [one for one in [self.history.get(job)] if one is not None])
+        return found[0] if found else None
+
+    def newest(self, most: int = 200) -> list[JobRecord]:
+        """Return the last jobs as they stand, the newest first."""
+        return self._as_they_stand(lambda: self.history.newest(most))
+
+    def find(self, wanted: Sequence[Wanted], most: int, skip: int = 0) -> tuple[list[JobRecord], int]:
+        """Return some of the jobs with all that is wanted, as they stand, the newest first, and how many there are."""
+        return self._as_they_stand(lambda: self.history.find(wanted, most, skip)), self.history.count(wanted)
+
+    def of_sheets(self, job: str) -> list[JobRecord]:
+        """Return the jobs that cut the sheets of a nest, as they stand, the newest first."""
+        return self._as_they_stand(lambda: self.history.of_sheets(job))
+
+    def _as_they_stand(self, read: Callable[[], list[JobRecord]]) -> list[JobRecord]:
+        """Return records; those that the history could not be told of stand as this server knows."""
+        # Looked at before the history is read: what is over here by then is over there, too, if it could be written.
+        known = {job: (live.state, live.line) for job, live in list(self._live.items())}
+        return [
+            record
+            if record.state.over or record.id not in known
+            else replace(record, state=known[record.id][0], line=known[record.id][1])
+            for record in read()
+        ]
+
+    def running(self) -> list[str]:
+        """Return the ids of the jobs that are not over."""
+        return [job for job, live in list(self._live.items()) if not live.state.over]
+
+    def stop(self, job: str) -> None:
+        """Stop a job and keep the best that it has; nothing happens to one that is over."""
+        live = self._live.get(job)
+        if live is not None and not live.state.over:
+            live.stop.set()
+            live.watch.release()
+
+    def cancel(self, job: str) -> None:
+        """Stop a job and keep nothing."""
+        live = self._live.get(job)
+        if live is None or live.state.over:
+            return
+        live.drop()
+        with self._lock:
+            waits = job in self._queue
+            if waits:
+                self._queue.remove(job)
+        if waits:
+            self._end(live, JobState.CANCELLED)
+
+    def delete(self, job: str) -> None:
+        """Forget a job and the uploads that only it used, but what a page has open or is among the recent files."""
+        self.cancel(job)
+        self.folder.drop_inputs(self.history.delete(job) - self._kept())
+        with self._lock:
+            self._live.pop(job, None)
+
+    def messages(self, job: str) -> list[tuple[float, str]]:
+        """Return what a job says or said: (seconds, words)."""
+        live = self._live.get(job)
+        return (list(live.messages) if live is not None else []) or self.history.messages(job)
+
+    def wait(self, job: str, seconds: float | None = None) -> JobState:
+        """Return the state of a job when it is over, or after `seconds`."""
+        live = self._live.get(job)
+        if live is not None:
+            wait([live.ended], seconds)
+        record = self.record(job)
+        return record.state if record else JobState.CANCELLED
+
+    async def over(self, job: str) -> None:
+        """Wait until a job is over; no thread waits, so that any number of jobs can be waited for."""
+        live = self._live.get(job)
+        if live is not None:
+            await asyncio.shield(asyncio.wrap_future(live.ended))
+
+    def close(self) -> None:
+        """End all runs; those that were not over are told as cut short."""
+        if self.closed:
+            return
+        self.closed = True
+        for live in list(self._live.values()):
+            if not live.state.over:
+                live.drop()
+        self._threads.shutdown(wait=True, cancel_futures=True)
+        self.history.interrupt()
+        for live in list(self._live.values()):
+            if not live.ended.done():  # it had no turn
+                live.state = JobState.INTERRUPTED
+                live.ended.set_result(None)
+
+    def _next(self) -> None:
+        """Do the job whose turn it is; none where the one that this turn was for was cancelled."""
+        with self._lock:
+            live = self._live.get(self._queue.pop(0)) if self._queue and not self.closed else None
+        if live is not None:
+            self._work(live)
+
+    def _work(self, live: Live) -> None:
+        """Do one job, in a thread of its own; nothing that happens in it reaches the server."""
+        live.state, live.began = JobState.RUNNING, time.perf_counter()
+        try:
+            self.history.mark(live.id, JobState.RUNNING)
+            try:
+                made = run(live.call, live.names, live.tell, live.stop, live.study or live.watch)
+            finally:
+                live.reading.leave()
+        except BaseException as problem:
+            if live.dropped:
+                self._end(live, JobState.INTERRUPTED if self.closed else JobState.CANCELLED)
+            else:
+                self._end(live, JobState.FAILED, line=self.folder.without_paths(line_of(problem)))
+        else:
+            if live.dropped:
+                self._end(live, JobState.INTERRUPTED if self.closed else JobState.CANCELLED)
+            else:
+                self._end(live, JobState.STOPPED if live.stop.is_set() else JobState.DONE, made=made)
+
+    def _end(self, live: Live, state: JobState, *, line: str = "", made: Made | None = None) -> None:
+        """Note the end in the history, then for those who look."""
+        live.line, noted = line, True
+        try:
+            if made is None:
+                self.history.finish(live.id, state, line=line, messages=live.messages)
+            else:
+                self.history.finish(
+                    live.id, state, answer=made.answer, figures=made.figures, artefacts=made.artefacts,
+                    messages=live.messages,
+                )  # fmt: skip
+        except BaseException as problem:
+            live.line, state = self.folder.without_paths(line_of(problem)), JobState.FAILED
+            try:
+                self.history.finish(live.id, state, line=live.line, messages=live.messages)
+            except LeafcutError:
+                noted = False
+        live.state = state
+        # Else every job of a day would keep the last picture of its search.
+        live.points, live.watch, live.study, live.tried = [], Watch(), None, {}
+        if noted:
+            live.messages = []
+            self._forget_older(live.id)
+        live.ended.set_result(None)
+
+    def _forget_older(self, job: str) -> None:
+        """Note that the history knows how a job ended, and let go of those that ended long before it."""
+        with self._lock:
+            self._ended.append(job)
+            while len(self._ended) > _MOST_ENDED:
+                self._live.pop(self._ended.popleft(), None)
+
+
+def line_of(problem: BaseException) -> str:
+    """Return what a person is told of what went wrong: the one line of an error, or that leafcut has a fault."""
+    if isinstance(problem, LeafcutError):
+        line = str(problem)
+    elif isinstance(problem, MemoryError):
+        line = "not enough memory for this input"
+    elif isinstance(problem, OSError) and problem.strerror:
+        line = f"a file of the studio's own folder cannot be written or read ({problem.strerror})"
+    else:
+        if os.environ.get("LEAFCUT_TRACEBACK"):
+            traceback.print_exception(problem, file=sys.stderr)
+        line = f"internal error in leafcut ({type(problem).__name__}: {problem}); set LEAFCUT_TRACEBACK=1 for details"
+    return "".join(c if c.isprintable() else "?" for c in " ".join(line.split()))

@@ -1,0 +1,293 @@
+"""One call of leafcut as a job does it: the answer, and the files that came of it."""
+
+from __future__ import annotations
+
+import json
+import threading
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut import api
+from leafcut.files import read_program
+from leafcut.lab.tables import iterations_as_csv
+from leafcut.model.heartbeat import Progress, looking_for
+from leafcut.model.snapshot import Observer
+from leafcut.model.study import Study
+from leafcut.studio.drawing.line_match import line_pairs
+from leafcut.studio.jobs.history import Artefact
+from leafcut.studio.jobs.nest_request import list_text, needs_list
+from leafcut.studio.jobs.task import LIST, NEST, ReadyTask, program_name, told_apart
+
+if TYPE_CHECKING:
+    from leafcut.model.nest import NestOutcome
+    from leafcut.model.outcome import Outcome
+    from leafcut.model.part import Part
+    from leafcut.model.process_report import Which
+    from leafcut.model.toolpath import Toolpath
+
+_BOTH: tuple[Which, ...] = ("before", "after")
+_TEXT, _HTML, _SVG = "text/plain; charset=utf-8", "text/html; charset=utf-8", "image/svg+xml"
+_DXF, _CSV = "image/vnd.dxf", "text/csv; charset=utf-8"
+
+
+#: An order of more holes is not changed by hand.
+_MOST_HOLES = 20_000
+#: More searches than these have no chart.
+_MOST_SEARCHES = 50
+
+
+@dataclass(frozen=True)
+class Made:
+    """What a run gave: the answer of the command line's ``--json``, a few figures for lists, and files."""
+
+    answer: dict[str, Any]
+    figures: dict[str, Any]
+    artefacts: dict[str, Artefact]
+
+
+def run(
+    call: ReadyTask, names: tuple[str, ...], tell: Progress, cancelled: threading.Event, observe: Observer | None = None
+) -> Made:
+    """Do what is asked; `names` is what a person calls the inputs.
+
+    Raises
+    ------
+    LeafcutError
+        One line, as on the command line.
+    """
+    from leafcut.report.json_answer import simulation_as_json
+
+    if call.command == "optimize":
+        return _optimize(call, names[0], tell, cancelled, observe)
+    if call.command == "nest":
+        return _nest(call, names, tell, cancelled)
+    if call.command == "solve":
+        return _solve(call, names[0], tell, cancelled, observe)
+    if call.command == "study":
+        return _study(call, names[0], tell, cancelled, observe)
+    if call.command == "simulate":
+        found = replace(api.simulate(call.sources[0], progress=tell, **call.options), program=names[0])
+        return Made(simulation_as_json(found), {"time_s": found.measure.time_s}, {})
+    return _verify(call, names, tell)
+
+
+def _verify(call: ReadyTask, names: tuple[str, ...], tell: Progress) -> Made:
+    """Compare two programs; both are drawn, and in what they differ."""
+    from leafcut.report.json_answer import verification_as_json
+    from leafcut.studio.drawing.differences import differences_scene
+    from leafcut.studio.drawing.scene import toolpath_scene
+
+    proof = api.verify_programs(call.sources[0], call.sources[1], progress=tell, **call.options)
+    asked = {name: value for name, value in call.options.items() if name != "allow_reverse"}
+    runs = [api.simulate(source, progress=tell, **asked) for source in call.sources]
+    texts = [read_program(source) for source in call.sources]
+    artefacts = {
+        f"scene-{layer}": _scene(toolpath_scene(run.run, run.machine, name=name))
+        for layer, run, name in zip(_BOTH, runs, names, strict=True)
+    }
+    artefacts["scene-differences"] = _scene(differences_scene(proof.differences, *(run.run for run in runs)))
+    artefacts["lines"] = _lines(runs[0].path, runs[1].path, *texts)
+    return Made(verification_as_json(proof), {"same": proof.same}, artefacts)
+
+
+def _lines(before: Toolpath, after: Toolpath, original: str, new: str) -> Artefact:
+    """Return which line of a program is which of another one; the texts themselves are kept already."""
+    return Artefact("", "application/octet-stream", zlib.compress(line_pairs(before, after, original, new).tobytes()))
+
+
+def _optimize(call: ReadyTask, name: str, tell: Progress, cancelled: threading.Event, observe: Observer | None) -> Made:
+    from leafcut.read.plan_file import plan_text
+    from leafcut.report.json_answer import as_json
+    from leafcut.report.overview import overview_as_json
+    from leafcut.report.views import operation_words
+
+    outcome = api.optimize(
+        call.sources[0], process=call.process, progress=tell, observe=observe, cancelled=cancelled, **call.options
+    )
+    output = program_name(name, outcome.extension)
+    # A report is handed on: it says what the person calls the file, and not where the studio keeps it.
+    source = name if outcome.part.source else ""
+    outcome = replace(outcome, output=output, part=replace(outcome.part, source=source))
+    answer = as_json(outcome)
+    figures = {
+        "before_s": answer["before"]["time_s"],
+        "after_s": answer["after"]["time_s"],
+        "saved_percent": answer["saved_percent"],
+        "gap_percent": answer["gap_percent"],
+    }
+    kind = f"text/plain; charset={outcome.encoding}"
+    artefacts = {"program": Artefact(output, kind, outcome.text.encode(outcome.encoding)), **_pages(outcome, output)}
+    searches = [
+        (operation_words(o), o.solution.history, o.solution.lower_bound, o.solution.unit) for o in outcome.operations
+    ]
+    artefacts["search"] = _searches(searches, observe)
+    artefacts["overview"] = Artefact("", "application/json", json.dumps(overview_as_json(outcome)).encode())
+    artefacts |= _order_files(outcome, output) | _given_file(call)
+    if outcome.part.format == "gcode":
+        original = read_program(call.sources[0])
+        artefacts["lines"] = _lines(outcome.path_before, outcome.path_after, original, outcome.text)
+    plan = outcome.shown.plan("after")
+    # Common lines have no plan file.
+    if plan is not None and not call.options.get("common_lines"):
+        text = plan_text(plan.file).encode()
+        artefacts["plan"] = Artefact(f"{Path(output).stem}_plan.json", "application/json", text)
+    return Made(answer, figures, artefacts)
+
+
+def _nest(call: ReadyTask, names: tuple[str, ...], tell: Progress, cancelled: threading.Event) -> Made:
+    """Nest parts: every variant is drawn, sheet by sheet."""
+    from leafcut.processes.registry import command
+    from leafcut.read.nest_list import WantedDrawing
+    from leafcut.studio.drawing.scene import nest_scene
+
+    wanted = [
+        WantedDrawing(file, one.quantity, tuple(one.rotations.split()))
+        for file, one in zip(call.sources, call.parts, strict=True)
+    ]
+    outcome = api.nest(wanted, progress=tell, cancelled=cancelled, all_variants=True, **call.options)
+    outcome = replace(outcome, files=outcome.names(NEST, all_variants=True))
+    artefacts = {
+        f"sheet-{v}-{k}": Artefact(file, _DXF, text.encode())
+        for v, (files, texts) in enumerate(zip(outcome.files, outcome.drawings, strict=True), 1)
+        for k, (file, text) in enumerate(zip(files, texts, strict=True), 1)
+    }
+    for v, one in enumerate(outcome.nests, 1):
+        for k, layout in enumerate(one.layouts, 1):
+            artefacts[f"scene-{v}-{k}"] = _scene(nest_scene(one, layout))
+    if needs_list(call.parts):
+        names = told_apart([Path(source).name for source in call.sources])  # of all inputs, those that are no sheets
+        artefacts["list"] = Artefact(LIST, _CSV, list_text(call.parts, names).encode())
+    return Made(command("nest_answer")(outcome), _nest_figures(outcome), artefacts)
+
+
+def _nest_figures(outcome: NestOutcome) -> dict[str, Any]:
+    best = outcome.nests[0]
+    used = 100.0 * best.utilisation_of_used
+    return {"utilisation_of_used_percent": used, "sheets": best.n_sheets, "variants": len(outcome.nests)}
+
+
+def _order_files(outcome: Outcome, output: str) -> dict[str, Artefact]:
+    """Return the order of the holes as a file, and where they are: what can be changed by hand."""
+    from leafcut.read.order_file import drawing_of, order_text
+
+    drilled = {n: tuple(o.hole_order) for n, o in enumerate(outcome.operations) if not o.slots}
+    count = sum(map(len, drilled.values()))
+    # A program of another CAM has no order before it.
+    if outcome.process != "drill" or outcome.nearest is None or not 0 < count <= _MOST_HOLES:
+        return {}
+    places = outcome.part.hole_xy.tolist()
+    order = order_text(drilled, drawing_of(places)).encode()
+    return {
+        "order": Artefact(f"{Path(output).stem}_order.json", "application/json", order),
+        "holes": Artefact("", "application/json", json.dumps(places).encode()),
+    }
+
+
+def _given_file(call: ReadyTask) -> dict[str, Artefact]:
+    """Return the order or the plan that a run was given: with it the command line does the same again."""
+    for option in ("hole_order", "plan"):
+        if option in call.options:
+            file = Path(call.options[option])
+            return {"given": Artefact(file.name, "application/json", file.read_bytes())}
+    return {}
+
+
+def _searches(
+    found: Sequence[tuple[str, Sequence[tuple[float, float]], float | None, str]], observe: Observer | None
+) -> Artefact:
+    """Return how the orders were found, for the charts: (name, history, lower bound, unit) of every search.
+
+    Where one search was studied, its iterations are there, too; of several it is not known which is which.
+    """
+    kept: list[dict[str, Any]] = [
+        {"name": name, "history": [list(point) for point in history], "bound": bound, "unit": unit}
+        for name, history, bound, unit in found[:_MOST_SEARCHES]
+    ]
+    if isinstance(observe, Study) and len(kept) == len(observe.searches) == 1:
+        kept[0]["iterations"] = [list(row) for row in observe.iterations()]
+    return Artefact("", "application/json", json.dumps(kept).encode())
+
+
+def _pages(outcome: Outcome, output: str) -> dict[str, Artefact]:
+    """Return the report, the pictures, and what the studio's drawing shows."""
+    from leafcut.report.page import path_svg, write_page
+    from leafcut.studio.drawing.scene import outcome_part_scene, outcome_scene, toolpath_scene
+
+    stem = Path(output).stem
+    pictures = {
+        f"picture-{which}": Artefact(f"{stem}_{which}.svg", _SVG, path_svg(outcome, which).encode()) for which in _BOTH
+    }
+    scenes = {f"scene-{which}": _scene(outcome_scene(outcome, which)) for which in _BOTH}
+    scenes["scene-part"] = _scene(outcome_part_scene(outcome))
+    for name, path in outcome.shown.ways():
+        cleared = outcome.shown.cleared
+        scenes[f"way-{name}"] = _scene(toolpath_scene(path, outcome.machine, name=name, cleared=cleared))
+    return {**scenes, "report": Artefact(f"{stem}.html", _HTML, write_page(outcome).encode()), **pictures}
+
+
+def _scene(data: bytes) -> Artefact:
+    return Artefact("", "application/octet-stream", data)
+
+
+def _solve(call: ReadyTask, name: str, tell: Progress, cancelled: threading.Event, observe: Observer | None) -> Made:
+    from leafcut.read.tsplib import tour_text
+    from leafcut.report.json_answer import solved_as_json
+
+    solved = api.solve_file(call.sources[0], progress=tell, observe=observe, cancelled=cancelled, **call.options)
+    part, found = solved.part, solved.solution
+    tour = tour_text(part.name, found.nodes, every=part.grouping is None)
+    answer = solved_as_json(solved)
+    figures = {key: answer[key] for key in ("length", "gap_percent")}
+    artefacts = {
+        "tour": Artefact(program_name(name, ".tour"), _TEXT, tour.encode()),
+        "search": _searches([(found.algorithm, found.history, found.lower_bound, "")], observe),
+        **_tour_scenes(part, found.nodes),
+    }
+    if isinstance(observe, Study):
+        text = iterations_as_csv(observe.iterations())
+        artefacts["iterations"] = Artefact(program_name(name, "_iterations.csv"), _CSV, text.encode())
+    return Made(answer, figures, artefacts)
+
+
+def _study(call: ReadyTask, name: str, tell: Progress, cancelled: threading.Event, observe: Observer | None) -> Made:
+    """Run several algorithms with several seeds; the best tour of all is drawn."""
+    from leafcut.lab.experiment import run_experiment
+    from leafcut.lab.tables import curves_as_json, experiment_as_json, runs_as_csv, summary_as_csv
+    from leafcut.processes.settings import collect
+    from leafcut.read import read
+    from leafcut.read.tsplib import tour_text
+
+    part = read(call.sources[0], collect(call.options).read, looking_for(tell, "reading"))
+    found = run_experiment(
+        part, call.algorithms, call.runs, call.options, progress=tell, observe=observe, cancelled=cancelled
+    )
+    tour = tour_text(part.name, found.best.nodes, every=part.grouping is None)
+    artefacts = {
+        "runs": Artefact(program_name(name, "_runs.csv"), _CSV, runs_as_csv(found).encode()),
+        "comparison": Artefact(program_name(name, "_algorithms.csv"), _CSV, summary_as_csv(found).encode()),
+        "curves": Artefact("", "application/json", json.dumps(curves_as_json(found)).encode()),
+        "tour": Artefact(program_name(name, ".tour"), _TEXT, tour.encode()),
+        **_tour_scenes(part, found.best.nodes),
+    }
+    return Made(experiment_as_json(found), {"length": found.best.cost}, artefacts)
+
+
+def _tour_scenes(part: Part, nodes: NDArray[np.int32]) -> dict[str, Artefact]:
+    """Return a closed tour as rapids through its points; nothing of a map that says distances and no places."""
+    from leafcut.model.toolpath import ToolpathBuilder
+    from leafcut.read.machine import load_machine
+    from leafcut.studio.drawing.scene import part_scene, toolpath_scene
+
+    if len(nodes) < 2 or not np.ptp(part.hole_xy, axis=0).any():
+        return {}
+    builder = ToolpathBuilder()
+    for x, y in part.hole_xy[[*nodes, nodes[0]]].tolist():
+        builder.rapid(x, y)
+    path = toolpath_scene(builder.build(), load_machine(api.default_machine("solve")), name=part.name, of=part)
+    return {"scene-part": _scene(part_scene(part)), "scene-after": _scene(path)}

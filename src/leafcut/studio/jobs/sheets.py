@@ -1,0 +1,175 @@
+"""The sheets of a nest on their way to programs: one is cut, or the cuts of all are planned and compared."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from leafcut.errors import OptionError
+from leafcut.processes.settings import collect, group_of
+from leafcut.studio.jobs.history import History, JobRecord, JobState
+from leafcut.studio.jobs.jobs import Jobs
+from leafcut.studio.jobs.task import Task, given, prepare
+
+#: How cuts stand together that are not all planned yet.
+GOING = (JobState.WAITING.value, JobState.RUNNING.value)
+
+
+@dataclass(frozen=True)
+class SheetOfNest:
+    """One sheet of a variant, both numbered from 1; `count` sheets are cut like it."""
+
+    job: str
+    variant: int
+    number: int
+    count: int
+    file: str
+
+    @property
+    def origin(self) -> str:
+        """What a task that cuts it says of where it is from."""
+        return f"{self.job}/{self.variant}/{self.number}"
+
+    @property
+    def drawing(self) -> str:
+        """The name of its drawing among what the nest made."""
+        return f"sheet-{self.variant}-{self.number}"
+
+
+def sheets_of(job: str, answer: Mapping[str, Any]) -> list[SheetOfNest]:
+    """Return the sheets of a nest, variant by variant."""
+    return [
+        SheetOfNest(job, v, k, layout["sheets"], layout["file"])
+        for v, variant in enumerate(answer["variants"], 1)
+        for k, layout in enumerate(variant["layouts"], 1)
+    ]
+
+
+def nest_of(history: History, job: str) -> list[SheetOfNest]:
+    """Return the sheets of a job.
+
+    Raises
+    ------
+    OptionError
+        It is no nest, or has no outcome.
+    """
+    record = history.get(job)
+    answer = history.answer(job) if record is not None and record.task.command == "nest" else None
+    if answer is None:
+        raise OptionError("this job has no nests; run one with 'nest' first")
+    return sheets_of(job, answer)
+
+
+def take(jobs: Jobs, sheet: SheetOfNest) -> str:
+    """Return the id of a sheet's drawing among the inputs, where it is put if it is not there yet.
+
+    Raises
+    ------
+    OptionError
+        The nest was forgotten.
+    """
+    for record in jobs.history.of_sheets(sheet.job):
+        if record.task.origin == sheet.origin:
+            try:
+                jobs.folder.input_path(record.task.inputs[0])
+            except OptionError:
+                continue
+            return record.task.inputs[0]
+    made = jobs.history.artefact(sheet.job, sheet.drawing)
+    if made is None:
+        raise OptionError("this nest is no longer in the history")
+    return jobs.folder.add_input(made.file_name, made.data)
+
+
+def plan_cuts(jobs: Jobs, job: str, options: Mapping[str, Any]) -> list[str]:
+    """Begin to plan the cuts of all sheets of a nest with the same options; return the ids of the jobs.
+
+    Cuts that are being planned with these options already are not begun again.
+
+    Raises
+    ------
+    OptionError
+        It is no nest, or an option cannot be meant: nothing is begun then.
+    """
+    tasks = []
+    asked = {"quantity": options.get("quantity")}
+    batch = collect(asked).of(group_of("quantity")).changed().get("quantity", 1)
+    for sheet in nest_of(jobs.history, job):
+        counted = {"quantity": batch * sheet.count} if batch * sheet.count > 1 else {}
+        tasks.append(Task("optimize", (take(jobs, sheet),), "cut", {**given(options), **counted}, sheet.origin))
+    for task in tasks:
+        prepare(task, jobs.folder)
+    going = [record for record in jobs.of_sheets(job) if record.state.value in GOING]
+    return [next((record.id for record in going if record.task == task), "") or jobs.start(task) for task in tasks]
+
+
+def comparison(jobs: Jobs, job: str) -> list[dict[str, Any]]:
+    """Return what the cuts of every variant come to, all sheets together, in the order of the variants.
+
+    Of the cuts planned so far those count that were planned with the options of the newest ones. What is not known, or
+    not yet, is None; ``jobs`` are the cuts of its sheets, ``quickest`` is true of the best when all are planned.
+    """
+    sheets = nest_of(jobs.history, job)
+    newest = _newest(jobs.of_sheets(job))
+    rows = [_row(jobs, variant, [(s, newest.get(s.origin)) for s in found]) for variant, found in _variants(sheets)]
+    timed = [row["time_s"] for row in rows if row["time_s"] is not None]
+    over = len(timed) > 1 and not any(row["state"] in GOING for row in rows)
+    for row in rows:
+        row["quickest"] = over and row["time_s"] == min(timed)
+    return rows
+
+
+def _variants(sheets: list[SheetOfNest]) -> Iterator[tuple[int, list[SheetOfNest]]]:
+    for variant in dict.fromkeys(sheet.variant for sheet in sheets):
+        yield variant, [sheet for sheet in sheets if sheet.variant == variant]
+
+
+def _newest(records: list[JobRecord]) -> dict[str, JobRecord]:
+    """Return origin → the newest job that cuts it, of those with the options of the newest of all."""
+    if not records:
+        return {}
+    wanted = _but_quantity(records[0].task.options)
+    alike = [record for record in records if _but_quantity(record.task.options) == wanted]
+    return {record.task.origin: record for record in reversed(alike)}
+
+
+def _but_quantity(options: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in options.items() if name != "quantity"}
+
+
+def _row(jobs: Jobs, variant: int, cuts: list[tuple[SheetOfNest, JobRecord | None]]) -> dict[str, Any]:
+    """Return what the sheets of one variant come to."""
+    records = [record for _, record in cuts if record is not None]
+    states = [record.state for record in records]
+    row: dict[str, Any] = {
+        "variant": variant,
+        "state": _together(states, len(cuts)),
+        "line": next((record.line for record in records if record.line), ""),
+        "jobs": [record.id if record is not None else None for _, record in cuts],
+    }
+    if row["state"] not in (JobState.DONE.value, JobState.STOPPED.value):
+        return {**row, "time_s": None, "cut_mm": None, "rapid_mm": None, "pierces": None, "cost": None}
+    answers = [(sheet.count, jobs.history.answer(record.id) or {}) for sheet, record in cuts if record is not None]
+    times = [(count, answer["cutting"]["sheet"]) for count, answer in answers]
+    sums = {key: sum(count * sheet[key] for count, sheet in times) for key in ("cut_mm", "rapid_mm", "pierces")}
+    costs = [answer["cutting"]["cost"] for _, answer in answers]
+    cost = None if None in costs else sum(count * answer["cutting"]["cost"] for count, answer in answers)
+    time_s = sum(count * answer["after"]["time_s"] for count, answer in answers)
+    return {**row, "time_s": time_s, **sums, "cost": cost or None}
+
+
+def _together(states: list[JobState], wanted: int) -> str:
+    """Return how several jobs stand as one; ``none`` where not all were begun."""
+    order = (
+        JobState.FAILED,
+        JobState.CANCELLED,
+        JobState.INTERRUPTED,
+        JobState.RUNNING,
+        JobState.WAITING,
+        JobState.STOPPED,
+        JobState.DONE,
+    )
+    if len(states) < wanted:
+        return "none"
+    return next(state.value for state in order if state in states)

@@ -1,0 +1,261 @@
+"""What a person asks for: a command, its inputs and options, and how they become a call of leafcut."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from leafcut.errors import OptionError, nearest, shown
+from leafcut.lab.experiment import check_experiment
+from leafcut.option_spec import flag_name, split_names
+from leafcut.options import LITERATURE
+from leafcut.options.sheet_word import SheetWord, parse_sheet
+from leafcut.processes import registry
+from leafcut.processes.settings import collect, group_of
+from leafcut.read.format import has_half_letter
+from leafcut.studio.folder import BUILT_IN, OWN, Folder
+from leafcut.studio.jobs.nest_request import WantedPart, needs_list
+from leafcut.user_files import has_defaults
+
+#: How many files each takes; `nest` as many as there are drawings.
+COMMANDS = {"optimize": 1, "nest": 0, "solve": 1, "study": 1, "simulate": 1, "verify": 2}
+#: Options that name what is to be written: the studio does that itself.
+_OUTPUTS = ("save_plan", "all_variants", "remnants_out")
+#: Names of the list and of the drawings of a nest.
+LIST, NEST = "parts.csv", "nest.dxf"
+#: So many drawings are named in a title.
+_MOST_NAMED = 4
+#: Options that may name a file of the person's own, which can be changed under its name → the kind of that file.
+OWN_KINDS = {"machine": "machines", "tools": "tools"}
+
+
+@dataclass(frozen=True)
+class Task:
+    """A command with its inputs (ids of uploads, or names of built-in parts) and options, as a page says them.
+
+    Values are texts as typed, true or false, or numbers; a file among the options is the id of an upload, or ``mine:``
+    and the name of one of the person's own. The inputs of a nest are those of `nest_request.WantedPart.word`. `origin`
+    is the nested sheet that the input is: job, variant and layout with slashes between. A study has `algorithms`, each
+    of which is run `runs` times.
+    """
+
+    command: str
+    inputs: tuple[str, ...]
+    process: str = "auto"
+    options: dict[str, Any] = field(default_factory=dict)
+    origin: str = ""
+    algorithms: tuple[str, ...] = ()
+    runs: int = 0
+
+    def as_json(self) -> str:
+        """Return the task as one line of JSON."""
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def from_json(cls, text: str) -> Task:
+        """Return what `as_json` wrote."""
+        plain = json.loads(text)
+        return cls(
+            plain["command"], tuple(plain["inputs"]), plain["process"], plain["options"], plain.get("origin", ""),
+            tuple(plain.get("algorithms", ())), plain.get("runs", 0),
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ReadyTask:
+    """A task with paths in place of ids: ready to run; `parts` are those of a nest, `algorithms` those of a study."""
+
+    command: str
+    sources: tuple[str, ...]
+    process: str
+    options: dict[str, Any]
+    parts: tuple[WantedPart, ...] = ()
+    algorithms: tuple[str, ...] = ()
+    runs: int = 0
+
+    @property
+    def studied(self) -> bool:
+        """Whether its search is one of those of the literature, whose iterations are kept for study."""
+        return self.command in ("solve", "optimize") and self.options.get("algorithm") in LITERATURE
+
+    @property
+    def unit(self) -> str:
+        """The unit of what its search makes small; a map has its own rule of distance, and none that can be named."""
+        units = {"time": "s", "distance": "mm"}
+        return units.get(str(self.options.get("objective") or "time"), "") if self.command == "optimize" else ""
+
+
+def prepare(task: Task, folder: Folder) -> ReadyTask:
+    """Check a task as far as that is possible without reading its inputs.
+
+    Raises
+    ------
+    OptionError
+        An unknown command, process or option, a value out of bounds, or a file that is not in the studio.
+    """
+    if task.command not in COMMANDS:
+        raise OptionError(f"unknown command '{task.command}'{nearest(task.command, COMMANDS)}")
+    if has_half_letter([task.inputs, task.options]):
+        raise OptionError("the text contains an invalid character (\\ud800 to \\udfff)")
+    parts, drawn = parts_of(task), _drawn_sheets(task, folder)
+    parts = tuple(one for one in parts if one.input not in drawn.values())
+    if task.command == "nest" and not parts:
+        raise OptionError("no parts to nest; open their drawings")
+    if task.command != "nest" and len(task.inputs) != COMMANDS[task.command]:
+        files = "one file" if COMMANDS[task.command] == 1 else f"{COMMANDS[task.command]} files"
+        raise OptionError(f"{task.command} needs {files}")
+    if task.command == "study":
+        check_experiment(task.algorithms, task.runs)
+    registry.check_asked(task.process)
+    options = {name: _resolved(name, value, folder) for name, value in given(task.options).items()}
+    if drawn:
+        options["sheet"] = tuple(
+            _sheet_word(word, str(folder.input_path(drawn[word.name])) if word.size is None else word.name)
+            for word in map(parse_sheet, split_names(options["sheet"]))
+        )
+    collect(options)
+    # Nothing built in is a drawing of a part, so a part is an upload.
+    sources = [str(folder.input_path(one.input)) for one in parts] or [folder.source(word) for word in task.inputs]
+    if parts and any(source.lower().endswith(".csv") for source in sources):
+        raise OptionError("the studio cannot read the files of a parts list; open the drawings themselves")
+    return ReadyTask(task.command, tuple(sources), task.process, options, parts, task.algorithms, task.runs)
+
+
+def parts_of(task: Task) -> tuple[WantedPart, ...]:
+    """Return the parts of a nest; none of another task.
+
+    Raises
+    ------
+    OptionError
+        A quantity or an angle is none.
+    """
+    return tuple(WantedPart.of(word) for word in task.inputs) if task.command == "nest" else ()
+
+
+def _drawn_sheets(task: Task, folder: Folder) -> dict[str, str]:
+    """Return the drawings among the inputs of a nest that are sheets and no parts: name → id, as --sheet names them.
+
+    Raises
+    ------
+    OptionError
+        A drawing is named that is not open.
+    """
+    sheet = given(task.options).get("sheet")
+    if task.command != "nest" or sheet is None:
+        return {}
+    open_ = {folder.input_path(one.input).name: one.input for one in parts_of(task)}
+    names = [word.name for word in map(parse_sheet, split_names(sheet)) if word.size is None]
+    for name in names:
+        if name not in open_:
+            raise OptionError(f"--sheet: drawing '{shown(name)}' is not open; open it, or give a size")
+    return {name: open_[name] for name in names}
+
+
+def _sheet_word(word: SheetWord, name: str) -> str:
+    count = "" if word.count is None else f":{word.count}"
+    return name + count + ("" if word.price is None else f"@{word.price:.6f}")
+
+
+def given(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options that say something: an empty field does not."""
+    return {name: value for name, value in options.items() if value is not None and value != ""}
+
+
+def _resolved(name: str, value: Any, folder: Folder) -> Any:
+    """Return the value that leafcut is given: where it names a file, a path in the studio's folder and no other."""
+    spec = group_of(name).specs()[name]
+    flag = flag_name(name)
+    if name in _OUTPUTS:
+        raise OptionError(f"{flag}: the studio sets this file itself; leave it out")
+    if spec.kind != "path" and not spec.may_be_path:
+        return value
+    if not isinstance(value, str):
+        raise OptionError(f"{flag}: unknown file id '{value}'")
+    if value.startswith(OWN) and name in OWN_KINDS:
+        path = folder.own_path(OWN_KINDS[name], value.removeprefix(OWN))
+        if not path.is_file():
+            raise OptionError(f"{flag}: '{value.removeprefix(OWN)}' is no longer in your library")
+        return str(path)
+    if spec.may_be_path and not value.lower().endswith(".toml") and "/" not in value and "\\" not in value:
+        return value  # the name of a shipped one, checked where it is loaded
+    try:
+        return str(folder.input_path(value))
+    except OptionError:
+        raise OptionError(f"{flag}: choose a file opened in the studio, not a path") from None
+
+
+def names_of(task: Task, folder: Folder) -> tuple[str, ...]:
+    """Return what a person calls the inputs."""
+    if task.command == "nest":
+        return tuple(folder.input_path(one.input).name for one in parts_of(task))
+    return tuple(word if word.startswith(BUILT_IN) else folder.input_path(word).name for word in task.inputs)
+
+
+def _counted(task: Task, folder: Folder, names: Sequence[str]) -> list[tuple[str, WantedPart]]:
+    """Return the parts of a nest with their names, of all inputs; those that are sheets are left out."""
+    sheets = _drawn_sheets(task, folder).values()
+    return [(name, one) for name, one in zip(names, parts_of(task), strict=True) if one.input not in sheets]
+
+
+def told_apart(names: Sequence[str]) -> tuple[str, ...]:
+    """Return names of files as they can lie beside each other: those of one name in folders, ``1/a.nc 2/a.nc``."""
+    return tuple(f"{k}/{name}" if names.count(name) > 1 else name for k, name in enumerate(names, 1))
+
+
+def called(word: str) -> str:
+    """Return what a person calls what is built in: ``plate-27`` of ``example:plate-27``."""
+    return word.removeprefix("example:")
+
+
+def title_of(task: Task, folder: Folder) -> str:
+    """Return what the history calls a task; a file that is gone is told by a question mark."""
+    try:
+        names = [called(name) for name in names_of(task, folder)]
+        if task.command == "nest":
+            names = [f"{name} × {one.quantity}" for name, one in _counted(task, folder, names)]
+        return " · ".join(names[:_MOST_NAMED]) + (" …" if len(names) > _MOST_NAMED else "")
+    except OptionError:
+        return "?"
+
+
+def program_name(source: str, extension: str) -> str:
+    """Return what a program made from `source` is called; never what the source itself is."""
+    name = source.replace("example:", "").replace("random:", "random-").replace(":", "-")
+    stem, suffix = Path(name).stem, Path(name).suffix
+    return f"{stem}_leafcut{suffix}" if suffix.lower() == extension.lower() else f"{stem}{extension}"
+
+
+def command_line(task: Task, folder: Folder, output: str = "") -> str:
+    """Return what one types to have the same run: quoted for a shell, with the names that the files have."""
+    names = told_apart(names_of(task, folder))
+    if task.command == "nest":
+        parts = _counted(task, folder, names_of(task, folder))
+        names = told_apart([name for name, _ in parts])
+        counted = [f"{name}:{one.quantity}" for name, (_, one) in zip(names, parts, strict=True)]
+        listed = needs_list(tuple(one for _, one in parts))
+        words = ["leafcut", "nest", *([LIST] if listed else counted), "-o", NEST, "--all-variants"]
+    else:
+        words = ["leafcut", task.command, *names]
+    if task.command == "optimize":
+        words += ["-o", output] if output else []
+        words += ["--process", task.process] if task.process != "auto" else []
+    for name, value in given(task.options).items():
+        words += _flag(name, value, folder)
+    # The studio runs with what its page shows; the person's own defaults are for the command line.
+    return shlex.join([*words, *(["--no-defaults"] if has_defaults() else [])])
+
+
+def _flag(name: str, value: Any, folder: Folder) -> list[str]:
+    spec = group_of(name).specs()[name]
+    if spec.kind == "flag":
+        return [flag_name(name if value else f"no_{name}")] if value != group_of(name).defaults()[name] else []
+    resolved = _resolved(name, value, folder)
+    if spec.kind == "path" or (spec.may_be_path and resolved != value):
+        return [flag_name(name), Path(resolved).name]
+    words = ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
+    # A value that begins with a dash would be taken for a flag.
+    return [f"{flag_name(name)}={words}"] if words.startswith("-") else [flag_name(name), words]

@@ -1,0 +1,126 @@
+"""What leafcut says in English, said in another language: line by line, by what is filled in."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from functools import cache, lru_cache
+from itertools import pairwise
+from typing import NamedTuple
+
+#: Lines within lines are looked into so deep.
+_DEEPEST = 6
+#: And a line is parted at so many places, at most.
+_MOST_PARTS = 8
+_GAP = "{}"
+#: What stands between two parts of a line: a file, and what is wrong with it; what to do then; a remark.
+_BETWEEN = re.compile(r"; |: | \(")
+_WORD = re.compile(r"\w+")
+
+
+class _Pattern(NamedTuple):
+    """A line with gaps as a regular expression, and how it is said.
+
+    `size` counts its letters, `given` says which gaps stand in quotes: what was typed stays as it is.
+    """
+
+    line: str
+    words: frozenset[str]
+    size: int
+    given: tuple[bool, ...]
+    said: str
+
+
+class _Said(NamedTuple):
+    """A line in the other language, and how many of its letters are known."""
+
+    text: str
+    known: int
+
+
+class Messages:
+    """Lines with gaps and their translations: ``the file has {} MiB`` = ``el archivo tiene {} MiB``."""
+
+    def __init__(self, table: Mapping[str, str]) -> None:
+        self.table = table
+        self._whole = {line: said for line, said in table.items() if _GAP not in line}
+        patterns = [_pattern(line, said) for line, said in table.items() if _GAP in line]
+        often = Counter(word for pattern in patterns for word in pattern.words)
+        #: Patterns by the rarest of their words, "" where they have none: few have to be tried with a line.
+        self._by_word: dict[str, list[_Pattern]] = {}
+        for pattern in patterns:
+            rarest = min(pattern.words, key=lambda word: (often[word], word), default="")
+            self._by_word.setdefault(rarest, []).append(pattern)
+        self.translate = lru_cache(maxsize=4096)(self._translate)
+
+    def _translate(self, line: str) -> str:
+        """Return a line in the other language; what is not known of it stays as it is."""
+        return self._said(line, 0, {}).text
+
+    def _said(self, line: str, depth: int, seen: dict[str, _Said]) -> _Said:
+        """Return a line as it is said, whole or in parts: in the way of which the most is known."""
+        if line in seen:
+            return seen[line]
+        best = _Said(line, 0)
+        if depth > _DEEPEST or not any(c.isalpha() for c in line):
+            return best
+        if line in self._whole:
+            best = _Said(self._whole[line], len(line))
+        for pattern, gaps in self._matches(line) if best.known == 0 else ():
+            filled = [
+                _Said(gap, 0) if given else self._said(gap, depth + 1, seen)
+                for gap, given in zip(gaps, pattern.given, strict=True)
+            ]
+            known = pattern.size + sum(gap.known for gap in filled)
+            if known > best.known:
+                best = _Said(pattern.said.format(*(gap.text for gap in filled)), known)
+        for between in list(_BETWEEN.finditer(line))[:_MOST_PARTS] if best.known < len(line) else ():
+            head, tail = line[: between.start()], line[between.end() :]
+            if head and tail:
+                one, other = self._said(head, depth + 1, seen), self._said(tail, depth + 1, seen)
+                # A file's name before the colon is no part of what fills a gap behind it.
+                known = one.known + other.known
+                if known > best.known or (known == best.known > 0 and between[0] == ": "):
+                    best = _Said(one.text + between[0] + other.text, known)
+        seen[line] = best
+        return best
+
+    def _matches(self, line: str) -> Iterator[tuple[_Pattern, tuple[str, ...]]]:
+        """Yield the closest lines with gaps, which are the longest, each with what fills its gaps."""
+        words = {"", *_WORD.findall(line)}
+        likely = [pattern for word in words for pattern in self._by_word.get(word, ()) if pattern.words <= words]
+        size = 0
+        for pattern in sorted(likely, key=lambda pattern: (-pattern.size, pattern.line)):
+            if pattern.size < size:
+                return
+            if found := _compiled(pattern.line).fullmatch(line):
+                yield pattern, found.groups()
+                size = pattern.size
+
+
+def _pattern(line: str, said: str) -> _Pattern:
+    pieces = line.split(_GAP)
+    quoted = tuple(before.endswith("'") and after.startswith("'") for before, after in pairwise(pieces))
+    text = re.escape(pieces[0])
+    for (before, after), given in zip(pairwise(pieces), quoted, strict=True):
+        if given:
+            gap = r"((?:(?!'[ ;:,)]).)+?)"
+        else:
+            # What stands close behind a word or another gap may be missing: "nothing is left to cut{}", "{}{}".
+            gap = r"(|\W.*?)" if text and not before else "(.*?)" if before[-1:].isalnum() else "(.+?)"
+        text += gap + re.escape(after)
+    return _Pattern(text, _words(pieces), len("".join(pieces)), quoted, said)
+
+
+@cache
+def _compiled(text: str) -> re.Pattern[str]:
+    """Return a pattern that is used; all of them at once would take a fifth of a second."""
+    return re.compile(text, re.DOTALL)
+
+
+def _words(pieces: list[str]) -> frozenset[str]:
+    """Return the words of a line that do not touch a gap, in which they may go on."""
+    text = "\0".join(pieces)
+    found = _WORD.finditer(text)
+    return frozenset(word[0] for word in found if "\0" not in text[max(word.start() - 1, 0) : word.end() + 1])

@@ -1,0 +1,61 @@
+"""How a run goes, for the tab of the browser: its title, its icon, and a notice once it is over."""
+
+from __future__ import annotations
+
+import json
+from pathlib import PurePath
+
+from leafcut.studio.jobs.jobs import Jobs
+from leafcut.studio.page.elements import box, text
+from leafcut.studio.page.page_state import View
+
+
+class Badge:
+    """Tells the browser's code (badge.js) of the job of a page, else of another one that runs."""
+
+    def __init__(self, view: View) -> None:
+        self.view = view
+        w = view.words
+        #: The job that is told of, until it is over and something else is begun.
+        self._job: str | None = None
+        self._told = ""
+        words = {key: w.table[f"badge.{key}"] for key in ("done", "failed", "cancelled", "interrupted", "blocked")}
+        self.place = box("div", "hidden", id="badge", data_words=json.dumps(words, ensure_ascii=False))
+
+    def tick(self) -> None:
+        """Tell what is new."""
+        told = json.dumps(self._now(), ensure_ascii=False)
+        if told != self._told:
+            self._told = told
+            self.place._props["data-job"] = told
+            self.place.update()
+
+    def _now(self) -> dict[str, object]:
+        """Return the job that is told of: its name, how it stands, and how much of it is done in percent."""
+        jobs = self.view.studio.jobs
+        running = jobs.running()
+        if self.view.job in running:
+            self._job = self.view.job
+        elif self._job not in running and running:
+            self._job = running[0]
+        if self._job is None:
+            return {}
+        return job_badge(jobs, self._job)
+
+
+def job_badge(jobs: Jobs, job: str) -> dict[str, object]:
+    """Return what a tab says of a job; nothing of one that is forgotten."""
+    live = jobs.live(job)
+    if live is None:
+        return {}
+    name = PurePath(live.names[0]).stem if len(live.names) == 1 else ", ".join(live.names[:2])
+    name = name.removeprefix("example:")
+    share = round(100.0 * min(max(live.latest.share, 0.0), 1.0))
+    return {"job": job, "name": name, "state": live.state.value, "share": 0 if live.state.over else share}
+
+
+def notice_switch(view: View) -> None:
+    """Show the switch by which a person wants to be told, also in another window, that a run is over."""
+    with box("label", "notice"):
+        box("input", "switch", type="checkbox", data_notice="")
+        text("span", view.words("badge.notice"))

@@ -1,0 +1,71 @@
+"""Menus from the cut chart that holds: what it has of processes, materials, thicknesses and currents."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from leafcut.errors import LeafcutError, OptionError
+from leafcut.read.chart_choices import choices_of
+from leafcut.read.cutchart import ChartRow, load_chart
+from leafcut.studio.folder import Folder
+from leafcut.studio.page.fitting_machines import head_of
+from leafcut.studio.wording import Words
+from leafcut.units import parse_quantity
+
+#: Option → (value, what it is called) of all that may be chosen.
+Menus = dict[str, list[tuple[str, str]]]
+
+
+def chart_menus(values: Mapping[str, Any], folder: Folder, words: Words, machine: str) -> Menus:
+    """Return the menus of what is cut, as the chart and what is chosen already have it; none of a broken chart.
+
+    `machine` is the one that holds where none is chosen.
+    """
+    try:
+        rows = _rows(_chart(values, folder))
+    except LeafcutError:
+        return {}
+    thickness, amps = (_number(values.get(name), unit) for name, unit in (("thickness", "mm"), ("amps", "")))
+    process = str(values.get("cut_process") or "") or _process_of(str(values.get("machine") or machine), folder)
+    found = choices_of(rows, process, str(values.get("material") or "mild_steel"), thickness, amps)
+    return {
+        "cut_process": [(name, name) for name in found.processes],
+        "material": [(name, words.named("material", name, name.replace("_", " "))) for name in found.materials],
+        "thickness": [(f"{mm:g}", f"{mm:g} mm") for mm in found.thicknesses],
+        "amps": [(f"{a:g}", f"{a:g} A") for a in found.amps],
+    }
+
+
+def chart_problem(values: Mapping[str, Any], folder: Folder) -> str:
+    """Return why the chart that was opened is none, in one line, or nothing."""
+    try:
+        _rows(_chart(values, folder))
+    except LeafcutError as problem:
+        return folder.without_paths(str(problem))
+    return ""
+
+
+def _chart(values: Mapping[str, Any], folder: Folder) -> Path | None:
+    return folder.input_path(str(values["chart"])) if values.get("chart") else None
+
+
+@lru_cache(maxsize=8)
+def _rows(chart: Path | None) -> list[ChartRow]:
+    """Return the rows of a chart; what was opened in the studio never changes."""
+    return load_chart(chart)
+
+
+def _process_of(machine: str, folder: Folder) -> str:
+    """Return how a machine cuts; nothing of one that does not, or is not known."""
+    head = head_of(machine, folder)
+    return str(head.method or "") if head is not None else ""
+
+
+def _number(value: Any, unit: str) -> float | None:
+    try:
+        return parse_quantity(str(value), unit) if unit else float(str(value))
+    except (OptionError, ValueError):
+        return None

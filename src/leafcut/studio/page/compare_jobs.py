@@ -1,0 +1,95 @@
+"""Two jobs side by side: what came of each, and what was chosen for each, with what differs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from leafcut.processes.settings import all_options
+from leafcut.studio.folder import Folder
+from leafcut.studio.jobs.history import JobRecord
+from leafcut.studio.page.forms import changed, default_of, default_words
+from leafcut.studio.page.job_words import option_value
+from leafcut.studio.wording import Words
+from leafcut.units import format_length, format_time
+
+#: An absent figure.
+_NONE = "–"
+
+
+@dataclass(frozen=True)
+class ComparedRow:
+    """A figure or a choice of two jobs, in words; `differs` where they are not the same."""
+
+    label: str
+    one: str
+    other: str
+
+    @property
+    def differs(self) -> bool:
+        """Whether it is not the same of both."""
+        return self.one != self.other
+
+
+def _percent(value: float) -> str:
+    return f"{value:.2f} %"
+
+
+def _plain(value: Any) -> str:
+    return f"{value:,.10g}" if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
+
+
+#: Word of the page → where the figure stands in an answer, and how it is told.
+_FIGURES: tuple[tuple[str, tuple[str, ...], Callable[[Any], str]], ...] = (
+    ("result.before", ("before", "time_s"), format_time),
+    ("result.after", ("after", "time_s"), format_time),
+    ("compare.saved", ("saved_percent",), _percent),
+    ("result.travel", ("after", "travel_mm"), format_length),
+    ("result.cutting", ("after", "cut_mm"), format_length),
+    ("result.time", ("time_s",), format_time),
+    ("result.rapid", ("rapid_mm",), format_length),
+    ("result.feed", ("feed_mm",), format_length),
+    ("compare.length", ("length",), _plain),
+    ("compare.gap", ("gap_percent",), _percent),
+    ("result.lower_bound", ("lower_bound",), _plain),
+    ("result.iterations", ("iterations",), _plain),
+    ("result.machine", ("machine",), _plain),
+    ("result.dialect", ("dialect",), _plain),
+    ("result.algorithm", ("algorithm",), _plain),
+    ("result.seed", ("seed",), _plain),
+    ("result.computing", ("seconds",), format_time),
+)
+
+
+def compared_figures(answers: tuple[Mapping[str, Any], Mapping[str, Any]], words: Words) -> list[ComparedRow]:
+    """Return the figures that one of two answers has, those of the other beside them."""
+    rows = []
+    for label, path, told in _FIGURES:
+        one, other = (_found(answer, path) for answer in answers)
+        if one is not None or other is not None:
+            rows.append(ComparedRow(words(label), *(_NONE if v is None else told(v) for v in (one, other))))
+    return rows
+
+
+def _found(answer: Mapping[str, Any], path: tuple[str, ...]) -> Any:
+    value: Any = answer
+    for key in path:
+        value = value.get(key) if isinstance(value, Mapping) else None
+    return value
+
+
+def compared_options(records: tuple[JobRecord, JobRecord], folder: Folder, words: Words) -> list[ComparedRow]:
+    """Return every option that one of two jobs was given, and what held for the other."""
+    given = tuple(changed(record.task.options) for record in records)
+    names = [name for _, name, _ in all_options() if name in given[0] or name in given[1]]
+
+    def told(record: JobRecord, options: Mapping[str, Any], name: str) -> str:
+        if name in options:
+            return option_value(name, options[name], folder, words)
+        return default_words(name, default_of(name, record.task.process), words)
+
+    return [
+        ComparedRow(words.option(name), *(told(*job, name) for job in zip(records, given, strict=True)))
+        for name in names
+    ]

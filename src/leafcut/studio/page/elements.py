@@ -1,0 +1,204 @@
+"""The page's own elements: plain tags with text, the options form, and the opener of files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from nicegui.element import Element
+from nicegui.elements.mixins.text_element import TextElement
+
+Fields = list[dict[str, Any]]
+
+#: The steps of the history that a browser is told at most at once.
+_STEPS = 50
+
+
+class Form(Element, component="../static/form.js"):
+    """Groups of labelled fields; `on_change` is told (name, value, what a file is called).
+
+    Of a `searchable` one a field above finds options by their names and by what they are for; a `fixed` one can be
+    looked at only.
+    """
+
+    def __init__(
+        self,
+        groups: Fields,
+        words: dict[str, str],
+        on_change: Callable[[str, Any, str], Any],
+        on_refused: Callable[[str], Any],
+        searchable: bool = False,
+        fixed: bool = False,
+    ) -> None:
+        super().__init__()
+        self._props.update(groups=groups, words=words, values={}, shown={}, errors={}, searchable=searchable)
+        self._props["fixed"] = fixed
+        self.on("change", lambda e: on_change(e.args["name"], e.args["value"], e.args["shown"]))
+        self.on("refused", lambda e: on_refused(e.args["line"]))
+
+    def show(
+        self,
+        values: dict[str, Any],
+        shown: dict[str, str] | None = None,
+        errors: dict[str, str] | None = None,
+        groups: Fields | None = None,
+    ) -> None:
+        """Show values, what chosen files are called, what is wrong, and other fields."""
+        self._props.update(values=dict(values), shown=dict(shown or {}), errors=dict(errors or {}))
+        if groups is not None:
+            self._props["groups"] = groups
+        self.update()
+
+    def set_errors(self, errors: dict[str, str]) -> None:
+        """Say what is wrong with fields: name → line."""
+        self._props["errors"] = errors
+        self.update()
+
+
+class Opener(Element, component="../static/opener.js"):
+    """Opens a file by a dialogue or by dropping it on the page."""
+
+    def __init__(
+        self,
+        words: dict[str, str],
+        largest: int,
+        on_opened: Callable[[dict[str, Any]], Any],
+        on_refused: Callable[[str], Any],
+    ) -> None:
+        super().__init__()
+        self._props.update(words=words, largest=largest, several=False)
+        self.on("opened", lambda e: on_opened(e.args))
+        self.on("refused", lambda e: on_refused(e.args["line"]))
+
+    def set_several(self, several: bool) -> None:
+        """Take all files that are opened at once, or the first alone."""
+        if self._props["several"] != several:
+            self._props["several"] = several
+            self.update()
+
+
+class PartsTable(Element, component="../static/parts.js"):
+    """The parts of a nest in rows; told are `on_change` (id of a row, key, text), `on_remove` and `on_look` (id)."""
+
+    def __init__(
+        self,
+        words: dict[str, str],
+        on_change: Callable[[str, str, str], Any],
+        on_remove: Callable[[str], Any],
+        on_look: Callable[[str], Any],
+    ) -> None:
+        super().__init__()
+        self._props.update(words=words, rows=[], rotations="", version=0)
+        self.on("change", lambda e: on_change(e.args["id"], e.args["key"], e.args["value"]))
+        self.on("remove", lambda e: on_remove(e.args["id"]))
+        self.on("look", lambda e: on_look(e.args["id"]))
+
+    def show(self, rows: list[dict[str, Any]], rotations: str) -> None:
+        """Show rows with ``id``, ``name``, ``quantity``, ``rotations`` and ``shown``, and the angles of the others."""
+        self._props.update(rows=rows, rotations=rotations)
+        self.update()
+
+    def renew(self) -> None:
+        """Put what was refused back to what it was."""
+        self._props["version"] += 1
+        self.update()
+
+
+def box(tag: str = "div", classes: str = "", **attributes: str) -> Element:
+    """Return an element that holds others; ``_`` in the name of an attribute stands for ``-``."""
+    made = Element(tag)
+    return _with(made, classes, attributes)
+
+
+def text(tag: str, words: str, classes: str = "", **attributes: str) -> TextElement:
+    """Return an element that holds a text, which is never taken as HTML."""
+    made = TextElement(tag=tag, text=words)
+    _with(made, classes, attributes)
+    return made
+
+
+def button(words: str, act: Callable[..., Any] | None = None, classes: str = "", **attributes: str) -> TextElement:
+    """Return a button; `act` takes nothing, or the event."""
+    made = text("button", words, f"button {classes}", type="button", **attributes)
+    if act is not None:
+        made.on("click", act)
+    return made
+
+
+def link(words: str, address: str, classes: str = "", **attributes: str) -> TextElement:
+    """Return a link."""
+    return text("a", words, classes, href=address, **attributes)
+
+
+def _with(made: Element, classes: str, attributes: dict[str, str]) -> Element:
+    if classes:
+        made.classes(classes)
+    for name, value in attributes.items():
+        made._props[name.rstrip("_").replace("_", "-")] = value
+    return made
+
+
+def table(head: list[tuple[str, str]], rows: list[list[str]], label: str) -> Element:
+    """Return a table; `head` are (words, classes of the column)."""
+    with box("div", "scroll") as around, box("table", aria_label=label):
+        with box("thead"), box("tr"):
+            for words, classes in head:
+                text("th" if words else "td", words, classes, **({"scope": "col"} if words else {}))
+        with box("tbody"):
+            for row in rows:
+                with box("tr"):
+                    for number, (cell, (_, classes)) in enumerate(zip(row, head, strict=True)):
+                        text("td" if number else "th", cell, classes, **({} if number else {"scope": "row"}))
+    return around
+
+
+class Editor(Element, component="../static/editor.js"):
+    """A text with numbered lines; `on_draft` is told it a moment after it was changed, None where it cannot be."""
+
+    def __init__(self, words_in: str, on_draft: Callable[[str], Any] | None, label: str) -> None:
+        super().__init__()
+        self._props.update(text=words_in, own=on_draft is not None, label=label, line=0, problem="")
+        if on_draft is not None:
+            self.on("draft", lambda e: on_draft(e.args["text"]))
+
+    def show(self, words_in: str, line: int, problem: str) -> None:
+        """Show another text, and mark the line where something is wrong, 0 for none."""
+        self._props.update(text=words_in, line=line, problem=problem)
+        self.update()
+
+
+class SaveBar(Element, component="../static/save_bar.js"):
+    """A name with a button that keeps something under it, told `on_save`; `on_go` leads to the line of a problem."""
+
+    def __init__(
+        self, field: str, name: str, words: dict[str, str], on_save: Callable[[str], Any], on_go: Callable[[], Any]
+    ) -> None:
+        super().__init__()
+        self._props.update(field=field, name=name, words=words, problem="", line=0)
+        self.on("save", lambda e: on_save(e.args))
+        self.on("go", on_go)
+
+    def show(self, problem: str, line: int) -> None:
+        """Say what is wrong, nothing for nothing, and in which line, 0 for none."""
+        self._props.update(problem=problem, line=line)
+        self.update()
+
+
+class Address(Element, component="../static/address.js"):
+    """The browser's history: steps are put into it together with what is drawn, and Back and Forward are told.
+
+    `on_went` is told the words of the address that was gone to, key → word, and whether the browser had put down
+    every step by then: one that is on its way comes after it.
+    """
+
+    def __init__(self, on_went: Callable[[dict[str, Any], bool], Any]) -> None:
+        super().__init__()
+        self._number = 0
+        self._props["steps"] = []
+        self.on("went", lambda e: on_went(e.args["said"], e.args["done"] == self._number))
+
+    def step(self, step: str, address: str) -> None:
+        """Put an address into the history, as `pushState` or `replaceState` do."""
+        self._number += 1
+        self._props["steps"] = [*self._props["steps"][1 - _STEPS :], [self._number, step, address]]
+        self.update()

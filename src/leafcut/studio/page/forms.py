@@ -1,0 +1,251 @@
+"""Forms, made from the option dataclasses: what a person may choose for each kind of work, the important first."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from leafcut.api import default_machine
+from leafcut.errors import OptionError
+from leafcut.option_spec import OptionSpec, flag_name, written
+from leafcut.options import ANT_ALGORITHMS
+from leafcut.processes import registry
+from leafcut.processes.settings import all_options, group_of
+from leafcut.studio.folder import OWN
+from leafcut.studio.page.chart_menus import Menus
+from leafcut.studio.wording import Words
+from leafcut.units import BARE_UNIT
+
+_ACO, _FIREFLY = "aco", "firefly"
+
+
+@dataclass(frozen=True)
+class WorkKind:
+    """A kind of work: its command, its process, and the options that mean something to it.
+
+    `groups` are (key of the title, names); the first two are open, the others folded.
+    """
+
+    command: str
+    process: str
+    groups: tuple[tuple[str, tuple[str, ...]], ...]
+
+
+def _all(section: str, but: Iterable[str] = ()) -> tuple[str, ...]:
+    """Return the options of a group, without some that stand elsewhere."""
+    group = next(g for g in registry.groups() if g.section == section)
+    return tuple(name for name in group.specs() if name not in but)
+
+
+#: A number with the unit behind it, where there is one.
+_FIGURE = re.compile(r"(-?\d+(?:[.]\d*)?)\s*([a-zµ%/°]*)", re.IGNORECASE)
+#: So many letters stand in a field.
+_ROOM = 16
+
+#: What is done without a process: work → groups of the form.
+_OTHERS = {
+    "solve": (
+        ("search", ("algorithm", "preset", "time_limit", "iterations", "seed")),
+        ("solve", ("target_gap", "bound", "threads", "candidates", "local_search")),
+        ("read", ("units", "layers", "strict")),
+    ),
+    "simulate": (("main", ("machine", "dialect", "work_offset", "clearance_height", "units", "cut_speed", "strict")),),
+    "verify": (("main", ("machine", "dialect", "allow_reverse", "work_offset", "units", "cut_speed")),),
+}
+#: What a nested sheet is cut with: asked for beside the nests, before their cuts are planned.
+CUT_OF_NEST = ("machine", "thickness", "material", "cut_process")
+
+
+def works() -> dict[str, WorkKind]:
+    """Return what a person may choose, in the order in which it is offered: processes, then the other kinds of work."""
+    return {
+        **{
+            one.name: WorkKind("optimize" if one.reads else one.command, one.asks, one.form)
+            for one in registry.processes()
+        },
+        **{name: WorkKind(name, "auto", groups) for name, groups in _OTHERS.items()},
+    }
+
+
+def program_processes() -> tuple[str, ...]:
+    """Return what a program may be said to do, beside leaving it to leafcut to see."""
+    said = (
+        word for one in registry.processes() if one.reads == "program" for word in one.asked_as if word != one.command
+    )
+    return ("auto", *said)
+
+
+def names_of(work: str, algorithm: str = "auto") -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """Return the groups of a kind of work; the parameters of ants and fireflies come with their algorithms."""
+    groups = works()[work].groups
+    if any("algorithm" in names for _, names in groups):
+        if algorithm in ANT_ALGORITHMS:
+            groups = (*groups, (_ACO, _all(_ACO)))
+        if algorithm == "firefly":
+            groups = (*groups, (_FIREFLY, _all(_FIREFLY)))
+    return groups
+
+
+def form(
+    work: str,
+    values: Mapping[str, Any],
+    words: Words,
+    *,
+    machines: Mapping[str, str],
+    tools: Iterable[str],
+    menus: Menus | None = None,
+) -> list[dict[str, Any]]:
+    """Return the form of a kind of work as the page draws it: groups with fields, in plain values.
+
+    `machines` are name → what it is called; `tools` the names of the person's own libraries; `menus` what is offered
+    beside typing.
+    """
+    own = _own(machines, work, tools)
+    return [
+        _group(key, names, values, words, work, own, menus)
+        for key, names in names_of(work, str(values.get("algorithm") or "auto"))
+    ]
+
+
+def form_of(
+    key: str, names: Iterable[str], words: Words, work: str, machines: Mapping[str, str], menus: Menus | None = None
+) -> list[dict[str, Any]]:
+    """Return a form of one group with a few options of a kind of work."""
+    return [_group(key, tuple(names), {}, words, work, _own(machines, work), menus)]
+
+
+def _own(machines: Mapping[str, str], work: str, tools: Iterable[str] = ()) -> dict[str, list[tuple[str, str]]]:
+    """Return what a person may choose of what has files of its own."""
+    return {"machine": list(machines.items()), "tools": [(OWN + name, name) for name in tools]}
+
+
+def _group(
+    key: str,
+    names: tuple[str, ...],
+    values: Mapping[str, Any],
+    words: Words,
+    work: str,
+    own: Mapping[str, list[tuple[str, str]]],
+    menus: Menus | None,
+) -> dict[str, Any]:
+    return {
+        "key": key,
+        "title": words.named("group", key),
+        "folded": key not in ("main", "search", "cuts"),
+        "changed": sum(1 for name in names if values.get(name) not in (None, "")),
+        "fields": [
+            _field(name, words, default_of(name, work), own.get(name)) | {"offers": (menus or {}).get(name, [])}
+            for name in names
+        ],
+    }
+
+
+def default_of(name: str, work: str = "") -> Any:
+    """Return what an option is where a kind of work is told nothing else."""
+    if name == "machine" and work:
+        return default_machine(work)
+    return group_of(name).defaults()[name]
+
+
+def _field(name: str, words: Words, default: Any, own: list[tuple[str, str]] | None) -> dict[str, Any]:
+    spec = group_of(name).specs()[name]
+    choices: list[tuple[str, str]] = [(word, word) for word in spec.all_choices]
+    if own is not None:
+        choices = own
+    holds, unit = default_words(name, default, words), _unit(spec)
+    short = _short(holds, _ROOM - (len(unit) + 2 if unit else 0), words)
+    return {
+        "name": name,
+        "label": words.option(name),
+        "flag": flag_name(name),
+        "kind": spec.kind,
+        "unit": unit,
+        "help": words.plain(words.help(name, spec.help)),
+        "choices": [list(pair) for pair in choices],
+        "default": short,
+        "rule": "" if short == holds else words("form.otherwise", rule=holds),
+        "on": default is True,
+        "file": spec.kind == "path",
+    }
+
+
+def _unit(spec: OptionSpec) -> str:
+    """Return the unit that a bare number has in a field."""
+    if spec.kind == "percent":
+        return "%"
+    return BARE_UNIT.get(spec.unit, "") if spec.kind == "quantity" else "mm" if spec.kind == "point" else ""
+
+
+def default_words(name: str, default: Any, words: Words) -> str:
+    """Return what holds where nothing is given, which is `default` unless the option says it in words."""
+    spec = group_of(name).specs()[name]
+    if spec.default_words:
+        return words.plain(words.default(name, spec.default_words))
+    if default in (None, (), ""):
+        return words("form.none")
+    if spec.kind == "flag":
+        return words("form.on" if default else "form.off")
+    text = written(spec, default)
+    bare = text.removesuffix(_unit(spec))
+    return bare if spec.kind in ("quantity", "percent") else text
+
+
+def _short(holds: str, room: int, words: Words) -> str:
+    """Return what holds where nothing is given, as far as a field has room for it: ``auto`` of ``auto: as …``."""
+    if len(holds) <= room:
+        return holds
+    head = holds.replace(";", ":").partition(":")[0]
+    return head if len(head) <= room else words("form.absent")
+
+
+def problem_with(name: str, value: Any) -> str:
+    """Return what is wrong with a value as typed, or nothing; files and machines are checked when they are used."""
+    group = group_of(name)
+    spec = group.specs()[name]
+    if value in (None, "") or spec.kind == "path" or spec.may_be_path:
+        return ""
+    try:
+        group(**group.as_typed({name: value}))
+    except OptionError as problem:
+        line = str(problem)
+        return "" if not line.startswith(flag_name(name) + ":") else line.removeprefix(flag_name(name) + ": ")
+    return ""
+
+
+def changed(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values that differ from the defaults: the others say nothing on a command line.
+
+    A job of an older leafcut may have options that are none any more: they mean nothing either.
+    """
+    known, kept = {name for _, name, _ in all_options()}, {}
+    for name, value in values.items():
+        if name not in known:
+            continue
+        spec, default = group_of(name).specs()[name], group_of(name).defaults()[name]
+        same = value in (None, "") or value == default
+        if not same and isinstance(value, str) and default is not None and spec.kind != "path":
+            same = value == written(spec, default)
+        if not same:
+            kept[name] = value
+    return kept
+
+
+def of_work(work: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values that mean something to a kind of work: those of another kind stay out of its run."""
+    known = {name for _, names in names_of(work, str(values.get("algorithm") or "auto")) for name in names}
+    return {name: value for name, value in changed(values).items() if name in known}
+
+
+def value_words(name: str, value: Any, words: Words, work: str = "") -> str:
+    """Return a value of an option as a person is told of it, with its unit; of none, what holds then."""
+    spec = group_of(name).specs()[name]
+    default = default_of(name, work)
+    if spec.kind == "flag":
+        return words("form.on" if (default if value in (None, "") else value) is True else "form.off")
+    if value in (None, ""):
+        value = _short(default_words(name, default, words), _ROOM, words)
+    text = ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value).removeprefix(OWN)
+    figure = _FIGURE.fullmatch(text.strip())
+    return f"{figure[1]}\u00a0{figure[2] or _unit(spec)}".strip() if figure else text

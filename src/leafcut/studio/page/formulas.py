@@ -1,0 +1,77 @@
+"""Formulas as MathML, which browsers set by themselves: `formula(sub("τ", "ij"), "←", …)`."""
+
+from __future__ import annotations
+
+import math
+from html import escape
+
+#: So many digits of a number are shown.
+DIGITS = 4
+
+
+class MathMark(str):
+    """A piece of MathML that is set already."""
+
+
+def formula(*parts: str | float) -> str:
+    """Return a formula on a line of its own."""
+    return f'<math display="block">{row(*parts)}</math>'
+
+
+def row(*parts: str | float) -> MathMark:
+    """Return parts side by side: a letter is a variable, a number a number, anything else an operator."""
+    return MathMark(f"<mrow>{''.join(_set(part) for part in parts)}</mrow>")
+
+
+def frac(above: str | float, below: str | float) -> MathMark:
+    """Return a fraction."""
+    return MathMark(f"<mfrac>{row(above)}{row(below)}</mfrac>")
+
+
+def sub(base: str, index: str) -> MathMark:
+    """Return a letter with an index; each letter of the index is a variable, a word stands upright."""
+    return MathMark(f"<msub>{_set(base)}{_index(index)}</msub>")
+
+
+def power(base: str | float, exponent: str | float) -> MathMark:
+    """Return a power."""
+    return MathMark(f"<msup>{_set(base)}{row(exponent)}</msup>")
+
+
+def raised(base: str, index: str, exponent: str | float) -> MathMark:
+    """Return a power of a letter with an index."""
+    return MathMark(f"<msubsup>{_set(base)}{_index(index)}{row(exponent)}</msubsup>")
+
+
+def total(index: str, *parts: str | float) -> MathMark:
+    """Return the sum over an index."""
+    return MathMark(f"<munder><mo>∑</mo>{row(index)}</munder>{row(*parts)}")
+
+
+def number(value: float) -> MathMark:
+    """Return a number with a few digits, a very small or large one with a power of ten."""
+    if value == 0.0 or not math.isfinite(value) or 1e-3 <= abs(value) < 1e6:
+        return MathMark(f"<mn>{'∞' if math.isinf(value) else plain(value)}</mn>")
+    mantissa, _, exponent = f"{value:.{DIGITS - 1}e}".partition("e")
+    ten = f"<msup><mn>10</mn><mn>{str(int(exponent)).replace('-', '−')}</mn></msup>"
+    return MathMark(f"<mrow><mn>{mantissa}</mn><mo>·</mo>{ten}</mrow>")
+
+
+def plain(value: float) -> str:
+    """Return a number with a few digits: 6,120, 0.02, 25."""
+    rounded = float(f"{value:.{DIGITS}g}")
+    return f"{rounded:,.0f}" if abs(rounded) >= 10 ** (DIGITS - 1) else f"{rounded:g}"
+
+
+def _set(part: str | float) -> str:
+    if isinstance(part, MathMark):
+        return part
+    if isinstance(part, int | float):
+        return number(part)
+    return f"<mi>{part}</mi>" if len(part) == 1 and part.isalpha() else f"<mo>{escape(part)}</mo>"
+
+
+def _index(index: str) -> str:
+    if len(index) > 2:
+        return f'<mtext class="index">{escape(index)}</mtext>'
+    return f"<mrow>{''.join(f'<mn>{c}</mn>' if c.isdigit() else f'<mi>{c}</mi>' for c in index)}</mrow>"

@@ -1,0 +1,70 @@
+"""What came of a run in a few words: the first thing that its outcome says, and what is announced."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from leafcut.studio.jobs.history import JobRecord
+from leafcut.studio.wording import Words
+from leafcut.units import format_time
+
+
+@dataclass(frozen=True)
+class Headline:
+    """A large line with a small one under it; `kind` is ``better``, ``worse`` or ``same``."""
+
+    large: str
+    small: str
+    kind: str = "better"
+
+    @property
+    def classes(self) -> str:
+        """The classes of the large line."""
+        return "headline" if self.kind == "better" else f"headline {self.kind}"
+
+
+def saving(answer: dict[str, Any], words: Words) -> Headline:
+    """Return what a program saves; of one that could not be improved, why."""
+    seconds = (answer["before"]["time_s"] or 0.0) - (answer["after"]["time_s"] or 0.0)
+    if format_time(abs(seconds)) == format_time(0.0):
+        return Headline(
+            _why_same(answer, words), words("result.stays", time=format_time(answer["after"]["time_s"])), "same"
+        )
+    percent = f"{abs(answer['saved_percent'] or 0.0):.1f}"
+    if seconds > 0:
+        return Headline(format_time(seconds), words("result.less", percent=percent))
+    return Headline(format_time(-seconds), words("result.longer", percent=percent), "worse")
+
+
+def _why_same(answer: dict[str, Any], words: Words) -> str:
+    """Say why a program is as quick as before: what most of its pieces stay for, or that no order is better."""
+    groups = answer.get("staying", [])
+    stay, pieces = sum(group["count"] for group in groups), answer["counts"].get("pieces", 0)
+    if not groups or stay < pieces:
+        return words("result.same_order")
+    most = max(groups, key=lambda group: int(group["count"]))
+    why = " · ".join(words(f"stays.{name}") for name in most["reason"].split("+"))
+    return words("result.all_stay", number=f"{stay:,}", pieces=f"{pieces:,}", why=why)
+
+
+def announced(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
+    """Return what is said aloud of a new outcome."""
+    return f"{record.title}: {_told(record, answer, words)}"
+
+
+def _told(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
+    command = record.task.command
+    if command == "optimize":
+        found = saving(answer, words)
+        proved = words("result.verified" if answer["verified"] else "result.unverified")
+        large = found.large if found.kind == "same" else f"{found.large}, {found.small}"
+        return f"{large}. {proved}."
+    if command == "verify":
+        return words("result.same" if answer["same"] else "result.differs")
+    if command == "solve":
+        return f"{answer['length']:,.10g}, {words('result.length', number=format(answer['n'], ','))}"
+    if command == "nest":
+        used = answer["variants"][0]["utilisation_of_used_percent"]
+        return f"{used:.1f} %, {words('nest.used')}"
+    return f"{format_time(answer['time_s'])}, {words('result.on', machine=answer['machine'])}"

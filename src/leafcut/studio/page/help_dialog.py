@@ -1,0 +1,61 @@
+"""The help: keys of the page and of the drawing, formats and algorithms. One text for all pages of a language."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from nicegui import ui
+
+from leafcut._version import __version__
+from leafcut.studio.wording import Words
+
+#: The views of the page, each with its key.
+VIEWS = (("work", "1"), ("jobs", "2"), ("machines", "3"), ("tools", "4"))
+#: Keys of the page, each with what tells of it, beside those of the views.
+_KEYS: tuple[tuple[tuple[str, ...], str], ...] = (
+    (("O",), "key.o"),
+    (("R", "Ctrl+Enter"), "key.r"),
+    (("S", "Esc"), "key.s"),
+    (("P",), "key.p"),
+    (("N",), "key.n"),
+    (("U",), "key.u"),
+    (("Y",), "key.y"),
+    (("[", "]"), "key.fold"),
+    (("/",), "key.find"),
+    (("F1",), "key.field"),
+    (("T",), "key.t"),
+    (("?",), "key.help"),
+)
+#: Keys of the drawing as they are shown, each with what tells of it.
+_DRAWING_KEYS = (
+    (("← ↑ → ↓",), "key.arrows"), (("+ −",), "key.zoom"), (("F",), "key.fit"), (("␣",), "key.play"),
+    ((", .",), "key.block"), (("M",), "key.modes"), (("D",), "key.measure"), (("⇧A … ⇧W",), "key.layers"),
+)  # fmt: skip
+
+
+def help_dialog(words: Words) -> None:
+    """Add the help, which is hidden until it is asked for."""
+    # One element in place of hundreds: every page has it, and few ever show it.
+    dialog = ui.html(_text(words), sanitize=False, tag="dialog").classes("help")
+    dialog._props.update({"id": "help", "aria-label": words("top.help")})
+
+
+@cache
+def _text(words: Words) -> str:
+    """Return the help as HTML; every text in it is escaped."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    from leafcut import api
+    from leafcut.read import formats
+
+    environment = Environment(
+        loader=PackageLoader("leafcut.studio", "page"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
+    kinds = {f"{f.name} {' '.join(f.extensions)}".strip(): f.help for f in formats()}
+    return environment.get_template("help.html.jinja").render(
+        w=words,
+        version=__version__,
+        page_keys=(*(((key,), f"top.{name}") for name, key in VIEWS), *_KEYS),
+        drawing_keys=_DRAWING_KEYS,
+        lists=(("help.formats", kinds), ("help.algorithms", api.algorithms())),
+    )

@@ -1,0 +1,77 @@
+"""What a job is told by in lists: its choices, its figures, and the words by which it is found."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import Any
+
+from leafcut.api import default_machine
+from leafcut.errors import LeafcutError
+from leafcut.processes.settings import all_options, group_of
+from leafcut.studio.folder import OWN, Folder
+from leafcut.studio.jobs.history import JobRecord, JobState, Wanted
+from leafcut.studio.jobs.task import Task
+from leafcut.studio.page.forms import changed
+from leafcut.studio.wording import Words
+from leafcut.units import format_time
+
+#: So many words are looked for at once.
+_MOST_WORDS = 8
+
+
+def choices_of(task: Task, folder: Folder, words: Words) -> list[str]:
+    """Return what tells a job from others of its file: its machine, then every option that is not at its default."""
+    options = changed(task.options)
+    machine = str(options.pop("machine", "") or default_machine(task.process)).removeprefix(OWN)
+    told = [machine] if task.command == "optimize" or "machine" in task.options else []
+    for name, value in options.items():
+        if isinstance(value, bool):
+            told.append(words.option(name) if value else f"{words.option(name)} {words('form.off')}")
+        else:
+            told.append(f"{words.option(name)} {option_value(name, value, folder, words)}")
+    return told
+
+
+def option_value(name: str, value: Any, folder: Folder, words: Words) -> str:
+    """Return a value of an option as a person gave it; of a file what it is called."""
+    if isinstance(value, bool):
+        return words("form.on" if value else "form.off")
+    shown = ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
+    if group_of(name).specs()[name].kind == "path":
+        with suppress(LeafcutError):  # else it is the name of a library, or gone
+            shown = folder.input_path(shown).name
+    return shown.removeprefix(OWN)
+
+
+def change_words(saved: float) -> str:
+    """Return by how many percent a time has changed, ``−2.5\u00a0%``; one that has not has no sign."""
+    percent = round(saved, 1)
+    sign = "−" if percent > 0 else "+" if percent < 0 else ""
+    return f"{sign}{abs(percent):.1f}\u00a0%"
+
+
+def figures_of(record: JobRecord, words: Words) -> str:
+    """Return what came of a job in a few words; of one that failed why."""
+    found = record.figures
+    if "after_s" in found and found["before_s"] is not None:
+        change = change_words(found["saved_percent"] or 0.0)
+        return f"{format_time(found['before_s'])} → {format_time(found['after_s'])} ({change})"
+    if "length" in found:
+        return f"{found['length']:,.8g}"
+    if "variants" in found:
+        used = f"{found['utilisation_of_used_percent']:.1f}"
+        return words("nest.found", sheets=found["sheets"], percent=used)
+    if "same" in found:
+        return words("result.same" if found["same"] else "result.differs")
+    return format_time(found["time_s"]) if "time_s" in found else words.plain(record.line)
+
+
+def wanted_words(text: str, words: Words) -> list[Wanted]:
+    """Return what is looked for: each word of a text, with the options and states that are called so on the page."""
+    found = []
+    for word in text.split()[:_MOST_WORDS]:
+        low = word.lower()
+        options = tuple(name for _, name, _ in all_options() if low in words.option(name).lower())
+        states = tuple(state for state in JobState if low in words(f"state.{state.value}").lower())
+        found.append(Wanted(word, options, states))
+    return found

@@ -1,0 +1,136 @@
+"""What one page has chosen, as plain values: it is written whenever it changes, and read when a page is loaded."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from leafcut.errors import OptionError
+from leafcut.processes.settings import all_options
+from leafcut.studio.jobs.nest_request import WantedPart
+from leafcut.studio.page import forms
+from leafcut.studio.page.page_state import View
+from leafcut.studio.page.panel_live import PACES
+
+#: What a job's id looks like.
+_JOB = re.compile(r"[A-Za-z0-9_-]{12}")
+
+
+@dataclass(frozen=True)
+class KeptState:
+    """The fields of a `View` that a person chose, the tab of the outcome, and the order that is changed by hand.
+
+    Of `edit` the keys are ``job``, whose order it is, and ``state``, ``before`` and ``after`` as `Undoable.as_plain`
+    has them.
+    """
+
+    source: str = ""
+    name: str = ""
+    second: str = ""
+    second_name: str = ""
+    parts: tuple[str, ...] = ()
+    part_names: dict[str, str] = field(default_factory=dict)
+    origin: str = ""
+    sheet: tuple[int, int] = (1, 1)
+    work: str = "drill"
+    process: str = "auto"
+    values: dict[str, Any] = field(default_factory=dict)
+    shown: dict[str, str] = field(default_factory=dict)
+    of_input: tuple[str, ...] = ()
+    job: str = ""
+    pace: str = "full"
+    tab: str = "summary"
+    edit: dict[str, Any] | None = None
+
+    @classmethod
+    def of(cls, view: View, tab: str, edit: dict[str, Any] | None) -> KeptState:
+        """Return what a page has chosen."""
+        return cls(
+            view.source, view.name, view.second, view.second_name,
+            tuple(one.word for one in view.parts), dict(view.part_names), view.origin, view.sheet,
+            view.work, view.process, dict(view.values), dict(view.shown), tuple(sorted(view.of_input)),
+            view.job or "", view.pace, tab, edit,
+        )  # fmt: skip
+
+    def put_into(self, view: View) -> None:
+        """Choose it in a page."""
+        view.source, view.name, view.seen = self.source, self.name, None
+        view.second, view.second_name = self.second, self.second_name
+        view.parts, view.part_names = [WantedPart.of(word) for word in self.parts], dict(self.part_names)
+        view.origin, view.sheet = self.origin, self.sheet
+        view.work, view.process, view.pace = self.work, self.process, self.pace
+        view.values, view.shown, view.of_input = dict(self.values), dict(self.shown), set(self.of_input)
+        view.for_study = None
+        found = {name: forms.problem_with(name, value) for name, value in self.values.items()}
+        view.errors = {name: line for name, line in found.items() if line}
+        view.job = self.job if self.job and view.studio.jobs.record(self.job) is not None else None
+
+    def as_json(self) -> str:
+        """Return it as one line of JSON."""
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def from_json(cls, plain: Mapping[str, Any]) -> KeptState:
+        """Return what `as_json` wrote; what is not as it should be is as if it had not been chosen.
+
+        Ids of files and jobs are looked up in the studio's folder whenever they are used, as those that a page sends.
+        """
+        texts = ("source", "name", "second", "second_name", "origin")
+        known = {name for _, name, _ in all_options()}
+        values = {
+            n: v for n, v in _dict(plain, "values").items() if n in known and isinstance(v, str | bool | int | float)
+        }
+        job, edit = str(plain.get("job", "")), plain.get("edit")
+        return cls(
+            **{name: str(plain.get(name, "")) for name in texts},
+            parts=_parts(plain.get("parts")),
+            part_names={k: str(v) for k, v in _dict(plain, "part_names").items()},
+            sheet=_sheet(plain.get("sheet")),
+            work=_one_of(plain.get("work"), forms.works(), "drill"),
+            process=_one_of(plain.get("process"), forms.program_processes(), "auto"),
+            values=values,
+            shown={n: str(v) for n, v in _dict(plain, "shown").items() if n in values},
+            of_input=tuple(n for n in _list(plain, "of_input") if n in values),
+            job=job if _JOB.fullmatch(job) else "",
+            pace=_one_of(plain.get("pace"), PACES, "full"),
+            tab=str(plain.get("tab", "summary")),
+            edit=edit if isinstance(edit, dict) else None,
+        )
+
+    @property
+    def chosen(self) -> bool:
+        """Whether there is anything to come back to."""
+        return self != KeptState(tab=self.tab, pace=self.pace)
+
+
+def _one_of(word: Any, known: Iterable[str], default: str) -> str:
+    return word if isinstance(word, str) and word in set(known) else default
+
+
+def _dict(plain: Mapping[str, Any], name: str) -> dict[str, Any]:
+    found = plain.get(name)
+    return found if isinstance(found, dict) else {}
+
+
+def _list(plain: Mapping[str, Any], name: str) -> list[Any]:
+    found = plain.get(name)
+    return found if isinstance(found, list) else []
+
+
+def _parts(words: Any) -> tuple[str, ...]:
+    found = []
+    for word in words if isinstance(words, list) else []:
+        with suppress(OptionError, AttributeError):
+            found.append(WantedPart.of(word).word)
+    return tuple(found)
+
+
+def _sheet(plain: Any) -> tuple[int, int]:
+    with suppress(TypeError, ValueError):
+        variant, number = plain
+        return int(variant), int(number)
+    return 1, 1

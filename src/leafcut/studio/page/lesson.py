@@ -1,0 +1,163 @@
+"""What happens in a step of an algorithm of the literature, in words and formulas, with the numbers of the step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from html import escape
+
+from leafcut.model.snapshot import SearchStep
+from leafcut.studio.page.formulas import formula, frac, number, plain, power, raised, row, sub, total
+from leafcut.studio.wording import Words
+
+TAU, ETA, CHANCE = sub("τ", "ij"), sub("η", "ij"), sub("p", "ij")
+
+
+def lesson(step: SearchStep, words: Words) -> str:
+    """Return the step as HTML: headings, sentences and formulas."""
+    told = _swarm(step, words) if step.algorithm == "firefly" else _ants(step, words)
+    return "".join(told)
+
+
+def _ants(step: SearchStep, words: Words) -> Iterator[str]:
+    yield _title(words("lesson.construction"))
+    yield from _rule(step, words)
+    yield from _example(step, words)
+    if step.algorithm == "acs":
+        yield from _local(step, words)
+    yield _title(words("lesson.learning"))
+    yield from _LEARNING[step.algorithm](step, words)
+    yield _title(words("lesson.agreement"))
+    yield _said(words("lesson.branching", factor=f"{step.values['lambda']:.2f}"))
+
+
+def _rule(step: SearchStep, words: Words) -> Iterator[str]:
+    """Yield how an ant goes on."""
+    v = step.values
+    yield _said(words("lesson.rule", ants=plain(v["m"])))
+
+    def weight(index: str, alpha: str | float, beta: str | float) -> str:
+        return row(raised("τ", index, alpha), "·", raised("η", index, beta))
+
+    for alpha, beta in (("α", "β"), (v["alpha"], v["beta"])):
+        yield formula(CHANCE, "=", frac(weight("ij", alpha, beta), total("l", weight("il", alpha, beta))))
+    yield formula(ETA, "=", frac(1, row(sub("d", "ij"), "+", "ε")), ",", "ε", "=", v["epsilon"])
+    if step.algorithm == "acs":
+        share = f"{100 * v['q_0']:g}"
+        yield _said(words("lesson.greedy", percent=share))
+
+
+def _example(step: SearchStep, words: Words) -> Iterator[str]:
+    """Yield what an ant can do at one place, in numbers."""
+    if not step.choices:
+        return
+    heads = "".join(
+        f'<th scope="col"{css}>{escape(head)}</th>'
+        for head, css in ((words("lesson.to"), ""), *((head, ' class="n"') for head in ("d", "τ", "η", "p")))
+    )
+    rows = "".join(
+        f'<tr><th scope="row">{c.place}</th><td class="n">{plain(c.cost)}</td>'
+        f'<td class="n"><math>{number(c.pheromone)}</math></td><td class="n"><math>{number(c.attraction)}</math></td>'
+        f'<td class="n">{100 * c.probability:.1f}\u00a0%</td></tr>'
+        for c in step.choices
+    )
+    title = escape(words("lesson.example", number=step.here))
+    yield f"<table><caption>{title}</caption><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>"
+
+
+def _local(step: SearchStep, words: Words) -> Iterator[str]:
+    v = step.values
+    yield _said(words("lesson.local"))
+    yield formula(TAU, "←", "(", 1, "−", "ξ", ")", TAU, "+", "ξ", "·", sub("τ", "0"))
+    yield formula(TAU, "←", 1.0 - v["xi"], TAU, "+", v["xi"], "·", v["tau_0"])
+
+
+def _evaporation(step: SearchStep, words: Words) -> Iterator[str]:
+    yield _said(words("lesson.evaporation"))
+    yield formula(TAU, "←", "(", 1, "−", "ρ", ")", TAU, "=", 1.0 - step.values["rho"], TAU)
+
+
+def _ant_system(step: SearchStep, words: Words) -> Iterator[str]:
+    v = step.values
+    yield from _evaporation(step, words)
+    yield _said(words("lesson.all_ants", ants=plain(v["m"])))
+    yield formula(TAU, "←", TAU, "+", total("k", frac(1, sub("C", "k"))))
+    if "c_iteration" in v:
+        best = v["c_iteration"]
+        yield _said(words("lesson.shortest_now"))
+        yield formula(frac(1, "C"), "=", frac(1, best), "=", 1.0 / best)
+
+
+def _elitist(step: SearchStep, words: Words) -> Iterator[str]:
+    v = step.values
+    yield from _ant_system(step, words)
+    yield _said(words("lesson.elite", weight=plain(v["e"])))
+    yield formula(TAU, "←", TAU, "+", frac("e", _best()), "=", TAU, "+", v["e"] / v["c_best"])
+
+
+def _rank_based(step: SearchStep, words: Words) -> Iterator[str]:
+    v = step.values
+    yield from _evaporation(step, words)
+    yield _said(words("lesson.ranks", ranks=plain(v["w"] - 1), weight=plain(v["w"])))
+    by_rank = total("r", frac(row("w", "−", "r"), sub("C", "r")))
+    yield formula(TAU, "←", TAU, "+", by_rank, "+", frac("w", _best()))
+    yield formula(frac("w", _best()), "=", frac(v["w"], v["c_best"]), "=", v["w"] / v["c_best"])
+
+
+def _max_min(step: SearchStep, words: Words) -> Iterator[str]:
+    v = step.values
+    if step.depositor == "restart":
+        yield _said(words("lesson.restart"))
+        yield formula(TAU, "←", sub("τ", "max"), "=", v["tau_max"])
+        return
+    yield from _evaporation(step, words)
+    now = step.depositor == "iteration" and "c_iteration" in v
+    length = v["c_iteration"] if now else v["c_best"]
+    yield _said(words("lesson.one_now" if now else "lesson.one_best"))
+    yield formula(TAU, "←", TAU, "+", frac(1, "C"), ",", frac(1, "C"), "=", frac(1, length), "=", 1.0 / length)
+    yield _said(words("lesson.limits"))
+    yield formula(sub("τ", "max"), "=", frac(1, row("ρ", "·", _best())), "=", v["tau_max"])
+    yield formula(sub("τ", "min"), "=", v["tau_min"])
+
+
+def _colony_system(step: SearchStep, words: Words) -> Iterator[str]:
+    v = step.values
+    yield _said(words("lesson.best_only"))
+    yield formula(TAU, "←", "(", 1, "−", "ρ", ")", TAU, "+", frac("ρ", _best()))
+    yield formula(TAU, "←", 1.0 - v["rho"], TAU, "+", v["rho"] / v["c_best"])
+
+
+_LEARNING = {
+    "as": _ant_system, "eas": _elitist, "asrank": _rank_based, "mmas": _max_min, "acs": _colony_system,
+}  # fmt: skip
+
+
+def _swarm(step: SearchStep, words: Words) -> Iterator[str]:
+    """Yield the next flight of the darkest firefly."""
+    v = step.values
+    yield _title(words("lesson.attraction"))
+    yield _said(words("lesson.dark", number=plain(v["dark"]), count=plain(v["n"]), length=plain(v["c_dark"])))
+    if "target" in v:
+        target, length = plain(v["target"]), plain(v["c_target"])
+        yield _said(words("lesson.target", number=target, length=length, apart=plain(v["edges_apart"])))
+        yield formula(
+            "r", "=", frac(row(10, "·", "A"), "h"), "=", frac(row(10, "·", v["edges_apart"]), v["h"]), "=", v["r"]
+        )
+        yield formula("β", "=", sub("β", "0"), "·", power("e", row("−", "γ", "·", power("r", 2))))
+        exponent = row("−", v["gamma"], "·", power(v["r"], 2))
+        yield formula("β", "=", v["beta_0"], "·", power("e", exponent), "=", v["beta"])
+    else:
+        yield _said(words("lesson.alone"))
+    yield _title(words("lesson.flight"))
+    yield _said(words("lesson.moves", moves=plain(v["moves"]), longest=plain(v["longest"])))
+
+
+def _best() -> str:
+    return sub("C", "best")
+
+
+def _title(said: str) -> str:
+    return f"<h4>{escape(said)}</h4>"
+
+
+def _said(said: str) -> str:
+    return f"<p>{escape(said)}</p>"

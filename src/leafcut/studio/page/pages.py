@@ -1,0 +1,327 @@
+"""The pages of the studio: one page with four views, laid out here; what stands in them is in the panels."""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import logging
+import math
+import threading
+import time
+from contextlib import suppress
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+from fastapi import Request
+from nicegui import Client, ui
+
+from leafcut.studio.folder import Folder
+from leafcut.studio.page import preview
+from leafcut.studio.page.badge import Badge
+from leafcut.studio.page.elements import box, button, link, text
+from leafcut.studio.page.head import LEAF, first_bar, head
+from leafcut.studio.page.help_dialog import VIEWS, help_dialog
+from leafcut.studio.page.kept_state import KeptState
+from leafcut.studio.page.memory import Memory
+from leafcut.studio.page.page_state import View
+from leafcut.studio.page.panel_input import InputPanel
+from leafcut.studio.page.panel_jobs import JobsPanel
+from leafcut.studio.page.panel_library import LibraryPanel
+from leafcut.studio.page.panel_result import ResultPanel
+from leafcut.studio.page.panel_run import RunPanel
+from leafcut.studio.wording import LANGUAGES, Words, preferred, words
+
+if TYPE_CHECKING:
+    from fastapi import FastAPI
+
+    from leafcut.studio.studio import Studio
+
+#: A line that is no complaint goes after so many seconds.
+_SAID_SECONDS = 6.0
+#: So many pages may wait for their browser to connect; NiceGUI itself drops them after a minute.
+_MOST_UNSEEN = 20
+#: After a page is gone its memory is freed within this time, s.
+_TIDY_SECONDS = 1.0
+#: The page looks this often at what runs, s: a person notices an outcome no later.
+_TICK = 0.05
+
+
+def add_pages(app: FastAPI, studio: Studio) -> None:
+    """Add the pages of a studio to its server."""
+    logging.getLogger("nicegui").setLevel(logging.ERROR)
+    tidier = _Tidier()
+    ready = threading.Event()
+
+    def get_ready() -> None:
+        if not ready.is_set():
+            ready.set()
+            threading.Thread(target=preview.get_ready, daemon=True).start()
+
+    @ui.page("/", title="leafcut studio")
+    def page(request: Request, lang: str = "", page: str = "", view: str = "", job: str = "") -> None:
+        Page(studio, words(_language(studio.folder, request, lang)), page, job).build(view)
+        ui.context.client.on_delete(tidier.page_gone)
+        ui.context.client.on_connect(get_ready)  # the page is there: nobody waits for what is loaded now
+        tidier.drop_unseen()
+
+    # Nothing is compressed: it goes over the loopback. Tailwind would be a compiler in the page.
+    ui.run_with(
+        app,
+        title="leafcut studio",
+        favicon=_favicon(),
+        tailwind=False,
+        gzip_middleware_factory=None,
+        show_welcome_message=False,
+        reconnect_timeout=10.0,
+    )
+
+
+class _Tidier:
+    """Frees the memory of pages that nobody sees any more: about a megabyte each, in circles of references."""
+
+    def __init__(self) -> None:
+        self._due = False
+
+    def page_gone(self) -> None:
+        """Look for garbage soon, once for all the pages that go together."""
+        if not self._due:
+            self._due = True
+            asyncio.get_running_loop().call_later(_TIDY_SECONDS, self._collect)
+
+    def _collect(self) -> None:
+        self._due = False
+        gc.collect()
+
+    @staticmethod
+    def drop_unseen() -> None:
+        """Drop the oldest pages that were asked for and never shown, as a program that only loads the address does."""
+        unseen = [client for client in Client.instances.values() if not client.has_socket_connection]
+        for client in unseen[:-_MOST_UNSEEN]:
+            client.delete()
+
+
+def _favicon() -> str:
+    return LEAF.replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg" fill="none" stroke="#1d6b41" stroke-width="2"')
+
+
+def _language(folder: Folder, request: Request, asked: str) -> str:
+    """Return the language asked for, which is kept, or the one kept, or the browser's."""
+    kept = folder.root / "language"
+    if asked in LANGUAGES:
+        with suppress(OSError):  # then it is asked for again
+            kept.write_text(asked, encoding="utf-8")
+        return asked
+    with suppress(OSError, UnicodeDecodeError):
+        found = kept.read_text(encoding="utf-8")
+        if found in LANGUAGES:
+            return found
+    return preferred(request.headers.get("accept-language", ""))
+
+
+class Page:
+    """One open page."""
+
+    def __init__(self, studio: Studio, spoken: Words, name: str = "", job: str = "") -> None:
+        """Make the page that has this name, as it was left, or one that shows a job."""
+        self.studio, self.words = studio, spoken
+        self.view = View(studio, spoken)
+        self.memory = Memory(self, studio.pages, name)
+        kept = self.memory.newest()
+        if kept is not None and job and kept.job != job:
+            kept, self.memory = None, Memory(self, studio.pages)
+        if kept is not None:
+            kept.put_into(self.view)
+        self._kept, self._asked = kept is not None, job if kept is None else ""
+        #: When what is said goes away by itself, by the monotonic clock.
+        self._until = math.inf
+        self.shown = ""
+        self.built = False
+
+    def build(self, view: str = "") -> None:
+        """Lay out the page, with one of the views in front."""
+        w = self.words
+        lost = escape(w("help.lost") + "|" + w("help.again"))
+        ui.add_head_html(
+            f'<meta name="leafcut-language" content="{w.language}"><meta name="leafcut-lost" content="{lost}">{head()}'
+        )
+        ui.add_body_html(first_bar())
+        ui.context.client.content.classes("all")
+        with box("div", "studio", lang=w.language):
+            self._top()
+            self.views = {}
+            with box("div", "work", id="view-work") as self.views["work"]:
+                with box("aside", "left", id="column-left", aria_label=w("left.title")):
+                    self.input = InputPanel(self.view, self)
+                middle = box("section", "middle", aria_label=w("middle.title"))
+                with box("aside", "right", id="column-right", aria_label=w("right.title")) as right:
+                    self.progress_place = box("div", "running")
+                with middle:
+                    self.run = RunPanel(self.view, self)
+                with right:
+                    self.result = ResultPanel(self.view, self)
+            with box("div", "sheet", id="view-jobs") as self.views["jobs"]:
+                self.jobs = JobsPanel(self.view, self)
+            for kind in ("machines", "tools"):
+                with box("div", "sheet", id=f"view-{kind}") as self.views[kind]:
+                    self.__dict__[kind] = LibraryPanel(self.view, self, kind)
+            help_dialog(w)
+            self.said = text("div", "", "said", id="said", role="status", aria_live="polite")
+            self.said.on("click", lambda: self.say(""))
+            self.announced = text("div", "", "unseen", id="announced", role="status", aria_live="polite")
+            self.memory.watch(ui.context.client, self.went)
+            self.badge = Badge(self.view)
+        self.built = True
+        self.show(view if view in self.views else "work")
+        self.timer = ui.timer(_TICK, self.tick)
+        ui.context.client.on_delete(self._forget)
+        if self._kept:
+            ui.timer(0.0, self._go_on, once=True)
+        elif self._asked:
+            ui.timer(0.0, lambda: self.open_job(self._asked), once=True)
+
+    def _forget(self) -> None:
+        """Let go of what is large, now that nobody sees the page any more; the rest goes when memory is tidied up."""
+        self.view.seen = None
+        self.run.forget()
+
+    def _top(self) -> None:
+        w = self.words
+        with box("header", "top"):
+            with box("div", "mark"):
+                self._fold("left", "[")
+                ui.html(LEAF, sanitize=False)
+                text("b", "leafcut")
+                text("span", "studio", "quiet")
+            self.tabs = {}
+            with box("nav", "tabs", aria_label=w("top.views"), data_roving=""):
+                for name, key in VIEWS:
+                    tab = button(w(f"top.{name}"), lambda name=name: self.go(name), "tab", data_key=key)
+                    self.tabs[name] = tab
+            with box("div", "tools"):
+                with box("nav", "languages", aria_label=w("top.language")):
+                    for code, name in LANGUAGES.items():
+                        here = {"aria_current": "true"} if code == w.language else {}
+                        link(code.upper(), f"/?lang={code}", "language", title=name, lang=code, aria_label=name, **here)
+                button(w("top.theme"), None, "plain", data_theme_switch="", data_key="t")
+                button("?", None, "plain round", data_dialog="help", data_key="?", aria_label=w("top.help"))
+                self._fold("right", "]")
+
+    def _fold(self, side: str, key: str) -> None:
+        """Offer to fold a column of the work view away."""
+        button(
+            "", None, f"plain fold fold-{side}", data_fold=side, data_key=key, title=self.words(f"top.fold_{side}"),
+            aria_label=self.words(f"top.fold_{side}"), aria_expanded="true", aria_controls=f"column-{side}",
+        )  # fmt: skip
+
+    def show(self, name: str) -> None:
+        """Show one of the views."""
+        self.shown = name
+        for each, view in self.views.items():
+            view.set_visibility(each == name)
+            here = each == name
+            self.tabs[each].props(f'aria-current="{"page" if here else "false"}" tabindex="{0 if here else -1}"')
+        if name == "jobs":
+            self.jobs.draw()
+        elif name in ("machines", "tools"):
+            self.__dict__[name].draw()
+
+    def go(self, name: str) -> None:
+        """Show one of the views, as a step of the browser's history."""
+        if name != self.shown:
+            self.show(name)
+            self.memory.push()
+
+    async def went(self, said: dict[str, Any], newest: bool) -> None:
+        """Follow the browser's Back or Forward: to a view, and to what was chosen under another name.
+
+        Where the browser was not at its `newest` step yet, that one comes after this, and the address is told again.
+        """
+        if newest:
+            self.memory.stands(said)
+        name, view = str(said.get("page", "")), str(said.get("view", ""))
+        kept = self.memory.take(name) if name != self.memory.name else None
+        self.show(view if view in self.views else "work")
+        if kept is not None:
+            kept.put_into(self.view)
+            await self._resume(kept)
+        self.memory.replace()
+
+    async def _go_on(self) -> None:
+        """Show what was kept; what was still being typed when the page was left came after this one was asked for."""
+        kept = self.memory.newest()
+        if kept is not None:
+            kept.put_into(self.view)
+            await self._resume(kept)
+
+    async def _resume(self, kept: KeptState) -> None:
+        """Show what was kept, which the view has by now."""
+        self.result.take_tab(kept.tab)
+        self.run.edit.hold(kept.edit)
+        self.run.resume()
+        self.result.draw()
+        if await self.input.resume():
+            self.run.draw()
+            self.result.draw()
+            self.run.edit.resume()
+
+    def state(self) -> KeptState:
+        """Return what is chosen."""
+        return KeptState.of(self.view, self.result.tab, self.run.edit.kept())
+
+    def say(self, line: str, bad: bool = False, stays: bool = False) -> None:
+        """Tell a person something, in one line over the page; a click takes it away.
+
+        What is not `bad` goes by itself after a while, unless it `stays` until something else is told.
+        """
+        self._until = math.inf if bad or stays else time.monotonic() + _SAID_SECONDS
+        self.said.set_text(self.words.plain(line))
+        self.said.classes(replace="said bad" if bad else "said")
+
+    def announce(self, line: str) -> None:
+        """Tell those who do not look at the page."""
+        self.announced.set_text(self.words.plain(line))
+
+    def changed(self) -> None:
+        """Note that something was chosen: it is kept, and an outcome may be that of earlier choices now."""
+        if self.built:
+            self.result.mark.refresh()
+            self.memory.save()
+
+    async def open_job(self, job: str, sheet: tuple[int, int] = (1, 1)) -> None:
+        """Show a job, whether it runs or ran; of a nest, one of its sheets."""
+        record = self.studio.jobs.record(job)
+        if record is None:
+            self.say(self.words("jobs.gone"), True)
+            return
+        self.memory.begin_other()
+        self.view.job = job
+        self.show("work")
+        self.run.watch()
+        self.remember()
+        if not await self.input.restore(record.task):
+            return
+        self.view.sheet = sheet
+        self.run.draw()
+        self.result.draw()
+
+    def begin_other(self) -> None:
+        """Keep what is chosen for Back: another input may come."""
+        self.memory.begin_other()
+
+    def stay(self) -> None:
+        """Note that no other input has come."""
+        self.memory.stay()
+
+    def remember(self) -> None:
+        """Put the page and its job into the address: that leads back, also when the studio was started again."""
+        self.memory.settle()
+
+    def tick(self) -> None:
+        """Look every `_TICK` seconds how the job that is shown goes on."""
+        if time.monotonic() > self._until:
+            self.say("", stays=True)
+        self.badge.tick()
+        self.run.tick()
+        self.result.tick()
+        if self.shown == "jobs":
+            self.jobs.tick()

@@ -1,0 +1,141 @@
+"""The student's bench: several algorithms, each with several seeds, on the map that is open."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from leafcut.errors import OptionError
+from leafcut.lab.experiment import COMPARED
+from leafcut.option_spec import flag_name
+from leafcut.studio.jobs.jobs import line_of
+from leafcut.studio.jobs.task import Task
+from leafcut.studio.page import forms
+from leafcut.studio.page.elements import Form, box, button, text
+from leafcut.studio.page.page_state import View
+
+if TYPE_CHECKING:
+    from leafcut.studio.page.page_parts import PageParts
+
+#: What is compared unless something else is chosen, and how often each runs.
+_USUAL, _RUNS = ("as", "mmas", "acs"), "10"
+
+#: What the literature calls those whose names in leafcut are letters.
+_TITLES = {
+    "as": "Ant System", "eas": "Elitist AS", "asrank": "Rank-based AS", "mmas": "MAX–MIN AS",
+    "acs": "Ant Colony System", "nn": "Nearest Neighbour",
+}  # fmt: skip
+
+
+class BenchPanel:
+    """Says that local search is off, and begins a study."""
+
+    def __init__(self, view: View, page: PageParts) -> None:
+        self.view, self.page = view, page
+        self.runs, self.chosen, self.local_search = _RUNS, set(_USUAL), False
+        w = view.words
+        self.note = text("p", w("bench.plain"), "hint", role="note")
+        with box("details", "built-in bench") as self.place:
+            text("summary", w("bench.title"))
+            text("p", w("bench.text"), "quiet small")
+            words = {"help": w("form.help")}
+            self.form = Form([], words, self._put, lambda line: page.say(line, True))
+            self.begin = button("", self._begin, "wide")
+
+    def draw(self) -> None:
+        """Show what is chosen, where the work is the shortest tour of a map."""
+        view = self.view
+        self.place.set_visibility(view.work == "solve")
+        self.note.set_visibility(bool(view.for_study) and view.values.get("local_search") is False)
+        flags = {f"algorithm-{name}": name in self.chosen for name in COMPARED}
+        groups = self._groups() if view.work == "solve" else []  # most pages never show it
+        self.form.show({"runs": self.runs, "local": self.local_search, **flags}, groups=groups)
+        runs = int(self.runs) * len(self.chosen) if self.runs.isdecimal() else 0
+        self.begin.set_text(view.words("bench.begin", runs=f"{runs:,}"))
+
+    def restore(self, task: Task, values: dict[str, Any]) -> None:
+        """Show what a study was asked for; what it says of local search is no value of the form above."""
+        if task.command == "study":
+            self.runs, self.chosen = str(task.runs), set(task.algorithms)
+            self.local_search = values.pop("local_search", True)
+
+    def _groups(self) -> list[dict[str, Any]]:
+        w = self.view.words
+        fields = [
+            _field("runs", w("bench.runs"), w("bench.runs_help")),
+            *(_field(f"algorithm-{name}", _label(name), w(f"algorithm.{name}"), "flag") for name in COMPARED),
+            _field("local", w.option("local_search"), w("bench.local_help"), "flag"),
+        ]
+        return [{"key": "bench", "title": "", "folded": False, "changed": 0, "fields": fields}]
+
+    def _put(self, name: str, value: Any, _: str) -> None:
+        if name == "runs":
+            self.runs = str(value).strip() or _RUNS
+        elif name == "local":
+            self.local_search = bool(value)
+        elif value:
+            self.chosen.add(name.removeprefix("algorithm-"))
+        else:
+            self.chosen.discard(name.removeprefix("algorithm-"))
+        self.draw()
+
+    def task(self) -> Task:
+        """Return the study that is asked for, with the settings of the form.
+
+        Raises
+        ------
+        OptionError
+            One of them is wrong, or the number of runs.
+        """
+        if not self.runs.isdecimal():
+            raise OptionError(f"{self.view.words('bench.runs')}: '{self.runs}' is not a whole number")
+        algorithms = tuple(name for name in COMPARED if name in self.chosen)
+        options = settings_of(self.view, algorithms)
+        if not self.local_search:
+            options["local_search"] = False
+        return Task("study", (self.view.source,), "auto", options, algorithms=algorithms, runs=int(self.runs))
+
+    def _begin(self) -> None:
+        view, page = self.view, self.page
+        if not view.source or page.run.running:
+            page.say(view.words("command.none" if not view.source else "bench.running"), True)
+            return
+        if page.input.reading:  # what is read may take the place of what is here, or prove to be broken
+            page.say(view.words("open.reading", name=view.name), True)
+            return
+        try:
+            view.job = view.studio.jobs.start(self.task())
+        except Exception as problem:
+            page.say(line_of(problem), True)
+            return
+        page.say("")
+        page.remember()
+        page.run.watch()
+        page.result.draw()
+
+
+def settings_of(view: View, algorithms: tuple[str, ...]) -> dict[str, Any]:
+    """Return the settings of a view that mean something to one of the algorithms, but for which that is.
+
+    Raises
+    ------
+    OptionError
+        One of them is wrong.
+    """
+    known = {n for one in algorithms or ("auto",) for _, names in forms.names_of("solve", one) for n in names}
+    known -= {"algorithm", "local_search"}
+    wrong = next((name for name in view.errors if name in known), None)
+    if wrong is not None:
+        raise OptionError(f"{flag_name(wrong)}: {view.errors[wrong]}")
+    return {name: value for name, value in forms.changed(view.values).items() if name in known}
+
+
+def _label(name: str) -> str:
+    title = _TITLES.get(name)
+    return f"{name} – {title}" if title else name
+
+
+def _field(name: str, label: str, help: str, kind: str = "text") -> dict[str, Any]:
+    return {
+        "name": name, "label": label, "flag": "", "kind": kind, "unit": "", "help": help, "choices": [], "default": "",
+        "on": False, "file": False,
+    }  # fmt: skip

@@ -1,0 +1,299 @@
+"""Changing the outcome of a run by hand: drag an order, turn it round, choose what comes first; then run with that."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from nicegui.events import GenericEventArguments
+
+from leafcut.errors import LeafcutError
+from leafcut.studio.drawing.canvas import Canvas
+from leafcut.studio.drawing.editing import CutOrder, Edited, HoleOrder, OrderStop, cuts_one_by_one
+from leafcut.studio.drawing.scene import edited_scene
+from leafcut.studio.jobs.history import History, JobRecord
+from leafcut.studio.page.elements import box, button, text
+from leafcut.studio.page.page_state import View
+from leafcut.studio.page.stop_keys import StopKeys
+from leafcut.units import format_length
+
+if TYPE_CHECKING:
+    from leafcut.studio.page.page_parts import PageParts
+
+#: Ways that differ by less are of one length, mm.
+_SAME = 1e-6
+#: Files of a run that can be changed by hand.
+_EDITABLE = ("order", "plan")
+
+
+def edited_of(history: History, job: str) -> Edited | None:
+    """Return what of a job's outcome can be changed by hand, or None."""
+    order, holes, plan = (history.artefact(job, name) for name in ("order", "holes", "plan"))
+    if order is not None and holes is not None:
+        rows = json.loads(order.data)["operations"]
+        operations = {row["operation"] - 1: tuple(hole - 1 for hole in row["holes"]) for row in rows}
+        return HoleOrder(operations, np.array(json.loads(holes.data), dtype=np.float64).reshape(-1, 2))
+    if plan is not None and cuts_one_by_one(plan.data.decode()):
+        return CutOrder(plan.data.decode())
+    return None
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A run with an order that was changed: what there was before it, should it come to nothing."""
+
+    edited: Edited
+    #: The job whose outcome was changed, and which of its sheets; the job that was begun with that.
+    base: str | None
+    sheet: tuple[int, int]
+    job: str | None
+    #: What the option was that has the file now, and what it is called.
+    value: Any
+    shown: str
+
+
+class EditPanel:
+    """The buttons under the drawing while an order is changed."""
+
+    def __init__(self, view: View, page: PageParts, canvas: Canvas) -> None:
+        self.view, self.page, self.canvas = view, page, canvas
+        self.edited: Edited | None = None
+        self._stop = 0
+        self._tried: Tried | None = None
+        #: What `kept` returned of an order that is to be changed again when its outcome is shown.
+        self._waiting: dict[str, Any] | None = None
+        #: How long the straight ways were when the editing began, mm.
+        self._before = 0.0
+        w = view.words
+        with box("div", "edit", role="group", aria_label=w("edit.title"), data_focus_after="#edit-begin") as self.place:
+            with box("div", "line"):
+                text("b", w("edit.title"))
+                with box("span", "ways"):
+                    self.length = text("span", "", "figure")
+                    self.change = text("span", "", "figure quiet")
+                self.hint = text("span", "", "what quiet")
+                self.chosen = text("span", "", "chosen-stop quiet", role="status", aria_live="polite")
+            with box("div", "ends"):
+                self.keys = StopKeys(w, self._stops, self._choose, self._change)
+            with box("div", "ends"):
+                button(w("edit.undo"), lambda: self._go(back=True), "", data_key="u")
+                button(w("edit.redo"), lambda: self._go(back=False), "", data_key="y")
+                for name, act in (
+                    ("first", lambda e: e.to_end(self._stop, True)),
+                    ("last", lambda e: e.to_end(self._stop, False)),
+                    ("reverse", lambda e: e.reverse(self._stop)),
+                    ("free", lambda e: e.free_after(self._stop)),
+                ):
+                    button(w(f"edit.{name}"), lambda act=act: self._change_chosen(act), "")
+                button(w("edit.write"), self.write, "primary")
+                self.close = button(w("edit.close"), self._close, "plain")
+        self.place.set_visibility(False)
+
+    def begin(self, record: JobRecord) -> None:
+        """Let the outcome of a job be changed."""
+        edited = edited_of(self.view.studio.history, record.id)
+        if edited is None:
+            self.page.say(self.view.words("edit.cannot"), True)
+            return
+        self._before = _length(edited.stops())
+        self._open(edited)
+
+    def kept(self) -> dict[str, Any] | None:
+        """Return the order that is changed as plain values, to be gone on with another time; None of none."""
+        if self.edited is None:
+            return self._waiting
+        return {"job": self.view.job, **self.edited.as_plain()}
+
+    def hold(self, kept: dict[str, Any] | None) -> None:
+        """Note what `kept` returned, until the outcome that it is of is shown."""
+        self._waiting = kept
+
+    def resume(self) -> None:
+        """Go on with an order that was being changed when its outcome was shown last."""
+        kept, self._waiting = self._waiting, None
+        if kept is None or self.view.job is None or kept.get("job") != self.view.job:
+            return
+        edited = edited_of(self.view.studio.history, self.view.job)
+        if edited is not None:
+            self._before = _length(edited.stops())
+            edited.take_plain(kept)
+            self._open(edited)
+
+    def leave(self) -> None:
+        """Change nothing any more, also of what was to be gone on with."""
+        self._waiting = None
+        self.end()
+
+    def _open(self, edited: Edited) -> None:
+        self.edited, self._stop, self._waiting = edited, 0, None
+        self.canvas.select(None)
+        self.place.set_visibility(True)
+        self.canvas.set_editable(True)
+        self.hint.set_text(self.view.words("edit.hint_cuts" if isinstance(self.edited, CutOrder) else "edit.hint"))
+        self._draw()
+
+    def end(self) -> None:
+        """Change nothing any more."""
+        if self.edited is None:
+            return
+        self.edited = None
+        self.view.edited = False
+        self.place.set_visibility(False)
+        self.canvas.set_editable(False)
+        self.canvas.hide("live")
+
+    def _close(self) -> None:
+        """Close at a person's wish: one who has changed something is asked before."""
+        self.leave()
+        self.page.changed()
+
+    def select(self, event: GenericEventArguments) -> None:
+        """Note which stop is meant."""
+        self._stop = int((event.args or {}).get("stop") or 0)
+        self._tell_chosen(self._stops())
+
+    def _stops(self) -> list[OrderStop]:
+        """Return the stops in the order as it is now."""
+        return [] if self.edited is None else self.edited.stops()
+
+    def _choose(self, stop: int) -> None:
+        """Choose a stop, here and in the drawing."""
+        self._stop = stop
+        self.canvas.select_stop(stop)
+        self._tell_chosen(self._stops())
+
+    def _tell_chosen(self, stops: list[OrderStop]) -> None:
+        """Say which stop is chosen, by its number in the order as it is now."""
+        w = self.view.words
+        self.keys.show(self._stop)
+        at = next((k for k, stop in enumerate(stops) if stop.name == self._stop), None)
+        if at is None:
+            self.chosen.set_text("")
+            return
+        x, y = stops[at].place
+        place = {"x": f"{x:.1f}", "y": f"{y:.1f}"}
+        held = {"number": at + 1, "count": len(stops)}
+        self.chosen.set_text(w("edit.chosen", **held, **place) if stops[at].held else w("edit.chosen_free", **place))
+
+    def drag(self, event: GenericEventArguments) -> None:
+        """Do what was dragged."""
+        args: dict[str, Any] = event.args
+        number, onto = int(args["number"]), args.get("onto")
+        if onto is not None and int(onto) != number:
+            self._change(lambda e: e.move(number, int(onto)))
+        elif onto is None:
+            x, y = args["to"]
+            self._change(lambda e: e.place(number, (float(x), float(y))))
+
+    def _change_chosen(self, act: Any) -> None:
+        """Do with the stop that is chosen what a button says."""
+        if self._stop:
+            self._change(act)
+        else:
+            self.page.say(self.view.words("edit.choose"), True)
+
+    def _change(self, act: Any) -> None:
+        if self.edited is None:
+            return
+        try:
+            act(self.edited)
+        except LeafcutError as problem:
+            self.page.say(str(problem), True)
+            return
+        self.page.say("")
+        self._draw()
+
+    def _go(self, *, back: bool) -> None:
+        if self.edited is None:
+            return
+        w = self.view.words
+        done = self.edited.undo() if back else self.edited.redo()
+        self.page.say("" if done else w("edit.nothing"))
+        self._draw()
+
+    def _draw(self) -> None:
+        """Show the order as it is now, and how long its straight ways are."""
+        if self.edited is None:
+            return
+        stops, w = self.edited.stops(), self.view.words
+        self._note()
+        self.canvas.show(edited_scene(stops), "live")
+        self._tell_chosen(stops)
+        length, held = _length(stops), sum(stop.held for stop in stops)
+        if held < len(stops):
+            # The ways of some are no measure of those of all.
+            self.length.set_text(w("edit.held", held=held, count=len(stops), length=format_length(length)))
+            self.change.set_text("")
+            self.change.classes(replace="figure quiet")
+            return
+        more = length - self._before
+        self.length.set_text(w("edit.length", length=format_length(length)))
+        changed = abs(more) > _SAME and self._before > 0.0
+        sign = "+" if more > 0 else "−"
+        figures = (
+            {"more": f"{sign}{format_length(abs(more))}", "percent": f"{sign}{abs(100.0 * more / self._before):.1f}"}
+            if changed
+            else {}
+        )
+        self.change.set_text(w("edit.change", **figures) if changed else w("edit.unchanged"))
+        self.change.classes(replace=f"figure {'quiet' if not changed else 'longer' if more > 0 else 'shorter'}")
+
+    def _note(self) -> None:
+        """Note whether something is changed: it is kept, the outcome is marked, and closing asks."""
+        self.view.edited = self.edited is not None and self.edited.changed
+        if self.view.edited:
+            self.close._props["data-sure"] = self.view.words("edit.sure")
+        else:
+            self.close._props.pop("data-sure", None)
+        self.close.update()
+        self.page.changed()
+
+    def write(self) -> None:
+        """Run with the order as it is now: measured, written and proved as ever."""
+        view, edited = self.view, self.edited
+        if edited is None:
+            return
+        # Not the name of the outcome's own plan or order, which is another file.
+        name = f"{Path(view.name.replace(':', '-')).stem}_edited.json"
+        made = view.studio.folder.add_input(name, edited.text().encode())
+        base, sheet = view.job, view.sheet
+        value, shown = view.values.get(edited.option, ""), view.shown.get(edited.option, "")
+        view.put_for_input(edited.option, made, name)
+        self.page.input.draw()
+        self.page.run.begin()
+        self._tried = Tried(edited, base, sheet, view.job, value, shown)
+        if view.job == base:
+            self.take_back()
+
+    def take_back(self) -> bool:
+        """Be where the last run was begun from, as nothing came of it; return whether it was begun from here.
+
+        The job that was changed is shown again, and the option is as it was: the next run is not refused for the same.
+        """
+        view, tried, self._tried = self.view, self._tried, None
+        if tried is None or tried.job != view.job:
+            return False
+        view.job, view.sheet = tried.base, tried.sheet
+        view.put_for_input(tried.edited.option, tried.value, tried.shown)
+        self.page.remember()
+        self.page.input.draw()
+        self.page.run.draw()
+        self._open(tried.edited)
+        return True
+
+
+def can_be_edited(history: History, record: JobRecord, files: dict[str, str]) -> bool:
+    """Return whether there is something to change by hand among the files of a job."""
+    if record.task.options.get("chains"):
+        return edited_of(history, record.id) is not None  # not where a chain was made
+    return any(name in files for name in _EDITABLE)
+
+
+def _length(stops: list[OrderStop]) -> float:
+    """Return how long the straight ways between stops that are held are, mm."""
+    return sum(math.dist(one.place, other.place) for one, other in pairwise(stops) if one.held and other.held)

@@ -1,0 +1,94 @@
+"""The figures of the report on the page: what it costs, where the time goes, and every part by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from leafcut.studio.page.elements import box, table, text
+from leafcut.studio.wording import Words
+from leafcut.units import format_time
+
+#: So many parts are told of here; the report has more.
+_MOST_PARTS = 100
+#: Kinds of time in the order in which they are stacked, as the report has them.
+_KINDS = ("rapid", "feed", "dwell", "tool-change", "spindle")
+
+
+def draw_figures(found: dict[str, Any], words: Words) -> None:
+    """Show what `report.overview.overview_as_json` says, where the caller is."""
+    kinds = {kind["class"]: words.said(kind["words"]) for kind in found["times"]["kinds"]}
+    rows = [(words.said(row["name"]), row["seconds"], row["total"]) for row in found["times"]["rows"]]
+    draw_times(rows, words, kinds)
+    _tiles(found["tiles"], words)
+    _parts(found["parts"], words)
+
+
+def _tiles(tiles: Sequence[dict[str, Any]], words: Words) -> None:
+    if not tiles:
+        return
+    with box("dl", "tiles"):
+        for tile in tiles:
+            with box("div", "tile"):
+                text("dt", words.said(tile["name"]))
+                with box("dd"):
+                    text("b", tile["figure"])
+                    text("span", words.said(tile["words"]), "quiet small")
+
+
+def draw_times(
+    rows: Sequence[tuple[str, dict[str, float], str]], words: Words, kinds: dict[str, str] | None = None
+) -> None:
+    """Show rows (name, seconds by kind, total) as stacked bars of one scale; `kinds`: what the kinds are called."""
+    rows = [
+        (name, {k.replace("_", "-"): s for k, s in seconds.items() if s > 0}, total) for name, seconds, total in rows
+    ]
+    longest = max((sum(seconds.values()) for _, seconds, _ in rows), default=0.0)
+    if longest <= 0.0:
+        return
+    kinds = kinds or {kind: words(f"kind.{kind.replace('-', '_')}") for kind in _KINDS}
+    text("h3", words("result.where"))
+    with box("ul", "time-bars", aria_label=words("result.where")):
+        for name, seconds, total in rows:
+            with box("li"):
+                text("span", name)
+                text("b", total, "figure")
+                with box("div", "time-bar", aria_hidden="true"):
+                    for kind in kinds:
+                        if kind in seconds:
+                            share = 100.0 * seconds[kind] / longest
+                            box("i", f"time-{kind}").style(f"width: {share:.3f}%")
+    _legend(rows, kinds, words)
+
+
+def _legend(rows: Sequence[tuple[str, dict[str, float], str]], kinds: dict[str, str], words: Words) -> None:
+    """Show the seconds of every kind, in the colours of the bars."""
+    known = [kind for kind in kinds if any(kind in seconds for _, seconds, _ in rows)]
+    with box("div", "scroll"), box("table", "kinds", aria_label=words("result.where")):
+        with box("thead"), box("tr"):
+            text("td", "")
+            for name, _, _ in rows:
+                text("th", name or words("result.time"), "n", scope="col")
+        with box("tbody"):
+            for kind in known:
+                with box("tr", f"of-{kind}"):
+                    text("th", kinds[kind], scope="row")
+                    for _, seconds, _ in rows:
+                        text("td", format_time(seconds[kind]) if kind in seconds else "–", "n")
+
+
+def _parts(parts: dict[str, Any], words: Words) -> None:
+    """Show pierces, time and cost of every part, and of the sheet and its batch."""
+    rows, cost = parts["rows"][:_MOST_PARTS], parts.get("cost", False)
+    if not rows:
+        return
+    text("h3", words("result.parts"))
+    keys = ("part", "pierces", "time", *(("cost",) if cost else ()))
+    names = {"part": "number", "time": "total"}
+    heads = [(words(f"result.{key}"), "" if key == "part" else "n") for key in keys]
+    cells = [[words.said(row[names.get(key, key)]) for key in keys] for row in rows]
+    cells += [[words.said(row["name"]), *(row[names.get(key, key)] for key in keys[1:])] for row in parts["feet"]]
+    table(heads, cells, words("result.parts")).classes("parts-of-sheet")
+    left = len(parts["rows"]) - len(rows) + parts.get("left_out", 0)
+    if left:
+        text("p", words("open.more", number=left), "quiet small")

@@ -1,0 +1,514 @@
+"""The left side: what is opened, what is to be done with it, and how."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Awaitable
+from typing import TYPE_CHECKING, Any
+
+from nicegui import run, ui
+
+from leafcut.errors import LeafcutError
+from leafcut.studio.folder import BUILT_IN, LARGEST_UPLOAD
+from leafcut.studio.jobs.ending import Endable, Ended
+from leafcut.studio.jobs.jobs import line_of
+from leafcut.studio.jobs.sheets import SheetOfNest, take
+from leafcut.studio.jobs.task import Task, called, parts_of
+from leafcut.studio.page import forms
+from leafcut.studio.page.elements import Form, Opener, box, button, text
+from leafcut.studio.page.page_state import OF_READING, View
+from leafcut.studio.page.panel_bench import BenchPanel
+from leafcut.studio.page.panel_live import pace_field
+from leafcut.studio.page.panel_parts import PartsPanel
+from leafcut.studio.page.panel_recent import RecentPanel
+from leafcut.studio.page.preview import Seen
+from leafcut.studio.page.work_choice import WorkChoice, cards, why_suggested
+
+if TYPE_CHECKING:
+    from leafcut.studio.page.page_parts import PageParts
+
+#: So many issues of a file are told before it is run.
+_MOST_ISSUES = 30
+#: What of a view a person types.
+_TYPED = ("values", "shown", "errors")
+
+
+class InputPanel:
+    """Opens, shows what was opened, and holds the form."""
+
+    def __init__(self, view: View, page: PageParts) -> None:
+        self.view, self.page = view, page
+        #: Counts the readings: what an older one found is not shown.
+        self._turn = 0
+        self._earlier = Endable()
+        #: Whether an input is being read, or will be as soon as the page comes to it.
+        self.reading = False
+        #: Whether Run was pressed while the input was being read: the run begins when it is read.
+        self._run_wanted = False
+        w = view.words
+        self.form_words = {
+            key: w.table[f"form.{key}"] for key in ("choose", "remove", "help", "open", "find", "none_found", "found")
+        }
+        with box("div", "scrolls"):
+            with box("section", "part", aria_label=w("open.title")):
+                self._opener()
+                self.parts = PartsPanel(view, page)
+                self.about = box("div", "about-part")
+            self.second = box("div", "second")
+            with box("section", "choose", aria_label=w("choose.title")):
+                self.works = WorkChoice(w("choose.work"), lambda work: self._choose("work", work, ""))
+                self.work = Form([], self.form_words, self._choose, self._refuse)
+                self.options = Form([], self.form_words, self._put, self._refuse, searchable=True)
+                self.kept = Form([self._options_field()], self.form_words, self._take_options, self._refuse)
+                self.pace = Form([pace_field(view)], self.form_words, self._set_pace, self._refuse)
+                self.bench = BenchPanel(view, page)
+        with box("footer", "foot"):
+            with box("div", "command"):
+                self.command = box("code", "", id="command", tabindex="0", aria_label=w("command.title"))
+                self.copy = button(
+                    w("command.copy"), None, "plain small", data_copy="command", data_said=w("command.copied")
+                )
+            self.begin = button(w("run.begin"), self.page_run, "primary wide", data_key="r")
+        self.draw()
+
+    def _opener(self) -> None:
+        w = self.view.words
+        mib = LARGEST_UPLOAD >> 20
+        self.opener = Opener(
+            {
+                "open": w("open.file"),
+                "add": w("open.add"),
+                "busy": w("open.busy"),
+                "drop": w("open.drop"),
+                "release": w("open.release"),
+                "large": w("open.large", mib=mib),
+            },
+            LARGEST_UPLOAD,
+            self._opened,
+            self._refuse,
+        )
+        with box("details", "built-in") as self.built_in:
+            text("summary", w("open.built_in"))
+            self.example = Form([], self.form_words, self._example, self._refuse)
+            self.random = {"points": "200", "seed": "1"}
+            with box("div", "random"):
+                self.map = Form(self._random_fields(), self.form_words, self._random, self._refuse)
+                self.map.show(self.random)
+                button(w("open.make"), self._make_random, "small")
+        self._draw_examples()
+        self.recent = RecentPanel(self.view, self.page)
+        self.recent.draw()
+
+    def _draw_examples(self) -> None:
+        from leafcut.read.examples import EXAMPLE_NAMES
+
+        names = [["", self.view.words("open.pick")], *([name, name] for name in EXAMPLE_NAMES)]
+        self.example.show({}, groups=[_group([_field("example", self.view.words("open.example"), names)])])
+
+    def _random_fields(self) -> list[dict[str, Any]]:
+        w = self.view.words
+        return [_group([_field("points", w("open.points"), []), _field("seed", w("open.seed"), [])])]
+
+    def _options_field(self) -> dict[str, Any]:
+        w = self.view.words
+        return _group([{**_field("options", w("form.options"), []), "file": True, "default": w("form.toml")}])
+
+    def _take_options(self, _: str, value: str, name: str) -> Awaitable[None] | None:
+        """Take the options of a file; where they change what the input is, it is read again."""
+        view = self.view
+        before = dict(view.values)
+        try:
+            view.take_options(value)
+        except LeafcutError as problem:
+            self.page.say(str(problem), True)
+            return None
+        finally:
+            view.studio.folder.drop_inputs([value])
+        self.draw()
+        line = view.words("form.taken", name=name)
+        if not view.source or not any(before.get(one) != view.values.get(one) for one in OF_READING):
+            self.page.say(line)
+            return None
+        self._begin_reading()
+        return self._read_and_say(line)
+
+    async def _read_and_say(self, line: str) -> None:
+        if await self.read(self.view.work) and self.view.seen is not None and not self.view.seen.error:
+            self.page.say(line)
+
+    def _refuse(self, line: str) -> None:
+        self.page.say(line, True)
+
+    async def _example(self, _: str, value: str, __: str) -> None:
+        if value:
+            await self.open(f"example:{value}", value)
+
+    def _random(self, name: str, value: str, _: str) -> None:
+        self.random[name] = value
+        self.map.show(self.random)
+
+    async def _make_random(self) -> None:
+        await self.open(f"random:{self.random['points']}:{self.random['seed']}", "")
+
+    def _opened(self, kept: dict[str, Any]) -> Awaitable[None]:
+        if self.view.work != "nest":
+            self._begin_reading()  # at once: a press of Run may come before the reading itself begins
+        return self.open(kept["id"], kept["name"])
+
+    def open(self, source: str, name: str) -> Awaitable[None]:
+        """Open an input: read it, say what is in it, and offer what it is good for; what is none changes nothing."""
+        self._run_wanted = False  # that was for what stood here before
+        return self._open(source, name)
+
+    async def _open(self, source: str, name: str) -> None:
+        view = self.view
+        if view.work == "nest" and await self.parts.take(source, name):
+            return
+        before = {k: v.copy() if isinstance(v, dict | list | set) else v for k, v in vars(view).items()}
+        edit, shown = self.page.run.edit.kept(), self.page.result.kept()
+        self.page.begin_other()
+        view.take(source, name or source)
+        self.page.run.leave()
+        taken = {kind: dict(getattr(view, kind)) for kind in _TYPED}
+        if not await self.read(""):
+            return
+        broken = not view.source or (view.seen is not None and view.seen.broken)
+        if not broken or not before["source"]:
+            if not broken and (left := view.leave_unfit()):
+                if not await self.read(view.work):
+                    return
+                self.page.say(left)
+            self.page.remember()
+            self.page.run.canvas.fit()
+            if not broken:
+                view.studio.recent.add(view.source, view.name)
+                self.recent.draw()
+            return
+        line = self.page.said.text
+        typed = {kind: _added(taken[kind], getattr(view, kind)) for kind in _TYPED}
+        vars(view).update(before)
+        for kind, entries in typed.items():
+            getattr(view, kind).update(entries)
+        self.page.run.edit.hold(edit)
+        self.page.stay()
+        if view.seen is None:  # it was being read when this one came
+            await self.read("")
+        self.draw()
+        self.page.run.resume()
+        self.page.run.edit.resume()
+        self.page.result.show_again(shown)
+        self.page.say(line, True)
+
+    async def cut(self, sheet: SheetOfNest) -> None:
+        """Open a sheet of a nest to be cut."""
+        view, self._run_wanted = self.view, False
+        try:
+            source = take(view.studio.jobs, sheet)
+        except LeafcutError as problem:
+            self.page.say(str(problem), True)
+            return
+        self.page.begin_other()
+        view.take(source, sheet.file, sheet.origin)
+        self.page.run.leave()
+        view.put_for_input("quantity", str(sheet.count) if sheet.count > 1 else "")
+        view.work = "cut"
+        self.page.remember()
+        if await self.read("cut"):
+            self.page.run.canvas.fit()
+
+    async def look(self, view: View, work: str) -> tuple[Seen | None, str, bool]:
+        """Read an input outside the event loop; return what is seen, why nothing is, and whether this is the newest.
+
+        Reading takes a while, and a person may open something else meanwhile.
+        """
+        turn = self._begin_reading()
+        self._earlier.end()  # nobody waits for it any more
+        self._earlier = endable = Endable()
+        seen, line = None, ""
+        try:
+            seen = await run.io_bound(look_until_ended, view, work, endable)
+        except Exception as problem:
+            line = line_of(problem)
+        newest = turn == self._turn
+        if newest:
+            self._end_reading(worked=not line and seen is not None and not seen.error)
+        return seen, line, newest
+
+    def _begin_reading(self) -> int:
+        """Note that the input is to be read; Run can be pressed meanwhile. Return the number of this reading."""
+        self._turn += 1
+        self.reading = True
+        self.ready(True)
+        return self._turn
+
+    def _end_reading(self, worked: bool) -> None:
+        """Note that the newest input is read, and begin the run that was asked for meanwhile, once it is shown."""
+        self.reading = False
+        wanted, self._run_wanted = self._run_wanted and worked, False
+        if wanted:
+            with self.begin:
+                ui.timer(0.0, self.page.run.begin, once=True)
+
+    async def read(self, work: str) -> bool:
+        """Read the input for a kind of work; return False, and show nothing, if another was read meanwhile."""
+        view = self.view
+        self.page.say(view.words("open.reading", name=view.name), stays=True)
+        seen, line, newest = await self.look(view, work)
+        if not newest:
+            return False
+        view.seen = seen
+        if line and not work:
+            view.source = view.name = ""
+        if seen is not None:
+            line = seen.error
+            fits = work in (*seen.works, "nest")
+            if not work and seen.whole.machine and not view.values.get("machine"):
+                view.put_for_input("machine", seen.whole.machine)
+            view.work = work if fits else seen.work or (view.work if view.work in seen.works else seen.works[0])
+        self.page.say(line, True)
+        self.draw()
+        self.page.run.draw()
+        self.page.result.draw()
+        return True
+
+    def _choose(self, name: str, value: str, _: str) -> Awaitable[None] | None:
+        view = self.view
+        if name == "process":
+            view.process = value
+            self._say_command()
+            return None
+        view.work = value
+        # A program is the same for all kinds of work.
+        again = bool(view.source) and (view.seen is None or view.seen.format != "gcode")
+        if again:
+            self._begin_reading()
+        return self._take_work(value, again)
+
+    async def _take_work(self, work: str, again: bool) -> None:
+        """Show another kind of work, for which a drawing is read again."""
+        if again and not await self.read(work):
+            return
+        if work == "nest":
+            self.parts.adopt()
+            self.view.leave_unfit()  # a nest asks for no machine, and shows none at first
+        self.draw()
+
+    def _put(self, name: str, value: Any, shown: str) -> Awaitable[bool] | None:
+        """Take a value; where it changes what the input is, it is read again before anything is run."""
+        view = self.view
+        view.put(name, value, shown)
+        self._show_values()
+        if name not in OF_READING or not view.source or name in view.errors:
+            return None
+        self._begin_reading()  # at once: a press of Run may come before the reading itself begins
+        return self.read(view.work)
+
+    def move_zero(self, x: float, y: float) -> Awaitable[bool] | None:
+        """Put program zero elsewhere, mm from where it is: the option says it in the places of the drawing."""
+        zero = self.view.zero
+        if zero is None:
+            return None
+        return self._put("origin", ",".join(f"{round(one, 4):g}" for one in (zero[0] + x, zero[1] + y)), "")
+
+    def _show_values(self) -> None:
+        view = self.view
+        view.follow_study()
+        self.bench.draw()
+        errors = {name: view.words.plain(line) for name, line in view.problems.items()}
+        self.options.show(view.values, view.shown, errors, view.form())
+        self.draw_pace()
+        self._say_command()
+
+    def draw_pace(self) -> None:
+        """Show how fast the search will go, where that can be chosen."""
+        self.pace.set_visibility(self.view.studied)
+        self.pace.show({"pace": self.view.pace})
+
+    def _set_pace(self, _: str, value: str, __: str) -> None:
+        self.view.pace = value
+
+    async def restore(self, task: Task) -> bool:
+        """Show the input and the choices of a task, to be run again; return False if another was read meanwhile."""
+        view = self.view
+        names = [self._named(word) for word in task.inputs]
+        view.source, view.name, view.seen = task.inputs[0].partition(":")[0], names[0], None
+        if task.inputs[0].startswith(BUILT_IN):
+            view.source = task.inputs[0]
+        view.second, view.second_name = (task.inputs[1], names[1]) if task.command == "verify" else ("", "")
+        if task.command == "nest":
+            view.parts = list(parts_of(task))
+            view.part_names = {one.input: name for one, name in zip(view.parts, names, strict=True)}
+        view.origin = task.origin
+        view.process, view.work = task.process, work_of(task, view.name)
+        view.values, view.errors, view.for_study = dict(task.options), {}, None
+        self.bench.restore(task, view.values)
+        view.shown = {name: self._named(value) for name, value in task.options.items() if isinstance(value, str)}
+        view.of_input = {"hole_order", "plan", *(("quantity",) if task.origin else ())} & view.values.keys()
+        return await self.resume()
+
+    async def resume(self) -> bool:
+        """Show again what is chosen, and read the input; return False if another was read meanwhile."""
+        view, self._run_wanted = self.view, False
+        self.draw()
+        if not view.source:
+            return True
+        seen, line, newest = await self.look(view, view.work)
+        if not newest:
+            return False
+        view.seen = seen
+        if line:
+            self.page.say(line, True)
+        self.draw()
+        return True
+
+    def _named(self, word: str) -> str:
+        """Return what a person calls an input, or a file among the options; nothing for what is none."""
+        if word.startswith(BUILT_IN):
+            return called(word)
+        try:
+            return self.view.studio.folder.input_path(word.partition(":")[0]).name
+        except LeafcutError:
+            return ""
+
+    def draw(self) -> None:
+        """Show the input and the choices."""
+        view, w = self.view, self.view.words
+        works = view.works() if view.work in view.works() else (*view.works(), view.work)
+        self.works.show(cards(works, view.seen, w), view.work, why_suggested(view.seen, w))
+        fields = []
+        if view.work == "program":
+            kinds = [[process, w.named("process", process)] for process in forms.program_processes()]
+            fields.append(_field("process", w("choose.process"), kinds))
+        self.work.set_visibility(bool(fields))
+        self.work.show({"process": view.process}, groups=[_group(fields)])
+        self.opener.set_several(view.work == "nest")
+        self.built_in.set_visibility(view.work != "nest")  # none of them is a drawing of a part
+        self.parts.draw()
+        self._draw_part()
+        self._draw_second()
+        self._show_values()
+
+    def _draw_part(self) -> None:
+        view, w = self.view, self.view.words
+        self.about.clear()
+        with self.about:
+            if not view.source:
+                return
+            text("h2", view.name, "name", dir="auto")
+            if view.seen is None:
+                return
+            with box("dl", "facts"):
+                for key, value in view.seen.facts:
+                    text("dt", w(f"fact.{key}"))
+                    text("dd", value)
+            if view.seen.issues:
+                with box("details", "issues"):
+                    text("summary", w("open.issues", number=len(view.seen.issues)))
+                    with box("ul"):
+                        for issue in view.seen.issues[:_MOST_ISSUES]:
+                            meant = w.issue(issue["code"])
+                            with box("li", issue["severity"]):
+                                if meant:
+                                    text("b", f"{meant}.")
+                                said = f"{w.plain(issue['message'])} {w.plain(issue['place'])}".strip()
+                                text("span", said, "", lang=w.spoken(issue["message"]))
+                        if len(view.seen.issues) > _MOST_ISSUES:
+                            text("li", w("open.more", number=len(view.seen.issues) - _MOST_ISSUES))
+
+    def _draw_second(self) -> None:
+        view, w = self.view, self.view.words
+        self.second.clear()
+        if view.work != "verify":
+            return
+        with self.second:
+            field = {**_field("second", w("open.second"), []), "file": True, "default": w("form.none")}
+            made = Form([_group([field])], self.form_words, self._take_second, self._refuse)
+            made.show({"second": view.second}, {"second": view.second_name})
+
+    def _take_second(self, _: str, value: str, shown: str) -> None:
+        self.view.second, self.view.second_name = value, shown
+        self._draw_second()
+        self._say_command()
+
+    def _say_command(self) -> None:
+        view = self.view
+        line = view.command_line()
+        missing = "parts.none" if view.work == "nest" else "command.later" if view.source else "command.none"
+        self.command.clear()
+        with self.command:
+            for word in re.findall(r"\S+\s*", line or view.words(missing)):
+                text("span", word)
+        self.copy.set_visibility(bool(line))
+        self.ready(view.ready)
+        self.page.changed()
+
+    def ready(self, ready: bool) -> None:
+        """Show whether the run can be begun.
+
+        The button takes every press, and says what is missing: one that is disabled between press and release loses
+        the click, and one that is disabled under the focus loses that.
+        """
+        able = ready or (self.reading and not self.page.run.running)
+        self.begin.props(f'aria-disabled="{"false" if able else "true"}"')
+
+    def page_run(self) -> None:
+        """Begin the run; while the input is being read, begin it as soon as that is done."""
+        view, w = self.view, self.view.words
+        if self.page.run.running:
+            self.page.say(w("run.going"))
+        elif self.reading:
+            self._run_wanted = True
+            self.page.say(w("run.when_read", name=view.name), stays=True)
+        elif not view.ready:
+            self.page.say(w(self._missing()))
+        elif view.edited:  # what is run is what is shown
+            self.page.run.edit.write()
+        else:
+            self.page.run.begin()
+
+    def _missing(self) -> str:
+        """Return the key of the words that say what a run needs before anything else."""
+        view = self.view
+        if view.work == "nest":
+            return "parts.none"
+        return "open.second_missing" if view.source and view.work == "verify" else "command.none"
+
+
+def _field(name: str, label: str, choices: list[list[str]]) -> dict[str, Any]:
+    """Return a field that is no option."""
+    kind = "text"
+    return {
+        "name": name, "label": label, "flag": "", "kind": kind, "unit": "", "help": "", "choices": choices,
+        "default": "", "on": False, "file": False,
+    }  # fmt: skip
+
+
+def _group(fields: list[dict[str, Any]]) -> dict[str, Any]:
+    return {"key": "one", "title": "", "folded": False, "changed": 0, "fields": fields}
+
+
+def _added(before: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
+    """Return what is new or another value."""
+    return {name: value for name, value in now.items() if name not in before or before[name] != value}
+
+
+def look_until_ended(view: View, work: str, endable: Endable) -> Seen | None:
+    """Return what `View.look` does, or None where nobody waits for it any more."""
+    try:
+        with endable:
+            return view.look(work)
+    except Ended:
+        return None
+
+
+def work_of(task: Task, name: str) -> str:
+    """Return the kind of work that a task is."""
+    if task.command != "optimize":
+        return "solve" if task.command == "study" else task.command
+    if task.process in forms.works() and task.process != "drill":
+        return task.process
+    from leafcut.read.registry import BUILT_IN as FORMATS
+
+    programs = next(f.extensions for f in FORMATS if f.name == "gcode")
+    program = name.lower().endswith(programs) and not name.startswith(BUILT_IN)
+    return "program" if program or task.process not in ("auto", "drill") else "drill"

@@ -1,0 +1,212 @@
+"""The jobs: find one, look at it again, run it again, compare two, forget it; and the order of those that wait."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from leafcut.studio.jobs.history import JobRecord, JobState
+from leafcut.studio.jobs.jobs import line_of
+from leafcut.studio.page.badge import notice_switch
+from leafcut.studio.page.compare_jobs import ComparedRow, compared_figures, compared_options
+from leafcut.studio.page.elements import box, button, text
+from leafcut.studio.page.job_words import choices_of, figures_of, wanted_words
+from leafcut.studio.page.page_state import View
+from leafcut.studio.page.panel_input import work_of
+from leafcut.studio.page.queue_card import QueueCard
+from leafcut.studio.wording import day_and_time
+
+if TYPE_CHECKING:
+    from leafcut.studio.page.page_parts import PageParts
+
+#: So many jobs are sent to the page at once, however many there are.
+MOST_ROWS = 50
+#: What is typed is looked for at most so often, s.
+_PACE = 0.25
+_COLUMNS = (("when", ""), ("what", ""), ("work", ""), ("state", ""), ("result", "n"), ("do", ""))
+
+
+class JobsPanel:
+    """A table of jobs, the newest first."""
+
+    def __init__(self, view: View, page: PageParts) -> None:
+        self.view, self.page = view, page
+        self._drawn: list[tuple[str, JobState]] = []
+        self._wanted, self._skip = "", 0
+        #: The jobs that are to be compared, two at most.
+        self._picked: list[str] = []
+        w = view.words
+        with box("div", "page"):
+            with box("div", "title"):
+                text("h1", w("top.jobs"))
+                with box("div", "find", role="search"), box("span", "box"):
+                    find = box("input", "", id="jobs-find", type="search", autocomplete="off", spellcheck="false")
+                    find._props.update({"placeholder": w("jobs.find"), "aria-label": w("jobs.find")})
+            notice_switch(view)
+            self.queue = QueueCard(w, view.studio.jobs, page.open_job, self.draw)
+            self.compared = box("section", "card compare", aria_label=w("compare.title"))
+            self.place = box("div", "found")
+        find.on("input", self._find, throttle=_PACE, leading_events=False, js_handler="(e) => emit(e.target.value)")
+
+    def tick(self) -> None:
+        """Show the jobs anew when one of them stands otherwise than it is shown."""
+        if self._states() != self._drawn:
+            self.draw()
+        else:
+            self.queue.tick()
+
+    def _states(self) -> list[tuple[str, JobState]]:
+        """Return every job that is not over, those that wait in their order, and how it stands."""
+        jobs = self.view.studio.jobs
+        order = [*jobs.running(), *jobs.waiting()]
+        return [(job, live.state) for job in order if (live := jobs.live(job)) is not None]
+
+    def _find(self, event: Any) -> None:
+        self._wanted, self._skip = str(event.args), 0
+        self._list()
+
+    def draw(self) -> None:
+        """Show the jobs as they stand now."""
+        self._drawn = self._states()
+        self.queue.draw()
+        self._compare()
+        self._list()
+
+    def _list(self) -> None:
+        """Show the jobs that are looked for, a page of them."""
+        w = self.view.words
+        found, count = self.view.studio.jobs.find(wanted_words(self._wanted, w), MOST_ROWS, self._skip)
+        if not found and self._skip:  # the last of a page was deleted
+            self._skip = max(self._skip - MOST_ROWS, 0)
+            return self._list()
+        self.place.clear()
+        with self.place:
+            if not found:
+                text("p", w("jobs.none_found" if self._wanted.strip() else "jobs.none"), "quiet", role="status")
+                return None
+            self._pager(len(found), count)
+            with box("div", "scroll card"), box("table", "jobs", aria_label=w("top.jobs")):
+                with box("thead"), box("tr"):
+                    text("td", "")
+                    for key, classes in _COLUMNS:
+                        text("th", w(f"jobs.{key}"), classes, scope="col")
+                with box("tbody"):
+                    for record in found:
+                        self._row(record)
+        return None
+
+    def _pager(self, shown: int, count: int) -> None:
+        """Say which of all jobs are shown, and lead to the newer and the older ones."""
+        w = self.view.words
+        with box("div", "pager"):
+            span = w("jobs.shown", first=f"{self._skip + 1:,}", last=f"{self._skip + shown:,}", count=f"{count:,}")
+            text("span", span, "quiet small", role="status")
+            if count > MOST_ROWS:
+                for name, to in (("newer", self._skip - MOST_ROWS), ("older", self._skip + MOST_ROWS)):
+                    off = {} if 0 <= to < count else {"aria_disabled": "true"}
+                    button(f"{w(f'jobs.{name}')}", lambda to=to: self._turn(to, count), "small", **off)
+
+    def _turn(self, to: int, count: int) -> None:
+        if 0 <= to < count:
+            self._skip = to
+            self._list()
+
+    def _row(self, record: JobRecord) -> None:
+        w = self.view.words
+        with box("tr", "", data_focus=f"job-{record.id}"):
+            with box("td"):
+                pick = box("input", "", type="checkbox", aria_label=w("jobs.compare", name=record.title))
+                pick._props["checked"] = record.id in self._picked
+                pick.on(
+                    "change", lambda e: self._pick(record.id, bool(e.args)), js_handler="(e) => emit(e.target.checked)"
+                )
+            text("td", day_and_time(record.created), "keep quiet")
+            with box("th", "", scope="row"):
+                text("span", record.title, "", dir="auto")
+                chosen = choices_of(record.task, self.view.studio.folder, w)
+                text("small", " · ".join(chosen), "chosen quiet", title=" · ".join(chosen), dir="auto")
+            text("td", w.named("work", work_of(record.task, record.title)), "quiet")
+            with box("td"):
+                text("span", w(f"state.{record.state.value}"), f"tag {record.state.value}", title=w.plain(record.line))
+            text("td", figures_of(record, w), "n")
+            with box("td", "keep"):
+                button(w("jobs.open"), lambda: self.page.open_job(record.id), "small")
+                button(w("jobs.again"), lambda: self._again(record), "small")
+                button(w("jobs.delete"), lambda: self._delete(record), "small plain", data_sure=w("jobs.sure"))
+
+    def _pick(self, job: str, picked: bool) -> None:
+        """Take a job to be compared, in place of the one that was picked first where there are two already."""
+        others = [one for one in self._picked if one != job]
+        dropped = len(others) > 1 and picked
+        self._picked = [*others[-1:], job] if picked else others
+        self._compare()
+        if dropped:
+            self._list()
+
+    def _compare(self) -> None:
+        """Show two jobs side by side, once two are picked."""
+        w, jobs = self.view.words, self.view.studio.jobs
+        records = [record for job in self._picked if (record := jobs.record(job)) is not None]
+        self._picked = [record.id for record in records]
+        records.sort(key=lambda record: record.created)  # the earlier one first
+        self.compared.clear()
+        self.compared.set_visibility(bool(records))
+        with self.compared:
+            if len(records) != 2:
+                text("p", w("compare.second"), "quiet", role="status")
+                return
+            one, other = records
+            with box("div", "title"):
+                text("h2", w("compare.title"), role="status")
+                button(w("compare.close"), self._unpick, "small plain")
+            answers = tuple(self.view.studio.history.answer(record.id) or {} for record in records)
+            states = (w(f"state.{record.state.value}") for record in records)
+            rows = [ComparedRow(w("jobs.state"), *states), *compared_figures((answers[0], answers[1]), w)]
+            chosen = compared_options((one, other), self.view.studio.folder, w)
+            with box("div", "scroll"), box("table", "", aria_label=w("compare.title")):
+                with box("thead"), box("tr"):
+                    text("td", "")
+                    for record in records:
+                        when = day_and_time(record.created)
+                        with box("th", "", scope="col"):
+                            text("span", record.title, "", dir="auto")
+                            text("small", f" {when}", "quiet")
+                    text("td", "")
+                for title, part in (("compare.figures", rows), ("compare.options", chosen)):
+                    self._compared_rows(w(title), part)
+
+    def _compared_rows(self, title: str, rows: list[ComparedRow]) -> None:
+        if not rows:
+            return
+        with box("tbody"):
+            with box("tr", "part"):
+                text("th", title, "", scope="rowgroup", colspan="4")
+            for row in rows:
+                with box("tr", "differs" if row.differs else ""):
+                    text("th", row.label, "", scope="row")
+                    text("td", row.one, "", dir="auto")
+                    text("td", row.other, "", dir="auto")
+                    with box("td"):
+                        if row.differs:
+                            text("span", self.view.words("compare.differs"), "tag interrupted")
+
+    def _unpick(self) -> None:
+        self._picked = []
+        self.draw()
+
+    async def _again(self, record: JobRecord) -> None:
+        try:
+            job = self.view.studio.jobs.start(record.task)
+        except Exception as problem:
+            self.page.say(line_of(problem), True)
+            return
+        await self.page.open_job(job)
+
+    def _delete(self, record: JobRecord) -> None:
+        self.view.studio.jobs.delete(record.id)
+        if self.view.job == record.id:
+            self.page.run.leave()
+            self.page.remember()
+            self.page.run.draw()
+            self.page.input.ready(bool(self.view.source))
+            self.page.result.draw()
+        self.draw()

@@ -1,0 +1,319 @@
+"""Machines and tool libraries: look at what there is, make one's own from it, change it, keep it as TOML."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from nicegui.elements.mixins.text_element import TextElement
+
+from leafcut.errors import LeafcutError
+from leafcut.studio.jobs.jobs import line_of
+from leafcut.studio.page import library, profile_form
+from leafcut.studio.page.elements import Editor, Form, SaveBar, box, button, text
+from leafcut.studio.page.page_state import View
+from leafcut.studio.page.toml_place import TomlPlace, place_of
+
+if TYPE_CHECKING:
+    from leafcut.studio.page.page_parts import PageParts
+
+#: Two ways to look at the same text.
+_TABS = ("form", "toml")
+
+
+class LibraryPanel:
+    """The profiles of one kind, ``machines`` or ``tools``: a list, and the one that was chosen."""
+
+    def __init__(self, view: View, page: PageParts, kind: str) -> None:
+        self.view, self.page, self.kind = view, page, kind
+        self.chosen, self.own = "", False
+        #: The name of which a person was told that it is taken.
+        self._asked = ""
+        self.tab = "form"
+        #: Of a tool library, the array and the entry that the form shows.
+        self.array, self.entry = ("tool", 0) if kind == "tools" else ("", 0)
+        #: Name → text of the person's own that were changed and not saved.
+        self.drafts = view.studio.drafts(kind)
+        self._saved = ""
+        #: The text as it stands on the page: another page may have saved or typed another one since.
+        self._shown = ""
+        self.form: Form | None = None
+        self.editor: Editor | None = None
+        #: Of a tool library, the entry that is shown, in the list of them.
+        self._title: TextElement | None = None
+        self.place = box("div", "page library")
+
+    def draw(self) -> None:
+        """Show the list and the one that was chosen."""
+        w, folder = self.view.words, self.view.studio.folder
+        if not self.chosen:
+            self.chosen = library.shipped(self.kind)[0]
+        self.place.clear()
+        with self.place:
+            text("h1", w(f"top.{self.kind}"))
+            text("p", w(f"library.{self.kind}"), "quiet")
+            with box("div", "halves"):
+                with box("nav", "list card", aria_label=w(f"top.{self.kind}")):
+                    own = folder.own(self.kind)
+                    if own:
+                        text("h2", w("library.own"), "minor")
+                    for name in own:
+                        self._entry(name, True)
+                    text("h2", w("library.shipped"), "minor")
+                    for name in library.shipped(self.kind):
+                        self._entry(name, False)
+                with box("section", "card", aria_label=self.chosen):
+                    self._detail()
+
+    def _entry(self, name: str, own: bool) -> None:
+        here = "true" if (name, own) == (self.chosen, self.own) else "false"
+        button(name, lambda: self.choose(name, own), "entry", aria_current=here)
+
+    def choose(self, name: str, own: bool) -> None:
+        """Show one of them."""
+        if (name, own) != (self.chosen, self.own):
+            self.array, self.entry = ("tool", 0) if self.kind == "tools" else ("", 0)
+        self.chosen, self.own, self._asked = name, own, ""
+        self.draw()
+
+    @property
+    def now(self) -> str:
+        """The text that is shown: what was typed, or what was saved."""
+        return self.drafts.get(self.chosen, self._saved) if self.own else self._saved
+
+    def _read(self) -> None:
+        """Note what is saved."""
+        self._saved = (
+            library.own_text(self.view.studio.folder, self.kind, self.chosen)
+            if self.own
+            else library.shipped_text(self.kind, self.chosen)
+        )
+
+    def _as_shown(self) -> bool:
+        """Return whether the text is what this page shows; else show it, and say so: nothing is to be done with it."""
+        try:
+            self._read()
+        except LeafcutError as problem:
+            self.page.say(str(problem), True)
+        else:
+            if self.now == self._shown:
+                return True
+            self.page.say(self.view.words("library.elsewhere", name=self.chosen), True)
+        self.draw()
+        return False
+
+    def _detail(self) -> None:
+        w = self.view.words
+        try:
+            self._read()
+        except Exception as problem:
+            text("p", w.plain(line_of(problem)), "error")
+            return
+        with box("div", "title"):
+            text("h2", self.chosen)
+            self.unsaved = text("span", w("library.unsaved"), "tag cancelled")
+            self.discard = button(w("library.discard"), self._discard, "small plain", data_sure=w("edit.sure"))
+            button(w("library.copy"), lambda: self._copy(self._saved), "small")
+            if self.own:
+                button(w("library.delete"), self._delete, "small plain", data_sure=w("jobs.sure"))
+        if self.own:
+            keys = ("name", "save", "rule", "to_line")
+            words = {key: w.table[f"library.{key}"] for key in keys}
+            field = "editor-name" if self.kind == "machines" else "editor-name-tools"
+            self.bar = SaveBar(field, self.chosen, words, self._save, self._go_to_line)
+        with box("div", "tabs", role="tablist", aria_label=self.chosen):
+            for tab in _TABS:
+                here = tab == self.tab
+                button(
+                    w(f"library.{tab}"), lambda tab=tab: self._show(tab), "tab", role="tab",
+                    id=f"{self.kind}-{tab}", aria_selected="true" if here else "false",
+                    aria_controls=f"{self.kind}-panel", tabindex="0" if here else "-1",
+                )  # fmt: skip
+        with box("div", "", role="tabpanel", id=f"{self.kind}-panel", aria_labelledby=f"{self.kind}-{self.tab}"):
+            self._body()
+        self._check()
+
+    def _show(self, tab: str) -> None:
+        self.tab = tab
+        self.draw()
+
+    def _body(self) -> None:
+        """Show the form or the text."""
+        w, self.form, self.editor = self.view.words, None, None
+        data = profile_form.parsed(self.now)
+        if self.tab == "toml":
+            self.editor = Editor(self.now, self._typed if self.own else None, f"{self.chosen}.toml")
+        elif data is None:
+            text("p", w("library.no_form"), "quiet")
+        elif self.kind == "tools":
+            self._tools(data)
+        else:
+            self._draw_form(data, data)
+
+    def _draw_form(self, data: dict[str, Any], table: Any) -> None:
+        w = self.view.words
+        words = {key: w.table[f"form.{key}"] for key in ("choose", "remove", "help", "open")}
+        groups = self._groups(data, table)
+        form = self.form = Form(groups, words, self._put, lambda _: None, fixed=not self.own)
+        form.classes("profile")
+        form.show(profile_form.values(self.array, table))
+
+    def _groups(self, data: dict[str, Any], table: Any) -> list[dict[str, Any]]:
+        made = profile_form.groups(self.view.words, self.array, data)
+        if self.array:
+            made[0]["title"] = profile_form.entry_title(self.array, table)
+        return made
+
+    def _tools(self, data: dict[str, Any]) -> None:
+        """Show the tools and the recipes in a list, and the one that was chosen as a form."""
+        w = self.view.words
+        found = {array: profile_form.entries(data, array) for array in profile_form.ARRAYS}
+        if self.entry >= len(found[self.array]):
+            self.array, self.entry = "tool", 0
+        with box("div", "tool-form"):
+            with box("div", "tool-list", role="group", aria_label=w("library.entries")):
+                for array, rows in found.items():
+                    text("h3", w(f"profile.group.{array}"))
+                    for number, row in enumerate(rows):
+                        self._entry_button(array, number, profile_form.entry_title(array, row))
+                    if self.own:
+                        button(w(f"library.add_{array}"), lambda array=array: self._add(array), "small")
+            with box("div", "tool-one"):
+                if not found[self.array]:
+                    return
+                self._draw_form({}, found[self.array][self.entry])
+                if self.own:
+                    words = w(f"library.remove_{self.array}")
+                    button(words, self._remove, "small plain", data_sure=w("jobs.sure"))
+
+    def _entry_button(self, array: str, number: int, title: str) -> None:
+        here = (array, number) == (self.array, self.entry)
+        made = button(title, lambda: self._pick(array, number), "entry small", aria_current="true" if here else "false")
+        if here:
+            self._title = made
+
+    def _pick(self, array: str, number: int) -> None:
+        self.array, self.entry = array, number
+        self.draw()
+
+    def _add(self, array: str) -> None:
+        if self._edit(lambda words: profile_form.added(words, array)):
+            self._pick(array, len(profile_form.entries(profile_form.parsed(self.now) or {}, array)) - 1)
+
+    def _remove(self) -> None:
+        if self._edit(lambda words: profile_form.removed(words, self.array, self.entry)):
+            self._pick(self.array, max(self.entry - 1, 0))
+
+    def _edit(self, change: Callable[[str], str]) -> bool:
+        """Change the text that is shown; where that cannot be, say why and show it anew. Return whether it was done."""
+        if not self._as_shown():
+            return False
+        try:
+            self._change(change(self.now))
+        except LeafcutError as problem:
+            self.page.say(str(problem), True)
+            self.draw()
+            return False
+        return True
+
+    def _put(self, name: str, value: Any, _: str) -> None:
+        """Put what was typed into a field back into the text."""
+        if not self._edit(lambda words: profile_form.put(words, self.array, self.entry, name, value)):
+            return
+        data = profile_form.parsed(self.now) or {}
+        rows = profile_form.entries(data, self.array) if self.array else [data]
+        if self.form is not None and self.entry < len(rows):
+            row = rows[self.entry]
+            if self.array and self._title is not None:
+                self._title.set_text(profile_form.entry_title(self.array, row))
+            self.form.show(profile_form.values(self.array, row), groups=self._groups(data, row))
+        self._check()
+
+    def _typed(self, words: str) -> None:
+        if self._as_shown():
+            self._change(words)
+            self._check()
+
+    def _change(self, words: str) -> None:
+        """Keep what was typed for when the person comes back; runs and lists have what was saved."""
+        self.drafts[self.chosen] = words
+
+    def _discard(self) -> None:
+        """Take what was saved in place of what was typed."""
+        if not self._as_shown():
+            return
+        self.drafts.pop(self.chosen, None)
+        self.draw()
+
+    def _check(self) -> None:
+        """Say whether what is shown is saved, and what is wrong with it, beside its field and at its line."""
+        self._shown = self.now
+        for part in (self.unsaved, self.discard):
+            part.set_visibility(self.now != self._saved)
+        if not self.own:
+            return
+        problem, place = "", TomlPlace()
+        try:
+            library.check(self.kind, self.chosen, self.now)
+        except LeafcutError as found:
+            problem = str(found)
+            place = place_of(self.now, problem)
+            problem = self.view.words.plain(problem)
+        line = place.line or 0
+        self.bar.show(problem, line)
+        if self.editor is not None:
+            self.editor.show(self.now, line, problem)
+        if self.form is not None:
+            name = f"{place.table}.{place.key}" if place.table and not self.array else place.key
+            here = not self.array or (place.table, place.number) == (self.array, self.entry + 1)
+            short = problem.rpartition(f"'{place.key}' ")[2] if place.key else problem
+            self.form.set_errors({name: short} if problem and place.key and here else {})
+
+    def _go_to_line(self) -> None:
+        if self.tab != "toml":
+            self._show("toml")
+        if self.editor is not None:
+            self.editor.run_method("go")
+
+    def _copy(self, words: str) -> None:
+        taken = {*self.view.studio.folder.own(self.kind), *library.shipped(self.kind)}
+        base = f"my-{self.chosen.removeprefix('my-')}"
+        names = [base, *(f"{base}-{number}" for number in range(2, 1000))]
+        name = next(name for name in names if name not in taken)
+        self._keep(name, self._renamed(words, self.chosen, name))
+
+    def _renamed(self, words: str, shown: str, name: str) -> str:
+        """Return a machine that says its new name itself, where it said the one before; a library says none."""
+        return profile_form.renamed(words, shown, name) if self.kind == "machines" else words
+
+    def _save(self, name: str) -> None:
+        """Save what was typed, under the name of what is shown or another one."""
+        if not self._as_shown():
+            return
+        shown, name = self.chosen, name.strip()
+        if name != shown and name in self.view.studio.folder.own(self.kind) and name != self._asked:
+            self._asked = name
+            self.page.say(self.view.words("library.taken", name=name), True)
+            return
+        words = self.now if name == shown else self._renamed(self.now, shown, name)
+        if self._keep(name, words):
+            self.drafts.pop(shown, None)
+
+    def _keep(self, name: str, words: str) -> bool:
+        """Check and write one of the person's own, and show it; return whether that is done."""
+        try:
+            library.save(self.view.studio.folder, self.kind, name, words)
+        except Exception as problem:
+            self.page.say(line_of(problem), True)
+            return False
+        self.page.say(self.view.words("library.saved", name=name))
+        self.drafts.pop(name, None)
+        self.choose(name, True)
+        self.page.input.draw()
+        return True
+
+    def _delete(self) -> None:
+        library.delete(self.view.studio.folder, self.kind, self.chosen)
+        self.drafts.pop(self.chosen, None)
+        self.choose(library.shipped(self.kind)[0], False)
+        self.page.input.draw()

@@ -1,0 +1,210 @@
+"""How far a run is: cost against time, gap, workers, fireflies; and the ways to hold it, to step on, to end it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from leafcut.model.snapshot import Snapshot
+from leafcut.studio.drawing.canvas import Bars, Brightness, Canvas, Convergence
+from leafcut.studio.drawing.charts import Learning
+from leafcut.studio.drawing.scene import path_scene, pheromone_scene
+from leafcut.studio.jobs.history import JobState
+from leafcut.studio.jobs.jobs import Live
+from leafcut.studio.jobs.search_watch import Watch
+from leafcut.studio.page.elements import Form, box, button, text
+from leafcut.studio.page.page_state import View
+from leafcut.studio.page.panel_lesson import LessonPanel
+from leafcut.studio.page.panel_search import thinned
+from leafcut.units import format_time
+
+if TYPE_CHECKING:
+    from leafcut.studio.page.page_parts import PageParts
+
+#: Most points of the convergence that are sent at once, and most workers that are told of.
+_MOST_POINTS, _MOST_WORKERS = 300, 8
+#: How a search may go: as fast as it can, in so many steps a second, or step by step.
+PACES = {"full": None, "20": 20.0, "5": 5.0, "1": 1.0, "step": None}
+
+
+def watch_of(pace: str) -> Watch:
+    """Return a watch that lets a search go at one of `PACES`."""
+    return Watch(PACES[pace], paused=pace == "step")
+
+
+def pace_of(watch: Watch) -> str:
+    """Return which of `PACES` a search goes at."""
+    speeds = [pace for pace, speed in PACES.items() if speed is not None and speed == watch.speed]
+    return speeds[0] if speeds else "step" if watch.paused else "full"
+
+
+class LivePanel:
+    """Shows a job while it runs, on the drawing and under it."""
+
+    def __init__(self, view: View, page: PageParts, canvas: Canvas) -> None:
+        self.view, self.page, self.canvas = view, page, canvas
+        w = view.words
+        self._number = 0
+        #: Of the first snapshot of a swarm, its least brightness: bars stand on it.
+        self._floor: float | None = None
+        self._said: tuple[object, ...] = ()
+        with box("div", "progress", aria_label=w("run.progress")) as self.place:
+            with box("div", "line"):
+                self.what = text("span", "", "what")
+                self.cost = text("b", "", "figure")
+                self.gap = text("span", "", "quiet figure gap")
+                self.time = text("span", "", "quiet figure")
+            with box("div", "charts"):
+                self.chart = Convergence(words=w.section("canvas"))
+                self.chart.classes("chart")
+                self.learning = Learning(w.section("chart"))
+                self.learning.classes("chart learned")
+                with box("div", "swarm", aria_label=w("run.brightness")) as self.swarm:
+                    text("h3", w("run.brightness"))
+                    self.brightness = Brightness(words=w.section("canvas"))
+                with box("div", "workers", aria_label=w("result.workers")) as self.crew:
+                    text("h3", w("result.workers"))
+                    self.workers = Bars()
+            self.track = box("progress", "", max="1", value="0", aria_label=w("run.progress"))
+            with box("div", "ends", data_focus_after=".left [data-key~=r]"):
+                button(w("run.stop"), self._stop, "", data_key="s esc")
+                button(w("run.cancel"), self._cancel, "plain", data_sure=w("run.sure"))
+                with box("div", "study", role="group", aria_label=w("run.study")) as self.study:
+                    self.iteration = text("span", "", "quiet figure")
+                    self.hold = button(w("run.pause"), self._hold, "", data_key="p")
+                    button(w("run.step"), self._step, "", data_key="n")
+                    self.pace = Form([pace_field(view)], {"help": w("form.help")}, self._set_pace, lambda _: None)
+            self.lesson = LessonPanel(w)
+        self.clear()
+
+    def clear(self) -> None:
+        """Show nothing of any run."""
+        self.place.set_visibility(False)
+        for part in (self.chart, self.learning, self.swarm, self.crew, self.study):
+            part.set_visibility(False)
+        self.lesson.clear()
+        self.canvas.hide("live")
+        self.canvas.hide("pheromone")
+        self._number, self._floor, self._said = 0, None, ()
+
+    def show(self, live: Live) -> None:
+        """Show what is new of a job that is not over."""
+        number, snapshot = live.watch.look()
+        said = (live.state, live.latest, pace_of(live.watch), live.watch.paused, live.watch.can_hold)
+        if said != self._said:
+            self._said = said
+            self._figures(live)
+        if snapshot is not None and number != self._number:
+            self._number = number
+            self._draw(snapshot)
+        self.lesson.show(snapshot, live.watch.paused)
+
+    def _figures(self, live: Live) -> None:
+        w, latest = self.view.words, live.latest
+        self.place.set_visibility(True)
+        self.what.set_text(
+            w.messages.translate(latest.what) or w("run.waiting" if live.state is JobState.WAITING else "run.reading")
+        )
+        unit = live.call.unit
+        self.cost.set_text("" if latest.cost is None else f"{latest.cost:,.2f} {unit}".strip())
+        self.gap.set_text("" if latest.gap is None else w("run.gap", percent=f"{100 * latest.gap:.2f}"))
+        self.time.set_text(format_time(latest.seconds) if latest.seconds >= 1 else "")
+        self.track.props(f"value={latest.share:.4f}")
+        self.study.set_visibility(live.watch.can_hold)
+        self.pace.show({"pace": pace_of(live.watch)})
+        self.hold.set_text(w("run.go_on" if live.watch.paused else "run.pause"))
+        bound = None if latest.gap is None or latest.cost is None else latest.cost / (1.0 + latest.gap)
+        study = live.study  # the job's own thread takes it away when it ends
+        rows = thinned(study.iterations(), _MOST_POINTS) if study is not None else []
+        self.learning.set_visibility(bool(rows))
+        if rows:
+            self.chart.set_visibility(False)
+            self.learning.set(rows, bound, unit)
+            return
+        points = [(seconds, cost) for seconds, cost, what in live.points if what == latest.what]
+        self.chart.set_visibility(bool(points))
+        if points:
+            began = points[0][0]
+            shown = [(seconds - began, cost) for seconds, cost in points[:: len(points) // _MOST_POINTS + 1]]
+            self.chart.set([*shown, (points[-1][0] - began, points[-1][1])], bound, unit, latest.seconds - began)
+
+    def _draw(self, snapshot: Snapshot) -> None:
+        """Show a snapshot: the path and the pheromone on the drawing, workers and fireflies beside the chart."""
+        if len(snapshot.path):
+            self.canvas.show(path_scene(snapshot.path), "live")
+        laid = snapshot.pheromone
+        if laid is None:
+            self.canvas.hide("pheromone")
+        else:
+            self.canvas.show(pheromone_scene(laid.points, laid.edges, laid.strength), "pheromone")
+        w = self.view.words
+        self.iteration.set_text(w("run.iteration", number=f"{snapshot.iteration:,}"))
+        self._show_workers(snapshot)
+        shine = snapshot.brightness
+        self.swarm.set_visibility(shine is not None)
+        if shine is not None and len(shine):
+            least = float(shine.min())
+            self._floor = least if self._floor is None else min(self._floor, least)
+            spread = max(float(shine.max()) - self._floor, 1e-300)
+            self.brightness.set(((shine - self._floor) / spread * 0.95 + 0.05).tolist())
+
+    def _show_workers(self, snapshot: Snapshot) -> None:
+        w = self.view.words
+        workers = [one for one in snapshot.workers if one.ants][:_MOST_WORKERS]
+        self.crew.set_visibility(len(workers) > 1)
+        if len(workers) > 1:
+            best = min(one.best for one in workers)
+            self.workers.set(
+                [
+                    {
+                        "name": f"{w('canvas.worker')} {one.worker}",
+                        "value": one.seconds,
+                        "note": w("run.ants", number=f"{one.ants:,}"),
+                        "best": one.best <= best,
+                    }
+                    for one in workers
+                ]
+            )
+
+    def _job(self) -> Live | None:
+        return self.view.studio.jobs.live(self.view.job or "")
+
+    def _stop(self) -> None:
+        """Stop and keep the best."""
+        if self.view.job is not None:
+            self.view.studio.jobs.stop(self.view.job)
+            self.page.say(self.view.words("run.stopping"), stays=True)
+
+    def _cancel(self) -> None:
+        """Stop and keep nothing."""
+        live = self._job()
+        if live is not None and not live.state.over:
+            self.view.studio.jobs.cancel(live.id)
+            self.page.say(self.view.words("run.cancelling"), stays=True)
+
+    def _hold(self) -> None:
+        live = self._job()
+        if live is not None:
+            live.watch.pause(not live.watch.paused)
+
+    def _step(self) -> None:
+        live = self._job()
+        if live is not None:
+            live.watch.step()
+
+    def _set_pace(self, _: str, value: str, __: str) -> None:
+        self.view.pace = value
+        live = self._job()
+        if live is not None and not live.state.over:
+            live.watch.go(PACES[value])
+            live.watch.pause(value == "step")
+        self.page.input.draw_pace()
+
+
+def pace_field(view: View) -> dict[str, object]:
+    """Return the group of a form with the one field that says how fast a search goes."""
+    w = view.words
+    field = {
+        "name": "pace", "label": w("run.pace"), "flag": "", "kind": "text", "unit": "", "help": "", "default": "",
+        "choices": [[pace, w(f"pace.{pace}")] for pace in PACES], "on": False, "file": False,
+    }  # fmt: skip
+    return {"key": "one", "title": "", "folded": False, "changed": 0, "fields": [field]}

@@ -1,0 +1,180 @@
+"""The parts of a nest: drawings are added by opening them, a list says how often each is wanted."""
+
+from __future__ import annotations
+
+import asyncio
+import filecmp
+from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from leafcut.errors import LeafcutError
+from leafcut.studio.folder import BUILT_IN
+from leafcut.studio.jobs.nest_request import WantedPart, listed_parts, quantity_of, rotations_of
+from leafcut.studio.page.elements import PartsTable, box, text
+from leafcut.studio.page.page_state import View
+
+if TYPE_CHECKING:
+    from leafcut.studio.page.page_parts import PageParts
+
+
+class PartsPanel:
+    """The rows of the parts that are to be nested."""
+
+    def __init__(self, view: View, page: PageParts) -> None:
+        self.view, self.page = view, page
+        #: A list that names drawings which are not there yet.
+        self._list = ""
+        self._one_by_one = asyncio.Lock()
+        w = view.words
+        with box("div", "parts") as self.place:
+            self.rows = PartsTable(w.section("parts"), self._change, self._remove, self._look)
+            self.hint = text("p", w("parts.hint"), "quiet small")
+
+    def draw(self) -> None:
+        """Show the parts, while a nest is the work."""
+        view = self.view
+        self.place.set_visibility(view.work == "nest")
+        self.hint.set_visibility(len(view.parts) < 2)
+        rows = [
+            {
+                "id": _row_id(index, one),
+                "name": view.part_names.get(one.input) or "?",
+                "quantity": str(one.quantity),
+                "rotations": one.rotations,
+                "shown": one.input == view.source and view.job is None,
+            }
+            for index, one in enumerate(view.parts)
+        ]
+        self.rows.show(rows, str(view.values.get("rotations") or "0,90,180,270").replace(",", " "))
+
+    async def take(self, source: str, name: str) -> bool:
+        """Add a drawing, or the parts that a list asks for; return False for a file that is neither."""
+        if source.startswith(BUILT_IN):
+            return False
+        async with self._one_by_one:
+            if name.lower().endswith(".csv"):
+                self._list = source
+                self._follow_list()
+                self._drawn()
+                return True
+            return await self._add(source, name)
+
+    async def _add(self, source: str, name: str) -> bool:
+        view = self.view
+        parts = view.parts
+        seen, line, newest = await self.page.input.look(replace(view, source=source), "nest")
+        if line:
+            self.page.say(line, True)
+            self.page.input.ready(view.ready)
+            return True
+        if view.work != "nest" or view.parts is not parts:
+            return True  # the page is at another work by now
+        if seen is None or "nest" not in seen.works:
+            return False
+        if seen.error and view.source:  # what is open stays
+            self.page.say(seen.error, True)
+            self.page.input.ready(view.ready)
+            return True
+        if not seen.error and (there := self._same(source, name)):
+            self.page.say(view.words("parts.there", name=name))
+            view.studio.folder.drop_inputs([source])
+            source = there
+        if newest:
+            view.take(source, name)
+            view.seen = seen
+            self.page.run.leave()
+        if seen.error:
+            self.page.say(seen.error, True)
+        elif source not in {one.input for one in parts}:
+            self.page.say("")
+            view.parts.append(WantedPart(source))
+            view.part_names[source] = name
+            self._follow_list()
+        self.page.remember()
+        self._drawn()
+        return True
+
+    def _same(self, source: str, name: str) -> str:
+        """Return the part that is the same file under the same name, if one is."""
+        view, folder = self.view, self.view.studio.folder
+        for one in view.parts:
+            if view.part_names.get(one.input) == name and one.input != source and not one.input.startswith(BUILT_IN):
+                with suppress(LeafcutError):
+                    if filecmp.cmp(folder.input_path(one.input), folder.input_path(source), shallow=False):
+                        return one.input
+        return ""
+
+    def adopt(self) -> None:
+        """Take the drawing that is open as the first part."""
+        view = self.view
+        known = {one.input for one in view.parts}
+        fits = view.seen is not None and "nest" in view.seen.works and not view.seen.error
+        if view.source and fits and view.source not in known:
+            view.parts.append(WantedPart(view.source))
+            view.part_names[view.source] = view.name
+
+    def _follow_list(self) -> None:
+        """Do what the list says, as far as its drawings are there."""
+        view = self.view
+        if not self._list:
+            return
+        try:
+            opened = {view.part_names[one.input]: one.input for one in view.parts}
+            found, missing = listed_parts(view.studio.folder.input_path(self._list), opened)
+        except LeafcutError as problem:
+            self._list = ""
+            self.page.say(view.studio.folder.without_paths(str(problem)), True)
+            return
+        listed = {one.input for one in found}
+        view.parts = [*(one for one in view.parts if one.input not in listed), *found]
+        if missing:
+            self.page.say(view.words("parts.missing", names=", ".join(missing[:8])), True)
+        else:
+            self._list = ""
+            self.page.say(view.words("parts.listed", number=len(found)))
+
+    def _index(self, row: str) -> int | None:
+        """Return which part a row is of; None of a row that is gone by now, as after a double click."""
+        return next((index for index, one in enumerate(self.view.parts) if _row_id(index, one) == row), None)
+
+    def _change(self, row: str, key: str, typed: str) -> None:
+        view, index = self.view, self._index(row)
+        if index is None:
+            return
+        try:
+            said = {"quantity": quantity_of(typed)} if key == "quantity" else {"rotations": rotations_of(typed)}
+        except LeafcutError as problem:
+            self.page.say(str(problem), True)
+            self.rows.renew()
+            return
+        self.page.say("")
+        view.parts[index] = replace(view.parts[index], **said)
+        self.rows.renew()  # what was typed is shown as it was understood
+        self._drawn()
+
+    def _remove(self, row: str) -> None:
+        index = self._index(row)
+        if index is not None:
+            del self.view.parts[index]
+            self._drawn()
+
+    async def _look(self, row: str) -> None:
+        """Show the drawing of a part."""
+        view, index = self.view, self._index(row)
+        if index is None:
+            return
+        one = view.parts[index].input
+        view.take(one, view.part_names[one])
+        self.page.run.leave()
+        self.page.remember()
+        await self.page.input.read("nest")
+
+    def _drawn(self) -> None:
+        self.page.input.draw()
+        self.page.run.draw()
+        self.page.result.draw()
+
+
+def _row_id(index: int, part: WantedPart) -> str:
+    return f"{index}-{part.input}"

@@ -1,0 +1,85 @@
+"""The program as text: the one that was opened, the one that was made, and two that are compared."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from leafcut.errors import LeafcutError
+from leafcut.files import read_program
+from leafcut.studio.drawing.program_text import ProgramText, program_scene
+from leafcut.studio.jobs.history import JobRecord
+from leafcut.studio.page.page_state import View
+
+if TYPE_CHECKING:
+    from leafcut.studio.drawing.canvas import Canvas
+    from leafcut.studio.folder import Folder
+    from leafcut.studio.studio import Studio
+
+
+def is_program(view: View) -> bool:
+    """Return whether what is open is a program, which can be read before anything is run."""
+    return bool(view.source) and view.seen is not None and view.seen.format == "gcode"
+
+
+def show_opened(view: View, drawing: Canvas) -> None:
+    """Show the program that is open; of one that cannot be drawn the text alone."""
+    source = view.source
+    drawn = view.seen is not None and "after" in view.seen.scenes
+    folder = view.studio.folder
+    _show(view, drawing, None if drawn else lambda: program_scene(_text(folder, source)))
+
+
+def show_made(view: View, drawing: Canvas, record: JobRecord, answer: dict[str, Any]) -> bool:
+    """Show the program of a run that is over; return False where there is none."""
+    studio, command = view.studio, record.task.command
+    names = studio.history.artefacts(record.id)
+    if command in ("optimize", "verify") and "lines" in names:
+        _show(view, drawing, lambda: _compared(studio, record, answer))
+    elif command == "optimize":
+        _show(view, drawing, None)
+    elif command == "solve" and "tour" in names:
+        _show(view, drawing, lambda: program_scene(_made(studio, record, "tour")))
+    elif command in ("simulate", "verify"):
+        _show(view, drawing, lambda: program_scene(_text(studio.folder, record.task.inputs[-1])))
+    else:
+        return False
+    return True
+
+
+def _show(view: View, drawing: Canvas, source: Callable[[], bytes] | None) -> None:
+    ProgramText(drawing, source=source, words=view.words.section("canvas")).classes("code")
+
+
+def _compared(studio: Studio, record: JobRecord, answer: dict[str, Any]) -> bytes:
+    """Return a program with the one that it was made of, or is compared with."""
+    inputs, verifying = record.task.inputs, record.task.command == "verify"
+    new = _text(studio.folder, inputs[1]) if verifying else _made(studio, record, "program")
+    kept = studio.history.artefact(record.id, "lines")
+    pairs = np.frombuffer(zlib.decompress(kept.data), dtype=np.uint32) if kept is not None else ()
+    rows = answer["differences"] if verifying else []
+    lines = [pair for row in rows for pair in ((row["original"], row["new"]), *row.get("also", ()))]
+    return program_scene(
+        new,
+        _text(studio.folder, inputs[0]),
+        pairs,
+        missing=[line for line, _ in lines if line],
+        added=[line for _, line in lines if line],
+        beside=verifying,
+    )
+
+
+def _made(studio: Studio, record: JobRecord, name: str) -> str:
+    found = studio.history.artefact(record.id, name)
+    return "" if found is None else found.text
+
+
+def _text(folder: Folder, word: str) -> str:
+    """Return the text of an input; why it cannot be read, where that is so."""
+    try:
+        return read_program(folder.input_path(word.partition(":")[0]))
+    except LeafcutError as problem:
+        return folder.without_paths(str(problem))

@@ -1,0 +1,65 @@
+"""The files that were opened last, and the page that was closed last: both are one click away."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from nicegui.element import Element
+
+from leafcut.studio.page.elements import box, button, link, text
+from leafcut.studio.page.page_state import View
+from leafcut.studio.recent_files import RecentFile
+from leafcut.studio.wording import day_and_time
+
+if TYPE_CHECKING:
+    from leafcut.studio.page.page_parts import PageParts
+
+#: So many stand on an empty page.
+_SHORT = 4
+
+
+class RecentPanel:
+    """A folded list beside the opener, and a row of buttons where nothing is open."""
+
+    def __init__(self, view: View, page: PageParts) -> None:
+        self.view, self.page = view, page
+        self.place: Element | None = None
+
+    def draw(self) -> None:
+        """Show the whole list, folded, where it was shown first."""
+        if self.place is None:
+            self.place = box("div", "recent")
+        w, rows = self.view.words, self.view.studio.recent.newest()
+        self.place.clear()
+        if not rows:
+            return
+        with self.place, box("details", "built-in"):
+            text("summary", w("recent.title"))
+            with box("ul"):
+                for one in rows:
+                    with box("li"):
+                        self._button(one, "plain small")
+                        text("span", day_and_time(one.opened), "quiet small")
+            button(w("recent.clear"), self._clear, "plain small", data_sure=w("recent.sure"))
+
+    def draw_short(self) -> None:
+        """Show the last few, and the page that was closed last, where the caller is."""
+        w, studio = self.view.words, self.view.studio
+        closed, rows = studio.pages.newest_closed(), studio.recent.newest()[:_SHORT]
+        if closed is not None:
+            name, kept = closed
+            with box("p", "continue"):
+                link(w("recent.continue", name=str(kept.get("name", ""))), f"/?page={name}", "button")
+        if rows:
+            with box("div", "try", role="group", aria_label=w("recent.title")):
+                text("span", w("recent.title"), "quiet")
+                for one in rows:
+                    self._button(one, "small")
+
+    def _button(self, one: RecentFile, classes: str) -> None:
+        opening = lambda: self.page.input.open(one.source, one.name)  # noqa: E731
+        button(one.name, opening, classes, title=day_and_time(one.opened), dir="auto")
+
+    def _clear(self) -> None:
+        self.view.studio.recent.clear()
+        self.draw()

@@ -1,0 +1,424 @@
+"""The right side: what came of a run, in figures, messages, the program, and files to take."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+from leafcut.studio.jobs.history import JobRecord
+from leafcut.studio.page import headline
+from leafcut.studio.page.elements import box, button, link, table, text
+from leafcut.studio.page.page_state import View
+from leafcut.studio.page.panel_edit import can_be_edited
+from leafcut.studio.page.panel_figures import draw_figures, draw_times
+from leafcut.studio.page.panel_nest import NestPanel
+from leafcut.studio.page.panel_program import is_program, show_made, show_opened
+from leafcut.studio.page.panel_search import draw_searches
+from leafcut.studio.page.panel_strategies import StrategiesPanel
+from leafcut.studio.page.panel_study import StudyPanel
+from leafcut.studio.page.panel_tried import TriedPanel
+from leafcut.studio.page.stale_mark import StaleMark
+from leafcut.studio.wording import Words
+from leafcut.units import format_length, format_time
+
+if TYPE_CHECKING:
+    from nicegui.element import Element
+
+    from leafcut.studio.page.page_parts import PageParts
+    from leafcut.studio.page.preview import Seen
+
+_TABS = ("summary", "issues", "program", "search")
+_NUMBER = "n"
+#: Commands of which some runs try several ways in turn.
+_TRYING = ("nest", "optimize")
+_MOST_ISSUES = 200
+#: So many warnings stand before the figures.
+_MOST_WARNINGS = 2
+#: So many reasons why pieces of a program stay.
+_MOST_REASONS = 20
+#: Files in the order in which they are offered.
+_FILES = ("program", "tour", "report", "plan", "order", "given", "list", "picture-before", "picture-after")
+
+
+class ResultPanel:
+    """Shows the outcome of the job that the page is at."""
+
+    def __init__(self, view: View, page: PageParts) -> None:
+        self.view, self.page = view, page
+        self.tab = "summary"
+        #: The program that was shown as soon as it was opened.
+        self._opened: Seen | None = None
+        #: Of what the program stands here, as long as one does.
+        self._reading: tuple[object, str] | None = None
+        self.nest = NestPanel(view, page)
+        self.mark = StaleMark(view, page)
+        self.strategies = StrategiesPanel(view, page)
+        self.tried: TriedPanel | None = None
+        self.place = box("div", "result")
+        self.draw()
+
+    def choose(self, tab: str) -> None:
+        """Show one of the tabs."""
+        self.tab = tab
+        self.draw()
+        self.page.changed()
+
+    def take_tab(self, tab: str) -> None:
+        """Have one of the tabs in front when the outcome is drawn next."""
+        self.tab = tab if tab in _TABS else "summary"
+
+    def kept(self) -> tuple[str, Seen | None]:
+        """Return which tab is in front, and which program was shown as soon as it was opened."""
+        return self.tab, self._opened
+
+    def show_again(self, kept: tuple[str, Seen | None]) -> None:
+        """Show what stood here before another input was tried."""
+        self.tab, self._opened = kept
+        self.draw()
+
+    def arrive(self, record: JobRecord) -> None:
+        """Show an outcome that is new, from its first figures on; it is announced, and takes no focus."""
+        self.tab = "summary"
+        self.draw()
+        answer = self.view.studio.history.answer(record.id)
+        if answer is not None:
+            self.page.announce(headline.announced(record, answer, self.view.words))
+
+    def draw(self) -> None:
+        """Show the outcome, or why there is none."""
+        view = self.view
+        record = view.studio.jobs.record(view.job) if view.job else None
+        # A run is over on the page when the middle knows it, which then draws all anew: what a person did to an
+        # outcome that stood here earlier would be undone by that.
+        over = record is not None and record.state.kept and not self.page.run.watching
+        if not over and is_program(view) and self._opened is not view.seen:
+            self._opened, self.tab = view.seen, "program"
+        reading = (view.seen, record.id if over and record is not None else "") if self.tab == "program" else None
+        if reading is not None and reading == self._reading:
+            return  # whoever reads a program stays at his line
+        self._reading = reading
+        self.nest.leave()
+        self.mark.leave()
+        self.strategies.leave()
+        self.tried = None
+        self.place.clear()
+        with self.place:
+            if record is None or not over:
+                self._before(record)
+                return
+            answer = view.studio.history.answer(record.id) or {}
+            self._tabs(_TABS, answer)
+            self.mark.draw(record)
+            with self._panel():
+                getattr(self, f"_{self.tab}")(record, answer)
+            self._files(record)
+        self.mark.refresh()
+
+    def tick(self) -> None:
+        """Look how what is shown here goes on."""
+        self.nest.tick()
+        if self.tried is not None:
+            self.tried.tick()
+
+    def _panel(self) -> Element:
+        return box(
+            "div", "scrolls", role="tabpanel", id="result-panel", tabindex="0", aria_labelledby=f"tab-{self.tab}"
+        )
+
+    def _before(self, record: JobRecord | None) -> None:
+        """Show what there is without an outcome; of a program its text, from the moment it is opened."""
+        view = self.view
+        if not is_program(view):
+            messages = view.words("result.messages")
+            with box("div", "scrolls", tabindex="0", role="region", aria_label=messages):
+                text("h2", view.words("right.title"))
+                self._nothing(record)
+            return
+        self._tabs(("summary", "program"), {})
+        with self._panel():
+            if self.tab == "program":
+                show_opened(view, self.page.run.canvas)
+            else:
+                self._nothing(record)
+
+    def _nothing(self, record: JobRecord | None) -> None:
+        """Show what a run has said so far, or why there is no outcome."""
+        w = self.view.words
+        live = None if record is None else self.view.studio.jobs.live(record.id)
+        if live is None or live.state.over:
+            over = w("result.none") if record is None else w(f"state.{record.state.value}")
+            line = record.line if record is not None and record.line else over
+            text("p", w.plain(line), "error" if record is not None and record.line else "quiet")
+        if live is not None and not live.state.over and live.call.command in _TRYING:
+            self.tried = TriedPanel(w, live)
+        if record is not None:
+            self._messages(record.id)
+
+    def _messages(self, job: str) -> None:
+        w = self.view.words
+        messages = self.view.studio.jobs.messages(job)
+        text("h3", w("result.messages"))
+        if messages:
+            table([("s", _NUMBER), ("", "")], [[f"{seconds:.2f}", w.plain(line)] for seconds, line in messages], "")
+        else:
+            text("p", w("result.no_messages"), "quiet")
+
+    def _tabs(self, tabs: tuple[str, ...], answer: dict[str, Any]) -> None:
+        w = self.view.words
+        if self.tab not in tabs:
+            self.tab = "summary"
+        with box("div", "tabs", role="tablist", aria_label=w("right.title")):
+            for tab in tabs:
+                number = len(_issues(answer)) if tab == "issues" else 0
+                words = w(f"result.{tab}") + (f" {number}" if number else "")
+                classes = "tab warned" if tab == "issues" and _warnings(answer) else "tab"
+                chosen = "true" if tab == self.tab else "false"
+                button(
+                    words, lambda tab=tab: self.choose(tab), classes,
+                    role="tab", id=f"tab-{tab}", aria_selected=chosen, aria_controls="result-panel",
+                    tabindex="0" if tab == self.tab else "-1",
+                )  # fmt: skip
+
+    def _summary(self, record: JobRecord, answer: dict[str, Any]) -> None:
+        command = record.task.command
+        if command == "verify":
+            self._verdict(answer)
+        self._warned(answer)
+        if command == "nest":
+            self.nest.draw(record, answer)
+        elif command == "optimize":
+            self._from_nest(record)
+            self._saved(record, answer)
+        elif command == "solve":
+            self._tour(answer)
+        elif command == "study":
+            StudyPanel(self.view, self.page).draw(record, answer)
+        elif command == "verify":
+            self._verified(answer)
+        else:
+            self._times(answer)
+
+    def _from_nest(self, record: JobRecord) -> None:
+        """Lead back to the nest that a sheet is of."""
+        job, _, place = record.task.origin.partition("/")
+        if job and self.view.studio.jobs.record(job) is not None:
+            variant, number = (int(word) for word in place.split("/"))
+            words = self.view.words("nest.back", variant=variant, number=number)
+            button(f"‹ {words}", lambda: self.page.open_job(job, (variant, number)), "plain small back")
+
+    def _warned(self, answer: dict[str, Any]) -> None:
+        """Show first what a person must know before the program runs; all else stands among the issues."""
+        found = _warnings(answer)
+        if not found:
+            return
+        with box("ul", "warnings"):
+            for issue in found[:_MOST_WARNINGS]:
+                with box("li"):
+                    meant = self.view.words.issue(issue["code"])
+                    spoken = self.view.words.spoken(issue["message"])
+                    if meant:
+                        text("b", f"{meant}: ")
+                    text("span", self.view.words.plain(issue["message"]), "", dir="auto", lang=spoken)
+            if len(found) > _MOST_WARNINGS:
+                text("li", self.view.words("open.more", number=len(found) - _MOST_WARNINGS))
+
+    def _saved(self, record: JobRecord, answer: dict[str, Any]) -> None:
+        w = self.view.words
+        found = headline.saving(answer, w)
+        text("p", found.large, found.classes)
+        text("p", found.small, "under")
+        if answer["gap_percent"] is not None:
+            text("p", _gap(answer["gap_percent"], w), "quiet")
+        self._badge(answer["verified"], answer.get("certificate"))
+        rows = [
+            [w(f"result.{name}"), _seconds(m["time_s"]), _metres(m["travel_mm"]), _metres(m["cut_mm"])]
+            for name in ("before", "nearest", "after")
+            if (m := answer[name]) is not None
+        ]
+        way = "between" if "cutting" in answer else "travel"
+        heads = [("", ""), *((w(f"result.{name}"), _NUMBER) for name in ("time", way, "cutting"))]
+        table(heads, rows, w("result.times"))
+        if "strategies" in answer:
+            self.strategies.draw(record, answer)
+        kept = self.view.studio.history.artefact(record.id, "overview")
+        if kept is not None:
+            draw_figures(json.loads(kept.data), w)
+        self._staying(answer)
+        self._tools(answer)
+        with box("dl", "facts"):
+            # A pocket has no algorithm but that of its strategy, and a program with one way alone has none.
+            searched = ("algorithm", "seed") if answer["algorithm"] and "strategies" not in answer else ()
+            for key in ("machine", "dialect", *searched):
+                text("dt", w(f"result.{key}"))
+                text("dd", str(answer[key]))
+            text("dt", w("result.computing"))
+            text("dd", format_time(answer["seconds"] or 0.0))
+
+    def _badge(self, good: bool, certificate: dict[str, Any] | None) -> None:
+        w = self.view.words
+        self.mark.add_badge(
+            text("p", w("result.verified" if good else "result.unverified"), "badge" if good else "badge no")
+        )
+        if certificate:
+            counted = ", ".join(
+                w(f"result.{what}", number=f"{number:,}") for what, number in certificate["before"].items() if number
+            )
+            text("p", w("result.certificate", counted=counted), "quiet small")
+
+    def _staying(self, answer: dict[str, Any]) -> None:
+        """Say why pieces of a program keep their place."""
+        w, groups = self.view.words, answer.get("staying", [])
+        if not groups:
+            return
+        stay = sum(group["count"] for group in groups)
+        text("p", w("result.stay", number=f"{stay:,}", pieces=f"{answer['counts']['pieces']:,}"), "quiet small")
+        with box("ul", "plain-list"):
+            for group in groups[:_MOST_REASONS]:
+                why = " · ".join(w(f"stays.{name}") for name in group["reason"].split("+"))
+                where = w("stays.line", line=group["first_line"])
+                text("li", f"{group['count']:,} × {why} ({where}{': ' if group['word'] else ''}{group['word']})")
+
+    def _tools(self, answer: dict[str, Any]) -> None:
+        w = self.view.words
+        rows = [
+            [
+                f"T{tool['number']}" if tool["number"] else "–",
+                tool["name"] or tool["kind"],
+                "–" if not tool["diameter_mm"] else f"{tool['diameter_mm']:.4g}",
+                tool["cycle"] or "–",
+                f"{tool.get('holes', tool.get('slots', 0)) or tool.get('cuts', 0):,}",
+            ]
+            for tool in answer["tools"][:100]
+        ]
+        if rows:
+            keys = (("tool", ""), ("kind", ""), ("diameter", _NUMBER), ("cycle", ""), ("number", _NUMBER))
+            table([(w(f"result.{key}"), classes) for key, classes in keys], rows, w("result.tools"))
+
+    def _tour(self, answer: dict[str, Any]) -> None:
+        w = self.view.words
+        text("p", f"{answer['length']:,.10g}", "headline")
+        text("p", w("result.length", number=f"{answer['n']:,}"), "under")
+        if answer["gap_percent"] is not None:
+            known = "result.gap_optimum" if answer["optimum"] else "result.gap"
+            text("p", w(known, percent=f"{answer['gap_percent']:.3f}"), "quiet")
+        with box("dl", "facts"):
+            for key in ("algorithm", "seed", "iterations", "lower_bound", "optimum"):
+                if answer[key] is not None:
+                    text("dt", w(f"result.{key}"))
+                    text("dd", f"{answer[key]:,.10g}" if isinstance(answer[key], int | float) else str(answer[key]))
+            text("dt", w("result.computing"))
+            text("dd", format_time(answer["seconds"]))
+
+    def _verdict(self, answer: dict[str, Any]) -> None:
+        """Say first of all whether two programs do the same work."""
+        same, w = answer["same"], self.view.words
+        self.mark.add_badge(
+            text("p", w("result.same" if same else "result.differs"), "badge verdict" if same else "badge verdict no")
+        )
+
+    def _verified(self, answer: dict[str, Any]) -> None:
+        w = self.view.words
+        if answer["differences"]:
+            with box("ul", "plain-list differences"):
+                for number, row in enumerate(answer["differences"][:_MOST_ISSUES]):
+                    with box("li"):
+                        show = lambda number=number: self.page.run.canvas.select_difference(number)  # noqa: E731
+                        button(w.plain(row["words"]), show, "plain small", title=w("result.show_place"))
+
+    def _times(self, answer: dict[str, Any]) -> None:
+        w = self.view.words
+        text("p", format_time(answer["time_s"]), "headline")
+        text("p", w("result.on", machine=answer["machine"]), "under")
+        rows = [
+            [w("result.rapid"), format_length(answer["rapid_mm"])],
+            [w("result.feed"), format_length(answer["feed_mm"])],
+        ]
+        table([("", ""), (w("result.length_of"), _NUMBER)], rows, w("result.times"))
+        draw_times([("", answer["by_kind"], format_time(answer["time_s"]))], w)
+        limits = [[axis.upper(), f"{low:.3f}", f"{high:.3f}"] for axis, (low, high) in answer["extents"].items()]
+        table([("mm", ""), (w("result.from"), _NUMBER), (w("result.to"), _NUMBER)], limits, w("result.extents"))
+
+    def _issues(self, record: JobRecord, answer: dict[str, Any]) -> None:
+        w = self.view.words
+        found = _issues(answer)
+        if not found:
+            text("p", w("result.no_issues"), "quiet")
+        with box("ul", "issue-list"):
+            for issue in found[:_MOST_ISSUES]:
+                with box("li", issue["severity"]):
+                    text("code", issue["code"])
+                    meant = w.issue(issue["code"])
+                    if meant:
+                        text("b", f"{meant}.")
+                    text(
+                        "span",
+                        w.plain(issue["message"]),
+                        "meant" if meant else "",
+                        dir="auto",
+                        lang=w.spoken(issue["message"]),
+                    )
+                    if issue["place"]:
+                        text("span", w.plain(issue["place"]), "quiet small")
+            if len(found) > _MOST_ISSUES:
+                text("li", w("open.more", number=len(found) - _MOST_ISSUES))
+
+    def _program(self, record: JobRecord, answer: dict[str, Any]) -> None:
+        if not show_made(self.view, self.page.run.canvas, record, answer):
+            text("p", self.view.words("result.no_program"), "quiet")
+
+    def _search(self, record: JobRecord, answer: dict[str, Any]) -> None:
+        draw_searches(self.view, record, answer)
+        self._messages(record.id)
+
+    def _files(self, record: JobRecord) -> None:
+        w = self.view.words
+        files = self.view.studio.history.artefacts(record.id)
+        with box("footer", "foot files"):
+            for name in _FILES:
+                if name not in files:
+                    continue
+                address = f"/api/jobs/{record.id}/files/{name}"
+                words = w(f"file.{name}")
+                classes = "button primary" if name in ("program", "tour") else "button"
+                made = link(words, address, classes, download=files[name], title=files[name])
+                if name in ("program", "tour"):
+                    self.mark.add_program(made, files[name])
+            link(
+                "JSON", f"/api/jobs/{record.id}/answer", "button", download=f"{record.id}.json", title=w("file.answer")
+            )
+            if can_be_edited(self.view.studio.history, record, files):
+                button(w("edit.begin"), lambda: self.page.run.edit.begin(record), "", id="edit-begin")
+            elif any(record.task.options.get(name) for name in ("chains", "common_lines")):
+                text("p", w("edit.not_joined"), "quiet small")
+            if "report" in files:
+                link(
+                    w("file.show"), f"/api/jobs/{record.id}/files/report?show=true", "quiet small",
+                    target="_blank", rel="noopener",
+                )  # fmt: skip
+
+
+def _issues(answer: dict[str, Any]) -> list[dict[str, str]]:
+    """Return the issues of an answer; those of a simulation are plain lines."""
+    return [
+        issue if isinstance(issue, dict) else {"code": "", "severity": "warning", "message": str(issue), "place": ""}
+        for issue in answer.get("issues", [])
+    ]
+
+
+def _warnings(answer: dict[str, Any]) -> list[dict[str, str]]:
+    """Return the issues that are more than a note."""
+    return [issue for issue in _issues(answer) if issue["severity"] != "note"]
+
+
+def _seconds(value: float | None) -> str:
+    return "–" if value is None else format_time(value)
+
+
+def _metres(value: float | None) -> str:
+    return "–" if value is None else format_length(value)
+
+
+def _gap(percent: float, words: Words) -> str:
+    """Say how far above the least possible an order is at most."""
+    shown = f"{percent:.2f}"
+    return words("result.least") if shown == "0.00" else words("result.gap", percent=shown)

@@ -1,0 +1,239 @@
+"""The middle: the drawing, and while something runs how far it is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from nicegui import ui
+from nicegui.events import GenericEventArguments
+
+from leafcut.errors import OptionError
+from leafcut.option_spec import flag_name
+from leafcut.studio.drawing.canvas import LAYERS, Canvas
+from leafcut.studio.jobs.history import JobRecord, JobState
+from leafcut.studio.jobs.jobs import line_of
+from leafcut.studio.page.elements import box, button, text
+from leafcut.studio.page.page_state import View
+from leafcut.studio.page.panel_edit import EditPanel
+from leafcut.studio.page.panel_live import LivePanel, watch_of
+from leafcut.studio.page.panel_recent import RecentPanel
+
+if TYPE_CHECKING:
+    from leafcut.studio.page.page_parts import PageParts
+
+#: Examples that are offered where nothing is open.
+_TRIED = ("plate-27", "plate-70", "board-200")
+_SHEET = (
+    '<svg class="plate" viewBox="0 0 96 64" aria-hidden="true"><rect x="1.5" y="1.5" width="93" height="61" rx="7"/>'
+    '<path d="M18 18 46 14 76 20 68 46 42 50 20 44"/><circle cx="18" cy="18" r="4.5"/><circle cx="46" cy="14" r="4.5"/>'
+    '<circle cx="76" cy="20" r="4.5"/><circle cx="68" cy="46" r="4.5"/><circle cx="42" cy="50" r="4.5"/>'
+    '<circle cx="20" cy="44" r="4.5"/></svg>'
+)
+#: The options that say how a drawing lies.
+PLACED_BY = ("origin", "mirror", "rotate", "units")
+#: The layers that stay when a search moves on.
+_STILL = tuple(layer for layer in LAYERS if layer not in ("live", "pheromone"))
+
+
+class RunPanel:
+    """Begins, watches and ends runs."""
+
+    def __init__(self, view: View, page: PageParts) -> None:
+        self.view, self.page = view, page
+        w = view.words
+        self.watching = False
+        #: How many messages of the job are told of already.
+        self._told = 0
+        with box("div", "frame") as self.frame:
+            self.canvas = Canvas(
+                words=w.section("canvas"), on_select=self._select, on_drag=self._drag, on_origin=self._move_zero
+            )
+            self.empty = box("div", "empty")
+        with page.progress_place:
+            self.live = LivePanel(view, page, self.canvas)
+        self.edit = EditPanel(view, page, self.canvas)
+        self._drawn: object = None
+        #: What is said where nothing is drawn: what is open, and why it is not.
+        self._unseen: tuple[str, str] | None = None
+        self.draw()
+
+    def _say_why_empty(self) -> None:
+        """Say in the place of the drawing why what is open is not drawn, or what may be opened."""
+        view = self.view
+        unseen = (view.name, view.seen.error) if view.source and view.seen is not None and view.seen.error else ("", "")
+        if unseen == self._unseen:
+            return
+        self._unseen = unseen
+        self.empty.clear()
+        with self.empty:
+            if not unseen[0]:
+                self._invite()
+                return
+            with box("div", "inviting"):
+                text("h2", view.words("empty.unseen", name=unseen[0]), "", dir="auto")
+                text("p", view.words.plain(unseen[1]), "quiet")
+
+    def _invite(self) -> None:
+        """Show what a person may begin with where nothing is open."""
+        w = self.view.words
+        with box("div", "inviting"):
+            ui.html(_SHEET, sanitize=False)
+            text("h2", w("empty.title"))
+            text("p", w("empty.drop"), "quiet")
+            text("label", w("open.file"), "button primary", for_="open-file")
+            with box("div", "try", role="group", aria_label=w("open.built_in")):
+                text("span", w("empty.try"), "quiet")
+                for name in _TRIED:
+                    button(name, lambda name=name: self.page.input.open(f"example:{name}", name), "small")
+                button(w("empty.random"), lambda: self.page.input.open("random:200:1", ""), "small")
+        RecentPanel(self.view, self.page).draw_short()
+        text("p", w("empty.text"), "quiet small")
+
+    def _select(self, event: GenericEventArguments) -> None:
+        self.edit.select(event)
+
+    def _drag(self, event: GenericEventArguments) -> None:
+        self.edit.drag(event)
+
+    def _move_zero(self, event: GenericEventArguments) -> Any:
+        return self.page.input.move_zero(float(event.args["x"]), float(event.args["y"]))
+
+    @property
+    def running(self) -> bool:
+        """Whether the job that is shown is not over."""
+        return self.view.job is not None and self.view.job in self.view.studio.jobs.running()
+
+    def begin(self) -> None:
+        """Begin the run that is asked for."""
+        view = self.view
+        if self.running:
+            return
+        try:
+            if view.wrong:
+                name, line = next(iter(view.wrong.items()))
+                raise OptionError(f"{flag_name(name)}: {line}")
+            view.job = view.studio.jobs.start(view.task(), watch_of(view.pace if view.studied else "full"))
+        except Exception as problem:
+            self.page.say(line_of(problem), True)
+            return
+        self.page.say("")
+        self.page.remember()
+        self.watch()
+        self.page.result.draw()
+
+    def watch(self) -> None:
+        """Show how the job goes on, from now on."""
+        self.watching, self._told = True, 0
+        self.view.sheet = (1, 1)
+        self.edit.leave()
+        self.live.clear()
+        self.draw()
+        self.tick()
+
+    def leave(self) -> None:
+        """Show no job any more; one that runs goes on, and is among the jobs."""
+        self.view.job, self.watching = None, False
+        self.edit.leave()
+        self.live.clear()
+
+    def resume(self) -> None:
+        """Show again what the page is at: the job of it, if it goes on, else its outcome."""
+        self.watching, self._told = self.running, 0
+        self.edit.end()
+        self.live.clear()
+        self.draw()
+
+    def tell_earlier(self, line: str) -> None:
+        """Say over the drawing that it is of earlier choices; nothing where it is not."""
+        self.frame._props["data-earlier"] = line
+        self.frame.update()
+
+    def forget(self) -> None:
+        """Know no more what is drawn."""
+        self._drawn = None
+
+    def tick(self) -> None:
+        """Show what is new; when the job is over, its outcome."""
+        if not self.watching or self.view.job is None:
+            return
+        live = self.view.studio.jobs.live(self.view.job)
+        if live is not None and not live.state.over:
+            self.page.input.ready(False)
+            self.live.show(live)
+            if live.said != self._told:
+                self._told = live.said
+                self.page.result.draw()
+            return
+        self.watching = False
+        self.live.clear()
+        record = self.view.studio.jobs.record(self.view.job)
+        if record is not None:
+            self._tell_end(record)
+        if record is not None and record.state.kept:
+            self.draw()
+            self.page.result.arrive(record)
+        else:
+            if not self.edit.take_back():
+                self.draw()
+            self.page.result.draw()
+        self.page.input.ready(self.view.ready)
+
+    def _tell_end(self, record: JobRecord) -> None:
+        """Say how the job ended."""
+        w = self.view.words
+        if record.state is JobState.FAILED:
+            self.page.say(record.line, True)
+        elif record.state is JobState.STOPPED:
+            self.page.say(w("run.kept"))
+        elif record.state is JobState.DONE:
+            self.page.say("")
+        else:
+            self.page.say(w(f"state.{record.state.value}"))
+
+    def draw(self) -> None:
+        """Draw the outcome of the job, else what was opened."""
+        now, scenes = self._scenes()
+        seen = self.view.seen
+        found = seen.travel if seen is not None and self.view.work != "nest" else None  # a nest has no machine yet
+        travel = found.as_shown() if found is not None else None
+        # What came of a run lies where it lay then.
+        self.canvas.set_placement(travel, movable=now is seen and self.view.zero is not None)
+        if scenes and (now is self._drawn or (isinstance(now, str) and now == self._drawn)):
+            return
+        self._drawn = now
+        self.edit.end()
+        self._say_why_empty()
+        self.empty.set_visibility(not scenes)
+        self.canvas.set_visibility(bool(scenes))
+        for layer in _STILL:
+            if layer in scenes:
+                self.canvas.show(scenes[layer], layer)
+            else:
+                self.canvas.hide(layer)
+
+    def _beneath(self) -> dict[str, bytes]:
+        """Return the whole drawing that the outcome of the job is of, as long as it lies as it did in the run."""
+        view = self.view
+        record = view.studio.jobs.record(view.job or "")
+        if record is None or view.seen is None or record.task.inputs != (view.source,):
+            return {}
+        if any(record.task.options.get(name) != view.values.get(name) for name in PLACED_BY):
+            return {}
+        return {"whole": view.seen.scenes["whole"]} if "whole" in view.seen.scenes else {}
+
+    def _scenes(self) -> tuple[object, dict[str, bytes]]:
+        """Return what is to be drawn, and its scenes by layer."""
+        view = self.view
+        history = view.studio.history
+        names = history.artefacts(view.job) if view.job else {}
+        if "scene-1-1" in names:
+            variant, number = view.sheet
+            name = f"scene-{variant}-{number}"
+            kept_one = history.artefact(view.job or "", name if name in names else "scene-1-1")
+            return f"{view.job}/{name}", {} if kept_one is None else {"part": kept_one.data}
+        if "scene-after" in names:
+            kept = {layer: history.artefact(view.job or "", f"scene-{layer}") for layer in _STILL}
+            scenes = {layer: found.data for layer, found in kept.items() if found is not None}
+            beneath = self._beneath()
+            return f"{view.job}{'/whole' if beneath else ''}", scenes | beneath
+        return view.seen, view.seen.scenes if view.seen is not None else {}

@@ -1,0 +1,75 @@
+"""How the orders of a run were found: a chart of every search, its workers, and what was said meanwhile."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from leafcut.model.study import Iteration
+from leafcut.studio.drawing.canvas import Bars, Convergence
+from leafcut.studio.drawing.charts import Learning
+from leafcut.studio.jobs.history import JobRecord
+from leafcut.studio.page.elements import box, button, link, text
+from leafcut.studio.page.page_state import View
+
+#: Most points of a chart, and most workers that are told of.
+_MOST_POINTS, _MOST_WORKERS = 600, 64
+
+
+def draw_searches(view: View, record: JobRecord, answer: dict[str, Any]) -> None:
+    """Show the charts of a run's searches and what its workers did."""
+    kept = view.studio.history.artefact(record.id, "search")
+    for search in json.loads(kept.data) if kept is not None else []:
+        if search.get("iterations"):
+            _learning(view, record, search)
+            continue
+        text("h3", search["name"])
+        chart = Convergence(words=view.words.section("canvas"))
+        chart.classes("chart tall")
+        chart.set(search["history"], search["bound"], search["unit"])
+    _workers(view, answer)
+
+
+def thinned(rows: list[Any], most: int = _MOST_POINTS) -> list[Any]:
+    """Return no more than about `most` rows, the last among them."""
+    few = rows[:: len(rows) // most + 1]
+    return few if not rows or few[-1] is rows[-1] else [*few, rows[-1]]
+
+
+def _learning(view: View, record: JobRecord, search: dict[str, Any]) -> None:
+    """Show how a search of the literature learned, with its files."""
+    w = view.words
+    with box("section"):
+        with box("div", "chart-head"):
+            text("h3", search["name"])
+            button("PNG", lambda: chart.save(f"{record.id}.png"), "small plain", title=w("study.png"))
+            files = view.studio.history.artefacts(record.id)
+            if "iterations" in files:
+                address = f"/api/jobs/{record.id}/files/iterations"
+                link("CSV", address, "button small plain", download=files["iterations"], title=files["iterations"])
+        chart = Learning(w.section("chart"))
+        chart.classes("chart learned")
+        chart.set(thinned(search["iterations"]), search["bound"], search["unit"])
+    last = Iteration(*search["iterations"][-1])
+    if last.branching is not None:
+        text("p", w("lesson.branching", factor=f"{last.branching:.2f}"), "quiet small")
+
+
+def _workers(view: View, answer: dict[str, Any]) -> None:
+    w = view.words
+    workers = [row for row in answer.get("workers", []) if row["ants"]][:_MOST_WORKERS]
+    if not workers:
+        return
+    best = min(row["best"] for row in workers)
+    text("h3", w("result.workers"))
+    Bars().set(
+        [
+            {
+                "name": f"{w('canvas.worker')} {row['worker']}",
+                "value": row["seconds"],
+                "note": w("result.ants", number=f"{row['ants']:,}", seconds=f"{row['seconds']:.2f}"),
+                "best": row["best"] <= best,
+            }
+            for row in workers
+        ]
+    )

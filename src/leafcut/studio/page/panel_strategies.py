@@ -1,0 +1,89 @@
+"""The strategies of a pocket side by side; each can be looked at on the drawing."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from leafcut.report.wording import clock
+from leafcut.studio.jobs.history import JobRecord
+from leafcut.studio.page.elements import box, button, text
+from leafcut.studio.page.page_state import View
+from leafcut.units import format_length
+
+if TYPE_CHECKING:
+    from leafcut.studio.page.page_parts import PageParts
+
+_FIGURES = ("way", "lifts", "uncut", "time")
+
+
+class StrategiesPanel:
+    """Shows what every strategy makes of one level of the pockets; one at a time is on the drawing."""
+
+    def __init__(self, view: View, page: PageParts) -> None:
+        self.view, self.page = view, page
+        self._job = ""
+        #: The strategy that is looked at in the place of what is written.
+        self._shown = ""
+
+    def draw(self, record: JobRecord, answer: dict[str, Any]) -> None:
+        """Show the strategies where the caller is; the one that is written is marked."""
+        self._job, self._shown = record.id, ""
+        w, known = self.view.words, self.view.studio.history.artefacts(record.id)
+        text("h3", w("result.strategies"))
+        if any(name.startswith("way-") for name in known):
+            text("p", w("result.strategy_shown"), "quiet small")
+        self._buttons: dict[str, Any] = {}
+        with box("div", "scroll"), box("table", "strategies", aria_label=w("result.strategies")):
+            with box("thead"), box("tr"):
+                text("th", w("result.strategy"), scope="col")
+                for key in _FIGURES:
+                    text("th", w(f"result.{key}"), "n", scope="col")
+            with box("tbody"):
+                for row in answer["strategies"]:
+                    self._row(row, f"way-{row['strategy']}" in known)
+        for row in answer["strategies"]:
+            if "refused" in row:
+                text("p", f"{row['strategy']}: {w.plain(row['refused'])}", "quiet small", lang=w.spoken(row["refused"]))
+
+    def leave(self) -> None:
+        """Show what is written again, unless the page is at another job by now."""
+        if self._shown and self.view.job == self._job:
+            self._put("")
+        self._shown = ""
+
+    def _row(self, row: dict[str, Any], drawn: bool) -> None:
+        name = row["strategy"]
+        words = f"{name}\u00a0✓" if row["chosen"] else name
+        with box("tr"):
+            with box("th", scope="row"):
+                if drawn:
+                    show = lambda: self._put("" if self._shown == name else name)  # noqa: E731
+                    self._buttons[name] = button(words, show, "small", aria_pressed="false")
+                else:
+                    text("span", words)
+            for cell in _cells(row):
+                text("td", cell, "n")
+
+    def _put(self, name: str) -> None:
+        """Show the way of a strategy on the drawing; "": what is written, and what it is compared with."""
+        self._shown = name
+        canvas, history = self.page.run.canvas, self.view.studio.history
+        layers = {"after": f"way-{name}"} if name else {"before": "scene-before", "after": "scene-after"}
+        canvas.hide("before")
+        for layer, artefact in layers.items():
+            kept = history.artefact(self._job, artefact)
+            if kept is not None:
+                canvas.show(kept.data, layer)
+        for each, made in self._buttons.items():
+            made.props(f'aria-pressed="{"true" if each == name else "false"}"')
+
+
+def _cells(row: dict[str, Any]) -> tuple[str, ...]:
+    if "refused" in row:
+        return ("–",) * len(_FIGURES)
+    return (
+        format_length(row["feed_mm"] + row["rapid_mm"]),
+        f"{row['retracts']:,}",
+        f"{row['uncovered_percent']:.2f}",
+        clock(row["time_s"]),
+    )

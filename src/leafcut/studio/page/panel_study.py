@@ -1,0 +1,129 @@
+"""What came of a study: how the lengths of each algorithm are spread, how they were found, and files to take."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+from leafcut.studio.drawing.charts import Boxes, Runs, SavedChart
+from leafcut.studio.jobs.history import JobRecord
+from leafcut.studio.page.elements import box, button, link, table, text
+from leafcut.studio.page.page_state import View
+from leafcut.units import format_time
+
+if TYPE_CHECKING:
+    from leafcut.studio.page.page_parts import PageParts
+
+_LENGTHS = ("best", "mean", "standard_deviation", "worst")
+
+
+class StudyPanel:
+    """The outcome of a study, narrow in its column and wide in a dialogue."""
+
+    def __init__(self, view: View, page: PageParts) -> None:
+        self.view, self.page = view, page
+
+    def draw(self, record: JobRecord, answer: dict[str, Any]) -> None:
+        """Show the outcome of a job."""
+        w = self.view.words
+        best = min(answer["runs"], key=lambda run: run["length"])
+        text("p", _length(best["length"], _decimals(answer)), "headline")
+        text("p", w("study.won", algorithm=best["algorithm"], seed=best["seed"]), "under")
+        goal = answer["optimum"] or answer["lower_bound"]
+        if goal and best["length"] >= goal > 0:
+            percent = f"{100 * (best['length'] / goal - 1):.3f}"
+            text("p", w("result.gap_optimum" if answer["optimum"] else "result.gap", percent=percent), "quiet")
+        if answer["stopped_early"]:
+            text("p", w("study.stopped", number=len(answer["runs"])), "hint")
+        with box("section"):
+            self._head(
+                w("study.lengths"), boxes := Boxes(self._chart_words(answer)), f"{answer['instance']}_lengths.png"
+            )
+            boxes.move(target_index=-1)
+            boxes.set(answer["algorithms"], _bound(answer))
+        self._lengths(answer)
+        curves = self._curves(record)
+        with box("section"):
+            self._head(w("study.curves"), runs := Runs(self._chart_words(answer)), f"{answer['instance']}_runs.png")
+            runs.move(target_index=-1)
+            runs.classes("chart study-runs")
+            runs.set(curves, _bound(answer))
+        self._effort(answer)
+        self._files(record)
+        self._large(answer, curves)
+
+    def _head(self, title: str, chart: SavedChart, name: str) -> None:
+        w = self.view.words
+        with box("div", "chart-head"):
+            text("h3", title)
+            button("PNG", lambda: chart.save(name), "small plain", aria_label=f"{title}: PNG", title=w("study.png"))
+
+    def _lengths(self, answer: dict[str, Any]) -> None:
+        w, decimals = self.view.words, _decimals(answer)
+        rows = [[one["algorithm"], *(_length(one[key], decimals) for key in _LENGTHS)] for one in answer["algorithms"]]
+        table([("", ""), *((w(f"study.{key}"), "n") for key in _LENGTHS)], rows, w("study.lengths"))
+
+    def _effort(self, answer: dict[str, Any]) -> None:
+        """Show what the runs of each algorithm took, on average."""
+        w = self.view.words
+        table(
+            [("", ""), *((w(f"study.{key}"), "n") for key in ("runs", "iterations", "seconds"))],
+            [[one["algorithm"], *_taken(one)] for one in answer["algorithms"]],
+            w("study.effort"),
+        )
+
+    def _files(self, record: JobRecord) -> None:
+        w = self.view.words
+        files = self.view.studio.history.artefacts(record.id)
+        with box("div", "files"):
+            for name in ("runs", "comparison"):
+                address = f"/api/jobs/{record.id}/files/{name}"
+                link(w(f"study.{name}_csv"), address, "button small", download=files[name], title=files[name])
+            button(w("study.enlarge"), None, "small", data_dialog="study-large")
+
+    def _large(self, answer: dict[str, Any], curves: list[dict[str, Any]]) -> None:
+        """Lay out the same in a dialogue as wide as the page."""
+        w, decimals = self.view.words, _decimals(answer)
+        with box("dialog", "study-large", id="study-large", aria_label=w("study.title")):
+            text("h2", f"{w('study.title')}: {answer['instance']}")
+            with box("div", "study-charts"):
+                runs, boxes = Runs(self._chart_words(answer)), Boxes(self._chart_words(answer))
+                runs.classes("chart study-runs")
+            runs.set(curves, _bound(answer))
+            boxes.set(answer["algorithms"], _bound(answer))
+            keys = (*_LENGTHS, "median", "runs", "iterations", "seconds")
+            rows = [
+                [one["algorithm"], *(_length(one[key], decimals) for key in (*_LENGTHS, "median")), *_taken(one)]
+                for one in answer["algorithms"]
+            ]
+            table([("", ""), *((w(f"study.{key}"), "n") for key in keys)], rows, w("study.title"))
+            button(w("help.close"), None, "", data_close="")
+
+    def _chart_words(self, answer: dict[str, Any]) -> dict[str, str]:
+        """Return the words of a chart; its line is the best known tour where one is known."""
+        w = self.view.words
+        return {**w.section("chart"), **({"bound": w("result.optimum")} if answer["optimum"] else {})}
+
+    def _curves(self, record: JobRecord) -> list[dict[str, Any]]:
+        kept = self.view.studio.history.artefact(record.id, "curves")
+        return [] if kept is None else list(json.loads(kept.data))
+
+
+def _bound(answer: dict[str, Any]) -> float | None:
+    """Return the line that no run can be below: the best known tour, or the lower bound."""
+    found: float | None = answer["optimum"] or answer["lower_bound"]
+    return found
+
+
+def _decimals(answer: dict[str, Any]) -> int:
+    """Return how many decimals lengths are shown with: none of a large map, one or two of a small one."""
+    best = min(run["length"] for run in answer["runs"])
+    return 2 if best < 1e3 else 1 if best < 1e5 else 0
+
+
+def _length(value: float | None, decimals: int) -> str:
+    return "–" if value is None else f"{value:,.{decimals}f}"
+
+
+def _taken(one: dict[str, Any]) -> list[str]:
+    return [f"{one['runs']:,}", f"{one['iterations']:,.4g}", format_time(one["seconds"])]

@@ -1,0 +1,42 @@
+"""What a run has tried so far, of the ways that it tries in turn: strategies of a pocket, variants of a nest."""
+
+from __future__ import annotations
+
+from leafcut.studio.jobs.jobs import Live
+from leafcut.studio.page.elements import box, text
+from leafcut.studio.wording import Words
+
+
+class TriedPanel:
+    """A row for each way: what came of it, which is the best so far, and which are being tried."""
+
+    def __init__(self, words: Words, live: Live) -> None:
+        self.words, self.live = words, live
+        self._rows: list[tuple[str, str, float | None]] = []
+        self.place = box("div", "tried")
+        self.tick()
+
+    def tick(self) -> None:
+        """Show what is new."""
+        rows = [(name, *came) for name, came in list(self.live.tried.items())]
+        if rows == self._rows:
+            return
+        self._rows = rows
+        best = min((cost for _, _, cost in rows if cost is not None), default=None)
+        w = self.words
+        self.place.clear()
+        with self.place:
+            text("h3", w("run.tried"))
+            with box("ul", aria_label=w("run.tried")):
+                for name, figure, cost in rows:
+                    first = best is not None and cost == best
+                    with box("li", "best" if first else "" if figure else "going"):
+                        text("span", self._named(name))
+                        text("span", w("run.best"), "tag done") if first else None
+                        text("b", figure or w("run.trying"), "figure")
+
+    def _named(self, name: str) -> str:
+        """Return what a way is called: ``by shapes · 3`` of the third variant of a nest by shapes."""
+        method, _, number = name.partition(" ")
+        known = self.words.table.get(f"nest.{method}")
+        return f"{known} · {number}" if known and number.isdigit() else name

@@ -1,0 +1,280 @@
+"""A machine or a tool as a form: the keys of its TOML as fields, and what is typed put back into the same text.
+
+Comments and the order of the text stay as they are: tomlkit changes what was typed and nothing else.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import tomlkit
+from tomlkit.items import AoT
+from tomlkit.toml_document import TOMLDocument
+
+from leafcut.errors import OptionError
+from leafcut.read.machine_keys import PROFILE_KEYS, ProfileKey
+from leafcut.read.tool_keys import HOLE_KEYS, TOOL_KEYS
+from leafcut.studio.wording import Words
+from leafcut.units import BARE_UNIT, with_unit
+
+#: The arrays of a tool library, and the keys of each.
+ARRAYS: dict[str, tuple[ProfileKey, ...]] = {"tool": TOOL_KEYS, "hole": HOLE_KEYS}
+#: What a value is said to be from once it was typed by hand.
+BY_HAND = "set by hand"
+#: A new tool and a new recipe.
+_NEW: dict[str, dict[str, Any]] = {"tool": {"diameter": "6 mm"}, "hole": {"diameter": "6 mm"}}
+
+
+def keys_of(array: str) -> tuple[ProfileKey, ...]:
+    """Return the keys of a table: of one of `ARRAYS`, or of a machine where it is empty."""
+    return ARRAYS[array] if array else PROFILE_KEYS
+
+
+def parsed(text: str) -> dict[str, Any] | None:
+    """Return what a text says, or None where it is no TOML."""
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError):
+        return None
+
+
+def groups(words: Words, array: str, data: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the fields of a machine by its tables, or of one entry of an array, as `Form` draws them."""
+    stem = f"{array}." if array else ""
+    tables = dict.fromkeys(key.table for key in keys_of(array))
+    sources = data.get("sources")
+    return [
+        {
+            "key": table or "top",
+            "title": words(f"profile.group.{array or table or 'machine'}"),
+            "folded": False,
+            "changed": 0,
+            "fields": [
+                _field(key, stem, words, sources if isinstance(sources, dict) else {})
+                for key in keys_of(array)
+                if key.table == table
+            ],
+        }
+        for table in tables
+    ]
+
+
+def _field(key: ProfileKey, stem: str, words: Words, sources: Mapping[str, Any]) -> dict[str, Any]:
+    name = stem + key.name
+    why = words.about("profile_why", name, key.why)
+    bounds = words.about("profile_bounds", name, key.bounds)
+    source = sources.get(key.name)
+    about = [words.about("profile_help", name, key.help), bounds and words("profile.bounds", bounds=bounds)]
+    about.append(words("profile.source", source=source) if isinstance(source, str) else "")
+    shown = _shown_default(key)
+    return {
+        "name": key.name,
+        "label": words(f"profile.{name}"),
+        "flag": key.name,
+        "kind": key.kind,
+        "axes": list("xyz"[: key.size]) if key.kind == "axes" else [],
+        "unit": BARE_UNIT.get(key.unit, ""),
+        "help": ". ".join(filter(None, about)),
+        "choices": [[word, word] for word in key.choices],
+        "offers": [],
+        "default": shown or (words("profile.required") if key.required else why),
+        "rule": words("form.otherwise", rule=" · ".join(filter(None, (shown, why))))
+        if why and not key.required
+        else "",
+        "on": key.default is True,
+        "file": False,
+    }
+
+
+def _shown_default(key: ProfileKey) -> str:
+    """Return what is taken where nothing is typed, without the unit that stands beside the field."""
+    value = key.default[0] if isinstance(key.default, list) else key.default
+    if value is None or isinstance(value, bool):
+        return ""
+    text = str(value)
+    return text.partition(" ")[0] if key.unit and text.partition(" ")[2] in (BARE_UNIT[key.unit], "mm/s2") else text
+
+
+def values(array: str, table: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what the fields of a machine, or of one entry of an array, show."""
+    found = {}
+    for key in keys_of(array):
+        inner = table.get(key.table, {}) if key.table else table
+        if isinstance(inner, Mapping) and key.key in inner:
+            found[key.name] = _typed(key, inner[key.key])
+    return found
+
+
+def _typed(key: ProfileKey, value: Any) -> Any:
+    if key.kind == "flag" and isinstance(value, bool):
+        return value
+    if key.kind == "axes":
+        return [str(one) for one in value] if isinstance(value, list) else [str(value)]
+    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+
+
+def put(text: str, array: str, number: int, name: str, value: Any) -> str:
+    """Return a text with another value of a key, of entry `number` (from 0) of an array or of a machine.
+
+    An empty value takes the key out. A value that comes from somewhere is from now on set by hand.
+
+    Raises
+    ------
+    OptionError
+        The text is no TOML, has no such entry, or something else where the table of the key would be.
+    """
+    document = _document(text)
+    key = next(key for key in keys_of(array) if key.name == name)
+    table: Any = document
+    if array:
+        listed, place = _place(document, array, number)
+        table = listed[place]
+    if key.table:
+        if key.table not in table:
+            table[key.table] = tomlkit.table()
+        table = table[key.table]
+        if not isinstance(table, Mapping):
+            raise OptionError(f"'{key.table}' is not a table; write [{key.table}]")
+    made = _value(key, value)
+    if made is None:
+        table.pop(key.key, None)
+        if key.table and not table:
+            document.pop(key.table)
+    else:
+        table[key.key] = made
+    sources = document.get("sources")
+    if not array and isinstance(sources, dict) and name in sources:
+        sources[name] = BY_HAND
+    return tomlkit.dumps(document)
+
+
+def _value(key: ProfileKey, value: Any) -> Any:
+    """Return a value as it stands in the file; what cannot be one as it was typed, for the reader to refuse."""
+    if isinstance(value, bool):
+        return value
+    if key.kind == "axes":
+        parts = [str(one).strip() for one in value]
+        said = [part for part in parts if part]
+        if not said:
+            return None
+        if len(said) == 1 and parts[0]:
+            return _with_unit(said[0], key.unit)
+        return [_with_unit(part, key.unit) for part in parts]
+    text = str(value).strip()
+    if not text:
+        return None
+    if key.kind == "quantity":
+        return _with_unit(text, key.unit)
+    if key.kind == "wholes":
+        return [_number(part.strip()) for part in text.split(",") if part.strip()]
+    return _number(text) if key.kind in ("number", "whole") else text
+
+
+def _with_unit(text: str, unit: str) -> str:
+    try:
+        return with_unit(text, unit)
+    except OptionError:
+        return text
+
+
+def _number(text: str) -> int | float | str:
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            pass
+    return text
+
+
+def entries(data: Mapping[str, Any], array: str) -> list[Mapping[str, Any]]:
+    """Return the entries of an array of a tool library."""
+    found = data.get(array, [])
+    return [one for one in found if isinstance(one, Mapping)] if isinstance(found, list) else []
+
+
+def _place(document: Mapping[str, Any], array: str, number: int) -> tuple[list[Any], int]:
+    """Return an array, and where an entry of `entries` is in it: it may hold other things, too."""
+    found = document.get(array)
+    listed = found if isinstance(found, list) else []
+    places = [k for k, one in enumerate(listed) if isinstance(one, Mapping)]
+    if number >= len(places):
+        raise OptionError(f"'{array}' has no entry {number + 1}")
+    return listed, places[number]
+
+
+def added(text: str, array: str) -> str:
+    """Return a text with one more tool, of the next number, or one more recipe, of the first tool.
+
+    Raises
+    ------
+    OptionError
+        The text is no TOML, or has the array in another form.
+    """
+    document = _document(text)
+    numbers = [one.get("number") for one in entries(document.unwrap(), "tool")]
+    known = [number for number in numbers if isinstance(number, int)]
+    made = tomlkit.table()
+    for key, value in _NEW[array].items():
+        if not made and array == "tool":
+            made["number"] = max(known, default=0) + 1
+        made[key] = value
+    if array == "hole":
+        made["steps"] = known[:1]
+    made.add(tomlkit.nl())
+    if array not in document:
+        document[array] = tomlkit.aot()
+    listed = document[array]
+    if not isinstance(listed, AoT):
+        raise OptionError(f"'{array}' must be written as [[{array}]], once for each")
+    listed.append(made)
+    return tomlkit.dumps(document)
+
+
+def removed(text: str, array: str, number: int) -> str:
+    """Return a text without an entry of an array, from 0.
+
+    Raises
+    ------
+    OptionError
+        The text is no TOML, or has no such entry.
+    """
+    document = _document(text)
+    listed, place = _place(document, array, number)
+    del listed[place]
+    if not listed:
+        document.pop(array)
+    return tomlkit.dumps(document)
+
+
+def renamed(text: str, shown: str, name: str) -> str:
+    """Return the text of a machine that says its new name itself, where it said the one before."""
+    try:
+        document = _document(text)
+    except OptionError:
+        return text
+    if document.get("name") == shown:
+        document["name"] = name
+    return tomlkit.dumps(document)
+
+
+def entry_title(array: str, entry: Mapping[str, Any]) -> str:
+    """Return what a tool or a recipe is called in a list."""
+    parts: Sequence[Any]
+    if array == "tool":
+        parts = (
+            f"T{entry.get('number', '?')}",
+            entry.get("name") or entry.get("kind", "drill"),
+            entry.get("diameter", ""),
+        )
+    else:
+        parts = (f"Ø {entry.get('diameter', '?')}", entry.get("layer", "*"))
+    return " · ".join(str(part) for part in parts if part)
+
+
+def _document(text: str) -> TOMLDocument:
+    try:
+        return tomlkit.parse(text)
+    except (ValueError, RecursionError) as problem:
+        raise OptionError(f"not a TOML file ({problem})") from None

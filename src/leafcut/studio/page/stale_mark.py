@@ -1,0 +1,95 @@
+"""Over an outcome: that it is of earlier choices than those that the page shows, and which these were."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from nicegui.elements.mixins.text_element import TextElement
+
+from leafcut.studio.jobs.history import JobRecord
+from leafcut.studio.page.elements import box, button, text
+from leafcut.studio.page.page_state import View
+from leafcut.studio.page.staleness import differences, edited_by_hand
+
+if TYPE_CHECKING:
+    from leafcut.studio.page.page_parts import PageParts
+
+#: So many differences are named.
+_MOST = 3
+
+
+class StaleMark:
+    """Marks an outcome, its badges and its programs while something is chosen otherwise than it was for them."""
+
+    def __init__(self, view: View, page: PageParts) -> None:
+        self.view, self.page = view, page
+        self._record: JobRecord | None = None
+        self._said: list[str] = []
+        self._badges: list[tuple[TextElement, str]] = []
+        self._programs: list[tuple[TextElement, str, str]] = []
+
+    def draw(self, record: JobRecord) -> None:
+        """Make room for the mark where the caller is; badges and programs are added after that."""
+        self._record = record
+        self._badges, self._programs = [], []
+        self.place = box("div", "stale", role="status", aria_live="polite")
+
+    def leave(self) -> None:
+        """Mark nothing: no outcome is shown."""
+        self._record = None
+        if self._said:
+            self._said = []
+            self.page.run.tell_earlier("")
+
+    def add_badge(self, badge: TextElement) -> None:
+        """Mark a badge, too."""
+        self._badges.append((badge, badge.text))
+
+    def add_program(self, made: TextElement, title: str) -> None:
+        """Mark a link that downloads a program, too; `title` is what it says otherwise."""
+        self._programs.append((made, made.text, title))
+
+    def refresh(self) -> None:
+        """Look what is chosen otherwise by now, and show it."""
+        record, w = self._record, self.view.words
+        if record is None:
+            return
+        found = [one.line(w) for one in differences(record, self.view)]
+        if found == self._said:
+            return
+        self._said = found
+        # While an order is changed by hand, it is what the drawing shows.
+        drawn = found != [edited_by_hand(w).line(w)]
+        self.page.run.tell_earlier(w("stale.title") if found and drawn else "")
+        told = found[:_MOST] + ([w("open.more", number=len(found) - _MOST)] if len(found) > _MOST else [])
+        self.place.clear()
+        if found:
+            with self.place:
+                self._tell(told, drawn)
+        for badge, words in self._badges:
+            badge.set_text(w("stale.of_earlier", name=words) if found else words)
+            badge.classes(**{"add" if found else "remove": "earlier"})
+        for made, words, title in self._programs:
+            made.set_text(w("stale.of_earlier", name=words) if found else words)
+            made.classes(**{"remove" if found else "add": "primary"})
+            made._props["title"] = f"{title}: {w('stale.title')}. {'. '.join(told)}" if found else title
+            made.update()
+
+    def _tell(self, told: list[str], chosen: bool) -> None:
+        """Say what is different; what was `chosen` can be chosen back, an order is put back where it is edited."""
+        w = self.view.words
+        text("b", w("stale.title"))
+        with box("ul"):
+            for line in told:
+                text("li", line, "", dir="auto")
+        with box("div", "ends"):
+            button(w("stale.again"), self._again, "small")
+            if chosen:
+                button(w("stale.back"), self._back, "small plain", title=w("stale.back_text"))
+
+    def _again(self) -> None:
+        self.page.input.page_run()
+
+    async def _back(self) -> None:
+        if self._record is not None:
+            await self.page.input.restore(self._record.task)

@@ -1,0 +1,144 @@
+"""What was chosen otherwise for an outcome than it is now: the outcome is then that of earlier choices."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+from leafcut.errors import LeafcutError, OptionError
+from leafcut.processes.settings import group_of
+from leafcut.studio.folder import OWN, Folder
+from leafcut.studio.jobs.history import JobRecord
+from leafcut.studio.jobs.nest_request import WantedPart
+from leafcut.studio.jobs.task import OWN_KINDS, Task, called, parts_of
+from leafcut.studio.page import forms
+from leafcut.studio.page.page_state import View
+from leafcut.studio.page.panel_input import work_of
+from leafcut.studio.wording import Words
+
+
+@dataclass(frozen=True)
+class ChangedChoice:
+    """One thing that was chosen: what it is called, what it was for the outcome, and what it is now."""
+
+    what: str
+    then: str
+    now: str
+
+    def line(self, words: Words) -> str:
+        """Return it as a person is told, such as ``Thickness 5 mm; now 25 mm``."""
+        return words("stale.line", what=self.what, then=self.then, now=self.now)
+
+
+def differences(record: JobRecord, view: View) -> list[ChangedChoice]:
+    """Return what the page has chosen otherwise than a job had it, the most important first."""
+    task, w = record.task, view.words
+    work = work_of(task, record.title)
+    return [
+        *_works(task, work, view),
+        *_inputs(task, view),
+        *_options(task, work, view),
+        *_changed_files(record, view.studio.folder, w),
+        *([edited_by_hand(w)] if view.edited else []),
+    ]
+
+
+def edited_by_hand(words: Words) -> ChangedChoice:
+    """Return what an order is told as that was changed by hand and not run yet."""
+    return ChangedChoice(words("stale.order"), words("stale.found"), words("stale.by_hand"))
+
+
+def _works(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
+    w = view.words
+    if work != view.work:
+        yield ChangedChoice(w("choose.work"), w.named("work", work), w.named("work", view.work))
+    elif work == "program" and task.process != view.process:
+        yield ChangedChoice(w("choose.process"), w.named("process", task.process), w.named("process", view.process))
+
+
+def _inputs(task: Task, view: View) -> Iterator[ChangedChoice]:
+    w, folder = view.words, view.studio.folder
+    if task.command == "nest" and view.work == "nest":
+        yield from _parts({one.input: one for one in parts_of(task)}, view)
+    elif task.command != "nest" and task.inputs[0] != view.source:
+        yield ChangedChoice(w("open.title"), _called(task.inputs[0], folder), _called(view.source, folder))
+    if task.command == "verify" and view.work == "verify" and task.inputs[1] != view.second:
+        now = _called(view.second, folder) if view.second else w("form.none")
+        yield ChangedChoice(w("open.second"), _called(task.inputs[1], folder), now)
+
+
+def _parts(then: Mapping[str, WantedPart], view: View) -> Iterator[ChangedChoice]:
+    """Tell the parts of a nest that are wanted otherwise."""
+    now = {one.input: one for one in view.parts}
+    for made in {**then, **now}:
+        one, other = then.get(made), now.get(made)
+        if one != other:
+            name = view.part_names.get(made) or _called(made, view.studio.folder)
+            yield ChangedChoice(name, _wanted(one, view.words), _wanted(other, view.words))
+
+
+def _wanted(one: WantedPart | None, words: Words) -> str:
+    if one is None:
+        return words("form.none")
+    return f"× {one.quantity}" + (f" ({one.rotations}°)" if one.rotations else "")
+
+
+def _options(task: Task, work: str, view: View) -> Iterator[ChangedChoice]:
+    then, now = forms.of_work(work, task.options), forms.of_work(view.work, view.values)
+    names = dict.fromkeys([*then, *now])
+    if work != view.work:  # what the other work does not know is told by the work
+        both = _names(work, task.options) & _names(view.work, view.values)
+        names = dict.fromkeys(name for name in names if name in both)
+    for name in names:
+        if not _same(name, then.get(name), now.get(name)):
+            yield ChangedChoice(
+                view.words.option(name),
+                _value(name, then.get(name), work, view),
+                _value(name, now.get(name), view.work, view),
+            )
+
+
+def _names(work: str, values: Mapping[str, Any]) -> set[str]:
+    groups = forms.names_of(work, str(values.get("algorithm") or "auto"))
+    return {name for _, names in groups for name in names}
+
+
+def _same(name: str, then: Any, now: Any) -> bool:
+    """Return whether two values mean the same, as ``6`` and ``6mm`` do."""
+    group = group_of(name)
+    if then == now:
+        return True
+    if group.specs()[name].kind == "path" or group.specs()[name].may_be_path:
+        return False
+    with suppress(OptionError):
+        one, other = (group(**group.as_typed({} if value is None else {name: value})) for value in (then, now))
+        return bool(getattr(one, name) == getattr(other, name))
+    return False
+
+
+def _value(name: str, value: Any, work: str, view: View) -> str:
+    """Return a value as a person is told of it."""
+    if group_of(name).specs()[name].kind == "path" and isinstance(value, str) and not value.startswith(OWN):
+        return _called(value, view.studio.folder)
+    return forms.value_words(name, value, view.words, work)
+
+
+def _changed_files(record: JobRecord, folder: Folder, words: Words) -> Iterator[ChangedChoice]:
+    """Tell machines and tools of the person's own that were saved anew since the job was begun."""
+    for name, kind in OWN_KINDS.items():
+        value = record.task.options.get(name)
+        if not isinstance(value, str) or not value.startswith(OWN):
+            continue
+        own = value.removeprefix(OWN)
+        with suppress(LeafcutError, OSError):
+            if folder.own_path(kind, own).stat().st_mtime > record.created:
+                yield ChangedChoice(words.option(name), own, words("stale.saved"))
+
+
+def _called(word: str, folder: Folder) -> str:
+    """Return what a person calls an input or a chosen file."""
+    with suppress(LeafcutError):
+        return folder.input_path(word).name
+    return called(word).removeprefix(OWN)

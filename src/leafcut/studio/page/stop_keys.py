@@ -1,0 +1,106 @@
+"""The stops of an order, chosen and moved by buttons and a number: all that dragging does, without a pointer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from leafcut.errors import OptionError
+from leafcut.studio.drawing.editing import Edited, OrderStop
+from leafcut.studio.page.elements import box, button, text
+from leafcut.studio.wording import Words
+
+
+class StopKeys:
+    """Chooses the stop before or after, and puts the chosen one earlier, later, or at a place in the order.
+
+    Parameters
+    ----------
+    stops
+        Returns the stops in the order as it is now.
+    choose
+        Is told the name of the stop that was chosen.
+    change
+        Is told what is to be done with the order.
+    """
+
+    def __init__(
+        self,
+        words: Words,
+        stops: Callable[[], list[OrderStop]],
+        choose: Callable[[int], Any],
+        change: Callable[[Callable[[Edited], Any]], Any],
+    ) -> None:
+        self._words, self._stops, self._choose, self._change = words, stops, choose, change
+        self._chosen = 0
+        w = words
+        with box("div", "stops", role="toolbar", aria_label=w("edit.stops"), data_roving=""):
+            for at, (name, words_in, act) in enumerate(
+                (
+                    ("previous", "‹ {}", lambda: self._step(-1)),
+                    ("next", "{} ›", lambda: self._step(1)),
+                    ("earlier", "{}", lambda: self._shift(-1)),
+                    ("later", "{}", lambda: self._shift(1)),
+                )
+            ):
+                short = words_in.format(w(f"edit.{name}_short"))
+                button(short, act, "small", aria_label=w(f"edit.{name}"), tabindex="-1" if at else "0")
+        with box("form", "to-place") as form:
+            text("label", w("edit.to_short"), "quiet", for_="edit-to")
+            with box("span", "box"):
+                self._to = box(
+                    "input",
+                    "",
+                    id="edit-to",
+                    type="text",
+                    inputmode="numeric",
+                    autocomplete="off",
+                    aria_label=w("edit.to"),
+                )
+            button(w("edit.move"), None, "small").props("type=submit")
+        self._number = ""
+        self._to.on("input", self._note, js_handler="(e) => emit(e.target.value)")
+        form.on("submit", self._put, js_handler="(e) => { e.preventDefault(); emit(); }")
+
+    def show(self, chosen: int) -> None:
+        """Know which stop is chosen, 0 for none."""
+        self._chosen = chosen
+
+    def _note(self, event: Any) -> None:
+        self._number = str(event.args)
+
+    def _at(self) -> int:
+        """Return the place of the chosen stop in the order, from 0, or -1."""
+        return next((k for k, stop in enumerate(self._stops()) if stop.name == self._chosen), -1)
+
+    def _step(self, by: int) -> None:
+        """Choose the stop before or after; where none is chosen, the first or the last."""
+        stops, at = self._stops(), self._at()
+        if stops:
+            to = (0 if by > 0 else len(stops) - 1) if at < 0 else min(max(at + by, 0), len(stops) - 1)
+            self._choose(stops[to].name)
+
+    def _shift(self, by: int) -> None:
+        self._move(self._at() + by if self._at() >= 0 else -1)
+
+    def _put(self) -> None:
+        """Put the chosen stop at the place that was typed."""
+        number, count = self._number.strip(), len(self._stops())
+        to = int(number) - 1 if number.isdecimal() and len(number) < 10 else -1
+        self._move(to if 0 <= to < count else -1, self._words("edit.places", count=count))
+
+    def _move(self, to: int, refusal: str = "") -> None:
+        """Put the chosen stop at a place, from 0; at one that is none nothing is done, or `refusal` is told."""
+        stops, at = self._stops(), self._at()
+        if at < 0 or (refusal and to < 0):
+            self._change(_refused(refusal if at >= 0 else self._words("edit.choose")))
+        elif 0 <= to < len(stops) and to != at:
+            name, onto = stops[at].name, stops[to].name
+            self._change(lambda edited: edited.move(name, onto))
+
+
+def _refused(line: str) -> Callable[[Edited], None]:
+    def act(_: Edited) -> None:
+        raise OptionError(line)
+
+    return act

@@ -1,0 +1,71 @@
+"""Where in a TOML file of a machine or of tools a problem stands: found from the one line that tells of it."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+_SYNTAX = re.compile(r"\(at line (\d+), column \d+\)")
+_SAID = re.compile(r"[^:]*\.toml: (?:\[\[(?P<many>\w+)\]\] (?P<number>\d+): )?(?:\[(?P<table>\w+)\]: )?(?P<rest>.*)")
+_NAMED = re.compile(r"'([\w.-]+)'")
+_HEAD = re.compile(r"\s*(\[\[?)\s*([^\]]+?)\s*\]")
+_KEY = re.compile(r"""\s*((?:[\w-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[\w-]+|"[^"]*"|'[^']*'))*)\s*=""")
+
+
+@dataclass(frozen=True)
+class TomlPlace:
+    """A place in a file: `table` is empty for the top, `number` counts the tables of an array from 1."""
+
+    table: str = ""
+    number: int = 0
+    key: str = ""
+    line: int | None = None
+
+
+def place_of(text: str, problem: str) -> TomlPlace:
+    """Return where a problem stands that `library.check` told of; without a line where it names no place."""
+    syntax = _SYNTAX.search(problem)
+    if syntax:
+        return TomlPlace(line=int(syntax.group(1)))
+    if "(at end of document)" in problem:
+        return TomlPlace(line=len(text.splitlines()))
+    said = _SAID.match(problem)
+    if said is None:
+        return TomlPlace()
+    table, number = said["many"] or said["table"] or "", int(said["number"] or 0)
+    named = _NAMED.search(said["rest"])
+    key = named.group(1) if named else ""
+    if "." in key and not table:
+        table, _, key = key.rpartition(".")
+    line = _line_of(text, table, number, key)
+    if line is None and key and not table:
+        line = _line_of(text, key, 1, "")  # it stands as a table where it should be something else
+    return TomlPlace(table, number, key, line)
+
+
+def _line_of(text: str, table: str, number: int, key: str) -> int | None:
+    """Return the line of a key, or where its table begins; None where there is neither."""
+    counts: dict[str, int] = {}
+    here, begins = "", None if table else 1
+    inside = not table
+    for at, line in enumerate(text.splitlines(), 1):
+        head = _HEAD.match(line)
+        if head:
+            here = _plain(head.group(2))
+            counts[here] = counts.get(here, 0) + 1
+            inside = here == table and counts[here] == max(number, 1)
+            if inside and begins is None:
+                begins = at
+            continue
+        found = _KEY.match(line)
+        if found is None:
+            continue
+        name = _plain(found.group(1))
+        whole = f"{here}.{name}" if here else name
+        if key and ((inside and name == key) or (not number and whole == f"{table}.{key}".strip("."))):
+            return at
+    return begins if not key or table else 1
+
+
+def _plain(name: str) -> str:
+    return ".".join(part.strip().strip("\"'") for part in re.findall(r'"[^"]*"|\'[^\']*\'|[^.]+', name))

@@ -1,0 +1,138 @@
+"""All that a drawing shows, beside what is worked: the layer beneath, which work it suits, and where it lies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from leafcut.errors import LeafcutError
+from leafcut.model.machine import Machine
+from leafcut.model.part import Part
+from leafcut.options import ReadOptions, Settings
+from leafcut.processes import registry
+from leafcut.processes.placing import placed
+from leafcut.processes.suitability import Suitability, WholeDrawing
+from leafcut.read import read_whole
+from leafcut.read.format import Format, Source
+from leafcut.read.machine import load_machine
+from leafcut.studio.drawing.thumbnail import Thumbnails
+
+
+@dataclass(frozen=True)
+class Whole:
+    """A whole drawing as it was found, before it is placed.
+
+    Attributes
+    ----------
+    part
+        All that it shows; None for an input that is all worked.
+    suits
+        What each kind of work says of it, the likeliest first.
+    pictures
+        Kind of work → small picture (`Thumbnails.picture`).
+    machine
+        The machine that is at hand for such files; "" for none.
+    """
+
+    part: Part | None = None
+    suits: dict[str, Suitability] = field(default_factory=dict)
+    pictures: dict[str, dict[str, str]] = field(default_factory=dict)
+    machine: str = ""
+
+    def likeliest(self, works: Sequence[str]) -> list[str]:
+        """Return kinds of work in the order in which they are tried."""
+        return [*(work for work in self.suits if work in works), *(work for work in works if work not in self.suits)]
+
+    def beneath(self, work: str, source: Source, part: Part, settings: Settings) -> tuple[Part | None, Zero]:
+        """Return the whole as it lies under a part that was read for a kind of work, and where its zero was."""
+        zero = _zero(work, source, part, settings)
+        if self.part is None or zero is None:
+            return None, zero
+        return placed(self.part, replace(settings.read, origin=zero)), zero
+
+
+#: Where in the drawing, mirrored and rotated, program zero is; None where that cannot be told.
+Zero = tuple[float, float] | None
+
+
+def whole_of(format_: Format, source: Source, works: Sequence[str], settings: Settings) -> Whole:
+    """Return all that an input shows; nothing where the reader knows nothing beside what is worked."""
+    machine = next((one for one in (registry.machine_for(work, format_.name) for work in works) if one), "")
+    if format_.whole is None and format_.contours is None and not _filtered(settings.read):
+        return Whole(machine=machine)
+    try:
+        part = read_whole(source, settings.read)
+    except LeafcutError:
+        return Whole(machine=machine)  # what can be read of it says why the rest cannot
+    suits = registry.suited(works, WholeDrawing(part))
+    drawn = Thumbnails(part)
+    pictures = {
+        work: drawn.picture(one.contours, one.holes, registry.process(work).pictured) for work, one in suits.items()
+    }
+    return Whole(part, suits, pictures, machine)
+
+
+def _filtered(read: ReadOptions) -> bool:
+    """Return whether options leave out what the file has."""
+    return bool(read.layers) or read.min_diameter is not None or read.max_diameter is not None
+
+
+def _zero(work: str, source: Source, part: Part, settings: Settings) -> Zero:
+    """Return where program zero lies in the drawing: a corner by its name is where the process finds it."""
+    origin = settings.read.origin
+    if origin is None:
+        return 0.0, 0.0
+    if not isinstance(origin, str):
+        return origin[0], origin[1]
+    unplaced = settings.but(replace(settings.read, origin=None))
+    try:
+        before = registry.look_at(work, source, unplaced).extents
+    except LeafcutError:
+        return None
+    after = part.extents
+    return before[0] - after[0], before[1] - after[1]
+
+
+@dataclass(frozen=True)
+class MachineTravel:
+    """How far a machine goes, as the drawing lies: smallest x and y, largest x and y, mm.
+
+    Attributes
+    ----------
+    known
+        Whether it is told where program zero is on the machine; else the part is thought in the middle.
+    fits
+        Whether the part lies inside.
+    """
+
+    box: tuple[float, float, float, float]
+    known: bool
+    fits: bool
+    machine: str
+
+    def as_shown(self) -> dict[str, Any]:
+        """Return it in plain values."""
+        return {"box": list(self.box), "known": self.known, "fits": self.fits, "machine": self.machine}
+
+
+def travel_of(settings: Settings, extents: tuple[float, float, float, float]) -> MachineTravel | None:
+    """Return how far the machine goes around a part with these extents; None where the machine cannot be read."""
+    try:
+        machine = load_machine(settings.machine.machine, settings.machine.work_offset)
+    except LeafcutError:
+        return None
+    x0, y0, x1, y1 = extents
+    left, low = _lower_left(machine, extents)
+    right = left + machine.travel_max[0] - machine.travel_min[0]
+    high = low + machine.travel_max[1] - machine.travel_min[1]
+    fits = left <= x0 and x1 <= right and low <= y0 and y1 <= high
+    return MachineTravel((left, low, right, high), machine.work_offset is not None, fits, machine.name)
+
+
+def _lower_left(machine: Machine, extents: tuple[float, float, float, float]) -> tuple[float, float]:
+    if machine.work_offset is not None:
+        return machine.travel_min[0] - machine.work_offset[0], machine.travel_min[1] - machine.work_offset[1]
+    (a, b, _), (c, d, _) = machine.travel_min, machine.travel_max
+    x0, y0, x1, y1 = extents
+    return 0.5 * (x0 + x1 - (c - a)), 0.5 * (y0 + y1 - (d - b))

@@ -1,0 +1,40 @@
+"""The kinds of work side by side as small pictures, and why one of them is suggested."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from nicegui.element import Element
+
+from leafcut.studio.page.preview import Seen
+from leafcut.studio.wording import Words
+
+
+class WorkChoice(Element, component="../static/works.js"):
+    """A group of radio buttons with pictures; `on_choose` is told the kind of work that a person takes."""
+
+    def __init__(self, label: str, on_choose: Callable[[str], Any]) -> None:
+        super().__init__()
+        self._props.update(label=label, works=[], chosen="", why="", turn=0)
+        self.on("choose", lambda e: on_choose(e.args))
+
+    def show(self, works: list[dict[str, Any]], chosen: str, why: str) -> None:
+        """Show kinds of work with ``name``, ``title`` and ``picture``, which is chosen, and why one is suggested."""
+        self._props.update(works=works, chosen=chosen, why=why, turn=self._props["turn"] + 1)
+        self.update()
+
+
+def cards(works: tuple[str, ...], seen: Seen | None, words: Words) -> list[dict[str, Any]]:
+    """Return a card for each kind of work, with what it would do to the drawing that is open."""
+    pictures = seen.whole.pictures if seen is not None else {}
+    return [{"name": work, "title": words.named("work", work), "picture": pictures.get(work)} for work in works]
+
+
+def why_suggested(seen: Seen | None, words: Words) -> str:
+    """Return which kind of work a drawing suits best and why; nothing where there is no choice."""
+    if seen is None or len(seen.whole.suits) < 2:
+        return ""
+    work, best = next(iter(seen.whole.suits.items()))
+    reason = words.named("guess", best.reason).format(**best.figures)
+    return words("choose.suggested", work=words.named("work", work), why=reason)

@@ -1,0 +1,87 @@
+"""The files that were opened last: a click opens one again, as long as it lies in the studio's folder."""
+
+from __future__ import annotations
+
+import filecmp
+import json
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from leafcut.errors import LeafcutError
+from leafcut.files import write_whole
+from leafcut.studio.folder import BUILT_IN, Folder
+
+#: So many are kept.
+MOST_RECENT = 12
+
+
+@dataclass(frozen=True)
+class RecentFile:
+    """A file that was opened: what it is, what a person calls it, and when, in seconds since the epoch."""
+
+    source: str
+    name: str
+    opened: float
+
+
+class RecentFiles:
+    """The last files, the newest first."""
+
+    def __init__(self, folder: Folder) -> None:
+        self._folder = folder
+        self._file = folder.root / "recent.json"
+        self._lock = threading.Lock()
+
+    def newest(self) -> list[RecentFile]:
+        """Return those that can be opened again."""
+        return [one for one in self._read() if self._path(one.source) is not None]
+
+    def add(self, source: str, name: str) -> None:
+        """Note that a file was opened; one of the same name with the same content takes its place."""
+        with self._lock:
+            kept = [one for one in self.newest() if not self._same(one, source, name)]
+            rows = [RecentFile(source, name, time.time()), *kept][:MOST_RECENT]
+            with suppress(LeafcutError):  # then it is opened by hand again
+                write_whole(self._file, json.dumps([asdict(one) for one in rows]))
+
+    def clear(self) -> None:
+        """Forget them all."""
+        self._file.unlink(missing_ok=True)
+
+    def files_in_use(self) -> set[str]:
+        """Return the ids of their uploads."""
+        return {one.source for one in self._read()}
+
+    def _same(self, one: RecentFile, source: str, name: str) -> bool:
+        if one.source == source:
+            return True
+        here, there = self._path(one.source), self._path(source)
+        if one.name != name or not isinstance(here, Path) or not isinstance(there, Path):
+            return False
+        with suppress(OSError):
+            return filecmp.cmp(here, there, shallow=False)
+        return False
+
+    def _path(self, source: str) -> Path | str | None:
+        """Return where a file lies, or the name of what is built in; None of one that is gone."""
+        if source.startswith(BUILT_IN):
+            return source
+        with suppress(LeafcutError):
+            return self._folder.input_path(source)
+        return None
+
+    def _read(self) -> list[RecentFile]:
+        with suppress(OSError, ValueError, RecursionError):
+            return list(_rows(json.loads(self._file.read_text(encoding="utf-8"))))
+        return []
+
+
+def _rows(plain: object) -> Iterator[RecentFile]:
+    """Yield what is well formed of a file that was read."""
+    for row in plain if isinstance(plain, list) else []:
+        with suppress(KeyError, TypeError, ValueError):
+            yield RecentFile(str(row["source"]), str(row["name"]), float(row["opened"]))

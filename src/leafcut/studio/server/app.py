@@ -1,0 +1,220 @@
+"""The studio's server: built from its parts, bound to this machine alone, ended by Ctrl-C."""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import socket
+import sys
+import threading
+import webbrowser
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from leafcut.errors import LeafcutError, OptionError
+from leafcut.files import OutputError
+from leafcut.studio.folder import LARGEST_UPLOAD, data_folder
+from leafcut.studio.keys import page_that_goes_to, write_private
+from leafcut.studio.lock import held
+from leafcut.studio.server.connections import patient_protocol
+from leafcut.studio.server.safety import Guard
+from leafcut.studio.studio import HOST, PORT, Studio, open_studio
+
+if TYPE_CHECKING:
+    from fastapi import FastAPI
+
+#: Without `--port`, so many ports from `PORT` on are tried.
+_TRIED = 20
+#: Longest wait at the end for connections that do not close, s.
+_PATIENCE = 1
+
+
+class StudioError(LeafcutError):
+    """The studio cannot be opened here."""
+
+
+def make_api(studio: Studio) -> FastAPI:
+    """Return the application with the JSON API, without pages and without its guard."""
+    from fastapi import FastAPI
+    from fastapi.exceptions import RequestValidationError
+    from starlette.exceptions import HTTPException
+
+    from leafcut._version import __version__
+    from leafcut.studio.server import routes
+
+    @asynccontextmanager
+    async def lifespan(_: FastAPI) -> AsyncIterator[None]:
+        yield
+        studio.jobs.close()
+
+    made = FastAPI(
+        title="leafcut",
+        version=__version__,
+        description=routes.__doc__ or "",
+        docs_url=None,  # FastAPI's pages load their scripts from another host
+        redoc_url=None,
+        openapi_url="/api/openapi.json",
+        lifespan=lifespan,
+    )
+    made.include_router(routes.router(studio))
+    routes.add_static(made)
+    made.add_exception_handler(LeafcutError, routes.refuse)
+    made.add_exception_handler(Exception, routes.refuse)
+    made.add_exception_handler(HTTPException, routes.refuse_http)
+    made.add_exception_handler(RequestValidationError, routes.refuse_invalid)
+    return made
+
+
+def guarded(
+    studio: Studio, app: Any, largest: int = LARGEST_UPLOAD, on_entry: Callable[[str], None] = lambda _: None
+) -> Guard:
+    """Return an application behind the guard of a studio."""
+    return Guard(app, keys=studio.keys, port=studio.port, largest=largest, on_entry=on_entry)
+
+
+class _Door:
+    """Tells the person at the terminal an address that works: another one when it was used."""
+
+    def __init__(self, studio: Studio) -> None:
+        self._studio = studio
+        self._told = ""
+
+    def tell(self, words: str) -> None:
+        """Print an address that was not used yet."""
+        self._told = self._studio.keys.new_entry()
+        print(f"{words} {self._studio.address(self._told)}", flush=True)
+
+    def entered(self, key: str) -> None:
+        """Note that an address was used."""
+        self._studio.entrance.unlink(missing_ok=True)
+        if key == self._told:
+            self.tell("leafcut studio, for another browser:")
+
+
+def serve(port: int | None = None, *, open_page: bool = True, root: Path | None = None) -> None:
+    """Print the address, open the page, and serve until Ctrl-C.
+
+    Raises
+    ------
+    StudioError
+        The extra is not installed, or the port is taken.
+    OutputError
+        The studio's folder cannot be written, or another studio has it.
+    """
+    try:
+        import uvicorn
+
+        from leafcut.studio.page.pages import add_pages
+    except ModuleNotFoundError as problem:
+        package = str(problem.name).partition(".")[0]
+        if package == "leafcut":  # a fault of our own, which no installing mends
+            raise
+        raise StudioError(f"the studio needs the package {package}: pip install 'leafcut[studio]'") from None
+    folder = root or data_folder()
+    with _listen(port) as listening, held(folder, "http://{}:{}".format(*listening.getsockname())):
+        studio = open_studio(folder, listening.getsockname()[1])
+        app = make_api(studio)
+        add_pages(app, studio)
+        door = _Door(studio)
+        config = uvicorn.Config(
+            guarded(studio, app, on_entry=door.entered),
+            log_level="critical",
+            access_log=False,
+            proxy_headers=False,
+            server_header=False,
+            timeout_graceful_shutdown=_PATIENCE,
+            ws_max_size=1 << 20,
+            http=patient_protocol(),
+        )
+        server = _server(config, studio)
+        _write_keys(studio)
+        gc.freeze()  # what is loaded stays: looking for garbage of pages need not go through it
+        door.tell("leafcut studio:")
+        print("leafcut: Ctrl-C ends it", file=sys.stderr, flush=True)
+        if open_page:
+            threading.Thread(target=_open_when_ready, args=(server, studio.entrance.as_uri()), daemon=True).start()
+        try:
+            asyncio.run(server.serve(sockets=[listening]))
+        except KeyboardInterrupt:
+            pass
+        finally:
+            studio.jobs.close()
+            for file in (studio.token_file, studio.entrance):
+                file.unlink(missing_ok=True)
+            # Not before: until the loop has ended, pages look into it.
+            studio.history.close()
+
+
+def _write_keys(studio: Studio) -> None:
+    """Leave the token for this person's programs, and the page that opens the studio in this person's browser.
+
+    Raises
+    ------
+    OutputError
+        They cannot be written.
+    """
+    try:
+        write_private(studio.token_file, studio.keys.token.encode())
+        write_private(studio.entrance, page_that_goes_to(studio.address(studio.keys.new_entry())))
+    except OSError as problem:
+        raise OutputError(f"{studio.folder.root}: cannot be written ({problem.strerror})") from None
+
+
+def _server(config: Any, studio: Studio) -> Any:
+    """Return a server that ends the runs before it waits for connections: some of them wait for a run."""
+    import uvicorn
+
+    class Server(uvicorn.Server):
+        async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+            await asyncio.to_thread(studio.jobs.close)
+            await super().shutdown(sockets)
+
+    return Server(config)
+
+
+def _listen(port: int | None) -> socket.socket:
+    """Return a socket bound to this machine alone.
+
+    Raises
+    ------
+    StudioError
+        The port is taken, or may not be used.
+    """
+    tried = range(PORT, PORT + _TRIED) if port is None else [port]
+    for number in tried:
+        made = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, sys.platform != "win32")
+        try:
+            made.bind((HOST, number))
+            made.listen(128)
+        except OSError as problem:
+            made.close()
+            reason = problem.strerror
+        else:
+            return made
+    shown = f"{PORT} to {PORT + _TRIED - 1}" if port is None else str(port)
+    raise StudioError(f"port {shown} cannot be used ({reason}); choose another with --port")
+
+
+def _open_when_ready(server: Any, address: str) -> None:
+    """Open the page in the person's browser once the server listens."""
+    for _ in range(200):
+        if server.started:
+            webbrowser.open(address)
+            return
+        threading.Event().wait(0.05)
+
+
+def parse_port(word: str) -> int:
+    """Return a port that a person typed.
+
+    Raises
+    ------
+    OptionError
+        It is none.
+    """
+    if not word.isdecimal() or not 1 <= int(word) <= 65535:
+        raise OptionError(f"--port: '{word}' is not a port, 1 to 65535")
+    return int(word)

@@ -1,0 +1,394 @@
+"""The JSON API: optimise, solve, simulate and verify for other programs, and what the page itself loads and sends.
+
+Documented by ``/api/openapi.json``. Other programs send the token from the studio's folder as
+``Authorization: Bearer TOKEN``. An error is a JSON object with one key, ``error``, and one line in it.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any
+from urllib.parse import quote
+
+from fastapi import APIRouter, File, Form, HTTPException, Path, Query, Request, Security, UploadFile
+from fastapi.responses import JSONResponse, Response
+from fastapi.security import HTTPBearer
+from pydantic import BaseModel
+from starlette.staticfiles import StaticFiles
+
+from leafcut.errors import LeafcutError, OptionError
+from leafcut.option_spec import flag_name
+from leafcut.processes import registry
+from leafcut.studio.folder import Folder
+from leafcut.studio.jobs.history import JobRecord, files_of
+from leafcut.studio.jobs.jobs import Jobs, line_of
+from leafcut.studio.jobs.nest_request import wanted_parts
+from leafcut.studio.jobs.sheets import comparison, plan_cuts, sheets_of
+from leafcut.studio.jobs.task import Task
+from leafcut.studio.server.safety import STILL_POLICY
+
+if TYPE_CHECKING:
+    from fastapi import FastAPI
+
+    from leafcut.studio.studio import Studio
+
+#: Where an artefact may be shown in a page of its own.
+_SHOWN = ("image/svg+xml", "text/html; charset=utf-8")
+
+Job = Annotated[str, Path(pattern="^[A-Za-z0-9_-]{12}$", description="a job's id")]
+Upload = Annotated[UploadFile | None, File(description="a file that leafcut reads")]
+Named = Annotated[str, Form(description="in place of a file: example:plate-70, random:200:7")]
+Options = Annotated[str, Form(description='a JSON object of options: {"machine": "haas-vf2", "thickness": "3mm"}')]
+
+_KEPT = {"cache-control": "private, max-age=31536000, immutable"}
+
+
+def add_static(app: FastAPI) -> None:
+    """Add the files that the page is made of, and the colours, which are those of leafcut's reports."""
+    css = colours_css()
+
+    @app.get("/static/colours.css", include_in_schema=False)
+    def colours() -> Response:
+        return Response(css, media_type="text/css", headers=_KEPT)
+
+    app.mount("/static", _Static(packages=[("leafcut.studio", "static")]))
+
+
+class _Static(StaticFiles):
+    """Files whose addresses tell how new they are: a browser may keep them."""
+
+    def file_response(self, *arguments: Any, **named: Any) -> Response:
+        answer = super().file_response(*arguments, **named)
+        answer.headers.update(_KEPT)
+        return answer
+
+
+def colours_css() -> str:
+    """Return the report's colours for a page that can be told to be light or dark, beside the system's own way."""
+    from leafcut.report.colours import style_sheet
+
+    light, dark = re.findall(r":root \{(.*?)\}", style_sheet("drawing.css"), flags=re.DOTALL)[:2]
+    return (
+        f":root {{ color-scheme: light; {light} }}\n"
+        f"@media (prefers-color-scheme: dark) {{ :root:not([data-theme=light]) {{ color-scheme: dark; {dark} }} }}\n"
+        f":root[data-theme=dark] {{ color-scheme: dark; {dark} }}\n"
+    )
+
+
+class Refusal(BaseModel):
+    """What every refusal is."""
+
+    error: str
+
+
+#: What of the statuses is meant, in every route.
+_REFUSED: dict[int | str, dict[str, Any]] = {
+    400: {"model": Refusal, "description": "options that are unknown or out of range"},
+    401: {"model": Refusal, "description": "the token is missing"},
+    403: {"model": Refusal, "description": "another host or origin than the studio's own"},
+    404: {"model": Refusal, "description": "there is no such thing"},
+    413: {"model": Refusal, "description": "more than the studio takes"},
+    422: {
+        "model": Refusal,
+        "description": "an input that cannot be done, or a field that is missing or of a wrong kind",
+    },
+    500: {"model": Refusal, "description": "an internal error in leafcut"},
+}
+_BINARY = {"type": "string", "format": "binary"}
+_BODY = {"required": True, "content": {"application/octet-stream": {"schema": _BINARY}}}
+
+
+def router(studio: Studio) -> APIRouter:
+    """Return the routes under ``/api`` of a studio."""
+    token = HTTPBearer(auto_error=False, description="the token in the studio's folder")  # the guard has looked
+    made = APIRouter(prefix="/api", responses=_REFUSED, dependencies=[Security(token)])
+    _add_commands(made, studio.folder, studio.jobs)
+    _add_files(made, studio.folder)
+    _add_jobs(made, studio.jobs)
+    _add_lists(made)
+
+    @made.get("", include_in_schema=False)
+    @made.get("/{rest:path}", include_in_schema=False)
+    def nothing(rest: str = "") -> None:
+        raise HTTPException(404, "there is nothing at this address")
+
+    return made
+
+
+def refuse(_: Request, problem: Exception) -> JSONResponse:
+    """Answer an error of leafcut, or a fault, with its one line."""
+    status = 400 if isinstance(problem, OptionError) else 422 if isinstance(problem, LeafcutError) else 500
+    return JSONResponse({"error": line_of(problem)}, status)
+
+
+def refuse_http(_: Request, problem: Exception) -> JSONResponse:
+    """Answer what the routes themselves refuse in the same form."""
+    status, detail = getattr(problem, "status_code", 400), getattr(problem, "detail", "")
+    if str(detail).startswith("Part exceeded"):  # of a form, as its parser calls it
+        detail = "a field of this request is larger than 1 MiB; only files may be"
+    return JSONResponse({"error": str(detail) or "this request cannot be understood"}, status)
+
+
+def refuse_invalid(_: Request, problem: Exception) -> JSONResponse:
+    """Answer a request whose fields are missing or of a wrong kind."""
+    first: dict[str, Any] = next(iter(getattr(problem, "errors", list)()), {})
+    place = " ".join(str(word) for word in first.get("loc", ())[1:])
+    return JSONResponse({"error": f"{place}: {first.get('msg', 'cannot be understood')}".strip(": ")}, 422)
+
+
+async def _keep(folder: Folder, file: UploadFile) -> str:
+    """Keep an upload; return its id. It is copied in pieces: it may be large."""
+    made, path = folder.new_input(file.filename or "file")
+    with path.open("wb") as to:
+        while piece := await file.read(1 << 20):
+            to.write(piece)
+    return made
+
+
+async def _input(folder: Folder, file: UploadFile | None, named: str) -> str:
+    if file is not None:
+        return await _keep(folder, file)
+    if not named:
+        raise OptionError("no file given; send one as 'file', or name a built-in part as 'source'")
+    return named
+
+
+def _options(text: str) -> dict[str, Any]:
+    try:
+        found = json.loads(text or "{}")
+    except (ValueError, RecursionError):
+        found = None
+    if not isinstance(found, dict):
+        raise OptionError("'options' must be a JSON object")
+    return found
+
+
+async def _done(jobs: Jobs, task: Task, named: str = "") -> tuple[JobRecord, dict[str, Any]]:
+    """Run a task as a job and wait for it; return its record and its answer.
+
+    What came with a request that is refused is not kept; an input that was `named` was there before.
+    """
+    try:
+        job = jobs.start(task)
+    except BaseException:
+        jobs.folder.drop_inputs(files_of([replace(task, options={})]) - {named})
+        raise
+    await jobs.over(job)
+    record = jobs.record(job)
+    if record is None or not record.state.kept:
+        line = record.line if record else ""
+        raise HTTPException(500 if line.startswith("a fault") else 422, line or "the job was cancelled")
+    return record, jobs.history.answer(job) or {}
+
+
+def _text(jobs: Jobs, job: str, name: str) -> str:
+    found = jobs.history.artefact(job, name)
+    return "" if found is None else found.text
+
+
+def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
+    @made.post("/optimize", summary="A verified program from a drawing, or from another CAM's program")
+    async def optimize(
+        file: Upload = None, source: Named = "", process: Annotated[str, Form()] = "auto", options: Options = "{}"
+    ) -> JSONResponse:
+        """Return the answer of ``leafcut optimize --json``, the program as ``text``, and the job's id as ``job``."""
+        given = _options(options)
+        task = Task("optimize", (await _input(folder, file, source),), process, given)
+        record, answer = await _done(jobs, task, "" if file is not None else source)
+        return JSONResponse({**answer, "text": _text(jobs, record.id, "program"), "job": record.id})
+
+    @made.post("/solve", summary="A short closed tour through the points of a map")
+    async def solve(file: Upload = None, source: Named = "", options: Options = "{}") -> JSONResponse:
+        """Return the answer of ``leafcut solve --json``, the tour in TSPLIB's form as ``text``, and ``job``."""
+        given = _options(options)
+        task = Task("solve", (await _input(folder, file, source),), "auto", given)
+        record, answer = await _done(jobs, task, "" if file is not None else source)
+        return JSONResponse({**answer, "text": _text(jobs, record.id, "tour"), "job": record.id})
+
+    @made.post("/nest", summary="Parts with quantities laid on sheets, in several variants")
+    async def nest(
+        files: Annotated[list[UploadFile], File(description="drawings of parts")],
+        parts: Annotated[
+            str, Form(description='how often each, in their order: [{"quantity": 10, "rotations": "0 90"}]')
+        ] = "[]",
+        options: Options = "{}",
+    ) -> JSONResponse:
+        """Return the answer of ``leafcut nest --json``, the drawings as ``texts`` by their names, and ``job``."""
+        given, wanted = _options(options), wanted_parts([""] * len(files), parts)
+        words = [replace(one, input=await _keep(folder, file)).word for one, file in zip(wanted, files, strict=True)]
+        task = Task("nest", tuple(words), "auto", given)
+        record, answer = await _done(jobs, task)
+        sheets = sheets_of(record.id, answer)
+        texts = {sheet.file: _text(jobs, record.id, sheet.drawing) for sheet in sheets}
+        return JSONResponse({**answer, "texts": texts, "job": record.id})
+
+    @made.post("/simulate", summary="What a program costs on a machine, and what is dangerous in it")
+    async def simulate(file: Upload = None, options: Options = "{}") -> JSONResponse:
+        """Return the answer of ``leafcut simulate --json``, and the job's id as ``job``."""
+        given = _options(options)
+        task = Task("simulate", (await _input(folder, file, ""),), "auto", given)
+        record, answer = await _done(jobs, task)
+        return JSONResponse({**answer, "job": record.id})
+
+    @made.post("/verify", summary="Whether two programs do the same work, or where they differ")
+    async def verify(
+        original: Annotated[UploadFile, File(description="the program that is right")],
+        new: Annotated[UploadFile, File(description="the program that must do the same work")],
+        options: Options = "{}",
+    ) -> JSONResponse:
+        """Return the answer of ``leafcut verify --json``, and the job's id as ``job``."""
+        given = _options(options)
+        files = (await _keep(folder, original), await _keep(folder, new))
+        record, answer = await _done(jobs, Task("verify", files, "auto", given))
+        return JSONResponse({**answer, "job": record.id})
+
+
+def _add_files(made: APIRouter, folder: Folder) -> None:
+    @made.post("/files", summary="Open a file in the studio", openapi_extra={"requestBody": _BODY})
+    async def open_file(request: Request, name: Annotated[str, Query(max_length=1000)]) -> dict[str, Any]:
+        """Keep the body of the request as a file; return its ``id``, its ``name`` and its ``size`` in bytes."""
+        made_id, path = folder.new_input(name)
+        size = 0
+        try:
+            with path.open("wb") as to:
+                async for piece in request.stream():
+                    size += len(piece)
+                    to.write(piece)
+        except BaseException:
+            folder.drop_inputs([made_id])
+            raise
+        return {"id": made_id, "name": path.name, "size": size}
+
+
+def _job_answer(jobs: Jobs, record: JobRecord) -> dict[str, Any]:
+    live = jobs.live(record.id)
+    latest = live.latest if live is not None else None
+    return {
+        "id": record.id,
+        "title": record.title,
+        "command": record.task.command,
+        "process": record.task.process,
+        "options": record.task.options,
+        "state": record.state.value,
+        "created": record.created,
+        "finished": record.finished,
+        "error": record.line,
+        "figures": record.figures,
+        "progress": None
+        if latest is None or record.state.over
+        else {"what": latest.what, "cost": latest.cost, "share": latest.share, "gap": latest.gap},
+        "files": {name: file for name, file in jobs.history.artefacts(record.id).items() if file},
+    }
+
+
+def _found(jobs: Jobs, job: str) -> JobRecord:
+    record = jobs.record(job)
+    if record is None:
+        raise HTTPException(404, "there is no such job")
+    return record
+
+
+def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
+    @made.get("/jobs", summary="The last jobs, the newest first")
+    def every(most: Annotated[int, Query(ge=1, le=1000)] = 100) -> list[dict[str, Any]]:
+        return [_job_answer(jobs, record) for record in jobs.newest(most)]
+
+    @made.get("/jobs/{job}", summary="A job: how it stands, and its answer where it is done")
+    def one(job: Job) -> dict[str, Any]:
+        return {**_job_answer(jobs, _found(jobs, job)), "answer": jobs.history.answer(job)}
+
+    @made.post("/jobs/{job}/stop", summary="Stop a job and keep the best that it has")
+    def stop(job: Job) -> dict[str, Any]:
+        _found(jobs, job)
+        jobs.stop(job)
+        return _job_answer(jobs, _found(jobs, job))
+
+    @made.post("/jobs/{job}/cancel", summary="Stop a job and keep nothing")
+    def cancel(job: Job) -> dict[str, Any]:
+        _found(jobs, job)
+        jobs.cancel(job)
+        return _job_answer(jobs, _found(jobs, job))
+
+    @made.get(
+        "/jobs/{job}/answer", summary="The answer of a job that is done, as the command line gives it with --json"
+    )
+    def answer(job: Job) -> JSONResponse:
+        found = jobs.history.answer(_found(jobs, job).id)
+        if found is None:
+            raise HTTPException(404, "this job has no answer")
+        return JSONResponse(found)
+
+    @made.post("/jobs/{job}/cuts", summary="Plan the cuts of all sheets of a nest, and compare its variants")
+    async def plan(job: Job, options: Options = "{}") -> list[dict[str, Any]]:
+        """Return, when all are planned, what the cuts of every variant come to; the jobs have the programs."""
+        _found(jobs, job)
+        for begun in plan_cuts(jobs, job, _options(options)):
+            await jobs.over(begun)
+        return comparison(jobs, job)
+
+    @made.get("/jobs/{job}/cuts", summary="What the cuts of a nest's variants come to, as far as they are planned")
+    def cuts(job: Job) -> list[dict[str, Any]]:
+        _found(jobs, job)
+        return comparison(jobs, job)
+
+    @made.delete("/jobs/{job}", summary="Forget a job and the files that only it used")
+    def delete(job: Job) -> dict[str, str]:
+        _found(jobs, job)
+        jobs.delete(job)
+        return {"deleted": job}
+
+    @made.get(
+        "/jobs/{job}/files/{name}",
+        summary="A file that a run made",
+        response_class=Response,
+        responses={200: {"description": "the file", "content": {"*/*": {"schema": _BINARY}}}},
+    )
+    def artefact(job: Job, name: Annotated[str, Path(max_length=40)], show: bool = False) -> Response:
+        found = jobs.history.artefact(job, name)
+        if found is None:
+            raise HTTPException(404, "there is no such file")
+        shown = show and found.media_type in _SHOWN
+        disposition = f"{'inline' if shown else 'attachment'}; filename*=UTF-8''{quote(found.file_name)}"
+        headers = {"content-disposition": disposition, "content-security-policy": STILL_POLICY}
+        return Response(found.data, media_type=found.media_type, headers=headers)
+
+
+def _add_lists(made: APIRouter) -> None:
+    @made.get("/machines", summary="The machines that leafcut knows")
+    def machines() -> list[dict[str, str]]:
+        from leafcut.read.machine import machine_list
+
+        return [{"name": name, "description": words} for name, words in machine_list()]
+
+    @made.get("/algorithms", summary="The algorithms that order the work")
+    def algorithms() -> list[dict[str, str]]:
+        from leafcut import api
+
+        return [{"name": name, "description": words} for name, words in api.algorithms().items()]
+
+    @made.get("/formats", summary="The kinds of file that leafcut reads")
+    def formats() -> list[dict[str, str]]:
+        from leafcut.read import formats
+
+        return [{"name": f.name, "description": f"{' '.join(f.extensions)}  {f.help}".strip()} for f in formats()]
+
+    @made.get("/options", summary="Every option: its kind, unit, bounds, choices and help")
+    def options() -> list[dict[str, Any]]:
+        return [
+            {
+                "name": name,
+                "flag": flag_name(name),
+                "group": group.section,
+                "kind": spec.kind,
+                "unit": spec.unit,
+                "minimum": spec.minimum,
+                "maximum": spec.maximum,
+                "choices": list(spec.all_choices),
+                "default": spec.default_words,
+                "help": spec.help,
+            }
+            for group in registry.groups()
+            for name, spec in group.specs().items()
+        ]

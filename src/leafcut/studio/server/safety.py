@@ -1,0 +1,317 @@
+"""Who may speak to the studio, and what a page of it may do: the outermost layer of the server.
+
+Every request needs a key: a browser comes in by an address that works once, and has a cookie then that ends; a program
+sends the token as a bearer of an ``Authorization`` header (`keys`). Requests by a name that is not this machine's
+loopback (DNS rebinding) and those that another page begins (cross-site forgery) are refused before anything else sees
+them.
+
+The content policy: only the studio's own files. NiceGUI needs two things more. It begins its page with scripts and
+styles inside it: they get a nonce that is made anew for every page. And it sends calls to components as text that the
+page evaluates, therefore ``unsafe-eval``; that text comes over the guarded connection alone.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import re
+import secrets
+import time
+from collections.abc import Awaitable, Callable, Iterable, MutableMapping
+from contextlib import suppress
+from http.cookies import CookieError, SimpleCookie
+from typing import Any
+from urllib.parse import parse_qs
+
+from leafcut.studio.folder import LARGEST_UPLOAD
+from leafcut.studio.keys import COOKIE_SECONDS, StudioKeys
+
+Scope = MutableMapping[str, Any]
+Message = MutableMapping[str, Any]
+Receive = Callable[[], Awaitable[Message]]
+Send = Callable[[Message], Awaitable[None]]
+App = Callable[[Scope, Receive, Send], Awaitable[None]]
+
+#: Largest body of a request that brings no files, bytes; a file may have `LARGEST_UPLOAD`.
+LARGEST_REQUEST = 1024 * 1024
+UPLOADS = "/api/"
+#: Longest pause in the middle of a request, and longest time for all of it, s.
+PAUSE, WHOLE = 20.0, 600.0
+
+_FIXED = {
+    "x-frame-options": "DENY",
+    "x-content-type-options": "nosniff",
+    "referrer-policy": "no-referrer",
+    "cross-origin-opener-policy": "same-origin",
+    "cross-origin-resource-policy": "same-origin",
+    "permissions-policy": "camera=(), microphone=(), geolocation=(), usb=(), serial=(), payment=()",
+}
+_TAG = re.compile(rb"<(script|style)(?=[\s>])")
+_READING = ("GET", "HEAD", "OPTIONS")
+
+
+class RequestRefused(Exception):
+    """More came than may come, or it came too slowly; ends the request wherever it is being read."""
+
+
+def content_policy(nonce: str, host: str) -> str:
+    """Return the content security policy of a page of the studio."""
+    return "; ".join(
+        (
+            "default-src 'none'",
+            f"script-src 'self' 'nonce-{nonce}' 'unsafe-eval'",
+            f"style-src 'self' 'nonce-{nonce}'",
+            "style-src-attr 'unsafe-inline'",
+            "img-src 'self' data: blob:",
+            "font-src 'self'",
+            f"connect-src 'self' ws://{host}",
+            "base-uri 'none'",
+            "form-action 'none'",
+            "frame-ancestors 'none'",
+        )
+    )
+
+
+#: Of a document that only shows itself, such as a report: nothing runs, nothing is loaded.
+STILL_POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox; frame-ancestors 'none'"
+
+
+class Guard:
+    """An ASGI application around another one.
+
+    Parameters
+    ----------
+    keys
+        What lets in whom.
+    port
+        Of this server: hosts and origins are checked against it.
+    on_entry
+        Called with the key in the address when a browser has come in by it: it is used up.
+    """
+
+    def __init__(
+        self,
+        app: App,
+        *,
+        keys: StudioKeys,
+        port: int,
+        largest: int = LARGEST_UPLOAD,
+        on_entry: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        self.app = app
+        self.keys, self.on_entry = keys, on_entry
+        self.cookie = f"leafcut-{port}"
+        self.hosts = (f"127.0.0.1:{port}", f"localhost:{port}")
+        self.largest = largest
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass on what may pass."""
+        if scope["type"] not in ("http", "websocket"):
+            await self.app(scope, receive, send)
+            return
+        scope["headers"] = [(k, v) for k, v in scope["headers"] if not k.startswith(b"x-forwarded-")]
+        asked = _Asked(scope)
+        refusal = self._refusal(asked)
+        if scope["type"] == "websocket":
+            if refusal or not self._known(asked):
+                await send({"type": "websocket.close", "code": 1008, "reason": ""})
+            else:
+                await self.app(scope, receive, send)
+            return
+        if refusal:
+            await _answer(asked, send, 403, refusal)
+        elif asked.method == "GET" and asked.path == "/" and asked.token is not None:
+            await self._enter(asked, send)
+        elif not self._known(asked):
+            await _answer(
+                asked, send, 401, "Open the address that leafcut studio printed last: it holds the key to this page."
+            )
+        else:
+            await self._pass(asked, scope, receive, send)
+
+    def _refusal(self, asked: _Asked) -> str:
+        """Return why a request is refused whoever sends it; empty where it is not."""
+        if asked.host not in self.hosts:
+            return "This address is not the studio's: use 127.0.0.1 and the port that it printed."
+        own = f"http://{asked.host}"
+        if asked.origin is not None and asked.origin != own:
+            return "A page of another origin may not speak to the studio."
+        # Without any key it is the key that is missing, not the origin.
+        if asked.changes and asked.origin is None and self._known(asked) and not self._bearer(asked):
+            return "A request that changes something needs its origin, or the token in an Authorization header."
+        if asked.site in ("cross-site", "same-site") and asked.mode != "navigate":
+            return "A page of another origin may not load from the studio."
+        return ""
+
+    def _known(self, asked: _Asked) -> bool:
+        return self._bearer(asked) or self._has_cookie(asked)
+
+    def _has_cookie(self, asked: _Asked) -> bool:
+        return any(self.keys.is_cookie(value) for value in asked.cookies(self.cookie))
+
+    def _bearer(self, asked: _Asked) -> bool:
+        return self.keys.is_token(asked.bearer)
+
+    async def _enter(self, asked: _Asked, send: Send) -> None:
+        """Take the key out of the address: a cookie that scripts cannot read has its place."""
+        key = asked.token or ""
+        if self.keys.enter(key):
+            self.on_entry(key)
+        elif not self._has_cookie(asked):
+            line = "This address was used already, or its studio has ended: open the one that leafcut printed last."
+            await _answer(asked, send, 401, line)
+            return
+        await _answer(asked, send, 303, "", (("location", "/"), ("set-cookie", self._new_cookie())))
+
+    def _new_cookie(self) -> str:
+        value = self.keys.new_cookie()
+        return f"{self.cookie}={value}; Path=/; Max-Age={COOKIE_SECONDS}; HttpOnly; SameSite=Strict"
+
+    async def _pass(self, asked: _Asked, scope: Scope, receive: Receive, send: Send) -> None:
+        most = self.largest if asked.path.startswith(UPLOADS) else min(self.largest, LARGEST_REQUEST)
+        if asked.length > most:
+            await _answer(asked, send, *_too_large(most))
+            return
+        # A page that is loaded again has its cookie anew: who works here is not sent away in the middle.
+        renewed = self._new_cookie() if asked.path == "/" and not self._bearer(asked) else ""
+        exchange = _Exchange(receive, send, asked, most, renewed)
+        with suppress(RequestRefused):
+            await self.app(scope, exchange.receive, exchange.send)
+        if exchange.refused and not exchange.begun:
+            await _answer(asked, send, *exchange.refused)
+
+
+def _too_large(most: int) -> tuple[int, str]:
+    return 413, f"This is larger than {most >> 20} MiB, the most that the studio takes."
+
+
+class _Asked:
+    """What the guard needs to know of a request."""
+
+    def __init__(self, scope: Scope) -> None:
+        self.headers: dict[bytes, list[bytes]] = {}
+        for name, value in scope["headers"]:
+            self.headers.setdefault(name.lower(), []).append(value)
+        self.path: str = scope["path"]
+        self.method: str = scope.get("method", "")
+        hosts = self.headers.get(b"host", [])
+        self.host = self._text(b"host").lower() if len(hosts) == 1 else ""
+        self.origin = self._text(b"origin") if b"origin" in self.headers else None
+        self.site, self.mode = self._text(b"sec-fetch-site"), self._text(b"sec-fetch-mode")
+        #: A websocket changes things too, and browsers send its origin always.
+        self.changes = scope["type"] == "websocket" or self.method not in _READING
+        kind, _, word = self._text(b"authorization").partition(" ")
+        self.bearer = word.strip() if kind.lower() == "bearer" else ""
+        query = parse_qs(scope.get("query_string", b"").decode("latin-1"))
+        #: The key in the address.
+        self.token = query["token"][0] if "token" in query else None
+        length = self._text(b"content-length")
+        self.length = int(length) if length.isdecimal() and len(length) < 20 else 0
+
+    def _text(self, name: bytes) -> str:
+        return self.headers.get(name, [b""])[0].decode("latin-1")
+
+    def cookies(self, name: str) -> Iterable[str]:
+        """Yield the values of a cookie; a malformed header has none."""
+        for header in self.headers.get(b"cookie", []):
+            try:
+                found = SimpleCookie(header.decode("latin-1"))
+            except CookieError:
+                continue
+            if name in found:
+                yield found[name].value
+
+
+class _Exchange:
+    """A request and its answer on their way: what comes is counted, what goes gets the headers, and a page its nonce.
+
+    However long a body was said to be, no more than `most` bytes of it are passed on, nor after a pause of `PAUSE` or
+    in more than `WHOLE` seconds; what the application makes of the rest is not sent then.
+    """
+
+    def __init__(self, receive: Receive, send: Send, asked: _Asked, most: int, cookie: str) -> None:
+        self._receive, self._send, self._asked = receive, send, asked
+        self._most, self._left = most, most
+        self._cookie = cookie
+        self._end = time.monotonic() + WHOLE
+        self._arriving = True
+        self.refused: tuple[int, str] | None = None
+        self.begun = False
+        self._held: Message | None = None
+        self._nonce = secrets.token_urlsafe(16)
+        self._body = bytearray()
+
+    async def receive(self) -> Message:
+        """Pass on what comes, or raise `RequestRefused`."""
+        message = await self._next()
+        self._arriving = message.get("more_body", False)
+        self._left -= len(message.get("body", b""))
+        if self._left < 0:
+            self.refused = _too_large(self._most)
+            raise RequestRefused
+        return message
+
+    async def _next(self) -> Message:
+        if not self._arriving:  # whole: what comes now is its end, which may be long in coming
+            return await self._receive()
+        try:
+            return await asyncio.wait_for(self._receive(), min(PAUSE, self._end - time.monotonic()))
+        except TimeoutError:
+            self.refused = (408, "The request did not arrive in time.")
+            raise RequestRefused from None
+
+    async def send(self, message: Message) -> None:
+        """Pass on what goes; a page is held until it is whole."""
+        if self.refused and not self.begun:
+            return
+        if message["type"] == "http.response.start":
+            self.begun = True
+            headers = {k.decode("latin-1").lower(): v.decode("latin-1") for k, v in message["headers"]}
+            own = "content-security-policy" in headers
+            message["headers"] = [*message["headers"], *self._more(headers)]
+            if headers.get("content-type", "").startswith("text/html") and not own:
+                self._held = message
+                return
+        elif self._held is not None and message["type"] == "http.response.body":
+            self._body += message.get("body", b"")
+            if message.get("more_body", False):
+                return
+            page = _TAG.sub(rb'<\1 nonce="' + self._nonce.encode() + rb'"', bytes(self._body))
+            kept = [(k, v) for k, v in self._held["headers"] if k.lower() != b"content-length"]
+            self._held["headers"] = [*kept, (b"content-length", str(len(page)).encode())]
+            await self._send(self._held)
+            message = {"type": "http.response.body", "body": page}
+        await self._send(message)
+
+    def _more(self, headers: dict[str, str]) -> list[tuple[bytes, bytes]]:
+        more = dict(_FIXED)
+        if "content-security-policy" not in headers:
+            more["content-security-policy"] = content_policy(self._nonce, self._asked.host)
+        if "cache-control" not in headers:
+            more["cache-control"] = "no-store"
+        if self._cookie:
+            more["set-cookie"] = self._cookie
+        return [(k.encode(), v.encode()) for k, v in more.items() if k not in headers]
+
+
+async def _answer(asked: _Asked, send: Send, status: int, line: str, more: Iterable[tuple[str, str]] = ()) -> None:
+    """Send an answer of the guard's own: one line, in the form that errors of the API have where it was asked."""
+    api = asked.path.startswith(UPLOADS)
+    body = (json.dumps({"error": line}) if api else line).encode()
+    headers = {
+        **_FIXED,
+        "content-type": "application/json" if api else "text/plain; charset=utf-8",
+        "content-length": str(len(body)),
+        "content-security-policy": "default-src 'none'; frame-ancestors 'none'",
+        "cache-control": "no-store",
+        "connection": "close",
+        **dict(more),
+    }
+    await send(
+        {
+            "type": "http.response.start",
+            "status": status,
+            "headers": [(k.encode(), v.encode()) for k, v in headers.items()],
+        }
+    )
+    await send({"type": "http.response.body", "body": body})

@@ -1,0 +1,78 @@
+// How a run goes, in the title and the icon of the tab; a notice once it is over, where a person has asked for that.
+(() => {
+  const KEPT = "leafcut-notice";
+  const TITLE = document.title || "leafcut studio";
+  const SIGNS = { waiting: "…", running: "▶", done: "✓", stopped: "✓", failed: "✗", cancelled: "✗", interrupted: "✗" };
+  const OVER = new Set(["done", "stopped", "failed", "cancelled", "interrupted"]);
+  const STAYS = 4000; // ms that the tab says of a run that it is over, once that was seen
+  let last = {}, plain = null, words = {};
+
+  /** Return an icon with a ring that is closed as far as a run has come; green once it is over. */
+  function icon(share, over) {
+    const round = 2 * Math.PI * 12, done = over ? round : (round * share) / 100;
+    const ring = `<circle cx="16" cy="16" r="12" fill="none" stroke="#8a978f" stroke-opacity=".45" stroke-width="6"/>`
+      + `<circle cx="16" cy="16" r="12" fill="${over ? "#1d6b41" : "none"}" stroke="#1d6b41" stroke-width="6" stroke-dasharray="${done} ${round}" transform="rotate(-90 16 16)"/>`;
+    return `data:image/svg+xml,${encodeURIComponent(`<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 32 32">${ring}</svg>`)}`;
+  }
+
+  function show(job) {
+    const link = document.querySelector("link[rel~=icon]");
+    plain ??= link?.getAttribute("href");
+    const over = OVER.has(job.state);
+    const share = job.state === "running" && job.share ? ` ${job.share} %` : "";
+    document.title = job.state ? `${SIGNS[job.state]}${share} ${job.name} – leafcut` : TITLE;
+    if (link && plain) link.href = job.state ? icon(job.share, over) : plain;
+  }
+
+  function tell(job) {
+    const wanted = localStorage.getItem(KEPT) === "on" && window.Notification?.permission === "granted";
+    if (!wanted || !document.hidden) return;
+    const made = new Notification(`${job.name} – leafcut`, { body: words[job.state] ?? words.done, tag: job.job });
+    made.onclick = () => { window.focus(); made.close(); };
+  }
+
+  function look(at) {
+    const job = JSON.parse(at.dataset.job || "{}"), over = OVER.has(job.state);
+    const ended = over && last.job === job.job && !OVER.has(last.state);
+    last = job;
+    if (!over) show(job);
+    if (!ended) return; // what was over before the page came is no news
+    show(job);
+    tell(job);
+    if (document.hasFocus()) seen();
+  }
+
+  /** Who looks at the page, or does something there, has seen that a run is over: the tab says so a little longer. */
+  function seen() {
+    if (document.hidden || !OVER.has(last.state)) return;
+    setTimeout(() => { if (OVER.has(last.state)) show({}); }, STAYS);
+  }
+
+  async function ask(at) {
+    if (at.checked && window.Notification && Notification.permission === "default") await Notification.requestPermission();
+    const allowed = window.Notification?.permission === "granted";
+    if (at.checked && !allowed) {
+      at.checked = false;
+      at.title = words.blocked;
+      at.closest("label")?.setAttribute("title", words.blocked);
+    }
+    localStorage.setItem(KEPT, at.checked ? "on" : "off");
+  }
+
+  document.addEventListener("DOMContentLoaded", () => {
+    new MutationObserver(() => {
+      const at = document.getElementById("badge");
+      if (!at) return;
+      if (at.dataset.words && !words.done) words = JSON.parse(at.dataset.words);
+      if (at.dataset.job !== at.seen) { at.seen = at.dataset.job; look(at); }
+      for (const one of document.querySelectorAll("[data-notice]:not([data-known])")) {
+        one.dataset.known = "true";
+        one.checked = localStorage.getItem(KEPT) === "on" && window.Notification?.permission === "granted";
+        one.addEventListener("change", () => ask(one));
+      }
+    }).observe(document.body, { childList: true, subtree: true, attributes: true, attributeFilter: ["data-job"] });
+  });
+  document.addEventListener("visibilitychange", seen);
+  window.addEventListener("focus", seen);
+  document.addEventListener("pointerdown", seen);
+})();

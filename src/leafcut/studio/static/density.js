@@ -1,0 +1,82 @@
+// Many small holes as shades of grey: how many are in a cell, as a picture that is made once for each size of cells.
+
+const CELL = 2.5; // pixels of a cell at least
+const MANY = 3000; // holes from which on it is worth it
+const TINY = 2; // pixels: a hole that is drawn as wide is a dot, and tells nothing
+const CROWDED = 4; // pixels between two holes, as they would be if spread evenly
+const MOST_CELLS = 1 << 20;
+
+/** Whether holes are better shown by density: many, too small to be seen, and too near to each other. */
+export function isDense(part, scale) {
+  if (part.holes < MANY || !part.extents) return false;
+  const [x0, y0, x1, y1] = part.extents;
+  const apart = Math.sqrt((Math.max(x1 - x0, 1e-6) * Math.max(y1 - y0, 1e-6)) / part.holes) * scale;
+  return apart < CROWDED && typicalDiameter(part) * scale < TINY;
+}
+
+function typicalDiameter(part) {
+  part.typical ??= [...Array(Math.min(part.holes, 999)).keys()]
+    .map((k) => part.hole[3 * Math.floor((k * part.holes) / Math.min(part.holes, 999)) + 2])
+    .sort((a, b) => a - b)[Math.floor(Math.min(part.holes, 999) / 2)];
+  return part.typical;
+}
+
+/** Pictures of where a part's holes are, by the size of their cells: each is twice as wide as the one before. */
+export class Density {
+  /** `shown`: numbers of the holes. */
+  constructor(part, shown) {
+    this.part = part;
+    this.shown = shown;
+    this.pictures = new Map();
+  }
+
+  /** Return a picture for a scale: canvas, lower left corner and size in mm, relative to the origin. */
+  at(scale, colour) {
+    const { part } = this, [ox, oy] = part.origin, [x0, y0, x1, y1] = part.extents;
+    let power = Math.ceil(Math.log2(CELL / scale));
+    while (((x1 - x0) / 2 ** power + 1) * ((y1 - y0) / 2 ** power + 1) > MOST_CELLS) power++;
+    const key = `${power} ${colour}`;
+    let found = this.pictures.get(key);
+    if (found) return found;
+    if (this.pictures.size > 6) this.pictures.clear();
+    const size = 2 ** power, columns = Math.floor((x1 - x0) / size) + 1, rows = Math.floor((y1 - y0) / size) + 1;
+    const counts = new Uint32Array(columns * rows);
+    let most = 1;
+    for (const k of this.shown) {
+      const column = Math.min(Math.max(Math.floor((part.hole[3 * k] + ox - x0) / size), 0), columns - 1);
+      const row = Math.min(Math.max(Math.floor((part.hole[3 * k + 1] + oy - y0) / size), 0), rows - 1);
+      most = Math.max(most, ++counts[row * columns + column]);
+    }
+    found = { canvas: shaded(counts, columns, rows, most, colour), x: x0 - ox, y: y0 - oy, width: columns * size, height: rows * size };
+    this.pictures.set(key, found);
+    return found;
+  }
+}
+
+/** Return a canvas with a pixel for a cell, the first row at the bottom: the more holes the stronger. */
+function shaded(counts, columns, rows, most, colour) {
+  const canvas = document.createElement("canvas");
+  canvas.width = columns;
+  canvas.height = rows;
+  const ctx = canvas.getContext("2d"), picture = ctx.createImageData(columns, rows);
+  const [r, g, b] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16));
+  for (let row = 0; row < rows; row++) {
+    for (let column = 0; column < columns; column++) {
+      const count = counts[row * columns + column];
+      if (count) picture.data.set([r, g, b, Math.round(255 * (0.3 + 0.7 * (count / most) ** 0.6))], 4 * ((rows - 1 - row) * columns + column));
+    }
+  }
+  ctx.putImageData(picture, 0, 0);
+  return canvas;
+}
+
+/** Paint the holes of a part by density; `ctx` draws in mm relative to the part's origin. */
+export function paintDensity(ctx, density, scale, colour) {
+  const { canvas, x, y, width, height } = density.at(scale, colour);
+  ctx.save();
+  ctx.translate(x, y + height);
+  ctx.scale(1, -1);
+  ctx.imageSmoothingEnabled = false;
+  ctx.drawImage(canvas, 0, 0, width, height);
+  ctx.restore();
+}

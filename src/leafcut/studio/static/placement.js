@@ -1,0 +1,113 @@
+// Where the part lies: program zero, which can be dragged where an option takes it, and how far the machine goes.
+
+import { FONT, haloed } from "./marks.js";
+
+const ARM = 34, GRIP = 9, LEFT = 56, RULER = 24; // pixels
+
+/** What is told of the place of a part: `zero` (can it be dragged), `travel` { box, known, fits, machine }. */
+export class Placement {
+  constructor(drawing) {
+    this.drawing = drawing;
+    this.movable = false;
+    this.travel = null;
+    this.drag = null; // where zero is dragged to, mm
+  }
+
+  set({ movable = false, travel = null } = {}) {
+    this.movable = movable;
+    this.travel = travel;
+    this.drag = null;
+  }
+
+  /** Take hold of program zero, where it can be moved and the pointer is on it; return whether it is. */
+  grab(px, py) {
+    const { view, layers } = this.drawing;
+    if (!this.movable || !layers.origin || Math.hypot(px - view.toX(0), py - view.toY(0)) > GRIP) return false;
+    this.drag = [0, 0];
+    return true;
+  }
+
+  /** Return whether the pointer is where program zero can be taken hold of. */
+  over(px, py) {
+    const { view, layers } = this.drawing;
+    return this.movable && layers.origin && Math.hypot(px - view.toX(0), py - view.toY(0)) <= GRIP;
+  }
+
+  dragTo(px, py) {
+    const { view, measure } = this.drawing;
+    this.drag = measure.snapped(view.mmX(px), view.mmY(py));
+  }
+
+  /** Let go: return where zero is to be, mm, or null where it stays. */
+  drop(cancelled) {
+    const to = this.drag;
+    this.drag = null;
+    return cancelled || !to || Math.hypot(...to) === 0 ? null : to;
+  }
+
+  /** Draw both; `ctx` draws in pixels. */
+  draw(ctx, view, colours) {
+    const { layers } = this.drawing;
+    if (layers.travel && this.travel) this._travel(ctx, view, colours);
+    if (layers.origin && !this.drawing.unitless && this.drawing.shows) {
+      zeroMark(ctx, view.toX(0), view.toY(0), colours, this.movable, this.drag ? 0.45 : 1);
+      if (this.drag) zeroMark(ctx, view.toX(this.drag[0]), view.toY(this.drag[1]), colours, true, 1);
+    }
+  }
+
+  _travel(ctx, view, colours) {
+    const { box, known, fits, machine } = this.travel, { words } = this.drawing;
+    const x = view.toX(box[0]), y = view.toY(box[3]), width = (box[2] - box[0]) * view.scale, height = (box[3] - box[1]) * view.scale;
+    const colour = fits ? colours["ink-2"] : colours.bad;
+    ctx.strokeStyle = colour;
+    ctx.lineWidth = fits ? 1.2 : 2;
+    ctx.setLineDash([9, 5]);
+    ctx.strokeRect(x, y, width, height);
+    ctx.setLineDash([]);
+    const size = `${Math.round(box[2] - box[0])} × ${Math.round(box[3] - box[1])} mm`;
+    const said = [`${words.travel} ${machine}, ${size}`, fits ? (known ? "" : words.travelAround) : words.travelOut];
+    ctx.font = FONT;
+    ctx.textAlign = "left";
+    ctx.textBaseline = "bottom";
+    // Along the upper edge where that is seen, else along the lower one, and never behind the ruler.
+    const low = y + height < view.height - RULER ? y + height + 17 : -1, at = y > 20 ? y - 5 : low;
+    if (width > 60 && at > 0 && x + width > LEFT) haloed(ctx, said.filter(Boolean).join(" · "), Math.max(x + 2, LEFT), at, colour, colours.card);
+  }
+}
+
+/** Draw program zero: arrows in X and Y, and a ring that can be taken hold of. */
+function zeroMark(ctx, px, py, colours, movable, alpha) {
+  ctx.globalAlpha = alpha;
+  for (const [dx, dy, colour, letter] of [[1, 0, colours.change, "X"], [0, -1, colours.accent, "Y"]]) {
+    ctx.strokeStyle = ctx.fillStyle = colour;
+    ctx.lineWidth = 2;
+    ctx.beginPath();
+    ctx.moveTo(px, py);
+    ctx.lineTo(px + ARM * dx, py + ARM * dy);
+    ctx.stroke();
+    ctx.beginPath();
+    ctx.moveTo(px + (ARM + 6) * dx, py + (ARM + 6) * dy);
+    ctx.lineTo(px + ARM * dx - 4 * dy, py + ARM * dy + 4 * dx);
+    ctx.lineTo(px + ARM * dx + 4 * dy, py + ARM * dy - 4 * dx);
+    ctx.closePath();
+    ctx.fill();
+    ctx.font = FONT;
+    ctx.textAlign = "center";
+    ctx.textBaseline = "middle";
+    haloed(ctx, letter, px + (ARM + 14) * dx, py + (ARM + 14) * dy, colour, colours.card);
+  }
+  ctx.lineWidth = 2;
+  ctx.strokeStyle = colours.ink;
+  ctx.fillStyle = colours.card;
+  ctx.beginPath();
+  ctx.arc(px, py, movable ? 6 : 3.5, 0, 2 * Math.PI);
+  ctx.fill();
+  ctx.stroke();
+  if (movable) {
+    ctx.fillStyle = colours.ink;
+    ctx.beginPath();
+    ctx.arc(px, py, 2, 0, 2 * Math.PI);
+    ctx.fill();
+  }
+  ctx.globalAlpha = 1;
+}

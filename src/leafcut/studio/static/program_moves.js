@@ -1,0 +1,65 @@
+// Where the lines of a program went in another order of it. Lines count from 1; 0: none.
+
+export class Moves {
+  /** `pairs`: old line and new line of all that is in both, rising by the old one. */
+  constructor(pairs, oldCount, newCount) {
+    this.oldCount = oldCount;
+    this.newOf = new Uint32Array(oldCount + 1);
+    this.oldOf = new Uint32Array(newCount + 1);
+    for (let k = 0; k < pairs.length; k += 2) {
+      this.newOf[pairs[k]] = pairs[k + 1];
+      this.oldOf[pairs[k + 1]] = pairs[k];
+    }
+    this._divide();
+  }
+
+  /** Return what became of a line of the original, or of the new program: where its block begins there and here, whether
+   *  it moved, and how far down in the original it stood (0 … 1); null for a line that only one of them has. */
+  of(line, old) {
+    const own = old ? line : this.oldOf[line];
+    if (!own || !this.newOf[own]) return null;
+    const block = this.block[own], first = this.first[block];
+    const here = old ? first : this.newOf[first], there = old ? this.newOf[first] : first;
+    return { begins: line === here, there, moved: Boolean(this.moved[block]), part: first / this.oldCount };
+  }
+
+  /** Return the line of the other program: of what is not there, that of the nearest line before it. */
+  other(line, old) {
+    const of = old ? this.newOf : this.oldOf;
+    for (let at = line; at > 0; at--) if (of[at]) return of[at];
+    return 0;
+  }
+
+  /** Divide the original into blocks that went as one; those that keep their order stay, the fewest others moved. */
+  _divide() {
+    const { newOf } = this, first = [];
+    this.block = new Uint32Array(newOf.length);
+    let before = 0;
+    for (let line = 1; line < newOf.length; line++) {
+      if (!newOf[line]) continue;
+      if (!before || newOf[line] !== newOf[before] + (line - before)) first.push(line);
+      this.block[line] = first.length - 1;
+      before = line;
+    }
+    this.first = Uint32Array.from(first);
+    this.moved = new Uint8Array(first.length).fill(1);
+    for (const block of longestRising(first.map((line) => newOf[line]))) this.moved[block] = 0;
+  }
+}
+
+/** Return the indices of a longest rising choice of numbers that are all different. */
+export function longestRising(numbers) {
+  const ends = [], before = new Int32Array(numbers.length).fill(-1);
+  for (let k = 0; k < numbers.length; k++) {
+    let low = 0, high = ends.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (numbers[ends[middle]] < numbers[k]) low = middle + 1; else high = middle;
+    }
+    if (low) before[k] = ends[low - 1];
+    ends[low] = k;
+  }
+  const chosen = [];
+  for (let at = ends.at(-1) ?? -1; at >= 0; at = before[at]) chosen.push(at);
+  return chosen.reverse();
+}

@@ -1,0 +1,67 @@
+// All that the drawing shows, faintly beneath what is worked: its layers, each with a colour, and which are switched off.
+
+import { isDense, paintDensity } from "./density.js";
+import { PartPaths } from "./paths.js";
+import { OUTLINES } from "./scene.js";
+import { layerColour } from "./theme.js";
+
+const POINT = 2; // pixels
+const FAINT = 0.62;
+
+/** Return the names of the layers of some parts, in the order of their numbers. */
+export function layersOf(...parts) {
+  const names = new Set();
+  for (const part of parts) for (const name of part?.header.layers ?? []) names.add(name);
+  return [...names];
+}
+
+/** The paths of a part by layer; "" is what lies on none. */
+export class WholePaths {
+  constructor(part) {
+    const names = [...part.header.layers, ""];
+    this.layers = new Map(names.map((name) => [name, new PartPaths(part, new Set(names.filter((other) => other !== name)))]));
+  }
+}
+
+/** Yield while painting the whole drawing; layers of which there are several have colours. */
+export function* paintWhole(ctx, frame, { whole, wholePaths, drawnLayers, hidden, colours }) {
+  const px = 1 / frame.scale;
+  for (const [name, paths] of wholePaths.layers) {
+    if (hidden.has(name)) continue;
+    frame.inMm(ctx, whole.origin);
+    const colour = (ctx.strokeStyle = layerColour(colours, drawnLayers, name));
+    ctx.lineJoin = ctx.lineCap = "round";
+    ctx.lineWidth = px;
+    ctx.globalAlpha = FAINT;
+    for (const kind of OUTLINES) {
+      for (const [path, cost] of paths.strokes(kind)?.visible(frame.seen, frame.scale) ?? []) {
+        ctx.stroke(path);
+        yield cost;
+      }
+    }
+    if (isDense(whole, frame.scale)) {
+      paintDensity(ctx, paths.density, frame.scale, colour);
+      yield 400;
+    } else yield* paintHoles(ctx, frame, whole, paths);
+    const slots = slotsOf(whole, paths.slots);
+    if (slots) ctx.stroke(slots);
+    ctx.globalAlpha = 1;
+  }
+}
+
+function* paintHoles(ctx, frame, whole, paths) {
+  for (const piece of paths.visibleHoles(frame.seen)) {
+    ctx.stroke(paths.holes(piece, (whole.holes > 3000 ? 0.5 : POINT) / frame.scale));
+    yield 2 * piece.holes.length;
+  }
+}
+
+function slotsOf(part, slots) {
+  if (!slots.length) return null;
+  const path = new Path2D();
+  for (const k of slots) {
+    path.moveTo(part.slot[5 * k], part.slot[5 * k + 1]);
+    path.lineTo(part.slot[5 * k + 2], part.slot[5 * k + 3]);
+  }
+  return path;
+}

@@ -1,0 +1,53 @@
+// The kinds of work as small pictures, side by side: a group of radio buttons.
+import { h } from "vue";
+
+const SIZE = "0 0 96 56";
+
+/** What stands in the place of the drawing where there is none: strong and faint lines in a box of 96 × 56. */
+const ICONS = {
+  drill: { style: "holes", faint: "M14 8H82V48H14Z", strong: "M28 18a4 4 0 1 0 .1 0ZM48 18a4 4 0 1 0 .1 0ZM68 18a4 4 0 1 0 .1 0ZM28 32a4 4 0 1 0 .1 0ZM48 32a4 4 0 1 0 .1 0ZM68 32a4 4 0 1 0 .1 0Z" },
+  cut: { style: "lines", faint: "M8 4H88V52H8Z", strong: "M18 44V26a14 14 0 0 1 28 0v18ZM32 22a4 4 0 1 0 .1 0ZM56 12H80V44H56ZM68 22a6 6 0 1 0 .1 0Z" },
+  nest: { style: "lines", faint: "M8 4H88V52H8Z", strong: "M13 9H40V24H26V47H13ZM44 47V32H30V47ZM48 9H83V22H48ZM48 27H62V47H48ZM67 27H83V47H67Z" },
+  pocket: { style: "areas", faint: "M8 4H88V52H8Z", strong: "M24 10H72a8 8 0 0 1 8 8V38a8 8 0 0 1-8 8H24a8 8 0 0 1-8-8V18a8 8 0 0 1 8-8ZM48 20a8 8 0 1 0 .1 0Z" },
+  program: { style: "lines", faint: "M16 12H34M16 22H34M16 32H34M16 42H34", strong: "M46 12H80M46 22H68M46 32H80M46 42H62" },
+  solve: { style: "lines", faint: "", strong: "M18 40 26 14 48 22 72 10 80 34 58 32 50 46Z" },
+  simulate: { style: "lines", faint: "", strong: "M48 8a20 20 0 1 0 .1 0ZM48 16V28L57 34" },
+  verify: { style: "lines", faint: "M18 8H46V48H18ZM50 8H78V48H50Z", strong: "M34 30 44 40 64 18" },
+};
+const PLAIN = { style: "lines", faint: "M14 8H82V48H14Z", strong: "M28 28H68" };
+
+/** Return a picture as SVG. */
+function drawn({ style, strong, faint }) {
+  return h("svg", { class: ["picture", style], viewBox: SIZE, "aria-hidden": "true" }, [
+    h("path", { class: "faint", d: faint }),
+    h("path", { class: "strong", d: strong, "fill-rule": "evenodd" }),
+  ]);
+}
+
+export default {
+  props: { label: String, works: Array, chosen: String, why: String, turn: Number },
+  emits: ["choose"],
+  data: () => ({ pressed: null }), // what a person has just taken, until the page says what holds
+  computed: { now() { return this.pressed ?? this.chosen; } },
+  watch: { turn() { this.pressed = null; } },
+  // A browser checks what is pressed at once: where the page does not follow, it is put back.
+  updated() { for (const one of this.$el.querySelectorAll("input")) one.checked = one.value === this.now; },
+  methods: {
+    take(name) {
+      this.pressed = name;
+      this.$emit("choose", name);
+    },
+  },
+  render() {
+    const card = ({ name, title, picture }) =>
+      h("label", { class: ["work-card", name === this.now && "chosen"], key: name }, [
+        h("input", { type: "radio", name: `work-${this.$.uid}`, value: name, checked: name === this.now, onChange: () => this.take(name) }),
+        drawn(picture ?? ICONS[name] ?? PLAIN),
+        h("span", title),
+      ]);
+    return h("div", { class: "works", "data-turn": this.turn }, [
+      h("div", { class: "work-cards", role: "radiogroup", "aria-label": this.label }, this.works.map(card)),
+      this.why ? h("p", { class: "why quiet" }, this.why) : null,
+    ]);
+  },
+};

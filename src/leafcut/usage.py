@@ -1,0 +1,91 @@
+"""What a person is told, in one line, of a command line that cannot be used: the parser's own words name its parts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+from cyclopts import (
+    CoercionError,
+    CycloptsError,
+    MissingArgumentError,
+    RepeatArgumentError,
+    UnknownCommandError,
+    UnknownOptionError,
+    UnusedCliTokensError,
+)
+
+from leafcut.errors import close_to, nearest, shown
+from leafcut.option_spec import OptionSpec
+
+#: Returns why a command does not take an option, by the flag and the name that it has with other commands.
+WhyUnused = Callable[[str, str], str]
+
+
+def command_in(arguments: Sequence[str]) -> str:
+    """Return the command that a command line names; "" for none."""
+    return next((word for word in arguments if not word.startswith("-")), "")
+
+
+def told(
+    problem: CycloptsError, command: str, commands: Iterable[str], options: Mapping[str, OptionSpec], why: WhyUnused
+) -> str:
+    """Return what a person is told of a command line that the parser refuses.
+
+    Parameters
+    ----------
+    command
+        The command that was asked for, "" for none.
+    commands, options
+        All that there are.
+    why
+        Is asked about an option that only other commands have; "" where the command has it too.
+    """
+    help_of = f"(see leafcut {command} --help)" if command in commands else "(see leafcut --help)"
+    match problem:
+        case UnknownCommandError():
+            return _unknown_command((problem.unused_tokens or [""])[0], command, commands)
+        case UnknownOptionError():
+            return _unknown_option(problem, options, why, help_of)
+        case UnusedCliTokensError():
+            words = ", ".join(shown(word) for word in problem.unused_tokens or ())
+            return f"{command} takes no input, but was given {words}; leave it out"
+        case RepeatArgumentError():
+            return f"{problem.token.keyword if problem.token else ''} is given twice; leave one out"
+        case MissingArgumentError():
+            name = problem.keyword or (problem.argument.name if problem.argument else "")
+            return f"{name} needs a value {help_of}" if name.startswith("-") else f"{command} needs {name} {help_of}"
+        case CoercionError() if problem.token is not None and problem.target_type is bool:
+            flag = problem.token.keyword
+            return f"{flag}: '{shown(problem.token.value)}' is not true or false; {flag} alone turns it on"
+    return " ".join(str(problem).split()) + f" {help_of}"
+
+
+def _unknown_command(word: str, command: str, commands: Iterable[str]) -> str:
+    """Return what is told of a word that is no command: an option in front of one, or a file without one."""
+    if word.startswith("-"):
+        near = close_to(word, ["--help", "--version"])
+        if near:
+            return f"unknown option '{shown(word)}'; did you mean '{near}'?"
+        after = f": leafcut {command} {shown(word)}" if command in commands else " (see leafcut --help)"
+        return f"unknown option '{shown(word)}'; name a command first{after}"
+    if "." in word and not close_to(word, commands):
+        return f"'{shown(word)}' is no command; name one first: leafcut optimize {shown(word)}"
+    return f"unknown command '{shown(word)}'{nearest(word, commands)}"
+
+
+def _unknown_option(
+    problem: UnknownOptionError, options: Mapping[str, OptionSpec], why: WhyUnused, help_of: str
+) -> str:
+    """Return what is told of a flag that the command does not have, though another one may."""
+    flag = (problem.token.keyword or problem.token.value).partition("=")[0]
+    name = flag.removeprefix("--").replace("-", "_")
+    positive = name.removeprefix("no_")
+    if positive in options and (name == positive or options[positive].kind == "flag"):
+        reason = why(flag, positive)
+        if reason:
+            return reason
+    # Without their dashes: those are alike in all.
+    names = [one for argument in problem.argument_collection for one in argument.names if one.startswith("-")]
+    known = {one.lstrip("-"): one for one in names}
+    near = close_to(flag.lstrip("-"), known)
+    return f"unknown option '{shown(flag)}'" + (f"; did you mean '{known[near]}'?" if near else f" {help_of}")

@@ -1,0 +1,30 @@
+"""What a cut chart offers goes together: each choice is of rows that have what was chosen before it."""
+
+from __future__ import annotations
+
+from leafcut.read.chart_choices import choices_of
+from leafcut.read.cutchart import find_cut_data, load_chart
+
+
+def test_what_is_offered_beside_what_is_chosen_has_a_row_of_the_chart() -> None:
+    rows = load_chart()
+    first = choices_of(rows)
+    assert first.materials == tuple(sorted({row.material for row in rows}))
+    for process in first.processes:
+        for material in choices_of(rows, process).materials:
+            for thickness in choices_of(rows, process, material).thicknesses:
+                wanted = {row.amps for row in rows if row.process == process and row.material == material}
+                for amps in choices_of(rows, process, material, thickness).amps:
+                    assert amps in wanted
+                    data, _ = find_cut_data(
+                        rows, process, material, thickness, amps, kerf=1.0, pierce_delay=0.0, pierce_height=3.0
+                    )
+                    assert data.feed > 0
+
+
+def test_who_chose_what_the_chart_does_not_have_sees_what_it_has() -> None:
+    rows = load_chart()
+    assert choices_of(rows, "plasma", "wood").materials == ("aluminium", "mild_steel", "stainless_304")
+    assert choices_of(rows, "plasma", "steel").thicknesses == choices_of(rows, "plasma", "mild_steel").thicknesses
+    assert choices_of(rows, "plasma", "mild_steel", 333.0).amps == (45.0, 65.0, 85.0)
+    assert choices_of(rows, "nothing").materials == choices_of(rows).materials

@@ -1,0 +1,92 @@
+"""The figures of the report in plain values."""
+
+from __future__ import annotations
+
+import html
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from leafcut import api
+from leafcut.model.outcome import Outcome
+from leafcut.report.overview import overview_as_json
+from leafcut.report.page import write_page
+from leafcut.studio.wording import words
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module", params=["sheet", "pocket", "holes", "program"])
+def outcome(request: pytest.FixtureRequest) -> Outcome[Any]:
+    """Return an outcome of each kind of work."""
+    examples = ROOT / "examples"
+    sheet: dict[str, Any] = {"thickness": "6", "quantity": 25, "machine_rate": 60.0}
+    known: dict[str, tuple[Path, str, dict[str, Any]]] = {
+        "sheet": (examples / "sheet.dxf", "cut", sheet),
+        "pocket": (examples / "pocket.dxf", "pocket", {"tool_diameter": "10", "depth": "3", "strategy": "contour"}),
+        "holes": (examples / "plate_10.dxf", "drill", {}),
+        "program": (examples / "cam_121.nc", "auto", {}),
+    }
+    file, process, options = known[request.param]
+    return api.optimize(file, process=process, preset="fast", **options)
+
+
+def test_what_is_told_stands_in_the_report_in_the_same_words(outcome: Outcome[Any]) -> None:
+    page, found = html.unescape(write_page(outcome)), overview_as_json(outcome)
+    english = words("en")
+    for tile in found["tiles"]:
+        assert english.said(tile["name"]) in page
+        assert tile["figure"] in page
+        assert english.said(tile["words"]) in page
+    for row in found["parts"]["rows"]:
+        assert row["total"] in page
+
+
+def test_the_seconds_of_a_bar_are_the_time_of_its_order(outcome: Outcome[Any]) -> None:
+    rows = overview_as_json(outcome)["times"]["rows"]
+    for row, measure in ((rows[0], outcome.before), (rows[-1], outcome.after)):
+        stated = measure if outcome.process != "cut" else None
+        if stated is not None:
+            assert sum(row["seconds"].values()) == pytest.approx(stated.time_s)
+    if outcome.process == "cut":
+        times = outcome.detail.plan.measures.sheet
+        assert sum(rows[-1]["seconds"].values()) == pytest.approx(times.total_s)
+
+
+def test_all_of_it_can_be_said_in_spanish(outcome: Outcome[Any]) -> None:
+    """Every template has a translation with the same values in it."""
+    spanish = words("es").translated
+
+    def templates(value: Any) -> list[tuple[str, set[str]]]:
+        if isinstance(value, dict) and value.keys() == {"words", "values"}:
+            inner = [one for v in value["values"].values() for one in templates(v)]
+            return [(value["words"], set(value["values"])), *inner]
+        if isinstance(value, dict):
+            return [one for v in value.values() for one in templates(v)]
+        return [one for v in value for one in templates(v)] if isinstance(value, list) else []
+
+    for template, values in templates(overview_as_json(outcome)):
+        said = spanish[f"report.{template}"]
+        assert all(f"{{{name}}}" in said for name in values)
+
+
+def test_every_strategy_of_a_pocket_has_a_way_over_one_level() -> None:
+    """Its length is the one that the report says: measured on the toolpath, row by row."""
+    import numpy as np
+
+    from leafcut.model.toolpath import Kind, arc_sweep
+
+    options = {"tool_diameter": "10", "depth": "3", "strategy": "contour", "preset": "fast"}
+    done = api.optimize(ROOT / "examples" / "pocket.dxf", process="pocket", **options)  # type: ignore[arg-type]
+    (name, path), *rest = done.shown.ways()
+    assert (name, rest) == ("contour", [])
+    way = 0.0
+    for row in np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)).tolist():
+        if path.kind[row] == Kind.FEED:
+            way += float(np.hypot(*(path.end[row] - path.before[row])[:2]))
+        else:
+            radius, _, sweep = arc_sweep(path, row)
+            way += radius * abs(sweep)
+    measured = sum(plan.result.measures.feed_mm for plan in done.detail.plans if plan.result.measures is not None)
+    assert way == pytest.approx(measured, rel=1e-6)

@@ -1,0 +1,214 @@
+"""The student's bench in Chromium: what is learned is seen, explained and compared."""
+
+from __future__ import annotations
+
+import csv
+import re
+import statistics
+import struct
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Locator, Page, expect
+from studio_page import LONG, serious, typed
+from studio_server import Server
+from test_live_browser import make_map
+
+from leafcut import api
+
+pytestmark = pytest.mark.external
+
+COMMAND = "#command"
+
+
+def fold(page: Page, title: str) -> None:
+    """Open what is folded under a title."""
+    page.locator(".choose summary").filter(has_text=title).click()
+
+
+def switch(page: Page, name: str) -> Locator:
+    return page.locator(".bench").get_by_label(name, exact=True)
+
+
+def stepped(page: Page, algorithm: str, steps: int) -> None:
+    """Run a search on forty places step by step, so far as asked for."""
+    make_map(page, 40, algorithm)
+    page.locator(".choose").get_by_label("Speed", exact=True).select_option("step")
+    page.get_by_role("button", name="Run", exact=True).click()
+    study = page.locator(".study")
+    expect(study).to_contain_text("step 1", timeout=LONG)
+    for step in range(2, steps + 1):
+        study.get_by_role("button", name="Single step").click()
+        expect(study).to_contain_text(f"step {step}")
+
+
+def test_local_search_is_off_where_ants_are_studied_which_is_told_and_stands_in_the_command_line(page: Page) -> None:
+    make_map(page, 40, "mmas")
+    hint = page.get_by_role("note").filter(has_text="Local search is off")
+    expect(hint).to_be_visible()
+    expect(page.locator(COMMAND)).to_contain_text("--no-local-search")
+    algorithm = page.locator(".choose").get_by_label("Algorithm", exact=True)
+    algorithm.select_option("auto")
+    expect(hint).to_be_hidden()
+    expect(page.locator(COMMAND)).not_to_contain_text("--no-local-search")
+    algorithm.select_option("firefly")
+    expect(hint).to_be_visible()
+    fold(page, "Search details")
+    page.locator(".choose").get_by_label("Local search", exact=True).first.check()
+    expect(hint).to_be_hidden()
+    expect(page.locator(COMMAND)).not_to_contain_text("--no-local-search")
+
+
+def test_parameters_stand_by_their_letters(page: Page) -> None:
+    make_map(page, 40, "acs")
+    fold(page, "Ant algorithms")
+    for label in ("Pheromone weight α", "Heuristic weight β", "Evaporation rate ρ", "Initial pheromone τ₀", "Ants m"):
+        expect(page.get_by_label(label, exact=True)).to_be_visible()
+    typed(page, "Greedy probability q₀", "0.5")
+    expect(page.locator(COMMAND)).to_contain_text("--greedy-probability 0.5")
+    page.locator(".choose").get_by_label("Algorithm", exact=True).select_option("firefly")
+    fold(page, "Firefly algorithm")
+    for label in ("Attractiveness β₀", "Absorption γ", "Short inversion α"):
+        expect(page.get_by_label(label, exact=True)).to_be_visible()
+
+
+def test_a_step_is_drawn_with_best_mean_worst_and_branching_and_explained_in_its_own_numbers(page: Page) -> None:
+    stepped(page, "mmas", 4)
+    chart = page.locator(".progress .learned svg")
+    expect(chart).to_have_attribute(
+        "aria-label", re.compile(r"best so far [\d.,]+ .*best of the iteration .*mean .*worst .*branching [\d.]+")
+    )
+    for line in (".lc-round", ".lc-mean", ".lc-worst", ".lc-branching", ".lc-curve"):
+        expect(chart.locator(f"path{line}")).to_have_count(1)
+    lesson = page.locator(".lesson")
+    expect(lesson).to_contain_text("What happened in step 4")
+    # ρ of MAX–MIN Ant System without local search is 0.02, β is 2, and the next places add up to no more than all.
+    told = lesson.locator("math").all_text_contents()
+    assert any("0.98" in "".join(one.split()) for one in told)
+    shares = [float(cell.split()[0]) for cell in lesson.locator("tbody td:last-child").all_text_contents()]
+    assert len(shares) == 5
+    assert shares == sorted(shares, reverse=True)
+    assert 0.0 < sum(shares) <= 100.1
+    axis = page.locator(".progress .lc-switch")
+    expect(axis.get_by_role("button", name="Iterations")).to_have_attribute("aria-pressed", "true")
+    expect(chart.locator(".lc-axis")).to_have_text("it.")
+    axis.get_by_role("button", name="Time").click()
+    expect(chart.locator(".lc-axis")).to_have_text(re.compile("^m?s$"))
+    page.get_by_role("button", name="Stop, keep the best").click()
+    expect(page.locator(".headline")).to_be_visible(timeout=LONG)
+    page.get_by_role("tab", name="Search").click()
+    expect(page.locator(".result .learned path.lc-branching")).to_have_count(1)
+    with page.expect_download() as waiting:
+        page.get_by_role("link", name="CSV", exact=True).click()
+    with Path(waiting.value.path()).open() as file:
+        rows = list(csv.DictReader(file))
+    # The command line makes the same search, and its best tour after as many iterations is as long.
+    same = api.solve_file("random:40:1", algorithm="mmas", local_search=False, iterations=len(rows), bound=False)
+    assert float(rows[-1]["shortest"]) == pytest.approx(same.solution.cost, rel=1e-12)
+    assert [int(row["number"]) for row in rows] == list(range(1, len(rows) + 1))
+    assert len(rows) >= 4
+
+
+def test_a_flight_of_fireflies_is_explained(page: Page) -> None:
+    stepped(page, "firefly", 2)
+    expect(page.locator(".lesson")).to_contain_text(re.compile(r"Firefly \d+ of 11 has the longest tour"))
+    expect(page.locator(".lesson")).to_contain_text("It tries")
+    expect(page.locator(".progress .learned path.lc-branching")).to_have_count(0)
+    page.get_by_role("button", name="Stop, keep the best").click()
+    expect(page.locator(".headline")).to_be_visible(timeout=LONG)
+
+
+def compared(page: Page) -> Locator:
+    """Compare three algorithms with three seeds each on forty places; return the table of lengths."""
+    make_map(page, 40, "auto")
+    typed(page, "Time limit", "")
+    typed(page, "Iterations", "8")
+    fold(page, "Repeat and compare")
+    switch(page, "as – Ant System").uncheck()
+    switch(page, "firefly").check()
+    switch(page, "Runs of each").fill("3")
+    switch(page, "Runs of each").press("Tab")
+    page.get_by_role("button", name="Start 9 runs").click()
+    table = page.get_by_role("table", name="Lengths of the tours")
+    expect(table).to_be_visible(timeout=LONG)
+    return table
+
+
+def test_runs_of_several_algorithms_are_compared_in_table_boxes_and_curves_and_can_be_taken(page: Page) -> None:
+    table = compared(page)
+    page.get_by_role("link", name="All runs (CSV)").scroll_into_view_if_needed()
+    with page.expect_download() as waiting:
+        page.get_by_role("link", name="All runs (CSV)").click()
+    with Path(waiting.value.path()).open() as file:
+        runs = list(csv.DictReader(file))
+    lengths = {
+        name: [float(run["length"]) for run in runs if run["algorithm"] == name] for name in ("mmas", "acs", "firefly")
+    }
+    assert [len(found) for found in lengths.values()] == [3, 3, 3]
+    for row, (name, found) in zip(table.locator("tbody tr").all(), lengths.items(), strict=True):
+        figures = (min(found), statistics.mean(found), statistics.stdev(found), max(found))
+        assert row.locator("th").inner_text() == name
+        assert row.locator("td").all_inner_texts() == [f"{value:,.2f}" for value in figures]
+    alone = api.solve_file("random:40:1", algorithm="acs", seed=2, iterations=8, local_search=False, bound=False)
+    assert alone.solution.cost == lengths["acs"][1]
+    expect(page.locator(".result .lc-boxes rect.lc-quartiles").first).to_be_visible()
+    assert page.locator(".scrolls > section .lc-boxes rect.lc-quartiles").count() == 3
+    curves = page.locator(".scrolls > section .study-runs")
+    expect(curves.locator("path.lc-run:not(.lc-thick)")).to_have_count(9)
+    expect(curves.locator("path.lc-thick")).to_have_count(3)
+    drawn = curves.locator("path.lc-run").first.get_attribute("d")
+    curves.get_by_role("button", name="Time").click()
+    expect(curves.locator("path.lc-run").first).not_to_have_attribute("d", str(drawn))
+    with page.expect_download() as waiting:
+        page.get_by_role("button", name="Lengths of the tours: PNG").click()
+    picture = Path(waiting.value.path()).read_bytes()
+    assert picture[:8] == b"\x89PNG\r\n\x1a\n"
+    assert struct.unpack(">II", picture[16:24])[0] > 1500
+    page.get_by_role("button", name="Enlarge").click()
+    dialog = page.get_by_role("dialog", name="Comparison of algorithms")
+    expect(dialog.locator("path.lc-thick")).to_have_count(3)
+    expect(dialog.locator("rect.lc-quartiles")).to_have_count(3)
+    dialog.get_by_role("button", name="Close").click()
+    page.reload()
+    expect(table).to_be_visible(timeout=LONG)
+    page.get_by_role("button", name="Jobs", exact=True).click()
+    expect(page.locator("table.jobs tbody tr").first).to_contain_text("random:40:1")
+
+
+def test_a_comparison_can_be_ended_and_wrong_settings_are_told(page: Page) -> None:
+    make_map(page, 40, "auto")
+    fold(page, "Repeat and compare")
+    switch(page, "Runs of each").fill("many")
+    switch(page, "Runs of each").press("Tab")
+    page.locator(".bench > .button").click()
+    expect(page.locator("#said")).to_contain_text("'many' is not a whole number")
+    typed(page, "Time limit", "")
+    typed(page, "Iterations", "20")
+    switch(page, "Runs of each").fill("900")
+    switch(page, "Runs of each").press("Tab")
+    page.get_by_role("button", name="Start 2,700 runs").click()
+    expect(page.locator(".progress .what")).to_contain_text("of 2700", timeout=LONG)
+    page.get_by_role("button", name="Stop, keep the best").click()
+    expect(page.locator(".result")).to_contain_text("Stopped after", timeout=LONG)
+
+
+def test_axe_finds_nothing_serious_on_the_bench(browser: Browser, server: Server) -> None:
+    # The policy of the page would not let axe in.
+    context = browser.new_context(viewport={"width": 1280, "height": 720}, bypass_csp=True, locale="en-US")
+    server.let_in(context)
+    page = context.new_page()
+    page.goto(f"{server.origin}/?lang=en")
+    expect(page.locator("#view-work")).to_be_visible()
+    stepped(page, "mmas", 2)
+    expect(page.locator(".lesson table")).to_be_visible()
+    found = serious(page, "lesson")
+    page.get_by_role("button", name="Stop, keep the best").click()
+    expect(page.locator(".headline")).to_be_visible(timeout=LONG)
+    page.goto(f"{server.origin}/?lang=en")
+    compared(page)
+    found += serious(page, "comparison")
+    page.get_by_role("button", name="Enlarge").click()
+    expect(page.get_by_role("dialog").locator("path.lc-thick")).to_have_count(3)
+    found += serious(page, "dialog")
+    context.close()
+    assert found == []

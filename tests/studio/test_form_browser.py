@@ -1,0 +1,128 @@
+"""The options form in Chromium: menus from the cut chart, and options found by a word."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+from studio_page import LONG, PLATE, choose_work, opened
+from studio_server import Server
+
+pytestmark = pytest.mark.external
+
+CHART = "process,material,thickness_mm,cut_speed_mm_min,amps\nplasma,hardox,7,2000,85\nplasma,hardox,11,1200,105\n"
+
+
+def cutting(page: Page) -> None:
+    opened(page, PLATE)
+    choose_work(page, "cut")
+    expect(page.get_by_label("Material", exact=True)).to_be_visible()
+
+
+def offered(page: Page, label: str) -> list[str]:
+    """Return what the menu of a field offers."""
+    field = page.get_by_label(label, exact=True)
+    field.press("ArrowDown")
+    expect(field).to_have_attribute("aria-expanded", "true")
+    found = page.locator(".menu:visible [role=option]").all_inner_texts()
+    field.press("Escape")
+    expect(field).to_have_attribute("aria-expanded", "false")
+    return found
+
+
+def test_material_thickness_and_current_are_offered_from_the_chart_and_can_be_typed(page: Page) -> None:
+    cutting(page)
+    assert offered(page, "Material") == ["aluminium", "mild steel", "stainless steel 304"]
+    assert "6 mm" in offered(page, "Thickness")
+    field = page.get_by_label("Material", exact=True)
+    field.fill("alu")
+    expect(page.locator(".menu:visible [role=option]")).to_have_text(["aluminium"])
+    field.press("ArrowDown")
+    field.press("Enter")
+    expect(page.locator("#command")).to_contain_text("--material aluminium")
+    assert field.evaluate("at => at === document.activeElement")
+    thickness = page.get_by_label("Thickness", exact=True)
+    thickness.fill('3/8"')
+    thickness.press("Tab")
+    expect(page.locator("#command")).to_contain_text("--thickness '3/8\"'")
+    expect(page.get_by_label("Material", exact=True)).to_be_focused()
+    page.get_by_role("button", name="Choices: Current").click()
+    page.get_by_role("option", name="45 A").click()
+    expect(page.locator("#command")).to_contain_text("--amps 45")
+
+
+def test_a_chart_of_ones_own_fills_the_menus_and_a_broken_one_says_its_line(page: Page, tmp_path: Path) -> None:
+    cutting(page)
+    chart = tmp_path / "shop.csv"
+    chart.write_text(CHART)
+    page.get_by_label("Find an option").fill("cut chart")
+    page.get_by_label("Cut chart: File …").set_input_files(chart)
+    expect(page.locator("#command")).to_contain_text("--chart shop.csv")
+    page.get_by_label("Find an option").press("Escape")
+    assert offered(page, "Material") == ["hardox"]
+    page.get_by_label("Material", exact=True).fill("hardox")
+    page.get_by_label("Material", exact=True).press("Tab")
+    expect(page.locator("#command")).to_contain_text("--material hardox")
+    assert offered(page, "Thickness") == ["7 mm", "11 mm"]
+    page.get_by_label("Thickness", exact=True).fill("11")
+    page.get_by_label("Thickness", exact=True).press("Tab")
+    expect(page.locator("#command")).to_contain_text("--thickness 11")
+    assert offered(page, "Current") == ["105 A"]
+    chart.write_text(CHART.replace("2000", "fast"))
+    page.get_by_label("Find an option").fill("--chart")
+    page.get_by_label("Cut chart: File …").set_input_files(chart)
+    expect(page.get_by_role("alert")).to_contain_text("shop.csv:2: 'cut_speed_mm_min' is 'fast', not a number")
+
+
+def test_an_option_is_found_by_its_label_its_flag_and_its_help(page: Page) -> None:
+    cutting(page)
+    find, kerf = page.get_by_label("Find an option"), page.get_by_label("Kerf width", exact=True)
+    expect(kerf).to_be_hidden()
+    for word in ("KERF wid", "--kerf-width", "width kerf"):
+        find.fill(word)
+        expect(kerf).to_be_visible()
+    find.fill("clear of parts")  # words of its help alone
+    expect(page.get_by_label("Splash radius", exact=True)).to_be_visible()
+    expect(kerf).to_be_hidden()
+    find.fill("xyzzy")
+    expect(page.get_by_text("No option of this name.")).to_be_visible()
+    find.press("Escape")
+    expect(find).to_have_value("")
+    expect(kerf).to_be_hidden()
+    expect(page.get_by_label("Material", exact=True)).to_be_visible()
+
+
+def test_ten_fields_stand_first_and_the_others_in_folded_groups(page: Page) -> None:
+    cutting(page)
+    expect(page.locator(".choose .find ~ section .field:visible")).to_have_count(10)
+    assert page.locator(".choose .find ~ details").count() > 3
+    expect(page.locator(".choose .find ~ details .field:visible")).to_have_count(0)
+
+
+def test_on_a_spanish_page_refusals_and_issues_are_said_in_spanish(browser: Browser, server: Server) -> None:
+    context = browser.new_context(viewport={"width": 1280, "height": 720}, locale="es-ES")
+    server.let_in(context)
+    page = context.new_page()
+    page.goto(f"{server.origin}/?lang=es")
+    opened(page, PLATE)
+    page.get_by_label("Espesor", exact=True).fill("1/0in")
+    page.get_by_label("Espesor", exact=True).press("Tab")
+    expect(page.get_by_role("alert")).to_have_text("'1/0in' está dividido por 0")
+    page.get_by_label("Espesor", exact=True).fill("")
+    page.get_by_label("Espesor", exact=True).press("Tab")
+    page.get_by_label("Esfuerzo", exact=False).first.select_option("fast")
+    page.get_by_role("button", name="Ejecutar", exact=True).click()
+    expect(page.locator(".warnings")).to_contain_text("los agujeros solo se puntean", timeout=LONG)
+    expect(page.locator(".warnings [lang=es]").first).to_be_visible()
+    page.goto(f"{server.origin}/?lang=en")
+    context.close()
+
+
+def test_a_key_leads_to_the_field_that_finds_options(page: Page) -> None:
+    opened(page, PLATE)
+    page.keyboard.press("/")
+    expect(page.get_by_label("Find an option")).to_be_focused()
+    page.keyboard.type("peck")
+    expect(page.get_by_label("Peck depth", exact=True)).to_be_visible()
+    expect(page.get_by_label("Machine", exact=True)).to_have_count(0)

@@ -1,0 +1,315 @@
+"""What a page has chosen is kept under a name that opens nothing, and what is damaged of it means nothing."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from nicegui.client import Client
+from nicegui.page import page as page_of
+
+from leafcut.studio.drawing.editing import CutOrder, HoleOrder
+from leafcut.studio.jobs.history import JobRecord
+from leafcut.studio.jobs.nest_request import WantedPart
+from leafcut.studio.jobs.task import Task
+from leafcut.studio.kept_pages import LONGEST, MOST_CHARACTERS, MOST_PAGES, KeptPages
+from leafcut.studio.page.headline import saving
+from leafcut.studio.page.kept_state import KeptState
+from leafcut.studio.page.page_state import View
+from leafcut.studio.page.pages import Page
+from leafcut.studio.page.staleness import differences
+from leafcut.studio.recent_files import MOST_RECENT, RecentFiles
+from leafcut.studio.studio import Studio, open_studio
+from leafcut.studio.wording import words
+
+PLATE = Path(__file__).parents[2] / "examples" / "plate_10.dxf"
+
+
+def view_with_everything(studio: Studio) -> View:
+    """Return a view in which nothing is as at the beginning."""
+    source = studio.folder.add_input("plate.dxf", PLATE.read_bytes())
+    job = studio.jobs.start(Task("optimize", (source,), options={"thickness": "6", "preset": "fast"}))
+    view = View(studio, words("en"))
+    view.source, view.name, view.origin = source, "plate.dxf", f"{job}/1/1"
+    view.second, view.second_name = source, "other.nc"
+    view.parts, view.part_names = [WantedPart(source, 3, "0 90")], {source: "plate.dxf"}
+    view.sheet, view.work, view.process, view.pace, view.job = (2, 1), "cut", "plasma", "5", job
+    view.put("thickness", "thick")
+    view.put("machine", "laser-table")
+    view.put_for_input("quantity", "4")
+    return view
+
+
+def test_what_is_kept_of_a_page_is_chosen_again_as_it_was(studio: Studio) -> None:
+    view = view_with_everything(studio)
+    state = KeptState.of(view, "search", {"job": view.job, "state": []})
+    again = KeptState.from_json(json.loads(state.as_json()))
+    assert again == state
+    other = View(studio, words("en"))
+    again.put_into(other)
+    for name in (
+        "source", "name", "second", "second_name", "parts", "part_names", "origin", "sheet", "work", "process",
+        "values", "shown", "errors", "of_input", "job", "pace",
+    ):  # fmt: skip
+        assert getattr(other, name) == getattr(view, name), name
+    assert other.errors["thickness"]
+
+
+@pytest.mark.parametrize(
+    "plain",
+    [
+        {},
+        {"source": 3, "values": [], "parts": "abc", "sheet": 7, "work": "none", "edit": [], "of_input": None},
+        {"values": {"no_option": "1", "thickness": {"a": 1}}, "parts": [3, "x:many"], "job": "../../x", "pace": "9"},
+        {"work": ["drill"], "process": {}, "pace": [], "shown": {"thickness": 1}, "sheet": ["a", "b"]},
+    ],
+)
+def test_what_is_damaged_of_a_page_is_as_if_it_had_not_been_chosen(studio: Studio, plain: dict[str, object]) -> None:
+    state = KeptState.from_json(plain)
+    view = View(studio, words("en"))
+    state.put_into(view)
+    assert (view.work, view.process, view.pace, view.job, view.values, view.parts) == (
+        "drill", "auto", "full", None, {}, [],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["", "..", "../history", "a" * 15, "a" * 17, "aaaaaaaa/aaaaaaa", "aaaaaaaaaaaaaaa\n"])
+def test_a_name_that_is_none_is_neither_read_nor_written(tmp_path: Path, name: str) -> None:
+    (tmp_path / "history.json").write_text("{}")
+    pages = KeptPages(tmp_path / "pages")
+    pages.put(name, "{}")
+    pages.drop(name)
+    assert pages.get(name) is None
+    assert list((tmp_path / "pages").iterdir()) == []
+    assert (tmp_path / "history.json").exists()
+
+
+def test_pages_are_few_and_not_for_ever_and_none_that_is_seen_goes(tmp_path: Path) -> None:
+    pages = KeptPages(tmp_path)
+    seen = pages.new_name()
+    assert pages.hold(seen, lambda: True)
+    pages.put(seen, '{"source": "a"}')
+    long_ago = time.time() - LONGEST - 60
+    os.utime(tmp_path / f"{seen}.json", (long_ago, long_ago))
+    old = pages.new_name()
+    pages.put(old, "{}")
+    os.utime(tmp_path / f"{old}.json", (long_ago, long_ago))
+    for _ in range(MOST_PAGES + 5):
+        pages.put(pages.new_name(), "{}")
+    assert pages.get(seen) == {"source": "a"}
+    assert pages.get(old) is None
+    assert len(list(tmp_path.glob("*.json"))) <= MOST_PAGES + 1
+    large = pages.new_name()
+    pages.put(large, json.dumps({"name": "x" * MOST_CHARACTERS}))
+    assert pages.get(large) is None
+
+
+def test_a_name_is_of_one_page_that_is_seen(tmp_path: Path) -> None:
+    pages = KeptPages(tmp_path)
+    name = pages.new_name()
+    there = [True]
+
+    def first() -> bool:
+        return there[0]
+
+    def second() -> bool:
+        return True
+
+    assert pages.hold(name, first)
+    assert pages.hold(name, first)
+    assert not pages.hold(name, second)
+    there[0] = False
+    assert pages.hold(name, second)
+    pages.let_go(second)
+    assert pages.hold(name, first)
+
+
+def test_what_lies_damaged_of_pages_recent_files_and_drafts_stops_nothing(tmp_path: Path) -> None:
+    root = tmp_path / "studio"
+    (root / "pages").mkdir(parents=True)
+    (root / "pages" / f"{'a' * 16}.json").write_bytes(b"\xff{")
+    (root / "recent.json").write_text(
+        '[1, {"source": "example:plate-27"}, {"source": "x", "name": "y", "opened": "z"}]'
+    )
+    studio = open_studio(root)
+    assert studio.pages.get("a" * 16) is None
+    assert studio.recent.newest() == []
+    assert dict(studio.drafts("machines")) == {}
+    studio.jobs.close()
+    studio.history.close()
+
+
+def test_recent_files_are_told_once_and_no_more_than_some_and_what_is_gone_is_not(studio: Studio) -> None:
+    folder, recent = studio.folder, studio.recent
+    one = folder.add_input("plate.dxf", b"0\nEOF\n")
+    recent.add(one, "plate.dxf")
+    recent.add("example:plate-27", "plate-27")
+    same = folder.add_input("plate.dxf", b"0\nEOF\n")
+    recent.add(same, "plate.dxf")
+    assert [row.source for row in recent.newest()] == [same, "example:plate-27"]
+    recent.add(folder.add_input("plate.dxf", b"another"), "plate.dxf")
+    assert [row.name for row in recent.newest()] == ["plate.dxf", "plate.dxf", "plate-27"]
+    folder.drop_inputs([same])
+    assert [row.name for row in recent.newest()] == ["plate.dxf", "plate-27"]
+    for k in range(MOST_RECENT + 3):
+        recent.add(f"random:{k + 5}:1", f"random:{k + 5}:1")
+    assert len(RecentFiles(folder).newest()) == MOST_RECENT
+    recent.clear()
+    assert recent.newest() == []
+
+
+def test_what_a_page_or_the_recent_files_have_stays_when_its_job_is_forgotten_and_at_a_new_start(
+    studio: Studio,
+) -> None:
+    made = [studio.folder.add_input(f"plate{k}.dxf", PLATE.read_bytes()) for k in range(3)]
+    jobs = [studio.jobs.start(Task("optimize", (one,), options={"thickness": "6", "preset": "fast"})) for one in made]
+    view = View(studio, words("en"))
+    view.take(made[0], "plate0.dxf")
+    studio.pages.put(studio.pages.new_name(), KeptState.of(view, "summary", None).as_json())
+    studio.recent.add(made[1], "plate1.dxf")
+    for job in jobs:
+        studio.jobs.cancel(job)
+        studio.jobs.wait(job, 60)
+        studio.jobs.delete(job)
+    there = [(studio.folder.inputs / one).is_dir() for one in made]
+    assert there == [True, True, False]
+    for one in made[:2]:
+        os.utime(studio.folder.inputs / one, (0, 0))
+    again = open_studio(studio.folder.root)
+    assert [(studio.folder.inputs / one).is_dir() for one in made] == there
+    again.jobs.close()
+    again.history.close()
+
+
+def test_drafts_are_of_names_that_a_person_can_give_and_of_no_others(studio: Studio) -> None:
+    drafts = studio.drafts("machines")
+    drafts["mine"] = "name = 1"
+    assert studio.drafts("machines")["mine"] == "name = 1"
+    assert studio.drafts("tools").get("mine") is None
+    assert drafts.get("../token") is None
+    with pytest.raises(ValueError, match="not a valid name"):
+        drafts["../x"] = "a"
+    assert drafts.pop("mine") == "name = 1"
+    assert drafts.pop("mine", None) is None
+    assert len(drafts) == 0
+
+
+def test_a_draft_that_cannot_be_written_is_kept_as_long_as_the_page(studio: Studio) -> None:
+    drafts = studio.drafts("machines")
+    drafts["mine"] = "name = 1"
+    drafts["mine"] = long = "x" * 300_000
+    assert dict(drafts) == {"mine": long}
+    drafts["mine"] = "name = 2"
+    assert studio.drafts("machines")["mine"] == drafts["mine"] == "name = 2"
+    del drafts["mine"]
+    assert not (studio.folder.root / "drafts" / "tools").exists()
+    (studio.folder.root / "drafts" / "tools").write_text("a file where the folder would be")
+    tools = studio.drafts("tools")
+    tools["mine"] = "name = 3"
+    assert dict(tools) == {"mine": "name = 3"}
+    assert tools.pop("mine") == "name = 3"
+    assert (dict(drafts), dict(tools)) == ({}, {})
+
+
+def test_an_order_that_was_put_away_is_gone_on_with_and_that_of_other_stops_is_not() -> None:
+    xy = np.array([[0, 0], [1, 0], [2, 0], [3, 0]], dtype=np.float64)
+    order = HoleOrder({0: (0, 1, 2), 1: (3,)}, xy)
+    order.to_end(3, True)
+    order.reverse(1)
+    order.undo()
+    plain = json.loads(json.dumps(order.as_plain()))
+    again = HoleOrder({0: (0, 1, 2), 1: (3,)}, xy)
+    assert not again.changed
+    again.take_plain(plain)
+    assert (again.text(), again.changed) == (order.text(), True)
+    assert again.redo()
+    assert again.undo()
+    assert again.undo()
+    assert not again.undo()
+    assert not again.changed
+    for wrong in ({}, {**plain, "state": [[[0, 1, 9], 3], [[3], 1]]}, {**plain, "before": 7}, {"state": "x"}):
+        other = HoleOrder({0: (0, 1, 2), 1: (3,)}, xy)
+        other.take_plain(wrong)
+        assert not other.changed
+    cuts = {"cuts": [{"contours": [k], "start": [k, 0], "fixed": [], "direction": "clockwise"} for k in range(3)]}
+    plan = CutOrder(json.dumps(cuts))
+    plan.move(3, 1)
+    same = CutOrder(json.dumps(cuts))
+    same.take_plain(json.loads(json.dumps(plan.as_plain())))
+    assert same.text() == plan.text()
+
+
+def test_only_what_means_something_else_is_told_as_different(studio: Studio) -> None:
+    source = studio.folder.add_input("plate.dxf", PLATE.read_bytes())
+    task = Task("optimize", (source,), options={"thickness": "6", "preset": "fast"})
+    job = studio.jobs.start(task)
+    studio.jobs.cancel(job)
+    studio.jobs.wait(job, 60)
+    record = studio.jobs.record(job)
+    assert record is not None
+    view = View(studio, words("en"), source=source, name="plate.dxf", values={"thickness": "0.6cm", "preset": "fast"})
+
+    def told() -> list[str]:
+        return [one.line(view.words).replace("\u00a0", " ") for one in differences(as_record(record), view)]
+
+    assert told() == []
+    view.put("pixel_size", "0.1")  # means nothing to holes
+    assert told() == []
+    view.put("thickness", "25")
+    view.put("strict", True)
+    assert told() == ["Thickness 6 mm; now 25 mm", "Strict checks off; now on"]
+    view.put("strict", False)
+    view.put("thickness", "")
+    assert told() == ["Thickness 6 mm; now unknown"]
+    view.put("thickness", "6mm")
+    view.source = studio.folder.add_input("other.dxf", b"0")
+    assert told() == ["Part plate.dxf; now other.dxf"]
+    view.source, view.work = source, "cut"
+    assert told() == ["Work Drill the holes; now Cut from sheet"]
+    view.work, view.edited = "drill", True
+    assert told() == ["Order as found; now edited by hand"]
+
+
+def as_record(record: JobRecord | None) -> JobRecord:
+    """Return a job that is there."""
+    assert record is not None
+    return record
+
+
+def test_a_program_that_stays_as_long_says_why_in_place_of_nothing_saved() -> None:
+    w = words("en")
+    answer = {
+        "before": {"time_s": 12.5}, "after": {"time_s": 12.5}, "saved_percent": 0.0, "counts": {"pieces": 2},
+        "staying": [{"count": 2, "reason": "only", "first_line": 3, "word": ""}],
+    }  # fmt: skip
+    found = saving(answer, w)
+    assert (found.large, found.kind) == ("2 of 2 sections stay: nothing to reorder it with", "same")
+    assert saving({**answer, "staying": []}, w).large == "Already in the best order found"
+    assert saving({**answer, "after": {"time_s": 10.0}, "saved_percent": 20.0}, w).kind == "better"
+    assert saving({**answer, "after": {"time_s": 13.0}, "saved_percent": -4.0}, w).kind == "worse"
+
+
+def test_a_page_is_built_as_it_was_left_and_a_job_in_the_address_that_is_another_comes_first(studio: Studio) -> None:
+    view = view_with_everything(studio)
+    name = studio.pages.new_name()
+    studio.pages.put(name, KeptState.of(view, "search", None).as_json())
+    with Client(page_of("/")):
+        assert Page(studio, words("en"), name).view.values == view.values
+        assert Page(studio, words("en"), name, "other-job-id").view.values == {}
+        assert Page(studio, words("en"), "b" * 16).view.source == ""
+
+
+def test_what_was_said_of_local_search_holds_when_the_page_comes_back(studio: Studio) -> None:
+    """Ants were chosen for a map, and local search was turned on again; then another page stood here for a while."""
+    view = View(studio, words("en"), source="random:50:1", name="random", work="solve", values={"algorithm": "mmas"})
+    state = KeptState.of(view, "summary", None)
+    view.work = "drill"
+    view.values = {}
+    view.follow_study()
+    state.put_into(view)
+    view.follow_study()
+    assert "local_search" not in view.values

@@ -1,0 +1,98 @@
+"""The summary in Chromium: the figures of the report, what is being tried, and every strategy's way on the drawing."""
+
+from __future__ import annotations
+
+import html
+from pathlib import Path
+
+import pytest
+from parts_to_nest import ANGLE, PLATE
+from playwright.sync_api import Page, expect
+from studio_page import LONG, ROOT, choose_work, downloaded, opened, typed
+
+pytestmark = pytest.mark.external
+
+DRAWN = """async () => {
+    const { whenThere } = await import("leafcut-canvas/registry.js");
+    const id = Number(document.querySelector(".frame .lc-drawing").parentElement.id.replace(/\\D+/g, ""));
+    const drawing = await new Promise((done) => whenThere(id, done));
+    return [drawing.main?.scene.header.name, drawing.modes.length];
+}"""
+
+
+def run(page: Page) -> None:
+    page.get_by_label("Search effort", exact=True).select_option("fast")
+    page.get_by_role("button", name="Run", exact=True).click()
+    expect(page.get_by_role("tab", name="Issues")).to_be_visible(timeout=LONG)
+
+
+def test_a_sheet_tells_its_cost_its_batch_its_parts_and_its_time_as_the_report_does(page: Page) -> None:
+    opened(page, ROOT / "examples" / "sheet.dxf")
+    choose_work(page, "cut")
+    typed(page, "Thickness", "6")
+    page.evaluate("document.querySelectorAll('.left details').forEach((one) => { one.open = true; })")
+    typed(page, "Quantity", "25")
+    run(page)
+    report = html.unescape(
+        downloaded(page, "↓ Report" if page.get_by_text("↓ Report").count() else "Report")[1].decode()
+    )
+    tiles = page.locator(".tile")
+    expect(tiles.filter(has_text="Batch of 25")).to_have_count(1)
+    expect(tiles.filter(has_text="Pierces")).to_have_count(1)
+    for figure in tiles.locator("b").all_inner_texts():
+        assert figure in report
+    bars = page.get_by_role("list", name="Where the time goes").get_by_role("listitem")
+    expect(bars).to_have_count(3)
+    for bar in bars.all():
+        assert bar.locator("b").inner_text() in report
+        shares = bar.locator("i").evaluate_all("parts => parts.map((part) => parseFloat(part.style.width))")
+        assert 0 < sum(shares) <= 100.1
+    parts = page.locator(".parts-of-sheet tbody tr")
+    assert parts.count() > 2
+    for row in parts.all():
+        assert row.locator("th").inner_text() in report
+    page.get_by_role("link", name="Español").click()
+    expect(tiles.filter(has_text="Lote de 25")).to_have_count(1)
+    expect(tiles.filter(has_text="perforando")).to_have_count(1)
+
+
+def test_the_strategies_of_a_pocket_are_looked_at_one_by_one(page: Page) -> None:
+    opened(page, ROOT / "examples" / "pocket.dxf")
+    choose_work(page, "pocket")
+    typed(page, "Tool diameter", "10")
+    typed(page, "Depth", "3")
+    run(page)
+    table = page.get_by_role("table", name="All strategies compared, one level of the pockets")
+    contour, zigzag = (table.get_by_role("button", name=name) for name in ("contour", "zigzag"))
+    contour.focus()
+    page.keyboard.press("Enter")
+    expect(contour).to_have_attribute("aria-pressed", "true")
+    page.wait_for_function(f"({DRAWN})().then((found) => found[0] === 'contour' && found[1] === 1)")
+    zigzag.click()
+    expect(contour).to_have_attribute("aria-pressed", "false")
+    page.wait_for_function(f"({DRAWN})().then((found) => found[0] === 'zigzag')")
+    zigzag.click()  # once more: what is written, and what it is compared with
+    page.wait_for_function(f"({DRAWN})().then((found) => found[0] === 'pocket' && found[1] === 4)")
+    contour.click()
+    page.get_by_role("tab", name="Issues").click()
+    page.wait_for_function(f"({DRAWN})().then((found) => found[0] === 'pocket' && found[1] === 4)")
+
+
+def test_a_nest_that_goes_on_tells_what_is_being_tried(page: Page, tmp_path: Path) -> None:
+    drawings = {"plate.svg": PLATE, "angle.svg": ANGLE}
+    for name, data in drawings.items():
+        (tmp_path / name).write_bytes(data)
+    choose_work(page, "nest")
+    expect(page.locator("#open-file[multiple]")).to_be_attached()
+    page.set_input_files("#open-file", [tmp_path / name for name in drawings])
+    expect(page.locator(".piece")).to_have_text(list(drawings))
+    typed(page, "Quantity: plate.svg", "9")
+    typed(page, "Quantity: angle.svg", "7")
+    typed(page, "Sheet", "600x400")
+    typed(page, "Time limit", "60min")
+    page.get_by_role("button", name="Run", exact=True).click()
+    tried = page.get_by_role("list", name="Tried so far").get_by_role("listitem")
+    expect(tried.filter(has_text="by shapes").filter(has_text="trying …").first).to_be_visible(timeout=LONG)
+    page.get_by_role("button", name="Stop, keep the best").click()
+    expect(page.locator("table.nests")).to_be_visible(timeout=LONG)
+    expect(tried).to_have_count(0)
