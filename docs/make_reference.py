@@ -15,15 +15,17 @@ from leafcut.read.machine_keys import PROFILE_KEYS
 
 HERE = Path(__file__).parent
 OPTIONS_INTRODUCTION = (
-    "Each is a flag of the command line, a key of a TOML file given with `--options`, and a keyword of",
-    "`leafcut.optimize`, and means the same in all three. Bare numbers are millimetres, seconds, mm/min or rpm;",
-    "any can carry its own unit: `0.25in`, `90ipm`, `500ms`. A decimal comma is a point where it",
-    "cannot be anything else: `6,5` is 6.5, but not in lists, and `1,250` is asked back.",
+    "Each option is a flag of the command line, a key of a TOML file given with `--options`, and a keyword of",
+    "`leafcut.optimize`. It means the same in all three. Numbers without a unit are millimetres, seconds, mm/min or",
+    "rpm; any number can have a unit: `0.25in`, `90ipm`, `500ms`, and can be a fraction: `1/4in`, `1 1/2in`. A comma",
+    "counts as a decimal point if it can mean nothing else: `6,5` is 6.5 (in a list, two numbers); `1,250` is refused",
+    "as ambiguous.",
     "",
-    "An option that the work at hand does not use is an error where it is given on the command line or in a call:",
+    "The column *used for* names kinds of work:",
     f"{', '.join(f'`{work.name}` is {work.title}' for work in registry.works())}.",
-    "A file of options may serve many kinds of work: of it, what a run does not use is not applied.",
-    "So may a file of your own defaults ([inputs.md](inputs.md)).",
+    "An option that a run does not use is an error on the command line and in a call.",
+    "A file of options may serve many kinds of work: a run ignores what it does not use.",
+    "So does a file of your own defaults ([inputs.md](inputs.md)).",
 )
 
 
@@ -48,11 +50,12 @@ def profile_table() -> list[str]:
     """Return the keys of a machine profile."""
     lines = ["### A profile of your own", ""]
     lines += [
-        "`leafcut machines --show haas-vf2 > my.toml` prints a profile with what its keys mean; change it, and give it",
-        "with `--machine my.toml`. Lengths, speeds and times are texts with a unit; lists are x, y and z. What is",
-        "taken for keys that time or safety hangs on is told (L408). `[sources]` may say where each value comes from.",
+        "`leafcut machines --show haas-vf2 > my.toml` writes a profile that explains its keys. Change it and use it",
+        "with `--machine my.toml`. Lengths, speeds and times are texts with a unit; lists are x, y and z. A run",
+        "that uses a default on which time or safety depends says so (L408). `[sources]` may say where each value",
+        "comes from.",
         "",
-        "| key | what | otherwise |",
+        "| key | meaning | default |",
         "| --- | --- | --- |",
     ]
     rows = ((key.name, key.help, "required" if key.required else key.shown_default) for key in PROFILE_KEYS)

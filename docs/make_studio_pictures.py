@@ -80,7 +80,7 @@ def run(page: Page, file: Path) -> None:
 def nest(page: Page) -> None:
     """Nest three parts, and compare the cuts of the nests."""
     page.goto(page.url.partition("?")[0])
-    page.get_by_label("Work", exact=True).select_option("nest")
+    page.locator(".works input[value=nest]").check()
     page.wait_for_selector("#open-file[multiple]", state="attached")
     parts = [{"name": name, "mimeType": "image/svg+xml", "buffer": svg(*part).encode()} for name, part in PARTS.items()]
     page.set_input_files("#open-file", parts)
@@ -96,7 +96,7 @@ def nest(page: Page) -> None:
     page.wait_for_selector(".nests .best", timeout=2 * LONG)
     page.locator(".result .scrolls").evaluate("e => e.scrollTo(0, 0)")
     shot(page, "nest")
-    page.get_by_label("Work", exact=True).select_option("cut")
+    page.locator(".works input[value=cut]").check()
 
 
 def fill(page: Page, label: str, text: str) -> None:
