@@ -79,7 +79,7 @@ def _styles() -> list[Path]:
 def _make(place: Path, source: str, process: str, options: dict[str, Any]) -> None:
     import leafcut
     from leafcut.report.json_answer import as_json
-    from leafcut.studio.scene import outcome_part_scene, outcome_scene
+    from leafcut.studio.drawing.scene import outcome_part_scene, outcome_scene
 
     with tempfile.TemporaryDirectory() as work:
         program, report, plan = (Path(work) / name for name in ("program.nc", "report.html", "plan.json"))

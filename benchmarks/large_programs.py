@@ -52,7 +52,7 @@ def main() -> None:
     pairs = sum(len(section.precedence) for section in sections)
     print(
         f"{text.count(chr(10)):,} lines: read in {read - began:.1f} s, planned in {planned - read:.1f} s of processor; "
-        f"{sum(len(s.chains) for s in sections):,} chains in {len(sections)} sections, {pairs:,} pairs in order; "
+        f"{sum(len(s.pieces) for s in sections):,} pieces in {len(sections)} sections, {pairs:,} pairs in order; "
         f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6:.2f} GB at most"
     )
 

@@ -168,8 +168,9 @@ def main() -> None:
     random = [[name, *travel(drilling_program(xy, 1), arguments.machine)] for name, xy in boards()]
     text = f"""## Programs of other CAMs
 
-Chains that could change places, barriers that stayed, machine time in s before and after on {arguments.machine}, and
-what was saved of it, percent. Most programs spend their time in the cuts, which stay as they are.
+Pieces of work that can be reordered (movable), barriers that stayed, machine time in s before and after on
+{arguments.machine}, and what was saved of it, percent. Most programs spend their
+time in the cuts, which stay as they are.
 
 {facts("resequence", sys.argv[1:], ["leafcut", "numpy", "numba"])}
 

@@ -4,7 +4,8 @@
 
 A program of that many segments is made by chance from a fixed seed: a third rapids, the rest cuts that stay near each
 other, arcs among them. It is checked that the browser has as many rows as the toolpath, that their lengths add up to
-the same, and that pixels where the path goes have its colour after the last frame.
+the same, and that pixels where the path goes have its colour after the last frame. As many holes of a board are shown,
+too, which are shades until they are zoomed, and a drawing of as many segments under what is cut of it.
 """
 
 from __future__ import annotations
@@ -23,10 +24,13 @@ from page import facts, table, write_section
 
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.contour import Contour
 from leafcut.model.machine import Machine
+from leafcut.model.part import Hole, Part
 from leafcut.model.toolpath import Toolpath
 from leafcut.report.playback import playback
-from leafcut.studio.scene import toolpath_scene
+from leafcut.studio.drawing.scene import part_scene, toolpath_scene
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "studio"))
 from canvas_server import browser, serving, until
@@ -103,6 +107,27 @@ def made(path: Toolpath, text: str) -> tuple[bytes, float]:
     return scene, statistics.median(seconds)
 
 
+def board(holes: int) -> bytes:
+    """Return a board of 500 × 400 mm with so many holes of four diameters."""
+    rng = np.random.default_rng(11)
+    places, widths = rng.uniform((0, 0), (500, 400), (holes, 2)).round(3), rng.choice((0.3, 0.6, 0.8, 1.0), holes)
+    rows = zip(places.tolist(), widths.tolist(), strict=True)
+    return part_scene(Part("board", tuple(Hole(x, y, width) for (x, y), width in rows)))
+
+
+def outlines(segments: int) -> bytes:
+    """Return a drawing of so many segments: outlines of 19 lines and an arc, on four layers."""
+    rng = np.random.default_rng(13)
+    angles = np.linspace(0.0, 1.9 * math.pi, 20)
+    found = []
+    for k, (x, y) in enumerate(rng.uniform((0, 0), (1000, 800), (segments // 20, 2)).tolist()):
+        radius = rng.uniform(2.0, 6.0, 20)
+        points = np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles), np.zeros(20)])
+        points[-1, 2] = 0.3
+        found.append(Contour(Polyline(points, closed=True), layer=f"layer {k % 4}"))
+    return part_scene(Part("outlines", contours=tuple(found)))
+
+
 def length_of(path: Toolpath) -> float:
     """Return the length of all moves from known places, mm."""
     rows = playback(path, MACHINE)
@@ -152,6 +177,33 @@ def measured(scene: bytes, rows: int, length: float, chromium: str) -> list[tupl
     return lines
 
 
+def moved(scenes: dict[str, bytes], about: str, chromium: str) -> list[tuple[str, str]]:
+    """Return how many frames a second a drawing is moved with, as it is fitted and near by."""
+    with (
+        serving({f"bench.{layer}": scene for layer, scene in scenes.items()}) as address,
+        browser(chromium) as launched,
+    ):
+        page = launched.new_page(viewport={"width": 1400, "height": 900})
+        page.goto(address)
+        until(page, "window.loaded")
+        page.evaluate("(layers) => load('bench', layers)", list(scenes))
+        page.evaluate("settled()")
+        lines = []
+        for act, near in (("pan", ""), ("zoom", ""), ("pan", ", near by")):
+            page.evaluate("drawing.fit()")
+            if near:
+                page.evaluate("drawing.view.zoom(12); settled()")
+            times = sorted(page.evaluate(FRAMES, [act, 120])[5:])
+            mean, slow = statistics.fmean(times), times[int(0.95 * len(times))]
+            words = f"{1000 / mean:.0f} frames a second, 95 % within {slow:.0f} ms"
+            lines.append((f"{about}: {act}{near}", words))
+        page.evaluate("drawing.fit()")
+        begin = time.perf_counter()
+        page.evaluate("drawing.view.zoom(1.5); settled()")
+        lines.append((f"{about}: anew after a zoom", f"{1000 * (time.perf_counter() - begin):.0f} ms"))
+    return lines
+
+
 def main(arguments: Sequence[str]) -> None:
     """Make the program, the scene, and measure both."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -164,6 +216,10 @@ def main(arguments: Sequence[str]) -> None:
     scene, seconds = made(path, text)
     rows = [("scene of the toolpath, its clock included", f"{seconds:.3f} s of a processor, {len(scene) / 1e6:.1f} MB")]
     rows += measured(scene, len(playback(path, MACHINE).doing), length_of(path), given.chromium)
+    count = f"{given.segments:,}"
+    rows += moved({"part": board(given.segments)}, f"board of {count} holes", given.chromium)
+    sheet = outlines(given.segments)
+    rows += moved({"whole": sheet, "part": sheet}, f"drawing of {count} segments", given.chromium)
     print("\n".join(f"{what}: {figure}" for what, figure in rows))
     if given.write:
         about = f"""## The drawing of the studio
