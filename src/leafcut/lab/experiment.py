@@ -170,12 +170,12 @@ def _tell(progress: Progress | None, what: str, number: int, runs: int) -> Progr
 
 
 def _repetition(algorithm: str, seed: int, found: Solution, study: Study, most: int) -> Repetition:
-    curve = tuple(_curve(found, study, most))
+    curve = tuple(curve_of(found, study, most))
     return Repetition(algorithm, seed, found.cost, found.iterations, found.seconds, found.nodes, curve)
 
 
-def _curve(found: Solution, study: Study, most: int) -> Iterator[tuple[int, float, float]]:
-    """Yield how the best tour became shorter, in at most so many points and the answer."""
+def curve_of(found: Solution, study: Study, most: int) -> Iterator[tuple[int, float, float]]:
+    """Yield (iteration, seconds, cost) whenever the best tour became shorter, in at most so many points and the answer."""
     begun, cost = found.history[0]
     points, rows = [(0, begun, cost)], study.iterations()
     # Of a map with sets of points a search may know the lengths through their middles alone.

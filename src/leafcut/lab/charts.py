@@ -1,0 +1,194 @@
+"""The charts of an experiment, drawn by Matplotlib, as SVG that takes the colours of the page it stands in."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.report.svg import title
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: A curve: (iteration or seconds, cost) in their order.
+Curve = Sequence[tuple[float, float]]
+
+#: Colours by which Matplotlib draws, and what stands for them in the page: a page may be light or dark.
+_INK, _SOFT, _LINE = "#010101", "#020202", "#030303"
+_HUES = tuple(f"#0404{k:02x}" for k in range(1, 9))
+_IN_PAGE = {_INK: "var(--ink)", _SOFT: "var(--ink-2)", _LINE: "var(--line)"}
+_IN_PAGE |= {hue: f"var(--t{k})" for k, hue in enumerate(_HUES)}
+_DASHES = ("-", "--", ":", "-.")
+_WIDTH, _HEIGHT = 6.6, 3.4
+_STEPS = 120
+_ID = re.compile(r'\s+id="([^"]*)"')
+
+
+def box_plots(groups: Mapping[str, Sequence[float]], heading: str, words: str) -> str:
+    """Return boxes of quartiles with whiskers to 1.5 times their distance (Tukey 1977), and every figure as a dot."""
+    figure, axes = _figure(max(_WIDTH, 0.55 * len(groups)))
+    values = [list(one) for one in groups.values()]
+    boxes = axes.boxplot(values, widths=0.55, showfliers=False, patch_artist=True, whis=1.5)
+    for part in ("boxes", "whiskers", "caps", "medians"):
+        for one in boxes[part]:
+            one.set_color(_HUES[0] if part != "boxes" else _HUES[0])
+    for box in boxes["boxes"]:
+        box.set_facecolor("none")
+    for place, one in enumerate(values, 1):
+        across = place + 0.18 * np.linspace(-1.0, 1.0, len(one)) if len(one) > 1 else [place]
+        axes.plot(across, one, "o", color=_HUES[1], markersize=2.6, alpha=0.7, markeredgewidth=0)
+    _names(axes, list(groups))
+    axes.set_ylabel(heading)
+    return _svg(figure, words)
+
+
+def means(series: Mapping[str, Sequence[tuple[float, float, float, float]]], across: str, heading: str, words: str,
+          ideal: Sequence[tuple[float, float]] = ()) -> str:  # fmt: skip
+    """Return means with their intervals over a number: name → (x, mean, low, high); `ideal` is drawn thin."""
+    figure, axes = _figure()
+    if ideal:
+        axes.plot(*zip(*ideal, strict=True), color=_SOFT, linewidth=1, linestyle=":", label="ideal")
+    for k, (name, points) in enumerate(series.items()):
+        x, mean, low, high = (np.array(column) for column in zip(*points, strict=True))
+        colour, dash = _look(k)
+        axes.errorbar(x, mean, yerr=[np.maximum(mean - low, 0), np.maximum(high - mean, 0)], color=colour, linestyle=dash,
+                      marker="o", markersize=3.5, capsize=2.5, linewidth=1.4, label=name)  # fmt: skip
+    axes.set_xlabel(across)
+    axes.set_ylabel(heading)
+    _legend(axes, len(series) + bool(ideal))
+    return _svg(figure, words)
+
+
+def convergence(ways: Mapping[str, Sequence[Curve]], across: str, heading: str, words: str) -> str:
+    """Return the mean course of each way, with a band from its best to its worst run."""
+    figure, axes = _figure()
+    last = max(curve[-1][0] for curves in ways.values() for curve in curves)
+    places = np.linspace(0.0, last, _STEPS)
+    for k, (name, curves) in enumerate(ways.items()):
+        table = np.array([_at(curve, places) for curve in curves])
+        colour, dash = _look(k)
+        axes.fill_between(places, table.min(axis=0), table.max(axis=0), color=colour, alpha=0.13, linewidth=0)
+        axes.plot(places, table.mean(axis=0), color=colour, linestyle=dash, linewidth=1.5, label=name)
+    axes.set_xlabel(across)
+    axes.set_ylabel(heading)
+    _legend(axes, len(ways))
+    return _svg(figure, words)
+
+
+def time_to_target(ways: Mapping[str, Sequence[float | None]], across: str, words: str) -> str:
+    """Return the share of runs that reached a target by then: way → when each run did, None where it did not.
+
+    Source: Aiex, Resende and Ribeiro 2007, *TTT plots*; runs that did not reach it count among the whole.
+    """
+    figure, axes = _figure()
+    last = max((t for times in ways.values() for t in times if t is not None), default=1.0) or 1.0
+    for k, (name, times) in enumerate(ways.items()):
+        reached = sorted(t for t in times if t is not None)
+        shares = [100.0 * (n + 1) / len(times) for n in range(len(reached))]
+        colour, dash = _look(k)
+        axes.step([0.0, *reached, 1.02 * last], [0.0, *shares, shares[-1] if shares else 0.0], where="post", color=colour,
+                  linestyle=dash, linewidth=1.5, label=name)  # fmt: skip
+    axes.set_ylim(-2, 103)
+    axes.set_xlabel(across)
+    axes.set_ylabel("runs at the target, %")
+    _legend(axes, len(ways))
+    return _svg(figure, words)
+
+
+def pareto(points: Mapping[str, tuple[float, float]], front: Sequence[str], across: str, heading: str, words: str) -> str:
+    """Return ways by two figures; those that no other one beats in both are joined and named."""
+    figure, axes = _figure()
+    others = [at for name, at in points.items() if name not in front]
+    if others:
+        axes.plot(*zip(*others, strict=True), "o", color=_SOFT, markersize=4, alpha=0.7)
+    best = sorted((points[name], name) for name in front)
+    axes.plot(*zip(*(at for at, _ in best), strict=True), "o-", color=_HUES[0], markersize=5, linewidth=1.2)
+    for at, name in best:
+        axes.annotate(name, at, xytext=(5, 5), textcoords="offset points", fontsize=8, color=_INK)
+    axes.margins(0.15)
+    axes.set_xlabel(across)
+    axes.set_ylabel(heading)
+    return _svg(figure, words)
+
+
+def scatter(series: Mapping[str, Sequence[tuple[float, float]]], across: str, heading: str, words: str) -> str:
+    """Return points by two numbers: name → (x, y)."""
+    figure, axes = _figure()
+    for k, (name, points) in enumerate(series.items()):
+        axes.plot(*zip(*points, strict=True), "os^D"[k % 4], color=_HUES[k % len(_HUES)], markersize=5, label=name)
+    axes.axhline(0.0, color=_SOFT, linewidth=0.8)
+    axes.set_xlabel(across)
+    axes.set_ylabel(heading)
+    _legend(axes, len(series))
+    return _svg(figure, words)
+
+
+def _at(curve: Curve, places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the cost that a run had at some places: that of the last step before."""
+    x, y = (np.array(column, dtype=np.float64) for column in zip(*curve, strict=True))
+    costs: NDArray[np.float64] = y[np.maximum(np.searchsorted(x, places, side="right") - 1, 0)]
+    return costs
+
+
+def reached(curve: Curve, target: float) -> float | None:
+    """Return when a run came to a cost or below, None where it did not."""
+    return next((x for x, y in curve if y <= target), None)
+
+
+def _look(k: int) -> tuple[str, str]:
+    return _HUES[k % len(_HUES)], _DASHES[k // len(_HUES) % len(_DASHES)]
+
+
+def _figure(width: float = _WIDTH) -> tuple[Any, Axes]:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, _HEIGHT), layout="constrained")
+    axes = figure.add_subplot()
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    for side in ("bottom", "left"):
+        axes.spines[side].set_color(_SOFT)
+    axes.tick_params(colors=_SOFT, labelsize=8)
+    axes.grid(axis="y", color=_LINE, linewidth=0.7)
+    axes.set_axisbelow(True)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.label.set_color(_INK)
+        axis.label.set_size(9)
+    return figure, axes
+
+
+def _names(axes: Axes, names: Sequence[str]) -> None:
+    long = max(len(name) for name in names) * len(names) > 70
+    axes.set_xticks(range(1, len(names) + 1), names, rotation=30 if long else 0, ha="right" if long else "center")
+
+
+def _legend(axes: Axes, count: int) -> None:
+    if count > 1:
+        axes.legend(fontsize=8, frameon=False, labelcolor=_INK, ncols=1 + (count > 6))
+
+
+def _svg(figure: Any, words: str) -> str:
+    """Return a figure as an element for a page: its colours are the page's, and it tells what it shows."""
+    from matplotlib import rc_context
+
+    made = io.StringIO()
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "leafcut"}):
+        figure.savefig(made, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
+    text = made.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    for colour, name in _IN_PAGE.items():
+        text = text.replace(colour, name)
+    text = re.sub(r"(font: [^;\"]*?)'[^;\"]*(?=[;\"])", r"\1system-ui, sans-serif", text)
+    named = set(re.findall(r"#([\w-]+)", text))
+    text = _ID.sub(lambda found: found[0] if found[1] in named else "", text)
+    head, _, rest = text.partition(">")
+    head = re.sub(r'\s(width|height)="[^"]*"', "", head).replace("<svg", '<svg class="chart" role="img"', 1)
+    return f"{head}>{title(words)}{rest}".strip()
+
+

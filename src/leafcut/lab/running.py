@@ -1,0 +1,312 @@
+"""`run`: does the runs of an experiment that are not done yet, and keeps each as soon as it is over."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import platform
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from leafcut import api
+from leafcut._version import __version__
+from leafcut.errors import LeafcutError, OptionError, count_of
+from leafcut.lab.description import OPTIMIZE, PROCESSOR, SOLVE, WALL, Description, Instance, RunPlan
+from leafcut.lab.experiment import curve_of
+from leafcut.lab.store import Row, Store, key_of
+from leafcut.model.heartbeat import Progress
+from leafcut.model.study import Study
+from leafcut.option_spec import flag_name
+from leafcut.processes import registry
+from leafcut.read.format import Source
+
+#: Most points of the curve that is kept of a run.
+MOST_POINTS = 300
+#: What a run in a process of its own may take at most, s.
+_LONGEST_PROCESS = 3600.0
+#: The packages whose versions stand with every run.
+_PACKAGES = ("numpy", "numba")
+
+
+@dataclass(frozen=True)
+class Task:
+    """A run as it can be sent to another process or machine: all in it is plain.
+
+    Attributes
+    ----------
+    input
+        The name of an example or a random map, or a file that was read already.
+    """
+
+    key: str
+    command: str
+    input: str | Source
+    options: Mapping[str, Any]
+    measures: Mapping[str, tuple[str, float]]
+    new_process: bool = False
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What came of a task, and where and when it was done; `failed` is the line of a refusal."""
+
+    measures: Mapping[str, float | None] = field(default_factory=dict)
+    curve: tuple[tuple[int, float, float], ...] = ()
+    failed: str = ""
+    began: str = ""
+    versions: Mapping[str, str] = field(default_factory=dict)
+    machine: str = ""
+    load: float | None = None
+
+
+#: Does tasks, and yields each with its answer as it is over, in any order.
+Performer = Callable[[Iterable[Task]], Iterator[tuple[Task, Answer]]]
+
+
+@dataclass(frozen=True)
+class Ran:
+    """How a call of `run` went: runs of the experiment, those that it did, those that failed, and those left out.
+
+    `left_out` are runs that this machine cannot do, with more threads than it has cores.
+    """
+
+    runs: int
+    finished: int
+    done: int
+    failed: tuple[str, ...] = ()
+    left_out: int = 0
+    stopped: bool = False
+
+
+def run(
+    description: Description,
+    store: Store,
+    *,
+    performer: Performer | None = None,
+    progress: Progress | None = None,
+    cancelled: threading.Event | None = None,
+    mixed: bool = False,
+) -> Ran:
+    """Do the runs of an experiment that the results do not have yet; one that failed before is done again.
+
+    Each is kept as soon as it is over. When `cancelled` is set, or on an interrupt, what goes on is left out.
+
+    Parameters
+    ----------
+    performer
+        Does the runs; without one, they are done here one after the other.
+    mixed
+        Whether runs of this version may stand beside those of another version of leafcut.
+
+    Raises
+    ------
+    OptionError
+        The results have runs of another version of leafcut, and are not to be mixed.
+    ReadError, OutputError
+        An input cannot be read, or the results cannot be written. What was kept stays.
+    """
+    plans = [plan for plan in description.runs() if can_run(description, plan)]
+    left_out = description.n_runs - len(plans)
+    if not plans:
+        raise OptionError(f"experiment '{description.name}': no run fits this machine, which has {_cores()} cores")
+    rows = {row.key: row for row in store.rows(description.key) if not row.failed}
+    inputs = {one.name: _input(description.command, one) for one in description.instances}
+    todo = [(plan, task) for plan in plans if (task := task_of(description, plan, inputs)).key not in rows]
+    known = {task_of(description, plan, inputs).key for plan in plans} & rows.keys()
+    versions = sorted({rows[key].leafcut for key in known} - {__version__})
+    if versions and todo and not mixed:
+        raise OptionError(
+            f"{store.path} has runs of '{description.key}' by leafcut {', '.join(versions)}, and this is {__version__}; "
+            "give another --results, or --mixed to put both into one table"
+        )
+    ended = cancelled or threading.Event()
+    of = {task.key: plan for plan, task in todo}
+    failed: list[str] = []
+    done = 0
+    tell = _tell(progress, len(todo), [plan.label for plan, _ in todo])
+    tell(0)
+    for task, answer in (performer or (lambda tasks: _here(tasks, ended)))([task for _, task in todo]):
+        plan = of[task.key]
+        store.add(_row(description, plan, task, inputs[plan.instance.name][1], answer))
+        done += 1
+        if answer.failed:
+            failed.append(f"{plan.label}: {answer.failed}")
+        tell(done)
+    return Ran(len(plans), len(known) + done - len(failed), done, tuple(failed), left_out, done < len(todo))
+
+
+def can_run(description: Description, plan: RunPlan) -> bool:
+    """Whether this machine has as many cores as a run asks threads."""
+    return not description.cores or (plan.levels[description.cores].value or 0) <= _cores()
+
+
+def task_of(description: Description, plan: RunPlan, inputs: Mapping[str, tuple[str | Source, str]]) -> Task:
+    """Return a run as a task; `inputs` are the instances as they were read, with the hash of each."""
+    source, sha = inputs[plan.instance.name]
+    measures = {one.name: (one.path, one.scale) for one in description.measures}
+    levels = {name: level.name for name, level in plan.levels.items()}
+    content = {"input": sha, "instance": plan.instance.name, "levels": levels, "options": dict(plan.options)}
+    content |= {"measures": measures, "new_process": description.new_process}
+    key = key_of(description.key, description.command, content)
+    return Task(key, description.command, source, dict(plan.options), measures, description.new_process)
+
+
+def perform(task: Task, cancelled: threading.Event | None = None) -> Answer:
+    """Do one run; what it refuses is told in its answer."""
+    began, load = datetime.now(UTC).isoformat(timespec="seconds"), _load()
+    place = Answer(began=began, load=load, versions=_versions(), machine=_machine())
+    wall, processor = time.perf_counter(), _processor()
+    try:
+        if task.new_process:
+            answer, curve = _in_new_process(task), ()
+        else:
+            _warm_up(task)
+            wall, processor = time.perf_counter(), _processor()
+            answer, curve = _answer(task, cancelled)
+    except LeafcutError as problem:
+        return Answer(failed=str(problem), began=began, load=load, versions=place.versions, machine=place.machine)
+    answer |= {WALL: time.perf_counter() - wall, PROCESSOR: _processor() - processor}
+    figures = {name: _figure(answer, path, scale) for name, (path, scale) in task.measures.items()}
+    return Answer(figures, curve, "", began, place.versions, place.machine, load)
+
+
+def _here(tasks: Iterable[Task], ended: threading.Event) -> Iterator[tuple[Task, Answer]]:
+    """Do tasks here, one after the other; one that is cut short is not answered."""
+    for task in tasks:
+        answer = perform(task, ended)
+        if ended.is_set():
+            return
+        yield task, answer
+
+
+def _answer(task: Task, cancelled: threading.Event | None) -> tuple[dict[str, Any], tuple[tuple[int, float, float], ...]]:
+    """Return what the command answers with ``--json``, and how the search of a map went."""
+    from leafcut.report.json_answer import as_json, solved_as_json
+
+    if task.command == SOLVE:
+        study = Study(None)
+        solved = api.solve_file(task.input, observe=study, cancelled=cancelled, **task.options)
+        return solved_as_json(solved), tuple(curve_of(solved.solution, study, MOST_POINTS))
+    if task.command == "nest":
+        nested = api.nest([str(task.input)], cancelled=cancelled, **task.options)
+        return registry.command("nest_answer")(nested), ()
+    word = "auto" if task.command == OPTIMIZE else task.command
+    return as_json(api.optimize(task.input, process=word, cancelled=cancelled, **task.options)), ()
+
+
+def _warm_up(task: Task) -> None:
+    """Let what is compiled be ready before the clock runs: the first run of a kind in this process is done twice."""
+    way = (task.command, str(task.options.get("algorithm")), str(task.options.get("strategy")))
+    if way not in _warm():
+        _warm().add(way)
+        _answer(task, None)
+
+
+@cache
+def _warm() -> set[tuple[str, str, str]]:
+    """Return the kinds of runs that this process did already."""
+    return set()
+
+
+def _in_new_process(task: Task) -> dict[str, Any]:
+    """Return the answer of the command in a process of its own."""
+    words = [task.command, str(task.input), "--json", "--no-defaults"]
+    for name, value in task.options.items():
+        if isinstance(value, bool):
+            words.append(flag_name(name) if value else flag_name(name).replace("--", "--no-", 1))
+        elif value is not None:
+            words += [flag_name(name), str(value)]
+    code = "from leafcut.cli import main; main()"
+    try:
+        found = subprocess.run(
+            [sys.executable, "-c", code, *words], capture_output=True, timeout=_LONGEST_PROCESS, check=False
+        )
+    except subprocess.TimeoutExpired:
+        raise LeafcutError(f"the run took longer than {_LONGEST_PROCESS:g} s; reduce its work") from None
+    if found.returncode:
+        lines = found.stderr.decode("utf-8", "replace").strip().splitlines()
+        raise LeafcutError(lines[-1].removeprefix("leafcut: ") if lines else f"ended with status {found.returncode}")
+    answer: dict[str, Any] = json.loads(found.stdout)
+    return answer
+
+
+def _figure(answer: Mapping[str, Any], path: str, scale: float) -> float | None:
+    """Return the number at a path of keys and places in lists; None where there is none."""
+    found: Any = answer
+    for word in path.split("."):
+        if isinstance(found, Mapping):
+            found = found.get(word)
+        elif isinstance(found, list) and word.isdigit() and int(word) < len(found):
+            found = found[int(word)]
+        else:
+            return None
+    return float(found) * scale if isinstance(found, int | float) and not isinstance(found, bool) else None
+
+
+def _input(command: str, instance: Instance) -> tuple[str | Source, str]:
+    """Return an input, read once where it is a file, and the hash of its bytes, or of the name of what is none."""
+    if command == "nest":  # a list of drawings, which it reads itself
+        from leafcut.files import check_is_there
+
+        check_is_there(f"instance {instance.name}", Path(instance.input))
+        return instance.input, hashlib.sha256(Path(instance.input).read_bytes()).hexdigest()
+    from leafcut.read.registry import read_source
+
+    _, source = read_source(instance.input)
+    return source, hashlib.sha256(source.data or instance.input.encode()).hexdigest()
+
+
+def _row(description: Description, plan: RunPlan, task: Task, sha: str, answer: Answer) -> Row:
+    return Row(
+        task.key, description.key, plan.instance.name, {name: one.name for name, one in plan.levels.items()}, plan.seed,
+        task.options, sha, answer.failed, answer.measures, answer.curve, answer.began, __version__, answer.versions,
+        answer.machine, answer.load,
+    )  # fmt: skip
+
+
+def _tell(progress: Progress | None, todo: int, labels: list[str]) -> Callable[[int], None]:
+    def tell(done: int) -> None:
+        if progress is not None and done < todo:
+            progress(f"{labels[done]} ({done + 1} of {count_of(todo, 'run')})", None, done / todo, None)
+
+    return tell
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _load() -> float | None:
+    return round(os.getloadavg()[0] / _cores(), 2) if hasattr(os, "getloadavg") else None
+
+
+def _processor() -> float:
+    """Return the seconds of the processor that this process and those that it started and ended took."""
+    times = os.times()
+    return times.user + times.system + times.children_user + times.children_system
+
+
+@cache
+def _versions() -> dict[str, str]:
+    return {"python": platform.python_version(), **{name: version(name) for name in _PACKAGES}}
+
+
+@cache
+def _machine() -> str:
+    """Return the processor, its cores that can be used, and the system."""
+    model = platform.processor() or platform.machine()
+    about = Path("/proc/cpuinfo")
+    if about.is_file():
+        lines = about.read_text(encoding="utf-8", errors="replace").splitlines()
+        model = next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), model)
+    return f"{model}, {count_of(_cores(), 'core')}, {platform.system()}"

@@ -1,0 +1,405 @@
+"""What the figures of an experiment prove: analysis of variance, comparisons by ranks, trends; by scipy and statsmodels.
+
+A figure here is a number of any unit; groups are told by the names of levels. Where the least is the best does not
+matter to a test, so none of them knows it.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import OptionError
+
+Groups = Mapping[str, Sequence[float]]
+
+#: The least that a group needs for a variance, and a comparison by ranks for a meaning.
+LEAST_OF_A_GROUP, LEAST_OF_PAIRS = 2, 5
+_RESAMPLES = 5000
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two groups compared.
+
+    Attributes
+    ----------
+    difference
+        Mean (of ranks: Hodges–Lehmann median) of the first less that of the second.
+    low, high
+        Ends of the interval of the difference, at the level of the test; None where there is none.
+    p
+        Probability of a difference at least as large by chance, after correction where the test has one.
+    effect
+        Of ranks: matched-pairs rank-biserial correlation, -1 to 1; None else.
+    """
+
+    first: str
+    second: str
+    difference: float
+    p: float
+    low: float | None = None
+    high: float | None = None
+    effect: float | None = None
+
+
+@dataclass(frozen=True)
+class OneWay:
+    """Analysis of variance of one factor, completely random design.
+
+    Attributes
+    ----------
+    f, p, f_critical
+        Ratio of the mean squares between and within, its probability by chance, and what it must exceed at `alpha`.
+    lsd
+        Least significant difference of two means at `alpha` (Fisher); of groups of one size, else None.
+    fisher, tukey
+        Pairs by LSD, uncorrected, and by Tukey's honest difference.
+    letters
+        Level → letters: levels that share one do not differ by Tukey.
+    normal_p, equal_p
+        Residual checks: Shapiro–Wilk of the residuals, Brown–Forsythe of the variances; None where they cannot be done.
+    welch_p, kruskal_p
+        The same question without equal variances, and by ranks.
+    eta_squared, omega_squared
+        Share of the variance that the factor explains, in this sample and as estimated of all.
+    """
+
+    means: Mapping[str, float]
+    deviations: Mapping[str, float]
+    counts: Mapping[str, int]
+    f: float
+    p: float
+    f_critical: float
+    between: int
+    within: int
+    alpha: float
+    lsd: float | None
+    fisher: tuple[Pair, ...]
+    tukey: tuple[Pair, ...]
+    letters: Mapping[str, str]
+    normal_p: float | None
+    equal_p: float | None
+    welch_p: float | None
+    kruskal_p: float | None
+    eta_squared: float
+    omega_squared: float
+
+    @property
+    def residuals_doubtful(self) -> bool:
+        """Whether a check of the residuals fails at `alpha`, so that the tests without those assumptions count."""
+        return any(p is not None and p < self.alpha for p in (self.normal_p, self.equal_p))
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A row of the analysis of two crossed factors: sum of squares, degrees of freedom, F, p, partial η²."""
+
+    name: str
+    squares: float
+    freedom: float
+    f: float | None
+    p: float | None
+    eta_squared: float | None
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """Ways compared by ranks over blocks, each of which every way has.
+
+    Attributes
+    ----------
+    blocks
+        How many there are.
+    mean_ranks
+        Way → mean rank, 1 the least figure.
+    statistic, p, kendall_w
+        Friedman's test and the agreement of the blocks, 0 to 1; None of two ways alone.
+    pairs
+        Every two ways by Wilcoxon's signed ranks, p after Holm's correction.
+    """
+
+    blocks: int
+    mean_ranks: Mapping[str, float]
+    statistic: float | None
+    p: float | None
+    kendall_w: float | None
+    pairs: tuple[Pair, ...]
+
+
+@dataclass(frozen=True)
+class Trend:
+    """Whether one number grows with another: Kendall's τ-b, Spearman's ρ, and Theil and Sen's slope with its interval."""
+
+    n: int
+    tau: float
+    tau_p: float
+    rho: float
+    rho_p: float
+    slope: float
+    low: float
+    high: float
+
+
+def one_way(groups: Groups, alpha: float = 0.05) -> OneWay:
+    """Return the analysis of variance of groups, with comparisons of every two means and residual checks.
+
+    Source: Montgomery, *Design and Analysis of Experiments*, chapter 3 (F, LSD, Tukey, model adequacy).
+
+    Raises
+    ------
+    OptionError
+        There are fewer than two groups, a group has fewer than two figures, or no figure differs from another.
+    """
+    from scipy import stats
+
+    values = _checked(groups)
+    counts = {name: len(one) for name, one in values.items()}
+    every = np.concatenate(list(values.values()))
+    means = {name: float(one.mean()) for name, one in values.items()}
+    ss_between = sum(counts[name] * (means[name] - every.mean()) ** 2 for name in values)
+    ss_within = float(sum(((one - one.mean()) ** 2).sum() for one in values.values()))
+    between, within = len(values) - 1, len(every) - len(values)
+    if ss_within + ss_between == 0.0:
+        raise OptionError("all figures are equal: there is nothing to analyse")
+    ms_within = ss_within / within
+    f = math.inf if ms_within == 0.0 else ss_between / between / ms_within
+    t = float(stats.t.ppf(1.0 - alpha / 2.0, within))
+    equal = len(set(counts.values())) == 1
+    tukey, letters = _tukey(values, alpha, ms_within)
+    residuals = np.concatenate([one - one.mean() for one in values.values()])
+    spread = ms_within > 0.0
+    return OneWay(
+        means=means,
+        deviations={name: float(one.std(ddof=1)) for name, one in values.items()},
+        counts=counts,
+        f=f,
+        p=float(stats.f.sf(f, between, within)) if spread else 0.0,
+        f_critical=float(stats.f.ppf(1.0 - alpha, between, within)),
+        between=between,
+        within=within,
+        alpha=alpha,
+        lsd=t * math.sqrt(2.0 * ms_within / next(iter(counts.values()))) if equal else None,
+        fisher=tuple(_fisher(a, b, means, counts, ms_within, within, t) for a, b in itertools.combinations(values, 2)),
+        tukey=tukey,
+        letters=letters,
+        normal_p=float(stats.shapiro(residuals).pvalue) if spread and 3 <= len(residuals) <= 5000 else None,
+        equal_p=float(stats.levene(*values.values(), center="median").pvalue) if _all_spread(values) else None,
+        welch_p=_welch(values),
+        kruskal_p=float(stats.kruskal(*values.values()).pvalue),
+        eta_squared=ss_between / (ss_between + ss_within),
+        omega_squared=max(0.0, (ss_between - between * ms_within) / (ss_between + ss_within + ms_within)),
+    )
+
+
+def crossed(rows: Sequence[tuple[str, str, float]], names: tuple[str, str]) -> tuple[Effect, ...]:
+    """Return the analysis of two crossed factors with their interaction, and what is left (type II sums of squares).
+
+    `rows` are (level of the first, level of the second, figure). Without repetition of a cell there is no interaction to
+    be told from chance; then it is left out.
+
+    Raises
+    ------
+    OptionError
+        A factor has one level alone, a combination has no figure, or there are too few.
+    """
+    import pandas
+    from statsmodels.formula.api import ols
+    from statsmodels.stats.anova import anova_lm
+
+    first, second = ({row[k] for row in rows} for k in (0, 1))
+    cells = {row[:2] for row in rows}
+    if min(len(first), len(second)) < 2:
+        raise OptionError("each of the two factors needs two levels or more")
+    if len(cells) < len(first) * len(second):
+        raise OptionError("a combination of the two factors has no figure yet")
+    if len({row[2] for row in rows}) < 2:
+        raise OptionError("all figures are equal: there is nothing to analyse")
+    repeated = len(rows) > len(cells)
+    frame = pandas.DataFrame(rows, columns=["a", "b", "y"])
+    found = anova_lm(ols(f"y ~ C(a) {'*' if repeated else '+'} C(b)", data=frame).fit(), typ=2)
+    told = {"C(a)": names[0], "C(b)": names[1], "C(a):C(b)": f"{names[0]} × {names[1]}", "Residual": "residual"}
+    left = float(found.loc["Residual", "sum_sq"])
+    effects = []
+    for key, name in told.items():
+        if key not in found.index:
+            continue
+        squares, freedom, f, p = (float(found.loc[key, column]) for column in ("sum_sq", "df", "F", "PR(>F)"))
+        known = key != "Residual" and math.isfinite(f)
+        eta = squares / (squares + left) if key != "Residual" and squares + left > 0.0 else None
+        effects.append(Effect(name, squares, freedom, f if known else None, p if known else None, eta))
+    return tuple(effects)
+
+
+def ranked(ways: Groups, alpha: float = 0.05) -> Ranked:
+    """Return a comparison of ways by ranks; the figures of each are those of the same blocks in the same order.
+
+    Friedman over all ways, Wilcoxon's signed ranks for every two with Holm's correction (Demšar 2006, section 3.2;
+    García and Herrera 2008). The difference is the Hodges–Lehmann median of the pairs, with a bootstrap interval.
+
+    Raises
+    ------
+    OptionError
+        There are fewer than two ways, or too few blocks.
+    """
+    from scipy import stats
+
+    table = np.array([list(one) for one in ways.values()], dtype=np.float64)
+    if len(table) < 2:
+        raise OptionError("a comparison needs two ways or more")
+    if table.shape[1] < LEAST_OF_PAIRS:
+        raise OptionError(f"a comparison by ranks needs {LEAST_OF_PAIRS} blocks or more; there are {table.shape[1]}")
+    blocks = table.shape[1]
+    ranks = stats.rankdata(table, axis=0).mean(axis=1)
+    statistic = p = w = None
+    if len(table) > 2 and (np.ptp(table, axis=0) > 0).any():
+        friedman = stats.friedmanchisquare(*table)
+        statistic, p = float(friedman.statistic), float(friedman.pvalue)
+        w = statistic / (blocks * (len(table) - 1))
+    pairs = [_signed_ranks(a, b, x, y, alpha) for (a, x), (b, y) in itertools.combinations(zip(ways, table, strict=True), 2)]
+    return Ranked(blocks, dict(zip(ways, ranks.tolist(), strict=True)), statistic, p, w, _holm(pairs))
+
+
+def trend(x: Sequence[float], y: Sequence[float], alpha: float = 0.05) -> Trend:
+    """Return whether `y` grows with `x`, two-sided.
+
+    Raises
+    ------
+    OptionError
+        There are fewer than four points, or one of both is the same everywhere.
+    """
+    from scipy import stats
+
+    if len(x) < 4 or len(set(x)) < 2 or len(set(y)) < 2:
+        raise OptionError("a trend needs four points or more that differ in both numbers")
+    tau, rho = stats.kendalltau(x, y), stats.spearmanr(x, y)
+    slope = stats.theilslopes(y, x, alpha=1.0 - alpha)
+    return Trend(
+        len(x), float(tau.statistic), float(tau.pvalue), float(rho.statistic), float(rho.pvalue),
+        float(slope[0]), float(slope[2]), float(slope[3]),
+    )  # fmt: skip
+
+
+def interval(values: Sequence[float], alpha: float = 0.05) -> tuple[float, float]:
+    """Return the bootstrap interval of the mean (bias-corrected and accelerated); of equal figures it is those."""
+    from scipy import stats
+
+    array = np.asarray(values, dtype=np.float64)
+    if len(array) < 2 or np.ptp(array) == 0.0:
+        return float(array[0]), float(array[-1])
+    found = stats.bootstrap(
+        (array,), np.mean, confidence_level=1.0 - alpha, n_resamples=_RESAMPLES, rng=np.random.default_rng(1)
+    ).confidence_interval
+    return float(found.low), float(found.high)
+
+
+def pareto_front(points: Sequence[tuple[float, float]]) -> list[int]:
+    """Return the places of the points that no other one is at least as small as in both, and smaller in one."""
+    return [
+        k for k, (x, y) in enumerate(points)
+        if not any(a <= x and b <= y and (a < x or b < y) for a, b in points)
+    ]  # fmt: skip
+
+
+def _checked(groups: Groups) -> dict[str, NDArray[np.float64]]:
+    values = {name: np.asarray(one, dtype=np.float64) for name, one in groups.items()}
+    if len(values) < 2:
+        raise OptionError("an analysis of variance needs two groups or more")
+    for name, one in values.items():
+        if len(one) < LEAST_OF_A_GROUP:
+            raise OptionError(f"an analysis of variance needs {LEAST_OF_A_GROUP} figures of each level; '{name}' has {len(one)}")
+    return values
+
+
+def _all_spread(values: Mapping[str, NDArray[np.float64]]) -> bool:
+    return all(np.ptp(np.abs(one - np.median(one))) > 0.0 for one in values.values())
+
+
+def _welch(values: Mapping[str, NDArray[np.float64]]) -> float | None:
+    from statsmodels.stats.oneway import anova_oneway
+
+    if any(np.ptp(one) == 0.0 for one in values.values()):
+        return None
+    return float(anova_oneway(list(values.values()), use_var="unequal").pvalue)
+
+
+def _fisher(
+    a: str, b: str, means: Mapping[str, float], counts: Mapping[str, int], ms: float, freedom: int, t: float
+) -> Pair:
+    from scipy import stats
+
+    error = math.sqrt(ms * (1.0 / counts[a] + 1.0 / counts[b]))
+    difference = means[a] - means[b]
+    p = float(2.0 * stats.t.sf(abs(difference) / error, freedom)) if error else float(difference == 0.0)
+    return Pair(a, b, difference, p, difference - t * error, difference + t * error)
+
+
+def _tukey(
+    values: Mapping[str, NDArray[np.float64]], alpha: float, ms: float
+) -> tuple[tuple[Pair, ...], dict[str, str]]:
+    """Return Tukey's (of unequal groups Kramer's) comparison of every two means, and the letters."""
+    import pandas
+    from scikit_posthocs import compact_letter_display
+    from scipy import stats
+
+    names = list(values)
+    if ms == 0.0:  # no figure differs from another of its group
+        means = [float(values[name][0]) for name in names]
+        p_values = np.array([[1.0 if a == b else 0.0 for b in means] for a in means])
+        low = high = np.subtract.outer(means, means)
+    else:
+        found = stats.tukey_hsd(*values.values())
+        limits = found.confidence_interval(confidence_level=1.0 - alpha)
+        p_values, low, high = found.pvalue, limits.low, limits.high
+    pairs = tuple(
+        Pair(
+            names[i], names[j], float(values[names[i]].mean() - values[names[j]].mean()), float(p_values[i, j]),
+            float(low[i, j]), float(high[i, j]),
+        )
+        for i, j in itertools.combinations(range(len(names)), 2)
+    )  # fmt: skip
+    order = sorted(names, key=lambda name: float(values[name].mean()))
+    frame = pandas.DataFrame(p_values, index=names, columns=names).loc[order, order]
+    letters = compact_letter_display(frame, alpha=alpha)
+    return pairs, {name: str(letters[name]).strip() for name in names}
+
+
+def _signed_ranks(a: str, b: str, x: NDArray[np.float64], y: NDArray[np.float64], alpha: float) -> Pair:
+    from scipy import stats
+
+    differences = x - y
+    rest = differences[differences != 0.0]
+    if not len(rest):
+        return Pair(a, b, 0.0, 1.0, 0.0, 0.0, 0.0)
+    ranks = stats.rankdata(np.abs(rest))
+    effect = float((ranks[rest > 0].sum() - ranks[rest < 0].sum()) / ranks.sum())
+    p = float(stats.wilcoxon(x, y, zero_method="wilcox").pvalue)
+    low = high = None
+    if np.ptp(differences) > 0.0:
+        found = stats.bootstrap(
+            (differences,), _hodges_lehmann, confidence_level=1.0 - alpha, n_resamples=999, method="percentile",
+            vectorized=False, rng=np.random.default_rng(1),
+        ).confidence_interval  # fmt: skip
+        low, high = float(found.low), float(found.high)
+    return Pair(a, b, _hodges_lehmann(differences), p, low, high, effect)
+
+
+def _hodges_lehmann(differences: NDArray[np.float64]) -> float:
+    """Return the median of the means of every two differences, each with itself too (Hodges and Lehmann 1963)."""
+    i, j = np.triu_indices(len(differences))
+    return float(np.median((differences[i] + differences[j]) / 2.0))
+
+
+def _holm(pairs: Sequence[Pair]) -> tuple[Pair, ...]:
+    """Return the pairs with Holm's step-down correction of their p (Holm 1979)."""
+    from dataclasses import replace
+
+    from statsmodels.stats.multitest import multipletests
+
+    corrected = multipletests([one.p for one in pairs], method="holm")[1]
+    return tuple(replace(one, p=float(p)) for one, p in zip(pairs, corrected, strict=True))

@@ -1,0 +1,199 @@
+"""The results of experiments: one SQLite file, a row for every run; what is finished is there after any interruption."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sqlite3
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from leafcut.errors import LeafcutError, ReadError, shown
+from leafcut.files import OutputError
+
+#: The layout of the tables. A file with another one is refused.
+LAYOUT = 1
+#: What tells that a file is one of results: an SQLite file says to whom it belongs ("leaf").
+_OWNER = 0x6C656166
+#: So long another program that writes the file is waited for, s.
+_PATIENCE = 10.0
+
+_TABLE = """
+create table run (
+    key text primary key,       -- of all that the run is made of
+    experiment text not null,
+    instance text not null,
+    levels text not null,       -- factor -> level
+    seed integer not null,
+    options text not null,
+    input_sha256 text not null,
+    failed text not null,       -- the line that refuses it, else empty
+    measures text not null,     -- measure -> figure
+    curve text not null,        -- [iteration, seconds, cost] ...
+    began text not null,        -- UTC
+    leafcut text not null,
+    versions text not null,     -- package -> version
+    machine text not null,      -- processor, cores, system
+    load real                   -- processes that waited when it began, for each core
+) strict, without rowid
+"""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One run that is over.
+
+    Attributes
+    ----------
+    failed
+        The line that refused it, or empty.
+    measures
+        Name → figure; None where the answer has none.
+    curve
+        (iteration, seconds, cost) whenever the best tour became shorter; empty where the command tells none.
+    load
+        Processes that waited for a core when it began, for each core.
+    """
+
+    key: str
+    experiment: str
+    instance: str
+    levels: Mapping[str, str]
+    seed: int
+    options: Mapping[str, Any]
+    input_sha256: str
+    failed: str
+    measures: Mapping[str, float | None]
+    curve: tuple[tuple[int, float, float], ...]
+    began: str
+    leafcut: str
+    versions: Mapping[str, str]
+    machine: str
+    load: float | None
+
+
+def key_of(experiment: str, command: str, content: Mapping[str, Any]) -> str:
+    """Return the key of a run: the hash of all that its answer depends on but the version of leafcut."""
+    text = json.dumps([experiment, command, content], sort_keys=True, separators=(",", ":"), default=str)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+class Store:
+    """The results file; open it with ``with``.
+
+    Every row is on the disk when `add` returns: SQLite takes back what was begun when a program or a machine dies.
+
+    Raises
+    ------
+    ReadError
+        The file is no results file, damaged, or of another layout. Nothing is changed in it then.
+    OutputError
+        It cannot be written, or another program writes it; what it holds stays.
+    """
+
+    def __init__(self, path: str | Path, *, read_only: bool = False) -> None:
+        self.path = Path(path)
+        self._read_only = read_only
+
+    def __enter__(self) -> Self:
+        if self._read_only and not self.path.is_file():
+            raise ReadError(self.path, "there are no results here yet; run `leafcut lab run NAME` first, or give --results")
+        if self.path.is_dir():
+            raise OutputError(f"{self.path}: a folder; --results names a file")
+        with self._refused():
+            if self.path.is_file() and self.path.stat().st_size and self.path.open("rb").read(15) != b"SQLite format 3":
+                raise ReadError(self.path, "no file of results: leafcut writes an SQLite file; give another --results")
+            where = self.path.absolute().as_uri() + ("?mode=ro" if self._read_only else "")
+            self._data = sqlite3.connect(where, uri=True, timeout=_PATIENCE, isolation_level=None)
+        try:
+            self._check()
+        except BaseException:
+            self._data.close()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._data.close()
+
+    def _check(self) -> None:
+        with self._refused():
+            if not self._read_only:
+                self._data.execute("begin immediate")
+            owner, layout = (self._data.execute(f"pragma {word}").fetchone()[0] for word in ("application_id", "user_version"))
+            empty = not self._data.execute("select count(*) from sqlite_master").fetchone()[0]
+            if owner == layout == 0 and empty and not self._read_only:
+                self._data.execute(_TABLE)
+                self._data.execute(f"pragma application_id = {_OWNER}")
+                self._data.execute(f"pragma user_version = {LAYOUT}")
+            elif owner != _OWNER:
+                raise ReadError(self.path, "an SQLite file of another program; give another --results")
+            elif layout != LAYOUT:
+                raise ReadError(
+                    self.path,
+                    f"results of another version of leafcut (layout {layout}, this one reads {LAYOUT}); give another --results",
+                )
+            if not self._read_only:
+                self._data.execute("commit")
+
+    def add(self, row: Row) -> None:
+        """Keep a run; one that failed before is replaced."""
+        values = (
+            row.key, row.experiment, row.instance, json.dumps(dict(row.levels)), row.seed,
+            json.dumps(dict(row.options), default=str), row.input_sha256, row.failed, json.dumps(dict(row.measures)),
+            json.dumps(row.curve), row.began, row.leafcut, json.dumps(dict(row.versions)), row.machine, row.load,
+        )  # fmt: skip
+        with self._refused():
+            self._data.execute(f"insert or replace into run values ({', '.join('?' * len(values))})", values)
+
+    def rows(self, experiment: str) -> list[Row]:
+        """Return the runs of an experiment, by instance, levels and seed."""
+        with self._refused():
+            found = self._data.execute(
+                "select * from run where experiment = ? order by instance, levels, seed", (experiment,)
+            ).fetchall()
+            return [_row(one) for one in found]
+
+    def counts(self) -> dict[str, int]:
+        """Return how many runs each experiment has here."""
+        with self._refused():
+            return dict(self._data.execute("select experiment, count(*) from run where failed = '' group by experiment"))
+
+    @contextmanager
+    def _refused(self) -> Iterator[None]:
+        """Turn what SQLite and the system refuse into one line."""
+        try:
+            yield
+        except (sqlite3.Error, OSError, ValueError) as problem:
+            if isinstance(problem, LeafcutError):
+                with suppress(AttributeError, sqlite3.Error):
+                    self._data.rollback()
+                raise
+            raise self._line(problem) from None
+
+    def _line(self, problem: Exception) -> LeafcutError:
+        words = shown(str(problem), 120)
+        if isinstance(problem, OSError):
+            return OutputError(f"{self.path}: cannot be opened ({problem.strerror})")
+        if not isinstance(problem, sqlite3.OperationalError):
+            return ReadError(self.path, f"damaged results ({words}); give another --results")
+        if "full" in words:
+            return OutputError(f"{self.path}: the disk is full; what was finished before is kept")
+        if "locked" in words:
+            return OutputError(f"{self.path}: another program writes these results; wait for it, or give another --results")
+        return OutputError(f"{self.path}: cannot be used ({words}); give another --results")
+
+
+def _row(values: tuple[Any, ...]) -> Row:
+    (key, experiment, instance, levels, seed, options, sha, failed, measures, curve, began, leafcut, versions, machine,
+     load) = values  # fmt: skip
+    return Row(
+        key, experiment, instance, json.loads(levels), seed, json.loads(options), sha, failed, json.loads(measures),
+        tuple((int(k), float(s), float(cost)) for k, s, cost in json.loads(curve)), began, leafcut,
+        json.loads(versions), machine, load,
+    )  # fmt: skip
