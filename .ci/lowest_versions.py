@@ -7,5 +7,5 @@ from pathlib import Path
 
 project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 extras = project["optional-dependencies"]
-for requirement in (*project["dependencies"], *extras["nest"], *extras["studio"]):
+for requirement in (*project["dependencies"], *extras["lab"], *extras["nest"], *extras["studio"]):
     print(requirement.replace(">=", "==", 1))

@@ -49,7 +49,17 @@ MAY_IMPORT = {
 }
 #: Above the processes: what joins them and what people see.
 MAY_IMPORT["api"] = STAGE | STAGES | {"keywords", "files", "processes"}
-MAY_IMPORT["lab"] = MODEL | {"api", "options", "solve", "processes"}
+MAY_IMPORT["lab"] = MODEL | {
+    "api",
+    "options",
+    "option_spec",
+    "solve",
+    "processes",
+    "files",
+    "read",
+    "report",
+    "_version",
+}
 MAY_IMPORT["studio"] = MODEL | {
     "api",
     "lab",
@@ -66,7 +76,8 @@ MAY_IMPORT["public"] = MODEL | {"api", "keywords", "options", "files", "processe
 MAY_IMPORT["user_files"] = MAY_IMPORT["files"] | {"files"}
 MAY_IMPORT["several"] = BASE | {"files", "read"}
 MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", "files", "progress", "read", "report"}
-MAY_IMPORT["cli"] |= {"usage", "gcode", "user_files", "several", "model", "processes", "_version"}
+MAY_IMPORT["cli_lab"] = BASE | {"lab", "files", "progress"}
+MAY_IMPORT["cli"] |= {"cli_lab", "usage", "gcode", "user_files", "several", "model", "processes", "_version"}
 
 #: What all processes share, and what stands between them and the rest of the program.
 COURSE = STAGE | STAGES | {"files", "plugins", "option_spec", "stock", "processes", "_version"}

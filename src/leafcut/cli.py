@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import App, CycloptsError, Parameter
 
 from leafcut._version import __version__
+from leafcut.cli_lab import lab_app
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput
 from leafcut.flags import command_of
@@ -176,6 +177,7 @@ def app(arguments: Sequence[str] = ()) -> App:
     made.command(_formats, name="formats")
     made.command(_plugins, name="plugins")
     made.command(_studio, name="studio")
+    made.command(lab_app())
     made.register_install_completion_command(help="install command completion for your shell")
     return made
 

@@ -29,9 +29,12 @@ BATTERIES = {
     ("3", "15"): [138, 110, 168, 160], ("3", "70"): [174, 120, 150, 139], ("3", "125"): [96, 104, 82, 60],
 }  # fmt: skip
 #: Times round first base, s, of 22 players in three ways: Hollander and Wolfe 1973, page 140.
-BASE = """5.40 5.50 5.55 5.85 5.70 5.75 5.20 5.60 5.50 5.55 5.50 5.40 5.90 5.85 5.70 5.45 5.55 5.60 5.40 5.40 5.35 5.45 5.50 5.35
-5.25 5.15 5.00 5.85 5.80 5.70 5.25 5.20 5.10 5.65 5.55 5.45 5.60 5.35 5.45 5.05 5.00 4.95 5.50 5.50 5.40 5.45 5.55 5.50
-5.55 5.55 5.35 5.45 5.50 5.55 5.50 5.45 5.25 5.65 5.60 5.40 5.70 5.65 5.55 6.30 6.30 6.25"""
+BASE = """
+5.40 5.50 5.55 5.85 5.70 5.75 5.20 5.60 5.50 5.55 5.50 5.40 5.90 5.85 5.70 5.45 5.55 5.60
+5.40 5.40 5.35 5.45 5.50 5.35 5.25 5.15 5.00 5.85 5.80 5.70 5.25 5.20 5.10 5.65 5.55 5.45
+5.60 5.35 5.45 5.05 5.00 4.95 5.50 5.50 5.40 5.45 5.55 5.50 5.55 5.55 5.35 5.45 5.50 5.55
+5.50 5.45 5.25 5.65 5.60 5.40 5.70 5.65 5.55 6.30 6.30 6.25
+"""
 
 
 def test_one_way_analysis_is_that_of_the_book() -> None:
@@ -42,7 +45,9 @@ def test_one_way_analysis_is_that_of_the_book() -> None:
     assert found.lsd == pytest.approx(24.49, abs=0.01)
     assert found.means == {"160": 551.2, "180": 587.4, "200": 625.4, "220": 707.0}
     # All means differ by Tukey's 33.09, so each has a letter of its own.
-    half = {round((pair.high - pair.low) / 2.0, 1) for pair in found.tukey if pair.high is not None and pair.low is not None}
+    half = {
+        round((pair.high - pair.low) / 2.0, 1) for pair in found.tukey if pair.high is not None and pair.low is not None
+    }
     assert half == {33.1}
     assert len(set(found.letters.values())) == 4
     assert found.eta_squared == pytest.approx(66870.55 / 72209.75, abs=1e-4)
@@ -112,7 +117,8 @@ def test_holm_multiplies_the_least_p_by_the_number_of_pairs() -> None:
     table = np.array(BASE.split(), dtype=float).reshape(22, 3).T
     ways = {"a": table[0], "b": table[1], "c": table[2]}
     of_two = {
-        pair: ranked({pair[0]: ways[pair[0]], pair[1]: ways[pair[1]]}).pairs[0].p for pair in itertools.combinations("abc", 2)
+        pair: ranked({pair[0]: ways[pair[0]], pair[1]: ways[pair[1]]}).pairs[0].p
+        for pair in itertools.combinations("abc", 2)
     }
     of_all = {(pair.first, pair.second): pair.p for pair in ranked(ways).pairs}
     least, middle, most = sorted(of_two, key=of_two.__getitem__)

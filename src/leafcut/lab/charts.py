@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 #: A curve: (iteration or seconds, cost) in their order.
-Curve = Sequence[tuple[float, float]]
+Course = Sequence[tuple[float, float]]
 
 #: Colours by which Matplotlib draws, and what stands for them in the page: a page may be light or dark.
 _INK, _SOFT, _LINE = "#010101", "#020202", "#030303"
@@ -36,7 +36,7 @@ def box_plots(groups: Mapping[str, Sequence[float]], heading: str, words: str) -
     boxes = axes.boxplot(values, widths=0.55, showfliers=False, patch_artist=True, whis=1.5)
     for part in ("boxes", "whiskers", "caps", "medians"):
         for one in boxes[part]:
-            one.set_color(_HUES[0] if part != "boxes" else _HUES[0])
+            one.set_color(_HUES[0])
     for box in boxes["boxes"]:
         box.set_facecolor("none")
     for place, one in enumerate(values, 1):
@@ -56,15 +56,15 @@ def means(series: Mapping[str, Sequence[tuple[float, float, float, float]]], acr
     for k, (name, points) in enumerate(series.items()):
         x, mean, low, high = (np.array(column) for column in zip(*points, strict=True))
         colour, dash = _look(k)
-        axes.errorbar(x, mean, yerr=[np.maximum(mean - low, 0), np.maximum(high - mean, 0)], color=colour, linestyle=dash,
-                      marker="o", markersize=3.5, capsize=2.5, linewidth=1.4, label=name)  # fmt: skip
+        axes.errorbar(x, mean, yerr=[np.maximum(mean - low, 0), np.maximum(high - mean, 0)], color=colour,
+                      linestyle=dash, marker="o", markersize=3.5, capsize=2.5, linewidth=1.4, label=name)  # fmt: skip
     axes.set_xlabel(across)
     axes.set_ylabel(heading)
     _legend(axes, len(series) + bool(ideal))
     return _svg(figure, words)
 
 
-def convergence(ways: Mapping[str, Sequence[Curve]], across: str, heading: str, words: str) -> str:
+def convergence(ways: Mapping[str, Sequence[Course]], across: str, heading: str, words: str) -> str:
     """Return the mean course of each way, with a band from its best to its worst run."""
     figure, axes = _figure()
     last = max(curve[-1][0] for curves in ways.values() for curve in curves)
@@ -91,8 +91,8 @@ def time_to_target(ways: Mapping[str, Sequence[float | None]], across: str, word
         reached = sorted(t for t in times if t is not None)
         shares = [100.0 * (n + 1) / len(times) for n in range(len(reached))]
         colour, dash = _look(k)
-        axes.step([0.0, *reached, 1.02 * last], [0.0, *shares, shares[-1] if shares else 0.0], where="post", color=colour,
-                  linestyle=dash, linewidth=1.5, label=name)  # fmt: skip
+        axes.step([0.0, *reached, 1.02 * last], [0.0, *shares, shares[-1] if shares else 0.0], where="post",
+                  color=colour, linestyle=dash, linewidth=1.5, label=name)  # fmt: skip
     axes.set_ylim(-2, 103)
     axes.set_xlabel(across)
     axes.set_ylabel("runs at the target, %")
@@ -100,7 +100,9 @@ def time_to_target(ways: Mapping[str, Sequence[float | None]], across: str, word
     return _svg(figure, words)
 
 
-def pareto(points: Mapping[str, tuple[float, float]], front: Sequence[str], across: str, heading: str, words: str) -> str:
+def pareto(
+    points: Mapping[str, tuple[float, float]], front: Sequence[str], across: str, heading: str, words: str
+) -> str:
     """Return ways by two figures; those that no other one beats in both are joined and named."""
     figure, axes = _figure()
     others = [at for name, at in points.items() if name not in front]
@@ -128,14 +130,14 @@ def scatter(series: Mapping[str, Sequence[tuple[float, float]]], across: str, he
     return _svg(figure, words)
 
 
-def _at(curve: Curve, places: NDArray[np.float64]) -> NDArray[np.float64]:
+def _at(curve: Course, places: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the cost that a run had at some places: that of the last step before."""
     x, y = (np.array(column, dtype=np.float64) for column in zip(*curve, strict=True))
     costs: NDArray[np.float64] = y[np.maximum(np.searchsorted(x, places, side="right") - 1, 0)]
     return costs
 
 
-def reached(curve: Curve, target: float) -> float | None:
+def reached(curve: Course, target: float) -> float | None:
     """Return when a run came to a cost or below, None where it did not."""
     return next((x for x, y in curve if y <= target), None)
 
@@ -158,7 +160,7 @@ def _figure(width: float = _WIDTH) -> tuple[Any, Axes]:
     axes.set_axisbelow(True)
     for axis in (axes.xaxis, axes.yaxis):
         axis.label.set_color(_INK)
-        axis.label.set_size(9)
+        axis.label.set_fontsize(9)
     return figure, axes
 
 
@@ -190,5 +192,3 @@ def _svg(figure: Any, words: str) -> str:
     head, _, rest = text.partition(">")
     head = re.sub(r'\s(width|height)="[^"]*"', "", head).replace("<svg", '<svg class="chart" role="img"', 1)
     return f"{head}>{title(words)}{rest}".strip()
-
-

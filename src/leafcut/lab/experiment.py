@@ -175,7 +175,7 @@ def _repetition(algorithm: str, seed: int, found: Solution, study: Study, most: 
 
 
 def curve_of(found: Solution, study: Study, most: int) -> Iterator[tuple[int, float, float]]:
-    """Yield (iteration, seconds, cost) whenever the best tour became shorter, in at most so many points and the answer."""
+    """Yield (iteration, seconds, cost) whenever the best tour became shorter, in so many points; then the end."""
     begun, cost = found.history[0]
     points, rows = [(0, begun, cost)], study.iterations()
     # Of a map with sets of points a search may know the lengths through their middles alone.

@@ -21,7 +21,7 @@ from typing import Any
 from leafcut import api
 from leafcut._version import __version__
 from leafcut.errors import LeafcutError, OptionError, count_of
-from leafcut.lab.description import OPTIMIZE, PROCESSOR, SOLVE, WALL, Description, Instance, RunPlan
+from leafcut.lab.description import OPTIMIZE, PROCESSOR, SOLVE, WALL, Description, LabInstance, RunPlan
 from leafcut.lab.experiment import curve_of
 from leafcut.lab.store import Row, Store, key_of
 from leafcut.model.heartbeat import Progress
@@ -39,7 +39,7 @@ _PACKAGES = ("numpy", "numba")
 
 
 @dataclass(frozen=True)
-class Task:
+class RunTask:
     """A run as it can be sent to another process or machine: all in it is plain.
 
     Attributes
@@ -52,7 +52,7 @@ class Task:
     command: str
     input: str | Source
     options: Mapping[str, Any]
-    measures: Mapping[str, tuple[str, float]]
+    responses: Mapping[str, tuple[str, float]]
     new_process: bool = False
 
 
@@ -60,7 +60,7 @@ class Task:
 class Answer:
     """What came of a task, and where and when it was done; `failed` is the line of a refusal."""
 
-    measures: Mapping[str, float | None] = field(default_factory=dict)
+    responses: Mapping[str, float | None] = field(default_factory=dict)
     curve: tuple[tuple[int, float, float], ...] = ()
     failed: str = ""
     began: str = ""
@@ -70,7 +70,7 @@ class Answer:
 
 
 #: Does tasks, and yields each with its answer as it is over, in any order.
-Performer = Callable[[Iterable[Task]], Iterator[tuple[Task, Answer]]]
+Performer = Callable[[Iterable[RunTask]], Iterator[tuple[RunTask, Answer]]]
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,8 @@ def run(
     versions = sorted({rows[key].leafcut for key in known} - {__version__})
     if versions and todo and not mixed:
         raise OptionError(
-            f"{store.path} has runs of '{description.key}' by leafcut {', '.join(versions)}, and this is {__version__}; "
+            f"{store.path} has runs of '{description.key}' by leafcut {', '.join(versions)}, and this is "
+            f"{__version__}; "
             "give another --results, or --mixed to put both into one table"
         )
     ended = cancelled or threading.Event()
@@ -150,37 +151,39 @@ def can_run(description: Description, plan: RunPlan) -> bool:
     return not description.cores or (plan.levels[description.cores].value or 0) <= _cores()
 
 
-def task_of(description: Description, plan: RunPlan, inputs: Mapping[str, tuple[str | Source, str]]) -> Task:
+def task_of(description: Description, plan: RunPlan, inputs: Mapping[str, tuple[str | Source, str]]) -> RunTask:
     """Return a run as a task; `inputs` are the instances as they were read, with the hash of each."""
     source, sha = inputs[plan.instance.name]
-    measures = {one.name: (one.path, one.scale) for one in description.measures}
+    responses = {one.name: (one.path, one.scale) for one in description.responses}
     levels = {name: level.name for name, level in plan.levels.items()}
-    content = {"input": sha, "instance": plan.instance.name, "levels": levels, "options": dict(plan.options)}
-    content |= {"measures": measures, "new_process": description.new_process}
+    content: dict[str, Any] = {
+        "input": sha,
+        "instance": plan.instance.name,
+        "levels": levels,
+        "options": dict(plan.options),
+    }
+    content |= {"responses": responses, "new_process": description.new_process}
     key = key_of(description.key, description.command, content)
-    return Task(key, description.command, source, dict(plan.options), measures, description.new_process)
+    return RunTask(key, description.command, source, dict(plan.options), responses, description.new_process)
 
 
-def perform(task: Task, cancelled: threading.Event | None = None) -> Answer:
+def perform(task: RunTask, cancelled: threading.Event | None = None) -> Answer:
     """Do one run; what it refuses is told in its answer."""
     began, load = datetime.now(UTC).isoformat(timespec="seconds"), _load()
     place = Answer(began=began, load=load, versions=_versions(), machine=_machine())
-    wall, processor = time.perf_counter(), _processor()
     try:
-        if task.new_process:
-            answer, curve = _in_new_process(task), ()
-        else:
+        if not task.new_process:
             _warm_up(task)
-            wall, processor = time.perf_counter(), _processor()
-            answer, curve = _answer(task, cancelled)
+        wall, processor = time.perf_counter(), _processor()
+        answer, curve = (_in_new_process(task), ()) if task.new_process else _answer(task, cancelled)
     except LeafcutError as problem:
         return Answer(failed=str(problem), began=began, load=load, versions=place.versions, machine=place.machine)
     answer |= {WALL: time.perf_counter() - wall, PROCESSOR: _processor() - processor}
-    figures = {name: _figure(answer, path, scale) for name, (path, scale) in task.measures.items()}
+    figures = {name: _figure(answer, path, scale) for name, (path, scale) in task.responses.items()}
     return Answer(figures, curve, "", began, place.versions, place.machine, load)
 
 
-def _here(tasks: Iterable[Task], ended: threading.Event) -> Iterator[tuple[Task, Answer]]:
+def _here(tasks: Iterable[RunTask], ended: threading.Event) -> Iterator[tuple[RunTask, Answer]]:
     """Do tasks here, one after the other; one that is cut short is not answered."""
     for task in tasks:
         answer = perform(task, ended)
@@ -189,7 +192,9 @@ def _here(tasks: Iterable[Task], ended: threading.Event) -> Iterator[tuple[Task,
         yield task, answer
 
 
-def _answer(task: Task, cancelled: threading.Event | None) -> tuple[dict[str, Any], tuple[tuple[int, float, float], ...]]:
+def _answer(
+    task: RunTask, cancelled: threading.Event | None
+) -> tuple[dict[str, Any], tuple[tuple[int, float, float], ...]]:
     """Return what the command answers with ``--json``, and how the search of a map went."""
     from leafcut.report.json_answer import as_json, solved_as_json
 
@@ -204,7 +209,7 @@ def _answer(task: Task, cancelled: threading.Event | None) -> tuple[dict[str, An
     return as_json(api.optimize(task.input, process=word, cancelled=cancelled, **task.options)), ()
 
 
-def _warm_up(task: Task) -> None:
+def _warm_up(task: RunTask) -> None:
     """Let what is compiled be ready before the clock runs: the first run of a kind in this process is done twice."""
     way = (task.command, str(task.options.get("algorithm")), str(task.options.get("strategy")))
     if way not in _warm():
@@ -218,7 +223,7 @@ def _warm() -> set[tuple[str, str, str]]:
     return set()
 
 
-def _in_new_process(task: Task) -> dict[str, Any]:
+def _in_new_process(task: RunTask) -> dict[str, Any]:
     """Return the answer of the command in a process of its own."""
     words = [task.command, str(task.input), "--json", "--no-defaults"]
     for name, value in task.options.items():
@@ -253,7 +258,7 @@ def _figure(answer: Mapping[str, Any], path: str, scale: float) -> float | None:
     return float(found) * scale if isinstance(found, int | float) and not isinstance(found, bool) else None
 
 
-def _input(command: str, instance: Instance) -> tuple[str | Source, str]:
+def _input(command: str, instance: LabInstance) -> tuple[str | Source, str]:
     """Return an input, read once where it is a file, and the hash of its bytes, or of the name of what is none."""
     if command == "nest":  # a list of drawings, which it reads itself
         from leafcut.files import check_is_there
@@ -266,10 +271,10 @@ def _input(command: str, instance: Instance) -> tuple[str | Source, str]:
     return source, hashlib.sha256(source.data or instance.input.encode()).hexdigest()
 
 
-def _row(description: Description, plan: RunPlan, task: Task, sha: str, answer: Answer) -> Row:
+def _row(description: Description, plan: RunPlan, task: RunTask, sha: str, answer: Answer) -> Row:
     return Row(
         task.key, description.key, plan.instance.name, {name: one.name for name, one in plan.levels.items()}, plan.seed,
-        task.options, sha, answer.failed, answer.measures, answer.curve, answer.began, __version__, answer.versions,
+        task.options, sha, answer.failed, answer.responses, answer.curve, answer.began, __version__, answer.versions,
         answer.machine, answer.load,
     )  # fmt: skip
 

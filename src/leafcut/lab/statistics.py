@@ -1,4 +1,6 @@
-"""What the figures of an experiment prove: analysis of variance, comparisons by ranks, trends; by scipy and statsmodels.
+"""What the figures of an experiment prove: analysis of variance, comparisons by ranks, trends.
+
+The tests are those of scipy, statsmodels and scikit-posthocs.
 
 A figure here is a number of any unit; groups are told by the names of levels. Where the least is the best does not
 matter to a test, so none of them knows it.
@@ -134,7 +136,7 @@ class Ranked:
 
 @dataclass(frozen=True)
 class Trend:
-    """Whether one number grows with another: Kendall's τ-b, Spearman's ρ, and Theil and Sen's slope with its interval."""
+    """Whether one number grows with another: Kendall's τ-b, Spearman's ρ, Theil and Sen's slope with its interval."""
 
     n: int
     tau: float
@@ -200,8 +202,8 @@ def one_way(groups: Groups, alpha: float = 0.05) -> OneWay:
 def crossed(rows: Sequence[tuple[str, str, float]], names: tuple[str, str]) -> tuple[Effect, ...]:
     """Return the analysis of two crossed factors with their interaction, and what is left (type II sums of squares).
 
-    `rows` are (level of the first, level of the second, figure). Without repetition of a cell there is no interaction to
-    be told from chance; then it is left out.
+    `rows` are (level of the first, level of the second, figure). Without repetition of a cell no interaction can be
+    told from chance; then it is left out.
 
     Raises
     ------
@@ -261,7 +263,9 @@ def ranked(ways: Groups, alpha: float = 0.05) -> Ranked:
         friedman = stats.friedmanchisquare(*table)
         statistic, p = float(friedman.statistic), float(friedman.pvalue)
         w = statistic / (blocks * (len(table) - 1))
-    pairs = [_signed_ranks(a, b, x, y, alpha) for (a, x), (b, y) in itertools.combinations(zip(ways, table, strict=True), 2)]
+    pairs = [
+        _signed_ranks(a, b, x, y, alpha) for (a, x), (b, y) in itertools.combinations(zip(ways, table, strict=True), 2)
+    ]
     return Ranked(blocks, dict(zip(ways, ranks.tolist(), strict=True)), statistic, p, w, _holm(pairs))
 
 
@@ -312,7 +316,9 @@ def _checked(groups: Groups) -> dict[str, NDArray[np.float64]]:
         raise OptionError("an analysis of variance needs two groups or more")
     for name, one in values.items():
         if len(one) < LEAST_OF_A_GROUP:
-            raise OptionError(f"an analysis of variance needs {LEAST_OF_A_GROUP} figures of each level; '{name}' has {len(one)}")
+            raise OptionError(
+                f"an analysis of variance needs {LEAST_OF_A_GROUP} figures of each level; '{name}' has {len(one)}"
+            )
     return values
 
 

@@ -1,4 +1,4 @@
-"""The results of experiments: one SQLite file, a row for every run; what is finished is there after any interruption."""
+"""The results of experiments: one SQLite file with a row for every run, which outlives any interruption."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ create table run (
     options text not null,
     input_sha256 text not null,
     failed text not null,       -- the line that refuses it, else empty
-    measures text not null,     -- measure -> figure
+    responses text not null,     -- response -> figure
     curve text not null,        -- [iteration, seconds, cost] ...
     began text not null,        -- UTC
     leafcut text not null,
@@ -51,7 +51,7 @@ class Row:
     ----------
     failed
         The line that refused it, or empty.
-    measures
+    responses
         Name → figure; None where the answer has none.
     curve
         (iteration, seconds, cost) whenever the best tour became shorter; empty where the command tells none.
@@ -67,7 +67,7 @@ class Row:
     options: Mapping[str, Any]
     input_sha256: str
     failed: str
-    measures: Mapping[str, float | None]
+    responses: Mapping[str, float | None]
     curve: tuple[tuple[int, float, float], ...]
     began: str
     leafcut: str
@@ -101,11 +101,13 @@ class Store:
 
     def __enter__(self) -> Self:
         if self._read_only and not self.path.is_file():
-            raise ReadError(self.path, "there are no results here yet; run `leafcut lab run NAME` first, or give --results")
+            raise ReadError(
+                self.path, "there are no results here yet; run `leafcut lab run NAME` first, or give --results"
+            )
         if self.path.is_dir():
             raise OutputError(f"{self.path}: a folder; --results names a file")
         with self._refused():
-            if self.path.is_file() and self.path.stat().st_size and self.path.open("rb").read(15) != b"SQLite format 3":
+            if self.path.is_file() and self.path.stat().st_size and not _is_sqlite(self.path):
                 raise ReadError(self.path, "no file of results: leafcut writes an SQLite file; give another --results")
             where = self.path.absolute().as_uri() + ("?mode=ro" if self._read_only else "")
             self._data = sqlite3.connect(where, uri=True, timeout=_PATIENCE, isolation_level=None)
@@ -125,7 +127,9 @@ class Store:
         with self._refused():
             if not self._read_only:
                 self._data.execute("begin immediate")
-            owner, layout = (self._data.execute(f"pragma {word}").fetchone()[0] for word in ("application_id", "user_version"))
+            owner, layout = (
+                self._data.execute(f"pragma {word}").fetchone()[0] for word in ("application_id", "user_version")
+            )
             empty = not self._data.execute("select count(*) from sqlite_master").fetchone()[0]
             if owner == layout == 0 and empty and not self._read_only:
                 self._data.execute(_TABLE)
@@ -136,8 +140,11 @@ class Store:
             elif layout != LAYOUT:
                 raise ReadError(
                     self.path,
-                    f"results of another version of leafcut (layout {layout}, this one reads {LAYOUT}); give another --results",
+                    f"results of another version of leafcut (layout {layout}, this one reads {LAYOUT}); "
+                    "give another --results",
                 )
+            elif (found := self._data.execute("pragma quick_check(1)").fetchone()[0]) != "ok":
+                raise ReadError(self.path, f"damaged results ({shown(found, 120)}); give another --results")
             if not self._read_only:
                 self._data.execute("commit")
 
@@ -145,7 +152,7 @@ class Store:
         """Keep a run; one that failed before is replaced."""
         values = (
             row.key, row.experiment, row.instance, json.dumps(dict(row.levels)), row.seed,
-            json.dumps(dict(row.options), default=str), row.input_sha256, row.failed, json.dumps(dict(row.measures)),
+            json.dumps(dict(row.options), default=str), row.input_sha256, row.failed, json.dumps(dict(row.responses)),
             json.dumps(row.curve), row.began, row.leafcut, json.dumps(dict(row.versions)), row.machine, row.load,
         )  # fmt: skip
         with self._refused():
@@ -162,7 +169,9 @@ class Store:
     def counts(self) -> dict[str, int]:
         """Return how many runs each experiment has here."""
         with self._refused():
-            return dict(self._data.execute("select experiment, count(*) from run where failed = '' group by experiment"))
+            return dict(
+                self._data.execute("select experiment, count(*) from run where failed = '' group by experiment")
+            )
 
     @contextmanager
     def _refused(self) -> Iterator[None]:
@@ -185,15 +194,22 @@ class Store:
         if "full" in words:
             return OutputError(f"{self.path}: the disk is full; what was finished before is kept")
         if "locked" in words:
-            return OutputError(f"{self.path}: another program writes these results; wait for it, or give another --results")
+            return OutputError(
+                f"{self.path}: another program writes these results; wait for it, or give another --results"
+            )
         return OutputError(f"{self.path}: cannot be used ({words}); give another --results")
 
 
+def _is_sqlite(path: Path) -> bool:
+    with path.open("rb") as stream:
+        return stream.read(15) == b"SQLite format 3"
+
+
 def _row(values: tuple[Any, ...]) -> Row:
-    (key, experiment, instance, levels, seed, options, sha, failed, measures, curve, began, leafcut, versions, machine,
+    (key, experiment, instance, levels, seed, options, sha, failed, responses, curve, began, leafcut, versions, machine,
      load) = values  # fmt: skip
     return Row(
-        key, experiment, instance, json.loads(levels), seed, json.loads(options), sha, failed, json.loads(measures),
+        key, experiment, instance, json.loads(levels), seed, json.loads(options), sha, failed, json.loads(responses),
         tuple((int(k), float(s), float(cost)) for k, s, cost in json.loads(curve)), began, leafcut,
         json.loads(versions), machine, load,
     )  # fmt: skip

@@ -42,6 +42,7 @@ OTHER_COMMANDS = (
     "formats",
     "plugins",
     "studio",
+    "lab",
 )
 #: What other commands than `optimize` do, each in the package of the process that it belongs to.
 COMMANDS = {

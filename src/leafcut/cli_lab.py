@@ -1,0 +1,145 @@
+"""The command `leafcut lab`: experiments that are listed, run and reported."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import App, Parameter
+
+from leafcut.errors import OptionError
+from leafcut.progress import Reporter
+
+#: Where results are kept unless another file is named.
+RESULTS = "leafcut_lab.sqlite"
+
+_Name = Annotated[
+    str, Parameter(name="NAME", help="an experiment of `leafcut lab list`, or a TOML file that describes one")
+]
+_Results = Annotated[str, Parameter(name="--results", help="the file in which all runs are kept (SQLite)")]
+_Reduced = Annotated[
+    bool, Parameter(name="--reduced", negative="", help="the short form: fewer inputs, levels and seeds")
+]
+_Json = Annotated[bool, Parameter(name="--json", negative="", help="print the result as JSON")]
+
+
+def lab_app() -> App:
+    """Return the command with its own commands."""
+    made = App(name="lab", help="Repeat published experiments, and your own, with statistics.", help_format="plaintext")
+    made.command(_list, name="list")
+    made.command(_run, name="run")
+    made.command(_report, name="report")
+    return made
+
+
+def _list(*, results: _Results = RESULTS, as_json: _Json = False) -> int:
+    """List the experiments that come with leafcut, and how many runs of each are done."""
+    from leafcut.lab.loading import load, shipped
+    from leafcut.lab.store import Store
+
+    done: dict[str, int] = {}
+    if Path(results).is_file():
+        with Store(results, read_only=True) as store:
+            done = store.counts()
+    rows = [(name, title, load(name).n_runs, done.get(name, 0)) for name, title in shipped().items()]
+    if as_json:
+        _print_json([dict(zip(("name", "title", "runs", "done"), row, strict=True)) for row in rows])
+        return 0
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("Name", "Experiment", box=None, pad_edge=False)
+    table.add_column("Runs", justify="right")
+    table.add_column("Done", justify="right")
+    for name, title, runs, finished in rows:
+        table.add_row(name, title, str(runs), str(finished) if finished else "–")
+    Console().print(table)
+    return 0
+
+
+def _run(
+    name: _Name,
+    /,
+    *,
+    reduced: _Reduced = False,
+    results: _Results = RESULTS,
+    mixed: Annotated[
+        bool, Parameter(name="--mixed", negative="", help="let runs of several versions of leafcut stand in one table")
+    ] = False,
+    as_json: _Json = False,
+) -> int:
+    """Do the runs of an experiment that are not done yet; those that are done are never repeated."""
+    import threading
+
+    from leafcut.errors import count_of
+    from leafcut.lab.running import run
+    from leafcut.lab.store import Store
+
+    description = _described(name, reduced)
+    ended = threading.Event()
+    with Store(results) as store, Reporter() as reporter:
+        try:
+            ran = run(description, store, progress=reporter, cancelled=ended, mixed=mixed)
+        except KeyboardInterrupt:
+            raise OptionError("interrupted; what was finished is kept, and the same command goes on") from None
+    if as_json:
+        _print_json(
+            {"experiment": description.key, "runs": ran.runs, "finished": ran.finished, "done": ran.done,
+             "left_out": ran.left_out, "failed": list(ran.failed), "results": results}
+        )  # fmt: skip
+    else:
+        print(
+            f"{description.title}: {ran.finished} of {count_of(ran.runs, 'run')} done, "
+            f"{ran.done} of them now, in {results}"
+        )
+        if ran.left_out:
+            print(f"{count_of(ran.left_out, 'run')} left out: more threads than this machine has cores")
+        for line in ran.failed:
+            print(f"failed: {line}")
+        print(f"leafcut lab report {name}{' --reduced' if reduced else ''} writes the page")
+    return 1 if ran.failed else 0
+
+
+def _report(
+    name: _Name,
+    /,
+    *,
+    output: Annotated[str, Parameter(name=["--output", "-o"], help="the folder to write into")] = ".",
+    reduced: _Reduced = False,
+    results: _Results = RESULTS,
+    as_json: _Json = False,
+) -> int:
+    """Write the page (HTML) and the table of runs (CSV) of an experiment, as far as it is done."""
+    from leafcut.files import check_output, write_together
+    from leafcut.lab.page import rows_as_csv, write_page
+    from leafcut.lab.running import can_run
+    from leafcut.lab.store import Store
+
+    description = _described(name, reduced)
+    with Store(results, read_only=True) as store:
+        rows = store.rows(description.key)
+    able = sum(can_run(description, plan) for plan in description.runs())
+    page = write_page(description, rows, able, description.n_runs - able)
+    stem = Path(output) / (description.name + ("_reduced" if reduced else ""))
+    files = {f"{stem}.html": page, f"{stem}.csv": rows_as_csv(description, rows)}
+    for file in files:
+        check_output(file, [results, name if name.endswith(".toml") else None])
+    write_together(files)
+    if as_json:
+        _print_json({"experiment": description.key, "rows": len(rows), "files": list(files)})
+    else:
+        print(f"{description.title}: {' and '.join(files)}")
+    return 0
+
+
+def _described(name: str, reduced: bool) -> Any:
+    from leafcut.lab.loading import in_short, load
+
+    found = load(name)
+    return in_short(found) if reduced else found
+
+
+def _print_json(answer: Any) -> None:
+    import json
+
+    print(json.dumps(answer, indent=2))

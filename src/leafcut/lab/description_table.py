@@ -1,0 +1,97 @@
+"""A table of the file that describes an experiment: takes what is of the right type, and refuses what is not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from leafcut.errors import OptionError, nearest
+
+
+def word_of(value: Any) -> str:
+    """Return a level or a figure as people write it."""
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def number_of(value: Any) -> float | None:
+    """Return a number, None where a value is none."""
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+
+
+@dataclass(frozen=True)
+class DescriptionTable:
+    """A table of the file, and where it stands: takes what is of the right type and refuses what is not."""
+
+    content: Mapping[str, Any]
+    experiment: str
+    place: str
+
+    @property
+    def name(self) -> str:
+        """The last part of where it stands."""
+        return self.place.rpartition(".")[2]
+
+    def wrong(self, words: str) -> OptionError:
+        """Return the refusal of what is wrong here."""
+        return OptionError(f"experiment '{self.experiment}'{f', [{self.place}]' if self.place else ''}: {words}")
+
+    def check(self, known: set[str]) -> None:
+        """Refuse keys that are not known."""
+        for key in self.content:
+            if key not in known:
+                raise self.wrong(f"unknown key '{key}'{nearest(key, sorted(known))}")
+
+    def text(self, key: str, default: str | None = None) -> str:
+        """Return a text; without a default there must be one."""
+        value = self.content.get(key, default)
+        if not isinstance(value, str):
+            raise self.wrong(f"{key}: a text is needed" + ("" if value is None else f", not {value!r}"))
+        return value
+
+    def flag(self, key: str) -> bool:
+        """Return true or false."""
+        value = self.content.get(key, False)
+        if not isinstance(value, bool):
+            raise self.wrong(f"{key}: give true or false, not {value!r}")
+        return value
+
+    def asnumber_of(self, key: str, value: Any) -> float:
+        """Return a value that must be a number."""
+        number = number_of(value)
+        if number is None:
+            raise self.wrong(f"{key}: a number is needed, not {value!r}")
+        return number
+
+    def texts(self, key: str) -> list[str]:
+        """Return a list of texts, or of numbers as texts."""
+        value = self.content.get(key, [])
+        if not isinstance(value, list) or any(isinstance(one, dict | list) for one in value):
+            raise self.wrong(f"{key}: a list of texts is needed")
+        return [word_of(one) for one in value]
+
+    def table(self, key: str) -> dict[str, Any]:
+        """Return a table as it is."""
+        value = self.content.get(key, {})
+        if not isinstance(value, dict):
+            raise self.wrong(f"{key}: a table is needed")
+        return value
+
+    def dicts(self, key: str) -> dict[str, dict[str, Any]]:
+        """Return a table of tables."""
+        found = self.table(key)
+        for name, one in found.items():
+            if not isinstance(one, dict):
+                raise self.wrong(f"{key}.{name}: a table is needed")
+        return found
+
+    def tables(self, key: str) -> list[DescriptionTable]:
+        """Return the tables of a table, in their order."""
+        return [DescriptionTable(one, self.experiment, f"{key}.{name}") for name, one in self.dicts(key).items()]
+
+    def list_of_tables(self, key: str) -> list[DescriptionTable]:
+        """Return the tables of a list of them."""
+        value = self.content.get(key, [])
+        if not isinstance(value, list) or any(not isinstance(one, dict) for one in value):
+            raise self.wrong(f"{key}: tables [[{key}]] are needed")
+        return [DescriptionTable(one, self.experiment, f"{key} {k}") for k, one in enumerate(value, 1)]

@@ -1,0 +1,367 @@
+"""What an experiment found: each analysis of its description as sentences, tables and charts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from statistics import fmean, median
+
+from leafcut.errors import OptionError, count_of
+from leafcut.lab import charts
+from leafcut.lab.description import Analysis, Response
+from leafcut.lab.results import MOST_CHARTS, ReportBlock, Results, Table, number, or_dash, p_words, way_of
+from leafcut.lab.statistics import LEAST_OF_PAIRS, OneWay, Pair, crossed, interval, one_way, pareto_front, ranked, trend
+
+
+def judged(results: Results) -> list[ReportBlock]:
+    """Return a block for every analysis; of one that cannot be done yet, the line that says why."""
+    blocks = []
+    for analysis in results.description.analyses:
+        response = results.description.response(analysis.response)
+        try:
+            blocks.append(_JUDGES[analysis.kind](results, analysis, response))
+        except OptionError as problem:
+            blocks.append(ReportBlock(f"{_TITLES[analysis.kind]}: {response.title}", (f"Not done: {problem}.",)))
+    return blocks
+
+
+def _anova(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
+    (factor,) = (results.description.factor(name) for name in analysis.factors)
+    words: list[str] = []
+    tables: list[Table] = []
+    drawn: list[tuple[str, str]] = []
+    for rest, groups in results.groups(response.name, factor.name).items():
+        name = ", ".join(rest)
+        found = one_way(groups, analysis.alpha)
+        words += _of_one_way(name, factor.title, found)
+        best = sorted(found.means, key=found.means.__getitem__, reverse=response.more_is_better)
+        rows = [
+            (
+                level,
+                str(found.counts[level]),
+                number(found.means[level]),
+                number(found.deviations[level]),
+                found.letters[level],
+            )
+            for level in best
+        ]
+        tables.append(
+            Table((factor.title, "Runs", f"{response.heading}: mean", "s", "Letters (Tukey)"), tuple(rows), 1, name)
+        )
+        tables.append(_pairs(f"{name}: every two levels", found.fisher, found.tukey, analysis.alpha))
+        if len(drawn) < MOST_CHARTS:
+            drawn.append((name, _chart_of(groups, factor.numeric, factor.title, response, name)))
+    return ReportBlock(
+        f"{_TITLES['anova']} of {factor.title.lower()}: {response.title.lower()}",
+        tuple(words),
+        tuple(tables),
+        tuple(drawn),
+    )
+
+
+def _of_one_way(name: str, factor: str, found: OneWay) -> list[str]:
+    proved = found.p < found.alpha
+    words = [
+        f"{name}: F = {number(found.f)} ({found.between} and {found.within} degrees of freedom; critical "
+        f"{number(found.f_critical)} at α = {found.alpha:g}), {p_words(found.p)}: {factor.lower()} "
+        f"{'makes a difference' if proved else 'makes no difference that these runs can prove'}. "
+        f"It explains η² = {100 * found.eta_squared:.0f} % of the variance (ω² = {100 * found.omega_squared:.0f} %)."
+    ]
+    if found.lsd is not None:
+        words[0] += f" Least significant difference: {number(found.lsd)}."
+    checks = [
+        f"{test} {p_words(p)}"
+        for test, p in (("Shapiro–Wilk", found.normal_p), ("Brown–Forsythe", found.equal_p))
+        if p is not None
+    ]
+    if found.residuals_doubtful:
+        others = [
+            f"{test} {p_words(p)}"
+            for test, p in (("Welch", found.welch_p), ("Kruskal–Wallis", found.kruskal_p))
+            if p is not None
+        ]
+        words.append(
+            f"{name}: the residuals do not look as the analysis assumes ({', '.join(checks)}). Tests that do not "
+            f"assume it: {', '.join(others)}."
+        )
+    elif checks:
+        words.append(f"{name}: the residuals look as the analysis assumes ({', '.join(checks)}).")
+    return words
+
+
+def _crossed(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
+    one, two = (results.description.factor(name) for name in analysis.factors)
+    places = [1 + [f.name for f in results.description.factors].index(f.name) for f in (one, two)]
+    figures = results.figures(response.name)
+    together = all(len(values) == 1 for values in figures.values())
+    by: dict[str, list[tuple[str, str, float]]] = {}
+    for cell, values in figures.items():
+        rest = "all instances" if together else ", ".join(word for k, word in enumerate(cell) if k not in places)
+        own = fmean(v for c, many in figures.items() if c[0] == cell[0] for v in many) if together else 1.0
+        by.setdefault(rest, []).extend(
+            (cell[places[0]], cell[places[1]], 100.0 * v / own if together else v) for v in values
+        )
+    words: list[str] = []
+    tables: list[Table] = []
+    drawn: list[tuple[str, str]] = []
+    if together:
+        words.append(
+            "Each instance is one repetition; its figures are percent of their mean, as instances are of many sizes."
+        )
+    for name, rows in by.items():
+        effects = crossed(rows, (one.title, two.title))
+        told = [f"{e.name} {p_words(e.p)}" for e in effects if e.p is not None]
+        words.append(
+            f"{name}: {'; '.join(told)}." if told else f"{name}: every run of a cell is equal; no chance is in it."
+        )
+        tables.append(
+            Table(
+                ("Effect", "Sum of squares", "Degrees of freedom", "F", "p", "Partial η²"),
+                tuple(
+                    (
+                        e.name,
+                        number(e.squares),
+                        f"{e.freedom:g}",
+                        or_dash(e.f),
+                        "–" if e.p is None else p_words(e.p, ""),
+                        or_dash(e.eta_squared),
+                    )
+                    for e in effects
+                ),
+                1,
+                name,
+            )
+        )
+        means = {(a, b): fmean(y for x, z, y in rows if (x, z) == (a, b)) for a, b, _ in rows}
+        tables.append(
+            Table(
+                (one.title, *(level.name for level in two.levels)),
+                tuple((a.name, *(number(means[a.name, b.name]) for b in two.levels)) for a in one.levels),
+                1,
+                f"{name}: means" + (", percent of the instance's mean" if together else f", {response.unit}"),
+            )
+        )
+        unit = "% of the mean" if together else response.heading
+        series = {
+            f"{two.title}: {b.name}": [
+                (
+                    k if a.value is None else a.value,
+                    means[a.name, b.name],
+                    *interval([y for x, z, y in rows if (x, z) == (a.name, b.name)]),
+                )
+                for k, a in enumerate(one.levels)
+            ]
+            for b in two.levels
+        }
+        if len(drawn) < MOST_CHARTS:
+            label = f"{response.title} over {one.title.lower()}, a line for each {two.title.lower()}: {name}"
+            drawn.append((name, charts.means(series, _levels_words(one.title, one), unit, label)))
+    return ReportBlock(f"{_TITLES['crossed']}: {response.title.lower()}", tuple(words), tuple(tables), tuple(drawn))
+
+
+def _levels_words(name: str, factor: object) -> str:
+    levels = getattr(factor, "levels", ())
+    if getattr(factor, "numeric", False):
+        return name
+    return f"{name} ({', '.join(f'{k} = {level.name}' for k, level in enumerate(levels))})"
+
+
+def _compare(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
+    (factor,) = (results.description.factor(name) for name in analysis.factors)
+    by_cell = results.groups(response.name, factor.name)
+    whole = {rest: groups for rest, groups in by_cell.items() if len(groups) == len(factor.levels)}
+    blocks = [{level.name: median(groups[level.name]) for level in factor.levels} for groups in whole.values()]
+    words = []
+    what = "an instance (the median of its runs)"
+    if len(blocks) < LEAST_OF_PAIRS:
+        blocks = [
+            dict(zip(groups, values, strict=True))
+            for groups in whole.values()
+            for values in zip(*groups.values(), strict=False)
+        ]
+        what = "a run of an instance with one seed"
+        if len(whole) > 1:
+            words.append("There are few instances: a block is one run, so this is proved for these instances alone.")
+    found = ranked({level.name: [block[level.name] for block in blocks] for level in factor.levels}, analysis.alpha)
+    if found.p is not None:
+        words.append(
+            f"Friedman over {count_of(found.blocks, 'block')}, each {what}: χ² = {number(found.statistic or 0.0)}, "
+            f"{p_words(found.p)}, agreement W = {found.kendall_w:.2f}."
+        )
+    ranks = sorted(found.mean_ranks.items(), key=lambda one: one[1], reverse=response.more_is_better)
+    for pair in found.pairs:
+        if pair.p < analysis.alpha and len(found.pairs) <= 3:
+            less = pair.first if (pair.difference < 0) != response.more_is_better else pair.second
+            words.append(
+                f"{pair.first} against {pair.second}: {less} is better, {p_words(pair.p)}, effect {pair.effect:+.2f}."
+            )
+    tables = [
+        Table((factor.title, "Mean rank of its figures"), tuple((name, f"{rank:.2f}") for name, rank in ranks)),
+        _ranked_pairs(found.pairs, response),
+    ]
+    drawn = [
+        (
+            ", ".join(rest),
+            charts.box_plots(
+                groups, response.heading, f"{response.title} of {', '.join(rest)}, by {factor.title.lower()}"
+            ),
+        )
+        for rest, groups in list(by_cell.items())[:MOST_CHARTS]
+    ]
+    return ReportBlock(f"{_TITLES['compare']}: {response.title.lower()}", tuple(words), tuple(tables), tuple(drawn))
+
+
+def _speedup(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
+    (factor,) = (results.description.factor(name) for name in analysis.factors)
+    numbers = {level.name: level.value or 0.0 for level in factor.levels}
+    rows, series = [], {}
+    for rest, groups in results.groups(response.name, factor.name).items():
+        one = next((values for name, values in groups.items() if numbers[name] == 1.0), None)
+        if one is None:
+            raise OptionError("a speed-up needs runs on one thread")
+        points = []
+        for name, values in groups.items():
+            ratios = [fmean(one) / value for value in values]
+            low, high = interval(ratios)
+            speed = fmean(one) / fmean(values)
+            points.append((numbers[name], speed, min(low, speed), max(high, speed)))
+            rows.append((*rest, name, number(fmean(values)), f"{speed:.2f}", f"{100 * speed / numbers[name]:.0f} %"))
+        series[", ".join(rest)] = points
+    most = max(numbers[name] for groups in results.groups(response.name, factor.name).values() for name in groups)
+    others = [one.title for one in results.description.factors if one.name != factor.name]
+    columns = ("Instance", *others, factor.title, f"{response.heading}: mean", "Speed-up S", "Efficiency E")
+    words = (
+        "S = T(1) / T(p), E = S / p; the ideal is S = p. Where each run is a process of its own, its start counts.",
+    )
+    drawn = [
+        (
+            "",
+            charts.means(
+                series, factor.title, "speed-up", f"Speed-up over {factor.title.lower()}", [(1, 1), (most, most)]
+            ),
+        )
+    ]
+    tables = (Table(columns, tuple(rows), 1 + len(others) + 1),)
+    return ReportBlock(_TITLES["speedup"], words, tables, tuple(drawn) if most > 1 else ())
+
+
+def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
+    """Return whether a figure, or the gain over the level `base`, grows with the size of the instance."""
+    of = results.description
+    sizes = {one.name: one.facts["size"] for one in of.instances if "size" in one.facts}
+    factor = of.factor(analysis.factors[0])
+    rows = []
+    gains: dict[str, list[tuple[str, float, float]]] = {}
+    for rest, groups in results.groups(response.name, factor.name).items():
+        if analysis.base not in groups or rest[0] not in sizes:
+            continue
+        base = fmean(groups[analysis.base])
+        for name, values in groups.items():
+            if name != analysis.base and base:
+                gain = 100.0 * (fmean(values) / base - 1.0) * (1 if response.more_is_better else -1)
+                gains.setdefault(name, []).append((rest[0], sizes[rest[0]], gain))
+                rows.append(
+                    (rest[0], f"{sizes[rest[0]]:g}", name, number(base), number(fmean(values)), f"{gain:.2f} %")
+                )
+    words = []
+    for name, points in gains.items():
+        for left, kept in (
+            ("", points),
+            (f" without {', '.join(analysis.without)}", [p for p in points if p[0] not in analysis.without]),
+        ):
+            if left and not analysis.without:
+                continue
+            found = trend([p[1] for p in kept], [p[2] for p in kept], analysis.alpha)
+            grows = "grows" if found.tau > 0 else "falls"
+            proved = (
+                f"{grows} with the size"
+                if found.tau_p < analysis.alpha
+                else "shows no trend that these instances can prove"
+            )
+            words.append(
+                f"{name} over {analysis.base}{left}: mean gain {fmean(p[2] for p in kept):.2f} %; it {proved} "
+                f"(Kendall τ = {found.tau:.2f}, {p_words(found.tau_p)}; {found.slope:+.4f} percentage points for "
+                f"each more, {found.low:+.4f} to {found.high:+.4f}; n = {found.n})."
+            )
+    if not gains:
+        raise OptionError("a trend needs facts.size of the instances, and runs of the base level")
+    columns = ("Instance", "Size", factor.title, f"{response.heading}, {analysis.base}", "This way", "Gain")
+    series = {name: [(x, y) for _, x, y in points] for name, points in gains.items()}
+    drawn = [("", charts.scatter(series, "size", "gain, %", f"Gain over {analysis.base} by the size of the instance"))]
+    return ReportBlock(
+        f"Gain over {analysis.base}, and its trend", tuple(words), (Table(columns, tuple(rows), 3),), tuple(drawn)
+    )
+
+
+def _pareto(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
+    other = next(one for one in results.description.responses if one.name != response.name)
+    drawn, words = [], []
+    x_all, y_all = results.figures(other.name), results.figures(response.name)
+    for instance in results.description.instances[:MOST_CHARTS]:
+        points = {
+            way_of(cell): (fmean(x_all[cell]), fmean(values))
+            for cell, values in y_all.items()
+            if cell[0] == instance.name and cell in x_all
+        }
+        if len(points) < 2:
+            continue
+        signs = [-1.0 if one.more_is_better else 1.0 for one in (other, response)]
+        at = [(signs[0] * x, signs[1] * y) for x, y in points.values()]
+        front = [list(points)[k] for k in pareto_front(at)]
+        words.append(f"{instance.name}: nothing beats {', '.join(front)} in both.")
+        label = f"{response.title} against {other.title.lower()} on {instance.name}"
+        drawn.append((instance.name, charts.pareto(points, front, other.heading, response.heading, label)))
+    if not drawn:
+        raise OptionError("a Pareto plot needs two ways with both figures")
+    return ReportBlock(f"{response.title} against {other.title.lower()}", tuple(words), (), tuple(drawn))
+
+
+def _chart_of(groups: Mapping[str, Sequence[float]], numeric: bool, factor: str, response: Response, name: str) -> str:
+    if numeric:
+        points = [(float(level), fmean(values), *interval(values)) for level, values in groups.items()]
+        return charts.means(
+            {"mean": points}, factor, response.heading, f"Mean {response.title.lower()} over {factor.lower()}: {name}"
+        )
+    return charts.box_plots(groups, response.heading, f"{response.title} by {factor.lower()}: {name}")
+
+
+def _pairs(name: str, fisher: Sequence[Pair], tukey: Sequence[Pair], alpha: float) -> Table:
+    rows = [
+        (f"{a.first} – {a.second}", number(a.difference), p_words(a.p, ""), p_words(b.p, ""),
+         f"{number(b.low or 0.0)} to {number(b.high or 0.0)}",
+         "yes" if b.p < alpha else "no")
+        for a, b in zip(fisher, tukey, strict=True)
+    ]  # fmt: skip
+    columns = ("Levels", "Difference", "p (LSD)", "p (Tukey)", f"{100 * (1 - alpha):g} % interval (Tukey)", "Differ")
+    return Table(columns, tuple(rows), 1, name)
+
+
+def _ranked_pairs(pairs: Sequence[Pair], response: Response) -> Table:
+    rows = [
+        (f"{one.first} – {one.second}", number(one.difference),
+         "–" if one.low is None or one.high is None else f"{number(one.low)} to {number(one.high)}",
+         p_words(one.p, ""), f"{one.effect or 0.0:+.2f}")
+        for one in pairs
+    ]  # fmt: skip
+    unit = f", {response.unit}" if response.unit else ""
+    return Table(
+        ("Ways", f"Median difference{unit}", "95 % interval", "p (Wilcoxon, Holm)", "Effect (rank-biserial)"),
+        tuple(rows),
+    )
+
+
+_TITLES = {
+    "anova": "Analysis of variance",
+    "crossed": "Two factors crossed",
+    "compare": "Ways compared",
+    "speedup": "Speed-up and efficiency",
+    "trend": "Gain and its trend",
+    "pareto": "Two figures at once",
+}
+_JUDGES = {
+    "anova": _anova,
+    "crossed": _crossed,
+    "compare": _compare,
+    "speedup": _speedup,
+    "trend": _trend,
+    "pareto": _pareto,
+}

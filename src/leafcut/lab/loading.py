@@ -1,0 +1,271 @@
+"""Finds the description of an experiment, and reads it from its TOML file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from leafcut.errors import OptionError, ReadError, nearest
+from leafcut.files import parse_toml, toml_bytes
+from leafcut.lab.description import (
+    ANALYSES,
+    MOST_SEEDS,
+    OPTIMIZE,
+    SOLVE,
+    Analysis,
+    Description,
+    Factor,
+    LabInstance,
+    Level,
+    Published,
+    Response,
+)
+from leafcut.lab.description_table import DescriptionTable, number_of, word_of
+from leafcut.option_spec import flag_name
+from leafcut.processes import registry
+from leafcut.processes.base import Work
+from leafcut.processes.settings import collect, why_unused
+
+#: What comes with leafcut.
+_SHIPPED = resources.files("leafcut.lab") / "shipped"
+
+
+def shipped() -> dict[str, str]:
+    """Return the experiments that come with leafcut: name → title."""
+    names = sorted(file.name.removesuffix(".toml") for file in _SHIPPED.iterdir() if file.name.endswith(".toml"))
+    return {name: load(name).title for name in names}
+
+
+def load(name: str | Path) -> Description:
+    """Return an experiment by its name, or by the path of its TOML file.
+
+    Raises
+    ------
+    OptionError
+        There is none of this name, or it cannot be meant; with what is wrong in the file.
+    ReadError
+        The file cannot be read.
+    """
+    if str(name).lower().endswith(".toml"):
+        path = Path(name)
+        try:
+            content = toml_bytes(path)
+        except OSError as problem:
+            raise ReadError(path, f"cannot be read ({problem.strerror})") from None
+        return described(parse_toml(content, str(path)), path.stem, path.parent)
+    file = _SHIPPED / f"{name}.toml"
+    if not re.fullmatch(r"[A-Za-z0-9_-]+", str(name)) or not file.is_file():
+        known = [one.name.removesuffix(".toml") for one in _SHIPPED.iterdir() if one.name.endswith(".toml")]
+        raise OptionError(f"unknown experiment '{name}'{nearest(str(name), sorted(known))}; or give a TOML file")
+    return described(parse_toml(file.read_bytes(), str(name)), str(name), None)
+
+
+def described(content: Mapping[str, Any], name: str, folder: Path | None) -> Description:
+    """Return the experiment that a TOML text describes; files that it names are sought from `folder`.
+
+    Without a folder they are those that come with leafcut.
+
+    Raises
+    ------
+    OptionError
+        A key or a name in it is unknown, a value of another type, or there is nothing to run.
+    """
+    table = DescriptionTable(content, name, "")
+    table.check(
+        {"title", "about", "source", "command", "new_process", "cores", "seeds", "options", "instance", "factor"}
+        | {"response", "analysis", "published", "notes", "reduced"}
+    )
+    command = table.text("command", OPTIMIZE)
+    commands = [SOLVE, OPTIMIZE, *(one.command for one in registry.processes())]
+    if command not in commands:
+        raise table.wrong(f"unknown command '{command}'{nearest(command, commands)}")
+    factors = tuple(_factor(one) for one in table.tables("factor"))
+    made = Description(
+        name=name,
+        title=table.text("title", name),
+        about=" ".join(table.text("about", "").split()),
+        command=command,
+        instances=tuple(_instance(one, folder) for one in table.list_of_tables("instance")),
+        factors=factors,
+        responses=tuple(_measure(one) for one in table.tables("response")),
+        seeds=_seeds(table),
+        options=table.table("options"),
+        analyses=(),
+        published=tuple(_published(one) for one in table.list_of_tables("published")),
+        source=table.text("source", ""),
+        notes=tuple(table.texts("notes")),
+        new_process=table.flag("new_process"),
+        cores=table.text("cores", ""),
+        short=table.table("reduced"),
+    )
+    if not made.responses:
+        raise table.wrong('no table [response.NAME]: say what is measured, such as path = "after.time_s"')
+    for what, names in (("instance", [i.name for i in made.instances]), ("factor", [f.name for f in factors])):
+        if double := next((one for one in names if names.count(one) > 1), None):
+            raise table.wrong(f"two {what}s are called '{double}'")
+    if made.cores and made.cores not in [one.name for one in factors if one.numeric]:
+        raise table.wrong(f"cores = '{made.cores}' is no factor whose levels are numbers")
+    made = replace(made, analyses=tuple(_analysis(one, made) for one in table.list_of_tables("analysis")))
+    _check_options(made)
+    if made.short:
+        in_short(made)
+    return made
+
+
+def _instance(table: DescriptionTable, folder: Path | None) -> LabInstance:
+    table.check({"name", "input", "options", "facts"})
+    source = table.text("input")
+    if not re.match(r"[a-z]+:", source):
+        source = str((folder if folder is not None else Path(str(resources.files("leafcut.lab") / "parts"))) / source)
+    facts = {name: table.asnumber_of(f"facts.{name}", value) for name, value in table.table("facts").items()}
+    return LabInstance(table.text("name", Path(source).stem), source, table.table("options"), facts)
+
+
+def _factor(table: DescriptionTable) -> Factor:
+    table.check({"title", "option", "levels", "level"})
+    option, levels = table.text("option", ""), table.content.get("levels", [])
+    named = [Level(name, options, None) for name, options in table.dicts("level").items()]
+    if bool(option) != bool(levels) or bool(levels) == bool(named) or not isinstance(levels, list):
+        raise table.wrong("give option = and levels = [...], or tables level.NAME of options")
+    simple = [Level(word_of(one), {option: one}, number_of(one)) for one in levels]
+    made = tuple(named or simple)
+    if len({one.name for one in made}) < len(made):
+        raise table.wrong("two levels are the same")
+    return Factor(table.name, table.text("title", table.name.replace("_", " ").capitalize()), made)
+
+
+def _measure(table: DescriptionTable) -> Response:
+    table.check({"title", "unit", "path", "scale", "more_is_better"})
+    return Response(
+        table.name,
+        table.text("title", table.name.replace("_", " ").capitalize()),
+        table.text("unit", ""),
+        table.text("path"),
+        table.asnumber_of("scale", table.content.get("scale", 1.0)),
+        table.flag("more_is_better"),
+    )
+
+
+def _analysis(table: DescriptionTable, of: Description) -> Analysis:
+    table.check({"kind", "response", "factors", "alpha", "base", "without"})
+    kind, response = table.text("kind"), table.text("response", of.responses[0].name)
+    factors = table.texts("factors") or [one.name for one in of.factors]
+    alpha = table.asnumber_of("alpha", table.content.get("alpha", 0.05))
+    known = {
+        "kind": (kind, ANALYSES),
+        "response": (response, [one.name for one in of.responses]),
+        **{f"factor {one}": (one, [f.name for f in of.factors]) for one in factors},
+    }
+    for what, (word, words) in known.items():
+        if word not in words:
+            raise table.wrong(f"unknown {what.split()[0]} '{word}'{nearest(word, words)}")
+    if not 0.0 < alpha < 0.5:
+        raise table.wrong(f"alpha = {alpha:g} is out of range; choose a number between 0 and 0.5")
+    needed = {"anova": 1, "compare": 1, "crossed": 2, "speedup": 1}.get(kind)
+    if needed is not None and len(factors) != needed:
+        raise table.wrong(f"'{kind}' is of {needed} factor{'s' * (needed > 1)}; {len(factors)} given")
+    base = table.text("base", "")
+    if base and base not in [one.name for f in factors for one in of.factor(f).levels]:
+        raise table.wrong(f"base '{base}' is no level of {', '.join(factors)}")
+    without = tuple(table.texts("without"))
+    for one in without:
+        if one not in [instance.name for instance in of.instances]:
+            raise table.wrong(f"unknown instance '{one}'{nearest(one, [i.name for i in of.instances])}")
+    if kind == "pareto" and len(of.responses) < 2:
+        raise table.wrong("'pareto' needs two responses")
+    return Analysis(kind, response, tuple(factors), alpha, base, without)
+
+
+def _published(table: DescriptionTable) -> Published:
+    table.check({"title", "source", "columns", "rows", "note"})
+    columns, rows = table.texts("columns"), table.content.get("rows", [])
+    if not isinstance(rows, list) or any(not isinstance(row, list) or len(row) != len(columns) for row in rows):
+        raise table.wrong(f"each of the rows needs {len(columns)} values, as many as there are columns")
+    told = tuple(tuple(word_of(value) for value in row) for row in rows)
+    return Published(table.text("title"), table.text("source", ""), tuple(columns), told, table.text("note", ""))
+
+
+def _seeds(table: DescriptionTable) -> tuple[int, ...]:
+    """Return the seeds: those listed, or 1 to a number of them."""
+    given = table.content.get("seeds", 1)
+    listed = list(range(1, given + 1)) if type(given) is int and 0 < given <= MOST_SEEDS else given
+    if not isinstance(listed, list) or not listed or any(type(one) is not int or one < 0 for one in listed):
+        raise table.wrong(f"seeds: give how many, 1 to {MOST_SEEDS}, or a list of whole numbers from 0 on")
+    if len(set(listed)) < len(listed) or len(listed) > MOST_SEEDS:
+        raise table.wrong(f"seeds: each once, and at most {MOST_SEEDS} of them")
+    return tuple(listed)
+
+
+def _chosen(of: Sequence[Any], names: Sequence[str], table: DescriptionTable, what: str) -> tuple[Any, ...]:
+    """Return those of some named things that are wanted; all, where none is named."""
+    known = [one.name for one in of]
+    for name in names:
+        if name not in known:
+            raise table.wrong(f"{what}: unknown '{name}'{nearest(name, known)}")
+    return tuple(one for one in of if not names or one.name in names)
+
+
+def _check_options(made: Description) -> None:
+    """Refuse options that do not exist, have a value that cannot be, or are used by nothing that the command does."""
+    used = _work(made.command)
+    seen = set()
+    for run in made.runs():
+        shape = (run.instance.name, *(level.name for level in run.levels.values()))
+        if shape in seen:
+            break
+        seen.add(shape)
+        try:
+            collect(run.options)
+            for name in run.options:
+                if used is not None and name not in used.used():
+                    raise OptionError(
+                        f"{flag_name(name)}: {why_unused(name, used.title, used.otherwise.get(name, ''))}"
+                    )
+        except OptionError as problem:
+            raise OptionError(f"experiment '{made.name}', {run.label}: {problem}") from None
+
+
+def _work(command: str) -> Work | None:
+    """Return the kind of work that a command does; None where its input decides."""
+    if command == SOLVE:
+        return registry.work(SOLVE)
+    return next((one for one in registry.processes() if one.command == command), None)
+
+
+def in_short(of: Description) -> Description:
+    """Return the short form: fewer inputs, levels and seeds, less work in each run.
+
+    Raises
+    ------
+    OptionError
+        The file has none.
+    """
+    if not of.short:
+        raise OptionError(f"experiment '{of.name}' has no reduced form: its file has no table [reduced]")
+    table = DescriptionTable(of.short, of.name, "reduced")
+    names = table.texts("instances")
+    made = replace(
+        of,
+        reduced=True,
+        options={**of.options, **table.table("options")},
+        seeds=_seeds(table) if "seeds" in of.short else of.seeds,
+        instances=_chosen(of.instances, names, table, "instances"),
+        factors=tuple(
+            replace(one, levels=_chosen(one.levels, [*map(word_of, wanted)], table, f"levels of {one.name}"))
+            if (wanted := table.table("levels").get(one.name))
+            else one
+            for one in of.factors
+        ),
+    )
+    over = table.table("instance_options")
+    if over:
+        made = replace(made, instances=tuple(replace(i, options={**i.options, **over}) for i in made.instances))
+    for unknown in set(table.table("levels")) - {one.name for one in of.factors}:
+        raise table.wrong(f"levels of '{unknown}', which is no factor{nearest(unknown, [f.name for f in of.factors])}")
+    table.check({"options", "seeds", "instances", "levels", "instance_options"})
+    _check_options(made)
+    return made

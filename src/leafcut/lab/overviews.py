@@ -1,0 +1,79 @@
+"""What a report shows of any experiment: every cell with its spread, and how the searches went."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from statistics import fmean
+
+from leafcut.lab import charts
+from leafcut.lab.description import Response
+from leafcut.lab.results import MOST_CHARTS, ReportBlock, Results, Table, number, or_dash, way_of
+from leafcut.lab.statistics import interval
+from leafcut.lab.store import Row
+
+#: A target is within so many percent of the best that any run found, the least of which half of all runs come to.
+_TARGETS = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
+
+
+def overview(results: Results) -> ReportBlock:
+    """Return every cell with its runs and the figures of each response."""
+    of = results.description
+    columns = ["Instance", *(one.title for one in of.factors), "Runs"]
+    for response in of.responses:
+        columns += [f"{response.heading}: mean", "± 95 %", "s", "best", "worst"]
+    by_measure = {response.name: results.figures(response.name) for response in of.responses}
+    rows = []
+    for cell in results.cells():
+        runs = max((len(found.get(cell, ())) for found in by_measure.values()), default=0)
+        if not runs:
+            continue
+        row = [*cell, str(runs)]
+        for response in of.responses:
+            row += _spread(by_measure[response.name].get(cell, []), response)
+        rows.append(tuple(row))
+    words = ("± is half the bootstrap interval of the mean, s the standard deviation of a sample (n − 1).",)
+    return ReportBlock("All runs", words, (Table(tuple(columns), tuple(rows), 1 + len(of.factors)),))
+
+
+def searches(results: Results) -> ReportBlock | None:
+    """Return how the searches went, and when they came to a target; None where no run tells."""
+    curves: dict[str, dict[str, list[Row]]] = {}
+    for row in results.rows:
+        if len(row.curve) > 1:
+            curves.setdefault(row.instance, {}).setdefault(way_of(results.cell(row)), []).append(row)
+    if not curves:
+        return None
+    drawn = []
+    for name, ways in list(curves.items())[:MOST_CHARTS]:
+        by_iteration = any(step[0] != row.curve[0][0] for rows in ways.values() for row in rows for step in row.curve)
+        across, k = ("iteration", 0) if by_iteration else ("s", 1)
+        steps = {way: [[(float(one[k]), one[2]) for one in row.curve] for row in rows] for way, rows in ways.items()}
+        words = f"Convergence on {name}: the mean of the runs, and the band from the best to the worst"
+        drawn.append((f"{name}: convergence", charts.convergence(steps, across, "best length", words)))
+        timed = {way: [[(one[1], one[2]) for one in row.curve] for row in rows] for way, rows in ways.items()}
+        target, percent = _target(timed)
+        times = {way: [charts.reached(curve, target) for curve in many] for way, many in timed.items()}
+        words = f"Time to target on {name}: the share of runs that came within {percent:g} % of the best found"
+        drawn.append((f"{name}: time to {percent:g} % of the best found", charts.time_to_target(times, "s", words)))
+    return ReportBlock("How the searches went", (), (), tuple(drawn))
+
+
+def _target(ways: Mapping[str, Sequence[Sequence[tuple[float, float]]]]) -> tuple[float, float]:
+    ends = sorted(curve[-1][1] for many in ways.values() for curve in many)
+    for percent in _TARGETS:
+        target = ends[0] * (1.0 + percent / 100.0)
+        if ends[len(ends) // 2] <= target:
+            return target, percent
+    return ends[-1], 100.0 * (ends[-1] / ends[0] - 1.0)
+
+
+def _spread(values: Sequence[float], response: Response) -> list[str]:
+    if not values:
+        return ["–"] * 5
+    low, high = interval(values)
+    best, worst = (max, min) if response.more_is_better else (min, max)
+    mean = fmean(values)
+    deviation = math.sqrt(sum((v - mean) ** 2 for v in values) / (len(values) - 1)) if len(values) > 1 else None
+    half = number((high - low) / 2.0) if len(values) > 1 else "–"
+    return [number(mean), half, or_dash(deviation), number(best(values)), number(worst(values))]

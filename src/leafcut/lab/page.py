@@ -1,0 +1,143 @@
+"""The report of an experiment: one HTML page that needs nothing else, and its runs as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from importlib.util import find_spec
+from statistics import median
+
+from leafcut._version import __version__
+from leafcut.errors import LeafcutError, count_of
+from leafcut.lab.description import Description
+from leafcut.lab.judging import judged
+from leafcut.lab.overviews import overview, searches
+from leafcut.lab.results import ReportBlock, Results, number
+from leafcut.lab.store import Row
+
+#: What the extra brings.
+_NEEDED = ("scipy", "pandas", "statsmodels", "scikit_posthocs", "matplotlib")
+
+
+def write_page(description: Description, rows: Sequence[Row], wanted: int, left_out: int = 0) -> str:
+    """Return the page of an experiment from its runs so far; `wanted` runs would be all of them on this machine.
+
+    Raises
+    ------
+    LeafcutError
+        The extra ``lab`` is not installed.
+    """
+    for package in _NEEDED:
+        if find_spec(package) is None:
+            raise LeafcutError(f"the report of an experiment needs the package {package}: pip install 'leafcut[lab]'")
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+    from markupsafe import Markup
+
+    from leafcut.report.colours import drawing_css, style_sheet
+
+    environment = Environment(
+        loader=PackageLoader("leafcut.lab", ""),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["drawn"] = Markup  # what our own functions drew is escaped already
+    results = Results.of(description, rows)
+    return environment.get_template("page.html.jinja").render(
+        css=drawing_css() + style_sheet("page.css") + style_sheet("lab.css", "leafcut.lab"),
+        version=__version__,
+        of=description,
+        done=len(results.rows),
+        state=_state(description, results, rows, wanted, left_out),
+        blocks=_blocks(results),
+        failed=[
+            f"{row.instance}, {', '.join(row.levels.values())}, seed {row.seed}: {row.failed}"
+            for row in rows
+            if row.failed
+        ],
+        circumstances=_circumstances(results.rows),
+    )
+
+
+def rows_as_csv(description: Description, rows: Sequence[Row]) -> str:
+    """Return a row for every run, with what it measured, where and when."""
+    factors, responses = [one.name for one in description.factors], [one.name for one in description.responses]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(
+        [
+            "experiment",
+            "instance",
+            *factors,
+            "seed",
+            *responses,
+            "failed",
+            "began",
+            "leafcut",
+            "machine",
+            "load",
+            "input_sha256",
+        ]
+    )
+    for row in rows:
+        levels = [row.levels.get(name, "") for name in factors]
+        figures = ["" if row.responses.get(name) is None else row.responses[name] for name in responses]
+        place = ["" if row.load is None else row.load, row.input_sha256]
+        writer.writerow(
+            [
+                row.experiment,
+                row.instance,
+                *levels,
+                row.seed,
+                *figures,
+                row.failed,
+                row.began,
+                row.leafcut,
+                row.machine,
+                *place,
+            ]
+        )
+    return text.getvalue()
+
+
+def _blocks(results: Results) -> list[ReportBlock]:
+    if not results.rows:
+        return []
+    found = searches(results)
+    return [*judged(results), *([found] if found else []), overview(results)]
+
+
+def _state(description: Description, results: Results, rows: Sequence[Row], wanted: int, left_out: int) -> list[str]:
+    words = [f"{len(results.rows)} of {count_of(wanted, 'run')} done"]
+    if left_out:
+        words.append(f"{count_of(left_out, 'run')} left out, as this machine has fewer cores")
+    if failed := sum(bool(row.failed) for row in rows):
+        words.append(f"{failed} failed")
+    words.append(f"{count_of(len(description.seeds), 'seed')}: {_few([str(seed) for seed in description.seeds])}")
+    return words
+
+
+def _circumstances(rows: Sequence[Row]) -> list[str]:
+    """Return where, when and by what the runs were done."""
+    if not rows:
+        return []
+    machines = sorted({row.machine for row in rows})
+    loads = [row.load for row in rows if row.load is not None]
+    versions = sorted({", ".join(f"{name} {v}" for name, v in row.versions.items()) for row in rows})
+    words = [
+        f"Machine: {'; '.join(machines)}.",
+        f"leafcut {', '.join(sorted({row.leafcut for row in rows}))}; {'; '.join(versions)}.",
+        f"From {min(row.began for row in rows)} to {max(row.began for row in rows)}.",
+    ]
+    if loads:
+        words.append(
+            f"Processes that waited when a run began, for each core: median {number(median(loads))}, most "
+            f"{number(max(loads))}. Above 1, times are of a machine that others used as well."
+        )
+    return words
+
+
+def _few(words: Sequence[str], most: int = 6) -> str:
+    return ", ".join(words) if len(words) <= most else f"{', '.join(words[:3])} … {words[-1]}"

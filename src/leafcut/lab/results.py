@@ -1,0 +1,111 @@
+"""The finished runs of an experiment by cell, and the tables and words in which a report says them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from leafcut.lab.description import Description
+from leafcut.lab.store import Row
+
+#: Of more instances than this, only the first have charts of their own.
+MOST_CHARTS = 8
+
+DesignCell = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of texts under headings; the first `texts` columns are words, the others numbers."""
+
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    texts: int = 1
+    title: str = ""
+
+
+@dataclass(frozen=True)
+class ReportBlock:
+    """One part of a report: a heading, what is said, tables, and charts as SVG."""
+
+    title: str
+    words: tuple[str, ...] = ()
+    tables: tuple[Table, ...] = ()
+    drawn: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class Results:
+    """The finished runs of an experiment, by cell: an instance and a level of each factor."""
+
+    description: Description
+    rows: tuple[Row, ...]
+
+    @classmethod
+    def of(cls, description: Description, rows: Iterable[Row]) -> Results:
+        """Return those rows that are runs of the description as it is now, none of which failed."""
+        instances = {one.name for one in description.instances}
+        levels = {one.name: {level.name for level in one.levels} for one in description.factors}
+        kept = [
+            row for row in rows
+            if not row.failed and row.instance in instances and row.seed in description.seeds
+            and row.levels.keys() == levels.keys() and all(row.levels[name] in levels[name] for name in levels)
+        ]  # fmt: skip
+        return cls(description, tuple(kept))
+
+    def figures(self, response: str) -> dict[DesignCell, list[float]]:
+        """Return the figures of a response by cell, in the order of the description, by seed."""
+        found: dict[DesignCell, list[float]] = {cell: [] for cell in self.cells()}
+        for row in sorted(self.rows, key=lambda one: one.seed):
+            value = row.responses.get(response)
+            if value is not None and math.isfinite(value):
+                found[self.cell(row)].append(value)
+        return {cell: values for cell, values in found.items() if values}
+
+    def cells(self) -> Iterator[DesignCell]:
+        """Yield every cell, in the order of the description."""
+        yield from dict.fromkeys(
+            (plan.instance.name, *(level.name for level in plan.levels.values())) for plan in self.description.runs()
+        )
+
+    def cell(self, row: Row) -> DesignCell:
+        """Return the cell of a run."""
+        return (row.instance, *(row.levels[one.name] for one in self.description.factors))
+
+    def groups(self, response: str, factor: str) -> dict[DesignCell, dict[str, list[float]]]:
+        """Return the figures by level of a factor, for each combination of all else."""
+        place = 1 + [one.name for one in self.description.factors].index(factor)
+        found: dict[DesignCell, dict[str, list[float]]] = {}
+        for cell, values in self.figures(response).items():
+            found.setdefault(cell[:place] + cell[place + 1 :], {})[cell[place]] = values
+        return found
+
+
+def way_of(cell: DesignCell) -> str:
+    """Return the name of a way: its levels, without the instance."""
+    return ", ".join(cell[1:]) or "runs"
+
+
+def number(value: float) -> str:
+    """Return a figure with five digits that count."""
+    if not math.isfinite(value):
+        return "∞" if value > 0 else "–"
+    if value == 0.0:
+        return "0"
+    places = 4 - math.floor(math.log10(abs(value)))
+    return f"{value:,.{min(max(places, 0), 7)}f}"
+
+
+def or_dash(value: float | None) -> str:
+    """Return a figure, or a dash where there is none."""
+    return "–" if value is None else number(value)
+
+
+def p_words(p: float | None, name: str = "p ") -> str:
+    """Return a probability in words; a `name` stands before it."""
+    if p is None:
+        return "–"
+    if p < 0.001:
+        return f"{name}< 0.001"
+    return f"{name}= {p:.3f}" if name else f"{p:.3f}"

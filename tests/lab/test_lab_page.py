@@ -1,0 +1,143 @@
+"""The page of an experiment says what its runs prove, and stands alone."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from lab_descriptions import SMALL, written
+from test_store import ROW
+
+from leafcut.lab.loading import load
+from leafcut.lab.page import rows_as_csv, write_page
+from leafcut.lab.store import Row
+from page_parser import Page
+
+#: Two factors, analysed in every way that there is; figures from a formula, so that what is true is known.
+EVERY = SMALL.replace(
+    "[[analysis]]",
+    """[factor.ants]
+option = "n_ants"
+levels = [5, 10]
+[response.time]
+unit = "s"
+path = "wall_s"
+[[analysis]]
+kind = "anova"
+factors = ["algorithm"]
+[[analysis]]
+kind = "crossed"
+factors = ["algorithm", "ants"]
+[[analysis]]
+kind = "pareto"
+[[analysis]]
+kind = "trend"
+factors = ["algorithm"]
+base = "as"
+[[published]]
+title = "Time <b>"
+source = "a paper"
+columns = ["board", "ms"]
+rows = [["one", 7.25]]
+[[analysis]]""",
+)
+
+
+def rows_of(folder: Path, text: str = EVERY, seeds: int = 3) -> tuple[object, list[Row]]:
+    """Return a description and runs of it: acs is always 10 shorter than as, 5 ants take half as long as 10."""
+    found = load(written(folder, text))
+    rows = []
+    for plan in found.runs():
+        algorithm, ants = (plan.levels[name].name for name in ("algorithm", "ants"))
+        length = (100.0 if plan.instance.name == "ten" else 300.0) - 10.0 * (algorithm == "acs") + plan.seed
+        answer = {"length": length, "time": int(ants) / 5.0 + 0.01 * plan.seed}
+        rows.append(
+            replace(ROW, key=str(len(rows)), instance=plan.instance.name, levels={"algorithm": algorithm, "ants": ants},
+                    seed=plan.seed, responses=answer)
+        )  # fmt: skip
+    return found, [row for row in rows if row.seed <= seeds]
+
+
+def test_the_page_stands_alone_and_escapes_what_is_written_in_files(tmp_path: Path) -> None:
+    found, rows = rows_of(tmp_path, EVERY.replace('"Two algorithms"', '"Two <script>alert(1)</script>"'))
+    html = write_page(found, rows, 24)
+    page = Page(html)
+    assert "script" not in page.tags
+    assert "Time <b>" in page.words
+    assert not re.search(r'(?:href|src)="(?!#)', html)
+    assert html.count("<svg") == html.count('role="img"') + 1  # the mark of leafcut is decoration
+    ids = re.findall(r'\sid="([^"]+)"', html)
+    assert set(re.findall(r'(?:href="|url\()#([\w-]+)', html)) <= set(ids)
+
+
+def test_the_page_says_what_is_true_of_the_figures(tmp_path: Path) -> None:
+    found, rows = rows_of(tmp_path)
+    text = Page(write_page(found, rows, 24)).words
+    assert "24 of 24 runs done" in text
+    # as – acs is 10 in every run, of which the mean square within is (1² + 0² + 1²) · 2 / 4 = 1.
+    assert "-10.000" in text or "10.000" in text
+    assert "algorithm makes a difference" in text
+    assert "as against acs: acs is better" in text
+    # 10 of 102 and 10 of 302, with either number of ants.
+    assert f"acs over as: mean gain {50 * (10 / 102 + 10 / 302):.2f} %" in text
+    assert "as printed there; not measured by leafcut" in text
+
+
+def test_a_page_of_no_runs_says_how_to_do_them(tmp_path: Path) -> None:
+    found, _ = rows_of(tmp_path)
+    text = Page(write_page(found, [], 24)).words
+    assert "0 of 24 runs done" in text
+    assert "leafcut lab run small" in text
+
+
+def test_what_cannot_be_analysed_yet_is_said_beside_what_can(tmp_path: Path) -> None:
+    found, rows = rows_of(tmp_path, seeds=1)
+    text = Page(write_page(found, rows, 24)).words
+    assert "Not done: an analysis of variance needs 2 figures of each level" in text
+    assert "8 of 24 runs done" in text
+
+
+def test_a_run_that_failed_and_one_of_an_older_description_count_for_nothing(tmp_path: Path) -> None:
+    found, rows = rows_of(tmp_path)
+    odd = [replace(rows[0], failed="no such <tool>"), replace(rows[1], instance="gone"), *rows[2:]]
+    text = Page(write_page(found, odd, 24)).words
+    assert "22 of 24 runs done" in text
+    assert "no such <tool>" in text
+
+
+def test_the_table_has_a_row_for_every_run(tmp_path: Path) -> None:
+    found, rows = rows_of(tmp_path)
+    table = list(csv.DictReader(io.StringIO(rows_as_csv(found, rows))))
+    assert len(table) == len(rows)
+    assert [float(row["length"]) for row in table] == [row.responses["length"] for row in rows]
+    assert {row["algorithm"] for row in table} == {"as", "acs"}
+
+
+def test_speed_up_is_the_ratio_of_means(tmp_path: Path) -> None:
+    text = EVERY.replace("threads = 1, ", "").replace(
+        'option = "n_ants"\nlevels = [5, 10]', 'option = "threads"\nlevels = [1, 2]'
+    )
+    text = text.replace('kind = "pareto"', 'kind = "speedup"\nresponse = "time"\nfactors = ["ants"]')
+    found = load(written(tmp_path, text))
+    rows = [
+        replace(ROW, key=f"{plan.seed}{plan.instance.name}{plan.levels}", instance=plan.instance.name, seed=plan.seed,
+                levels={name: level.name for name, level in plan.levels.items()},
+                responses={"length": 1.0 + plan.seed, "time": 6.0 if plan.levels["ants"].name == "1" else 4.0})
+        for plan in found.runs()
+    ]  # fmt: skip
+    shown = Page(write_page(found, rows, 24)).words
+    assert "1.50" in shown
+    assert "75 %" in shown
+
+
+@pytest.mark.parametrize(
+    ("value", "words"), [(0.0, "0"), (12345.678, "12,346"), (1122.26, "1,122.3"), (0.012345, "0.012345")]
+)
+def test_figures_have_five_digits_that_count(value: float, words: str) -> None:
+    from leafcut.lab.results import number
+
+    assert number(value) == words

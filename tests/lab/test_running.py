@@ -1,0 +1,177 @@
+"""An experiment goes on where it ended: no finished run is repeated, none is lost; each is what its command answers."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import pytest
+from lab_descriptions import SMALL, written
+
+from leafcut import api
+from leafcut._version import __version__
+from leafcut.errors import OptionError
+from leafcut.lab import running
+from leafcut.lab.loading import load
+from leafcut.lab.running import Answer, RunTask, perform, run
+from leafcut.lab.store import Store
+
+
+def counted(done: list[str], most: int = 1000) -> running.Performer:
+    """Return what does tasks and notes them, and stops after some, as a program that is killed."""
+
+    def perform_some(tasks: Iterable[RunTask]) -> Iterator[tuple[RunTask, Answer]]:
+        for task in list(tasks)[:most]:
+            done.append(task.key)
+            yield task, perform(task)
+
+    return perform_some
+
+
+def test_a_run_is_what_its_command_answers(tmp_path: Path) -> None:
+    found = load(written(tmp_path))
+    with Store(tmp_path / "r.sqlite") as store:
+        ran = run(found, store)
+        rows = store.rows("small")
+    assert (ran.runs, ran.finished, ran.done, ran.failed) == (12, 12, 12, ())
+    assert len({row.key for row in rows}) == 12
+    (row,) = [row for row in rows if (row.instance, row.levels["algorithm"], row.seed) == ("thirty", "acs", 2)]
+    alone = api.solve_file(
+        "random:30:5", algorithm="acs", seed=2, iterations=5, threads=1, bound=False, local_search=False
+    ).solution
+    assert row.responses == {"length": alone.cost}
+    assert row.curve[-1][0] == alone.iterations
+    assert row.curve[-1][2] == alone.cost
+    assert (row.leafcut, row.options["seed"]) == (__version__, 2)
+    assert "core" in row.machine
+    assert {"python", "numpy", "numba"} <= row.versions.keys()
+
+
+def test_what_is_finished_is_not_repeated_and_what_is_not_is_done(tmp_path: Path) -> None:
+    found, first, second, third = load(written(tmp_path)), [], [], []
+    with Store(tmp_path / "r.sqlite") as store:
+        assert run(found, store, performer=counted(first, 5)).stopped
+    with Store(tmp_path / "r.sqlite") as store:
+        ran = run(found, store, performer=counted(second))
+        assert not run(found, store, performer=counted(third)).stopped
+    assert (len(first), len(second), third) == (5, 7, [])
+    assert not set(first) & set(second)
+    assert (ran.finished, ran.done) == (12, 7)
+
+
+def test_a_kill_in_the_middle_loses_no_finished_run_and_none_is_repeated(tmp_path: Path) -> None:
+    description, file = written(tmp_path), tmp_path / "r.sqlite"
+    code = f"""
+from leafcut.lab import running
+from leafcut.lab.loading import load
+from leafcut.lab.store import Store
+def tell(what, *rest):
+    print(what, flush=True)
+with Store({str(file)!r}) as store:
+    running.run(load({str(description)!r}), store, progress=tell)
+"""
+    child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert child.stdout
+    begun = [child.stdout.readline() for _ in range(5)]  # the fifth has begun: four are over
+    os.kill(child.pid, signal.SIGKILL)
+    child.communicate()
+    assert "5 of 12" in begun[4]
+    with Store(file) as store:
+        kept = {row.key for row in store.rows("small")}
+        again: list[str] = []
+        ran = run(load(description), store, performer=counted(again))
+    assert len(kept) >= 4
+    assert not kept & set(again)
+    assert (ran.finished, len(again)) == (12, 12 - len(kept))
+
+
+def test_a_run_that_is_refused_is_one_line_stops_no_other_and_is_tried_again(tmp_path: Path) -> None:
+    text = SMALL.replace('input = "random:30:5"', 'input = "broken.csv"')
+    (tmp_path / "broken.csv").write_text("x,y\n", encoding="utf-8")
+    found = load(written(tmp_path, text))
+    with Store(tmp_path / "r.sqlite") as store:
+        ran = run(found, store)
+        assert (ran.finished, len(ran.failed)) == (6, 6)
+        assert "broken.csv" in ran.failed[0]
+        (tmp_path / "broken.csv").write_text("x,y\n1,1\n2,2\n3,1\n", encoding="utf-8")
+        ran = run(found, store)
+        assert (ran.finished, ran.done, ran.failed) == (12, 6, ())
+
+
+def test_a_file_that_changed_is_run_anew(tmp_path: Path) -> None:
+    text = SMALL.replace('input = "random:30:5"', 'input = "map.csv"')
+    (tmp_path / "map.csv").write_text("x,y\n1,1\n2,3\n3,1\n", encoding="utf-8")
+    found = load(written(tmp_path, text))
+    with Store(tmp_path / "r.sqlite") as store:
+        run(found, store)
+        (tmp_path / "map.csv").write_text("x,y\n1,1\n2,3\n9,1\n", encoding="utf-8")
+        assert run(found, store).done == 6
+
+
+def test_a_run_that_is_stopped_is_not_kept(tmp_path: Path) -> None:
+    ended = threading.Event()
+
+    def stop(what: str, *_: object) -> None:
+        if "3 of 12" in what:
+            ended.set()
+
+    with Store(tmp_path / "r.sqlite") as store:
+        ran = run(load(written(tmp_path)), store, progress=stop, cancelled=ended)
+        assert ran.stopped
+        assert len(store.rows("small")) == 2
+
+
+def test_runs_of_another_version_are_mixed_only_when_that_is_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = load(written(tmp_path))
+    with Store(tmp_path / "r.sqlite") as store:
+        run(found, store, performer=counted([], 5))
+        monkeypatch.setattr(running, "__version__", "99.0")
+        with pytest.raises(OptionError, match="and this is 99.0"):
+            run(found, store)
+        assert run(found, store, mixed=True).finished == 12
+        assert {row.leafcut for row in store.rows("small")} > {"99.0"}
+
+
+def test_a_run_in_a_process_of_its_own_finds_the_same_and_its_start_counts(tmp_path: Path) -> None:
+    text = SMALL.replace("seeds = 3", "seeds = 1\nnew_process = true").replace(
+        "[[analysis]]", '[response.wall]\npath = "wall_s"\n[response.own]\npath = "seconds"\n[[analysis]]'
+    )
+    text = text.replace('input = "random:30:5"', 'input = "example:plate-10"')
+    with Store(tmp_path / "r.sqlite") as store:
+        run(load(written(tmp_path, text)), store)
+        rows = store.rows("small")
+    assert len(rows) == 4
+    for row in rows:
+        here = api.solve_file(
+            "example:plate-10", algorithm=row.levels["algorithm"], seed=1, iterations=5, threads=1, bound=False,
+            local_search=False,
+        )  # fmt: skip
+        assert row.responses["length"] == here.solution.cost
+        assert (row.responses["wall"] or 0.0) > (row.responses["own"] or math.inf)
+
+
+def test_more_threads_than_cores_are_left_out_and_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = SMALL.replace("seeds = 3", 'seeds = 1\ncores = "threads"').replace("threads = 1, ", "")
+    text = text.replace("[response", '[factor.threads]\noption = "threads"\nlevels = [1, 2, 3]\n[response', 1)
+    monkeypatch.setattr(running, "_cores", lambda: 2)
+    with Store(tmp_path / "r.sqlite") as store:
+        ran = run(load(written(tmp_path, text)), store, performer=counted([]))
+        assert (ran.runs, ran.left_out) == (8, 4)
+        assert {row.levels["threads"] for row in store.rows("small")} == {"1", "2"}
+
+
+def test_figures_are_found_by_their_path() -> None:
+    answer = json.loads('{"a": {"b": [1, {"c": 2.5}]}, "t": true}')
+    figure = running.__dict__["_figure"]
+    assert figure(answer, "a.b.1.c", 2.0) == 5.0
+    for path in ("a.b.2", "a.x", "a", "t", "a.b.c"):
+        assert figure(answer, path, 1.0) is None
