@@ -17,13 +17,17 @@ from cyclopts import (
 from leafcut.errors import close_to, nearest, shown
 from leafcut.option_spec import OptionSpec
 
+#: Commands that have commands of their own.
+GROUPS = {"lab": ("list", "run", "report")}
+
 #: Returns why a command does not take an option, by the flag and the name that it has with other commands.
 WhyUnused = Callable[[str, str], str]
 
 
 def command_in(arguments: Sequence[str]) -> str:
-    """Return the command that a command line names; "" for none."""
-    return next((word for word in arguments if not word.startswith("-")), "")
+    """Return the command that a command line names, such as ``lab run``; "" for none."""
+    words = [word for word in arguments if not word.startswith("-")][:2]
+    return " ".join(words[: 1 + (len(words) > 1 and words[1] in GROUPS.get(words[0], ()))])
 
 
 def told(
@@ -40,10 +44,15 @@ def told(
     why
         Is asked about an option that only other commands have; "" where the command has it too.
     """
-    help_of = f"(see leafcut {command} --help)" if command in commands else "(see leafcut --help)"
+    help_of = (
+        f"(see leafcut {command} --help)" if command.split(" ", maxsplit=1)[0] in commands else "(see leafcut --help)"
+    )
     match problem:
         case UnknownCommandError():
-            return _unknown_command((problem.unused_tokens or [""])[0], command, commands)
+            word = (problem.unused_tokens or [""])[0]
+            if command in GROUPS:
+                return f"unknown command '{command} {shown(word)}'{nearest(word, GROUPS[command])}"
+            return _unknown_command(word, command, commands)
         case UnknownOptionError():
             return _unknown_option(problem, options, why, help_of)
         case UnusedCliTokensError():
