@@ -192,9 +192,10 @@ def main(arguments: Sequence[str]) -> None:
         if len(found.layouts) != 1 or found.n_placed != size:
             sys.exit(f"{size} parts: {found.n_placed} on {found.n_sheets} sheets")
         (given.folder / f"nest_{size:03d}.dxf").write_text(write_layout(found, found.layouts[0]), encoding="utf-8")
+        stock = found.stock_of(found.layouts[0])
         contours = sum(1 for _ in found.contours(found.layouts[0]))
         print(
-            f"{size:4d} parts, {contours} contours, {found.length:g} × {found.width:g} mm, "
+            f"{size:4d} parts, {contours} contours, {stock.length:g} × {stock.width:g} mm, "
             f"{100 * found.utilisation_of_used:.1f} % of {found.used_length:.0f} mm, {found.method}, "
             f"{time.perf_counter() - began:.1f} s"
         )

@@ -17,7 +17,7 @@ MOST_RUNS, MOST_SEEDS = 100_000, 1000
 #: Measures that every run has, whatever its command: seconds by the clock, and of the processor.
 WALL, PROCESSOR = "wall_s", "processor_s"
 
-ANALYSES = ("compare", "anova", "crossed", "speedup", "trend", "pareto")
+ANALYSES = ("compare", "anova", "crossed", "speedup", "trend", "pareto", "projection")
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,17 @@ class Response:
 
 @dataclass(frozen=True)
 class Analysis:
-    """How a response is judged: its kind (of `ANALYSES`), the response, and the factors."""
+    """How a response is judged: its kind (of `ANALYSES`), the response, and the factors.
+
+    Attributes
+    ----------
+    base
+        The level that others are compared with, of a trend or a projection.
+    without
+        Instances without which a trend is told once more.
+    boards
+        So many pieces a projection is for.
+    """
 
     kind: str
     response: str
@@ -90,6 +100,7 @@ class Analysis:
     alpha: float = 0.05
     base: str = ""
     without: tuple[str, ...] = ()
+    boards: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

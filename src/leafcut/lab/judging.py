@@ -292,6 +292,45 @@ def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBl
     )
 
 
+def _projection(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
+    """Return what one piece saves, times the pieces: nothing else changes from one to the next."""
+    (factor,) = (results.description.factor(name) for name in analysis.factors)
+    rows = []
+    for rest, groups in results.groups(response.name, factor.name).items():
+        for name, values in groups.items():
+            if name == analysis.base or analysis.base not in groups:
+                continue
+            base, this = fmean(groups[analysis.base]), fmean(values)
+            for boards in analysis.boards or (1,):
+                saved = boards * (base - this)
+                percent = f"{100.0 * (1.0 - this / base):.2f} %" if base else "–"
+                rows.append(
+                    (
+                        ", ".join(rest),
+                        name,
+                        str(boards),
+                        number(boards * base),
+                        number(boards * this),
+                        number(saved),
+                        percent,
+                    )
+                )
+    if not rows:
+        raise OptionError(f"a projection needs runs of '{analysis.base}' and of another level")
+    unit = f", {response.unit}" if response.unit else ""
+    columns = (
+        "Instance",
+        factor.title,
+        "Pieces",
+        f"{analysis.base}{unit}",
+        f"This way{unit}",
+        f"Saved{unit}",
+        "Saved, %",
+    )
+    words = ("Projected: the time of one piece, times the pieces. Set-up and loading are not in it.",)
+    return ReportBlock(f"{_TITLES['projection']}: {response.title.lower()}", words, (Table(columns, tuple(rows), 2),))
+
+
 def _pareto(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
     other = next(one for one in results.description.responses if one.name != response.name)
     drawn, words = [], []
@@ -356,6 +395,7 @@ _TITLES = {
     "speedup": "Speed-up and efficiency",
     "trend": "Gain and its trend",
     "pareto": "Two figures at once",
+    "projection": "Projection to several pieces",
 }
 _JUDGES = {
     "anova": _anova,
@@ -364,4 +404,5 @@ _JUDGES = {
     "speedup": _speedup,
     "trend": _trend,
     "pareto": _pareto,
+    "projection": _projection,
 }

@@ -151,7 +151,7 @@ def _measure(table: DescriptionTable) -> Response:
 
 
 def _analysis(table: DescriptionTable, of: Description) -> Analysis:
-    table.check({"kind", "response", "factors", "alpha", "base", "without"})
+    table.check({"kind", "response", "factors", "alpha", "base", "without", "boards"})
     kind, response = table.text("kind"), table.text("response", of.responses[0].name)
     factors = table.texts("factors") or [one.name for one in of.factors]
     alpha = table.asnumber_of("alpha", table.content.get("alpha", 0.05))
@@ -165,7 +165,7 @@ def _analysis(table: DescriptionTable, of: Description) -> Analysis:
             raise table.wrong(f"unknown {what.split()[0]} '{word}'{nearest(word, words)}")
     if not 0.0 < alpha < 0.5:
         raise table.wrong(f"alpha = {alpha:g} is out of range; choose a number between 0 and 0.5")
-    needed = {"anova": 1, "compare": 1, "crossed": 2, "speedup": 1}.get(kind)
+    needed = {"anova": 1, "compare": 1, "crossed": 2, "speedup": 1, "trend": 1, "projection": 1}.get(kind)
     if needed is not None and len(factors) != needed:
         raise table.wrong(f"'{kind}' is of {needed} factor{'s' * (needed > 1)}; {len(factors)} given")
     base = table.text("base", "")
@@ -177,7 +177,12 @@ def _analysis(table: DescriptionTable, of: Description) -> Analysis:
             raise table.wrong(f"unknown instance '{one}'{nearest(one, [i.name for i in of.instances])}")
     if kind == "pareto" and len(of.responses) < 2:
         raise table.wrong("'pareto' needs two responses")
-    return Analysis(kind, response, tuple(factors), alpha, base, without)
+    boards = table.content.get("boards", [])
+    if not isinstance(boards, list) or any(type(one) is not int or one < 1 for one in boards):
+        raise table.wrong("boards: a list of whole numbers from 1 on is needed")
+    if kind in ("trend", "projection") and not base:
+        raise table.wrong(f"'{kind}' needs base = a level of {factors[0]}, which the others are compared with")
+    return Analysis(kind, response, tuple(factors), alpha, base, without, tuple(boards))
 
 
 def _published(table: DescriptionTable) -> Published:

@@ -133,6 +133,39 @@ def _plate_8x8_21() -> list[_Group]:
     ]
 
 
+def _plate_8x8_35() -> list[_Group]:
+    return [
+        (_corners(8, 8, 0.75), _QUARTER),
+        ([(4.0, 0.75), (4.0, 7.25), (0.75, 4.0), (7.25, 4.0)], _QUARTER),
+        (_bolt_circle(4, 5.25, 2.75, 12), _QUARTER),
+        (_grid(2.0, 1.5, 1, 5, 3), _QUARTER),
+    ]
+
+
+def _plate_8x8_70() -> list[_Group]:
+    return [
+        (_corners(8, 8, 0.5), _QUARTER),
+        (_row(2.0, 0.5, 2.0, 0, 3) + _row(2.0, 7.5, 2.0, 0, 3), _QUARTER),
+        (_row(0.5, 2.0, 0, 2.0, 3) + _row(7.5, 2.0, 0, 2.0, 3), _QUARTER),
+        (_bolt_circle(4, 5.0, 4.25, 24), _QUARTER),
+        (_bolt_circle(4, 5.0, 2, 12), _QUARTER),
+        (_grid(2.25, 1, 0.7, 6, 3), _QUARTER),
+    ]
+
+
+def _plate_15x15_10() -> list[_Group]:
+    return [(_bolt_circle(7.5, 7.5, 9, 8), _QUARTER), ([(1.5, 1.5), (13.5, 13.5)], _QUARTER)]
+
+
+def _plate_15x15_21() -> list[_Group]:
+    return [
+        (_corners(15, 15, 1), _QUARTER),
+        (_bolt_circle(7.5, 7.5, 11, 12, 15), _QUARTER),
+        (_bolt_circle(7.5, 7.5, 5, 4, 45), _QUARTER),
+        ([(7.5, 7.5)], _QUARTER),
+    ]
+
+
 def _plate_15x15_35() -> list[_Group]:
     return [
         (_corners(15, 15, 1), _QUARTER),
@@ -198,6 +231,10 @@ _PLATES: dict[str, tuple[float, float, Callable[[], list[_Group]]]] = {
     "plate-70": (10, 12, _plate_70),
     "plate-8x8-10": (8, 8, _plate_8x8_10),
     "plate-8x8-21": (8, 8, _plate_8x8_21),
+    "plate-8x8-35": (8, 8, _plate_8x8_35),
+    "plate-8x8-70": (8, 8, _plate_8x8_70),
+    "plate-15x15-10": (15, 15, _plate_15x15_10),
+    "plate-15x15-21": (15, 15, _plate_15x15_21),
     "plate-15x15-35": (15, 15, _plate_15x15_35),
     "plate-15x15-70": (15, 15, _plate_15x15_70),
     "board-97": (15, 15, _board_97),
