@@ -56,7 +56,7 @@ class DescriptionTable:
             raise self.wrong(f"{key}: give true or false, not {value!r}")
         return value
 
-    def asnumber_of(self, key: str, value: Any) -> float:
+    def as_number(self, key: str, value: Any) -> float:
         """Return a value that must be a number."""
         number = number_of(value)
         if number is None:

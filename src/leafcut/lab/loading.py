@@ -9,7 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import OptionError, ReadError, nearest
+from leafcut.errors import LeafcutError, OptionError, ReadError, nearest
 from leafcut.files import parse_toml, toml_bytes
 from leafcut.lab.description import (
     ANALYSES,
@@ -28,7 +28,8 @@ from leafcut.lab.description_table import DescriptionTable, number_of, word_of
 from leafcut.option_spec import flag_name
 from leafcut.processes import registry
 from leafcut.processes.base import Work
-from leafcut.processes.settings import collect, why_unused
+from leafcut.processes.course import machine_of
+from leafcut.processes.settings import collect, placed_in, why_unused
 
 #: What comes with leafcut.
 _SHIPPED = resources.files("leafcut.lab") / "shipped"
@@ -74,6 +75,7 @@ def described(content: Mapping[str, Any], name: str, folder: Path | None) -> Des
     OptionError
         A key or a name in it is unknown, a value of another type, or there is nothing to run.
     """
+    folder = folder if folder is not None else Path(str(resources.files("leafcut.lab") / "parts"))
     table = DescriptionTable(content, name, "")
     table.check(
         {"title", "about", "source", "command", "new_process", "cores", "seeds", "options", "instance", "factor"}
@@ -83,7 +85,7 @@ def described(content: Mapping[str, Any], name: str, folder: Path | None) -> Des
     commands = [SOLVE, OPTIMIZE, *(one.command for one in registry.processes())]
     if command not in commands:
         raise table.wrong(f"unknown command '{command}'{nearest(command, commands)}")
-    factors = tuple(_factor(one) for one in table.tables("factor"))
+    factors = tuple(_factor(one, folder) for one in table.tables("factor"))
     made = Description(
         name=name,
         title=table.text("title", name),
@@ -91,16 +93,16 @@ def described(content: Mapping[str, Any], name: str, folder: Path | None) -> Des
         command=command,
         instances=tuple(_instance(one, folder) for one in table.list_of_tables("instance")),
         factors=factors,
-        responses=tuple(_measure(one) for one in table.tables("response")),
+        responses=tuple(_response(one) for one in table.tables("response")),
         seeds=_seeds(table),
-        options=table.table("options"),
+        options=_placed(folder, table.table("options")),
         analyses=(),
         published=tuple(_published(one) for one in table.list_of_tables("published")),
         source=table.text("source", ""),
         notes=tuple(table.texts("notes")),
         new_process=table.flag("new_process"),
         cores=table.text("cores", ""),
-        short=table.table("reduced"),
+        short=_short(table.table("reduced"), folder),
     )
     if not made.responses:
         raise table.wrong('no table [response.NAME]: say what is measured, such as path = "after.time_s"')
@@ -116,36 +118,36 @@ def described(content: Mapping[str, Any], name: str, folder: Path | None) -> Des
     return made
 
 
-def _instance(table: DescriptionTable, folder: Path | None) -> LabInstance:
+def _instance(table: DescriptionTable, folder: Path) -> LabInstance:
     table.check({"name", "input", "options", "facts"})
     source = table.text("input")
     if not re.match(r"[a-z]+:", source):
-        source = str((folder if folder is not None else Path(str(resources.files("leafcut.lab") / "parts"))) / source)
-    facts = {name: table.asnumber_of(f"facts.{name}", value) for name, value in table.table("facts").items()}
-    return LabInstance(table.text("name", Path(source).stem), source, table.table("options"), facts)
+        source = str(folder / source)
+    facts = {name: table.as_number(f"facts.{name}", value) for name, value in table.table("facts").items()}
+    return LabInstance(table.text("name", Path(source).stem), source, _placed(folder, table.table("options")), facts)
 
 
-def _factor(table: DescriptionTable) -> Factor:
+def _factor(table: DescriptionTable, folder: Path) -> Factor:
     table.check({"title", "option", "levels", "level"})
     option, levels = table.text("option", ""), table.content.get("levels", [])
-    named = [Level(name, options, None) for name, options in table.dicts("level").items()]
+    named = [Level(name, _placed(folder, options), None) for name, options in table.dicts("level").items()]
     if bool(option) != bool(levels) or bool(levels) == bool(named) or not isinstance(levels, list):
         raise table.wrong("give option = and levels = [...], or tables level.NAME of options")
-    simple = [Level(word_of(one), {option: one}, number_of(one)) for one in levels]
+    simple = [Level(word_of(one), _placed(folder, {option: one}), number_of(one)) for one in levels]
     made = tuple(named or simple)
     if len({one.name for one in made}) < len(made):
         raise table.wrong("two levels are the same")
     return Factor(table.name, table.text("title", table.name.replace("_", " ").capitalize()), made)
 
 
-def _measure(table: DescriptionTable) -> Response:
+def _response(table: DescriptionTable) -> Response:
     table.check({"title", "unit", "path", "scale", "more_is_better"})
     return Response(
         table.name,
         table.text("title", table.name.replace("_", " ").capitalize()),
         table.text("unit", ""),
         table.text("path"),
-        table.asnumber_of("scale", table.content.get("scale", 1.0)),
+        table.as_number("scale", table.content.get("scale", 1.0)),
         table.flag("more_is_better"),
     )
 
@@ -154,7 +156,7 @@ def _analysis(table: DescriptionTable, of: Description) -> Analysis:
     table.check({"kind", "response", "factors", "alpha", "base", "without", "boards"})
     kind, response = table.text("kind"), table.text("response", of.responses[0].name)
     factors = table.texts("factors") or [one.name for one in of.factors]
-    alpha = table.asnumber_of("alpha", table.content.get("alpha", 0.05))
+    alpha = table.as_number("alpha", table.content.get("alpha", 0.05))
     known = {
         "kind": (kind, ANALYSES),
         "response": (response, [one.name for one in of.responses]),
@@ -214,6 +216,20 @@ def _chosen(of: Sequence[Any], names: Sequence[str], table: DescriptionTable, wh
     return tuple(one for one in of if not names or one.name in names)
 
 
+def _placed(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return options with their files sought from a folder; what is no option is refused later, with its run."""
+    try:
+        return placed_in(folder, options)
+    except OptionError:
+        return dict(options)
+
+
+def _short(table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Return the table of the reduced form with the files of its options sought from a folder."""
+    tables = {name: table[name] for name in ("options", "instance_options") if isinstance(table.get(name), dict)}
+    return {**table, **{name: _placed(folder, options) for name, options in tables.items()}}
+
+
 def _check_options(made: Description) -> None:
     """Refuse options that do not exist, have a value that cannot be, or are used by nothing that the command does."""
     used = _work(made.command)
@@ -224,13 +240,15 @@ def _check_options(made: Description) -> None:
             break
         seen.add(shape)
         try:
-            collect(run.options)
+            settings = collect(run.options)
+            if made.command != SOLVE:
+                machine_of(settings)
             for name in run.options:
                 if used is not None and name not in used.used():
                     raise OptionError(
                         f"{flag_name(name)}: {why_unused(name, used.title, used.otherwise.get(name, ''))}"
                     )
-        except OptionError as problem:
+        except LeafcutError as problem:
             raise OptionError(f"experiment '{made.name}', {run.label}: {problem}") from None
 
 

@@ -36,7 +36,7 @@ def collect(values: Mapping[str, Any], file: Path | None = None, defaults: Path 
     usual: set[str] = set()
     if defaults:
         for group, table in _file_tables(defaults):
-            given[group].update(_from_folder(group, table, defaults.parent))
+            given[group].update(placed_in(defaults.parent, table))
             usual.update(table)
     for group, table in _file_tables(file) if file else ():
         given[group].update(table)
@@ -159,11 +159,12 @@ def _one_of(flag: str, own: str) -> str:
     return f"not used with {flag}; leave out {flag} or {own}"
 
 
-def _from_folder(group: type[OptionGroup], table: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """Return a table of options with the files that it names sought from a folder."""
-    specs, found = group.specs(), dict(table)
-    for name, value in table.items():
-        is_file = specs[name].kind == "path" or (specs[name].may_be_path and str(value).lower().endswith(".toml"))
+def placed_in(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return options, name → value, with the files that they name sought from a folder; an unknown name is refused."""
+    found = dict(options)
+    for name, value in options.items():
+        spec = group_of(name).specs()[name]
+        is_file = spec.kind == "path" or (spec.may_be_path and str(value).lower().endswith(".toml"))
         if is_file and isinstance(value, str):
             found[name] = str(folder / os.path.expanduser(value))  # noqa: PTH111  # without a home it stays as it is
     return found
