@@ -34,16 +34,20 @@ def lab_app() -> App:
 
 def _list(*, results: _Results = RESULTS, as_json: _Json = False) -> int:
     """List the experiments that come with leafcut, and how many runs of each are done."""
-    from leafcut.lab.loading import load, shipped
+    from leafcut.lab.loading import in_short, load, shipped
     from leafcut.lab.store import Store
 
     done: dict[str, int] = {}
     if Path(results).is_file():
         with Store(results, read_only=True) as store:
             done = store.counts()
-    rows = [(name, title, load(name).n_runs, done.get(name, 0)) for name, title in shipped().items()]
+    rows = []
+    for name, title in shipped().items():
+        whole = load(name)
+        rows.append((name, title, whole.n_runs, done.get(whole.key, 0), done.get(in_short(whole).key, 0)))
     if as_json:
-        _print_json([dict(zip(("name", "title", "runs", "done"), row, strict=True)) for row in rows])
+        names = ("name", "title", "runs", "done", "reduced_done")
+        _print_json([dict(zip(names, row, strict=True)) for row in rows])
         return 0
     from rich.console import Console
     from rich.table import Table
@@ -51,7 +55,7 @@ def _list(*, results: _Results = RESULTS, as_json: _Json = False) -> int:
     table = Table("Name", "Experiment", box=None, pad_edge=False)
     table.add_column("Runs", justify="right")
     table.add_column("Done", justify="right")
-    for name, title, runs, finished in rows:
+    for name, title, runs, finished, _ in rows:
         table.add_row(name, title, str(runs), str(finished) if finished else "–")
     Console().print(table)
     return 0
@@ -112,12 +116,12 @@ def _report(
     """Write the page (HTML) and the table of runs (CSV) of an experiment, as far as it is done."""
     from leafcut.files import check_output, write_together
     from leafcut.lab.page import rows_as_csv, write_page
-    from leafcut.lab.running import can_run
+    from leafcut.lab.running import can_run, rows_of
     from leafcut.lab.store import Store
 
     description = _described(name, reduced)
     with Store(results, read_only=True) as store:
-        rows = store.rows(description.key)
+        rows = rows_of(description, store)
     able = sum(can_run(description, plan) for plan in description.runs())
     page = write_page(description, rows, able, description.n_runs - able)
     stem = Path(output) / (description.name + ("_reduced" if reduced else ""))

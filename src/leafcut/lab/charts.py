@@ -110,8 +110,12 @@ def pareto(
         axes.plot(*zip(*others, strict=True), "o", color=_SOFT, markersize=4, alpha=0.7)
     best = sorted((points[name], name) for name in front)
     axes.plot(*zip(*(at for at, _ in best), strict=True), "o-", color=_HUES[0], markersize=5, linewidth=1.2)
+    named: dict[tuple[float, float], list[str]] = {}
     for at, name in best:
-        axes.annotate(name, at, xytext=(5, 5), textcoords="offset points", fontsize=8, color=_INK)
+        named.setdefault(at, []).append(name)
+    for at, names in named.items():
+        words_of = names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
+        axes.annotate(words_of, at, xytext=(5, 5), textcoords="offset points", fontsize=8, color=_INK)
     axes.margins(0.15)
     axes.set_xlabel(across)
     axes.set_ylabel(heading)

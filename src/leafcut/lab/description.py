@@ -88,6 +88,8 @@ class Analysis:
     ----------
     base
         The level that others are compared with, of a trend or a projection.
+    against
+        The other response of a Pareto plot; the next one where it is empty.
     without
         Instances without which a trend is told once more.
     boards
@@ -101,6 +103,7 @@ class Analysis:
     base: str = ""
     without: tuple[str, ...] = ()
     boards: tuple[int, ...] = ()
+    against: str = ""
 
 
 @dataclass(frozen=True)

@@ -268,7 +268,7 @@ def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBl
             ("", points),
             (f" without {', '.join(analysis.without)}", [p for p in points if p[0] not in analysis.without]),
         ):
-            if left and not analysis.without:
+            if left and len(kept) == len(points):
                 continue
             found = trend([p[1] for p in kept], [p[2] for p in kept], analysis.alpha)
             grows = "grows" if found.tau > 0 else "falls"
@@ -332,12 +332,13 @@ def _projection(results: Results, analysis: Analysis, response: Response) -> Rep
 
 
 def _pareto(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    other = next(one for one in results.description.responses if one.name != response.name)
+    of = results.description
+    other = of.response(analysis.against or next(one.name for one in of.responses if one.name != response.name))
     drawn, words = [], []
     x_all, y_all = results.figures(other.name), results.figures(response.name)
     for instance in results.description.instances[:MOST_CHARTS]:
         points = {
-            way_of(cell): (fmean(x_all[cell]), fmean(values))
+            way_of(results.description, cell): (fmean(x_all[cell]), fmean(values))
             for cell, values in y_all.items()
             if cell[0] == instance.name and cell in x_all
         }

@@ -153,7 +153,7 @@ def _response(table: DescriptionTable) -> Response:
 
 
 def _analysis(table: DescriptionTable, of: Description) -> Analysis:
-    table.check({"kind", "response", "factors", "alpha", "base", "without", "boards"})
+    table.check({"kind", "response", "factors", "alpha", "base", "without", "boards", "against"})
     kind, response = table.text("kind"), table.text("response", of.responses[0].name)
     factors = table.texts("factors") or [one.name for one in of.factors]
     alpha = table.as_number("alpha", table.content.get("alpha", 0.05))
@@ -179,12 +179,17 @@ def _analysis(table: DescriptionTable, of: Description) -> Analysis:
             raise table.wrong(f"unknown instance '{one}'{nearest(one, [i.name for i in of.instances])}")
     if kind == "pareto" and len(of.responses) < 2:
         raise table.wrong("'pareto' needs two responses")
+    against = table.text("against", "")
+    if against and (against == response or against not in [one.name for one in of.responses]):
+        raise table.wrong(
+            f"against '{against}': name another response{nearest(against, [r.name for r in of.responses])}"
+        )
     boards = table.content.get("boards", [])
     if not isinstance(boards, list) or any(type(one) is not int or one < 1 for one in boards):
         raise table.wrong("boards: a list of whole numbers from 1 on is needed")
     if kind in ("trend", "projection") and not base:
         raise table.wrong(f"'{kind}' needs base = a level of {factors[0]}, which the others are compared with")
-    return Analysis(kind, response, tuple(factors), alpha, base, without, tuple(boards))
+    return Analysis(kind, response, tuple(factors), alpha, base, without, tuple(boards), against)
 
 
 def _published(table: DescriptionTable) -> Published:

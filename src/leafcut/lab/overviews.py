@@ -41,7 +41,9 @@ def searches(results: Results) -> ReportBlock | None:
     curves: dict[str, dict[str, list[Row]]] = {}
     for row in results.rows:
         if len(row.curve) > 1:
-            curves.setdefault(row.instance, {}).setdefault(way_of(results.cell(row)), []).append(row)
+            curves.setdefault(row.instance, {}).setdefault(way_of(results.description, results.cell(row)), []).append(
+                row
+            )
     if not curves:
         return None
     drawn = []

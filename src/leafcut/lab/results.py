@@ -82,9 +82,10 @@ class Results:
         return found
 
 
-def way_of(cell: DesignCell) -> str:
-    """Return the name of a way: its levels, without the instance."""
-    return ", ".join(cell[1:]) or "runs"
+def way_of(description: Description, cell: DesignCell) -> str:
+    """Return the name of a way: its levels, without the instance; a number stands behind what it is of."""
+    levels = zip(description.factors, cell[1:], strict=True)
+    return ", ".join(f"{one.title} {level}" if one.numeric else level for one, level in levels) or "runs"
 
 
 def number(value: float) -> str:
@@ -93,6 +94,8 @@ def number(value: float) -> str:
         return "∞" if value > 0 else "–"
     if value == 0.0:
         return "0"
+    if abs(value) < 1e-4:
+        return f"{value:.1e}"
     places = 4 - math.floor(math.log10(abs(value)))
     return f"{value:,.{min(max(places, 0), 7)}f}"
 

@@ -34,6 +34,8 @@ from leafcut.read.format import Source
 MOST_POINTS = 300
 #: What a run in a process of its own may take at most, s.
 _LONGEST_PROCESS = 3600.0
+#: What of an answer is a time of the computer, and not of the machine.
+_TIMES = (WALL, PROCESSOR, "seconds")
 #: The packages whose versions stand with every run.
 _PACKAGES = ("numpy", "numba")
 
@@ -146,6 +148,22 @@ def run(
     return Ran(len(plans), len(known) + done - len(failed), done, tuple(failed), left_out, done < len(todo))
 
 
+def rows_of(description: Description, store: Store) -> list[Row]:
+    """Return the rows of the runs of an experiment as it is described now, in their order.
+
+    Runs with other options or other inputs than those of today are left out, and so is a failure that was mended.
+
+    Raises
+    ------
+    ReadError
+        An input cannot be read.
+    """
+    by_key = {row.key: row for row in store.rows(description.key)}
+    inputs = {one.name: _input(description.command, one) for one in description.instances}
+    keys = [task_of(description, plan, inputs).key for plan in description.runs()]
+    return [by_key[key] for key in keys if key in by_key]
+
+
 def can_run(description: Description, plan: RunPlan) -> bool:
     """Whether this machine has as many cores as a run asks threads."""
     return not description.cores or (plan.levels[description.cores].value or 0) <= _cores()
@@ -172,7 +190,7 @@ def perform(task: RunTask, cancelled: threading.Event | None = None) -> Answer:
     began, load = datetime.now(UTC).isoformat(timespec="seconds"), _load()
     place = Answer(began=began, load=load, versions=_versions(), machine=_machine())
     try:
-        if not task.new_process:
+        if not task.new_process and any(path in _TIMES for path, _ in task.responses.values()):
             _warm_up(task)
         wall, processor = time.perf_counter(), _processor()
         answer, curve = (_in_new_process(task), ()) if task.new_process else _answer(task, cancelled)

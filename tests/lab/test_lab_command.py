@@ -1,0 +1,100 @@
+"""`leafcut lab` as a person types it: every experiment runs in its short form, is reported, and is not run twice."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import pytest
+from lab_descriptions import SMALL, written
+
+from leafcut.cli import run
+from leafcut.lab.loading import in_short, load, shipped
+from page_parser import Page
+
+
+def lab(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
+    """Return the exit status of a command line, and what it says on both streams."""
+    status = run(["lab", *words])
+    said = capsys.readouterr()
+    return status, said.out, said.err
+
+
+@pytest.mark.parametrize("name", sorted(shipped()))
+def test_every_experiment_runs_in_its_short_form_and_is_reported(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = str(tmp_path / "r.sqlite")
+    short = in_short(load(name))
+    status, out, err = lab(capsys, "run", name, "--reduced", "--results", file, "--json")
+    answer = json.loads(out)
+    assert (status, answer["failed"], err) == (0, [], "")
+    assert answer["done"] == answer["finished"] == answer["runs"] == short.n_runs - answer["left_out"]
+    assert json.loads(lab(capsys, "run", name, "--reduced", "--results", file, "--json")[1])["done"] == 0
+    status, out, _ = lab(capsys, "report", name, "--reduced", "--results", file, "-o", str(tmp_path), "--json")
+    assert status == 0
+    html, table = (Path(one) for one in json.loads(out)["files"])
+    rows = list(csv.DictReader(io.StringIO(table.read_text(encoding="utf-8"))))
+    assert len(rows) == answer["runs"]
+    assert all(float(row[one.name]) >= 0.0 for row in rows for one in short.responses)
+    words = Page(html.read_text(encoding="utf-8")).words
+    assert short.title in words
+    assert "proves nothing" in words
+    assert all(one.title in words for one in short.published)
+
+
+def test_the_list_tells_what_is_done(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = str(tmp_path / "r.sqlite")
+    assert lab(capsys, "list", "--results", file)[0] == 0
+    assert not Path(file).exists()
+    lab(capsys, "run", "machining_time", "--reduced", "--results", file)
+    rows = {row["name"]: row for row in json.loads(lab(capsys, "list", "--results", file, "--json")[1])}
+    assert rows.keys() == shipped().keys()
+    assert rows["machining_time"]["done"] == 0  # the short form is another experiment
+    assert rows["machining_time"]["reduced_done"] == 8
+
+
+def test_the_report_has_the_runs_of_today_and_no_failure_that_was_mended(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, text = str(tmp_path / "r.sqlite"), SMALL.replace('input = "random:30:5"', 'input = "map.csv"')
+    description = str(written(tmp_path, text))
+    (tmp_path / "map.csv").write_text("x,y\n", encoding="utf-8")
+    status, out, _ = lab(capsys, "run", description, "--results", file)
+    assert status == 1
+    assert "6 of 12 runs done" in out
+    assert out.count("failed: thirty") == 6
+    (tmp_path / "map.csv").write_text("x,y\n1,1\n2,2\n3,1\n", encoding="utf-8")
+    assert lab(capsys, "run", description, "--results", file)[0] == 0
+    written(tmp_path, text.replace("iterations = 5", "iterations = 6"))  # and another experiment from here on
+    assert lab(capsys, "run", description, "--results", file)[0] == 0
+    assert lab(capsys, "report", description, "--results", file, "-o", str(tmp_path))[0] == 0
+    rows = list(csv.DictReader(io.StringIO((tmp_path / "small.csv").read_text(encoding="utf-8"))))
+    assert len(rows) == 12
+    assert not any(row["failed"] for row in rows)
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "line"),
+    [
+        (("run", "thesys"), 2, "unknown experiment 'thesys'; did you mean 'thesis'"),
+        (("run", "{here}/none.toml"), 2, "none.toml: file not found"),
+        (("run", "{here}/small.toml", "--results", "{here}"), 1, "a folder; --results names a file"),
+        (("run", "{here}/small.toml", "--results", "{here}/small.toml"), 1, "no file of results"),
+        (("run", "{here}/small.toml", "--results", "{here}/no/r.sqlite"), 1, "unable to open"),
+        (("report", "{here}/small.toml", "--results", "{here}/r.sqlite"), 1, "no results here yet"),
+        (("report", "{here}/small.toml", "--reduced", "--results", "{here}/r.sqlite"), 1, "no results here yet"),
+    ],
+)
+def test_bad_input_is_one_line(
+    words: tuple[str, ...], status: int, line: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    written(tmp_path)
+    before = sorted(tmp_path.iterdir())
+    found, out, err = lab(capsys, *(word.format(here=tmp_path) for word in words))
+    assert (found, out) == (status, "")
+    assert line in err
+    assert err.count("\n") == 1
+    assert sorted(tmp_path.iterdir()) == before
