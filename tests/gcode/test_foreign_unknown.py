@@ -201,6 +201,20 @@ def test_a_program_of_a_fagor_as_schools_write_it() -> None:
     assert (last.tool, last.length) == (1, 1)
 
 
+def test_a_number_given_twice_and_a_move_after_g80_without_g0() -> None:
+    """The move after G80 is the rapid from before the cycle; two blocks N80 are two blocks; the feed is in inches."""
+    text = "%PLATE,MX,\nN10 G17 G90 F10 G70\nN20 T1.1\nN30 M6\nN40 S1200 M3\nN50 G0 X1 Y1 Z1\n"
+    text += "N60 G81 G99 X1 Y1 Z0.1 I-0.25\nN70 X4\nN80 X2 Y3\nN80 X5 Y4\nN100 G80\nN110 X0 Y0\nN120 M30\n"
+    path = run(text, "fagor8055", "mm").path
+    drilled = path.kind == Kind.DRILL
+    expected = 25.4 * np.array([[1.0, 1.0], [4.0, 1.0], [2.0, 3.0], [5.0, 4.0]])
+    assert path.end[drilled, :2] == pytest.approx(expected)
+    assert path.value[drilled] == pytest.approx(254.0 / 60.0)
+    home = np.flatnonzero(path.line == 12)
+    assert path.kind[home].tolist() == [Kind.RAPID]
+    assert path.end[home[-1], :2].tolist() == [0.0, 0.0]
+
+
 def test_statements_of_a_fagor_stand_in_parentheses_and_are_no_remarks() -> None:
     """What sets a parameter may change anything; what goes elsewhere leaves all text as it is."""
     head = "G71 G90 G17\nG0 X0 Y0 Z5 F100\n"

@@ -20,8 +20,9 @@ from leafcut._version import __version__
 from leafcut.errors import OptionError
 from leafcut.lab import running
 from leafcut.lab.loading import load
-from leafcut.lab.running import Answer, RunTask, perform, run
+from leafcut.lab.running import Answer, RunTask, perform, run, task_of
 from leafcut.lab.store import Store
+from leafcut.read.machine import machine_template
 
 
 def counted(done: list[str], most: int = 1000) -> running.Performer:
@@ -72,6 +73,7 @@ def test_a_kill_in_the_middle_loses_no_finished_run_and_none_is_repeated(tmp_pat
 from leafcut.lab import running
 from leafcut.lab.loading import load
 from leafcut.lab.store import Store
+from leafcut.read.machine import machine_template
 def tell(what, *rest):
     print(what, flush=True)
 with Store({str(file)!r}) as store:
@@ -175,3 +177,20 @@ def test_figures_are_found_by_their_path() -> None:
     assert figure(answer, "a.b.1.c", 2.0) == 5.0
     for path in ("a.b.2", "a.x", "a", "t", "a.b.c"):
         assert figure(answer, path, 1.0) is None
+
+
+def test_a_file_that_an_option_names_counts_by_its_content_wherever_it_lies(tmp_path: Path) -> None:
+    text = SMALL.replace('command = "solve"', 'command = "drill"').replace(
+        "options = {", 'options = {machine = "mine.toml", '
+    )
+    text = text.replace('path = "length"', 'path = "after.time_s"').replace("local_search = false", 'thickness = "6mm"')
+    keys = []
+    for name, profile in (("a", "x"), ("b", "x"), ("c", "y")):
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "mine.toml").write_text(machine_template("haas-vf2") + f"# {profile}\n", encoding="utf-8")
+        description = load(written(folder, text))
+        inputs = {one.name: ("input", "hash") for one in description.instances}
+        keys.append([task_of(description, plan, inputs).key for plan in description.runs()])
+    assert keys[0] == keys[1]
+    assert not set(keys[0]) & set(keys[2])

@@ -28,6 +28,13 @@ def refusal(path):
     return caught.value
 
 
+def test_a_map_with_spanish_names(text_file):
+    """The places of a map by their Spanish tags, fields and units; an inch is 25.4 mm."""
+    text = '<mapa unidades="pulgadas"><ciudad nombre="A" x="1" y="2" diámetro="0.25"/>'
+    text += "<punto><x>3</x><y>0</y><nombre>B</nombre></punto></mapa>"
+    assert holes(read(text_file("a.xml", text))) == [(25.4, 50.8, 6.35, "A"), (76.2, 0.0, 0.0, "B")]
+
+
 @every(
     "text",
     [

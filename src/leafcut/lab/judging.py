@@ -11,6 +11,9 @@ from leafcut.lab.description import Analysis, Response
 from leafcut.lab.results import MOST_CHARTS, ReportBlock, Results, Table, number, or_dash, p_words, way_of
 from leafcut.lab.statistics import LEAST_OF_PAIRS, OneWay, Pair, crossed, interval, one_way, pareto_front, ranked, trend
 
+#: Figures of a cell that differ by less than this share are the same.
+_ALIKE = 1e-3
+
 
 def judged(results: Results) -> list[ReportBlock]:
     """Return a block for every analysis; of one that cannot be done yet, the line that says why."""
@@ -92,20 +95,26 @@ def _crossed(results: Results, analysis: Analysis, response: Response) -> Report
     one, two = (results.description.factor(name) for name in analysis.factors)
     places = [1 + [f.name for f in results.description.factors].index(f.name) for f in (one, two)]
     figures = results.figures(response.name)
-    together = all(len(values) == 1 for values in figures.values())
+    alike = all(max(values) - min(values) <= _ALIKE * abs(max(values)) for values in figures.values())
+    together = alike and len({cell[0] for cell in figures}) > 1
     by: dict[str, list[tuple[str, str, float]]] = {}
     for cell, values in figures.items():
-        rest = "all instances" if together else ", ".join(word for k, word in enumerate(cell) if k not in places)
-        own = fmean(v for c, many in figures.items() if c[0] == cell[0] for v in many) if together else 1.0
-        by.setdefault(rest, []).extend(
-            (cell[places[0]], cell[places[1]], 100.0 * v / own if together else v) for v in values
-        )
+        rest = [word for k, word in enumerate(cell) if k not in places]
+        name = ", ".join(["all instances", *rest[1:]] if together else rest)
+        mine = [
+            fmean(many) for other, many in figures.items()
+            if [word for k, word in enumerate(other) if k not in places] == rest
+        ]  # fmt: skip
+        counted = [100.0 * fmean(values) / fmean(mine)] if together else [fmean(values)] if alike else values
+        by.setdefault(name, []).extend((cell[places[0]], cell[places[1]], v) for v in counted)
     words: list[str] = []
     tables: list[Table] = []
     drawn: list[tuple[str, str]] = []
+    if alike:
+        words.append("All runs of a cell agree within 0.1 %: there is no chance in a cell, and it counts once.")
     if together:
         words.append(
-            "Each instance is one repetition; its figures are percent of their mean, as instances are of many sizes."
+            "Each instance is one repetition, in percent of its mean over all cells, as instances differ in size."
         )
     for name, rows in by.items():
         effects = crossed(rows, (one.title, two.title))
@@ -262,6 +271,12 @@ def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBl
                 rows.append(
                     (rest[0], f"{sizes[rest[0]]:g}", name, number(base), number(fmean(values)), f"{gain:.2f} %")
                 )
+    # Whatever else is varied, an instance counts once: its gains are not independent of each other.
+    for name, points in gains.items():
+        of_one: dict[str, list[float]] = {}
+        for instance, _, gain in points:
+            of_one.setdefault(instance, []).append(gain)
+        gains[name] = [(instance, sizes[instance], fmean(many)) for instance, many in of_one.items()]
     words = []
     for name, points in gains.items():
         for left, kept in (
@@ -270,18 +285,8 @@ def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBl
         ):
             if left and len(kept) == len(points):
                 continue
-            found = trend([p[1] for p in kept], [p[2] for p in kept], analysis.alpha)
-            grows = "grows" if found.tau > 0 else "falls"
-            proved = (
-                f"{grows} with the size"
-                if found.tau_p < analysis.alpha
-                else "shows no trend that these instances can prove"
-            )
-            words.append(
-                f"{name} over {analysis.base}{left}: mean gain {fmean(p[2] for p in kept):.2f} %; it {proved} "
-                f"(Kendall τ = {found.tau:.2f}, {p_words(found.tau_p)}; {found.slope:+.4f} percentage points for "
-                f"each more, {found.low:+.4f} to {found.high:+.4f}; n = {found.n})."
-            )
+            told = f"{name} over {analysis.base}{left}: mean gain {fmean(p[2] for p in kept):.2f} %"
+            words.append(f"{told}; {_trend_words([p[1] for p in kept], [p[2] for p in kept], analysis.alpha)}.")
     if not gains:
         raise OptionError("a trend needs facts.size of the instances, and runs of the base level")
     columns = ("Instance", "Size", factor.title, f"{response.heading}, {analysis.base}", "This way", "Gain")
@@ -289,6 +294,20 @@ def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBl
     drawn = [("", charts.scatter(series, "size", "gain, %", f"Gain over {analysis.base} by the size of the instance"))]
     return ReportBlock(
         f"Gain over {analysis.base}, and its trend", tuple(words), (Table(columns, tuple(rows), 3),), tuple(drawn)
+    )
+
+
+def _trend_words(sizes: Sequence[float], gains: Sequence[float], alpha: float) -> str:
+    try:
+        found = trend(sizes, gains, alpha)
+    except OptionError as problem:
+        return str(problem)
+    proved = "shows no trend that these instances can prove"
+    if found.tau_p < alpha:
+        proved = f"{'grows' if found.tau > 0 else 'falls'} with the size"
+    return (
+        f"it {proved} (Kendall τ = {found.tau:.2f}, {p_words(found.tau_p)}; {found.slope:+.4f} percentage points for "
+        f"each more, {found.low:+.4f} to {found.high:+.4f}; n = {found.n})"
     )
 
 

@@ -57,7 +57,7 @@ def write_page(description: Description, rows: Sequence[Row], wanted: int, left_
             for row in rows
             if row.failed
         ],
-        circumstances=_circumstances(results.rows),
+        circumstances=circumstances(results.rows),
     )
 
 
@@ -119,7 +119,7 @@ def _state(description: Description, results: Results, rows: Sequence[Row], want
     return words
 
 
-def _circumstances(rows: Sequence[Row]) -> list[str]:
+def circumstances(rows: Sequence[Row]) -> list[str]:
     """Return where, when and by what the runs were done."""
     if not rows:
         return []

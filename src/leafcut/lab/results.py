@@ -60,7 +60,7 @@ class Results:
         for row in sorted(self.rows, key=lambda one: one.seed):
             value = row.responses.get(response)
             if value is not None and math.isfinite(value):
-                found[self.cell(row)].append(value)
+                found[self.cell(row)].append(float(f"{value:.12g}"))  # not the last digits of a sum
         return {cell: values for cell, values in found.items() if values}
 
     def cells(self) -> Iterator[DesignCell]:

@@ -174,12 +174,9 @@ def task_of(description: Description, plan: RunPlan, inputs: Mapping[str, tuple[
     source, sha = inputs[plan.instance.name]
     responses = {one.name: (one.path, one.scale) for one in description.responses}
     levels = {name: level.name for name, level in plan.levels.items()}
-    content: dict[str, Any] = {
-        "input": sha,
-        "instance": plan.instance.name,
-        "levels": levels,
-        "options": dict(plan.options),
-    }
+    # A file that an option names counts by what is in it, wherever it lies.
+    options = {name: _by_content(value) for name, value in plan.options.items()}
+    content: dict[str, Any] = {"input": sha, "instance": plan.instance.name, "levels": levels, "options": options}
     content |= {"responses": responses, "new_process": description.new_process}
     key = key_of(description.key, description.command, content)
     return RunTask(key, description.command, source, dict(plan.options), responses, description.new_process)
@@ -287,6 +284,13 @@ def _input(command: str, instance: LabInstance) -> tuple[str | Source, str]:
 
     _, source = read_source(instance.input)
     return source, hashlib.sha256(source.data or instance.input.encode()).hexdigest()
+
+
+def _by_content(value: Any) -> Any:
+    """Return the hash of a file's bytes for the path of one, any other value as it is."""
+    if not isinstance(value, str) or not Path(value).is_absolute() or not Path(value).is_file():
+        return value
+    return hashlib.sha256(Path(value).read_bytes()).hexdigest()
 
 
 def _row(description: Description, plan: RunPlan, task: RunTask, sha: str, answer: Answer) -> Row:

@@ -1,7 +1,8 @@
 """XML point maps: ``<map units="mm"><city name="A" x="1" y="2"/></map>``, in attribute or element style.
 
-Any root name; points are called city, point, hole or node; ``diameter`` (or ``d``) is optional. Entity declarations
-and external entities are refused (defusedxml), so a map can neither grow in memory nor read other files.
+Any root name; points are called city, point, hole or node, in Spanish ciudad, punto, agujero or nodo; ``diameter`` (or
+``d``) is optional. Entity declarations and external entities are refused (defusedxml), so a map can neither grow in
+memory nor read other files.
 """
 
 from __future__ import annotations
@@ -29,7 +30,8 @@ from leafcut.read.format import (
 )
 from leafcut.units import MM_PER_UNIT
 
-POINT_TAGS = ("city", "point", "hole", "node")
+#: The last four are Spanish.
+POINT_TAGS = ("city", "point", "hole", "node", "ciudad", "punto", "agujero", "nodo")
 #: The fields of a point, and the names they go by.
 FIELDS = {
     "x": "x",
@@ -41,8 +43,15 @@ FIELDS = {
     "id": "name",
     "label": "name",
     "layer": "layer",
+    "diametro": "d",
+    "diámetro": "d",
+    "nombre": "name",
+    "etiqueta": "name",
+    "capa": "layer",
 }
 UNIT_WORDS = {"millimeter": "mm", "millimetre": "mm", "inches": "in", "mils": "mil", "feet": "ft", "meter": "m"}
+UNIT_WORDS |= {"milimetros": "mm", "milímetros": "mm", "pulgadas": "in"}
+UNIT_KEYS = ("units", "unit", "unidades", "unidad")
 
 
 def sniff(head: bytes) -> Match:
@@ -104,7 +113,7 @@ class _Map:
             self.open[-1].current = ""
 
     def _read_units(self, attributes: dict[str, str], line: int) -> None:
-        given = attributes.get("units", attributes.get("unit"))
+        given = next((attributes[key] for key in UNIT_KEYS if key in attributes), None)
         if given is None:
             return
         word = given.strip().lower()
@@ -199,5 +208,9 @@ def _plain(name: str) -> str:
 
 
 FORMAT = Format(
-    "xml", (".xml", ".map"), "point map in XML: <city>, <point>, <hole> or <node> with x and y", read_xml, sniff
+    "xml",
+    (".xml", ".map"),
+    "point map in XML: <city>, <point>, <hole> or <node>, or their Spanish names, with x and y",
+    read_xml,
+    sniff,
 )
