@@ -52,3 +52,15 @@ def test_what_needs_no_extra_runs_without_them() -> None:
     for arguments in (("formats",), ("machines",), ("optimize", "example:plate-27", "--algorithm", "none", "--json")):
         done = without(packages, *arguments)
         assert done.returncode == 0, done.stderr
+
+
+def test_an_experiment_runs_without_the_extra_that_its_report_needs(tmp_path: Path) -> None:
+    """What was run is kept, whatever is installed; the report names the extra, and writes nothing."""
+    results, packages = str(tmp_path / "r.sqlite"), "scipy,pandas,statsmodels,scikit_posthocs,matplotlib"
+    words = ("machining_time", "--reduced", "--results", results)
+    done = without(packages, "lab", "run", *words)
+    assert (done.returncode, done.stderr) == (0, "")
+    done = without(packages, "lab", "report", *words, "-o", str(tmp_path))
+    assert done.returncode == 1
+    assert "needs the package scipy: pip install 'leafcut[lab]'" in done.stderr
+    assert [file.name for file in tmp_path.iterdir()] == ["r.sqlite"]
