@@ -266,7 +266,7 @@ def _trend(results: Results, analysis: Analysis, response: Response) -> ReportBl
         base = fmean(groups[analysis.base])
         for name, values in groups.items():
             if name != analysis.base and base:
-                gain = 100.0 * (fmean(values) / base - 1.0) * (1 if response.more_is_better else -1)
+                gain = round(100.0 * (fmean(values) / base - 1.0) * (1 if response.more_is_better else -1), 9) + 0.0
                 gains.setdefault(name, []).append((rest[0], sizes[rest[0]], gain))
                 rows.append(
                     (rest[0], f"{sizes[rest[0]]:g}", name, number(base), number(fmean(values)), f"{gain:.2f} %")
