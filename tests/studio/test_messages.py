@@ -28,6 +28,15 @@ ERRORS = {
 ELSEWHERE = {
     "cli.py": "the command line's own inputs and outputs",
     "several.py": "several files in one command line",
+    "cli_lab.py": "the command `lab` alone",
+    "lab/description.py": "the command `lab` alone",
+    "lab/description_table.py": "the command `lab` alone",
+    "lab/judging.py": "the command `lab` alone",
+    "lab/loading.py": "the command `lab` alone",
+    "lab/page.py": "the command `lab` alone",
+    "lab/running.py": "the command `lab` alone",
+    "lab/statistics.py": "the command `lab` alone",
+    "lab/store.py": "the command `lab` alone",
     "studio/server/app.py": "the studio does not start",
 }
 #: Lines that are made of others, each of which is looked up where it is made.
