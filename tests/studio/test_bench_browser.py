@@ -21,9 +21,12 @@ pytestmark = pytest.mark.external
 COMMAND = "#command"
 
 
-def fold(page: Page, title: str) -> None:
-    """Open what is folded under a title."""
-    page.locator(".choose summary").filter(has_text=title).click()
+def unfolded(page: Page, title: str) -> Locator:
+    """Open what is folded under a title; return it, as fields of one name may stand under two titles."""
+    details = page.locator(".choose details").filter(has=page.locator("summary", has_text=title))
+    details.locator("summary").click()
+    expect(details).to_have_attribute("open", "")
+    return details
 
 
 def switch(page: Page, name: str) -> Locator:
@@ -53,21 +56,20 @@ def test_local_search_is_off_where_ants_are_studied_which_is_told_and_stands_in_
     expect(page.locator(COMMAND)).not_to_contain_text("--no-local-search")
     algorithm.select_option("firefly")
     expect(hint).to_be_visible()
-    fold(page, "Search details")
-    page.locator(".choose").get_by_label("Local search", exact=True).first.check()
+    unfolded(page, "Search details").get_by_label("Local search", exact=True).check()
     expect(hint).to_be_hidden()
     expect(page.locator(COMMAND)).not_to_contain_text("--no-local-search")
 
 
 def test_parameters_stand_by_their_letters(page: Page) -> None:
     make_map(page, 40, "acs")
-    fold(page, "Ant algorithms")
+    unfolded(page, "Ant algorithms")
     for label in ("Pheromone weight α", "Heuristic weight β", "Evaporation rate ρ", "Initial pheromone τ₀", "Ants m"):
         expect(page.get_by_label(label, exact=True)).to_be_visible()
     typed(page, "Greedy probability q₀", "0.5")
     expect(page.locator(COMMAND)).to_contain_text("--greedy-probability 0.5")
     page.locator(".choose").get_by_label("Algorithm", exact=True).select_option("firefly")
-    fold(page, "Firefly algorithm")
+    unfolded(page, "Firefly algorithm")
     for label in ("Attractiveness β₀", "Absorption γ", "Short inversion α"):
         expect(page.get_by_label(label, exact=True)).to_be_visible()
 
@@ -123,7 +125,7 @@ def compared(page: Page) -> Locator:
     make_map(page, 40, "auto")
     typed(page, "Time limit", "")
     typed(page, "Iterations", "8")
-    fold(page, "Repeat and compare")
+    unfolded(page, "Repeat and compare")
     switch(page, "as – Ant System").uncheck()
     switch(page, "firefly").check()
     switch(page, "Runs of each").fill("3")
@@ -177,7 +179,7 @@ def test_runs_of_several_algorithms_are_compared_in_table_boxes_and_curves_and_c
 
 def test_a_comparison_can_be_ended_and_wrong_settings_are_told(page: Page) -> None:
     make_map(page, 40, "auto")
-    fold(page, "Repeat and compare")
+    unfolded(page, "Repeat and compare")
     switch(page, "Runs of each").fill("many")
     switch(page, "Runs of each").press("Tab")
     page.locator(".bench > .button").click()
