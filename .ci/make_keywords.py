@@ -58,7 +58,7 @@ def type_of(spec: OptionSpec) -> str:
     if spec.choices and spec.kind == "text":
         words = "".join(f'\n        "{choice}",' for choice in spec.choices)
         return f"Literal[{words}\n        None,\n    ]"
-    return f"{TYPES[spec.kind]} | None"
+    return f"{TYPES[spec.kind]}{' | str' if spec.words else ''} | None"
 
 
 def words_of(group: type[OptionGroup], name: str, spec: OptionSpec) -> str:

@@ -40,6 +40,7 @@ def options_table() -> list[str]:
             words = spec.default_words or ("" if default in (None, ()) else written(spec, default))
             words = words or ("off", "on")[default is True] if spec.kind == "flag" else words
             choices = f" ({', '.join(f'`{c}`' for c in spec.choices)})" if spec.choices else ""
+            choices += f" (or {', '.join(f'`{word}`' for word in spec.words)})" if spec.words else ""
             works = ", ".join(work.name for work in registry.works() if name in work.used())
             lines.append(f"| `{flag_name(name)}` | `{name}` | {words} | {works} | {spec.help}{choices} |")
         lines.append("")

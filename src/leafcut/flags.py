@@ -72,6 +72,8 @@ def _flag(group: type[OptionGroup], name: str, spec: OptionSpec, where: Group, d
     help_text = spec.help
     if spec.all_choices:
         help_text += f" [{', '.join(spec.all_choices)}]"
+    if spec.words:
+        help_text += f" [or {', '.join(spec.words)}]"
     if words:
         help_text += f" (default: {words})"
     parameter = Parameter(

@@ -450,8 +450,10 @@ class OptimizeKeywords(TypedDict, total=False):
     """
     local_search: bool | None
     """Improve the tour of every ant or firefly by local search (on unless False)."""
-    n_ants: int | None
-    """Ants per iteration (m) (default: one per node; 25 with local search; 10 for acs)."""
+    n_ants: int | str | None
+    """Ants per iteration (m); parts: one per part of a sheet, else one per node (default: one per node; 25 with
+    local search; 10 for acs).
+    """
     pheromone_weight: float | None
     """Pheromone weight (α) (default: 1)."""
     heuristic_weight: float | None
@@ -460,8 +462,10 @@ class OptimizeKeywords(TypedDict, total=False):
     """Evaporation rate: share of pheromone lost per iteration (ρ) (default: 0.5 as, eas · 0.1 asrank, acs · 0.02
     mmas, 0.2 with local search).
     """
-    initial_pheromone: float | None
-    """Pheromone on every edge at the start (τ₀) (default: from the nearest-neighbour tour)."""
+    initial_pheromone: float | str | None
+    """Pheromone on every edge at the start (τ₀); random: a random share of 1/(nC) on each; r stands for ρ
+    (default: from the nearest-neighbour tour).
+    """
     elitist_weight: float | None
     """Weight of the best tour's deposit (e of eas) (default: the number of ants)."""
     n_ranks: int | None
@@ -713,8 +717,10 @@ class SolveKeywords(TypedDict, total=False):
     """
     local_search: bool | None
     """Improve the tour of every ant or firefly by local search (on unless False)."""
-    n_ants: int | None
-    """Ants per iteration (m) (default: one per node; 25 with local search; 10 for acs)."""
+    n_ants: int | str | None
+    """Ants per iteration (m); parts: one per part of a sheet, else one per node (default: one per node; 25 with
+    local search; 10 for acs).
+    """
     pheromone_weight: float | None
     """Pheromone weight (α) (default: 1)."""
     heuristic_weight: float | None
@@ -723,8 +729,10 @@ class SolveKeywords(TypedDict, total=False):
     """Evaporation rate: share of pheromone lost per iteration (ρ) (default: 0.5 as, eas · 0.1 asrank, acs · 0.02
     mmas, 0.2 with local search).
     """
-    initial_pheromone: float | None
-    """Pheromone on every edge at the start (τ₀) (default: from the nearest-neighbour tour)."""
+    initial_pheromone: float | str | None
+    """Pheromone on every edge at the start (τ₀); random: a random share of 1/(nC) on each; r stands for ρ
+    (default: from the nearest-neighbour tour).
+    """
     elitist_weight: float | None
     """Weight of the best tour's deposit (e of eas) (default: the number of ants)."""
     n_ranks: int | None

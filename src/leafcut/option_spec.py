@@ -29,6 +29,8 @@ class OptionSpec:
     minimum: float | None = None
     maximum: float | None = None
     choices: tuple[str, ...] = ()
+    #: Words that it takes beside a number.
+    words: tuple[str, ...] = ()
     #: The group of entry points by which installed packages add choices.
     group_of_plugins: str = ""
     #: The default in words, where the default value None stands for "as the algorithm recommends" and the like.
@@ -132,12 +134,15 @@ def _convert(name: str, spec: OptionSpec, value: Any) -> Any:
     if value is None:
         return None
     flag = flag_name(name)
+    if isinstance(value, str) and value.strip() in spec.words:
+        return value.strip()
     if _is_too_long(value):
         raise OptionError(f"{flag}: the number is out of range (more than 64 bits)")
     try:
         converted = _CONVERTERS[spec.kind](spec, value)
     except (OptionError, TypeError, ValueError, OverflowError) as problem:
-        detail = str(problem) if isinstance(problem, OptionError) else f"'{value}' is not {_KIND_WORDS[spec.kind]}"
+        kind = " or one of ".join(filter(None, (_KIND_WORDS[spec.kind], ", ".join(spec.words))))
+        detail = str(problem) if isinstance(problem, OptionError) else f"'{value}' is not {kind}"
         raise OptionError(f"{flag}: {detail}") from None
     if spec.choices:
         given = converted if isinstance(converted, tuple) else (converted,)

@@ -114,12 +114,20 @@ def nearest_neighbour_tour(
 
 @part
 def choose_next(
-    candidates: NDArray, weights: NDArray, visited: NDArray, i: int, greedy_probability: float, words: NDArray, ant: int
+    candidates: NDArray,
+    weights: NDArray,
+    nearness: NDArray,
+    visited: NDArray,
+    i: int,
+    greedy_probability: float,
+    words: NDArray,
+    ant: int,
 ) -> int:
     """Return the place in the candidate list of i of the edge that an ant takes, or -1 when all are visited.
 
     With probability q0 the heaviest edge, else one drawn in proportion to its weight
-    (pseudorandom proportional rule; q0 = 0 is the random proportional rule).
+    (pseudorandom proportional rule; q0 = 0 is the random proportional rule). Where no edge has pheromone it counts for
+    none of them: nearness alone decides, as it does where all trails are equal.
 
     Changes: words[ant].
     Source: Dorigo and Stützle, Ant Colony Optimization, MIT Press 2004, equations 3.2 and 3.10.
@@ -135,6 +143,16 @@ def choose_next(
             total += weight
             if weight > best_weight:
                 best, best_weight = c, weight
+    if best >= 0 and total == 0.0:
+        weights, best_weight = nearness, -1.0
+        for c in range(k):
+            j = candidates[i, c]
+            if j < 0:
+                break
+            if visited[j] == 0:
+                total += weights[i, c]
+                if weights[i, c] > best_weight:
+                    best, best_weight = c, weights[i, c]
     if best < 0 or (greedy_probability > 0.0 and uniform(words, ant) < greedy_probability):
         return best
     mark = uniform(words, ant) * total
@@ -167,6 +185,7 @@ def _next_node(
     tree: Tree,
     candidates: NDArray,
     weights: NDArray,
+    nearness: NDArray,
     greedy_probability: float,
     words: NDArray,
     ant: int,
@@ -178,7 +197,7 @@ def _next_node(
     if last == cost.free:
         node = random_unvisited(visited, words, ant)
     else:
-        c = choose_next(candidates, weights, visited, last, greedy_probability, words, ant)
+        c = choose_next(candidates, weights, nearness, visited, last, greedy_probability, words, ant)
         node = candidates[last, c] if c >= 0 else _nearest(cost, tree, unvisited, last)
     visited[node] = 1
     if node < len(tree.x):
@@ -202,6 +221,7 @@ def construct_tour(
     tree: Tree,
     candidates: NDArray,
     weights: NDArray,
+    nearness: NDArray,
     greedy_probability: float,
     first: int,
     second: int,
@@ -215,6 +235,7 @@ def construct_tour(
     ========== =============== ==========================================================
     candidates int32[n, k]     neighbours of every node, -1 for none
     weights    float64[n, k]   τ^α · η^β of those edges
+    nearness   float64[n, k]   η^β of them
     first      int             first node, or -1 for a random one; `second` likewise
     words      uint64[ants]    random state, `ant` is this one's row
     ========== =============== ==========================================================
@@ -227,7 +248,9 @@ def construct_tour(
     n = len(tour)
     for step in range(_begin(tree, first, second, words, ant, tour, unvisited), n):
         last = tour[step - 1]
-        tour[step] = _next_node(cost, tree, candidates, weights, greedy_probability, words, ant, unvisited, last)
+        tour[step] = _next_node(
+            cost, tree, candidates, weights, nearness, greedy_probability, words, ant, unvisited, last
+        )
 
 
 @kernel
@@ -252,10 +275,10 @@ def construct_tour_with_decay(
     Source: Dorigo and Stützle 2004, section 3.4.1, equations 3.10 and 3.12.
     Differs: the ants of an iteration go one after another, not step by step.
     """
-    n, candidates, weights = len(tour), edges.candidates, edges.weights
+    n, candidates, weights, nearness = len(tour), edges.candidates, edges.weights, edges.nearness
     for step in range(_begin(tree, first, second, words, ant, tour, unvisited), n):
         last = tour[step - 1]
-        node = _next_node(cost, tree, candidates, weights, greedy_probability, words, ant, unvisited, last)
+        node = _next_node(cost, tree, candidates, weights, nearness, greedy_probability, words, ant, unvisited, last)
         _wear(edges, decay, last, node)
         _wear(edges, decay, node, last)
         tour[step] = node

@@ -16,10 +16,14 @@ from leafcut.kernels.random import below, uniform
 
 
 @part
-def draw_next(weights: NDArray, missing: NDArray, last: int, greedy_probability: float, words: NDArray, k: int) -> int:
+def draw_next(
+    weights: NDArray, nearness: NDArray, missing: NDArray, last: int, greedy_probability: float, words: NDArray, k: int
+) -> int:
     """Return the cluster to go to: the best with `greedy_probability`, else drawn by weight. Changes: words[k].
 
-    Symbols: weights float64[m, m]; missing int32[m], 0 for clusters that may come next; last, where the ant is, or -1.
+    Where no step has pheromone, nearness alone decides.
+    Symbols: weights, nearness float64[m, m]; missing int32[m], 0 for clusters that may come next; last, where the
+    ant is, or -1.
     Source: Dorigo and Stützle 2004, equations 3.2 and 3.10.
     """
     m, best, total, free = len(missing), -1, 0.0, 0
@@ -29,6 +33,13 @@ def draw_next(weights: NDArray, missing: NDArray, last: int, greedy_probability:
             if last >= 0:
                 total += weights[last, c]
                 if best < 0 or weights[last, c] > weights[last, best]:
+                    best = c
+    if last >= 0 and free > 0 and total == 0.0:
+        weights = nearness
+        for c in range(m):
+            if missing[c] == 0:
+                total += weights[last, c]
+                if weights[last, c] > weights[last, best]:
                     best = c
     if last >= 0 and 0.0 < total < math.inf:
         if uniform(words, k) < greedy_probability:
@@ -78,7 +89,7 @@ def lay_order(
         c = (
             m - 1
             if at == 0 and layers.anchored[0] == 1
-            else draw_next(weights, missing, last, greedy_probability, words, k)
+            else draw_next(weights, nearness, missing, last, greedy_probability, words, k)
         )
         order[at] = c
         missing[c] = -1

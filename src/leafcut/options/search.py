@@ -34,6 +34,11 @@ ALGORITHM_GROUP = "leafcut.algorithms"
 _ANTS = f"algorithm={'|'.join(ANT_ALGORITHMS)}"
 _FIREFLIES = "algorithm=firefly"
 
+#: What `--n-ants` takes beside a number: as many as there are parts of a sheet, else nodes.
+ANTS_AS_PARTS = "parts"
+#: What `--initial-pheromone` takes beside a number: drawn for each edge, and the two values that are in print for ACS.
+RANDOM_TRAILS, BY_N_RHO_C, BY_N_C = "random", "1/nrC", "1/nC"
+
 
 @dataclass(frozen=True)
 class SolveOptions(OptionGroup):
@@ -125,10 +130,11 @@ class AcoOptions(OptionGroup):
     section: ClassVar[str] = "aco"
     title: ClassVar[str] = "Ant algorithms"
 
-    n_ants: int | None = option(
+    n_ants: int | str | None = option(
         "whole",
         None,
-        "ants per iteration (m)",
+        "ants per iteration (m); parts: one per part of a sheet, else one per node",
+        words=(ANTS_AS_PARTS,),
         minimum=1,
         maximum=1_000_000,
         default_words="one per node; 25 with local search; 10 for acs",
@@ -147,11 +153,12 @@ class AcoOptions(OptionGroup):
         default_words="0.5 as, eas · 0.1 asrank, acs · 0.02 mmas, 0.2 with local search",
         needs=_ANTS,
     )
-    initial_pheromone: float | None = option(
+    initial_pheromone: float | str | None = option(
         "number",
         None,
-        "pheromone on every edge at the start (τ₀)",
-        minimum=1e-30,
+        "pheromone on every edge at the start (τ₀); random: a random share of 1/(nC) on each; r stands for ρ",
+        words=(RANDOM_TRAILS, BY_N_RHO_C, BY_N_C),
+        minimum=0,
         maximum=1e30,
         default_words="from the nearest-neighbour tour",
         needs=_ANTS,

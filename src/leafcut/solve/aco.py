@@ -19,6 +19,7 @@ from leafcut.kernels import pheromone as trails
 from leafcut.kernels.construct import Decay, WeightedEdges, construct_tour, construct_tour_with_decay
 from leafcut.kernels.cost import tour_cost
 from leafcut.options import AcoOptions
+from leafcut.options.search import BY_N_C, BY_N_RHO_C, RANDOM_TRAILS
 from leafcut.solve.construction import nearest_neighbour, none_visited, random_words
 from leafcut.solve.instance import Instance
 from leafcut.solve.local_search import LocalSearch
@@ -58,6 +59,9 @@ RESTART_AFTER = 250
 CONVERGED_BRANCHING = 1.00001
 BRANCHING_SHARE = 0.05
 
+# What random numbers are for: with the seed this begins the stream of the first trails.
+_TRAILS = 3
+
 
 @dataclass(frozen=True)
 class ColonyParameters:
@@ -74,13 +78,14 @@ class ColonyParameters:
     local_rate: float
     best_probability: float
     local_search: bool
-    initial: float | None
+    initial: float | str | None
 
     @classmethod
     def of(cls, algorithm: str, options: AcoOptions, n: int, local_search: bool) -> ColonyParameters:
         """Return the parameters of `algorithm` for n nodes."""
         known = RECOMMENDED[algorithm]
-        ants = options.n_ants or (known.ants_local if local_search else known.ants) or min(n, MOST_ANTS)
+        asked = n if isinstance(options.n_ants, str) else options.n_ants
+        ants = asked or (known.ants_local if local_search else known.ants) or min(n, MOST_ANTS)
         rate = options.evaporation_rate
         return cls(
             algorithm=algorithm,
@@ -102,16 +107,26 @@ class Trails:
     """Pheromone on the candidate edges, and how the five algorithms change it."""
 
     def __init__(
-        self, lists: NDArray[np.int32], parameters: ColonyParameters, c_nn: float, one_way: bool = False
+        self,
+        lists: NDArray[np.int32],
+        parameters: ColonyParameters,
+        c_nn: float,
+        one_way: bool = False,
+        *,
+        seed: int = 1,
     ) -> None:
-        """Lay equal trails on `lists` int32[n, k]; `c_nn` is the cost of the nearest-neighbour tour.
+        """Lay the first trails on `lists` int32[n, k]; `c_nn` is the cost of the nearest-neighbour tour.
 
+        They are equal, or drawn by the `seed`.
         `one_way`: an edge costs otherwise when it is gone along from its other end, and has a trail for each way.
         """
         self.lists, self.parameters, self.one_way = lists, parameters, one_way
         self.initial = _initial_pheromone(parameters, len(lists), c_nn)
         self.highest, self.lowest = math.inf, 0.0
         self.pheromone = np.full(lists.shape, self.initial)
+        if parameters.initial == RANDOM_TRAILS:
+            # Drawn from 0 to twice the mean, which is what trails of Ant Colony System wear off to.
+            self.pheromone *= 2.0 * _drawn(lists, one_way, seed)
         self.nearness, self.weights = np.zeros(lists.shape), np.zeros(lists.shape)
         # A thousandth of the mean edge: nodes on one place are near, not infinitely near.
         self.offset = max(1e-12, 1e-3 * c_nn / len(lists))
@@ -193,17 +208,23 @@ class Trails:
 class ColonyTrails(Trails):
     """The trails of a colony on an instance."""
 
-    def __init__(self, instance: Instance, parameters: ColonyParameters, c_nn: float) -> None:
-        super().__init__(instance.candidates, parameters, c_nn)
+    def __init__(self, instance: Instance, parameters: ColonyParameters, c_nn: float, seed: int) -> None:
+        super().__init__(instance.candidates, parameters, c_nn, seed=seed)
         self.instance = instance
         trails.fill_nearness(instance.cost, instance.candidates, parameters.beta, self.offset, self.nearness)
         self.weigh()
 
 
 def _initial_pheromone(p: ColonyParameters, n: int, c_nn: float) -> float:
-    """Return τ0: as asked for, else by the book's box 3.1."""
-    if p.initial is not None:
+    """Return τ0: as asked for, else by the book's box 3.1; of trails that are drawn their mean, half of 1/(nC)."""
+    if p.initial == RANDOM_TRAILS:
+        return 0.5 / (n * c_nn)
+    if p.initial == BY_N_RHO_C:
+        return 1.0 / (n * p.rate * c_nn)
+    if p.initial is not None and not isinstance(p.initial, str):
         return p.initial
+    if p.initial == BY_N_C:
+        return 1.0 / (n * c_nn)
     if p.algorithm == "as":
         return float(p.ants / c_nn)
     if p.algorithm == "eas":
@@ -213,6 +234,15 @@ def _initial_pheromone(p: ColonyParameters, n: int, c_nn: float) -> float:
     if p.algorithm == "mmas":
         return 1.0 / (p.rate * c_nn)
     return 1.0 / (n * c_nn)
+
+
+def _drawn(lists: NDArray[np.int32], one_way: bool, seed: int) -> NDArray[np.float64]:
+    """Return a random number of 0 … 1 for each edge of `lists` int32[n, k]; the same for both its entries."""
+    n = len(lists)
+    here, there = np.broadcast_to(np.arange(n, dtype=np.int64)[:, None], lists.shape), lists.astype(np.int64)
+    low, high = (here, there) if one_way else (np.minimum(here, there), np.maximum(here, there))
+    edges, which = np.unique(low * n + high, return_inverse=True)
+    return np.random.default_rng((seed, _TRAILS)).random(len(edges))[which].reshape(lists.shape)
 
 
 def _lowest_share(p: ColonyParameters, n: int, k: int) -> float:
@@ -298,7 +328,7 @@ class Ants:
     def _build(self, worker: int, ant: int, words: NDArray[np.uint64]) -> None:
         colony, i = self.colony, self.colony.instance
         construct_tour(
-            i.cost, i.tree, i.candidates, colony.weights, colony.parameters.greedy_probability,
+            i.cost, i.tree, i.candidates, colony.weights, colony.nearness, colony.parameters.greedy_probability,
             i.first, i.second, words, ant, self.tours[ant], self._unvisited[worker],
         )  # fmt: skip
 

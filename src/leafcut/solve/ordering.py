@@ -94,10 +94,11 @@ class Ordering:
 class OrderTrails(Trails):
     """Pheromone between all pairs of clusters; on both directions of a step where they cost the same."""
 
-    def __init__(self, ordering: Ordering, parameters: ColonyParameters, c_nn: float) -> None:
+    def __init__(self, ordering: Ordering, parameters: ColonyParameters, c_nn: float, seed: int) -> None:
         m = ordering.instance.n
         lists = np.tile(np.arange(m, dtype=np.int32), (m, 1))
-        super().__init__(lists, parameters, c_nn, ordering.instance.twisted or len(ordering.instance.pairs) > 0)
+        one_way = ordering.instance.twisted or len(ordering.instance.pairs) > 0
+        super().__init__(lists, parameters, c_nn, one_way, seed=seed)
         near = ordering.layers.least.copy()
         np.fill_diagonal(near, np.inf)
         self.nearness[:] = (1.0 / (near + self.offset)) ** parameters.beta
@@ -216,7 +217,7 @@ class Swarm:
             self.visits = m * flight.fireflies * max(1.0, flight.attractiveness)
             return
         parameters = ColonyParameters.of(options.algorithm, aco, m, options.local_search)
-        trails = OrderTrails(ordering, parameters, max(length, 1e-9))
+        trails = OrderTrails(ordering, parameters, max(length, 1e-9), options.seed)
         self._show(
             pheromone=lambda: self._pheromone(trails),
             step=lambda: step_of_ants(trails, best),

@@ -301,7 +301,7 @@ def _ants(instance: Instance, run: AlgorithmRun) -> SearchResult:
     set_budget(stop, options, visits / (parameters.ants * instance.n), patience)
     threads = min(options.threads or os.cpu_count() or 1, parameters.ants)
     with _pool(threads) as executor:
-        ants = Ants(ColonyTrails(instance, parameters, c_nn), options.seed, stop, executor, threads)
+        ants = Ants(ColonyTrails(instance, parameters, c_nn, options.seed), options.seed, stop, executor, threads)
         if best.watched is not None:
             best.watched.workers = ants.log.figures
             best.watched.pheromone = lambda: on_candidates(instance, ants.colony.lists, ants.colony.pheromone)

@@ -351,6 +351,31 @@ def test_a_plan_with_bridges_is_kept_as_a_whole_or_only_where_they_are_fixed(dra
         api.optimize(drawing, plan=plan, **slow)
 
 
+def test_ants_as_many_as_parts_search_as_the_paper_on_sheets_has_it(
+    drawing: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All of its parameters reach the search: α = β = 0.5, evaporation 0.3, 200 iterations, an ant for each part."""
+    from leafcut.solve import solve as room
+
+    seen: list[tuple[Any, Any]] = []
+    search = room.solve
+
+    def spy(problem: Any, options: Any, aco: Any, **words: Any) -> Any:
+        seen.append((options, aco))
+        return search(problem, options, aco, **words)
+
+    monkeypatch.setattr(room, "solve", spy)
+    options = {
+        "algorithm": "as", "local_search": False, "pheromone_weight": 0.5, "heuristic_weight": 0.5,
+        "evaporation_rate": 0.3, "iterations": 200, "n_ants": "parts", "objective": "distance", "bound": False,
+    }  # fmt: skip
+    found = api.optimize(drawing, process="cut", thickness=6, **options)
+    options, aco = next(pair for pair in seen if pair[0].algorithm == "as")
+    assert (options.iterations, options.local_search) == (200, False)
+    assert (aco.n_ants, aco.pheromone_weight, aco.heuristic_weight, aco.evaporation_rate) == (4, 0.5, 0.5, 0.3)
+    assert found.verified
+
+
 @pytest.mark.parametrize("keep_order", [False, True])
 def test_an_order_that_cuts_a_part_loose_before_its_holes_is_refused(
     drawing: Path, tmp_path: Path, keep_order: bool

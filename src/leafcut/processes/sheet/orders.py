@@ -10,7 +10,8 @@ import numpy as np
 
 from leafcut.errors import PlanError
 from leafcut.model.solution import Solution
-from leafcut.options import SolveOptions
+from leafcut.options import AcoOptions, SolveOptions
+from leafcut.options.search import ANTS_AS_PARTS
 from leafcut.processes.sheet.job import SheetJob
 from leafcut.processes.sheet.options import CutOptions
 
@@ -91,8 +92,9 @@ def _solve_bands(
         name = "ordering the cuts" if len(groups) == 1 else f"ordering band {number}"
         tell = run.passing_on(name, left / total, len(members) / total)
         budget = _budget(job, options, len(members) / left)
+        aco = _ants(run.settings.aco, cutting, members)
         found = solve(
-            problem, budget, run.settings.aco, firefly=run.settings.firefly, progress=tell, observe=run.observe,
+            problem, budget, aco, firefly=run.settings.firefly, progress=tell, observe=run.observe,
             cancelled=run.cancelled,
         )  # fmt: skip
         if before is not None and options.algorithm != "nn":
@@ -107,6 +109,13 @@ def _solve_bands(
         place = order[-1].exit
     check_precedence(cutting, order)
     return order, solutions
+
+
+def _ants(options: AcoOptions, cutting: Cutting, members: Sequence[int]) -> AcoOptions:
+    """Return the options with as many ants as there are parts among the contours `members`, where that is asked for."""
+    if options.n_ants != ANTS_AS_PARTS:
+        return options
+    return replace(options, n_ants=max(1, len({cutting.contours[k].source.part for k in members})))
 
 
 def _budget(job: SheetJob, options: SolveOptions, part: float) -> SolveOptions:
