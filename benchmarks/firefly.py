@@ -2,7 +2,7 @@
 
     python benchmarks/firefly.py --seeds 3 --times 30,20 --write docs/benchmarks.md
 
-Without local search, as published, and with it, on one thread; limits are seconds of the processor, as the machine is
+Without local search and with it, on one thread; limits are seconds of the processor, as the machine is
 shared. Tours are checked and added up again here. A grid's path is open; its gap is to (N - 1)·DP, N points of distance
 DP. What no path can be below is told beside it: by the colours of a grid, black and white like a chessboard, or by the
 proven bound of 1-trees over all allowed moves, whichever is more.
@@ -166,7 +166,7 @@ def section(cities: list[list[str]], average: float, grids: list[list[str]], tim
     made = facts("firefly", sys.argv[1:], ["leafcut", "numpy", "numba"])
     return f"""## The discrete firefly algorithm
 
-Gaps in percent, median of the seeds (lowest to highest), one thread. Plain is as published: inversions and nothing
+Gaps in percent, median of the seeds (lowest to highest), one thread. Plain is inversions and nothing
 else; with local search every move is mended. Simple mode, preset `default`: a run ends after 20 iterations that found
 nothing shorter.
 

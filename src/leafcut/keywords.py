@@ -478,6 +478,14 @@ class OptimizeKeywords(TypedDict, total=False):
     """Probability of rebuilding the best tour at convergence; sets the trail limits (p_best of mmas) (default:
     0.05).
     """
+    variant: Literal[
+        "leafcut",
+        "published",
+        None,
+    ]
+    """Firefly variant; published: position-wise distances, the n best of m × n moves, no local search (default:
+    leafcut).
+    """
     firefly_mode: Literal[
         "simple",
         "complex",
@@ -487,7 +495,9 @@ class OptimizeKeywords(TypedDict, total=False):
     n_fireflies: int | None
     """Number of fireflies (n) (default: 11 in simple mode, 10 in complex)."""
     attractiveness: float | None
-    """Attractiveness: inversions per move towards a near tour (β₀) (default: 20 in simple mode, 15 in complex)."""
+    """Attractiveness: inversions per move towards a near tour (β₀); tried per move where published (default: 20 in
+    simple mode, 15 in complex).
+    """
     absorption: float | None
     """Absorption: how fast attractiveness falls with tour distance (γ) (default: 0.015)."""
     switch_at: float | str | None
@@ -505,7 +515,7 @@ class OptimizeKeywords(TypedDict, total=False):
         "random",
         None,
     ]
-    """Initial tours: greedy with small changes, or random (default: greedy)."""
+    """Initial tours: greedy with small changes, or random (default: greedy; random in the published variant)."""
     dialect: str | None
     """Dialect of the controller (see `leafcut dialects`), or path of a TOML file (default: the machine's)."""
     output_units: Literal[
@@ -745,6 +755,14 @@ class SolveKeywords(TypedDict, total=False):
     """Probability of rebuilding the best tour at convergence; sets the trail limits (p_best of mmas) (default:
     0.05).
     """
+    variant: Literal[
+        "leafcut",
+        "published",
+        None,
+    ]
+    """Firefly variant; published: position-wise distances, the n best of m × n moves, no local search (default:
+    leafcut).
+    """
     firefly_mode: Literal[
         "simple",
         "complex",
@@ -754,7 +772,9 @@ class SolveKeywords(TypedDict, total=False):
     n_fireflies: int | None
     """Number of fireflies (n) (default: 11 in simple mode, 10 in complex)."""
     attractiveness: float | None
-    """Attractiveness: inversions per move towards a near tour (β₀) (default: 20 in simple mode, 15 in complex)."""
+    """Attractiveness: inversions per move towards a near tour (β₀); tried per move where published (default: 20 in
+    simple mode, 15 in complex).
+    """
     absorption: float | None
     """Absorption: how fast attractiveness falls with tour distance (γ) (default: 0.015)."""
     switch_at: float | str | None
@@ -772,7 +792,7 @@ class SolveKeywords(TypedDict, total=False):
         "random",
         None,
     ]
-    """Initial tours: greedy with small changes, or random (default: greedy)."""
+    """Initial tours: greedy with small changes, or random (default: greedy; random in the published variant)."""
 
 
 class SimulateKeywords(TypedDict, total=False):

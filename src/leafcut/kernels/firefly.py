@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels import EPSILON, kernel, part
-from leafcut.kernels.cost import CostModel, travel
+from leafcut.kernels.cost import TIED, CostModel, travel
 from leafcut.kernels.lin_kernighan import ENDS, Tour, improve_queued, is_one_tour, make_move, pop, push, take_back
 from leafcut.kernels.local_search import reverse
 from leafcut.kernels.random import below
@@ -82,6 +82,43 @@ def fly(costs: NDArray, tour: NDArray, place: NDArray, moves: int, longest: int,
             reach = max(reach, 2.0 * ac, 2.0 * bd)
     words[k] = word
     return total
+
+
+@kernel
+def places_apart(tour: NDArray, other: NDArray) -> int:
+    """Return at how many places two tours int32[h] have different nodes: the distance of Hamming."""
+    apart = 0
+    for k in range(len(tour)):
+        if tour[k] != other[k]:
+            apart += 1
+    return apart
+
+
+@kernel
+def best_inversion(
+    cost: CostModel, tour: NDArray, tries: int, longest: int, words: NDArray, k: int, moved: NDArray
+) -> float:
+    """Lay into `moved` the tour with the best of `tries` inversions of random runs of it; return what that adds.
+
+    All are tried on the same tour; the best is taken even where it makes the tour longer. A run has 2 … `longest`
+    nodes and does not go on past the end of the array. A tied edge stays: where all runs would break it, nothing moves.
+
+    Changes: moved int32[h], words[k].
+    Source: G. K. Jati and Suyanto, ICAIS 2011, section 3 (inversion mutation). Differs: `tries` for one new tour.
+    """
+    h, best, begin, end = len(tour), np.inf, 0, -1
+    for _ in range(tries):
+        length = 2 + below(words, k, longest - 1)
+        first = below(words, k, h - length + 1)
+        last = first + length - 1
+        a, b = tour[first - 1], tour[first]
+        c, d = tour[last], tour[last + 1 if last + 1 < h else 0]
+        added = travel(cost, a, c) + travel(cost, b, d) - travel(cost, a, b) - travel(cost, c, d)
+        if added < min(best, -0.5 * TIED):
+            best, begin, end = added, first, last
+    for at in range(h):
+        moved[at] = tour[begin + end - at if begin <= at <= end else at]
+    return best if end >= 0 else 0.0
 
 
 @part

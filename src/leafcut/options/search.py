@@ -33,6 +33,7 @@ ALGORITHM_GROUP = "leafcut.algorithms"
 #: Only these have ants; only that has fireflies.
 _ANTS = f"algorithm={'|'.join(ANT_ALGORITHMS)}"
 _FIREFLIES = "algorithm=firefly"
+_OWN_FIREFLIES = f"{_FIREFLIES} variant=leafcut"
 
 #: What `--n-ants` takes beside a number: as many as there are parts of a sheet, else nodes.
 ANTS_AS_PARTS = "parts"
@@ -115,7 +116,9 @@ class SolveOptions(OptionGroup):
         maximum=1000,
         default_words="8 for colony and kicks, else 16",
     )
-    local_search: bool = option("flag", True, "improve the tour of every ant or firefly by local search")
+    local_search: bool = option(
+        "flag", True, "improve the tour of every ant or firefly by local search", needs="variant=leafcut"
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -197,6 +200,13 @@ class FireflyOptions(OptionGroup):
     section: ClassVar[str] = "firefly"
     title: ClassVar[str] = "Firefly algorithm"
 
+    variant: str = option(
+        "text",
+        "leafcut",
+        "firefly variant; published: position-wise distances, the n best of m × n moves, no local search",
+        choices=("leafcut", "published"),
+        needs=_FIREFLIES,
+    )
     firefly_mode: str = option(
         "text",
         "simple",
@@ -216,7 +226,7 @@ class FireflyOptions(OptionGroup):
     attractiveness: float | None = option(
         "number",
         None,
-        "attractiveness: inversions per move towards a near tour (β₀)",
+        "attractiveness: inversions per move towards a near tour (β₀); tried per move where published",
         minimum=0,
         maximum=1000,
         default_words="20 in simple mode, 15 in complex",
@@ -237,7 +247,7 @@ class FireflyOptions(OptionGroup):
         minimum=0,
         maximum=100,
         default_words="27 in simple mode, 37 in complex",
-        needs=_FIREFLIES,
+        needs=_OWN_FIREFLIES,
     )
     short_inversion: int | None = option(
         "whole",
@@ -255,10 +265,11 @@ class FireflyOptions(OptionGroup):
         default_words="20; unlimited with --time-limit",
         needs=_FIREFLIES,
     )
-    firefly_start: str = option(
+    firefly_start: str | None = option(
         "text",
-        "greedy",
+        None,
         "initial tours: greedy with small changes, or random",
         choices=("greedy", "random"),
+        default_words="greedy; random in the published variant",
         needs=_FIREFLIES,
     )

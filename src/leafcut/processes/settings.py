@@ -131,7 +131,9 @@ def _unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[s
         if name not in used:
             yield name, why_unused(name, work.title, work.otherwise.get(name, ""))
             continue
-        for condition in used[name].split():
+        # What is off and would not be used does what is asked for.
+        off = group_of(name).specs()[name].kind == "flag" and getattr(settings.of(group_of(name)), name) is False
+        for condition in () if off else used[name].split():
             if not _holds(condition, settings, input_kind):
                 yield name, _refusal(name, condition)
                 break

@@ -14,9 +14,10 @@ What the sources leave open is settled as follows.
 - Simple and complex mode differ in their defaults only: fireflies, β0, and the switch.
 
 Differs: inversions are made one after the other, and each is kept unless it makes the tour longer, instead of trying
-all from one place and keeping the n best tours of all, which soon are copies of one. All fireflies see the swarm as it
-was when the iteration began, so they may fly in threads. With local search a move is two inversions near each other,
-mended by sequential exchanges (`kernels.lin_kernighan`) at what they touched: one alone would be turned back.
+all from one place and keeping the n best tours of all, which soon are copies of one (`solve.published_firefly`). All
+fireflies see the swarm as it was when the iteration began, so they may fly in threads. With local search a move is two
+inversions near each other, mended by sequential exchanges (`kernels.lin_kernighan`) at what they touched: one alone
+would be turned back.
 Those who copy edges of the brighter tour instead (G. K. Jati, R. Manurung and Suyanto, Discrete firefly algorithm for
 traveling salesman problem: a new movement scheme, in: Swarm Intelligence and Bio-Inspired Computation, Elsevier 2013,
 295–312) were tried: on grids of 344 to 849 points no better.
@@ -57,6 +58,9 @@ class Mode:
 
 MODES = {"simple": Mode(11, 20.0, 27.0), "complex": Mode(10, 15.0, 37.0)}
 
+#: What a swarm of each variant begins with.
+START = {"leafcut": "greedy", "published": "random"}
+
 #: Iterations without a shorter tour after which the published system ends.
 PATIENCE = 20
 
@@ -87,6 +91,7 @@ class Flight:
     short: int | None
     patience: float
     at_random: bool
+    complex: bool = False
 
     @classmethod
     def of(cls, options: FireflyOptions, limited: bool) -> Flight:
@@ -100,7 +105,8 @@ class Flight:
             switch=0.01 * (mode.switch_at if options.switch_at is None else options.switch_at),
             short=options.short_inversion,
             patience=patience if patience is not None else math.inf if limited else PATIENCE,
-            at_random=options.firefly_start == "random",
+            at_random=(options.firefly_start or START[options.variant]) == "random",
+            complex=options.firefly_mode == "complex",
         )
 
     def attraction(self, apart: int, h: int) -> float:
@@ -141,6 +147,15 @@ def share_done(stop: Stop, iteration: int) -> float:
     return max(of_time, of_count)
 
 
+def first_of(instance: Instance, flight: Flight, seed: int, f: int) -> Ints:
+    """Return the tour int32[h] that a firefly begins with: a random one, or a greedy one with small changes."""
+    rng = np.random.default_rng((seed, f))
+    if not flight.at_random:
+        return greedy(instance, rng if f else None)
+    tied = [node for node in (instance.first, instance.second) if instance.second >= 0]
+    return np.append(rng.permutation(np.setdiff1d(np.arange(instance.n), tied)), tied).astype(np.int32)
+
+
 class Fireflies:
     """The swarm: its tours, and how every one of them flies in an iteration.
 
@@ -179,14 +194,8 @@ class Fireflies:
         return max(1, round(attraction * flights))
 
     def _begin(self, f: int) -> Tour:
-        instance, h = self.instance, self.instance.n
-        rng = np.random.default_rng((self.seed, f))
-        if self.flight.at_random:
-            tied = [node for node in (instance.first, instance.second) if instance.second >= 0]
-            node = np.append(rng.permutation(np.setdiff1d(np.arange(h), tied)), tied).astype(np.int32)
-        else:
-            node = greedy(instance, rng if f else None)
-        return work_tour(node, log=2 * h + 1000 if self.mended else 0)
+        node = first_of(self.instance, self.flight, self.seed, f)
+        return work_tour(node, log=2 * self.instance.n + 1000 if self.mended else 0)
 
     def propose(self, iteration: int) -> tuple[Ints, NDArray[np.float64]]:
         """Return the swarm, int32[fireflies, h], and its lengths after every firefly has flown."""

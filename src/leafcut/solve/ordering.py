@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.errors import SolveError
 from leafcut.geometry.arrays import Ints
 from leafcut.kernels.layers import Clusters
 from leafcut.kernels.ordering import choose_all, invert_runs, lay_order, steps_apart
@@ -209,6 +210,11 @@ class Swarm:
         best.offer(first, length, 0)
         self.reinforce: Reinforce = learn_nothing
         if options.algorithm == "firefly":
+            if firefly.variant == "published":
+                raise SolveError(
+                    "--variant published moves closed tours of places: it keeps no precedence, direction or choice of "
+                    "starts; use --variant leafcut"
+                )
             flight = Flight.of(firefly, limited=options.time_limit is not None)
             swarm = OrderFireflies(ordering, flight, options.seed, first)
             self._show(brightness=lambda: brightness_of(swarm.lengths), step=lambda: step_of_fireflies(swarm, best))

@@ -111,7 +111,7 @@ def solve(
 
         warm_up_in_order(problem, options.algorithm)
     elif not tiny and options.algorithm != "none":
-        warm_up(options, aco, problem.n_clusters)
+        warm_up(options, aco, problem.n_clusters, firefly.variant if firefly else "leafcut")
     limit = math.inf if options.time_limit is None else options.time_limit
     stop = Stop(seconds=limit, cancelled=cancelled or threading.Event(), thrift=Thrift.of(options, problem))
     best = Best(stop, progress, float(problem.service.sum()))
@@ -219,7 +219,7 @@ def _without_search(problem: RoutingProblem, pairs: NDArray[np.int32], options: 
     return certify(problem, solution, bound, best.stop.cancelled)
 
 
-def warm_up(options: SolveOptions, aco: AcoOptions, n: int = 0) -> None:
+def warm_up(options: SolveOptions, aco: AcoOptions, n: int = 0, variant: str = "leafcut") -> None:
     """Have every kernel compiled, or loaded from disk, that `options` need for n nodes, before any clock starts.
 
     Forty nodes and one iteration: next to nothing when the kernels are there already.
@@ -231,7 +231,7 @@ def warm_up(options: SolveOptions, aco: AcoOptions, n: int = 0) -> None:
     build_instance(small, 0)
     instance = build_instance(small, CANDIDATES)
     for name in ["colony", "kicks"] if options.algorithm == "colony" else [options.algorithm]:
-        few = replace(aco, n_ants=1), FireflyOptions(n_fireflies=2)
+        few = replace(aco, n_ants=1), FireflyOptions(n_fireflies=2, variant=variant)
         found = _run(instance, AlgorithmRun(replace(once, algorithm=name), *few, Best(Stop())))
     if n >= MANY and options.algorithm in ("colony", "kicks"):
         shorten_long_edges(instance, work_tour(found.tour))
@@ -261,6 +261,10 @@ def _fireflies(instance: Instance, run: AlgorithmRun) -> SearchResult:
 
     options, stop, best = run.options, run.stop, run.best
     flight = room.Flight.of(run.firefly, limited=options.time_limit is not None)
+    if run.firefly.variant == "published":
+        from leafcut.solve.published_firefly import run_published
+
+        return run_published(instance, run, flight)
     threads = min(options.threads or os.cpu_count() or 1, flight.fireflies)
     with _pool(threads) as executor:
         swarm = room.Fireflies(instance, flight, options.local_search, options.seed, stop, executor, threads)

@@ -41,7 +41,7 @@ class Pocketing(Process):
     uses = use(ReadOptions, "units", "layers", *PLACE, "strict") | use(SheetOptions, "join_tolerance", "open_paths")
     uses |= use(PocketDrawingOptions) | use(MachineOptions) | use(JobOptions, but=("keep_order",)) | ORDERED | WRITTEN
     #: Whatever the algorithm is, fireflies may order the grid: every strategy is tried.
-    uses |= dict.fromkeys(use(FireflyOptions), "")
+    uses |= {name: needs.replace("algorithm=firefly", "").strip() for name, needs in use(FireflyOptions).items()}
     command = "pocket"
     help = "Mill the pockets of a drawing or a picture."
     takes = "a drawing or a picture"
