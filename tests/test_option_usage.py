@@ -41,6 +41,7 @@ WORKS = {work.name: work for work in registry.works()}
 _INPUTS = ("tools", "hole_order", "chart", "plan")
 FAST: dict[str, Any] = {"preset": "fast", "threads": 1}
 LITTLE = {**FAST, "iterations": 1}
+APART: dict[str, Any] = {"algorithm": "acs", "parallel": "exchange", "n_processes": 1}
 
 
 @pytest.fixture(scope="module")
@@ -100,22 +101,20 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
     at = {name: str(path) for name, path in files.items()}
     if work == "drill":
         api.optimize(at["holes.csv"], depth=3, cycle=None, **FAST)
-        api.optimize(at["holes.csv"], thickness=3, tools=at["tools.toml"], algorithm="acs", **LITTLE)
+        api.optimize(at["holes.csv"], thickness=3, tools=at["tools.toml"], **APART, **LITTLE)
         api.optimize(at["holes.csv"], depth=3, machine="haas-vf2", algorithm="firefly", **LITTLE)
     elif work == "cut":
         common = {"process": "cut", "thickness": 6, "open_paths": "cut", **LITTLE}
         more = {"micro_joints": 1, "heat_distance": 5, "heat_time": 1, "sweep": "x"}
         api.optimize(at["sheet.dxf"], machine="laser-table", **more, **common)
-        api.optimize(at["sheet.dxf"], machine="laser-table", chains=True, algorithm="acs", **common)
+        api.optimize(at["sheet.dxf"], machine="laser-table", chains=True, **APART, **common)
         api.optimize(at["sheet.dxf"], ignore_layers="MARK", corner_loops=True, algorithm="firefly", **common)
     elif work == "pocket":
         common = {"process": "pocket", "depth": 1, "tool_diameter": 8, **LITTLE}
-        api.optimize(
-            at["pocket.dxf"], tools=at["tools.toml"], thickness=5, open_paths="drop", algorithm="acs", **common
-        )
+        api.optimize(at["pocket.dxf"], tools=at["tools.toml"], thickness=5, open_paths="drop", **APART, **common)
         api.optimize(at["pocket.png"], machine="haas-vf2", pixel_size=1, **common)
     elif work == "program":
-        api.optimize(at["cam.nc"], algorithm="acs", **LITTLE)
+        api.optimize(at["cam.nc"], **APART, **LITTLE)
         api.optimize(at["cam.nc"], algorithm="firefly", **LITTLE)
         api.optimize(at["cam.nc"], keep_out="200 200 210 210", **FAST)
         api.optimize(at["plasma.ngc"], machine="plasma-table", **LITTLE)
@@ -123,7 +122,7 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         laid = {"sheet": "400x200", "ignore_layers": "MARK", "open_paths": "drop", "nester": "shapes", **FAST}
         api.nest([at["sheet.dxf"]], out / "nest.dxf", remnants_out=out, **laid)
     elif work == "solve":
-        api.solve_file(at["holes.csv"], algorithm="acs", target_gap=1, **LITTLE)
+        api.solve_file(at["holes.csv"], **APART, target_gap=1, **LITTLE)
         api.solve_file("random:12", algorithm="firefly", **LITTLE)
     elif work == "simulate":
         api.simulate(at["cam.nc"])

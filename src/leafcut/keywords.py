@@ -466,6 +466,17 @@ class OptimizeKeywords(TypedDict, total=False):
     """Pheromone on every edge at the start (τ₀); random: a random share of 1/(nC) on each; r stands for ρ
     (default: from the nearest-neighbour tour).
     """
+    parallel: Literal[
+        "threads",
+        "processes",
+        "exchange",
+        None,
+    ]
+    """Parallel ants: threads; processes, to which a master sends its pheromone; exchange: processes with pheromone
+    of their own that send each other their changes (default: threads).
+    """
+    n_processes: int | None
+    """Number of worker processes; part of the result where they exchange changes (default: 2)."""
     elitist_weight: float | None
     """Weight of the best tour's deposit (e of eas) (default: the number of ants)."""
     n_ranks: int | None
@@ -743,6 +754,17 @@ class SolveKeywords(TypedDict, total=False):
     """Pheromone on every edge at the start (τ₀); random: a random share of 1/(nC) on each; r stands for ρ
     (default: from the nearest-neighbour tour).
     """
+    parallel: Literal[
+        "threads",
+        "processes",
+        "exchange",
+        None,
+    ]
+    """Parallel ants: threads; processes, to which a master sends its pheromone; exchange: processes with pheromone
+    of their own that send each other their changes (default: threads).
+    """
+    n_processes: int | None
+    """Number of worker processes; part of the result where they exchange changes (default: 2)."""
     elitist_weight: float | None
     """Weight of the best tour's deposit (e of eas) (default: the number of ants)."""
     n_ranks: int | None

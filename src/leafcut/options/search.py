@@ -166,6 +166,22 @@ class AcoOptions(OptionGroup):
         default_words="from the nearest-neighbour tour",
         needs=_ANTS,
     )
+    parallel: str = option(
+        "text",
+        "threads",
+        "parallel ants: threads; processes, to which a master sends its pheromone; exchange: processes with pheromone "
+        "of their own that send each other their changes",
+        choices=("threads", "processes", "exchange"),
+        needs=_ANTS,
+    )
+    n_processes: int = option(
+        "whole",
+        2,
+        "number of worker processes; part of the result where they exchange changes",
+        minimum=1,
+        maximum=256,
+        needs=f"{_ANTS} parallel=processes|exchange",
+    )
     elitist_weight: float | None = option(
         "number",
         None,

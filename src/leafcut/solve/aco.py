@@ -63,6 +63,10 @@ BRANCHING_SHARE = 0.05
 _TRAILS = 3
 
 
+#: A tour int32[n], and how much was laid on each of its edges.
+Deposit = tuple[NDArray[np.int32], float]
+
+
 @dataclass(frozen=True)
 class ColonyParameters:
     """The options with every "as recommended" filled in for one instance."""
@@ -120,7 +124,7 @@ class Trails:
         They are equal, or drawn by the `seed`.
         `one_way`: an edge costs otherwise when it is gone along from its other end, and has a trail for each way.
         """
-        self.lists, self.parameters, self.one_way = lists, parameters, one_way
+        self.lists, self.parameters, self.c_nn, self.one_way = lists, parameters, c_nn, one_way
         self.initial = _initial_pheromone(parameters, len(lists), c_nn)
         self.highest, self.lowest = math.inf, 0.0
         self.pheromone = np.full(lists.shape, self.initial)
@@ -133,6 +137,8 @@ class Trails:
         self.restarted_at = 0
         #: Who of MAX–MIN laid pheromone last (`model.snapshot.Step`), and the best tour of the last iteration.
         self.depositor, self.iteration_best = "", math.inf
+        #: What was laid in this iteration, as `receive` takes it; None where nobody asks.
+        self.changes: list[Deposit] | None = None
         self._learn: Callable[[int, NDArray[np.int32], NDArray[np.float64], Best], None] = {
             "as": self._ant_system,
             "eas": self._elitist,
@@ -151,7 +157,22 @@ class Trails:
         """Bring the weights that ants choose by up to date."""
         trails.fill_weights(self.pheromone, self.nearness, self.parameters.alpha, self.weights)
 
+    def receive(self, changes: list[Deposit]) -> None:
+        """Lay what another colony laid: evaporation is everybody's own."""
+        for tour, amount in changes:
+            if self.parameters.algorithm == "acs":
+                rate = self.parameters.rate
+                trails.reinforce_and_decay(self.lists, tour, rate, amount, self.one_way, self.pheromone)
+            else:
+                trails.deposit(self.lists, tour, amount, self.highest, self.one_way, self.pheromone)
+        self.weigh()
+
+    def _note(self, tour: NDArray[np.int32], amount: float) -> None:
+        if self.changes is not None:
+            self.changes.append((tour.copy(), amount))
+
     def _deposit(self, tour: NDArray[np.int32], amount: float) -> None:
+        self._note(tour, amount)
         trails.deposit(self.lists, tour, amount, self.highest, self.one_way, self.pheromone)
 
     def _ant_system(self, _: int, tours: NDArray[np.int32], costs: NDArray[np.float64], best: Best) -> None:
@@ -197,6 +218,7 @@ class Trails:
     def _colony_system(self, _: int, tours: NDArray[np.int32], costs: NDArray[np.float64], best: Best) -> None:
         """Only the edges of the best tour so far change (equation 3.11)."""
         rate, amount = self.parameters.rate, 1.0 / best.cost
+        self._note(best.tour, amount)
         trails.reinforce_and_decay(self.lists, best.tour, rate, amount, self.one_way, self.pheromone)
 
     def _converged(self) -> bool:
@@ -287,7 +309,7 @@ class Ants:
         """Return the tours int32[m, n] of the ants and their costs float64[m] (inf: not finished in time)."""
         words = random_words(self.seed, iteration, count=len(self.costs))
         self.costs[:] = math.inf
-        built = self._build_with_decay(words) if self.colony.parameters.algorithm == "acs" else None
+        built = self._build_with_decay(words, 0, 1) if self.colony.parameters.algorithm == "acs" else None
         if self.executor is None:
             self._work(0, words, built)
         else:
@@ -296,13 +318,21 @@ class Ants:
                 job.result()
         return self.tours, self.costs
 
-    def _build_with_decay(self, words: NDArray[np.uint64]) -> int:
-        """Let the ants of Ant Colony System build one after another; return how many had time to."""
+    def share(self, iteration: int, worker: int, workers: int) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
+        """Return the tours of every `workers`-th ant, the first of them `worker`, and their costs."""
+        words = random_words(self.seed, iteration, count=len(self.costs))
+        self.costs[:] = math.inf
+        acs = self.colony.parameters.algorithm == "acs"
+        self._work(worker, words, self._build_with_decay(words, worker, workers) if acs else None, workers)
+        return self.tours[worker::workers], self.costs[worker::workers]
+
+    def _build_with_decay(self, words: NDArray[np.uint64], first: int, step: int) -> int:
+        """Let ants of Ant Colony System build one after another; return the number of the first who had no time to."""
         colony, i, p = self.colony, self.colony.instance, self.colony.parameters
         edges = WeightedEdges(i.candidates, colony.pheromone, colony.nearness, colony.weights)
         decay = Decay(p.alpha, p.local_rate, colony.initial)
-        for ant in range(p.ants):
-            if ant and self.stop.now():
+        for ant in range(first, p.ants, step):
+            if ant > first and self.stop.now():
                 return ant
             construct_tour_with_decay(
                 i.cost, i.tree, edges, decay, p.greedy_probability, i.first, i.second, words, ant, self.tours[ant],
@@ -310,20 +340,21 @@ class Ants:
             )  # fmt: skip
         return p.ants
 
-    def _work(self, worker: int, words: NDArray[np.uint64], built: int | None) -> None:
-        began, ants = time.perf_counter(), 0
+    def _work(self, worker: int, words: NDArray[np.uint64], built: int | None, step: int = 0) -> None:
+        """Build and improve the tours of every `step`-th ant; without a step there are as many shares as workers."""
+        began, ants, mine, step = time.perf_counter(), 0, worker % self.workers, step or self.workers
         i = self.colony.instance
-        for ant in range(worker, len(self.costs) if built is None else built, self.workers):
-            if ant >= self.workers and self.stop.now():
+        for ant in range(worker, len(self.costs) if built is None else built, step):
+            if ant >= step and self.stop.now():
                 break
             if built is None:
-                self._build(worker, ant, words)
+                self._build(mine, ant, words)
             if self.colony.parameters.local_search:
-                self._search[worker](self.tours[ant], self.stop)
+                self._search[mine](self.tours[ant], self.stop)
             self.costs[ant] = tour_cost(i.cost, self.tours[ant])
             ants += 1
-        mine = self.costs[worker :: self.workers]
-        self.log.add(worker, ants, time.perf_counter() - began, float(mine.min(initial=math.inf)))
+        best = float(self.costs[worker::step].min(initial=math.inf))
+        self.log.add(mine, ants, time.perf_counter() - began, best)
 
     def _build(self, worker: int, ant: int, words: NDArray[np.uint64]) -> None:
         colony, i = self.colony, self.colony.instance

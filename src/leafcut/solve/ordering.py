@@ -11,6 +11,7 @@ firefly, since every inversion is followed by the choice of all nodes.
 from __future__ import annotations
 
 import math
+from contextlib import closing
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from leafcut.model.snapshot import Pheromone
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.solve.aco import ColonyParameters, Trails
 from leafcut.solve.annealing import layers_of
+from leafcut.solve.ant_processes import AntProcesses, WorkerStart, starts_of
 from leafcut.solve.construction import random_words
 from leafcut.solve.directed import DirectedInstance
 from leafcut.solve.firefly import Flight, learn_nothing, share_done
@@ -110,16 +112,21 @@ class OrderAnts:
     """Lays the orders of one iteration, one ant after another."""
 
     def __init__(self, ordering: Ordering, trails: OrderTrails, seed: int) -> None:
-        self.ordering, self.trails, self.seed = ordering, trails, seed
+        self.ordering, self.trails, self.seed, self.stop = ordering, trails, seed, ordering.stop
         self.orders = np.zeros((trails.parameters.ants, ordering.instance.n), dtype=np.int32)
 
     def propose(self, iteration: int) -> OrdersAndCosts:
         """Return the orders int32[ants, m] and their lengths (inf: there was no time)."""
+        return self.share(iteration, 0, 1)
+
+    def share(self, iteration: int, worker: int, workers: int) -> OrdersAndCosts:
+        """Return the orders of every `workers`-th ant, the first of them `worker`, and their lengths."""
         trails, ordering, p = self.trails, self.ordering, self.trails.parameters
+        ordering.stop = self.stop
         words = random_words(self.seed, iteration, count=p.ants)
         lengths = np.full(p.ants, math.inf)
-        for ant in range(p.ants):
-            if ant and ordering.stop.now():
+        for ant in range(worker, p.ants, workers):
+            if ant > worker and self.stop.now():
                 break
             lay_order(
                 ordering.layers, trails.pheromone, trails.nearness, trails.weights, p.alpha, p.greedy_probability,
@@ -127,7 +134,16 @@ class OrderAnts:
                 self.orders[ant],
             )  # fmt: skip
             lengths[ant] = ordering.improve(self.orders[ant])
-        return self.orders, lengths
+        return self.orders[worker::workers], lengths[worker::workers]
+
+
+def make_order_ants(
+    instance: DirectedInstance, parameters: ColonyParameters, c_nn: float, seed: int
+) -> tuple[OrderTrails, OrderAnts]:
+    """Return pheromone and ants for orders of clusters."""
+    ordering = Ordering(instance, parameters.local_search, Stop())
+    trails = OrderTrails(ordering, parameters, c_nn, seed)
+    return trails, OrderAnts(ordering, trails, seed)
 
 
 class OrderFireflies:
@@ -206,6 +222,9 @@ class Swarm:
     ) -> None:
         self.ordering, self.best, m = ordering, best, ordering.instance.n
         self.patience: float | None
+        #: What workers in processes begin with, and the pheromone that a master has; none where there are no such.
+        self.starts: list[WorkerStart] = []
+        self.trails: OrderTrails | None = None
         first, length = ordering.nearest_neighbour()
         best.offer(first, length, 0)
         self.reinforce: Reinforce = learn_nothing
@@ -230,6 +249,13 @@ class Swarm:
             branching=lambda: branching_of(trails),
         )
         self.propose, self.reinforce = OrderAnts(ordering, trails, options.seed).propose, trails.reinforce
+        if aco.parallel != "threads":
+            self.starts = starts_of(
+                make_order_ants, ordering.instance, aco, parameters, trails.c_nn, options.seed, best
+            )
+            self.trails = None if self.starts[0].exchange else trails
+        if self.starts and self.trails is None:  # workers have the pheromone, each its own
+            self._show(pheromone=lambda: None, step=lambda: None, branching=lambda: None)
         self.size, self.visits, self.patience = parameters.ants, float(m * parameters.ants), None
 
     def _show(self, **what: Any) -> None:
@@ -251,6 +277,10 @@ class Swarm:
         """Run until `stop`; return the iterations that were finished."""
         if self.ordering.stop.reached(0, 0) or self.best.cost <= 0.0:
             return 0
+        if self.starts:
+            with closing(AntProcesses(self.starts, self.trails, self.ordering.stop)) as ants:
+                learn = learn_nothing if self.trails is None else self.trails.reinforce
+                return search(ants.propose, learn, self.ordering.stop, self.best)
         return search(self.propose, self.reinforce, self.ordering.stop, self.best)
 
     def clusters(self, order: Ints) -> Ints:

@@ -231,7 +231,7 @@ def warm_up(options: SolveOptions, aco: AcoOptions, n: int = 0, variant: str = "
     build_instance(small, 0)
     instance = build_instance(small, CANDIDATES)
     for name in ["colony", "kicks"] if options.algorithm == "colony" else [options.algorithm]:
-        few = replace(aco, n_ants=1), FireflyOptions(n_fireflies=2, variant=variant)
+        few = replace(aco, n_ants=1, parallel="threads"), FireflyOptions(n_fireflies=2, variant=variant)
         found = _run(instance, AlgorithmRun(replace(once, algorithm=name), *few, Best(Stop())))
     if n >= MANY and options.algorithm in ("colony", "kicks"):
         shorten_long_edges(instance, work_tour(found.tour))
@@ -303,6 +303,10 @@ def _ants(instance: Instance, run: AlgorithmRun) -> SearchResult:
         return SearchResult(best.tour)  # all nodes on one place: nothing to gain, and trails of 1/0
     visits, patience = PRESETS[options.preset]
     set_budget(stop, options, visits / (parameters.ants * instance.n), patience)
+    if run.aco.parallel != "threads":
+        from leafcut.solve.ant_processes import run_in_processes
+
+        return run_in_processes(instance, run, parameters, c_nn)
     threads = min(options.threads or os.cpu_count() or 1, parameters.ants)
     with _pool(threads) as executor:
         ants = Ants(ColonyTrails(instance, parameters, c_nn, options.seed), options.seed, stop, executor, threads)
