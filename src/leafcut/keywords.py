@@ -347,6 +347,8 @@ class OptimizeKeywords(TypedDict, total=False):
     """Stock that roughing leaves on the walls for the finishing pass (mm)."""
     finishing_pass: bool | None
     """Finish every wall after zigzag and grid strategies (on unless False)."""
+    closed_path: bool | None
+    """Come back to the start of the path on each level, so that the tool is not lifted between levels."""
     milling: Literal[
         "climb",
         "conventional",

@@ -71,6 +71,12 @@ class PocketOptions(OptionGroup):
         maximum=100,
     )
     finishing_pass: bool = option("flag", True, "finish every wall after zigzag and grid strategies")
+    closed_path: bool = option(
+        "flag",
+        False,
+        "come back to the start of the path on each level, so that the tool is not lifted between levels",
+        needs="!stock",
+    )
     milling: str = option("text", "climb", "milling direction", choices=("climb", "conventional"))
     zigzag_angle: float | None = option(
         "quantity",

@@ -67,6 +67,7 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpat
     from leafcut.processes.pocket.proof.pocket import (
         air_differences,
         check_pockets,
+        closed_differences,
         depth_differences,
         gouge_differences,
         simulated_levels,
@@ -92,6 +93,8 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpat
     )
     depth = -heights.levels[-1]
     refuse(check_pockets(written, job.part.pockets, job.exact, depth, heights.retract))
+    if job.run.settings.of(PocketOptions).closed_path:
+        refuse(closed_differences(written, job.exact, heights.levels))
     refuse(depth_differences(written, job.exact, -heights.levels[0]))
     finishing = finishing_levels(depth, tool.diameter) if job.rules.stock else ()
     simulated = simulated_levels(written, job.part.pockets, job.exact, heights.levels, finishing)

@@ -252,13 +252,17 @@ def _aired(clearing: Clearing, divided: Iterator[list[PocketPiece]]) -> Clearing
 def _clearing(job: PocketJob, way: ClearingWay, region: CentreRegion, roughed: list[CentreRegion]) -> Clearing:
     """Return one region cleared by a strategy: all of it, or less the stock and then along its walls."""
     from leafcut.processes.pocket.plan.arcs import fitted
+    from leafcut.processes.pocket.plan.closed import closed
     from leafcut.processes.pocket.plan.toolpath import Clearing
     from leafcut.processes.pocket.plan.walls import wall_passes
 
-    tolerance = job.rules.tolerance
+    tolerance, closes = job.rules.tolerance, job.run.settings.of(PocketOptions).closed_path
     if region.middle is not None:
         # A slot as wide as the tool: there is one way to clear it.
-        return Clearing(region, region.polygon, fitted(_along(way.name, region.middle), tolerance))
+        along = _along(way.name, region.middle)
+        return Clearing(region, region.polygon, fitted(closed(along, region) if closes else along, tolerance))
+    if closes:
+        return Clearing(region, region.polygon, fitted(closed(way.path(region, job.run), region), tolerance))
     inside = [r for r in roughed if region.polygon.intersects(r.polygon)] if job.rules.stock > 0.0 else []
     if not inside:
         # Where stock leaves no room the tool clears up to the wall.

@@ -106,11 +106,15 @@ def check_algorithm(settings: Settings) -> None:
 
 def _grid(name: str) -> Strategy:
     def path(region: CentreRegion, run: Run) -> PocketPath:
-        from leafcut.processes.pocket.plan.grid import grid_problem, lay_grid
+        from leafcut.processes.pocket.plan.closed import turned_to_wall
+        from leafcut.processes.pocket.plan.grid import Retract, grid_problem, lay_grid
         from leafcut.solve.solve import solve
 
         settings, asked = run.settings, run.settings.of(PocketOptions)
-        problem, context = grid_problem(region, finish=asked.finishing_pass)
+        closes = asked.closed_path
+        # Of a closed path no link is made by a lift, however long the way at depth is.
+        retract = Retract(fixed=math.inf) if closes else None
+        problem, context = grid_problem(region, retract, finish=asked.finishing_pass, closed=closes)
         options = replace(settings.solve, bound=False, target_gap=None)
         if asked.strategy != name:
             # To stand beside the others a short search will do: it is within a few thousandths of a long one.
@@ -125,7 +129,8 @@ def _grid(name: str) -> Strategy:
             observe=run.observe,
             cancelled=run.cancelled,
         )
-        return lay_grid(context, found.nodes, name)
+        order = turned_to_wall(found.nodes, context.grid.points, region) if closes else found.nodes
+        return lay_grid(context, order, name)
 
     return path
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -199,6 +201,29 @@ def step_over_differences(
         for level in simulated
         if not rules.keeps(level.step_over)
     ]
+
+
+def closed_differences(written: Toolpath, rules: PocketRules, levels: Sequence[float]) -> list[Difference]:
+    """Return where a program that is to go on from level to level at one place is lifted, or comes back elsewhere.
+
+    From the rapid down to the rapid up the tool clears all `levels`, one after the other, each from one place back to
+    it.
+    """
+    wrong, rapids = [], np.cumsum(written.kind == Kind.RAPID)
+    for _, stretch in itertools.groupby(_cuts(written, rules.tolerance), lambda cut: int(rapids[cut.row])):
+        flat = [cut for cut in stretch if np.ptp(cut.way[:, 2]) <= _ROOM]
+        there = [list(level) for _, level in itertools.groupby(flat, lambda cut: round(float(cut.way[-1, 2]), 2))]
+        heights = [float(level[0].way[-1, 2]) for level in there]
+        if len(heights) != len(levels) or not np.allclose(heights, levels, rtol=0.0, atol=_ROOM):
+            done = ", ".join(f"Z{height:.3f}" for height in heights) or "none"
+            words = f"of {len(levels)} levels of a closed path these are cleared without a lift: {done}"
+            wrong.append(Difference("lifted", 0, flat[0].line if flat else 0, words))
+        for level in there:
+            begin, end = level[0].way[0], level[-1].way[-1]
+            if math.dist(begin[:2], end[:2]) > 2.0 * _ROOM:
+                words = f"a level of a closed path begins at {place(*begin)} and ends at {place(*end)}"
+                wrong.append(Difference("not closed", 0, level[-1].line, words))
+    return shorten(wrong)
 
 
 def depth_differences(written: Toolpath, rules: PocketRules, step: float) -> list[Difference]:
