@@ -95,6 +95,13 @@ def test_a_closed_grid_of_six_by_four_points_is_as_long_as_its_points_are_many(t
     check_closed(interpret(found.text, dialect("linuxcnc")), 1)
 
 
+def test_a_way_back_leads_from_an_island_to_a_wall_far_from_it(tmp_path: Path) -> None:
+    """Islands and walls are so far from each other that no straight move of a few step-overs joins them."""
+    islands = [shapely.Point(x, 75).buffer(8) for x in (60, 140, 220)]
+    found = milled(tmp_path, shapely.box(0, 0, 280, 150) - shapely.union_all(islands), strategy="firefly", iterations=3)
+    check_closed(interpret(found.text, dialect("linuxcnc")), 1)
+
+
 def test_every_level_clears_the_pocket_as_shapely_sees_it(tmp_path: Path) -> None:
     found = milled(tmp_path, PLAIN, strategy="connected")
     path, swept = interpret(found.text, dialect("linuxcnc")), []

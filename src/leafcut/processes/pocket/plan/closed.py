@@ -18,7 +18,10 @@ from leafcut.geometry.polyline import joined
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece
 from leafcut.processes.pocket.plan.region import CentreRegion
-from leafcut.processes.pocket.plan.region_paths import REACH, Ways
+from leafcut.processes.pocket.plan.region_paths import Ways
+
+#: Most places that a way back may lead over, beside the walls: a few milliseconds.
+MOST_PLACES = 2000
 
 
 def closed(path: PocketPath, region: CentreRegion) -> PocketPath:
@@ -47,16 +50,23 @@ def closed(path: PocketPath, region: CentreRegion) -> PocketPath:
 
 def _way_back(region: CentreRegion, end: Points, begin: Points) -> Points:
     """Return the corners of the shortest way from the end to the begin, float64[n, 2], straight where that is free."""
-    edge, ends = region.polygon.boundary, np.stack([end, begin])
-    # Both ends must reach the boundary by a straight move: along it every place can be come to.
-    far = max(float(edge.distance(shapely.Point(place))) for place in ends)
-    ways = Ways(region.polygon, region.rings, ends, max(region.rules.step_over, 2.0 * far / REACH))
+    ends = np.stack([end, begin])
+    pitch = max(region.rules.step_over, math.sqrt(region.polygon.area / MOST_PLACES))
+    ways = Ways(region.polygon, region.rings, np.concatenate([ends, _places(region, pitch)]), pitch)
     if ways.straight(ends[:1], ends[1:])[0]:
         return ends
     found = ways.way(0, [1])
     if found is None:
         raise PlanError("no way at depth leads back to where its path begins; leave out --closed-path")
     return found[1]
+
+
+def _places(region: CentreRegion, pitch: float) -> Points:
+    """Return places all over a region, float64[n, 2], so that a way leads from every wall to every other."""
+    x0, y0, x1, y1 = region.polygon.bounds
+    x, y = (a.ravel() for a in np.meshgrid(np.arange(x0, x1, pitch), np.arange(y0, y1, pitch)))
+    inside = shapely.contains_xy(region.polygon, x, y)
+    return np.stack([x[inside], y[inside]], axis=1)
 
 
 def turned_to_wall(order: Ints, places: Points, region: CentreRegion) -> Ints:
