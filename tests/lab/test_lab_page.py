@@ -141,3 +141,20 @@ def test_figures_have_five_digits_that_count(value: float, words: str) -> None:
     from leafcut.lab.results import number
 
     assert number(value) == words
+
+
+def test_a_comparison_with_a_base_tells_each_instance_in_percent_of_it(tmp_path: Path) -> None:
+    text = SMALL.replace('kind = "compare"', 'kind = "compare"\nbase = "as"')
+    of = load(written(tmp_path, text))
+    lengths = {("ten", "as"): 200.0, ("ten", "acs"): 150.0, ("thirty", "as"): 400.0, ("thirty", "acs"): 420.0}
+    rows = []
+    for plan in of.runs():
+        algorithm = plan.levels["algorithm"].name
+        answer = {"length": lengths[plan.instance.name, algorithm]}
+        one = replace(ROW, key=plan.label, instance=plan.instance.name, seed=plan.seed, responses=answer)
+        rows.append(replace(one, levels={"algorithm": algorithm}))
+    page = Page(write_page(of, rows, 12)).words
+    assert "acs against as: -10.00 % in the mean of 2 instances" in page  # of -25 % and +5 %
+    assert "from -25.00 to +5.00" in page
+    assert "150.00 (-25.00 %)" in page
+    assert "420.00 (+5.00 %)" in page

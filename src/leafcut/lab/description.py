@@ -87,7 +87,7 @@ class Analysis:
     Attributes
     ----------
     base
-        The level that others are compared with, of a trend or a projection.
+        The level that others are compared with, of a trend or a projection; of a comparison where it is given.
     against
         The other response of a Pareto plot; the next one where it is empty.
     without

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from statistics import fmean, median
+from statistics import fmean
 
-from leafcut.errors import OptionError, count_of
-from leafcut.lab import charts
+from leafcut.errors import OptionError
+from leafcut.lab import charts, comparing
 from leafcut.lab.description import Analysis, Response
 from leafcut.lab.results import MOST_CHARTS, ReportBlock, Results, Table, number, or_dash, p_words, way_of
-from leafcut.lab.statistics import LEAST_OF_PAIRS, OneWay, Pair, crossed, interval, one_way, pareto_front, ranked, trend
+from leafcut.lab.statistics import OneWay, Pair, crossed, interval, one_way, pareto_front, trend
 
 #: Figures of a cell that differ by less than this share are the same.
 _ALIKE = 1e-3
@@ -172,51 +172,6 @@ def _levels_words(name: str, factor: object) -> str:
     if getattr(factor, "numeric", False):
         return name
     return f"{name} ({', '.join(f'{k} = {level.name}' for k, level in enumerate(levels))})"
-
-
-def _compare(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
-    (factor,) = (results.description.factor(name) for name in analysis.factors)
-    by_cell = results.groups(response.name, factor.name)
-    whole = {rest: groups for rest, groups in by_cell.items() if len(groups) == len(factor.levels)}
-    blocks = [{level.name: median(groups[level.name]) for level in factor.levels} for groups in whole.values()]
-    words = []
-    what = "an instance (the median of its runs)"
-    if len(blocks) < LEAST_OF_PAIRS:
-        blocks = [
-            dict(zip(groups, values, strict=True))
-            for groups in whole.values()
-            for values in zip(*groups.values(), strict=False)
-        ]
-        what = "a run of an instance with one seed"
-        if len(whole) > 1:
-            words.append("There are few instances: a block is one run, so this is proved for these instances alone.")
-    found = ranked({level.name: [block[level.name] for block in blocks] for level in factor.levels}, analysis.alpha)
-    if found.p is not None:
-        words.append(
-            f"Friedman over {count_of(found.blocks, 'block')}, each {what}: χ² = {number(found.statistic or 0.0)}, "
-            f"{p_words(found.p)}, agreement W = {found.kendall_w:.2f}."
-        )
-    ranks = sorted(found.mean_ranks.items(), key=lambda one: one[1], reverse=response.more_is_better)
-    for pair in found.pairs:
-        if pair.p < analysis.alpha and len(found.pairs) <= 3:
-            less = pair.first if (pair.difference < 0) != response.more_is_better else pair.second
-            words.append(
-                f"{pair.first} against {pair.second}: {less} is better, {p_words(pair.p)}, effect {pair.effect:+.2f}."
-            )
-    tables = [
-        Table((factor.title, "Mean rank of its figures"), tuple((name, f"{rank:.2f}") for name, rank in ranks)),
-        _ranked_pairs(found.pairs, response),
-    ]
-    drawn = [
-        (
-            ", ".join(rest),
-            charts.box_plots(
-                groups, response.heading, f"{response.title} of {', '.join(rest)}, by {factor.title.lower()}"
-            ),
-        )
-        for rest, groups in list(by_cell.items())[:MOST_CHARTS]
-    ]
-    return ReportBlock(f"{_TITLES['compare']}: {response.title.lower()}", tuple(words), tuple(tables), tuple(drawn))
 
 
 def _speedup(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
@@ -394,24 +349,10 @@ def _pairs(name: str, fisher: Sequence[Pair], tukey: Sequence[Pair], alpha: floa
     return Table(columns, tuple(rows), 1, name)
 
 
-def _ranked_pairs(pairs: Sequence[Pair], response: Response) -> Table:
-    rows = [
-        (f"{one.first} – {one.second}", number(one.difference),
-         "–" if one.low is None or one.high is None else f"{number(one.low)} to {number(one.high)}",
-         p_words(one.p, ""), f"{one.effect or 0.0:+.2f}")
-        for one in pairs
-    ]  # fmt: skip
-    unit = f", {response.unit}" if response.unit else ""
-    return Table(
-        ("Ways", f"Median difference{unit}", "95 % interval", "p (Wilcoxon, Holm)", "Effect (rank-biserial)"),
-        tuple(rows),
-    )
-
-
 _TITLES = {
     "anova": "Analysis of variance",
     "crossed": "Two factors crossed",
-    "compare": "Ways compared",
+    "compare": comparing.TITLE,
     "speedup": "Speed-up and efficiency",
     "trend": "Gain and its trend",
     "pareto": "Two figures at once",
@@ -420,7 +361,7 @@ _TITLES = {
 _JUDGES = {
     "anova": _anova,
     "crossed": _crossed,
-    "compare": _compare,
+    "compare": comparing.compared,
     "speedup": _speedup,
     "trend": _trend,
     "pareto": _pareto,

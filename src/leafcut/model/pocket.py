@@ -144,6 +144,11 @@ class PocketPath:
         return sum(piece.path.length for piece in self.pieces)
 
     @property
+    def finish_mm(self) -> float:
+        """Length of the pieces that finish walls, mm; the rest of the feed roughs."""
+        return sum(piece.path.length for piece in self.pieces if piece.kind == "finish")
+
+    @property
     def rapid_mm(self) -> float:
         """Length of the rapids from piece to piece, mm."""
         return sum(self.gaps)
@@ -162,6 +167,8 @@ class PocketMeasures:
     ----------
     feed_mm, rapid_mm, retracts
         Of the path, without approach and departure.
+    finish_mm
+        Length of the feed that finishes walls, mm; the rest roughs.
     gouge_mm2
         Area beyond the walls that the tool cuts, more than the tolerance deep.
     reachable_mm2
@@ -188,6 +195,7 @@ class PocketMeasures:
     feed_mm: float
     rapid_mm: float
     retracts: int
+    finish_mm: float = 0.0
     gouge_mm2: float = 0.0
     reachable_mm2: float = 0.0
     uncovered_mm2: float = 0.0

@@ -65,6 +65,7 @@ def measure_path(
         feed_mm=path.feed_mm,
         rapid_mm=path.rapid_mm,
         retracts=path.retracts,
+        finish_mm=path.finish_mm,
         gouge_mm2=float(found.gouges.area),
         reachable_mm2=float(found.reachable.area),
         uncovered_mm2=float(found.uncovered.area),

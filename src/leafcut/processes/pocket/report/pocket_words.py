@@ -77,6 +77,7 @@ def added(every: Sequence[PocketMeasures]) -> PocketMeasures:
         feed_mm=feed,
         rapid_mm=sum(m.rapid_mm for m in every),
         retracts=sum(m.retracts for m in every),
+        finish_mm=sum(m.finish_mm for m in every),
         gouge_mm2=sum(m.gouge_mm2 for m in every),
         reachable_mm2=sum(m.reachable_mm2 for m in every),
         uncovered_mm2=sum(m.uncovered_mm2 for m in every),
@@ -139,7 +140,10 @@ def pockets_as_json(outcome: Outcome[PocketDetail]) -> dict[str, Any]:
 
 def _plain(m: PocketMeasures) -> dict[str, Any]:
     return {
+        "length_mm": plain_number(m.feed_mm + m.rapid_mm),
         "feed_mm": plain_number(m.feed_mm),
+        "rough_mm": plain_number(m.feed_mm - m.finish_mm),
+        "finish_mm": plain_number(m.finish_mm),
         "rapid_mm": plain_number(m.rapid_mm),
         "retracts": m.retracts,
         "uncovered_percent": plain_number(m.uncovered_percent),

@@ -1,0 +1,113 @@
+"""Ways compared: their ranks over all instances, every two of them, and what each saves over one of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from statistics import fmean, median
+
+from leafcut.errors import OptionError, count_of
+from leafcut.lab import charts
+from leafcut.lab.description import Analysis, Response
+from leafcut.lab.results import MOST_CHARTS, ReportBlock, Results, Table, number, p_words
+from leafcut.lab.statistics import LEAST_OF_PAIRS, Pair, interval, ranked
+
+TITLE = "Ways compared"
+
+
+def compared(results: Results, analysis: Analysis, response: Response) -> ReportBlock:
+    """Return how the levels of a factor rank over all instances, and what each saves over the base level."""
+    (factor,) = (results.description.factor(name) for name in analysis.factors)
+    by_cell = results.groups(response.name, factor.name)
+    whole = {rest: groups for rest, groups in by_cell.items() if len(groups) == len(factor.levels)}
+    blocks = [{level.name: median(groups[level.name]) for level in factor.levels} for groups in whole.values()]
+    words = []
+    what = "an instance (the median of its runs)"
+    if len(blocks) < LEAST_OF_PAIRS:
+        blocks = [
+            dict(zip(groups, values, strict=True))
+            for groups in whole.values()
+            for values in zip(*groups.values(), strict=False)
+        ]
+        what = "a run of an instance with one seed"
+        if len(whole) > 1:
+            words.append("There are few instances: a block is one run, so this is proved for these instances alone.")
+    heading = f"{TITLE}: {response.title.lower()}"
+    against = [] if not analysis.base else [_against(results, analysis, response, factor.title, words)]
+    try:
+        found = ranked({level.name: [block[level.name] for block in blocks] for level in factor.levels}, analysis.alpha)
+    except OptionError as problem:
+        if not against:
+            raise
+        return ReportBlock(heading, (*words, f"No ranks: {problem}."), tuple(against))
+    if found.p is not None:
+        words.append(
+            f"Friedman over {count_of(found.blocks, 'block')}, each {what}: χ² = {number(found.statistic or 0.0)}, "
+            f"{p_words(found.p)}, agreement W = {found.kendall_w:.2f}."
+        )
+    ranks = sorted(found.mean_ranks.items(), key=lambda one: one[1], reverse=response.more_is_better)
+    for pair in found.pairs:
+        if pair.p < analysis.alpha and len(found.pairs) <= 3:
+            less = pair.first if (pair.difference < 0) != response.more_is_better else pair.second
+            words.append(
+                f"{pair.first} against {pair.second}: {less} is better, {p_words(pair.p)}, effect {pair.effect:+.2f}."
+            )
+    tables = [
+        *against,
+        Table((factor.title, "Mean rank of its figures"), tuple((name, f"{rank:.2f}") for name, rank in ranks)),
+        _ranked_pairs(found.pairs, response),
+    ]
+    drawn = [
+        (
+            ", ".join(rest),
+            charts.box_plots(
+                groups, response.heading, f"{response.title} of {', '.join(rest)}, by {factor.title.lower()}"
+            ),
+        )
+        for rest, groups in list(by_cell.items())[:MOST_CHARTS]
+    ]
+    return ReportBlock(heading, tuple(words), tuple(tables), tuple(drawn))
+
+
+def _against(results: Results, analysis: Analysis, response: Response, title: str, words: list[str]) -> Table:
+    """Return the figures by instance, each beside what it is less or more than those of the base level; add words."""
+    levels = [level.name for level in results.description.factor(analysis.factors[0]).levels]
+    others = [name for name in levels if name != analysis.base]
+    rows, saved = [], {name: list[float]() for name in others}
+    for rest, groups in results.groups(response.name, analysis.factors[0]).items():
+        base = fmean(groups[analysis.base]) if analysis.base in groups else 0.0
+        cells = []
+        for name in others:
+            if name not in groups or not base:
+                cells.append(number(fmean(groups[name])) if name in groups else "–")
+                continue
+            change = 100.0 * (fmean(groups[name]) / base - 1.0)
+            saved[name].append(change)
+            cells.append(f"{number(fmean(groups[name]))} ({change:+.2f} %)")
+        rows.append((", ".join(rest), number(base) if base else "–", *cells))
+    for name, changes in saved.items():
+        if not changes:
+            continue
+        low, high = interval(changes)
+        words.append(
+            f"{name} against {analysis.base}: {fmean(changes):+.2f} % in the mean of "
+            f"{count_of(len(changes), 'instance')} (95 % interval {low:+.2f} to {high:+.2f}; "
+            f"from {min(changes):+.2f} to {max(changes):+.2f})."
+        )
+    return Table(
+        ("Instance", analysis.base, *others), tuple(rows), 1,
+        f"{response.heading}: means, and against {analysis.base} ({title.lower()})",
+    )  # fmt: skip
+
+
+def _ranked_pairs(pairs: Sequence[Pair], response: Response) -> Table:
+    rows = [
+        (f"{one.first} – {one.second}", number(one.difference),
+         "–" if one.low is None or one.high is None else f"{number(one.low)} to {number(one.high)}",
+         p_words(one.p, ""), f"{one.effect or 0.0:+.2f}")
+        for one in pairs
+    ]  # fmt: skip
+    unit = f", {response.unit}" if response.unit else ""
+    return Table(
+        ("Ways", f"Median difference{unit}", "95 % interval", "p (Wilcoxon, Holm)", "Effect (rank-biserial)"),
+        tuple(rows),
+    )
