@@ -158,3 +158,6 @@ def test_a_comparison_with_a_base_tells_each_instance_in_percent_of_it(tmp_path:
     assert "from -25.00 to +5.00" in page
     assert "150.00 (-25.00 %)" in page
     assert "420.00 (+5.00 %)" in page
+    known = text.replace('base = "as"', 'fact = "size"')
+    page = Page(write_page(load(written(tmp_path, known)), rows, 12)).words
+    assert "as against size: +1566.67 %" in page  # 200 of 10 and 400 of 30

@@ -75,6 +75,8 @@ def test_every_shipped_experiment_can_be_meant_and_has_a_reduced_form_that_is_sm
         ('kind = "compare"', 'kind = "crossed"', "'crossed' is of 2 factors; 1 given"),
         ('kind = "compare"', 'kind = "anova"\nresponse = "weight"', "unknown response 'weight'"),
         ('kind = "compare"', 'kind = "anova"\nalpha = 2', "alpha = 2 is out of range"),
+        ('kind = "compare"', 'kind = "compare"\nfact = "best"', "unknown fact 'best'"),
+        ('kind = "compare"', 'kind = "compare"\nbase = "as"\nfact = "size"', "in place of a base"),
         ('path = "length"', "", "path: a text is needed"),
         ('[response.length]\nunit = "mm"\npath = "length"', "", "say what is measured"),
         ('instances = ["ten"]', 'instances = ["tenn"]', "unknown 'tenn'; did you mean 'ten'"),

@@ -32,7 +32,8 @@ def compared(results: Results, analysis: Analysis, response: Response) -> Report
         if len(whole) > 1:
             words.append("There are few instances: a block is one run, so this is proved for these instances alone.")
     heading = f"{TITLE}: {response.title.lower()}"
-    against = [] if not analysis.base else [_against(results, analysis, response, factor.title, words)]
+    held = bool(analysis.base or analysis.fact)
+    against = [_against(results, analysis, response, factor.title, words)] if held else []
     try:
         found = ranked({level.name: [block[level.name] for block in blocks] for level in factor.levels}, analysis.alpha)
     except OptionError as problem:
@@ -69,12 +70,17 @@ def compared(results: Results, analysis: Analysis, response: Response) -> Report
 
 
 def _against(results: Results, analysis: Analysis, response: Response, title: str, words: list[str]) -> Table:
-    """Return the figures by instance, each beside what it is less or more than those of the base level; add words."""
+    """Return the figures by instance, each beside what it is less or more than the base level, or what is known.
+
+    Changes: words, what that is in the mean of all instances.
+    """
+    base_name = analysis.base or analysis.fact
+    known = {one.name: one.facts.get(analysis.fact, 0.0) for one in results.description.instances}
     levels = [level.name for level in results.description.factor(analysis.factors[0]).levels]
     others = [name for name in levels if name != analysis.base]
     rows, saved = [], {name: list[float]() for name in others}
     for rest, groups in results.groups(response.name, analysis.factors[0]).items():
-        base = fmean(groups[analysis.base]) if analysis.base in groups else 0.0
+        base = known[rest[0]] if analysis.fact else fmean(groups.get(analysis.base, [0.0]))
         cells = []
         for name in others:
             if name not in groups or not base:
@@ -89,13 +95,13 @@ def _against(results: Results, analysis: Analysis, response: Response, title: st
             continue
         low, high = interval(changes)
         words.append(
-            f"{name} against {analysis.base}: {fmean(changes):+.2f} % in the mean of "
+            f"{name} against {base_name}: {fmean(changes):+.2f} % in the mean of "
             f"{count_of(len(changes), 'instance')} (95 % interval {low:+.2f} to {high:+.2f}; "
             f"from {min(changes):+.2f} to {max(changes):+.2f})."
         )
     return Table(
-        ("Instance", analysis.base, *others), tuple(rows), 1,
-        f"{response.heading}: means, and against {analysis.base} ({title.lower()})",
+        ("Instance", base_name, *others), tuple(rows), 1,
+        f"{response.heading}: means, and against {base_name} ({title.lower()})",
     )  # fmt: skip
 
 

@@ -88,6 +88,8 @@ class Analysis:
     ----------
     base
         The level that others are compared with, of a trend or a projection; of a comparison where it is given.
+    fact
+        The figure known of each instance that a comparison holds the response against, in place of a base level.
     against
         The other response of a Pareto plot; the next one where it is empty.
     without
@@ -104,6 +106,7 @@ class Analysis:
     without: tuple[str, ...] = ()
     boards: tuple[int, ...] = ()
     against: str = ""
+    fact: str = ""
 
 
 @dataclass(frozen=True)

@@ -153,7 +153,7 @@ def _response(table: DescriptionTable) -> Response:
 
 
 def _analysis(table: DescriptionTable, of: Description) -> Analysis:
-    table.check({"kind", "response", "factors", "alpha", "base", "without", "boards", "against"})
+    table.check({"kind", "response", "factors", "alpha", "base", "without", "boards", "against", "fact"})
     kind, response = table.text("kind"), table.text("response", of.responses[0].name)
     factors = table.texts("factors") or [one.name for one in of.factors]
     alpha = table.as_number("alpha", table.content.get("alpha", 0.05))
@@ -189,7 +189,17 @@ def _analysis(table: DescriptionTable, of: Description) -> Analysis:
         raise table.wrong("boards: a list of whole numbers from 1 on is needed")
     if kind in ("trend", "projection") and not base:
         raise table.wrong(f"'{kind}' needs base = a level of {factors[0]}, which the others are compared with")
-    return Analysis(kind, response, tuple(factors), alpha, base, without, tuple(boards), against)
+    return Analysis(kind, response, tuple(factors), alpha, base, without, tuple(boards), against, _fact(table, of))
+
+
+def _fact(table: DescriptionTable, of: Description) -> str:
+    """Return the known figure of instances that a comparison is held against; empty for none."""
+    fact, known = table.text("fact", ""), {name for one in of.instances for name in one.facts}
+    if fact and (table.text("kind") != "compare" or table.text("base", "")):
+        raise table.wrong("fact: a comparison takes it, in place of a base")
+    if fact and fact not in known:
+        raise table.wrong(f"unknown fact '{fact}'{nearest(fact, known)}")
+    return fact
 
 
 def _published(table: DescriptionTable) -> Published:

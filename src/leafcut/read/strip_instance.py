@@ -1,7 +1,7 @@
 """Strip instances of the nesting literature (ESICUP in the JSON of sparrow and spyrrow): parts, how often, and angles.
 
 An item has an ``id``, a ``demand``, ``allowed_orientations`` in degrees (none, or null: any), and a ``shape``: a
-``simple_polygon`` of points. The numbers are taken in mm. The strip's height is not the sheet's: --sheet says that.
+``simple_polygon`` of points. The strip's height is not the sheet's: --sheet says that.
 """
 
 from __future__ import annotations
@@ -26,11 +26,12 @@ def is_strip_instance(file: str) -> bool:
 
 
 def read_strip_instance(
-    source: Source, quantity: int, angles: tuple[float, ...] | None, turned: bool
+    source: Source, quantity: int, angles: tuple[float, ...] | None, turned: bool, unit: float = 1.0
 ) -> list[NestPart]:
     """Return the items of an instance as parts, `quantity` times their demand.
 
-    With `turned` the parts may lie in `angles` (rad, None for any), else in their own.
+    With `turned` the parts may lie in `angles` (rad, None for any), else in their own. `unit` is mm per unit of the
+    file, which names none.
 
     Raises
     ------
@@ -44,18 +45,25 @@ def read_strip_instance(
     if not isinstance(items, list) or not 0 < len(items) <= MAX_ITEMS:
         raise ReadError(file, f"a strip instance has a list 'items' of 1 to {MAX_ITEMS:,} items")
     name = shown(str(data.get("name") or "strip"))
-    return [_item(file, name, number, item, quantity, (angles,) if turned else ()) for number, item in enumerate(items)]
+    given = (angles,) if turned else ()
+    return [_item(file, name, number, item, quantity, given, unit) for number, item in enumerate(items)]
 
 
 def _item(
-    file: str, name: str, number: int, item: Any, quantity: int, angles: tuple[tuple[float, ...] | None, ...]
+    file: str,
+    name: str,
+    number: int,
+    item: Any,
+    quantity: int,
+    angles: tuple[tuple[float, ...] | None, ...],
+    unit: float,
 ) -> NestPart:
     try:
         kind, points = item["shape"]["type"], item["shape"]["data"]
         if kind != "simple_polygon":
             raise ReadError(file, f"item {number} is a {shown(str(kind))}; only simple_polygon is read")
         demand, turns = item["demand"], item.get("allowed_orientations")
-        corners = [(float(x), float(y)) for x, y in points[:MAX_POINTS]]
+        corners = [(unit * float(x), unit * float(y)) for x, y in points[:MAX_POINTS]]
         own = None if turns is None else tuple(math.radians(float(turn)) % math.tau for turn in turns)
         label = f"{name}-{shown(str(item.get('id', number)))}"
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as problem:

@@ -122,6 +122,8 @@ def test_a_strip_instance_gives_its_items_with_their_number_and_angles(tmp_path:
     assert len(outlines(tmp_path / "out.dxf")) == 6
     turned = api.nest([f"{tmp_path}/two.json"], **{**SMALL, "rotations": "90"}).nests[0]
     assert turned.parts[0].rotations == pytest.approx((0.5 * math.pi,))
+    in_cm = api.nest([f"{tmp_path}/two.json"], **{**SMALL, "units": "cm", "sheet": "2000x2000"}).nests[0]
+    assert in_cm.parts[0].area == 60_000.0  # ten times as long and as wide
 
 
 @pytest.mark.parametrize(

@@ -195,7 +195,7 @@ def _read(
         A file cannot be read, or holds no part or no sheet; or one is larger than the table of the machine.
     """
     from leafcut.processes.nesting.plan.parts import parts_of
-    from leafcut.read.format import load
+    from leafcut.read.format import factor_of, load
     from leafcut.read.registry import read_source
     from leafcut.read.strip_instance import is_strip_instance, read_strip_instance
 
@@ -213,7 +213,8 @@ def _read(
         angles = parse_angles(one.rotations, "rotations") if one.rotations else settings.of(NestOptions).angles
         if is_strip_instance(one.file):
             turned = bool(one.rotations) or "rotations" in settings.given
-            parts += read_strip_instance(loaded(one.file), one.quantity, angles, turned)
+            unit = factor_of(settings.of(ReadOptions), None)
+            parts += read_strip_instance(loaded(one.file), one.quantity, angles, turned, unit)
             continue
         sheet = drawn(one.file)
         more, said = parts_of(sheet, one.quantity, angles)
