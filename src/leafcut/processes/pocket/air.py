@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import count
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from leafcut.geometry.arrays import Floats
-from leafcut.model.pocket import PocketPiece, PocketRules
+from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
+from leafcut.stock.removal import engaged_way
 
 if TYPE_CHECKING:
     from leafcut.stock.engagement import Engaged
@@ -29,6 +31,8 @@ def with_air(
     """Return every piece divided where the tool begins or ceases to cut: what cuts nothing is of the kind ``air``.
 
     `way` and `engaged` are measured of the pieces, in their order. A finishing piece and an entry stay as they are.
+    What is found is measured once more, as it is divided: a sliver thinner than a step may lie between two places of
+    the one measure and at a place of the other, and the proof measures what is written.
     """
     stations, free = np.cumsum(way.step), _free(way, engaged, rules)
     rows = np.arange(len(pieces))
@@ -42,7 +46,23 @@ def with_air(
         near = free[(free[:, 1] > begin) & (free[:, 0] < end)]
         share = piece.path.length / (end - begin)  # chords of arcs are shorter than these
         found.append(_divided(piece, (np.clip(near, begin, end) - begin) * share))
-    return found
+    return _looked_again(pieces, found, rules)
+
+
+def _looked_again(
+    pieces: Sequence[PocketPiece], found: list[list[PocketPiece]], rules: PocketRules
+) -> list[list[PocketPiece]]:
+    """Return the pieces with those cut at the usual feed after all that are not air once they are measured alone."""
+    every = [one for many in found for one in many]
+    if all(one.kind != "air" for one in every):
+        return found
+    way, engaged = engaged_way(PocketPath("", tuple(every)), rules)
+    cutting = set(np.unique(way.piece[engaged.angle > 0.0]).tolist())
+    number = count()
+    return [
+        [PocketPiece(one.path, piece.kind) if next(number) in cutting and one.kind == "air" else one for one in many]
+        for piece, many in zip(pieces, found, strict=True)
+    ]
 
 
 def _free(way: ToolWay, engaged: Engaged, rules: PocketRules) -> Floats:

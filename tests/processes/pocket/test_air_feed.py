@@ -1,0 +1,27 @@
+"""What cuts nothing goes faster: it is looked for twice, since slivers lie between the places of one look."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
+from leafcut.processes.pocket.air import with_air
+from leafcut.stock.removal import engaged_way
+
+RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
+
+
+@pytest.mark.parametrize("seed", [115, 136, 172])  # of 1,500 ways across each other, those that hide a sliver
+def test_air_cuts_nothing_when_it_is_measured_as_it_is_written(seed: int) -> None:
+    corners = np.random.default_rng(seed).uniform(0.0, 70.0, (50, 2)).round(2)
+    rough = PocketPiece(Polyline.of_points(corners.tolist()), "rough")
+    way, engaged = engaged_way(PocketPath("", (rough,)), RULES)
+    (pieces,) = with_air([rough], way, engaged, RULES)
+    kinds = [piece.kind for piece in pieces]
+    assert kinds.count("air") > 20
+    assert sum(piece.path.length for piece in pieces) == pytest.approx(rough.path.length)
+    way, engaged = engaged_way(PocketPath("", tuple(pieces)), RULES)
+    widest = [engaged.width[way.piece == number].max() for number in range(len(pieces))]
+    assert max(w for w, kind in zip(widest, kinds, strict=True) if kind == "air") == 0.0
