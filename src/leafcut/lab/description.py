@@ -165,6 +165,8 @@ class Description:
     new_process: bool = False
     cores: str = ""
     reduced: bool = False
+    #: Whether `leafcut lab run` knows it by its name.
+    listed: bool = True
     #: The short form, as the file has it.
     short: Mapping[str, Any] = field(default_factory=dict, repr=False)
 

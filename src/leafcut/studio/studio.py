@@ -11,6 +11,7 @@ from leafcut.studio.jobs.history import History
 from leafcut.studio.jobs.jobs import Jobs
 from leafcut.studio.kept_pages import KeptPages
 from leafcut.studio.keys import StudioKeys, kept_secret
+from leafcut.studio.lab_runs import LabRuns
 from leafcut.studio.recent_files import RecentFiles
 
 HOST, PORT = "127.0.0.1", 8173
@@ -27,10 +28,17 @@ class Studio:
     port: int
     pages: KeptPages
     recent: RecentFiles
+    lab: LabRuns
 
     def drafts(self, kind: str) -> Drafts:
         """Return what was typed of the person's own ``machines`` or ``tools`` and not saved."""
         return Drafts(self.folder, kind)
+
+    def close(self) -> None:
+        """End all that runs."""
+        self.lab.stop()
+        self.jobs.close()
+        self.lab.close()
 
     def address(self, key: str) -> str:
         """Return the address that opens the page with a key of `StudioKeys.new_entry`."""
@@ -64,4 +72,5 @@ def open_studio(root: Path, port: int = PORT) -> Studio:
         return pages.files_in_use() | recent.files_in_use()
 
     folder.drop_unused(history.inputs_in_use() | kept())
-    return Studio(folder, history, Jobs(folder, history, kept), StudioKeys(kept_secret(root)), port, pages, recent)
+    jobs, keys = Jobs(folder, history, kept), StudioKeys(kept_secret(root))
+    return Studio(folder, history, jobs, keys, port, pages, recent, LabRuns(folder))

@@ -1,4 +1,4 @@
-"""The pages of the studio: one page with four views, laid out here; what stands in them is in the panels."""
+"""The pages of the studio: one page with five views, laid out here; what stands in them is in the panels."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ from leafcut.studio.page.memory import Memory
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_input import InputPanel
 from leafcut.studio.page.panel_jobs import JobsPanel
+from leafcut.studio.page.panel_lab import LabPanel
 from leafcut.studio.page.panel_library import LibraryPanel
 from leafcut.studio.page.panel_result import ResultPanel
 from leafcut.studio.page.panel_run import RunPanel
@@ -164,6 +165,8 @@ class Page:
             for kind in ("machines", "tools"):
                 with box("div", "sheet", id=f"view-{kind}") as self.views[kind]:
                     self.__dict__[kind] = LibraryPanel(self.view, self, kind)
+            with box("div", "sheet", id="view-lab") as self.views["lab"]:
+                self.lab = LabPanel(self.view, self)
             help_dialog(w)
             self.said = text("div", "", "said", id="said", role="status", aria_live="polite")
             self.said.on("click", lambda: self.say(""))
@@ -222,6 +225,8 @@ class Page:
             self.tabs[each].props(f'aria-current="{"page" if here else "false"}" tabindex="{0 if here else -1}"')
         if name == "jobs":
             self.jobs.draw()
+        elif name == "lab":
+            self.lab.draw()
         elif name in ("machines", "tools"):
             self.__dict__[name].draw()
 
@@ -325,3 +330,5 @@ class Page:
         self.result.tick()
         if self.shown == "jobs":
             self.jobs.tick()
+        elif self.shown == "lab":
+            self.lab.tick()

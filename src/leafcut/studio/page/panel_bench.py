@@ -61,9 +61,9 @@ class BenchPanel:
     def _groups(self) -> list[dict[str, Any]]:
         w = self.view.words
         fields = [
-            _field("runs", w("bench.runs"), w("bench.runs_help")),
-            *(_field(f"algorithm-{name}", _label(name), w(f"algorithm.{name}"), "flag") for name in COMPARED),
-            _field("local", w.option("local_search"), w("bench.local_help"), "flag"),
+            field("runs", w("bench.runs"), w("bench.runs_help")),
+            *(field(f"algorithm-{name}", label(name), w(f"algorithm.{name}"), "flag") for name in COMPARED),
+            field("local", w.option("local_search"), w("bench.local_help"), "flag"),
         ]
         return [{"key": "bench", "title": "", "folded": False, "changed": 0, "fields": fields}]
 
@@ -129,12 +129,14 @@ def settings_of(view: View, algorithms: tuple[str, ...]) -> dict[str, Any]:
     return {name: value for name, value in forms.changed(view.values).items() if name in known}
 
 
-def _label(name: str) -> str:
+def label(name: str) -> str:
+    """Return an algorithm's name, with what the literature calls it."""
     title = _TITLES.get(name)
     return f"{name} – {title}" if title else name
 
 
-def _field(name: str, label: str, help: str, kind: str = "text") -> dict[str, Any]:
+def field(name: str, label: str, help: str, kind: str = "text") -> dict[str, Any]:
+    """Return a field of a form that is no option of leafcut."""
     return {
         "name": name, "label": label, "flag": "", "kind": kind, "unit": "", "help": help, "choices": [], "default": "",
         "on": False, "file": False,

@@ -47,7 +47,7 @@ def make_api(studio: Studio) -> FastAPI:
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         yield
-        studio.jobs.close()
+        studio.close()
 
     made = FastAPI(
         title="leafcut",
@@ -140,7 +140,7 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
         except KeyboardInterrupt:
             pass
         finally:
-            studio.jobs.close()
+            studio.close()
             for file in (studio.token_file, studio.entrance):
                 file.unlink(missing_ok=True)
             # Not before: until the loop has ended, pages look into it.
@@ -168,7 +168,7 @@ def _server(config: Any, studio: Studio) -> Any:
 
     class Server(uvicorn.Server):
         async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-            await asyncio.to_thread(studio.jobs.close)
+            await asyncio.to_thread(studio.close)
             await super().shutdown(sockets)
 
     return Server(config)

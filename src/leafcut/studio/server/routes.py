@@ -27,6 +27,7 @@ from leafcut.studio.jobs.jobs import Jobs, line_of
 from leafcut.studio.jobs.nest_request import wanted_parts
 from leafcut.studio.jobs.sheets import comparison, plan_cuts, sheets_of
 from leafcut.studio.jobs.task import Task
+from leafcut.studio.lab_runs import LabRuns
 from leafcut.studio.server.safety import STILL_POLICY
 
 if TYPE_CHECKING:
@@ -108,6 +109,7 @@ def router(studio: Studio) -> APIRouter:
     _add_files(made, studio.folder)
     _add_jobs(made, studio.jobs)
     _add_lists(made)
+    _add_lab(made, studio.lab)
 
     @made.get("", include_in_schema=False)
     @made.get("/{rest:path}", include_in_schema=False)
@@ -353,6 +355,27 @@ def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
         disposition = f"{'inline' if shown else 'attachment'}; filename*=UTF-8''{quote(found.file_name)}"
         headers = {"content-disposition": disposition, "content-security-policy": STILL_POLICY}
         return Response(found.data, media_type=found.media_type, headers=headers)
+
+
+def _add_lab(made: APIRouter, lab: LabRuns) -> None:
+    @made.get("/lab/{name}/{file}", summary="The report (report.html) or the runs (runs.csv) of an experiment")
+    def experiment(
+        name: Annotated[str, Path(max_length=60)], file: Annotated[str, Path(max_length=20)], reduced: bool = False
+    ) -> Response:
+        from leafcut.lab.page import rows_as_csv, write_page
+        from leafcut.lab.running import can_run
+
+        if file not in ("report.html", "runs.csv"):
+            raise HTTPException(404, "there is no such file")
+        found = lab.described(name, reduced)
+        rows = lab.rows(found)
+        headers = {"content-security-policy": STILL_POLICY}
+        if file == "runs.csv":
+            headers["content-disposition"] = f'attachment; filename="{found.name}.csv"'
+            return Response(rows_as_csv(found, rows), media_type="text/csv; charset=utf-8", headers=headers)
+        able = sum(can_run(found, plan) for plan in found.runs())
+        page = write_page(found, rows, able, found.n_runs - able)
+        return Response(page, media_type="text/html; charset=utf-8", headers=headers)
 
 
 def _add_lists(made: APIRouter) -> None:

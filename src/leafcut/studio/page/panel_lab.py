@@ -1,0 +1,259 @@
+"""The lab: published experiments and one on the part that is open; they are started, grow, and are reported."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from statistics import fmean
+from typing import TYPE_CHECKING, Any
+
+from leafcut.errors import LeafcutError, OptionError
+from leafcut.lab.description import Description
+from leafcut.lab.loading import shipped
+from leafcut.lab.own_part import OWN_PART, compare_on, what_differs
+from leafcut.lab.results import Results, number
+from leafcut.lab.store import Row
+from leafcut.report.wording import time_words
+from leafcut.studio.jobs.jobs import line_of
+from leafcut.studio.jobs.task import prepare
+from leafcut.studio.page.elements import Form, box, button, link, table, text
+from leafcut.studio.page.page_state import View
+from leafcut.studio.page.panel_bench import field, label
+
+if TYPE_CHECKING:
+    from leafcut.studio.page.page_parts import PageParts
+
+#: How often each way runs on a part unless something else is chosen, and the ways.
+_RUNS, _USUAL = "5", {"algorithm": ("nn", "acs", "auto"), "strategy": ("zigzag", "contour", "connected")}
+#: What has come is shown anew at most so often, s.
+_PACE = 1.0
+#: So many lines of failed runs are shown.
+_MOST_FAILED = 5
+#: Kinds of work that can be compared on a part: those that have an order or a strategy of their own.
+_COMPARABLE = ("solve", "drill", "program", "cut", "pocket")
+
+
+class LabPanel:
+    """A list of experiments, and the one that was chosen."""
+
+    def __init__(self, view: View, page: PageParts) -> None:
+        self.view, self.page, self.lab = view, page, view.studio.lab
+        self.chosen, self.reduced = next(iter(shipped())), False
+        self.runs = _RUNS
+        #: Option that ways differ in → those that are chosen.
+        self.ways = {option: set(names) for option, names in _USUAL.items()}
+        self._drawn: tuple[object, ...] = ()
+        #: What is shown of the one that runs, in elements of its own: buttons stay while it goes on.
+        self._told: tuple[Any, ...] = ()
+        self._growing: Description | None = None
+        self._next = 0.0
+        self.place = box("div", "page lab")
+
+    def tick(self) -> None:
+        """Show how the experiment stands, when it stands otherwise than it is shown."""
+        if self._stands() != self._drawn:
+            self.draw()
+        elif self._growing is not None and time.monotonic() >= self._next:
+            self._grow(self._growing)
+
+    def _stands(self) -> tuple[object, ...]:
+        state = self.lab.state
+        if state is None:
+            return (self.view.source,)
+        return self.view.source, state.description.key, state.running, state.line
+
+    def draw(self) -> None:
+        """Show the list, and the experiment that was chosen."""
+        w, counts = self.view.words, self.lab.counts()
+        self._drawn, self._growing = self._stands(), None
+        self.place.clear()
+        with self.place:
+            text("h1", w("top.lab"))
+            text("p", w("lab.text"), "quiet")
+            with box("div", "halves"):
+                with box("nav", "list card", aria_label=w("lab.list")):
+                    text("h2", w("lab.own"), "minor")
+                    self._entry(OWN_PART, self.view.name or w("lab.no_part"), counts)
+                    text("h2", w("lab.published"), "minor")
+                    for name, title in shipped().items():
+                        self._entry(name, title, counts)
+                with box("section", "card", aria_label=self.chosen):
+                    if self.chosen == OWN_PART:
+                        self._own()
+                    else:
+                        self._published()
+
+    def _entry(self, name: str, title: str, counts: dict[str, int]) -> None:
+        here = "true" if name == self.chosen else "false"
+        done = counts.get(name, 0)
+        words = f"{title} · {done:,}" if done else title
+        button(words, lambda: self._choose(name), "entry", aria_current=here, data_name=name)
+
+    def _choose(self, name: str) -> None:
+        self.chosen = name
+        self.draw()
+
+    # -- a published one ---------------------------------------------------------------------------------------------
+
+    def _published(self) -> None:
+        w = self.view.words
+        found = self.lab.described(self.chosen, self.reduced)
+        text("h2", found.title, lang="en")
+        text("p", " ".join(found.about.split()), "", lang="en")
+        if found.source:
+            text("p", w("lab.source", source=found.source), "quiet small")
+        with box("div", "actions"):
+            for reduced in (False, True):
+                pressed = "true" if reduced == self.reduced else "false"
+                n = self.lab.described(self.chosen, reduced).n_runs
+                words = w("lab.short" if reduced else "lab.whole", runs=f"{n:,}")
+                button(words, lambda reduced=reduced: self._form(reduced), "small", aria_pressed=pressed)
+        if self.reduced:
+            text("p", w("lab.short_help"), "quiet small")
+        self._standing(found)
+
+    def _form(self, reduced: bool) -> None:
+        self.reduced = reduced
+        self.draw()
+
+    # -- one on the part that is open --------------------------------------------------------------------------------
+
+    def _own(self) -> None:
+        w, view = self.view.words, self.view
+        text("h2", w("lab.own"))
+        text("p", w("lab.own_text"))
+        if not view.source or view.work not in _COMPARABLE:
+            text("p", w("lab.no_source" if not view.source else "lab.no_ways"), "hint", role="note")
+        else:
+            option, names = what_differs(self._command())
+            flags = [field(name, label(name), w.table.get(f"algorithm.{name}", ""), "flag") for name in names]
+            fields = [field("runs", w("bench.runs"), w("bench.runs_help")), *flags]
+            groups = [{"key": "lab", "title": "", "folded": False, "changed": 0, "fields": fields}]
+            form = Form([], {"help": w("form.help")}, self._put, lambda line: self.page.say(line, True))
+            form.show({"runs": self.runs, **{name: name in self.ways[option] for name in names}}, groups=groups)
+            count = int(self.runs) * len(self.ways[option] & set(names)) if self.runs.isdecimal() else 0
+            if not self.lab.running:
+                with box("div", "actions"):
+                    button(w("bench.begin", runs=f"{count:,}"), self._begin_own, "primary")
+        if self.lab.own is not None:
+            self._standing(self.lab.own)
+
+    def _command(self) -> str:
+        task = self.view.task()
+        return task.command if task.command == "solve" or task.process == "auto" else task.process
+
+    def _put(self, name: str, value: Any, _: str) -> None:
+        option = what_differs(self._command())[0]
+        if name == "runs":
+            self.runs = str(value).strip() or _RUNS
+        elif value:
+            self.ways[option].add(name)
+        else:
+            self.ways[option].discard(name)
+        self.draw()
+
+    def _begin_own(self) -> None:
+        view, words = self.view, self.view.words
+        try:
+            if not self.runs.isdecimal():
+                raise OptionError(f"{words('bench.runs')}: '{self.runs}' is not a whole number")
+            ready, command = prepare(view.task(), view.studio.folder), self._command()
+            option, names = what_differs(command)
+            ways = [name for name in names if name in self.ways[option]]
+            options = {k: v for k, v in ready.options.items() if k != option}
+            self._start(compare_on(view.name, ready.sources[0], command, options, ways, int(self.runs)))
+        except Exception as problem:
+            self.page.say(view.studio.folder.without_paths(line_of(problem)), True)
+
+    # -- both --------------------------------------------------------------------------------------------------------
+
+    def _standing(self, found: Description) -> None:
+        """Show how far an experiment is, what can be done with it, and its figures so far."""
+        w, state = self.view.words, self.lab.state
+        mine = state is not None and state.description.key == found.key
+        rows = self._rows(found)
+        kept = [row for row in rows if not row.failed]
+        done = text("p", "", "", role="status")
+        bar = box("progress", "", max="1", value="0", aria_label=w("lab.done_label"))
+        doing = text("p", "", "quiet small", dir="auto")
+        with box("div", "actions"):
+            if self.lab.running:
+                words = w("lab.stop") if mine else w("lab.stop_other", title=state.description.title if state else "")
+                button(words, self.lab.stop, "small")
+            elif found.name != OWN_PART:
+                begin = w("lab.go_on" if 0 < len(kept) < found.n_runs else "lab.again" if kept else "lab.begin")
+                button(begin, lambda: self._begin(found), "primary")
+            if kept or mine:
+                query = "?reduced=true" if found.reduced else ""
+                stem = f"/api/lab/{found.name}"
+                link(w("lab.report"), f"{stem}/report.html{query}", "button small", target="_blank", rel="noopener")
+                link(w("lab.csv"), f"{stem}/runs.csv{query}", "button small", download="")
+        if mine and state is not None and state.line:
+            text("p", w.plain(state.line), "error", role="alert")
+        self._told = (done, bar, doing, box("div"))
+        self._grow(found, rows)
+        self._growing = found if mine and self.lab.running else None
+
+    def _rows(self, found: Description) -> list[Row]:
+        try:
+            return self.lab.rows(found)
+        except LeafcutError as problem:
+            self.page.say(self.view.studio.folder.without_paths(str(problem)), True)
+            return []
+
+    def _grow(self, found: Description, rows: list[Row] | None = None) -> None:
+        """Show what has come by now."""
+        w, state, (done, bar, doing, place) = self.view.words, self.lab.state, self._told
+        rows = self._rows(found) if rows is None else rows
+        kept = [row for row in rows if not row.failed]
+        done.set_text(w("lab.done", done=f"{len(kept):,}", runs=f"{found.n_runs:,}"))
+        runs = state is not None and state.running and state.description.key == found.key
+        bar.set_visibility(runs)
+        if state is not None and runs:
+            bar._props["value"] = f"{state.share:.4f}"
+            bar.update()
+            left = state.seconds_left
+            told = "" if left is None else w("lab.left", time=time_words(left))
+            doing.set_text(" · ".join(filter(None, (state.doing, told))))
+        place.clear()
+        with place:
+            self._failed([row for row in rows if row.failed])
+            if kept:
+                self._table(found, kept)
+        self._next = time.monotonic() + _PACE
+
+    def _begin(self, found: Description) -> None:
+        try:
+            self._start(found)
+        except Exception as problem:
+            self.page.say(line_of(problem), True)
+
+    def _start(self, found: Description) -> None:
+        self.lab.start(found)
+        self.page.say("")
+        self.draw()
+
+    def _failed(self, rows: list[Row]) -> None:
+        if not rows:
+            return
+        w = self.view.words
+        text("p", w("lab.failed", number=f"{len(rows):,}"), "hint", role="note")
+        with box("ul", "small"):
+            for row in rows[:_MOST_FAILED]:
+                line = self.view.studio.folder.without_paths(row.failed)
+                text("li", f"{row.instance}, {', '.join(row.levels.values())}: {w.plain(line)}", dir="auto")
+
+    def _table(self, found: Description, rows: Iterable[Row]) -> None:
+        """Show the mean of each figure for every cell that has a run."""
+        w, results = self.view.words, Results.of(found, rows)
+        figures = [results.figures(one.name) for one in found.responses]
+        head = [(w("lab.instance"), ""), *((one.title, "") for one in found.factors), (w("lab.runs"), "n")]
+        head += [(one.heading, "n") for one in found.responses]
+        shown = []
+        for cell in results.cells():
+            known = [values.get(cell, []) for values in figures]
+            count = max(map(len, known), default=0)
+            if count:
+                shown.append([*cell, str(count), *(number(fmean(values)) if values else "–" for values in known)])
+        text("h3", w("lab.means"))
+        table(head, shown, w("lab.means"))

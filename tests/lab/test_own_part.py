@@ -1,0 +1,51 @@
+"""A part of one's own is done in several ways, and each way is what a person would have run by hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from leafcut import api
+from leafcut.errors import OptionError
+from leafcut.lab.own_part import compare_on, what_differs
+from leafcut.lab.running import rows_of, run
+from leafcut.lab.store import Store
+
+PLATE = str(Path(__file__).parents[2] / "examples" / "plate_10.dxf")
+
+
+def test_each_run_is_the_one_of_its_algorithm_and_seed(tmp_path: Path) -> None:
+    shared = {"machine": "haas-vf2", "preset": "fast", "seed": 4}
+    of = compare_on("plate", PLATE, "optimize", {**shared, "algorithm": "acs", "n_ants": 3}, ["nn", "acs"], 2)
+    with Store(tmp_path / "r.sqlite") as store:
+        assert run(of, store).done == 4
+        rows = rows_of(of, store)
+    assert {(row.levels["algorithm"], row.seed) for row in rows} == {(w, s) for w in ("nn", "acs") for s in (4, 5)}
+    for row in rows:
+        alone = api.optimize(
+            PLATE, machine="haas-vf2", preset="fast", threads=1, seed=row.seed, algorithm=row.levels["algorithm"]
+        )
+        assert row.responses["machining"] == pytest.approx(alone.after.time_s, abs=1e-9)
+
+
+def test_settings_that_only_some_ways_have_are_left_out() -> None:
+    of = compare_on("x", PLATE, "solve", {"n_ants": 7, "seed": 2, "preset": "fast"}, ["as", "2opt"], 1)
+    assert dict(of.options) == {"threads": 1, "preset": "fast"}
+    assert of.seeds == (2,)
+
+
+def test_pockets_differ_in_their_strategy() -> None:
+    option, ways = what_differs("pocket")
+    assert option == "strategy"
+    assert {"zigzag", "contour", "connected"} <= set(ways)
+    assert "auto" not in ways
+
+
+@pytest.mark.parametrize(
+    ("ways", "runs", "line"),
+    [(["nn"], 3, "at least two"), (["nn", "ants"], 3, "unknown algorithm 'ants'"), (["nn", "as"], 0, "choose 1 to")],
+)
+def test_what_cannot_be_compared_is_refused_in_one_line(ways: list[str], runs: int, line: str) -> None:
+    with pytest.raises(OptionError, match=line):
+        compare_on("x", PLATE, "solve", {}, ways, runs)
