@@ -28,6 +28,7 @@ MAY_IMPORT = {
     "units": {"errors"},
     "kernels": set(),
     "files": {"errors"},
+    "executors": {"errors", "_version"},
     "plugins": {"errors"},
     "geometry": BASE,
     "option_spec": BASE | {"plugins"},
@@ -51,6 +52,7 @@ MAY_IMPORT = {
 MAY_IMPORT["api"] = STAGE | STAGES | {"keywords", "files", "processes"}
 MAY_IMPORT["lab"] = MODEL | {
     "api",
+    "executors",
     "options",
     "option_spec",
     "solve",
@@ -75,9 +77,31 @@ MAY_IMPORT["studio"] |= {"processes", "_version"}
 MAY_IMPORT["public"] = MODEL | {"api", "keywords", "options", "files", "processes", "read"}
 MAY_IMPORT["user_files"] = MAY_IMPORT["files"] | {"files"}
 MAY_IMPORT["several"] = BASE | {"files", "read"}
+MAY_IMPORT["batch"] = BASE | {
+    "api",
+    "executors",
+    "files",
+    "options",
+    "processes",
+    "read",
+    "report",
+    "several",
+    "_version",
+}
 MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", "files", "progress", "read", "report"}
-MAY_IMPORT["cli_lab"] = BASE | {"lab", "files", "progress"}
-MAY_IMPORT["cli"] |= {"cli_lab", "usage", "gcode", "user_files", "several", "model", "processes", "_version"}
+MAY_IMPORT["cli_lab"] = BASE | {"executors", "lab", "files", "progress"}
+MAY_IMPORT["cli"] |= {
+    "batch",
+    "cli_lab",
+    "executors",
+    "usage",
+    "gcode",
+    "user_files",
+    "several",
+    "model",
+    "processes",
+    "_version",
+}
 
 #: What all processes share, and what stands between them and the rest of the program.
 COURSE = STAGE | STAGES | {"files", "plugins", "option_spec", "stock", "processes", "_version"}

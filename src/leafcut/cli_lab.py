@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -70,20 +71,38 @@ def _run(
     mixed: Annotated[
         bool, Parameter(name="--mixed", negative="", help="let runs of several versions of leafcut stand in one table")
     ] = False,
+    executor: Annotated[
+        str,
+        Parameter(
+            name="--executor", help="where runs are done: here one after the other, processes, or dask://host:port"
+        ),
+    ] = "here",
+    workers: Annotated[
+        int | None,
+        Parameter(name="--workers", help="so many runs at once (default: one per core, all of a cluster)"),
+    ] = None,
     as_json: _Json = False,
 ) -> int:
     """Do the runs of an experiment that are not done yet; those that are done are never repeated."""
     import threading
 
     from leafcut.errors import count_of
-    from leafcut.lab.running import run
+    from leafcut.executors import MOST_WORKERS, open_executor
+    from leafcut.lab.running import on_executor, run
     from leafcut.lab.store import Store
 
     description = _described(name, reduced)
+    if workers is not None and (executor == "here" or not 1 <= workers <= MOST_WORKERS):
+        raise OptionError(
+            f"--workers: choose 1 to {MOST_WORKERS}" if executor != "here" else "--workers: needs --executor"
+        )
     ended = threading.Event()
-    with Store(results) as store, Reporter() as reporter:
+    with Store(results) as store, Reporter() as reporter, ExitStack() as opened:
+        performer = None
+        if executor != "here":
+            performer = on_executor(opened.enter_context(open_executor(executor, workers or 0)), ended)
         try:
-            ran = run(description, store, progress=reporter, cancelled=ended, mixed=mixed)
+            ran = run(description, store, performer=performer, progress=reporter, cancelled=ended, mixed=mixed)
         except KeyboardInterrupt:
             raise OptionError("interrupted; what was finished is kept, and the same command goes on") from None
     if as_json:

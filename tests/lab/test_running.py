@@ -18,9 +18,10 @@ from lab_descriptions import SMALL, written
 from leafcut import api
 from leafcut._version import __version__
 from leafcut.errors import OptionError
+from leafcut.executors import open_executor
 from leafcut.lab import running
 from leafcut.lab.loading import load
-from leafcut.lab.running import Answer, RunTask, perform, run, task_of
+from leafcut.lab.running import Answer, RunTask, on_executor, perform, rows_of, run, task_of
 from leafcut.lab.store import Store
 from leafcut.read.machine import machine_template
 
@@ -194,3 +195,19 @@ def test_a_file_that_an_option_names_counts_by_its_content_wherever_it_lies(tmp_
         keys.append([task_of(description, plan, inputs).key for plan in description.runs()])
     assert keys[0] == keys[1]
     assert not set(keys[0]) & set(keys[2])
+
+
+def test_processes_find_what_is_found_here(tmp_path: Path) -> None:
+    of = load(written(tmp_path))
+    with Store(tmp_path / "here.sqlite") as store:
+        run(of, store)
+        here = rows_of(of, store)
+    with Store(tmp_path / "there.sqlite") as store, open_executor("processes", 2) as executor:
+        assert run(of, store, performer=on_executor(executor, threading.Event())).done == 12
+        there = rows_of(of, store)
+    assert [(row.key, row.responses) for row in there] == [(row.key, row.responses) for row in here]
+
+
+def test_threads_are_refused_as_their_processor_time_cannot_be_told_apart() -> None:
+    with open_executor("threads", 2) as executor, pytest.raises(OptionError, match="one at a time"):
+        on_executor(executor, threading.Event())

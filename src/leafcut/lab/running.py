@@ -21,6 +21,7 @@ from typing import Any
 from leafcut import api
 from leafcut._version import __version__
 from leafcut.errors import LeafcutError, OptionError, count_of
+from leafcut.executors import WatchedExecutor, run_tasks
 from leafcut.lab.description import OPTIMIZE, PROCESSOR, SOLVE, WALL, Description, LabInstance, RunPlan
 from leafcut.lab.experiment import curve_of
 from leafcut.lab.store import Row, Store, key_of
@@ -196,6 +197,27 @@ def perform(task: RunTask, cancelled: threading.Event | None = None) -> Answer:
     answer |= {WALL: time.perf_counter() - wall, PROCESSOR: _processor() - processor}
     figures = {name: _figure(answer, path, scale) for name, (path, scale) in task.responses.items()}
     return Answer(figures, curve, "", began, place.versions, place.machine, load)
+
+
+def on_executor(executor: WatchedExecutor, ended: threading.Event) -> Performer:
+    """Return what does runs on an executor, each of them once; a run whose workers died again and again has failed.
+
+    Raises
+    ------
+    OptionError
+        It does several runs at once in one process, of which the time of the processor cannot be told apart.
+    """
+    if executor.together > 1:
+        raise OptionError(
+            "--executor: runs are timed by the processor time of their process, so there must be one at a time in "
+            "each; use processes, or Dask workers with --nthreads 1"
+        )
+
+    def performs(tasks: Iterable[RunTask]) -> Iterator[tuple[RunTask, Answer]]:
+        for task, answer in run_tasks(executor, perform, tasks, ended=ended.is_set):
+            yield task, answer if isinstance(answer, Answer) else Answer(failed=f"{type(answer).__name__}: {answer}")
+
+    return performs
 
 
 def _here(tasks: Iterable[RunTask], ended: threading.Event) -> Iterator[tuple[RunTask, Answer]]:
