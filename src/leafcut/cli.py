@@ -51,6 +51,9 @@ _EVERY_INPUT = (
     "a drawing, a drill file, a point map, a G-code program, or example:plate-70; several drill files make one program"
 )
 
+#: What `batch` takes.
+_MANY_INPUTS = "a folder of drawings or programs, a list of inputs (.list, one on each line), or files"
+
 #: So many warnings are said where they are not asked for.
 MOST_WARNINGS = 10
 
@@ -199,6 +202,8 @@ def _working_commands() -> Iterator[tuple[str, Callable[..., int], Sequence[Work
         special["fixed"] = {"command": one.command} | ({} if words else {"process": "auto"})
         special["defaults"] = partial(_usual, one)
         yield one.command, _optimize, [one], special
+    many = {"process": every["process"], "sources": Annotated[str, Parameter(name="INPUT", help=_MANY_INPUTS)]}
+    yield "batch", _batch, by_optimize, {"annotations": many}
     for name, function in (("solve", _solve), ("simulate", _simulate), ("verify", _verify)):
         yield name, function, [registry.work(name)], {}
 
@@ -324,6 +329,64 @@ def _optimize_each(
 
         print_programs(rows, output, Console())
     return status
+
+
+def _batch(
+    *sources: str,
+    output: Annotated[str, Parameter(name=["--output", "-o"], help="folder to write programs, table and report into")],
+    process: str = "auto",
+    executor: Annotated[
+        str, Parameter(name="--executor", help="where inputs are done: threads, processes, or dask://host:port")
+    ] = "processes",
+    workers: Annotated[
+        int | None,
+        Parameter(name="--workers", help="so many inputs at once (default: one per core, all of a cluster)"),
+    ] = None,
+    options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
+    no_defaults: NoDefaults = False,
+    as_json: Json = False,
+    quiet: Annotated[
+        bool, Parameter(name=["--quiet", "-q"], negative="", help="no progress, no summary; what is refused only")
+    ] = False,
+    options: dict[str, Any],
+) -> int:
+    """Make a program of each of many inputs with the same options, and one report; done ones are not done again.
+
+    One that is refused does not stop the others.
+    """
+    from leafcut.batch import PAGE, inputs_of, run_batch
+    from leafcut.batch import REFUSED as NOT_WRITTEN
+    from leafcut.executors import MOST_WORKERS, open_executor
+    from leafcut.report.several import print_batch
+
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise OptionError(f"--workers: choose 1 to {MOST_WORKERS}")
+    asked = _given(options)
+    if asked.get("save_plan"):
+        raise OptionError("--save-plan: names one file but a batch has many; run them one by one")
+    given = {"process": process, "options_file": options_file, "defaults_file": _defaults(no_defaults), **asked}
+    inputs, _ = expanded(inputs_of(sources), "batch", folder=output)
+    if DASH in map(_dashed, inputs):
+        raise OptionError("batch: standard input is one program; name files")
+    with open_executor(executor, workers or 0) as opened, Reporter(quiet=quiet) as reporter:
+        try:
+            rows = run_batch(inputs, output, given, opened, progress=reporter, refused=_tell)
+        except KeyboardInterrupt:
+            raise OptionError("interrupted; what was finished is kept, and the same command goes on") from None
+    status = REFUSED if any(row.state == NOT_WRITTEN for row in rows) else DONE
+    if status == DONE and any(row.worst == "missing" for row in rows):
+        status = INCOMPLETE
+    if as_json:
+        from dataclasses import asdict
+
+        _print_json({"runs": [asdict(row) for row in rows], "status": status})
+    elif not quiet:
+        print_batch([row.state for row in rows], str(Path(output) / PAGE))
+    return status
+
+
+def _tell(line: str) -> None:
+    _refuse(line, REFUSED)
 
 
 def _each(

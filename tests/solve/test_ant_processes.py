@@ -10,7 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import closing, suppress
 from itertools import pairwise
 from multiprocessing import active_children
 from pathlib import Path
@@ -223,14 +223,20 @@ def test_ctrl_c_on_the_command_line_ends_all_processes_and_answers(tmp_path: Pat
     """The command, Python's own tracker and two workers."""
     tour = tmp_path / "best.tour"
     command = f"solve random:60 --algorithm as --iterations 10000000 --parallel processes --no-bound --tour {tour}"
+    # Where the tests run in the background Ctrl-C is ignored, and what they start would ignore it, too.
+    listens = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    begin = f"{listens}; from leafcut.cli import main; main()"
     with subprocess.Popen(
-        [sys.executable, "-m", "leafcut.cli", *command.split()], stderr=subprocess.PIPE, stdout=subprocess.PIPE,
+        [sys.executable, "-c", begin, *command.split()], stderr=subprocess.PIPE, stdout=subprocess.PIPE,
         text=True, start_new_session=True,
     ) as job:  # fmt: skip
-        assert count_of(job.pid, range(4, 99)) == 4
-        time.sleep(1.5)
-        os.killpg(job.pid, signal.SIGINT)
-        _, said = job.communicate(timeout=30)
+        try:
+            assert count_of(job.pid, range(4, 99)) == 4
+            os.killpg(job.pid, signal.SIGINT)
+            _, said = job.communicate(timeout=60)
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(job.pid, signal.SIGKILL)
     assert "Traceback" not in said
     assert job.returncode == 0
     assert tour.read_text().count("\n") > 60

@@ -45,6 +45,15 @@ def print_programs(rows: Sequence[dict[str, Any]], folder: str | None, console: 
     _print(table, lines, rows, console, "input")
 
 
+def print_batch(states: Sequence[str], page: str) -> None:
+    """Print how many programs of a batch were written, and where the report is."""
+    written = sum(state == "written" for state in states)
+    words = f"{count(written, 'program')} written"
+    if written < len(states):
+        words += f", {len(states) - written} refused"
+    print(f"{words}; all of them: {page}")
+
+
 def print_simulated(rows: Sequence[dict[str, Any]], console: Console) -> None:
     """Print how long several programs run, and what is dangerous in them."""
     table = _table("program", "time", "rapid", "feed", "issues")
