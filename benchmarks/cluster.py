@@ -42,37 +42,15 @@ def cluster(folder: Path) -> Iterator[str]:
     """Give the address of a scheduler with two workers of one thread; they are ended by their numbers."""
     file, quiet = folder / "scheduler.json", {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     words = [sys.executable, "-m", "dask"]
+    place = ["--no-dashboard", "--scheduler-file", str(file)]
     started = [
-        subprocess.Popen(
-            [
-                *words,
-                "scheduler",
-                "--host",
-                "127.0.0.1",
-                "--port",
-                "0",
-                "--no-dashboard",
-                "--scheduler-file",
-                str(file),
-            ],
-            cwd=folder,
-            **quiet,
-        )  # fmt: skip
+        subprocess.Popen([*words, "scheduler", "--host", "127.0.0.1", "--port", "0", *place], cwd=folder, **quiet)
     ]
     try:
         while not file.exists() or not file.read_text().endswith("}"):
             time.sleep(0.1)
         for _ in range(2):
-            worker = [
-                *words,
-                "worker",
-                "--nthreads",
-                "1",
-                "--no-nanny",
-                "--no-dashboard",
-                "--scheduler-file",
-                str(file),
-            ]
+            worker = [*words, "worker", "--nthreads", "1", "--no-nanny", *place]
             started.append(subprocess.Popen(worker, cwd=folder, **quiet))
         yield json.loads(file.read_text())["address"].replace("tcp://", "dask://")
     finally:

@@ -39,7 +39,7 @@ MAY_IMPORT = {
     "machines": set(),
     "read": STAGE | {"files", "plugins"},
     "timing": STAGE | {"kernels"},
-    "solve": STAGE | {"kernels", "plugins"},
+    "solve": STAGE | {"executors", "kernels", "plugins"},
     "post": STAGE,
     "proof": STAGE | {"stock", "timing"},
     "report": STAGE | {"timing"},

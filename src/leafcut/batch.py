@@ -170,7 +170,9 @@ def run_batch(
             progress(f"{Path(task.name).name} ({done} of {todo})", None, done / todo, None)
     every = [rows[source] for source in inputs]
     text = _as_csv(every)
-    write_together({str(table): text, str(Path(folder) / PAGE): batch_page([asdict(row) for row in every])})
+    write_together(
+        {str(table): text, str(Path(folder) / PAGE): batch_page([asdict(row) for row in every], __version__)}
+    )
     return every
 
 

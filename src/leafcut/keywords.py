@@ -446,6 +446,14 @@ class OptimizeKeywords(TypedDict, total=False):
     """Random seed: same seed, same result (default: 1)."""
     threads: int | None
     """Number of threads; does not change the result (default: one per core)."""
+    colonies: int | None
+    """So many colonies live apart and exchange their best tours; their number is part of the result (default: one,
+    on all threads).
+    """
+    colonies_on: str | None
+    """Where the colonies live: threads, processes, or dask://host:port; does not change the result (default:
+    threads).
+    """
     candidates: int | None
     """Candidate list length per node; 0 for all nodes, as in the original papers (default: 8 for colony and kicks,
     else 16).
@@ -734,6 +742,14 @@ class SolveKeywords(TypedDict, total=False):
     """Random seed: same seed, same result (default: 1)."""
     threads: int | None
     """Number of threads; does not change the result (default: one per core)."""
+    colonies: int | None
+    """So many colonies live apart and exchange their best tours; their number is part of the result (default: one,
+    on all threads).
+    """
+    colonies_on: str | None
+    """Where the colonies live: threads, processes, or dask://host:port; does not change the result (default:
+    threads).
+    """
     candidates: int | None
     """Candidate list length per node; 0 for all nodes, as in the original papers (default: 8 for colony and kicks,
     else 16).

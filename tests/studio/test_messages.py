@@ -28,6 +28,7 @@ ERRORS = {
 ELSEWHERE = {
     "cli.py": "the command line's own inputs and outputs",
     "several.py": "several files in one command line",
+    "batch.py": "the command `batch` alone",
     "executors.py": "`--executor` of the command line",
     "cli_lab.py": "the command `lab` alone",
     "lab/description.py": "the command `lab` alone",

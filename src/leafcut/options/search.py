@@ -108,6 +108,22 @@ class SolveOptions(OptionGroup):
         default_words="one per core",
         changes_program=False,
     )
+    colonies: int | None = option(
+        "whole",
+        None,
+        "so many colonies live apart and exchange their best tours; their number is part of the result",
+        minimum=2,
+        maximum=1000,
+        default_words="one, on all threads",
+        needs="algorithm=auto|colony",
+    )
+    colonies_on: str = option(
+        "text",
+        "threads",
+        "where the colonies live: threads, processes, or dask://host:port; does not change the result",
+        needs="algorithm=auto|colony",
+        changes_program=False,
+    )
     candidates: int | None = option(
         "whole",
         None,
@@ -122,6 +138,8 @@ class SolveOptions(OptionGroup):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if self.colonies is None and self.colonies_on != "threads":
+            raise OptionError("--colonies-on: only used with --colonies")
         if self.target_gap is not None and not self.bound:
             raise OptionError("--target-gap: needs the lower bound; leave out --no-bound")
 

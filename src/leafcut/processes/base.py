@@ -30,7 +30,17 @@ FormGroups = tuple[tuple[str, tuple[str, ...]], ...]
 
 #: Options that forms of several processes show, by the group that they stand in.
 SEARCH = ("preset", "time_limit", "algorithm", "objective")
-SEARCH_MORE = ("iterations", "target_gap", "bound", "seed", "threads", "candidates", "local_search")
+SEARCH_MORE = (
+    "iterations",
+    "target_gap",
+    "bound",
+    "seed",
+    "threads",
+    "candidates",
+    "local_search",
+)
+#: Of colonies that live apart, which order closed tours of places alone.
+COLONIES = ("colonies", "colonies_on")
 PLACE = ("mirror", "rotate", "origin")
 POST = ("dialect", "output_units", "line_numbers", "program_number", "header", "date", "repeat_words")
 
@@ -60,7 +70,7 @@ def use(group: type[OptionGroup], *names: str, but: Iterable[str] = (), **needs:
 
 #: Options that several processes use: of what orders the work, of a program that is made from a drawing, and of the
 #: cutting data that a program without speeds of its own is cut with.
-ORDERED = use(SolveOptions) | use(AcoOptions) | use(FireflyOptions)
+ORDERED = use(SolveOptions, but=COLONIES) | use(AcoOptions) | use(FireflyOptions)
 WRITTEN = use(PostOptions, *POST, "coolant")
 LOOKED_UP = use(CutDataOptions, "cut_speed", **dict.fromkeys(("cut_process", "amps", "chart"), "!cut_speed"))
 LOOKED_UP |= use(JobOptions, thickness="!cut_speed", material="!cut_speed")

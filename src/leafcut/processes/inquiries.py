@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from leafcut.options import JobOptions, MachineOptions, ReadOptions
-from leafcut.processes.base import LOOKED_UP, ORDERED, PLACE, Work, use
+from leafcut.options import JobOptions, MachineOptions, ReadOptions, SolveOptions
+from leafcut.processes.base import COLONIES, LOOKED_UP, ORDERED, PLACE, Work, use
 
 
 class Solving(Work):
@@ -12,6 +12,7 @@ class Solving(Work):
     name = "solve"
     title = "solving a map"
     uses = {name: need for name, need in ORDERED.items() if name != "objective"} | use(ReadOptions, but=PLACE)
+    uses |= use(SolveOptions, *COLONIES)
 
 
 class Simulating(Work):

@@ -33,6 +33,7 @@ BUILT_IN = {
 OTHER_COMMANDS = (
     "auto",
     "optimize",
+    "batch",
     "solve",
     "simulate",
     "verify",

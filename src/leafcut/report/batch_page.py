@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from leafcut._version import __version__
 from leafcut.report.wording import NO_VALUE, count, percent_words, time_words
 
 
-def batch_page(rows: Sequence[Mapping[str, Any]]) -> str:
+def batch_page(rows: Sequence[Mapping[str, Any]], version: str) -> str:
     """Return the page of a batch; `rows` are those of its table, by name."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup
@@ -33,7 +32,7 @@ def batch_page(rows: Sequence[Mapping[str, Any]]) -> str:
         state.append(f"{len(rows) - len(done)} refused")
     return environment.get_template("batch.html.jinja").render(
         css=drawing_css() + style_sheet("page.css"),
-        version=__version__,
+        version=version,
         state=state,
         refused=[row for row in rows if row["state"] != "written"],
         rows=[_cells(row) for row in done],

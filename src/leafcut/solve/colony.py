@@ -243,7 +243,7 @@ def _live(
     """
     idle = 0
     _offer(colony, best, generations)
-    while idle < PATIENCE and _differ(colony) and not stop.reached(generations, 0):
+    while idle < PATIENCE and differ(colony) and not stop.reached(generations, 0):
         following = next_generation(instance, colony, seed, workers)
         idle = 0 if (colony.costs - following.costs).max() > EPSILON else idle + 1
         colony = following
@@ -254,7 +254,8 @@ def _live(
     return colony, generations
 
 
-def _differ(colony: Colony) -> bool:
+def differ(colony: Colony) -> bool:
+    """Return whether its ants do not all walk ways of one cost yet."""
     return len(colony.costs) > 1 and bool(np.ptp(colony.costs) > EPSILON)
 
 

@@ -104,6 +104,11 @@ def solve(
     if options.algorithm not in ALGORITHM_TITLES:
         PACKAGED.load(options.algorithm)  # one that cannot be used is told of, however few clusters there are
     ordered = not tiny and _goes_in_order(problem, options)
+    if ordered and options.colonies is not None:
+        raise SolveError(
+            "--colonies exchange closed tours of places: they keep no precedence, direction or choice of starts; "
+            "leave it out"
+        )
     if ordered and auto and within_reach(problem):
         return _exactly(problem, pairs, options, progress, cancelled)
     if ordered:
@@ -327,6 +332,8 @@ def _colony(instance: Instance, run: AlgorithmRun) -> SearchResult:
     if options.iterations is not None:
         stop.iterations = options.iterations
     threads = options.threads or os.cpu_count() or 1
+    if options.colonies is not None:
+        return _colonies(instance, run, options.colonies, threads)
     with _pool(threads) as executor:
         workers = Workers(executor, threads, stop, WorkerLog.of(threads))
         if best.watched is not None:
@@ -335,6 +342,20 @@ def _colony(instance: Instance, run: AlgorithmRun) -> SearchResult:
             lambda: improve_by_colony(instance, options.seed, stop, best, workers, visits), best
         )
     return SearchResult(best.tour, iterations, workers.log.figures())
+
+
+def _colonies(instance: Instance, run: AlgorithmRun, count: int, threads: int) -> SearchResult:
+    """Run several colonies that live apart."""
+    from leafcut.executors import open_executor
+    from leafcut.solve.colonies import improve_by_colonies
+
+    options, stop, best = run.options, run.stop, run.best
+    spec, visits = options.colonies_on, COLONY_PRESETS[options.preset]
+    with open_executor(spec, threads if spec == "threads" or options.threads else 0) as executor:
+        iterations = until_interrupted(
+            lambda: improve_by_colonies(instance, options.seed, stop, best, executor, count, visits), best
+        )
+    return SearchResult(best.tour, iterations)
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from leafcut.kinds import Head
-from leafcut.options import JobOptions, MachineOptions, ReadOptions, Settings
-from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, use
+from leafcut.options import JobOptions, MachineOptions, ReadOptions, Settings, SolveOptions
+from leafcut.processes.base import COLONIES, ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, use
 from leafcut.processes.drilling.options import DrillOptions
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class Drilling(Process):
     title = "drilling"
     options = (DrillOptions,)
     uses = use(ReadOptions) | use(MachineOptions) | ORDERED | WRITTEN
-    uses |= use(JobOptions, but=("material", "keep_order"))
+    uses |= use(JobOptions, but=("material", "keep_order")) | use(SolveOptions, *COLONIES)
     otherwise = {"keep_order": "--algorithm none keeps the order of the drawing"}  # noqa: RUF012  # the protocol says that it is of the class
     command = "drill"
     help = "Drill the holes and slots of a drawing, a drill file, or several drill files of one board."
@@ -53,7 +53,7 @@ class Drilling(Process):
         ("read", ("units", "layers", "min_diameter", "max_diameter", "merge_tolerance", "concentric", "strict")),
         ("place", (*PLACE, "work_offset")),
         ("post", (*POST, "coolant")),
-        ("solve", SEARCH_MORE),
+        ("solve", (*SEARCH_MORE, *COLONIES)),
     )
 
     def machine_for(self, format_name: str) -> str:
