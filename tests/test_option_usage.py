@@ -144,7 +144,7 @@ def test_the_options_that_a_kind_of_work_names_are_those_that_its_runs_read(
     named = {name for _, name, _ in used_by(WORKS[work])} - {"cut": {"threads"}, "simulate": {"strict"}}.get(
         work, set()
     )
-    # The search looks whether there are colonies, and refuses them where they cannot be: others do not name them at all.
+    # The search looks whether there are colonies, to refuse them where they cannot be.
     assert (sorted(named - reads), sorted(reads - named - {"colonies"})) == ([], [])
 
 
