@@ -15,7 +15,7 @@ import pytest
 
 from dask_cluster import Cluster
 from every import every
-from leafcut.errors import OptionError
+from leafcut.errors import OptionError, ReadError
 from leafcut.executors import ExecutorError, check_executor, open_executor, run_tasks
 
 #: Runs in a process of its own: Dask's client leaves threads and sockets to Python's end.
@@ -51,6 +51,19 @@ def test_every_task_is_done_once_and_an_error_is_the_answer_of_its_own_task(spec
         found = dict(run_tasks(executor, int, ["1", "x", *map(str, range(2, 30))]))
     assert isinstance(found.pop("x"), ValueError)
     assert found == {str(k): k for k in range(1, 30)}
+
+
+def _refuse(kind: str) -> None:
+    """Raise an error that is made of more than its message."""
+    raise ReadError("plate.dxf", kind, 7) if kind == "read" else OptionError("--feed: too high")
+
+
+def test_an_error_of_leafcut_comes_from_a_process_as_it_was() -> None:
+    with open_executor("processes", 1) as executor:
+        found = dict(run_tasks(executor, _refuse, ["read", "option"]))
+    read, option = found["read"], found["option"]
+    assert (type(read), str(read), read.file, read.line) == (ReadError, "plate.dxf:7: read", "plate.dxf", 7)
+    assert (type(option), str(option)) == (OptionError, "--feed: too high")
 
 
 def test_a_task_that_ends_its_workers_is_given_up_and_harms_no_other(tmp_path: Path) -> None:

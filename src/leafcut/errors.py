@@ -20,6 +20,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
+from typing import Any
 
 #: What somebody else wrote is quoted up to here; names of files are not cut.
 LONGEST_QUOTE = 60
@@ -57,6 +58,17 @@ class LeafcutError(Exception):
 
     def __init__(self, message: str = "") -> None:
         super().__init__(brief(message))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Come from another process as it was, whatever an error is made of: else a pool takes its worker for dead."""
+        return _as_it_was, (type(self), self.args, self.__dict__)
+
+
+def _as_it_was(kind: type[LeafcutError], args: tuple[Any, ...], state: dict[str, Any]) -> LeafcutError:
+    made = kind.__new__(kind)
+    made.args = args
+    made.__dict__.update(state)
+    return made
 
 
 class ReadError(LeafcutError):
