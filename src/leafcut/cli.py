@@ -416,6 +416,9 @@ def _solve(
     /,
     *,
     tour: Annotated[str | None, Parameter(name="--tour", help="tour file to write, in TSPLIB format")] = None,
+    save_map: Annotated[
+        str | None, Parameter(name="--save-map", help="table to write with the points of the map (.csv), mm")
+    ] = None,
     as_json: Annotated[
         bool,
         Parameter(
@@ -431,12 +434,16 @@ def _solve(
     """Find a short closed tour through the points of a map, or one point of each set, to study the algorithms."""
     from leafcut import api
     from leafcut.files import check_output, write_whole
+    from leafcut.read.csvmap import points_text
     from leafcut.read.tsplib import tour_text
     from leafcut.report.wording import count, gap_lines
 
     _check_file("--tour", tour)
-    if tour:
-        check_output(tour, [instance])
+    _check_file("--save-map", save_map)
+    if save_map and not save_map.lower().endswith(".csv"):
+        raise OptionError(f"--save-map {save_map}: a table of points is written; name a file that ends in .csv")
+    for file in (tour, save_map):
+        check_output(file, [instance, *([tour] if file is save_map else [])])
     with Reporter() as reporter:
         solved = api.solve_file(
             StandardInput.read() if _dashed(instance) == DASH else instance,
@@ -447,6 +454,8 @@ def _solve(
     part, found = solved.part, solved.solution
     if tour:
         write_whole(tour, tour_text(part.name, found.nodes, every=part.grouping is None))
+    if save_map:
+        write_whole(save_map, points_text(part))
     if as_json:
         from leafcut.report.json_answer import solved_as_json
 

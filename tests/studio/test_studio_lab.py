@@ -15,6 +15,7 @@ from leafcut.errors import OptionError
 from leafcut.lab.loading import in_short, load
 from leafcut.lab.own_part import compare_on
 from leafcut.lab.running import Ran
+from leafcut.read import read
 from leafcut.studio import lab_runs
 from leafcut.studio.studio import Studio
 
@@ -44,7 +45,7 @@ def test_an_experiment_runs_once_and_its_report_and_runs_can_be_had(studio: Stud
 @pytest.mark.parametrize("name", ["no_such", "open_part", "thesis.toml", "..%2Fthesis"])
 def test_what_is_no_experiment_is_refused_in_one_line(client: TestClient, name: str) -> None:
     answer = client.get(f"/api/lab/{name}/report.html")
-    assert answer.status_code in (400, 404)
+    assert answer.status_code in (400, 404, 422)
     assert "\n" not in answer.json()["error"]
     assert client.get("/api/lab/thesis/lab.sqlite").status_code == 404
 
@@ -86,3 +87,12 @@ def test_a_failure_names_no_folder_of_the_studio(studio: Studio) -> None:
     assert "gone.dxf" in lab.state.line
     assert str(studio.folder.root) not in lab.state.line
     assert "\n" not in lab.state.line
+
+
+def test_points_of_a_map_can_be_had_as_a_table_and_no_file_beyond_the_studio(client: TestClient) -> None:
+    answer = client.get("/api/points.csv?source=random:30:4")
+    rows = list(csv.DictReader(io.StringIO(answer.text)))
+    assert [(float(row["x"]), float(row["y"])) for row in rows] == [(h.x, h.y) for h in read("random:30:4").holes]
+    assert "random-30-4.csv" in answer.headers["content-disposition"]
+    for name in ("/etc/passwd", "../x.csv", "random:", "random:99999999999:1"):
+        assert client.get("/api/points.csv", params={"source": name}).status_code in (400, 404, 422)

@@ -216,3 +216,10 @@ def _is_number(text: str, separator: str | None) -> bool:
 
 
 FORMAT = Format("csv", (".csv", ".tsv", ".xy"), "table of points: x, y[, diameter][, name]", read_csv, sniff)
+
+
+def points_text(part: Part) -> str:
+    """Return the places of a part as a table that reads back to the same ones, mm; with diameters if there are any."""
+    sized = any(hole.diameter for hole in part.holes)
+    rows = [f"{hole.x!r},{hole.y!r}{f',{hole.diameter!r}' if sized else ''}" for hole in part.holes]
+    return "\n".join(["x,y,diameter" if sized else "x,y", *rows, ""])

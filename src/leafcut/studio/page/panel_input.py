@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Awaitable
 from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
 from nicegui import run, ui
 
@@ -15,7 +16,7 @@ from leafcut.studio.jobs.jobs import line_of
 from leafcut.studio.jobs.sheets import SheetOfNest, take
 from leafcut.studio.jobs.task import Task, called, parts_of
 from leafcut.studio.page import forms
-from leafcut.studio.page.elements import Form, Opener, box, button, text
+from leafcut.studio.page.elements import Form, Opener, box, button, link, text
 from leafcut.studio.page.page_state import OF_READING, View
 from leafcut.studio.page.panel_bench import BenchPanel
 from leafcut.studio.page.panel_live import pace_field
@@ -95,6 +96,7 @@ class InputPanel:
                 self.map = Form(self._random_fields(), self.form_words, self._random, self._refuse)
                 self.map.show(self.random)
                 button(w("open.make"), self._make_random, "small")
+                self.saved_map = link(w("open.save_map"), self._map_address(), "button small", download="")
         self._draw_examples()
         self.recent = RecentPanel(self.view, self.page)
         self.recent.draw()
@@ -146,9 +148,18 @@ class InputPanel:
     def _random(self, name: str, value: str, _: str) -> None:
         self.random[name] = value
         self.map.show(self.random)
+        self.saved_map._props["href"] = self._map_address()
+        self.saved_map.update()
+
+    def _map_address(self) -> str:
+        """Return where the random map that is described can be had as a table."""
+        return f"/api/points.csv?source={quote(self._random_name())}"
+
+    def _random_name(self) -> str:
+        return f"random:{self.random['points']}:{self.random['seed']}"
 
     async def _make_random(self) -> None:
-        await self.open(f"random:{self.random['points']}:{self.random['seed']}", "")
+        await self.open(self._random_name(), "")
 
     def _opened(self, kept: dict[str, Any]) -> Awaitable[None]:
         if self.view.work != "nest":

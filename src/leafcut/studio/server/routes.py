@@ -110,6 +110,7 @@ def router(studio: Studio) -> APIRouter:
     _add_jobs(made, studio.jobs)
     _add_lists(made)
     _add_lab(made, studio.lab)
+    _add_points(made, studio.folder)
 
     @made.get("", include_in_schema=False)
     @made.get("/{rest:path}", include_in_schema=False)
@@ -262,6 +263,21 @@ def _add_files(made: APIRouter, folder: Folder) -> None:
             folder.drop_inputs([made_id])
             raise
         return {"id": made_id, "name": path.name, "size": size}
+
+
+def _add_points(made: APIRouter, folder: Folder) -> None:
+    @made.get("/points.csv", summary="The points of a map, such as random:200:1, or of a file that is open")
+    def points(source: Annotated[str, Query(max_length=200)]) -> Response:
+        from leafcut.read import read
+        from leafcut.read.csvmap import points_text
+
+        part = read(folder.source(source))
+        name = quote(f"{source.replace(':', '-')}.csv")
+        headers = {
+            "content-disposition": f"attachment; filename*=UTF-8''{name}",
+            "content-security-policy": STILL_POLICY,
+        }
+        return Response(points_text(part), media_type="text/csv; charset=utf-8", headers=headers)
 
 
 def _job_answer(jobs: Jobs, record: JobRecord) -> dict[str, Any]:
