@@ -9,7 +9,7 @@ import sys
 import threading
 import webbrowser
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 #: Without `--port`, so many ports from `PORT` on are tried.
 _TRIED = 20
+#: So often, and so long apart in s, the end is tried again while a connection is just closing.
+_TRIES, _MOMENT = 40, 0.05
 #: Longest wait at the end for connections that do not close, s.
 _PATIENCE = 1
 
@@ -165,11 +167,17 @@ def _write_keys(studio: Studio) -> None:
 def _server(config: Any, studio: Studio) -> Any:
     """Return a server that ends the runs before it waits for connections: some of them wait for a run."""
     import uvicorn
+    from websockets.exceptions import InvalidState
 
     class Server(uvicorn.Server):
         async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
             await asyncio.to_thread(studio.close)
-            await super().shutdown(sockets)
+            for _ in range(_TRIES):
+                # A page that is just closing its connection cannot be told to close it: it is gone a moment later.
+                with suppress(InvalidState):
+                    return await super().shutdown(sockets)
+                await asyncio.sleep(_MOMENT)
+            return await super().shutdown(sockets)
 
     return Server(config)
 
