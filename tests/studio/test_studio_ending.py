@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import threading
 from typing import Any
 
 import pytest
 import uvicorn
+from own_loop import awaited
 from websockets.exceptions import InvalidState
 
 from leafcut.studio.jobs import jobs as room
@@ -152,6 +152,6 @@ def test_the_end_waits_for_a_connection_that_is_just_closing(studio: Studio, mon
 
     monkeypatch.setattr(uvicorn.Server, "shutdown", ends)
     server = _server(uvicorn.Config(lambda: None), studio)
-    asyncio.run(server.shutdown())
+    awaited(server.shutdown())
     assert len(asked) == 3
     assert studio.jobs.closed

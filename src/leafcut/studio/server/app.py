@@ -138,7 +138,7 @@ def serve(port: int | None = None, *, open_page: bool = True, root: Path | None 
         if open_page:
             threading.Thread(target=_open_when_ready, args=(server, studio.entrance.as_uri()), daemon=True).start()
         try:
-            asyncio.run(server.serve(sockets=[listening]))
+            asyncio.run(server.serve(sockets=[listening]))  # noqa: TID251  a command of its own, with no loop yet
         except KeyboardInterrupt:
             pass
         finally:
