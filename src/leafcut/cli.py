@@ -7,7 +7,7 @@ import io
 import json
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
@@ -21,11 +21,11 @@ from leafcut.cli_lab import lab_app
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput
 from leafcut.flags import command_of
-from leafcut.option_spec import PLACES
+from leafcut.option_spec import PLACES, flag_name
 from leafcut.options import Settings
 from leafcut.processes import registry
 from leafcut.processes.base import Process, Work
-from leafcut.processes.settings import all_options, used_by, why_unused
+from leafcut.processes.settings import all_options, group_of, used_by, why_unused
 from leafcut.progress import Reporter
 from leafcut.several import all_drill_files, expanded, targets_of
 from leafcut.usage import command_in, told
@@ -292,6 +292,13 @@ def _without_what_is_known(outcome: Outcome) -> Outcome:
     return outcome
 
 
+def _check_one_file(given: Mapping[str, Any], several: str) -> None:
+    """Refuse options that name one file to be written where there are several programs."""
+    for name, value in given.items():
+        if value and group_of(name).specs()[name].is_output:
+            raise OptionError(f"{flag_name(name)}: names one file but {several}; run them one by one")
+
+
 def _optimize_each(
     inputs: list[str], output: str | None, report: str | None, given: dict[str, Any], *, as_json: bool, quiet: bool
 ) -> int:
@@ -299,8 +306,7 @@ def _optimize_each(
     from leafcut import api
     from leafcut.report.json_answer import as_json as answer
 
-    if given.get("save_plan"):
-        raise OptionError("--save-plan: names one file but there are several inputs; run them one by one")
+    _check_one_file(given, "there are several inputs")
     if given.get("origin") in PLACES and len(inputs) > 1 and all_drill_files(inputs):
         raise OptionError(
             f"--origin {given['origin']}: each drill file would get its own zero, so the holes of the board would not "
@@ -362,8 +368,7 @@ def _batch(
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
         raise OptionError(f"--workers: choose 1 to {MOST_WORKERS}")
     asked = _given(options)
-    if asked.get("save_plan"):
-        raise OptionError("--save-plan: names one file but a batch has many; run them one by one")
+    _check_one_file(asked, "a batch has many")
     given = {"process": process, "options_file": options_file, "defaults_file": _defaults(no_defaults), **asked}
     inputs, _ = expanded(inputs_of(sources), "batch", folder=output)
     if DASH in map(_dashed, inputs):

@@ -127,6 +127,8 @@ class OptimizeKeywords(TypedDict, total=False):
     """
     amps: float | None
     """Cutting current, if the chart has several (default: the fastest in the chart that can pierce the sheet)."""
+    nozzle: str | None
+    """Nozzle, if the chart has several (default: any in the chart)."""
     chart: str | Path | None
     """Cut chart of your own, a CSV file (default: leafcut's chart)."""
     cut_speed: Quantity | None
@@ -306,6 +308,8 @@ class OptimizeKeywords(TypedDict, total=False):
     """Plan file with fixed choices to keep (default: none)."""
     save_plan: str | Path | None
     """Plan file to write (default: none)."""
+    save_norms: str | Path | None
+    """CSV file to write: norms of time and consumption by part, sheet and batch (default: none)."""
     quantity: int | None
     """Number of sheets in the batch (default: 1)."""
     gas_rate: float | None
@@ -868,6 +872,8 @@ class SimulateKeywords(TypedDict, total=False):
     """
     amps: float | None
     """Cutting current, if the chart has several (default: the fastest in the chart that can pierce the sheet)."""
+    nozzle: str | None
+    """Nozzle, if the chart has several (default: any in the chart)."""
     chart: str | Path | None
     """Cut chart of your own, a CSV file (default: leafcut's chart)."""
     cut_speed: Quantity | None
@@ -903,6 +909,8 @@ class VerifyKeywords(TypedDict, total=False):
     """
     amps: float | None
     """Cutting current, if the chart has several (default: the fastest in the chart that can pierce the sheet)."""
+    nozzle: str | None
+    """Nozzle, if the chart has several (default: any in the chart)."""
     chart: str | Path | None
     """Cut chart of your own, a CSV file (default: leafcut's chart)."""
     cut_speed: Quantity | None

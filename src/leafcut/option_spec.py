@@ -51,6 +51,11 @@ class OptionSpec:
         return self.kind == "path" and self.changes_program
 
     @property
+    def is_output(self) -> bool:
+        """Whether it names a file that is written."""
+        return self.kind == "path" and not self.changes_program
+
+    @property
     def all_choices(self) -> tuple[str, ...]:
         """The choices with those that installed packages add; empty where anything may be said."""
         return tuple(dict.fromkeys((*self.choices, *entry_names(self.group_of_plugins))))

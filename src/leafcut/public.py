@@ -10,7 +10,18 @@ from leafcut.keywords import NestKeywords, OptimizeKeywords, SimulateKeywords, S
 from leafcut.kinds import Head
 from leafcut.model.certificate import Certificate, Counts
 from leafcut.model.contour import Contour
-from leafcut.model.cutting import Cut, CutChoice, CutData, CutMeasures, CutPlan, CutTimes, Lead, PartTimes
+from leafcut.model.cutting import (
+    Consumption,
+    ConsumptionRates,
+    Cut,
+    CutChoice,
+    CutData,
+    CutMeasures,
+    CutPlan,
+    CutTimes,
+    Lead,
+    PartTimes,
+)
 from leafcut.model.difference import Difference
 from leafcut.model.heartbeat import Progress
 from leafcut.model.issue import Issue, Severity
@@ -49,6 +60,8 @@ from leafcut.read.nest_list import WantedDrawing
 __all__ = [
     "Arc",
     "Certificate",
+    "Consumption",
+    "ConsumptionRates",
     "Contour",
     "Counts",
     "Cut",

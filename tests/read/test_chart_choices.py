@@ -28,3 +28,10 @@ def test_who_chose_what_the_chart_does_not_have_sees_what_it_has() -> None:
     assert choices_of(rows, "plasma", "steel").thicknesses == choices_of(rows, "plasma", "mild_steel").thicknesses
     assert choices_of(rows, "plasma", "mild_steel", 333.0).amps == (45.0, 65.0, 85.0)
     assert choices_of(rows, "nothing").materials == choices_of(rows).materials
+
+
+def test_nozzles_are_offered_of_the_rows_that_are_left() -> None:
+    rows = load_chart()
+    assert choices_of(rows, "oxyfuel", "mild_steel").nozzles == ("0.8 mm", "1.2 mm", "1.6 mm")
+    assert choices_of(rows, "oxyfuel", "mild_steel", 13.0).nozzles == ("1.2 mm",)
+    assert choices_of(rows, "plasma", "mild_steel").nozzles == ()

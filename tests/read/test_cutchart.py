@@ -211,3 +211,74 @@ def test_a_pierce_height_that_the_chart_does_not_say_is_told() -> None:
     data, issues = find_cut_data(load_chart(), "plasma", "mild_steel", 20.0, 45.0, pierce_delay=2.0)
     assert data.pierce_height == data.cut_height
     assert any(i.code == "L414" and "--pierce-height" in i.message for i in issues)
+
+
+RATES = f"{HEAD},nozzle,gas,gas_l_min,power_kw,abrasive_g_min,nozzle_life_h,electrode_life_pierces"
+
+
+def test_what_a_chart_says_of_consumption_is_carried_over_in_seconds(tmp_path: Path) -> None:
+    rows = chart(tmp_path, "plasma,mild_steel,6,45,1430,3.8,0.6,1.5,1.5,fine,air,120,7.2,360,2,500", head=RATES)
+    rates = find_cut_data(rows, "plasma", "mild_steel", 6.0)[0].rates
+    assert (rates.nozzle, rates.gas, rates.gas_flow, rates.power) == ("fine", "air", 2.0, 7200.0)
+    assert rates.abrasive == pytest.approx(0.006)
+    assert (rates.nozzle_life, rates.electrode_pierces) == (7200.0, 500.0)
+    assert (rates.second_gas, rates.second_gas_flow, rates.nozzle_pierces) == ("", None, None)
+
+
+@every("bad", [",fine,air,-1,,,,", ",fine,air,x,,,,", ",fine,air,,,,0,", ",fine,air,,,,,0", ",fine,air,1e9,,,,"])
+def test_a_rate_that_cannot_be_is_refused_with_its_line(bad, tmp_path: Path) -> None:
+    with pytest.raises(ReadError, match=r"chart\.csv:2"):
+        chart(tmp_path, f"plasma,mild_steel,6,45,1430,3.8,0.6,1.5,1.5{bad}", head=RATES)
+
+
+def test_between_rows_rates_are_on_the_line_and_words_only_where_both_say_the_same(tmp_path: Path) -> None:
+    rows = chart(
+        tmp_path,
+        "plasma,mild_steel,4,45,3000,3.8,0.4,1.5,1.4,a,air,100,6,,,",
+        "plasma,mild_steel,8,45,1200,3.8,0.8,1.5,1.6,b,air,140,,,,",
+        "plasma,mild_steel,12,45,800,3.8,0.8,1.5,1.6,b,oxygen,140,,,,",
+        head=RATES,
+    )
+    rates = find_cut_data(rows, "plasma", "mild_steel", 6.0)[0].rates
+    assert (rates.nozzle, rates.gas, rates.power) == ("", "air", None)
+    assert rates.gas_flow == pytest.approx(2.0)
+    other = find_cut_data(rows, "plasma", "mild_steel", 10.0)[0].rates
+    assert (other.nozzle, other.gas, other.gas_flow) == ("b", "", None)
+
+
+def test_a_nozzle_that_is_named_is_obeyed_or_refused(tmp_path: Path) -> None:
+    rows = chart(
+        tmp_path,
+        "plasma,mild_steel,4,45,3000,3.8,0.4,1.5,1.4,Fine,air,,,,,",
+        "plasma,mild_steel,8,45,1000,3.8,0.8,1.5,1.6,Fine,air,,,,,",
+        "plasma,mild_steel,6,45,2500,3.8,0.8,1.5,1.6,Coarse,air,,,,,",
+        head=RATES,
+    )
+    assert find_cut_data(rows, "plasma", "mild_steel", 6.0)[0].feed * 60 == pytest.approx(2500)
+    fine = find_cut_data(rows, "plasma", "mild_steel", 6.0, nozzle="fine")[0]
+    assert 1000 < fine.feed * 60 < 2000
+    assert fine.rates.nozzle == "Fine"
+    with pytest.raises(OptionError, match="--nozzle none: the chart has Fine, Coarse for plasma of mild_steel"):
+        find_cut_data(rows, "plasma", "mild_steel", 6.0, nozzle="none", feed=1.0, kerf=1.0, pierce_delay=0.0)
+
+
+def test_two_nozzles_are_not_mixed_where_one_has_rows_on_both_sides(tmp_path: Path) -> None:
+    """5 mm: between 4 and 8 mm of the one, not between its 4 mm and the other's 6 mm."""
+    rows = chart(
+        tmp_path,
+        "plasma,mild_steel,4,45,3000,3.8,0.4,1.5,1.4,fine,air,,,,,",
+        "plasma,mild_steel,8,45,1000,3.8,0.8,1.5,1.6,fine,air,,,,,",
+        "plasma,mild_steel,6,45,9000,3.8,0.8,1.5,1.6,coarse,air,,,,,",
+        head=RATES,
+    )
+    data, issues = find_cut_data(rows, "plasma", "mild_steel", 5.0)
+    assert "between 4 and 8 mm" in str(issues[0])
+    assert data.rates.nozzle == "fine"
+
+
+def test_the_shipped_chart_says_of_consumption_only_what_its_sources_say() -> None:
+    rows = load_chart()
+    assert {r.rates.abrasive for r in rows if r.process != "waterjet"} == {None}
+    assert {round((r.rates.abrasive or 0) * 60, 6) for r in rows if r.process == "waterjet"} == {0.36}
+    assert all("garnet 0.36 kg/min" in r.source for r in rows if r.rates.abrasive)
+    assert {r.rates.gas_flow for r in rows} == {None}

@@ -39,9 +39,9 @@ from packages import Installer, shop
 ROOT = Path(__file__).parents[2]
 EN = words("en")
 #: Done by the studio itself.
-NOT_OFFERED = {"save_plan", "all_variants", "remnants_out", "remnant_size"}
+NOT_OFFERED = {"save_plan", "save_norms", "all_variants", "remnants_out", "remnant_size"}
 #: A page says the feed of a program's materials by the speed alone.
-OF_A_CHART = {"cut_process", "material", "thickness", "amps", "chart"}
+OF_A_CHART = {"cut_process", "material", "thickness", "amps", "nozzle", "chart"}
 
 
 def made(work: str, **values: Any) -> list[dict[str, Any]]:

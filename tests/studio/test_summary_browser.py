@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import html
+import io
 from pathlib import Path
 
 import pytest
@@ -51,9 +53,18 @@ def test_a_sheet_tells_its_cost_its_batch_its_parts_and_its_time_as_the_report_d
     assert parts.count() > 2
     for row in parts.all():
         assert row.locator("th").inner_text() in report
+    norms = page.locator(".norms-of-sheet")
+    for figure in norms.locator("tbody td").all_inner_texts():
+        assert figure in report
+    name, table = downloaded(page, "Norms")
+    rows = list(csv.DictReader(io.StringIO(table.decode())))
+    assert name.endswith("_norms.csv")
+    assert [row["of"] for row in rows][-2:] == ["sheet", "batch"]
+    assert norms.locator("tbody tr").count() == len(rows)
     page.get_by_role("link", name="Español").click()
     expect(tiles.filter(has_text="Lote de 25")).to_have_count(1)
     expect(tiles.filter(has_text="perforando")).to_have_count(1)
+    expect(norms).to_contain_text("Perímetro total")
 
 
 def test_the_strategies_of_a_pocket_are_looked_at_one_by_one(page: Page) -> None:

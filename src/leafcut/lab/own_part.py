@@ -70,10 +70,8 @@ def compare_on(
     if not 1 <= runs <= MOST_SEEDS:
         raise OptionError(f"runs of each: choose 1 to {MOST_SEEDS}")
     first = int(options.get("seed") or 1)
-    shared = {
-        key: value for key, value in options.items()
-        if key not in (option, "seed", "save_plan") and f"{option}=" not in group_of(key).specs()[key].needs
-    }  # fmt: skip
+    specs = {key: group_of(key).specs()[key] for key in options if key not in (option, "seed")}
+    shared = {key: options[key] for key, spec in specs.items() if not spec.is_output and f"{option}=" not in spec.needs}
     levels = tuple(Level(way, {option: way}) for way in dict.fromkeys(ways))
     responses = _RESPONSES.get(command, _USUAL_RESPONSES)
     judged = tuple(Analysis("compare", one.name, (option,)) for one in responses[:2])

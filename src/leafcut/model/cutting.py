@@ -23,6 +23,41 @@ LEAD_STYLES = ("arc", "line", "none")
 
 
 @dataclass(frozen=True)
+class ConsumptionRates:
+    """What a way of cutting uses up, as the cut chart has it; None and "" for what the chart does not say.
+
+    Attributes
+    ----------
+    nozzle
+        Which nozzle it is cut with, in the words of the chart.
+    gas, second_gas
+        What flows while the torch is on: plasma or cutting gas, and shield, assist or fuel gas.
+    gas_flow, second_gas_flow
+        Litres at standard conditions per second.
+    power
+        Drawn while the torch is on, W.
+    abrasive
+        kg/s.
+    nozzle_life, electrode_life
+        Seconds of cutting.
+    nozzle_pierces, electrode_pierces
+        Pierces that it lasts.
+    """
+
+    nozzle: str = ""
+    gas: str = ""
+    gas_flow: float | None = None
+    second_gas: str = ""
+    second_gas_flow: float | None = None
+    power: float | None = None
+    abrasive: float | None = None
+    nozzle_life: float | None = None
+    nozzle_pierces: float | None = None
+    electrode_life: float | None = None
+    electrode_pierces: float | None = None
+
+
+@dataclass(frozen=True)
 class CutData:
     """One row of a cut chart: how a material of a thickness is cut.
 
@@ -50,6 +85,8 @@ class CutData:
         False where the chart says no pierce height and delay: above the pierce capacity a cut starts at the edge.
     source, confidence
         Where the row is from, and how far to trust it.
+    rates
+        What it uses up, as far as the chart says.
     """
 
     process: str
@@ -65,6 +102,7 @@ class CutData:
     can_pierce: bool = True
     source: str = ""
     confidence: str = ""
+    rates: ConsumptionRates = ConsumptionRates()
 
 
 @dataclass(frozen=True)
@@ -273,6 +311,23 @@ class CutTimes:
 
 
 @dataclass(frozen=True)
+class Consumption:
+    """What a part, a sheet or a batch uses up; None for what the cut chart does not say.
+
+    Gas in litres at standard conditions, energy in kWh, abrasive in kg; of nozzles and electrodes the part of one, or
+    how many. `at_arc`: the energy is that of the arc, without what the power source loses.
+    """
+
+    gas_l: float | None = None
+    second_gas_l: float | None = None
+    energy_kwh: float | None = None
+    abrasive_kg: float | None = None
+    nozzles: float | None = None
+    electrodes: float | None = None
+    at_arc: bool = False
+
+
+@dataclass(frozen=True)
 class PartTimes:
     """One part of a sheet: its number from 1 (0: what belongs to no part), its area in mm² and its share of the time.
 
@@ -284,6 +339,7 @@ class PartTimes:
     times: CutTimes
     cost: float = 0.0
     name: str = ""
+    used: Consumption = Consumption()
 
 
 @dataclass(frozen=True)
@@ -302,6 +358,8 @@ class CutMeasures:
         Area of the parts by the area of the sheet, 0 … 1; None when the sheet's size is not known.
     cost, batch_cost
         In the unit of the rates, the price of the sheet with it; 0 without both.
+    used, batch_used
+        What the sheet and the batch use up.
     """
 
     sheet: CutTimes = field(default_factory=CutTimes)
@@ -312,6 +370,8 @@ class CutMeasures:
     cost: float = 0.0
     batch_cost: float = 0.0
     cuts: tuple[CutTimes, ...] = ()
+    used: Consumption = Consumption()
+    batch_used: Consumption = Consumption()
 
 
 @dataclass(frozen=True)

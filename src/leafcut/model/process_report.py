@@ -94,5 +94,8 @@ class ProcessReport(Protocol):
     def ways(self) -> Iterator[tuple[str, Toolpath]]:
         """Yield the other ways to do the same work that were tried, and the one that is written, each by its name."""
 
+    def norms(self) -> str:
+        """Return norms of time and consumption as a table, CSV; nothing for work that has none."""
+
     def plan(self, which: Which) -> CutPlan | None:
         """Return the plan of a sheet's cuts ``before`` or ``after``; None for other work."""

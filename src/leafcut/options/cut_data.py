@@ -32,6 +32,12 @@ class CutDataOptions(OptionGroup):
         minimum=0,
         default_words="the fastest in the chart that can pierce the sheet",
     )
+    nozzle: str | None = option(
+        "text",
+        None,
+        "nozzle, if the chart has several",
+        default_words="any in the chart",
+    )
     chart: Path | None = option(
         "path",
         None,

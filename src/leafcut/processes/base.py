@@ -72,7 +72,7 @@ def use(group: type[OptionGroup], *names: str, but: Iterable[str] = (), **needs:
 #: cutting data that a program without speeds of its own is cut with.
 ORDERED = use(SolveOptions, but=COLONIES) | use(AcoOptions) | use(FireflyOptions)
 WRITTEN = use(PostOptions, *POST, "coolant")
-LOOKED_UP = use(CutDataOptions, "cut_speed", **dict.fromkeys(("cut_process", "amps", "chart"), "!cut_speed"))
+LOOKED_UP = use(CutDataOptions, "cut_speed", **dict.fromkeys(("cut_process", "amps", "nozzle", "chart"), "!cut_speed"))
 LOOKED_UP |= use(JobOptions, thickness="!cut_speed", material="!cut_speed")
 
 

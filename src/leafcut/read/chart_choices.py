@@ -16,6 +16,7 @@ class ChartChoices:
     materials: tuple[str, ...]
     thicknesses: tuple[float, ...]
     amps: tuple[float, ...]
+    nozzles: tuple[str, ...]
 
 
 def choices_of(
@@ -40,6 +41,7 @@ def choices_of(
         tuple(sorted({row.material for row in cut})),
         tuple(sorted({row.thickness for row in with_amps})),
         tuple(sorted({row.amps for row in near if row.amps is not None})),
+        tuple(dict.fromkeys(row.rates.nozzle for row in near if row.rates.nozzle)),
     )
 
 

@@ -10,15 +10,15 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, fields, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from leafcut.errors import OptionError, PlanError, ReadError, nearest, shown
 from leafcut.kinds import CutMethod, method_of
-from leafcut.model.cutting import CutData
+from leafcut.model.cutting import ConsumptionRates, CutData
 from leafcut.model.issue import Issue, Severity
 from leafcut.read.format import load
 from leafcut.units import SECONDS_PER_MINUTE
@@ -27,6 +27,8 @@ from leafcut.units import SECONDS_PER_MINUTE
 NEEDED = ("process", "material", "thickness_mm", "cut_speed_mm_min")
 OPTIONAL = (
     "amps", "pierce_height_mm", "pierce_delay_s", "cut_height_mm", "kerf_width_mm", "arc_volts", "confidence", "source",
+    "nozzle", "gas", "gas_l_min", "second_gas", "second_gas_l_min", "power_kw", "abrasive_g_min", "nozzle_life_h",
+    "nozzle_life_pierces", "electrode_life_h", "electrode_life_pierces",
 )  # fmt: skip
 
 #: A thickness this near to a row's is the row's, as a part of it: sheet is rolled no better.
@@ -75,6 +77,7 @@ class ChartRow:
     volts: float | None
     confidence: str
     source: str
+    rates: ConsumptionRates = ConsumptionRates()
 
     @property
     def trust(self) -> int:
@@ -153,6 +156,32 @@ def _row(place: str, line: int, data: dict[str, Any]) -> ChartRow:
         volts=number("arc_volts"),
         confidence=word("confidence"),
         source=word("source"),
+        rates=_rates(word, number),
+    )
+
+
+def _rates(word: Callable[[str], str], number: Callable[..., float | None]) -> ConsumptionRates:
+    """Return what a row says of consumption: per second, W and kg; a life of nothing is refused."""
+
+    def scaled(key: str, factor: float) -> float | None:
+        value = number(key)
+        return None if value is None else value * factor
+
+    def life(key: str, factor: float = 1.0) -> float | None:
+        return None if number(key) is None else (number(key, True) or 0.0) * factor
+
+    return ConsumptionRates(
+        nozzle=word("nozzle"),
+        gas=word("gas"),
+        gas_flow=scaled("gas_l_min", 1.0 / SECONDS_PER_MINUTE),
+        second_gas=word("second_gas"),
+        second_gas_flow=scaled("second_gas_l_min", 1.0 / SECONDS_PER_MINUTE),
+        power=scaled("power_kw", 1e3),
+        abrasive=scaled("abrasive_g_min", 1e-3 / SECONDS_PER_MINUTE),
+        nozzle_life=life("nozzle_life_h", 3600.0),
+        nozzle_pierces=life("nozzle_life_pierces"),
+        electrode_life=life("electrode_life_h", 3600.0),
+        electrode_pierces=life("electrode_life_pierces"),
     )
 
 
@@ -173,6 +202,7 @@ def find_cut_data(
     material: str,
     thickness: float,
     amps: float | None = None,
+    nozzle: str | None = None,
     **given: float | None,
 ) -> tuple[CutData, list[Issue]]:
     """Return how a sheet is cut, and what has to be said about it.
@@ -189,6 +219,8 @@ def find_cut_data(
         ``plasma``, ``laser``, ``oxyfuel``, ``waterjet``, or the full name in the chart (``laser_fiber_3kW``).
     thickness
         mm.
+    nozzle
+        Only rows of this nozzle.
     given
         ``feed``, ``kerf``, ``pierce_delay``, ``pierce_height``, ``cut_height``: the user's own, in the place of the
         chart's.
@@ -218,6 +250,9 @@ def find_cut_data(
         raise OptionError(
             f"--amps {amps:g}: the chart has {currents} for {process} of {material}; without a row, give {_OWN}"
         )
+    if nozzle is not None:
+        fitting = _of_nozzle(fitting, nozzle, f"{process} of {material}")
+        own = None  # a nozzle that is named is one of the chart's
     found = _best(fitting, thickness, given)
     if found is not None:
         row, issues = found
@@ -225,6 +260,15 @@ def find_cut_data(
     if own is None:
         raise PlanError(_no_row(fitting, process, material, thickness))
     return _finished(own, thickness, given, [])
+
+
+def _of_nozzle(rows: list[ChartRow], nozzle: str, what: str) -> list[ChartRow]:
+    wanted = nozzle.strip().lower()
+    fitting = [r for r in rows if r.rates.nozzle.lower() == wanted]
+    if not fitting:
+        known = ", ".join(dict.fromkeys(r.rates.nozzle for r in rows if r.rates.nozzle)) or "none"
+        raise OptionError(f"--nozzle {shown(nozzle)}: the chart has {known} for {what}")
+    return fitting
 
 
 def _own_row(
@@ -282,13 +326,25 @@ def _at_thickness(group: list[ChartRow], thickness: float) -> tuple[ChartRow, li
         exact = [r for r in trusted if abs(r.thickness - thickness) <= SAME_THICKNESS * thickness]
         if exact:
             return min(exact, key=lambda r: (r.trust, abs(r.thickness - thickness))), []
-        thin = [r for r in trusted if r.thickness < thickness]
-        thick = [r for r in trusted if r.thickness > thickness]
-        if thin and thick:
-            a = max(thin, key=lambda r: (r.thickness, -r.trust))
-            b = min(thick, key=lambda r: (r.thickness, r.trust))
-            return _between(a, b, thickness)
+        pairs = [around for rows in _by_nozzle(trusted) if (around := _around(rows, thickness)) is not None]
+        around = min(pairs, key=lambda p: p[1].thickness - p[0].thickness) if pairs else _around(trusted, thickness)
+        if around is not None:
+            return _between(*around, thickness)
     return None
+
+
+def _by_nozzle(rows: list[ChartRow]) -> list[list[ChartRow]]:
+    """Return the rows of each nozzle: what two nozzles do is not mixed where one of them has rows on both sides."""
+    return [[r for r in rows if r.rates.nozzle == name] for name in dict.fromkeys(r.rates.nozzle for r in rows)]
+
+
+def _around(rows: list[ChartRow], thickness: float) -> tuple[ChartRow, ChartRow] | None:
+    """Return the nearest thinner and the nearest thicker row."""
+    thin = [r for r in rows if r.thickness < thickness]
+    thick = [r for r in rows if r.thickness > thickness]
+    if not (thin and thick):
+        return None
+    return max(thin, key=lambda r: (r.thickness, -r.trust)), min(thick, key=lambda r: (r.thickness, r.trust))
 
 
 def _above_capacity(edge: ChartRow, rows: list[ChartRow], thickness: float) -> str:
@@ -315,10 +371,24 @@ def _between(a: ChartRow, b: ChartRow, thickness: float) -> tuple[ChartRow, list
         b if b.trust > a.trust else a,
         thickness=thickness,
         feed=a.feed * (b.feed / a.feed) ** power,
+        rates=_rates_between(a.rates, b.rates, share),
         **{f: mixed(f) for f in ("pierce_height", "pierce_delay", "cut_height", "kerf", "volts")},  # type: ignore[arg-type]
     )
     words = f"the cut chart has no row of {thickness:g} mm: interpolated between {a.thickness:g} and {b.thickness:g} mm"
     return row, [Issue("L411", f"{words}, {row.feed * SECONDS_PER_MINUTE:.0f} mm/min", severity=Severity.NOTE)]
+
+
+def _rates_between(a: ConsumptionRates, b: ConsumptionRates, share: float) -> ConsumptionRates:
+    """Return what two rows say together: figures on the straight line, words and figures of other gases not at all."""
+    found: dict[str, Any] = {}
+    for name in (field.name for field in fields(ConsumptionRates)):
+        one, other = getattr(a, name), getattr(b, name)
+        gas = name.removesuffix("_flow")
+        if isinstance(one, str):
+            found[name] = one if one == other else ""
+        elif one is not None and other is not None and (gas == name or getattr(a, gas) == getattr(b, gas)):
+            found[name] = one + share * (other - one)
+    return ConsumptionRates(**found)
 
 
 def _no_row(rows: list[ChartRow], process: str, material: str, thickness: float) -> str:
@@ -407,4 +477,5 @@ def _finished(
         can_pierce=can_pierce,
         source=row.source,
         confidence=row.confidence,
+        rates=row.rates,
     ), issues

@@ -13,12 +13,16 @@ from leafcut.report.wording import Said
 Tile = tuple[str, str, str]
 
 
-def overview(tiles: Sequence[Tile] = (), times: PageRow | None = None, parts: PageRow | None = None) -> PageRow:
-    """Return what `ProcessReport.overview` tells: figures, seconds by kind (`views.stacked`), and the parts."""
+def overview(
+    tiles: Sequence[Tile] = (), times: PageRow | None = None, parts: PageRow | None = None,
+    norms: PageRow | None = None,
+) -> PageRow:  # fmt: skip
+    """Return what `ProcessReport.overview` tells: figures, seconds by kind (`views.stacked`), parts, and norms."""
     return {
         "tiles": list(tiles),
         "times": times or {"kinds": [], "rows": []},
         "parts": parts or {"rows": [], "feet": []},
+        "norms": norms or {"rows": []},
     }
 
 
@@ -33,6 +37,7 @@ def overview_as_json(outcome: Outcome) -> dict[str, Any]:
         "tiles": [dict(zip(("name", "figure", "words"), map(_plain, tile), strict=True)) for tile in found["tiles"]],
         "times": _plain(times),
         "parts": _plain(found["parts"]),
+        "norms": _plain(found["norms"]),
     }
 
 

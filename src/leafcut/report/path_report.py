@@ -177,6 +177,10 @@ class PathReport(Generic[D]):
         """Yield nothing: there is one way to do the work."""
         yield from ()
 
+    def norms(self) -> str:
+        """Return nothing: there are no parts of a sheet."""
+        return ""
+
     def plan(self, which: Which) -> CutPlan | None:
         """Return nothing: there are no cuts of a sheet."""
         return None

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from leafcut.model.machine import Machine
 
 #: What says the feed that a program leaves to the controller's materials.
-_OF_MATERIALS = ("cut_speed", "cut_process", "material", "thickness", "amps", "chart")
+_OF_MATERIALS = ("cut_speed", "cut_process", "material", "thickness", "amps", "nozzle", "chart")
 #: Where the thickness of a sheet is not given, the feed of its material is taken to be that of so much, mm.
 _USUAL_THICKNESS = 3.0
 
@@ -234,5 +234,7 @@ def _chart_feed(settings: Settings) -> tuple[float, str]:
     options, job = settings.cut_data, settings.job
     thickness = job.thickness or _USUAL_THICKNESS
     rows = load_chart(options.chart)
-    data, _ = find_cut_data(rows, options.cut_process or "plasma", job.material, thickness, options.amps)
+    data, _ = find_cut_data(
+        rows, options.cut_process or "plasma", job.material, thickness, options.amps, options.nozzle
+    )
     return data.feed, f"the cut chart's for {thickness:g} mm of {job.material.replace('_', ' ')}"

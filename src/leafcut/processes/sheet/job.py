@@ -188,6 +188,7 @@ def _cut_data(run: Run) -> tuple[CutData, list[Issue]]:
         run.settings.job.material,
         thickness,
         data.amps,
+        data.nozzle,
         feed=data.cut_speed,
         kerf=options.kerf_width,
         pierce_delay=options.pierce_delay,

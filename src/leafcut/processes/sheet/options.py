@@ -270,6 +270,13 @@ class CutOptions(OptionGroup):
     )
     plan: Path | None = option("path", None, "plan file with fixed choices to keep", default_words="none")
     save_plan: Path | None = option("path", None, "plan file to write", default_words="none", changes_program=False)
+    save_norms: Path | None = option(
+        "path",
+        None,
+        "CSV file to write: norms of time and consumption by part, sheet and batch",
+        default_words="none",
+        changes_program=False,
+    )
     quantity: int = option("whole", 1, "number of sheets in the batch", minimum=1, maximum=1_000_000)
     gas_rate: float = option("number", 0.0, "gas or abrasive cost per hour of cutting", minimum=0)
     power_rate: float = option("number", 0.0, "power cost per hour of cutting", minimum=0)

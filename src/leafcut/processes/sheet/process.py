@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
 
 _MAIN = ("machine", "thickness", "material", "amps", "cut_process", "chains")
+_CUT = ("common_lines", "chart", "nozzle", "cut_speed")
 _JOB = ("thickness", "material", "clearance_height", "keep_out", "end_point", "keep_order")
 #: How sure a layer that is named as a sheet makes it.
 _BY_NAME = 0.95
@@ -45,7 +46,7 @@ class SheetCutting(Process):
     form = (
         ("main", _MAIN),
         ("search", SEARCH),
-        ("cut", ("common_lines", "chart", "cut_speed", *all_of(CutOptions, (*_MAIN, "common_lines", "save_plan")))),
+        ("cut", (*_CUT, *all_of(CutOptions, (*_MAIN, *_CUT, "save_plan", "save_norms")))),
         ("place", (*PLACE, *_PLACES, "work_offset")),
         ("sheet", all_of(SheetOptions)),
         ("read", ("units", "layers", "min_diameter", "max_diameter", "strict")),
@@ -82,16 +83,18 @@ class SheetCutting(Process):
         return [file for file in (settings.cut_data.chart, settings.of(CutOptions).plan) if file is not None]
 
     def writes_besides(self, settings: Settings) -> list[Path]:
-        """Return the plan file that is asked for."""
-        file = settings.of(CutOptions).save_plan
-        return [] if file is None else [file]
+        """Return the plan file and the table of norms, where they are asked for."""
+        options = settings.of(CutOptions)
+        return [file for file in (options.save_plan, options.save_norms) if file is not None]
 
     def files(self, outcome: Outcome[SheetDetail], settings: Settings) -> dict[str, str]:
-        """Return the plan file."""
+        """Return the plan file and the table of norms."""
+        from leafcut.processes.sheet.report.norms import norms_text
         from leafcut.read.plan_file import plan_text
 
-        file = settings.of(CutOptions).save_plan
-        return {str(file): plan_text(outcome.detail.plan.file)} if file else {}
+        options, plan = settings.of(CutOptions), outcome.detail.plan
+        files = {str(options.save_plan): plan_text(plan.file)} if options.save_plan else {}
+        return files | ({str(options.save_norms): norms_text(plan)} if options.save_norms else {})
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Return the contours, as they are placed."""

@@ -158,7 +158,7 @@ def _laid(job: SheetJob, order: list[CutStart]) -> _LaidOrder:
     )
     whole = measure(path, machine)
     seconds = _cut_seconds(path, rows, machine)
-    norm = cut_norm(job.cutting.sheet, cuts, seconds, whole.time_s, settings.of(CutOptions), corners)
+    norm = cut_norm(job.cutting.sheet, cuts, seconds, whole.time_s, settings.of(CutOptions), job.data, corners)
     crossings, close = (None, 0) if led is None else (len(led.crossing), len(led.close))
     return _LaidOrder(CutPlan(job.cutting.sheet, job.data, cuts, norm, crossings, close), path, rows, whole, order, led)
 

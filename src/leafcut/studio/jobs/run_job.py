@@ -137,6 +137,9 @@ def _optimize(call: ReadyTask, name: str, tell: Progress, cancelled: threading.E
     if plan is not None and not call.options.get("common_lines"):
         text = plan_text(plan.file).encode()
         artefacts["plan"] = Artefact(f"{Path(output).stem}_plan.json", "application/json", text)
+    norms = outcome.shown.norms()
+    if norms:
+        artefacts["norms"] = Artefact(f"{Path(output).stem}_norms.csv", "text/csv", norms.encode())
     return Made(answer, figures, artefacts)
 
 

@@ -24,7 +24,7 @@ from leafcut.user_files import has_defaults
 #: How many files each takes; `nest` as many as there are drawings.
 COMMANDS = {"optimize": 1, "nest": 0, "solve": 1, "study": 1, "simulate": 1, "verify": 2}
 #: Options that name what is to be written: the studio does that itself.
-_OUTPUTS = ("save_plan", "all_variants", "remnants_out")
+_OUTPUTS = ("save_plan", "save_norms", "all_variants", "remnants_out")
 #: Names of the list and of the drawings of a nest.
 LIST, NEST = "parts.csv", "nest.dxf"
 #: So many drawings are named in a title.

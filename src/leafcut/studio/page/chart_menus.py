@@ -36,6 +36,7 @@ def chart_menus(values: Mapping[str, Any], folder: Folder, words: Words, machine
         "material": [(name, words.named("material", name, name.replace("_", " "))) for name in found.materials],
         "thickness": [(f"{mm:g}", f"{mm:g} mm") for mm in found.thicknesses],
         "amps": [(f"{a:g}", f"{a:g} A") for a in found.amps],
+        "nozzle": [(name, name) for name in found.nozzles],
     }
 
 

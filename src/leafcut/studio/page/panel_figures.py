@@ -11,6 +11,7 @@ from leafcut.units import format_time
 
 #: So many parts are told of here; the report has more.
 _MOST_PARTS = 100
+_NORM_COLUMNS = ("part", "perimeter", "quantity", "total_perimeter", "hours", "minutes", "seconds")
 #: Kinds of time in the order in which they are stacked, as the report has them.
 _KINDS = ("rapid", "feed", "dwell", "tool-change", "spindle")
 
@@ -22,6 +23,7 @@ def draw_figures(found: dict[str, Any], words: Words) -> None:
     draw_times(rows, words, kinds)
     _tiles(found["tiles"], words)
     _parts(found["parts"], words)
+    _norms(found.get("norms") or {"rows": []}, words)
 
 
 def _tiles(tiles: Sequence[dict[str, Any]], words: Words) -> None:
@@ -92,3 +94,27 @@ def _parts(parts: dict[str, Any], words: Words) -> None:
     left = len(parts["rows"]) - len(rows) + parts.get("left_out", 0)
     if left:
         text("p", words("open.more", number=left), "quiet small")
+
+
+def _norms(norms: dict[str, Any], words: Words) -> None:
+    """Show time and consumption of every kind of part, of the sheet and of its batch."""
+    rows = norms["rows"][:_MOST_PARTS]
+    if not rows:
+        return
+    text("h3", words("result.norms"))
+    names = [(words(f"result.{key}"), "" if key == "part" else "n") for key in _NORM_COLUMNS]
+    names += [(words.said(name), "n") for name in norms["names"]]
+    cells = [[row["name"], row["each"], row["quantity"], row["perimeter"], *_all_of(row)] for row in rows]
+    cells += [[words.said(row["name"]), "", "", row["perimeter"], *_all_of(row)] for row in norms["feet"]]
+    with box("div", "scroll"):
+        table(names, cells, words("result.norms")).classes("norms-of-sheet")
+    left = len(norms["rows"]) - len(rows) + norms["left_out"]
+    if left:
+        text("p", words("open.more", number=left), "quiet small")
+    if norms["unknown"]:
+        unknown = ", ".join(words.said(name) for name in norms["unknown"])
+        text("p", words("result.norms_unknown", names=unknown), "quiet small")
+
+
+def _all_of(row: dict[str, Any]) -> list[str]:
+    return [*row["clock"], *row["amounts"]]

@@ -37,7 +37,7 @@ _MOST_WARNINGS = 2
 #: So many reasons why pieces of a program stay.
 _MOST_REASONS = 20
 #: Files in the order in which they are offered.
-_FILES = ("program", "tour", "report", "plan", "order", "given", "list", "picture-before", "picture-after")
+_FILES = ("program", "tour", "report", "plan", "norms", "order", "given", "list", "picture-before", "picture-after")
 
 
 class ResultPanel:

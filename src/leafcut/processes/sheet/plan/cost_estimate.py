@@ -1,4 +1,4 @@
-"""Time norm and cost of a sheet: by part, for the sheet, for the batch."""
+"""Time norm, cost and consumption of a sheet: by part, for the sheet, for the batch."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from itertools import pairwise
 from types import MappingProxyType
 
 from leafcut.geometry.arrays import Point
-from leafcut.model.cutting import Cut, CutMeasures, CutTimes, PartTimes
+from leafcut.model.cutting import Cut, CutData, CutMeasures, CutTimes, PartTimes
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.options import CutOptions
+from leafcut.processes.sheet.plan.consumption import consumption_of
 
 _HOUR = 3600.0
 
@@ -22,9 +23,10 @@ def cut_norm(
     seconds: Sequence[tuple[float, float, float]],
     whole: float,
     options: CutOptions,
+    data: CutData,
     corners: Mapping[int, Sequence[Point]] = MappingProxyType({}),
 ) -> CutMeasures:
-    """Return times, lengths and costs.
+    """Return times, lengths, costs and consumption.
 
     Parameters
     ----------
@@ -51,18 +53,22 @@ def cut_norm(
         own, area = _sum(shares[number]), areas.get(number, 0.0)
         # The sheet is paid by its parts, by their areas.
         metal = sheet.price * area / used if number in cut_parts and used else 0.0
-        parts.append(PartTimes(number, area, own, cost_of(own, options) + metal, names.get(number, "")))
+        used_up = consumption_of(own, data, one)
+        parts.append(PartTimes(number, area, own, cost_of(own, options) + metal, names.get(number, ""), used_up))
     cost = cost_of(one, options) + sheet.price
     stock = sum(abs(path.area) * (-1.0 if k else 1.0) for k, path in enumerate(sheet.paths))
+    batch = one.times(options.quantity)
     return CutMeasures(
         sheet=one,
-        batch=one.times(options.quantity),
+        batch=batch,
         quantity=options.quantity,
         parts=tuple(parts),
         utilisation=used / stock if stock > 0.0 else None,
         cost=cost,
         batch_cost=cost * options.quantity,
         cuts=tuple(each),
+        used=consumption_of(one, data, one),
+        batch_used=consumption_of(batch, data, one),
     )
 
 

@@ -7,10 +7,23 @@ import re
 from collections import Counter
 from typing import Any
 
-from leafcut.model.cutting import Cut, CutMeasures, CutPlan, CutTimes, PartTimes
+from leafcut.model.cutting import Consumption, ConsumptionRates, Cut, CutMeasures, CutPlan, CutTimes, PartTimes
 from leafcut.processes.sheet.model import SheetDetail
-from leafcut.report.wording import clock, count, length_words, percent_words, plain_number, time_words
+from leafcut.processes.sheet.report.norms import consumption_as_json, norms_as_json, rates_as_json
+from leafcut.report.wording import (
+    NO_VALUE,
+    clock,
+    count,
+    length_words,
+    percent_words,
+    plain_number,
+    said,
+    time_words,
+)
 from leafcut.units import SECONDS_PER_MINUTE
+
+#: No smaller amount is told exactly.
+_LEAST_AMOUNT = 1e-4
 
 
 def cut_counts(plan: CutPlan) -> dict[str, int]:
@@ -44,6 +57,7 @@ def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
             "pierce_height_mm": data.pierce_height,
             "cut_height_mm": data.cut_height,
             "volts": data.volts,
+            **rates_as_json(data.rates),
             "source": data.source,
             "confidence": data.confidence,
             "sheet": _times(norm.sheet),
@@ -52,6 +66,8 @@ def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
             "utilisation_percent": None if norm.utilisation is None else 100.0 * norm.utilisation,
             "cost": norm.cost,
             "batch_cost": norm.batch_cost,
+            "consumption": {"sheet": consumption_as_json(norm.used), "batch": consumption_as_json(norm.batch_used)},
+            "norms": norms_as_json(norm),
             "parts": [
                 {
                     "part": p.part,
@@ -60,6 +76,7 @@ def cutting_as_json(detail: SheetDetail) -> dict[str, Any]:
                     "contours": part_kinds(plan, p.part).count("cut"),
                     **_times(p.times),
                     "cost": p.cost,
+                    "consumption": consumption_as_json(p.used),
                 }
                 for p in norm.parts
             ],
@@ -194,7 +211,34 @@ def norm_facts(plan: CutPlan) -> list[tuple[str, str]]:
         facts.append(("used", f"{percent_words(100.0 * norm.utilisation)} of the sheet"))
     if norm.cost:
         facts.append(("cost", _cost_words(norm)))
+    used = [f"{amount} {name}" for name, amount in amounts(norm.used, data.rates) if amount != NO_VALUE]
+    if used:
+        facts.append(("uses", ", ".join(used)))
     return facts
+
+
+def amounts(used: Consumption, rates: ConsumptionRates) -> list[tuple[str, str]]:
+    """Return what is used up and how much of it, in words; of what the chart says nothing a dash."""
+    gas, second = (said(name_words(name)) if name else word for name, word in
+                   ((rates.gas, said("gas")), (rates.second_gas, said("second gas"))))  # fmt: skip
+    return [
+        (gas, _amount(used.gas_l, "l")),
+        *([(second, _amount(used.second_gas_l, "l"))] if rates.second_gas or used.second_gas_l is not None else []),
+        (said("electricity at the arc") if used.at_arc else said("electricity"), _amount(used.energy_kwh, "kWh")),
+        (said("abrasive"), _amount(used.abrasive_kg, "kg")),
+        (said("nozzles"), _amount(used.nozzles, "")),
+        (said("electrodes"), _amount(used.electrodes, "")),
+    ]
+
+
+def _amount(value: float | None, unit: str) -> str:
+    """Return an amount with three digits, ``0.084 kWh``."""
+    if value is None:
+        return NO_VALUE
+    figure = f"{value:,.0f}" if value >= 100.0 else f"{value:#.3g}"
+    if 0.0 < value < _LEAST_AMOUNT:
+        figure = f"< {_LEAST_AMOUNT:.4f}"
+    return f"{figure.rstrip('.') if value else 0} {unit}".rstrip()
 
 
 def _norm_words(times: CutTimes) -> str:

@@ -7,7 +7,15 @@ import re
 from leafcut.model.cutting import CutPlan, CutTimes
 from leafcut.model.outcome import Outcome
 from leafcut.processes.sheet.model import SheetDetail
-from leafcut.processes.sheet.report.cut_words import cost_figure, money_words, name_words, part_kinds, size_words
+from leafcut.processes.sheet.report.cut_words import (
+    amounts,
+    cost_figure,
+    money_words,
+    name_words,
+    part_kinds,
+    size_words,
+)
+from leafcut.processes.sheet.report.norms import NormRow, batch_row, norm_rows, sheet_row
 from leafcut.processes.sheet.report.sheet_detail import detail, looked_at
 from leafcut.processes.sheet.report.sheet_drawing import (
     SheetScene,
@@ -56,6 +64,7 @@ def sheet_content(outcome: Outcome[SheetDetail], plan: CutPlan) -> PageRow:
         "common": any(n.sheet.common_mm > 0.0 for n in outcome.detail.norms if n is not None),
         "facts": facts(outcome, plan),
         "parts": _parts(scene, plan),
+        "norms": norms_table(plan),
         "data": _data(plan),
     }
 
@@ -276,6 +285,43 @@ def _contours_words(plan: CutPlan, part: int) -> str:
     return f"{len(mine) - marks}" + (f" + {count(marks, 'mark')}" if marks else "")
 
 
+# -- norms -----------------------------------------------------------------------------------------------------------
+
+
+def norms_table(plan: CutPlan) -> PageRow:
+    """Return a row of time and consumption for each kind of part, and the sums under them."""
+    norm, rates = plan.measures, plan.data.rates
+    found = norm_rows(norm)
+    rows = found[:MOST_PART_ROWS]
+    feet = [(said("Sheet"), sheet_row(norm))]
+    if norm.quantity > 1:
+        feet.append((said("{number} sheets", number=f"{norm.quantity:,}"), batch_row(norm)))
+    known = [amount != NO_VALUE for _, amount in amounts(norm.used, rates)]
+
+    def cells(row: NormRow) -> PageRow:
+        told = [amount for (_, amount), is_known in zip(amounts(row.used, rates), known, strict=True) if is_known]
+        perimeter = length_words(row.total_perimeter)
+        return {"perimeter": perimeter, "clock": [f"{figure:,}" for figure in row.clock], "amounts": told}
+
+    names = amounts(norm.used, rates)
+    return {
+        "rows": [
+            {
+                "name": clean(row.name),
+                "each": length_words(row.perimeter),
+                "quantity": f"{row.quantity:,}",
+                **cells(row),
+            }
+            for row in rows
+        ],
+        "feet": [{"name": name, **cells(row)} for name, row in feet],
+        "names": [name for (name, _), is_known in zip(names, known, strict=True) if is_known],
+        "unknown": [name for (name, _), is_known in zip(names, known, strict=True) if not is_known],
+        "left_out": len(found) - len(rows),
+        "long": len(rows) > _LONG_TABLE,
+    }
+
+
 # -- cutting data ----------------------------------------------------------------------------------------------------
 
 
@@ -295,6 +341,11 @@ def _data(plan: CutPlan) -> PageRow:
     confidence, why = [*re.split(r"[,;:]\s*", clean(data.confidence), maxsplit=1), ""][:2]
     if data.volts is not None:
         rows.append(("arc", f"{data.volts:g} V"))
+    if data.rates.nozzle:
+        rows.append(("nozzle", data.rates.nozzle))
+    gases = [name_words(gas) for gas in (data.rates.gas, data.rates.second_gas) if gas]
+    if gases:
+        rows.append(("gas", " and ".join(gases)))
     return {
         "rows": [(name, clean(words)) for name, words in rows],
         "source": clean(data.source),

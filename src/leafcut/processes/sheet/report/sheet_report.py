@@ -12,6 +12,7 @@ from leafcut.model.process_report import Fact, Which
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.report import sheet_page
 from leafcut.processes.sheet.report.cut_words import cut_counts, cut_counts_words, cutting_as_json, norm_facts
+from leafcut.processes.sheet.report.norms import norms_text
 from leafcut.processes.sheet.report.sheet_drawing import build_sheet_scene, sheet_drawing
 from leafcut.report.overview import overview
 from leafcut.report.path_report import PathReport
@@ -83,7 +84,16 @@ class SheetReport(PathReport[SheetDetail]):
     def overview(self) -> dict[str, Any]:
         """Return time and cost, where the time goes, and the parts."""
         outcome, plan = self.outcome, self.outcome.detail.plan
-        return overview(sheet_page.facts(outcome, plan), sheet_page.norm_times(outcome), sheet_page.parts_table(plan))
+        return overview(
+            sheet_page.facts(outcome, plan),
+            sheet_page.norm_times(outcome),
+            sheet_page.parts_table(plan),
+            sheet_page.norms_table(plan),
+        )
+
+    def norms(self) -> str:
+        """Return the table of norms."""
+        return norms_text(self.outcome.detail.plan)
 
     def page(self) -> dict[str, Any]:
         """Return drawings, time and cost, parts, cutting data."""

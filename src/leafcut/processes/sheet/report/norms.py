@@ -1,0 +1,150 @@
+"""Norms of time and of consumption: a row for each kind of part, for the sheet, and for the batch."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from leafcut.model.cutting import Consumption, ConsumptionRates, CutMeasures, CutPlan, PartTimes
+
+_MOST_NUMBERS = 6
+#: Figures of `Consumption` in the order in which they are told.
+AMOUNTS = ("gas_l", "second_gas_l", "energy_kwh", "abrasive_kg", "nozzles", "electrodes")
+_COLUMNS = (
+    "of", "name", "quantity", "perimeter_mm", "total_perimeter_mm", "hours", "minutes", "seconds", "total_s",
+    "gas", "gas_l", "second_gas", "second_gas_l", "energy_kwh", "energy_at_arc", "abrasive_kg", "nozzles",
+    "electrodes", "process", "material", "thickness_mm", "nozzle",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class NormRow:
+    """What all pieces of one name come to, or a sheet, or a batch; lengths in mm, the times of all of them in s."""
+
+    of: str
+    name: str
+    quantity: int
+    total_perimeter: float
+    total_s: float
+    used: Consumption
+
+    @property
+    def perimeter(self) -> float:
+        """Perimeter of one, mm."""
+        return self.total_perimeter / self.quantity
+
+    @property
+    def clock(self) -> tuple[int, int, int]:
+        """Hours, minutes and whole seconds."""
+        minutes, seconds = divmod(round(self.total_s), 60)
+        return minutes // 60, minutes % 60, seconds
+
+
+def norm_rows(norm: CutMeasures) -> list[NormRow]:
+    """Return a row for each name of parts, in the order of the first of them.
+
+    Parts without a name that agree in area and perimeter are of one kind, which is called by their numbers. What
+    belongs to no part, and the way at the beginning and the end, is in the sheet's alone.
+    """
+    kinds: dict[object, list[PartTimes]] = {}
+    for part in norm.parts:
+        if part.part:
+            kinds.setdefault(part.name or (round(part.area, 2), round(part.times.perimeter_mm, 2)), []).append(part)
+    return [
+        NormRow(
+            "part",
+            own[0].name or _numbers(own),
+            len(own),
+            math.fsum(p.times.perimeter_mm for p in own),
+            math.fsum(p.times.total_s for p in own),
+            _all(p.used for p in own),
+        )
+        for own in kinds.values()
+    ]
+
+
+def _numbers(parts: Sequence[PartTimes]) -> str:
+    """Return ``1, 3, 5``; of many the first ones."""
+    first = ", ".join(str(p.part) for p in parts[:_MOST_NUMBERS])
+    return first if len(parts) <= _MOST_NUMBERS else f"{first} …"
+
+
+def sheet_row(norm: CutMeasures) -> NormRow:
+    """Return the row of one sheet."""
+    return NormRow("sheet", "", 1, norm.sheet.perimeter_mm, norm.sheet.total_s, norm.used)
+
+
+def batch_row(norm: CutMeasures) -> NormRow:
+    """Return the row of all sheets."""
+    return NormRow("batch", "", norm.quantity, norm.batch.perimeter_mm, norm.batch.total_s, norm.batch_used)
+
+
+def _all(used: Iterable[Consumption]) -> Consumption:
+    each = list(used)
+
+    def whole(name: str) -> float | None:
+        known = [value for one in each if (value := getattr(one, name)) is not None]
+        return math.fsum(known) if len(known) == len(each) else None
+
+    return Consumption(**{name: whole(name) for name in AMOUNTS}, at_arc=any(one.at_arc for one in each))
+
+
+def consumption_as_json(used: Consumption) -> dict[str, Any]:
+    """Return litres, kWh, kg and pieces; null for what the chart does not say."""
+    return {**{name: getattr(used, name) for name in AMOUNTS}, "energy_at_arc": used.at_arc}
+
+
+def rates_as_json(rates: ConsumptionRates) -> dict[str, Any]:
+    """Return what the chart says of nozzle and gases."""
+    return {"nozzle": rates.nozzle, "gas": rates.gas, "second_gas": rates.second_gas}
+
+
+def norms_as_json(norm: CutMeasures) -> list[dict[str, Any]]:
+    """Return the rows as plain values."""
+    return [
+        {
+            "of": row.of,
+            "name": row.name,
+            "quantity": row.quantity,
+            "perimeter_mm": row.perimeter,
+            "total_perimeter_mm": row.total_perimeter,
+            **dict(zip(("hours", "minutes", "seconds"), row.clock, strict=True)),
+            "total_s": row.total_s,
+            **consumption_as_json(row.used),
+        }
+        for row in (*norm_rows(norm), sheet_row(norm), batch_row(norm))
+    ]
+
+
+def norms_text(plan: CutPlan) -> str:
+    """Return the norms as a table, CSV, with what was cut in each row."""
+    data = plan.data
+    told = {
+        "process": data.process,
+        "material": data.material,
+        "thickness_mm": data.thickness,
+        **rates_as_json(data.rates),
+    }
+    text = io.StringIO()
+    writer = csv.DictWriter(text, _COLUMNS, lineterminator="\n", restval="")
+    writer.writeheader()
+    for row in norms_as_json(plan.measures):
+        writer.writerow({key: _cell(value) for key, value in (told | row).items()})
+    return text.getvalue()
+
+
+def _cell(value: Any) -> Any:
+    """Return a cell that no spreadsheet takes for a formula: names are the drawing's, or the chart's."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.9g}"
+    if isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r")):
+        return f"'{value}"
+    return value
