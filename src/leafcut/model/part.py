@@ -87,6 +87,8 @@ class Part:
         The sets of a generalised travelling salesman problem, else None.
     pockets
         What is to be cleared, in the order of the drawing.
+    edge
+        Lines around the holes of a plate, of kind ``sheet``: they are shown, and never worked.
     """
 
     name: str
@@ -102,6 +104,7 @@ class Part:
     contours: tuple[Contour, ...] = ()
     grouping: Grouping | None = None
     pockets: tuple[Pocket, ...] = ()
+    edge: tuple[Contour, ...] = ()
 
     @property
     def hole_xy(self) -> NDArray[np.float64]:
@@ -115,7 +118,7 @@ class Part:
 
     @property
     def extents(self) -> tuple[float, float, float, float]:
-        """Smallest x and y, largest x and y of all that is there, mm; zeros for an empty part."""
+        """Smallest x and y, largest x and y of all that is worked, mm; zeros for an empty part."""
         points = [(h.x, h.y) for h in self.holes] + [p for s in self.slots for p in (s.start, s.end)]
         points += [p for c in self.contours for p in (c.path.extents[:2], c.path.extents[2:])]
         points += [p for c in self.pockets for p in (c.outline.extents[:2], c.outline.extents[2:])]

@@ -92,6 +92,7 @@ def _moved(part: Part, matrix: NDArray[np.float64], by: tuple[float, float]) -> 
         holes=tuple(replace(h, x=x, y=y) for h in part.holes for x, y in [at(h.x, h.y)]),
         slots=tuple(replace(s, start=at(*s.start), end=at(*s.end)) for s in part.slots),
         contours=tuple(replace(one, path=along(one.path)) for one in part.contours),
+        edge=tuple(replace(one, path=along(one.path)) for one in part.edge),
         pockets=tuple(
             replace(p, outline=around(p.outline, False), islands=tuple(around(i, True) for i in p.islands))
             for p in part.pockets

@@ -18,6 +18,7 @@ from leafcut.read.arcs import ArcPiece, close_circles
 from leafcut.read.dxf_blocks import BlockWalk
 from leafcut.read.dxf_contours import read_dxf_contours, read_dxf_pockets
 from leafcut.read.dxf_document import hidden_by_layer, layers_of, open_document, sniff, units_of, walk_issues
+from leafcut.read.dxf_edge import edge_of
 from leafcut.read.dxf_shapes import ROUND, Matrix, Shape, half_axes, is_flat, moved, seen_span, shape_of
 from leafcut.read.dxf_whole import read_dxf_whole
 from leafcut.read.filter_holes import sift
@@ -29,6 +30,7 @@ from leafcut.read.format import (
     Source,
     copies_of,
     places_of,
+    points_of,
     too_many_holes,
     units_unknown,
 )
@@ -58,7 +60,8 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     kept, noticed = sift(holes, options)
     if not kept:
         raise ReadError(source.path, _nothing(walk, finds, document, options, noticed))
-    part = Part(source.name, kept, source=source.file_name, format="dxf", units=unit or "mm")
+    edge = edge_of(document, options, factor, source.path, points_of(source), finds.owned)
+    part = Part(source.name, kept, source=source.file_name, format="dxf", units=unit or "mm", edge=edge)
     if unit is None:
         issues.insert(0, units_unknown("the drawing", part, Severity.WARNING))
     bare = sum(h.diameter == 0 for h in kept)
@@ -82,6 +85,8 @@ class Finds:
     squashed: Counter[str] = field(default_factory=Counter)
     others: Counter[str] = field(default_factory=Counter)
     n_joined: int = 0
+    #: Handles of what became holes.
+    owned: set[str] = field(default_factory=set)
     _number: int = 0
 
     def add(self, shape: Shape, matrix: Matrix, layer: str) -> None:
@@ -138,6 +143,7 @@ class Finds:
         self.n_joined = len(circles)
         if len(self.found) > MAX_HOLES:
             raise too_many_holes(self.path)
+        self.owned = {hole.handle for _, hole in self.found} | {self.owners[number][2] for number in used}
         self.others.update(kind for number, (kind, _, _) in self.owners.items() if number not in used)
         return [hole for _, hole in sorted(self.found, key=lambda numbered: numbered[0])]
 

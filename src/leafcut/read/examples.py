@@ -15,7 +15,8 @@ from functools import cache
 import numpy as np
 
 from leafcut.errors import ReadError, nearest, shown
-from leafcut.model import Hole, Part
+from leafcut.geometry.polyline import Polyline
+from leafcut.model import Contour, Hole, Part
 from leafcut.options import ReadOptions
 from leafcut.read.format import MAX_HOLES, Format, Source
 from leafcut.units import MM_PER_INCH
@@ -278,11 +279,15 @@ def read_example(source: Source, options: ReadOptions) -> Part:
         raise ReadError(source.path, f"unknown example '{shown(name)}'{nearest(name, EXAMPLE_NAMES)}")
     if name == "ten-points":
         return _points(name, TEN_POINTS)
+    drawn = plate(name)
     holes = tuple(
         Hole(round(h.x * MM_PER_INCH, 6), round(h.y * MM_PER_INCH, 6), round(h.diameter * MM_PER_INCH, 6), "HOLES")
-        for h in plate(name).holes
+        for h in drawn.holes
     )
-    return Part(name, holes, source=EXAMPLE + name, format="example", units="in")
+    width, height = round(drawn.width * MM_PER_INCH, 6), round(drawn.height * MM_PER_INCH, 6)
+    corners = [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)]
+    edge = (Contour(Polyline.of_points(corners, closed=True), "sheet", "OUTLINE"),)
+    return Part(name, holes, source=EXAMPLE + name, format="example", units="in", edge=edge)
 
 
 def _random_map(source: Source) -> Part:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from leafcut.model.process_report import Which
 from leafcut.report.frame import Frame
 from leafcut.report.labels import Surroundings, place_labels
 from leafcut.report.marks import arrow_heads, end_marks
+from leafcut.report.part_edge import edge_segments, near_edge
 from leafcut.report.plan_view import Trace, trace
 from leafcut.report.svg import STEPS, dots_data, element, in_steps, lines_data, text
 
@@ -55,7 +56,7 @@ class Scene:
     `tools` are the tool numbers in the order of their work; a hole's colour is that of the last tool that works on it
     (-1: none does). `slots` are (tool, width, centre line) in user units. `numbered`: stops carry numbers. `enlarged`:
     some holes are drawn larger than they are; `unsized`: of some nothing says how wide they are. `extent` is the size
-    of the work in mm.
+    of the work in mm; `edge` are the lines of the plate's edge in user units, float64[k, 2, 2].
     """
 
     frame: Frame
@@ -69,6 +70,7 @@ class Scene:
     discs: NDArray[np.float64]
     unsized: bool = False
     extent: tuple[float, float] = (0.0, 0.0)
+    edge: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2, 2)))
 
 
 def build_scene(outcome: Outcome) -> Scene:
@@ -81,7 +83,8 @@ def build_scene(outcome: Outcome) -> Scene:
     centres = np.concatenate([part.hole_xy, ends])
     work = np.concatenate([centres - radius, centres + radius, before.work, after.work])
     work = work[np.isfinite(work).all(axis=1)]
-    frame = _frame(work, np.concatenate([before.rapids.reshape(-1, 2), after.rapids.reshape(-1, 2)]))
+    shown = work if not len(work) else np.concatenate([work, near_edge(part, work.min(axis=0), work.max(axis=0))])
+    frame = _frame(shown, np.concatenate([before.rapids.reshape(-1, 2), after.rapids.reshape(-1, 2)]))
 
     tools = tuple(dict.fromkeys(o.tool.number for o in outcome.operations))
     of_hole, of_slot = np.full(len(part.holes), -1), np.full(len(part.slots), -1)
@@ -113,6 +116,7 @@ def build_scene(outcome: Outcome) -> Scene:
         discs=np.concatenate([placed, sizes[:, None] / 2], axis=1),
         unsized=not bool(sized.all()),
         extent=(float(np.ptp(work[:, 0])), float(np.ptp(work[:, 1]))) if len(work) else (0.0, 0.0),
+        edge=frame.place(edge_segments(part)),
     )
 
 
@@ -172,6 +176,13 @@ def drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bo
     drawn = element("use", href=holes) if holes.startswith("#") else _holes(scene, holes.removeprefix("="))
     window = f"window-{which}"
     ways = (_rapids(scene, path), _cuts(scene, path), arrow_heads(frame.place(path.rapids)))
+    if len(scene.edge):
+        drawn = (
+            element(
+                "g", in_steps(element("path", d=lines_data(scene.edge), class_="plate")), clip_path=f"url(#{window})"
+            )
+            + drawn
+        )
     inside = (drawn, element("g", *ways, clip_path=f"url(#{window})"), *_ends(scene, path))
     return frame.drawing(words, window, inside, "drawing" if scene.numbered else "drawing ramped", size)
 
@@ -260,7 +271,7 @@ def _numbers(scene: Scene, path: Trace, stops: NDArray[np.float64], words: list[
     `stops` is float64[k, 4]: x, y, the radius that is kept free, and the radius of the hole.
     """
     frame, font = scene.frame, _font(stops[:, :2])
-    lines = frame.place(np.concatenate([path.rapids, path.cuts]))
+    lines = np.concatenate([frame.place(np.concatenate([path.rapids, path.cuts])), scene.edge])
     around = Surroundings(np.concatenate([scene.discs, stops[:, :3]]), lines, (frame.width, frame.height))
     spots = place_labels(stops, words, font, around)
     numbers = [text(w, spot[0], spot[1], dy="0.35em") for w, spot in zip(words, spots, strict=True) if spot]

@@ -212,6 +212,7 @@ def _legend(outcome: Outcome, scene: Scene) -> dict[str, Any]:
         "tools": entries,
         "enlarged": scene.enlarged,
         "unsized": scene.unsized,
+        "edge": bool(len(scene.edge)),
     }
 
 

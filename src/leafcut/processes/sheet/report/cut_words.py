@@ -219,8 +219,9 @@ def norm_facts(plan: CutPlan) -> list[tuple[str, str]]:
 
 def amounts(used: Consumption, rates: ConsumptionRates) -> list[tuple[str, str]]:
     """Return what is used up and how much of it, in words; of what the chart says nothing a dash."""
-    gas, second = (said(name_words(name)) if name else word for name, word in
-                   ((rates.gas, said("gas")), (rates.second_gas, said("second gas"))))  # fmt: skip
+    # Names are the chart's, and the same in each language; what has none is called by what it is.
+    gas: str = name_words(rates.gas) if rates.gas else said("gas")
+    second: str = name_words(rates.second_gas) if rates.second_gas else said("second gas")
     return [
         (gas, _amount(used.gas_l, "l")),
         *([(second, _amount(used.second_gas_l, "l"))] if rates.second_gas or used.second_gas_l is not None else []),

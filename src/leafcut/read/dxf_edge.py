@@ -1,0 +1,54 @@
+"""The lines of a drilling drawing: the edge of the plate. They are shown, and never worked."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import replace
+from typing import Any
+
+from leafcut.errors import ReadError
+from leafcut.geometry.curves import Spend
+from leafcut.model import Contour
+from leafcut.options import ReadOptions
+from leafcut.read.dxf_blocks import LayerFilter
+from leafcut.read.dxf_contours import Strokes
+from leafcut.read.dxf_document import layers_of
+from leafcut.read.dxf_shapes import IDENTITY
+from leafcut.read.dxf_strokes import stroke_of
+
+#: What an edge is drawn with.
+_KINDS = ("LINE", "ARC", "LWPOLYLINE", "POLYLINE")
+#: So many are shown; a plate has a few, and what has more is a drawing of something else.
+MOST_EDGES = 5_000
+
+
+def edge_of(
+    document: Any, options: ReadOptions, factor: float, path: str, points: Spend, holes: Collection[str]
+) -> tuple[Contour, ...]:
+    """Return the lines, arcs and polylines that stand in model space itself and are no holes, in mm.
+
+    `holes` are the handles of those that became holes. Layers that are off or frozen stay hidden; which of the others
+    are chosen makes no difference, as nothing is worked. What is damaged is left out.
+    """
+    layers = layers_of(document, replace(options, layers=()))
+    strokes = Strokes(factor, path, points)
+    try:
+        for entity in document.modelspace():
+            if entity.dxftype() in _KINDS:
+                if len(strokes.found) >= MOST_EDGES:
+                    return ()
+                _add(entity, layers, holes, strokes)
+    except ReadError:  # more points than a drawing of this size may have: no reason to refuse its holes
+        return ()
+    return tuple(strokes.found)
+
+
+def _add(entity: Any, layers: LayerFilter, holes: Collection[str], strokes: Strokes) -> None:
+    try:
+        layer, handle = entity.dxf.get("layer", "0"), entity.dxf.get("handle") or ""
+        hidden = not layers.shows(layer) or bool(entity.dxf.get("invisible", 0))
+        stroke = None if hidden or handle in holes else stroke_of(entity)
+    except Exception:  # ezdxf raises nearly anything on a damaged entity, of which the reader of the holes tells
+        return
+    if stroke is not None:
+        strokes.add(stroke._replace(kind="sheet", name=""), IDENTITY, layer)

@@ -1,0 +1,35 @@
+"""The edge of a plate in drawings: how much of it is shown beside what is worked."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.part import Part
+
+#: Lines are shown so far beyond the work, in parts of its size: the frame of a sheet of paper stays out of sight.
+_BEYOND = 1.0
+_LEAST = 10.0
+_TOLERANCE = 0.05
+
+
+def near_edge(part: Part, low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the corners of the boxes around those lines of the edge that lie near the work, float64[k, 2], mm.
+
+    `low` and `high` are the corners of the work.
+    """
+    boxes = np.array([c.path.extents for c in part.edge]).reshape(-1, 2, 2)
+    beyond = max(_BEYOND * float((high - low).max()), _LEAST)
+    near = (boxes[:, 0] >= low - beyond).all(axis=1) & (boxes[:, 1] <= high + beyond).all(axis=1)
+    return boxes[near].reshape(-1, 2)
+
+
+def edge_segments(part: Part) -> NDArray[np.float64]:
+    """Return the edge in straight segments, float64[k, 2, 2], mm."""
+    found = [np.zeros((0, 2, 2))]
+    for contour in part.edge:
+        points = contour.path.flattened(_TOLERANCE)
+        if contour.path.closed:
+            points = np.vstack([points, points[:1]])
+        found.append(np.stack([points[:-1], points[1:]], axis=1))
+    return np.concatenate(found)
