@@ -561,6 +561,10 @@ class OptimizeKeywords(TypedDict, total=False):
     """Repeat modal words on every block."""
     coolant: bool | None
     """Turn coolant on while cutting."""
+    preselect_tool: bool | None
+    """After each tool change, name the next tool (T without M6), so that the magazine has it ready."""
+    optional_stop: bool | None
+    """Optional stop (M1) before each tool change."""
     beam_power: int | None
     """Laser power for cutting, S word (GRBL: value of $30) (default: 1000)."""
     mark_power: int | None

@@ -33,6 +33,10 @@ class PostOptions(OptionGroup):
     date: bool = option("flag", False, "write date and time in the header")
     repeat_words: bool = option("flag", False, "repeat modal words on every block")
     coolant: bool = option("flag", False, "turn coolant on while cutting")
+    preselect_tool: bool = option(
+        "flag", False, "after each tool change, name the next tool (T without M6), so that the magazine has it ready"
+    )
+    optional_stop: bool = option("flag", False, "optional stop (M1) before each tool change")
     beam_power: int = option(
         "whole", 1000, "laser power for cutting, S word (GRBL: value of $30)", minimum=1, maximum=1_000_000
     )

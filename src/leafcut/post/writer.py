@@ -84,6 +84,8 @@ class Writer:
         self.spinning = False
         self.ended = False
         self.next_kind = Kind.END
+        #: The tools of the changes that are still to come, but for the first one.
+        self.tools = iter(path.ref[path.kind == Kind.TOOL][1:].tolist())
 
     def program(self, header: Sequence[str]) -> str:
         """Return the whole text."""
@@ -349,6 +351,9 @@ class Writer:
             offset = f"D{row.ref}" if self.dialect.length_offset == "D" else ""
             self.out.say(f"T{row.ref}", offset, "M6")
             self.out.modal("D", offset)
+            following = next(self.tools, row.ref)
+            if following != row.ref and self.options.preselect_tool:
+                self.out.say(f"T{following}")
         self.pending_offset = row.ref if self.dialect.length_offset else None
         # At a height of the machine any tool is clear of the part; elsewhere the new one may be longer.
         self.safe = self.at_machine_height

@@ -72,6 +72,8 @@ def use(group: type[OptionGroup], *names: str, but: Iterable[str] = (), **needs:
 #: cutting data that a program without speeds of its own is cut with.
 ORDERED = use(SolveOptions, but=COLONIES) | use(AcoOptions) | use(FireflyOptions)
 WRITTEN = use(PostOptions, *POST, "coolant")
+#: Options of programs that may change tools.
+CHANGES = ("preselect_tool", "optional_stop")
 LOOKED_UP = use(CutDataOptions, "cut_speed", **dict.fromkeys(("cut_process", "amps", "nozzle", "chart"), "!cut_speed"))
 LOOKED_UP |= use(JobOptions, thickness="!cut_speed", material="!cut_speed")
 

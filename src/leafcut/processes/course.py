@@ -99,6 +99,10 @@ def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> No
         ("path_tolerance", torch is not None and "G64" in words.g_words, f"{words.name} has no G64"),
         ("tool_change_height", machine.safe_z is None, f"{machine.name} changes tools at its own safe height"),
         ("coolant", words.torch is None, f"{words.name} has no coolant"),
+        ("preselect_tool", machine.tool_changer, f"tools of {machine.name} are changed by hand"),
+        ("preselect_tool", words.tool_change == "M6", f"{words.name} has no M6"),
+        ("preselect_tool", words.length_offset != "D", f"a T of {words.name} takes up the length of its tool, too"),
+        ("optional_stop", "M1" in words.m_words.split(), f"{words.name} has no M1"),
     ):
         if name in settings.asked and not used:
             raise OptionError(f"{flag_name(name)}: {why}; leave it out")

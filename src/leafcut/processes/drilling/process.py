@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from leafcut.kinds import Head
-from leafcut.options import JobOptions, MachineOptions, ReadOptions, Settings, SolveOptions
-from leafcut.processes.base import COLONIES, ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, use
+from leafcut.options import JobOptions, MachineOptions, PostOptions, ReadOptions, Settings, SolveOptions
+from leafcut.processes.base import CHANGES, COLONIES, ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, use
 from leafcut.processes.drilling.options import DrillOptions
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ class Drilling(Process):
     options = (DrillOptions,)
     uses = use(ReadOptions) | use(MachineOptions) | ORDERED | WRITTEN
     uses |= use(JobOptions, but=("material", "keep_order")) | use(SolveOptions, *COLONIES)
+    uses |= use(PostOptions, *CHANGES)
     otherwise = {"keep_order": "--algorithm none keeps the order of the drawing"}  # noqa: RUF012  # the protocol says that it is of the class
     command = "drill"
     help = "Drill the holes and slots of a drawing, a drill file, or several drill files of one board."
@@ -52,7 +53,7 @@ class Drilling(Process):
         ("drill", (*_DEPTHS, *_REST, *_WAY)),
         ("read", ("units", "layers", "min_diameter", "max_diameter", "merge_tolerance", "concentric", "strict")),
         ("place", (*PLACE, "work_offset")),
-        ("post", (*POST, "coolant")),
+        ("post", (*POST, "coolant", *CHANGES)),
         ("solve", (*SEARCH_MORE, *COLONIES)),
     )
 

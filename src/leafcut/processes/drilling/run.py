@@ -71,8 +71,12 @@ def _order(run: Run, plan: DrillPlan) -> Outcome[DrillingDetail]:
     check_words_used(run.settings, run.machine, words)
     pause = words.hand_change_pause and not run.machine.tool_changer
 
+    post = run.settings.post
+
     def lay(orders: list[NDArray[np.int32]]) -> Toolpath:
-        return lay_toolpath(plan, run.machine, orders, coolant=run.settings.post.coolant, pause=pause)
+        return lay_toolpath(
+            plan, run.machine, orders, coolant=post.coolant, pause=pause, optional_stop=post.optional_stop
+        )
 
     # What no order changes is known before any is sought.
     refuse(check_envelope(lay([drawing_order(o) for o in plan.operations]), run.machine))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.kinds import Head
 from leafcut.options import CutDataOptions, JobOptions, MachineOptions, PostOptions, ReadOptions, Settings, SheetOptions
-from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, Process, all_of, use
+from leafcut.processes.base import CHANGES, ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, Process, all_of, use
 from leafcut.processes.cutting_machines import for_cutting
 from leafcut.processes.sheet.options import CutOptions
 
@@ -36,7 +36,7 @@ class SheetCutting(Process):
     options = (CutOptions,)
     uses = use(ReadOptions, but=("merge_tolerance", "concentric")) | use(SheetOptions) | use(MachineOptions)
     uses |= use(JobOptions, *_JOB, start_point="start_corner=free") | use(CutDataOptions)
-    uses |= ORDERED | use(PostOptions, but=("coolant",))
+    uses |= ORDERED | use(PostOptions, but=("coolant", *CHANGES))
     command = "cut"
     help = "Cut the contours of a drawing from sheet, by plasma, laser, oxyfuel or waterjet."
     asked_as = ("cut",)

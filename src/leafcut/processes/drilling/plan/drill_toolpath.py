@@ -65,13 +65,15 @@ def lay_toolpath(
     *,
     coolant: bool = False,
     pause: bool = False,
+    optional_stop: bool = False,
 ) -> Toolpath:
     """Return the motions of the whole program: `orders` has one array of nodes per operation.
 
     Between holes the tool travels at the R plane (G99) or at the initial plane (G98, `always_initial`). A move over a
     keep-out zone is lifted by a rapid of its own, not by G98 on a single hole: LinuxCNC 2.9 was seen to rise on a slant
     when G98 follows G99 in one series of cycles, other controllers do not. With `pause` the program waits (M0) after
-    every tool change, for a controller whose M6 may not.
+    every tool change, for a controller whose M6 may not; with `optional_stop` it stops (M1) before each, if a switch of
+    the machine says so.
 
     Raises
     ------
@@ -86,6 +88,8 @@ def lay_toolpath(
     for number, (operation, nodes) in enumerate(zip(plan.operations, orders, strict=True)):
         if number:
             _leave_for_tool_change(builder, plan, machine, coolant)
+            if optional_stop:
+                builder.pause(optional=True)
         builder.tool(operation.tool.number)
         if pause:
             builder.pause()
