@@ -65,6 +65,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     picture.save(folder / "pocket.png")
     holes = [(7.0 * (k * 5 % 11), 9.0 * (k * 4 % 13)) for k in range(16)]
     (folder / "holes.csv").write_text("x,y,diameter\n" + "".join(f"{x},{y},3\n" for x, y in holes))
+    (folder / "sizes.csv").write_text("x,y,diameter\n5,5,3\n20,5,3\n5,20,4\n")
     (folder / "tools.toml").write_text(TOOLS)
     cuts = "G81 X90. Y90. Z-2. R2. F100\n" + "".join(f"X{x} Y{y}\n" for x, y in holes) + "G80\n"
     (folder / "cam.nc").write_text(f"G21 G90 G17 G94\nT1 M6\nS1000 M3\nG0 Z5\n{cuts}M5\nM30\n")
@@ -101,6 +102,7 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
     at = {name: str(path) for name, path in files.items()}
     if work == "drill":
         api.optimize(at["holes.csv"], depth=3, cycle=None, **FAST)
+        api.optimize(at["sizes.csv"], depth=3, **FAST)
         api.optimize(at["holes.csv"], depth=3, colonies=2, **LITTLE)
         api.optimize(at["holes.csv"], thickness=3, tools=at["tools.toml"], **APART, **LITTLE)
         api.optimize(at["holes.csv"], depth=3, machine="haas-vf2", algorithm="firefly", **LITTLE)
