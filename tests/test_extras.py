@@ -64,3 +64,11 @@ def test_an_experiment_runs_without_the_extra_that_its_report_needs(tmp_path: Pa
     assert done.returncode == 1
     assert "needs the package scipy: pip install 'leafcut[lab]'" in done.stderr
     assert [file.name for file in tmp_path.iterdir()] == ["r.sqlite"]
+
+
+def test_tuning_names_the_extra_that_it_needs_before_any_run(tmp_path: Path) -> None:
+    words = ("random:9:1", "random:9:2", "random:9:3", "--algorithm", "as", "--process", "solve")
+    done = without("optuna", "lab", "tune", *words, "--results", str(tmp_path / "r.sqlite"), "-o", str(tmp_path))
+    assert done.returncode == 1
+    assert "needs the package optuna: pip install 'leafcut[lab]'" in done.stderr
+    assert not list(tmp_path.glob("tune_as.*"))

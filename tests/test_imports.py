@@ -88,7 +88,7 @@ MAY_IMPORT["batch"] = BASE | {
     "_version",
 }
 MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", "files", "progress", "read", "report"}
-MAY_IMPORT["cli_lab"] = BASE | {"executors", "lab", "files", "progress"}
+MAY_IMPORT["cli_lab"] = BASE | {"batch", "executors", "lab", "files", "processes", "progress", "several"}
 MAY_IMPORT["cli"] |= {
     "batch",
     "cli_lab",
@@ -289,7 +289,7 @@ def loaded_by(statement: str) -> set[str]:
     return set(done.stdout.splitlines()[-1].split())
 
 
-HEAVY = {"numba", "ezdxf", "gerbonara", "jinja2", "numpy", "rich", "shapely"}
+HEAVY = {"numba", "optuna", "ezdxf", "gerbonara", "jinja2", "numpy", "rich", "shapely"}
 
 
 @pytest.mark.parametrize("flag", ["--version", "--help"])

@@ -1,4 +1,4 @@
-"""The command `leafcut lab`: experiments that are listed, run and reported."""
+"""The command `leafcut lab`: experiments that are listed, run and reported, and parameters that are tuned."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from leafcut.progress import Reporter
 
 #: Where results are kept unless another file is named.
 RESULTS = "leafcut_lab.sqlite"
+#: Iterations of a run of `tune` unless a budget is given.
+_USUAL_ITERATIONS = 50
 
 _Name = Annotated[
     str, Parameter(name="NAME", help="an experiment of `leafcut lab list`, or a TOML file that describes one")
@@ -30,6 +32,7 @@ def lab_app() -> App:
     made.command(_list, name="list")
     made.command(_run, name="run")
     made.command(_report, name="report")
+    made.command(_tune, name="tune")
     return made
 
 
@@ -87,15 +90,12 @@ def _run(
     import threading
 
     from leafcut.errors import count_of
-    from leafcut.executors import MOST_WORKERS, open_executor
+    from leafcut.executors import open_executor
     from leafcut.lab.running import on_executor, run
     from leafcut.lab.store import Store
 
     description = _described(name, reduced)
-    if workers is not None and (executor == "here" or not 1 <= workers <= MOST_WORKERS):
-        raise OptionError(
-            f"--workers: choose 1 to {MOST_WORKERS}" if executor != "here" else "--workers: needs --executor"
-        )
+    _check_workers(executor, workers)
     ended = threading.Event()
     with Store(results) as store, Reporter() as reporter, ExitStack() as opened:
         performer = None
@@ -153,6 +153,121 @@ def _report(
     else:
         print(f"{description.title}: {' and '.join(files)}")
     return 0
+
+
+def _tune(
+    sources: Annotated[
+        list[str], Parameter(name="SOURCE", help="files, folders, lists of files, examples or random maps of one class")
+    ],
+    /,
+    *,
+    algorithm: Annotated[str, Parameter(name="--algorithm", help="the algorithm whose parameters are sought")],
+    output: Annotated[str, Parameter(name=["--output", "-o"], help="the folder to write into")] = ".",
+    process: Annotated[
+        str, Parameter(name="--process", help="what is done with them: a process, or solve for maps")
+    ] = "auto",
+    options_file: Annotated[
+        str | None, Parameter(name="--options", help="a TOML file of options that all runs have")
+    ] = None,
+    trials: Annotated[int, Parameter(name="--trials", help="so many sets of parameters are tried")] = 50,
+    seeds: Annotated[int, Parameter(name="--seeds", help="so many runs of each set on each input")] = 3,
+    iterations: Annotated[
+        int | None, Parameter(name="--iterations", help="iterations of each run (default: 50, without --time-limit)")
+    ] = None,
+    time_limit: Annotated[
+        str | None,
+        Parameter(name="--time-limit", help="time of each run; the numbers of ants or fireflies are then sought, too"),
+    ] = None,
+    hold_out: Annotated[
+        str, Parameter(name="--hold-out", help="share of the inputs that the search does not see")
+    ] = "30%",
+    seed: Annotated[int, Parameter(name="--seed", help="random seed of the search")] = 1,
+    results: _Results = RESULTS,
+    mixed: Annotated[
+        bool, Parameter(name="--mixed", negative="", help="let runs of several versions of leafcut stand in one table")
+    ] = False,
+    executor: Annotated[
+        str,
+        Parameter(
+            name="--executor", help="where runs are done: here one after the other, processes, or dask://host:port"
+        ),
+    ] = "here",
+    workers: Annotated[
+        int | None,
+        Parameter(name="--workers", help="so many runs at once (default: one per core, all of a cluster)"),
+    ] = None,
+    as_json: _Json = False,
+) -> int:
+    """Seek the parameters of an algorithm on some inputs, and judge them on the others."""
+    import threading
+
+    from leafcut.batch import inputs_of
+    from leafcut.executors import open_executor
+    from leafcut.files import check_output, write_together
+    from leafcut.lab.page import rows_as_csv, write_page
+    from leafcut.lab.running import on_executor
+    from leafcut.lab.store import Store
+    from leafcut.lab.tuning import TuningTask, command_of, options_text, search_block, tune
+    from leafcut.processes.settings import options_of_file
+    from leafcut.several import expanded
+
+    inputs, _ = expanded(inputs_of(sources), "tune", folder=output)
+    shared = options_of_file(Path(options_file)) if options_file else {}
+    budget = {"iterations": iterations, "time_limit": time_limit}
+    given = {name: value for name, value in budget.items() if value is not None}
+    if len(given) > 1:
+        raise OptionError("--iterations and --time-limit: give one of them; both would be two budgets")
+    if not given and not shared.keys() & budget.keys():
+        given = {"iterations": _USUAL_ITERATIONS}
+    task = TuningTask(
+        algorithm, tuple(inputs), {**shared, **given}, command_of(process), trials, seeds, _share(hold_out), seed
+    )
+    stem = Path(output) / f"tune_{algorithm}"
+    files = [f"{stem}{end}" for end in (".toml", ".html", ".csv")]
+    for file in files:
+        check_output(file, [results, options_file, *(one for one in inputs if ":" not in one)])
+    _check_workers(executor, workers)
+    ended = threading.Event()
+    with Store(results) as store, Reporter() as reporter, ExitStack() as opened:
+        performer = None
+        if executor != "here":
+            performer = on_executor(opened.enter_context(open_executor(executor, workers or 0)), ended)
+        try:
+            tuned = tune(task, store, performer=performer, progress=reporter, cancelled=ended, mixed=mixed)
+        except KeyboardInterrupt:
+            raise OptionError("interrupted; what was finished is kept, and the same command goes on") from None
+    wanted = tuned.judging.n_runs if tuned.parameters else 0
+    page = write_page(tuned.judging, tuned.rows, wanted, before=[search_block(tuned)])
+    texts = (options_text(tuned), page, rows_as_csv(tuned.judging, tuned.rows))
+    write_together(dict(zip(files, texts, strict=True)))
+    if as_json:
+        _print_json(
+            {"algorithm": algorithm, "trials": len(tuned.trials), "parameters": dict(tuned.parameters),
+             "learnt_on": [one.name for one in task.split()[0]], "judged_on": [one.name for one in task.split()[1]],
+             "change_percent": None if tuned.change is None else 100.0 * tuned.change, "files": files}
+        )  # fmt: skip
+    else:
+        print(tuned.words())
+        print(f"wrote {', '.join(files)}")
+    return 0
+
+
+def _share(text: str) -> float:
+    """Return a share, ``30%`` or ``0.3``."""
+    try:
+        value = float(text.removesuffix("%"))
+    except ValueError:
+        raise OptionError(f"--hold-out: '{text}' is not a share; write 30% or 0.3") from None
+    return value / 100.0 if text.endswith("%") else value
+
+
+def _check_workers(executor: str, workers: int | None) -> None:
+    from leafcut.executors import MOST_WORKERS
+
+    if workers is not None and (executor == "here" or not 1 <= workers <= MOST_WORKERS):
+        raise OptionError(
+            f"--workers: choose 1 to {MOST_WORKERS}" if executor != "here" else "--workers: needs --executor"
+        )
 
 
 def _described(name: str, reduced: bool) -> Any:

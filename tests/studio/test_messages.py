@@ -37,6 +37,7 @@ ELSEWHERE = {
     "lab/loading.py": "the command `lab` alone",
     "lab/page.py": "the command `lab` alone",
     "lab/statistics.py": "the command `lab` alone",
+    "lab/tuning.py": "the command `lab` alone",
     "studio/server/app.py": "the studio does not start",
 }
 #: Lines that are made of others, each of which is looked up where it is made.

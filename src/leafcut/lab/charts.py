@@ -134,6 +134,20 @@ def scatter(series: Mapping[str, Sequence[tuple[float, float]]], across: str, he
     return _svg(figure, words)
 
 
+def trials(costs: Sequence[tuple[float, float]], heading: str, words: str) -> str:
+    """Return the cost of each trial, and the least so far as a line of steps; 1 is what the defaults cost."""
+    figure, axes = _figure()
+    x, y = (np.array(column, dtype=np.float64) for column in zip(*costs, strict=True))
+    axes.plot(x, y, "o", color=_HUES[1], markersize=3.5, alpha=0.8, markeredgewidth=0, label="trial")
+    least = np.minimum.accumulate(np.minimum(y, 1.0))
+    axes.step(x, least, where="post", color=_HUES[0], linewidth=1.6, label="least so far")
+    axes.axhline(1.0, color=_SOFT, linewidth=1, linestyle=":", label="defaults")
+    axes.set_xlabel("trial")
+    axes.set_ylabel(heading)
+    _legend(axes, 3)
+    return _svg(figure, words)
+
+
 def _at(curve: Course, places: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the cost that a run had at some places: that of the last step before."""
     x, y = (np.array(column, dtype=np.float64) for column in zip(*curve, strict=True))

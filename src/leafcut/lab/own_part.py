@@ -40,6 +40,11 @@ def what_differs(command: str) -> tuple[str, tuple[str, ...]]:
     return "algorithm", (*COMPARED, "auto")
 
 
+def responses_of(command: str) -> tuple[Response, ...]:
+    """Return what is measured of a command; the first is what it is for."""
+    return _RESPONSES.get(command, _USUAL_RESPONSES)
+
+
 def compare_on(
     name: str, source: str, command: str, options: Mapping[str, Any], ways: Sequence[str], runs: int
 ) -> Description:
@@ -73,7 +78,7 @@ def compare_on(
     specs = {key: group_of(key).specs()[key] for key in options if key not in (option, "seed")}
     shared = {key: options[key] for key, spec in specs.items() if not spec.is_output and f"{option}=" not in spec.needs}
     levels = tuple(Level(way, {option: way}) for way in dict.fromkeys(ways))
-    responses = _RESPONSES.get(command, _USUAL_RESPONSES)
+    responses = responses_of(command)
     judged = tuple(Analysis("compare", one.name, (option,)) for one in responses[:2])
     pareto = Analysis("pareto", responses[0].name, against=_TIME.name)
     return Description(

@@ -20,8 +20,12 @@ from leafcut.lab.store import Row
 _NEEDED = ("scipy", "pandas", "statsmodels", "scikit_posthocs", "matplotlib")
 
 
-def write_page(description: Description, rows: Sequence[Row], wanted: int, left_out: int = 0) -> str:
+def write_page(
+    description: Description, rows: Sequence[Row], wanted: int, left_out: int = 0, before: Sequence[ReportBlock] = ()
+) -> str:
     """Return the page of an experiment from its runs so far; `wanted` runs would be all of them on this machine.
+
+    The blocks `before` stand before its own.
 
     Raises
     ------
@@ -51,7 +55,7 @@ def write_page(description: Description, rows: Sequence[Row], wanted: int, left_
         of=description,
         done=len(results.rows),
         state=_state(description, results, rows, wanted, left_out),
-        blocks=_blocks(results),
+        blocks=[*before, *_blocks(results)],
         failed=[
             f"{row.instance}, {', '.join(row.levels.values())}, seed {row.seed}: {row.failed}"
             for row in rows

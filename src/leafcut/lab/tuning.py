@@ -1,0 +1,395 @@
+"""`tune`: parameters of an algorithm for a class of parts, sought on some of them and judged on the others.
+
+The search is optuna's tree-structured Parzen estimator (Bergstra et al., Algorithms for Hyper-Parameter Optimization,
+NIPS 2011). It draws the same trials from the same seed and the same costs, so after an interruption it is played again
+over the runs that the results have already, and goes on behind them.
+"""
+
+from __future__ import annotations
+
+import random
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from pathlib import Path
+from statistics import fmean
+from typing import TYPE_CHECKING, Any
+
+from leafcut._version import __version__
+from leafcut.errors import LeafcutError, OptionError, count_of, nearest
+from leafcut.lab.description import OPTIMIZE, SOLVE, Analysis, Description, Factor, LabInstance, Level, Response
+from leafcut.lab.own_part import responses_of
+from leafcut.lab.results import ReportBlock, Table, number
+from leafcut.lab.running import Performer, rows_of, run
+from leafcut.lab.store import Row, Store
+from leafcut.model.heartbeat import Progress
+from leafcut.option_spec import flag_name
+from leafcut.options.search import ANT_ALGORITHMS
+from leafcut.processes import registry
+from leafcut.processes.settings import group_of
+
+if TYPE_CHECKING:
+    from optuna.trial import Trial
+
+#: So many trials, seeds and inputs one search may have.
+MOST_TRIALS, MOST_SEEDS, MOST_INPUTS = 10_000, 100, 1000
+#: So many inputs are needed: two to learn from, one to judge by.
+LEAST_INPUTS = 3
+#: The factor and its levels: what the parameters are called.
+FACTOR, DEFAULTS, TUNED = "parameters", "defaults", "tuned"
+#: Seeds of the runs that judge begin here: none of the search is among them.
+_FRESH = 10_001
+
+
+@dataclass(frozen=True)
+class Range:
+    """Where a parameter is sought; `log`: evenly in its logarithm; `paced`: with more of it an iteration does more."""
+
+    name: str
+    low: float
+    high: float
+    log: bool = False
+    whole: bool = False
+    paced: bool = False
+
+
+_ANTS = (
+    Range("n_ants", 4, 128, log=True, whole=True, paced=True),
+    Range("pheromone_weight", 0.25, 4.0, log=True),
+    Range("heuristic_weight", 0.5, 8.0, log=True),
+    Range("evaporation_rate", 0.01, 0.9, log=True),
+    Range("candidates", 5, 40, log=True, whole=True),
+)
+_FIREFLIES = (
+    Range("n_fireflies", 4, 64, log=True, whole=True, paced=True),
+    Range("attractiveness", 1.0, 80.0, log=True, paced=True),
+    Range("absorption", 1e-4, 1.0, log=True),
+    Range("switch_at", 0.0, 90.0),
+)
+#: What is sought for each algorithm: all that its authors leave open, about where they looked.
+RANGES: Mapping[str, tuple[Range, ...]] = {
+    **dict.fromkeys(ANT_ALGORITHMS, _ANTS),
+    "eas": (*_ANTS, Range("elitist_weight", 1.0, 128.0, log=True)),
+    "asrank": (*_ANTS, Range("n_ranks", 2, 20, whole=True)),
+    "mmas": (*_ANTS, Range("best_probability", 0.001, 0.5, log=True)),
+    "acs": (*_ANTS, Range("greedy_probability", 0.0, 0.99), Range("local_evaporation_rate", 0.01, 0.5, log=True)),
+    "firefly": _FIREFLIES,
+}
+
+
+@dataclass(frozen=True)
+class TuningTask:
+    """What is to be tuned, and for what.
+
+    Attributes
+    ----------
+    command
+        What each run does: ``solve``, ``optimize``, or the command of a process.
+    inputs
+        Files, examples or random maps, all of the class.
+    options
+        Options of every run, among them its budget: `iterations` or `time_limit`.
+    trials, seeds
+        How many sets of parameters are tried, each on every input to learn from with so many seeds.
+    hold_out
+        The share of the inputs that the search never sees.
+    """
+
+    algorithm: str
+    inputs: tuple[str, ...]
+    options: Mapping[str, Any]
+    command: str = "optimize"
+    trials: int = 50
+    seeds: int = 3
+    hold_out: float = 0.3
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        if self.algorithm not in RANGES:
+            raise OptionError(f"--algorithm: cannot tune '{self.algorithm}'{nearest(self.algorithm, RANGES)}")
+        for flag, value, most in (("--trials", self.trials, MOST_TRIALS), ("--seeds", self.seeds, MOST_SEEDS)):
+            if not 1 <= value <= most:
+                raise OptionError(f"{flag}: choose 1 to {most:,}")
+        if not LEAST_INPUTS <= len(self.inputs) <= MOST_INPUTS:
+            raise OptionError(
+                f"{count_of(len(self.inputs), 'input')}: give {LEAST_INPUTS} to {MOST_INPUTS}, some to learn from and "
+                "others to judge by"
+            )
+        if not 0.0 < self.hold_out < 1.0:
+            raise OptionError("--hold-out: choose a share between 0 and 1")
+        for twice in (one for one in self.inputs if self.inputs.count(one) > 1):
+            raise OptionError(f"{twice}: is given twice; what is learnt from may not judge")
+        for name in self.options:
+            if name in {one.name for one in RANGES[self.algorithm]} | {"algorithm", "seed"}:
+                raise OptionError(f"{flag_name(name)}: is sought or set by the search; leave it out of the options")
+
+    @property
+    def ranges(self) -> tuple[Range, ...]:
+        """What is sought: without a time limit nothing of which more does more in each iteration."""
+        timed = self.options.get("time_limit") is not None
+        return tuple(one for one in RANGES[self.algorithm] if timed or not one.paced)
+
+    @property
+    def response(self) -> Response:
+        """What is to be small."""
+        return responses_of(self.command)[0]
+
+    def split(self) -> tuple[list[LabInstance], list[LabInstance]]:
+        """Return what is learnt from and what judges, drawn by the seed; both in the order in which they are given."""
+        number_held = min(max(round(self.hold_out * len(self.inputs)), 1), len(self.inputs) - 2)
+        held = set(random.Random(self.seed).sample(range(len(self.inputs)), number_held))
+        names = _names(self.inputs)
+        every = [LabInstance(name, one, {}, {}) for name, one in zip(names, self.inputs, strict=True)]
+        return [one for k, one in enumerate(every) if k not in held], [every[k] for k in sorted(held)]
+
+
+@dataclass(frozen=True)
+class TrialResult:
+    """One set of parameters and its mean cost, as a part of that of the defaults; None where it was refused."""
+
+    parameters: Mapping[str, float | int]
+    cost: float | None
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """What came of a search.
+
+    Attributes
+    ----------
+    parameters
+        The best set; empty where nothing was better than the defaults.
+    judging, rows
+        The experiment on the inputs that the search did not see, and its runs; none without a set.
+    change
+        Mean change of the cost there, a share: −0.02 is 2 % less.
+    """
+
+    task: TuningTask
+    trials: tuple[TrialResult, ...]
+    parameters: Mapping[str, float | int]
+    judging: Description
+    rows: tuple[Row, ...]
+    change: float | None
+    finished: bool = True
+
+    def words(self) -> str:
+        """Return the outcome in one line."""
+        learnt, held = (count_of(len(one), "input") for one in self.task.split())
+        if self.change is None:
+            return f"no set of {count_of(len(self.trials), 'trial')} was better than the defaults on {learnt}"
+        better = "less" if self.change < 0.0 else "more"
+        what = self.task.response.title.lower()
+        return (
+            f"on {held} that the search did not see: {what} {abs(100.0 * self.change):.2f} % {better} than the defaults"
+        )
+
+
+def command_of(process: str) -> str:
+    """Return what a run does for the word of ``--process``: one of the processes, ``solve`` for maps, or ``auto``.
+
+    Raises
+    ------
+    OptionError
+        There is none of that name, or it has no order that an algorithm seeks.
+    """
+    known = ("auto", SOLVE, *(one for one in registry.names() if one != "nest"))
+    if process not in known:
+        raise OptionError(f"--process: unknown value '{process}'{nearest(process, known)}")
+    return OPTIMIZE if process == "auto" else process
+
+
+def tune(
+    task: TuningTask,
+    store: Store,
+    *,
+    performer: Performer | None = None,
+    progress: Progress | None = None,
+    cancelled: threading.Event | None = None,
+    mixed: bool = False,
+) -> Tuned:
+    """Seek parameters on some of the inputs, and judge the best set on the others; what is done is never repeated.
+
+    `performer`, `progress`, `cancelled` and `mixed` are those of `lab.running.run`.
+
+    Raises
+    ------
+    LeafcutError
+        The extra ``lab`` is not installed.
+    OptionError, ReadError, OutputError
+        As `run`; or the defaults themselves are refused on an input.
+    """
+    if find_spec("optuna") is None:
+        raise LeafcutError("tuning needs the package optuna: pip install 'leafcut[lab]'")
+    ended = cancelled or threading.Event()
+
+    def runs_of(description: Description, share: float, width: float) -> list[Row]:
+        tell = None if progress is None else _within(progress, share, width)
+        run(description, store, performer=performer, progress=tell, cancelled=ended, mixed=mixed)
+        return rows_of(description, store)
+
+    learnt, held = task.split()
+    # So much of all the work is a trial; the judging counts as trials of its own.
+    width = 1.0 / (task.trials + 3)
+    base = _costs(runs_of(_description(task, learnt, {DEFAULTS: {}}, 1), 0.0, width), task, strict=True)
+    trials: list[TrialResult] = []
+
+    def tried(parameters: Mapping[str, float | int]) -> float | None:
+        one = _description(task, learnt, {f"trial {len(trials) + 1}": parameters}, 1)
+        costs = _costs(runs_of(one, (len(trials) + 1) * width, width), task)
+        cost = None if costs.keys() != base.keys() else fmean(costs[key] / base[key] for key in base)
+        if not ended.is_set():
+            trials.append(TrialResult(dict(parameters), cost))
+        return cost
+
+    if not ended.is_set():
+        _search(task, tried, ended)
+    best = min((one for one in trials if one.cost is not None), key=lambda one: one.cost or 0.0, default=None)
+    better = best is not None and best.cost is not None and best.cost < 1.0
+    parameters = best.parameters if best is not None and better else {}
+    judging = replace(
+        _description(task, held, {DEFAULTS: {}, TUNED: parameters}, _FRESH),
+        notes=(
+            f"Parameters of {task.algorithm} were sought in {count_of(len(trials), 'trial')} on "
+            f"{', '.join(one.name for one in learnt)}; the search saw none of these inputs and used none of "
+            "these seeds.",
+        ),
+    )
+    rows = runs_of(judging, 1.0 - 2.0 * width, 2.0 * width) if better and not ended.is_set() else []
+    return Tuned(task, tuple(trials), parameters, judging, tuple(rows), _change(rows, task), not ended.is_set())
+
+
+def _search(
+    task: TuningTask, tried: Callable[[Mapping[str, float | int]], float | None], ended: threading.Event
+) -> None:
+    """Try sets of parameters, each drawn from what the ones before it cost."""
+    import optuna
+
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    study = optuna.create_study(sampler=optuna.samplers.TPESampler(seed=task.seed))
+    for _ in range(task.trials):
+        if ended.is_set():
+            return
+        trial = study.ask()
+        cost = tried({one.name: _drawn(trial, one) for one in task.ranges})
+        if cost is None:
+            study.tell(trial, state=optuna.trial.TrialState.FAIL)
+        else:
+            study.tell(trial, cost)
+
+
+def _drawn(trial: Trial, one: Range) -> float | int:
+    """Return a value with three digits that count: it is a setting that a person reads."""
+    if one.whole:
+        return int(trial.suggest_int(one.name, int(one.low), int(one.high), log=one.log))
+    return float(f"{trial.suggest_float(one.name, one.low, one.high, log=one.log):.3g}")
+
+
+def _description(
+    task: TuningTask, instances: Sequence[LabInstance], sets: Mapping[str, Mapping[str, float | int]], first: int
+) -> Description:
+    """Return the experiment that does inputs with sets of parameters, each with the same seeds from `first` on."""
+    levels = tuple(Level(name, dict(parameters)) for name, parameters in sets.items())
+    return Description(
+        name=f"tune_{task.algorithm}",
+        title=f"Parameters of {task.algorithm}, tuned",
+        about="The parameters that were found against those of the algorithm's authors, on parts that the search did "
+        "not see.",
+        command=task.command,
+        instances=tuple(instances),
+        factors=(Factor(FACTOR, "Parameters", levels),),
+        responses=responses_of(task.command),
+        seeds=tuple(range(first, first + task.seeds)),
+        options={"threads": 1, "bound": False, **task.options, "algorithm": task.algorithm},
+        analyses=(Analysis("compare", task.response.name, (FACTOR,), base=DEFAULTS),),
+        published=(),
+        listed=False,
+    )
+
+
+def _costs(rows: Sequence[Row], task: TuningTask, *, strict: bool = False) -> dict[tuple[str, int], float]:
+    """Return the cost of each run that was not refused, by input and seed."""
+    for row in rows:
+        if strict and row.failed:
+            raise OptionError(f"{row.instance}: the defaults are refused: {row.failed}")
+    found = {(row.instance, row.seed): row.responses.get(task.response.name) for row in rows if not row.failed}
+    return {key: value for key, value in found.items() if value is not None and value > 0.0}
+
+
+def _change(rows: Sequence[Row], task: TuningTask) -> float | None:
+    """Return the mean change over the inputs, of the mean over the seeds of each; None without runs of both sets."""
+    sides = [_costs([row for row in rows if row.levels[FACTOR] == name], task) for name in (DEFAULTS, TUNED)]
+    both = sides[0].keys() & sides[1].keys()
+    names = dict.fromkeys(name for name, _ in sorted(both))
+    means = [[fmean(side[key] for key in both if key[0] == name) for side in sides] for name in names]
+    return fmean(tuned / default for default, tuned in means) - 1.0 if means else None
+
+
+def search_block(tuned: Tuned) -> ReportBlock:
+    """Return what the report tells of the search: the set that was found, how it came down, and every trial."""
+    from leafcut.lab import charts
+
+    task = tuned.task
+    usual = {one.name: _usual(one.name) for one in task.ranges}
+    found = Table(
+        ("Parameter", "Option", "Default", "Tuned", "Sought in"),
+        tuple(
+            (
+                one.name.replace("_", " "),
+                flag_name(one.name),
+                usual[one.name],
+                f"{tuned.parameters[one.name]:g}" if tuned.parameters else "–",
+                f"{one.low:g} to {one.high:g}",
+            )
+            for one in task.ranges
+        ),
+        2,
+        "The set that was found",
+    )
+    costs = [(float(k), one.cost) for k, one in enumerate(tuned.trials, 1) if one.cost is not None]
+    heading, words = "cost by that of the defaults", "Cost of each trial by that of the defaults, and the least so far"
+    drawn = (("", charts.trials(costs, heading, words)),) if costs else ()
+    rows = tuple(
+        (
+            str(k),
+            "refused" if one.cost is None else number(one.cost),
+            *(f"{value:g}" for value in one.parameters.values()),
+        )
+        for k, one in enumerate(tuned.trials, 1)
+    )
+    names = tuple(one.name.replace("_", " ") for one in task.ranges)
+    every = Table(("Trial", "Cost", *names), rows, 1, "Every trial")
+    return ReportBlock("The search", (f"In short: {tuned.words()}.",), (found, every), drawn)
+
+
+def options_text(tuned: Tuned) -> str:
+    """Return the set as a file for ``--options``, which says what it was measured to be worth."""
+    lines = [f"# Parameters of {tuned.task.algorithm}, tuned by leafcut {__version__}: {tuned.words()}."]
+    tables: dict[str, list[str]] = {"solve": [f'algorithm = "{tuned.task.algorithm}"']}
+    for name, value in tuned.parameters.items():
+        tables.setdefault(group_of(name).section, []).append(f"{name} = {value:g}")
+    for section, rows in tables.items():
+        lines += ["", f"[{section}]", *rows]
+    return "\n".join(lines) + "\n"
+
+
+def _usual(name: str) -> str:
+    spec, group = group_of(name).specs()[name], group_of(name)()
+    value = getattr(group, name)
+    return spec.default_words if value is None else f"{value:g}"
+
+
+def _names(inputs: Sequence[str]) -> list[str]:
+    """Return a name for each input: that of its file, with a number where several files have one name."""
+    names = [one if ":" in one else Path(one).name for one in inputs]
+    return [f"{name} ({k + 1})" if names.count(name) > 1 else name for k, name in enumerate(names)]
+
+
+def _within(progress: Progress, share: float, width: float) -> Progress:
+    """Return a progress that tells of a part of all the work."""
+
+    def tell(words: str, best: float | None, done: float, seconds: float | None) -> None:
+        progress(words, best, min(share + width * done, 1.0), seconds)
+
+    return tell
