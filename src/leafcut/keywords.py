@@ -491,6 +491,12 @@ class OptimizeKeywords(TypedDict, total=False):
     """
     n_processes: int | None
     """Number of worker processes; part of the result where they exchange changes (default: 2)."""
+    device: Literal[
+        "cpu",
+        "gpu",
+        None,
+    ]
+    """What builds the tours of the ants: gpu, one ant to a thread of a CUDA GPU (default: cpu)."""
     elitist_weight: float | None
     """Weight of the best tour's deposit (e of eas) (default: the number of ants)."""
     n_ranks: int | None
@@ -791,6 +797,12 @@ class SolveKeywords(TypedDict, total=False):
     """
     n_processes: int | None
     """Number of worker processes; part of the result where they exchange changes (default: 2)."""
+    device: Literal[
+        "cpu",
+        "gpu",
+        None,
+    ]
+    """What builds the tours of the ants: gpu, one ant to a thread of a CUDA GPU (default: cpu)."""
     elitist_weight: float | None
     """Weight of the best tour's deposit (e of eas) (default: the number of ants)."""
     n_ranks: int | None

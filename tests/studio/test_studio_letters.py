@@ -38,7 +38,7 @@ def test_the_page_and_the_help_name_a_parameter_by_the_same_letter(name: str, le
 
 
 def test_all_parameters_of_the_ants_have_letters_and_the_glossary_explains_those_that_many_algorithms_share() -> None:
-    assert set(AcoOptions.specs()) - {"parallel", "n_processes"} <= set(LETTERS)  # these share out the work
+    assert set(AcoOptions.specs()) - {"parallel", "n_processes", "device"} <= set(LETTERS)  # these share out the work
     assert {name for name in LETTERS if name not in AcoOptions.specs()} <= set(FireflyOptions.specs())
     for letter in ("τ", "α", "β", "ρ", "ξ", "q₀", "β₀", "γ", "m"):
         assert any(f" {letter} |" in line for line in GLOSSARY.splitlines()), letter

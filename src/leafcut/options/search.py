@@ -200,6 +200,13 @@ class AcoOptions(OptionGroup):
         maximum=256,
         needs=f"{_ANTS} parallel=processes|exchange",
     )
+    device: str = option(
+        "text",
+        "cpu",
+        "what builds the tours of the ants: gpu, one ant to a thread of a CUDA GPU",
+        choices=("cpu", "gpu"),
+        needs="algorithm=as|eas|asrank|mmas parallel=threads",
+    )
     elitist_weight: float | None = option(
         "number",
         None,

@@ -309,7 +309,7 @@ class Ants:
         """Return the tours int32[m, n] of the ants and their costs float64[m] (inf: not finished in time)."""
         words = random_words(self.seed, iteration, count=len(self.costs))
         self.costs[:] = math.inf
-        built = self._build_with_decay(words, 0, 1) if self.colony.parameters.algorithm == "acs" else None
+        built = self._built(words)
         if self.executor is None:
             self._work(0, words, built)
         else:
@@ -317,6 +317,10 @@ class Ants:
             for job in jobs:
                 job.result()
         return self.tours, self.costs
+
+    def _built(self, words: NDArray[np.uint64]) -> int | None:
+        """Return how many tours were built before the workers begin; None where each of them builds its own."""
+        return self._build_with_decay(words, 0, 1) if self.colony.parameters.algorithm == "acs" else None
 
     def share(self, iteration: int, worker: int, workers: int) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
         """Return the tours of every `workers`-th ant, the first of them `worker`, and their costs."""

@@ -314,7 +314,10 @@ def _ants(instance: Instance, run: AlgorithmRun) -> SearchResult:
         return run_in_processes(instance, run, parameters, c_nn)
     threads = min(options.threads or os.cpu_count() or 1, parameters.ants)
     with _pool(threads) as executor:
-        ants = Ants(ColonyTrails(instance, parameters, c_nn, options.seed), options.seed, stop, executor, threads)
+        made = Ants
+        if run.aco.device == "gpu":
+            from leafcut.solve.gpu_ants import GpuAnts as made
+        ants = made(ColonyTrails(instance, parameters, c_nn, options.seed), options.seed, stop, executor, threads)
         if best.watched is not None:
             best.watched.workers = ants.log.figures
             best.watched.pheromone = lambda: on_candidates(instance, ants.colony.lists, ants.colony.pheromone)
