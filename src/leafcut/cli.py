@@ -25,7 +25,7 @@ from leafcut.option_spec import PLACES, flag_name
 from leafcut.options import Settings
 from leafcut.processes import registry
 from leafcut.processes.base import Process, Work
-from leafcut.processes.settings import all_options, group_of, used_by, why_unused
+from leafcut.processes.settings import all_options, used_by, why_unused
 from leafcut.progress import Reporter
 from leafcut.several import all_drill_files, expanded, targets_of
 from leafcut.usage import command_in, told
@@ -294,8 +294,8 @@ def _without_what_is_known(outcome: Outcome) -> Outcome:
 
 def _check_one_file(given: Mapping[str, Any], several: str) -> None:
     """Refuse options that name one file to be written where there are several programs."""
-    for name, value in given.items():
-        if value and group_of(name).specs()[name].is_output:
+    for _, name, spec in all_options():
+        if spec.is_output and given.get(name):
             raise OptionError(f"{flag_name(name)}: names one file but {several}; run them one by one")
 
 
