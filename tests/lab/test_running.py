@@ -20,7 +20,9 @@ from leafcut._version import __version__
 from leafcut.errors import OptionError
 from leafcut.executors import open_executor
 from leafcut.lab import running
+from leafcut.lab.judging import judged
 from leafcut.lab.loading import load
+from leafcut.lab.results import Results
 from leafcut.lab.running import Answer, RunTask, on_executor, perform, rows_of, run, task_of
 from leafcut.lab.store import Store
 from leafcut.read.machine import machine_template
@@ -211,3 +213,18 @@ def test_processes_find_what_is_found_here(tmp_path: Path) -> None:
 def test_threads_are_refused_as_their_processor_time_cannot_be_told_apart() -> None:
     with open_executor("threads", 2) as executor, pytest.raises(OptionError, match="one at a time"):
         on_executor(executor, threading.Event())
+
+
+def test_runs_that_differ_in_threads_alone_are_one_run_where_the_answer_is_judged(tmp_path: Path) -> None:
+    """The same seed gives the same tour on any number of threads: counted twice, it would prove what it does not."""
+    text = SMALL.replace("threads = 1, ", "").replace("seeds = 3", 'seeds = 3\ncores = "threads"')
+    threads = '[factor.threads]\noption = "threads"\nlevels = [1, 2]\n[response.length]'
+    one, both = (load(str(written(tmp_path, t, f"{n}.toml"))) for n, t in
+                 (("one", SMALL), ("both", text.replace("[response.length]", threads))))  # fmt: skip
+    found = []
+    for description in (one, both):
+        with Store(tmp_path / f"{description.name}.sqlite") as store:
+            run(description, store)
+            found.append(judged(Results.of(description, rows_of(description, store)))[0])
+    assert found[0].words == found[1].words
+    assert [table.rows for table in found[0].tables] == [table.rows for table in found[1].tables]

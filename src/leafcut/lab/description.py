@@ -16,6 +16,8 @@ SOLVE, OPTIMIZE = "solve", "optimize"
 MOST_RUNS, MOST_SEEDS = 100_000, 1000
 #: Measures that every run has, whatever its command: seconds by the clock, and of the processor.
 WALL, PROCESSOR = "wall_s", "processor_s"
+#: What of an answer is a time of the computer, and not of the machine.
+TIMES = (WALL, PROCESSOR, "seconds")
 
 ANALYSES = ("compare", "anova", "crossed", "speedup", "trend", "pareto", "projection")
 

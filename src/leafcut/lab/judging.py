@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from statistics import fmean
 
 from leafcut.errors import OptionError
 from leafcut.lab import charts, comparing
-from leafcut.lab.description import Analysis, Response
+from leafcut.lab.description import TIMES, Analysis, Response
 from leafcut.lab.results import MOST_CHARTS, ReportBlock, Results, Table, number, or_dash, p_words, way_of
 from leafcut.lab.statistics import OneWay, Pair, crossed, interval, one_way, pareto_front, trend
 
@@ -21,10 +22,19 @@ def judged(results: Results) -> list[ReportBlock]:
     for analysis in results.description.analyses:
         response = results.description.response(analysis.response)
         try:
-            blocks.append(_JUDGES[analysis.kind](results, analysis, response))
+            blocks.append(_JUDGES[analysis.kind](_once(results, analysis, response), analysis, response))
         except OptionError as problem:
             blocks.append(ReportBlock(f"{_TITLES[analysis.kind]}: {response.title}", (f"Not done: {problem}.",)))
     return blocks
+
+
+def _once(results: Results, analysis: Analysis, response: Response) -> Results:
+    """Return the runs without those that only repeat others: threads change the time of a search, not its answer."""
+    cores = results.description.cores
+    if not cores or cores in analysis.factors or response.path in TIMES:
+        return results
+    first = results.description.factor(cores).levels[0].name
+    return replace(results, rows=tuple(row for row in results.rows if row.levels[cores] == first))
 
 
 def _anova(results: Results, analysis: Analysis, response: Response) -> ReportBlock:

@@ -22,7 +22,7 @@ from leafcut import api
 from leafcut._version import __version__
 from leafcut.errors import LeafcutError, OptionError, count_of
 from leafcut.executors import WatchedExecutor, run_tasks
-from leafcut.lab.description import OPTIMIZE, PROCESSOR, SOLVE, WALL, Description, LabInstance, RunPlan
+from leafcut.lab.description import OPTIMIZE, PROCESSOR, SOLVE, TIMES, WALL, Description, LabInstance, RunPlan
 from leafcut.lab.experiment import curve_of
 from leafcut.lab.store import Row, Store, key_of
 from leafcut.model.heartbeat import Progress
@@ -35,8 +35,6 @@ from leafcut.read.format import Source
 MOST_POINTS = 300
 #: What a run in a process of its own may take at most, s.
 _LONGEST_PROCESS = 3600.0
-#: What of an answer is a time of the computer, and not of the machine.
-_TIMES = (WALL, PROCESSOR, "seconds")
 #: The packages whose versions stand with every run.
 _PACKAGES = ("numpy", "numba")
 
@@ -188,7 +186,7 @@ def perform(task: RunTask, cancelled: threading.Event | None = None) -> Answer:
     began, load = datetime.now(UTC).isoformat(timespec="seconds"), _load()
     place = Answer(began=began, load=load, versions=_versions(), machine=_machine())
     try:
-        if not task.new_process and any(path in _TIMES for path, _ in task.responses.values()):
+        if not task.new_process and any(path in TIMES for path, _ in task.responses.values()):
             _warm_up(task)
         wall, processor = time.perf_counter(), _processor()
         answer, curve = (_in_new_process(task), ()) if task.new_process else _answer(task, cancelled)
