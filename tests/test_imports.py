@@ -88,7 +88,7 @@ MAY_IMPORT["batch"] = BASE | {
     "_version",
 }
 MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", "files", "progress", "read", "report"}
-MAY_IMPORT["cli_lab"] = BASE | {"batch", "executors", "lab", "files", "processes", "progress", "several"}
+MAY_IMPORT["cli_lab"] = BASE | {"batch", "executors", "lab", "files", "option_spec", "processes", "progress", "several"}
 MAY_IMPORT["cli"] |= {
     "batch",
     "cli_lab",

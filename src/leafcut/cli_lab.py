@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Parameter
 
 from leafcut.errors import OptionError
+from leafcut.option_spec import OptionSpec, converted
 from leafcut.progress import Reporter
+
+if TYPE_CHECKING:
+    from leafcut.lab.store import Store
 
 #: Where results are kept unless another file is named.
 RESULTS = "leafcut_lab.sqlite"
+#: Where runs are done unless another executor is named.
+HERE = "here"
 #: Iterations of a run of `tune` unless a budget is given.
 _USUAL_ITERATIONS = 50
+_HOLD_OUT = OptionSpec("", "share", minimum=0, maximum=1)
 
 _Name = Annotated[
     str, Parameter(name="NAME", help="an experiment of `leafcut lab list`, or a TOML file that describes one")
@@ -22,6 +30,16 @@ _Name = Annotated[
 _Results = Annotated[str, Parameter(name="--results", help="the file in which all runs are kept (SQLite)")]
 _Reduced = Annotated[
     bool, Parameter(name="--reduced", negative="", help="the short form: fewer inputs, levels and seeds")
+]
+_Mixed = Annotated[
+    bool, Parameter(name="--mixed", negative="", help="let runs of several versions of leafcut stand in one table")
+]
+_Executor = Annotated[
+    str,
+    Parameter(name="--executor", help="where runs are done: here one after the other, processes, or dask://host:port"),
+]
+_Workers = Annotated[
+    int | None, Parameter(name="--workers", help="so many runs at once (default: one per core, all of a cluster)")
 ]
 _Json = Annotated[bool, Parameter(name="--json", negative="", help="print the result as JSON")]
 
@@ -71,40 +89,18 @@ def _run(
     *,
     reduced: _Reduced = False,
     results: _Results = RESULTS,
-    mixed: Annotated[
-        bool, Parameter(name="--mixed", negative="", help="let runs of several versions of leafcut stand in one table")
-    ] = False,
-    executor: Annotated[
-        str,
-        Parameter(
-            name="--executor", help="where runs are done: here one after the other, processes, or dask://host:port"
-        ),
-    ] = "here",
-    workers: Annotated[
-        int | None,
-        Parameter(name="--workers", help="so many runs at once (default: one per core, all of a cluster)"),
-    ] = None,
+    mixed: _Mixed = False,
+    executor: _Executor = HERE,
+    workers: _Workers = None,
     as_json: _Json = False,
 ) -> int:
     """Do the runs of an experiment that are not done yet; those that are done are never repeated."""
-    import threading
-
     from leafcut.errors import count_of
-    from leafcut.executors import open_executor
-    from leafcut.lab.running import on_executor, run
-    from leafcut.lab.store import Store
+    from leafcut.lab.running import run
 
     description = _described(name, reduced)
-    _check_workers(executor, workers)
-    ended = threading.Event()
-    with Store(results) as store, Reporter() as reporter, ExitStack() as opened:
-        performer = None
-        if executor != "here":
-            performer = on_executor(opened.enter_context(open_executor(executor, workers or 0)), ended)
-        try:
-            ran = run(description, store, performer=performer, progress=reporter, cancelled=ended, mixed=mixed)
-        except KeyboardInterrupt:
-            raise OptionError("interrupted; what was finished is kept, and the same command goes on") from None
+    with _at_work(results, executor, workers) as (store, how):
+        ran = run(description, store, mixed=mixed, **how)
     if as_json:
         _print_json(
             {"experiment": description.key, "runs": ran.runs, "finished": ran.finished, "done": ran.done,
@@ -183,30 +179,15 @@ def _tune(
     ] = "30%",
     seed: Annotated[int, Parameter(name="--seed", help="random seed of the search")] = 1,
     results: _Results = RESULTS,
-    mixed: Annotated[
-        bool, Parameter(name="--mixed", negative="", help="let runs of several versions of leafcut stand in one table")
-    ] = False,
-    executor: Annotated[
-        str,
-        Parameter(
-            name="--executor", help="where runs are done: here one after the other, processes, or dask://host:port"
-        ),
-    ] = "here",
-    workers: Annotated[
-        int | None,
-        Parameter(name="--workers", help="so many runs at once (default: one per core, all of a cluster)"),
-    ] = None,
+    mixed: _Mixed = False,
+    executor: _Executor = HERE,
+    workers: _Workers = None,
     as_json: _Json = False,
 ) -> int:
     """Seek the parameters of an algorithm on some inputs, and judge them on the others."""
-    import threading
-
     from leafcut.batch import inputs_of
-    from leafcut.executors import open_executor
     from leafcut.files import check_output, write_together
     from leafcut.lab.page import rows_as_csv, write_page
-    from leafcut.lab.running import on_executor
-    from leafcut.lab.store import Store
     from leafcut.lab.tuning import TuningTask, command_of, options_text, search_block, tune
     from leafcut.processes.settings import options_of_file
     from leafcut.several import expanded
@@ -214,28 +195,19 @@ def _tune(
     inputs, _ = expanded(inputs_of(sources), "tune", folder=output)
     shared = options_of_file(Path(options_file)) if options_file else {}
     budget = {"iterations": iterations, "time_limit": time_limit}
-    given = {name: value for name, value in budget.items() if value is not None}
-    if len(given) > 1:
+    shared |= {name: value for name, value in budget.items() if value is not None}
+    if shared.keys() >= budget.keys():
         raise OptionError("--iterations and --time-limit: give one of them; both would be two budgets")
-    if not given and not shared.keys() & budget.keys():
-        given = {"iterations": _USUAL_ITERATIONS}
-    task = TuningTask(
-        algorithm, tuple(inputs), {**shared, **given}, command_of(process), trials, seeds, _share(hold_out), seed
-    )
+    if not shared.keys() & budget.keys():
+        shared["iterations"] = _USUAL_ITERATIONS
+    share = converted("hold_out", _HOLD_OUT, hold_out)
+    task = TuningTask(algorithm, tuple(inputs), shared, command_of(process), trials, seeds, share, seed)
     stem = Path(output) / f"tune_{algorithm}"
     files = [f"{stem}{end}" for end in (".toml", ".html", ".csv")]
     for file in files:
         check_output(file, [results, options_file, *(one for one in inputs if ":" not in one)])
-    _check_workers(executor, workers)
-    ended = threading.Event()
-    with Store(results) as store, Reporter() as reporter, ExitStack() as opened:
-        performer = None
-        if executor != "here":
-            performer = on_executor(opened.enter_context(open_executor(executor, workers or 0)), ended)
-        try:
-            tuned = tune(task, store, performer=performer, progress=reporter, cancelled=ended, mixed=mixed)
-        except KeyboardInterrupt:
-            raise OptionError("interrupted; what was finished is kept, and the same command goes on") from None
+    with _at_work(results, executor, workers) as (store, how):
+        tuned = tune(task, store, mixed=mixed, **how)
     wanted = tuned.judging.n_runs if tuned.parameters else 0
     page = write_page(tuned.judging, tuned.rows, wanted, before=[search_block(tuned)])
     texts = (options_text(tuned), page, rows_as_csv(tuned.judging, tuned.rows))
@@ -252,22 +224,28 @@ def _tune(
     return 0
 
 
-def _share(text: str) -> float:
-    """Return a share, ``30%`` or ``0.3``."""
-    try:
-        value = float(text.removesuffix("%"))
-    except ValueError:
-        raise OptionError(f"--hold-out: '{text}' is not a share; write 30% or 0.3") from None
-    return value / 100.0 if text.endswith("%") else value
+@contextmanager
+def _at_work(results: str, executor: str, workers: int | None) -> Iterator[tuple[Store, dict[str, Any]]]:
+    """Open the results, and yield them with the words of `lab.running.run`; an interrupt is told in one line."""
+    import threading
 
+    from leafcut.executors import MOST_WORKERS, open_executor
+    from leafcut.lab.running import on_executor
+    from leafcut.lab.store import Store
 
-def _check_workers(executor: str, workers: int | None) -> None:
-    from leafcut.executors import MOST_WORKERS
-
-    if workers is not None and (executor == "here" or not 1 <= workers <= MOST_WORKERS):
-        raise OptionError(
-            f"--workers: choose 1 to {MOST_WORKERS}" if executor != "here" else "--workers: needs --executor"
-        )
+    if workers is not None and executor == HERE:
+        raise OptionError("--workers: needs --executor")
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise OptionError(f"--workers: choose 1 to {MOST_WORKERS}")
+    ended = threading.Event()
+    with Store(results) as store, Reporter() as reporter, ExitStack() as opened:
+        performer = None
+        if executor != HERE:
+            performer = on_executor(opened.enter_context(open_executor(executor, workers or 0)), ended)
+        try:
+            yield store, {"performer": performer, "progress": reporter, "cancelled": ended}
+        except KeyboardInterrupt:
+            raise OptionError("interrupted; what was finished is kept, and the same command goes on") from None
 
 
 def _described(name: str, reduced: bool) -> Any:

@@ -88,7 +88,7 @@ class OptionGroup:
 
     def __post_init__(self) -> None:
         for name, spec in self.specs().items():
-            object.__setattr__(self, name, _convert(name, spec, getattr(self, name)))
+            object.__setattr__(self, name, converted(name, spec, getattr(self, name)))
 
     @classmethod
     def specs(cls) -> Mapping[str, OptionSpec]:
@@ -112,7 +112,7 @@ class OptionGroup:
     @classmethod
     def check(cls, name: str, value: Any) -> None:
         """Raise `OptionError` where an option does not take a value, whatever the others are."""
-        _convert(name, cls.specs()[name], cls.as_typed({name: value})[name])
+        converted(name, cls.specs()[name], cls.as_typed({name: value})[name])
 
     def changed(self) -> dict[str, Any]:
         """Return the options that differ from their defaults, in inner units."""
@@ -135,7 +135,14 @@ def _is_too_long(value: Any) -> bool:
     return isinstance(value, int) and not -(2**63) <= value < 2**63
 
 
-def _convert(name: str, spec: OptionSpec, value: Any) -> Any:
+def converted(name: str, spec: OptionSpec, value: Any) -> Any:
+    """Return a value as a person says it in inner units, or None for none.
+
+    Raises
+    ------
+    OptionError
+        It is of another kind, or out of the bounds of the specification.
+    """
     if value is None:
         return None
     flag = flag_name(name)
@@ -144,18 +151,18 @@ def _convert(name: str, spec: OptionSpec, value: Any) -> Any:
     if _is_too_long(value):
         raise OptionError(f"{flag}: the number is out of range (more than 64 bits)")
     try:
-        converted = _CONVERTERS[spec.kind](spec, value)
+        found = _CONVERTERS[spec.kind](spec, value)
     except (OptionError, TypeError, ValueError, OverflowError) as problem:
         kind = " or one of ".join(filter(None, (_KIND_WORDS[spec.kind], ", ".join(spec.words))))
         detail = str(problem) if isinstance(problem, OptionError) else f"'{value}' is not {kind}"
         raise OptionError(f"{flag}: {detail}") from None
     if spec.choices:
-        given = converted if isinstance(converted, tuple) else (converted,)
+        given = found if isinstance(found, tuple) else (found,)
         for word in given:
             if word not in spec.choices and word not in spec.all_choices:
                 raise OptionError(f"{flag}: unknown value '{word}'{nearest(str(word), spec.all_choices)}")
-    _check_bounds(flag, spec, converted)
-    return converted
+    _check_bounds(flag, spec, found)
+    return found
 
 
 def _check_bounds(flag: str, spec: OptionSpec, value: Any) -> None:

@@ -15,7 +15,7 @@ from leafcut.cli import run
 from leafcut.errors import OptionError
 from leafcut.lab.running import Answer, RunTask
 from leafcut.lab.store import Store
-from leafcut.lab.tuning import RANGES, TuningTask, options_text, search_block, tune
+from leafcut.lab.tuning import RANGES, TuningTask, command_of, options_text, search_block, tune
 from leafcut.processes.settings import group_of
 
 INPUTS = tuple(f"random:12:{k}" for k in range(1, 7))
@@ -109,6 +109,20 @@ def test_defaults_that_are_refused_end_it_in_one_line(tmp_path: Path) -> None:
         tune(task(), store, performer=Formula(lambda _: None))
 
 
+def test_an_input_that_costs_nothing_is_told_and_not_divided_by(tmp_path: Path) -> None:
+    with Store(tmp_path / "r.sqlite") as store, pytest.raises(OptionError, match=r"random:12:\d: costs nothing"):
+        tune(task(), store, performer=Formula(lambda _: 0.0))
+
+
+def test_what_is_done_is_asked_for_by_the_words_of_a_process() -> None:
+    assert [command_of(word) for word in ("auto", "solve", "reorder", "drill")] == [
+        "optimize", "solve", "reorder", "drill",
+    ]  # fmt: skip
+    for word in ("dig", "nest"):
+        with pytest.raises(OptionError, match=f"--process: unknown process '{word}'; choose one of auto, drill"):
+            command_of(word)
+
+
 def test_where_nothing_is_better_the_defaults_stay_and_nothing_is_judged(tmp_path: Path) -> None:
     with Store(tmp_path / "r.sqlite") as store:
         found = tune(task(), store, performer=Formula(lambda o: 2.0 if "candidates" in o else 1.0))
@@ -167,7 +181,9 @@ def test_by_the_command_it_is_written_as_options_that_a_run_takes(
     plate = ["optimize", "example:plate-10", "--depth", "3", "--no-bound", "--iterations", "2", "--json"]
     assert run([*plate, "--options", str(tmp_path / "tune_as.toml")]) == 0
     assert json.loads(capsys.readouterr().out)["algorithm"] == "as"
-    for wrong in (["--iterations", "5", "--time-limit", "1s"], ["--hold-out", "much"], ["--process", "dig"]):
+    options.write_text("[solve]\ntime_limit = 1\n")
+    timed = ["--options", str(options), "--iterations", "5"]
+    for wrong in (["--iterations", "5", "--time-limit", "1s"], timed, ["--hold-out", "much"], ["--process", "dig"]):
         assert run(["lab", "tune", *INPUTS, "--algorithm", "as", *wrong, "-o", str(tmp_path)]) == 2
         said = capsys.readouterr().err
         assert said.startswith("leafcut: --")

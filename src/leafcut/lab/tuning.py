@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import random
 import threading
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
@@ -118,7 +119,8 @@ class TuningTask:
             )
         if not 0.0 < self.hold_out < 1.0:
             raise OptionError("--hold-out: choose a share between 0 and 1")
-        for twice in (one for one in self.inputs if self.inputs.count(one) > 1):
+        twice = next((one for one, times in Counter(self.inputs).items() if times > 1), None)
+        if twice is not None:
             raise OptionError(f"{twice}: is given twice; what is learnt from may not judge")
         for name in self.options:
             if name in {one.name for one in RANGES[self.algorithm]} | {"algorithm", "seed"}:
@@ -192,11 +194,11 @@ def command_of(process: str) -> str:
     Raises
     ------
     OptionError
-        There is none of that name, or it has no order that an algorithm seeks.
+        There is none of that name.
     """
-    known = ("auto", SOLVE, *(one for one in registry.names() if one != "nest"))
-    if process not in known:
-        raise OptionError(f"--process: unknown value '{process}'{nearest(process, known)}")
+    if process == SOLVE:
+        return SOLVE
+    registry.check_asked(process)
     return OPTIMIZE if process == "auto" else process
 
 
@@ -310,11 +312,14 @@ def _description(
 
 def _costs(rows: Sequence[Row], task: TuningTask, *, strict: bool = False) -> dict[tuple[str, int], float]:
     """Return the cost of each run that was not refused, by input and seed."""
+    found = {(row.instance, row.seed): row.responses.get(task.response.name) for row in rows if not row.failed}
+    costs = {key: value for key, value in found.items() if value is not None and value > 0.0}
     for row in rows:
         if strict and row.failed:
             raise OptionError(f"{row.instance}: the defaults are refused: {row.failed}")
-    found = {(row.instance, row.seed): row.responses.get(task.response.name) for row in rows if not row.failed}
-    return {key: value for key, value in found.items() if value is not None and value > 0.0}
+        if strict and (row.instance, row.seed) not in costs:
+            raise OptionError(f"{row.instance}: costs nothing, so no parameters can be better there; leave it out")
+    return costs
 
 
 def _change(rows: Sequence[Row], task: TuningTask) -> float | None:
