@@ -69,9 +69,14 @@ def time_words(seconds: float) -> str:
 
 def clock(seconds: float) -> str:
     """Return a time as a work sheet has it: ``1:02:07``, hours, minutes and whole seconds."""
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
+    hours, minutes, rest = clock_parts(seconds)
     return f"{hours}:{minutes:02d}:{rest:02d}"
+
+
+def clock_parts(seconds: float) -> tuple[int, int, int]:
+    """Return hours, minutes and whole seconds."""
+    minutes, rest = divmod(round(seconds), 60)
+    return minutes // 60, minutes % 60, rest
 
 
 def length_words(mm: float) -> str:

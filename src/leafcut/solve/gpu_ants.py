@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from leafcut.errors import SolveError, shown
 from leafcut.kernels.construct import Unvisited, construct_tour
 from leafcut.solve.aco import Ants, ColonyTrails
+from leafcut.solve.construction import none_visited
 from leafcut.solve.stop import Stop
 
 #: Stands for Numba's module of that name in the source of the kernel: it is not loaded unless a GPU is asked for.
@@ -29,8 +30,6 @@ cuda: Any = None
 _BLOCK = 32
 #: Ants are built in so many shares that what they need takes at most this part of the memory that is free.
 _OF_FREE_MEMORY = 0.5
-#: What a walk through the tree keeps in mind (`kernels.construct.Unvisited.stack`).
-_STACK = 64
 
 
 def check_gpu() -> None:
@@ -79,8 +78,9 @@ class _Builder:
         from numba import cuda as there
 
         self.colony, self.tours = colony, tours
-        one, (ants, n), m = colony.instance, tours.shape, len(colony.instance.tree.begin)
-        bytes_of_ant = n * (tours.itemsize + 1) + 4 * (m + _STACK) + 8
+        one, (ants, n) = colony.instance, tours.shape
+        room = none_visited(one)
+        bytes_of_ant = tours[0].nbytes + sum(array.nbytes for array in room) + np.uint64().nbytes
         free, _ = there.current_context().get_memory_info()
         self.share = int(min(max(_OF_FREE_MEMORY * free / bytes_of_ant, 1.0), ants))
         self.cost = _placed(one.cost)
@@ -88,10 +88,8 @@ class _Builder:
         self.candidates = there.to_device(one.candidates)
         self.nearness = there.to_device(colony.nearness)
         self.weights = there.to_device(colony.weights)
-        self.visited = there.device_array((self.share, n), np.uint8)
-        self.alive = there.device_array((self.share, m), np.int32)
-        self.stack = there.device_array((self.share, _STACK), np.int32)
-        self.made = there.device_array((self.share, n), np.int32)
+        self.unvisited = [there.device_array((self.share, len(array)), array.dtype) for array in room]
+        self.made = there.device_array((self.share, n), tours.dtype)
 
     def build(self, words: NDArray[np.uint64]) -> None:
         """Build the tours of all ants, share by share. Changes: tours, words."""
@@ -105,7 +103,7 @@ class _Builder:
             blocks = -(-len(mine) // _BLOCK)
             _kernel()[blocks, _BLOCK](
                 self.cost, self.tree, self.candidates, self.weights, self.nearness, q0, one.first, one.second, states,
-                self.made, self.visited, self.alive, self.stack,
+                self.made, *self.unvisited,
             )  # fmt: skip
             self.tours[begin : begin + len(mine)] = self.made.copy_to_host()[: len(mine)]
             mine[:] = states.copy_to_host()

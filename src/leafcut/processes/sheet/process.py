@@ -89,12 +89,11 @@ class SheetCutting(Process):
 
     def files(self, outcome: Outcome[SheetDetail], settings: Settings) -> dict[str, str]:
         """Return the plan file and the table of norms."""
-        from leafcut.processes.sheet.report.norms import norms_text
         from leafcut.read.plan_file import plan_text
 
-        options, plan = settings.of(CutOptions), outcome.detail.plan
-        files = {str(options.save_plan): plan_text(plan.file)} if options.save_plan else {}
-        return files | ({str(options.save_norms): norms_text(plan)} if options.save_norms else {})
+        options = settings.of(CutOptions)
+        files = {str(options.save_plan): plan_text(outcome.detail.plan.file)} if options.save_plan else {}
+        return files | ({str(options.save_norms): outcome.shown.norms()} if options.save_norms else {})
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Return the contours, as they are placed."""

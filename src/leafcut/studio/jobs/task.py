@@ -23,8 +23,8 @@ from leafcut.user_files import has_defaults
 
 #: How many files each takes; `nest` as many as there are drawings.
 COMMANDS = {"optimize": 1, "nest": 0, "solve": 1, "study": 1, "simulate": 1, "verify": 2}
-#: Options that name what is to be written: the studio does that itself.
-_OUTPUTS = ("save_plan", "save_norms", "all_variants", "remnants_out")
+#: It says what is to be written: like the files that options name, that is for the studio alone.
+_ALL_VARIANTS = "all_variants"
 #: Names of the list and of the drawings of a nest.
 LIST, NEST = "parts.csv", "nest.dxf"
 #: So many drawings are named in a title.
@@ -169,7 +169,7 @@ def _resolved(name: str, value: Any, folder: Folder) -> Any:
     """Return the value that leafcut is given: where it names a file, a path in the studio's folder and no other."""
     spec = group_of(name).specs()[name]
     flag = flag_name(name)
-    if name in _OUTPUTS:
+    if spec.is_output or name == _ALL_VARIANTS:
         raise OptionError(f"{flag}: the studio sets this file itself; leave it out")
     if spec.kind != "path" and not spec.may_be_path:
         return value

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from leafcut.model.cutting import Consumption, ConsumptionRates, CutMeasures, CutPlan, PartTimes
+from leafcut.report.wording import clock_parts
 
 _MOST_NUMBERS = 6
 #: Figures of `Consumption` in the order in which they are told.
@@ -40,8 +41,7 @@ class NormRow:
     @property
     def clock(self) -> tuple[int, int, int]:
         """Hours, minutes and whole seconds."""
-        minutes, seconds = divmod(round(self.total_s), 60)
-        return minutes // 60, minutes % 60, seconds
+        return clock_parts(self.total_s)
 
 
 def norm_rows(norm: CutMeasures) -> list[NormRow]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import compress
 
 from leafcut.model.cutting import CutPlan, CutTimes
 from leafcut.model.outcome import Outcome
@@ -296,14 +297,14 @@ def norms_table(plan: CutPlan) -> PageRow:
     feet = [(said("Sheet"), sheet_row(norm))]
     if norm.quantity > 1:
         feet.append((said("{number} sheets", number=f"{norm.quantity:,}"), batch_row(norm)))
-    known = [amount != NO_VALUE for _, amount in amounts(norm.used, rates)]
+    of_sheet = amounts(norm.used, rates)
+    known = [amount != NO_VALUE for _, amount in of_sheet]
 
     def cells(row: NormRow) -> PageRow:
-        told = [amount for (_, amount), is_known in zip(amounts(row.used, rates), known, strict=True) if is_known]
+        told = [amount for _, amount in compress(amounts(row.used, rates), known)]
         perimeter = length_words(row.total_perimeter)
         return {"perimeter": perimeter, "clock": [f"{figure:,}" for figure in row.clock], "amounts": told}
 
-    names = amounts(norm.used, rates)
     return {
         "rows": [
             {
@@ -315,8 +316,8 @@ def norms_table(plan: CutPlan) -> PageRow:
             for row in rows
         ],
         "feet": [{"name": name, **cells(row)} for name, row in feet],
-        "names": [name for (name, _), is_known in zip(names, known, strict=True) if is_known],
-        "unknown": [name for (name, _), is_known in zip(names, known, strict=True) if not is_known],
+        "names": [name for name, _ in compress(of_sheet, known)],
+        "unknown": [name for name, amount in of_sheet if amount == NO_VALUE],
         "left_out": len(found) - len(rows),
         "long": len(rows) > _LONG_TABLE,
     }
