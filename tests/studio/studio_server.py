@@ -85,9 +85,9 @@ class Server:
 
 
 @contextmanager
-def running(home: Path, *browser: str) -> Iterator[Server]:
+def running(home: Path, *browser: str, port: int = 0) -> Iterator[Server]:
     """Start a studio, and kill it in the end whatever it does then; it opens a browser where one is named."""
-    started = Server(home, browser=(browser[0], browser[1]) if browser else None)
+    started = Server(home, port, browser=(browser[0], browser[1]) if browser else None)
     try:
         yield started
     finally:

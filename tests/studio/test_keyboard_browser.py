@@ -121,3 +121,17 @@ def test_question_marks_are_no_stops_of_tab_and_help_is_one_key_away(page: Page)
     assert field.evaluate("at => at === document.activeElement")
     page.keyboard.press("F1")
     expect(page.locator(f"#{about}")).to_be_hidden()
+
+
+def test_a_field_that_gave_up_the_focus_does_not_get_it_back_when_the_page_is_drawn_anew(page: Page) -> None:
+    """Else the key of a view were typed into it."""
+    opened(page, PLATE)
+    page.get_by_label("Thickness", exact=True).focus()
+    page.get_by_label("Thickness", exact=True).blur()
+    page.evaluate("document.body.append(document.createElement('i'))")
+    assert (
+        page.evaluate("new Promise((done) => requestAnimationFrame(() => done(document.activeElement.tagName)))")
+        == "BODY"
+    )
+    page.keyboard.press("3")
+    expect(page.locator("#view-machines")).to_be_visible()

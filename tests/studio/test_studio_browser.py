@@ -24,7 +24,7 @@ from studio_page import (
     wait_for,
     work_is,
 )
-from studio_server import Server
+from studio_server import Server, running
 
 import leafcut
 from leafcut import cli
@@ -256,22 +256,20 @@ def test_every_control_has_a_name_and_the_focus_is_seen(page: Page) -> None:
 
 
 def test_a_page_comes_back_when_the_studio_is_started_again_under_it(browser: Browser, tmp_path: Path) -> None:
-    first = Server(tmp_path)
-    page = browser.new_page(locale="en-US", viewport={"width": 1280, "height": 720})
-    page.goto(f"{first.origin}/?token={first.key}")
-    opened(page, PLATE)
-    page.get_by_label("Search effort", exact=True).select_option("fast")
-    run(page)
-    saved = said_by(page.locator(".headline"))
-    first.process.kill()
-    first.process.communicate(timeout=30)
+    with running(tmp_path) as first:
+        page = browser.new_page(locale="en-US", viewport={"width": 1280, "height": 720})
+        page.goto(f"{first.origin}/?token={first.key}")
+        opened(page, PLATE)
+        page.get_by_label("Search effort", exact=True).select_option("fast")
+        run(page)
+        saved = said_by(page.locator(".headline"))
     page.evaluate("window.before = true")
-    second = Server(tmp_path, first.port)
-    page.wait_for_function("!window.before", timeout=LONG)
-    expect(page.locator(".headline")).to_have_text(saved, timeout=LONG)
-    expect(page.locator(".about-part .name")).to_have_text(PLATE.name)
-    page.close()
-    code, _, error = second.end()
+    with running(tmp_path, port=first.port) as second:
+        page.wait_for_function("!window.before", timeout=LONG)
+        expect(page.locator(".headline")).to_have_text(saved, timeout=LONG)
+        expect(page.locator(".about-part .name")).to_have_text(PLATE.name)
+        page.close()
+        code, _, error = second.end()
     assert (code, error) == (0, "leafcut: Ctrl-C ends it\n")
 
 

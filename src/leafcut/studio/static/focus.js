@@ -45,6 +45,12 @@
   }
 
   document.addEventListener("focusin", (event) => remember(event.target));
+  // What gives up the focus by itself, still there to keep it, has not lost it to a page drawn anew.
+  document.addEventListener("focusout", ({ target, relatedTarget }) => {
+    if (relatedTarget) return;
+    // What is taken off the page is still on it while this is said, and no more when the taking is over.
+    queueMicrotask(() => { if (last?.at === target && shown(target) && document.activeElement === document.body) last = null; });
+  });
   // Who clicks beside everything, or leaves the page by Tab, has no focus and wants none.
   document.addEventListener("pointerdown", (event) => {
     if (!event.target.closest?.("button, a, input, select, textarea, summary, label, [tabindex]")) last = null;
