@@ -1,0 +1,203 @@
+"""Cutting a height field: a tool that moves straight lowers every cell under it to the lowest that it was there."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from numpy.typing import NDArray
+
+from leafcut.kernels import kernel, part
+
+#: Halvings by which the lowest place of a round corner on a slope is sought: to a millionth of the corner.
+_HALVINGS = 20
+
+
+class ToolShape(NamedTuple):
+    """A tool's shape as numbers, mm: see `leafcut.model.cutter.Cutter`; slope 0 stands for a cylinder."""
+
+    radius: float
+    flat: float
+    corner: float
+    reach: float
+    rise: float
+    slope: float
+
+
+class CellGrid(NamedTuple):
+    """Where the cells lie: the middle of the first one, and their side, mm."""
+
+    x: float
+    y: float
+    cell: float
+
+
+@part
+def surface(shape: ToolShape, r: float) -> float:
+    """Return the height of a tool's surface over its tip, mm, at the distance r ≤ radius from its axis."""
+    if r <= shape.flat:
+        return 0.0
+    if r <= shape.reach:
+        out = r - shape.flat
+        return shape.corner - math.sqrt(max(shape.corner * shape.corner - out * out, 0.0))
+    return shape.rise + shape.slope * (r - shape.reach)
+
+
+@part
+def lowest_offset(shape: ToolShape, d: float, grade: float, most: float) -> float:
+    """Return how far ahead, towards the lower end, the tool stands when it cuts deepest at a distance d from its way.
+
+    d      distance of the place from the way of the tool, mm
+    grade  fall of the way per mm, > 0
+    most   the offset at which the place leaves the tool's radius, mm
+
+    The height is surface(√(d² + w²)) − grade · w, convex in w, so that its one minimum is where the slope is 0.
+    """
+    at_reach = math.sqrt(max(shape.reach * shape.reach - d * d, 0.0))
+    if d >= shape.reach or (shape.slope > 0.0 and shape.slope * at_reach < grade * shape.reach):
+        if shape.slope <= grade:  # a cylinder, or a cone flatter than the way falls
+            return most
+        return min(max(grade * d / math.sqrt(shape.slope * shape.slope - grade * grade), at_reach), most)
+    inner = math.sqrt(max(shape.flat * shape.flat - d * d, 0.0))
+    if shape.corner <= 0.0:
+        return min(inner, most)
+    if shape.flat <= 0.0:
+        return min(grade * math.sqrt((shape.corner * shape.corner - d * d) / (1.0 + grade * grade)), most)
+    low, high = inner, at_reach
+    for _ in range(_HALVINGS):
+        w = 0.5 * (low + high)
+        r = math.sqrt(d * d + w * w)
+        out = r - shape.flat
+        if out * w < grade * r * math.sqrt(max(shape.corner * shape.corner - out * out, 0.0)):
+            low = w
+        else:
+            high = w
+    return min(0.5 * (low + high), most)
+
+
+@part
+def row_stretch(y: float, dx: float, dy: float, radius: float) -> tuple[float, float]:
+    """Return from where to where, in x, a disc that goes from (0, 0) by (dx, dy) covers the row at y; low > high: not.
+
+    Its edge lies farthest out where its normal there is square to the way, or at an end of the way.
+    """
+    if abs(dy) < 1e-12:
+        if abs(y) > radius:
+            return math.inf, -math.inf
+        half = math.sqrt(radius * radius - y * y)
+        return min(0.0, dx) - half, max(0.0, dx) + half
+    enters, leaves = (y - radius) / dy, (y + radius) / dy
+    if enters > leaves:
+        enters, leaves = leaves, enters
+    enters, leaves = max(enters, 0.0), min(leaves, 1.0)
+    if enters > leaves:
+        return math.inf, -math.inf
+    side = math.copysign(radius / math.sqrt(dx * dx + dy * dy), dy) * dx
+    t = min(max((y - side) / dy, enters), leaves)
+    v = y - t * dy
+    low = t * dx - math.sqrt(max(radius * radius - v * v, 0.0))
+    t = min(max((y + side) / dy, enters), leaves)
+    v = y - t * dy
+    return low, t * dx + math.sqrt(max(radius * radius - v * v, 0.0))
+
+
+@part
+def lowest_height(
+    shape: ToolShape, margin: float, along: float, d: float, length: float, grade: float, enough: float
+) -> float:
+    """Return how low a tool gets over a place under its way, over the tip's first height, mm.
+
+    along, d  the place: along the way from its begin, and beside it, mm
+    length    of the way across the table, mm; 0: straight up or down
+    grade     rise of the way per mm
+    enough    where it stays higher than this, any height that it does not reach will do, mm
+    """
+    if length <= 0.0:
+        return surface(shape, min(math.sqrt(d * d + along * along) + margin, shape.radius))
+    w = min(max(0.0, -along), length - along)
+    if grade != 0.0:
+        # The tip at its lowest, the place at its nearest: the tool gets no lower than that.
+        bound = min(0.0, grade * length) + surface(shape, min(math.sqrt(d * d + w * w) + margin, shape.radius))
+        if bound >= enough:
+            return bound
+        edge = shape.radius - margin
+        w = lowest_offset(shape, abs(d), abs(grade), math.sqrt(max(edge * edge - d * d, 0.0)))
+        w = min(max(-w if grade > 0.0 else w, -along), length - along)
+    return grade * (along + w) + surface(shape, min(math.sqrt(d * d + w * w) + margin, shape.radius))
+
+
+@kernel
+def sweep(
+    heights: NDArray,
+    first: int,
+    last: int,
+    grid: CellGrid,
+    shape: ToolShape,
+    moves: NDArray,
+    which: NDArray,
+    inset: NDArray,
+    film: float,
+    found: NDArray,
+) -> int:
+    """Cut some rows of a height field by moves, one after the other; return how often a cell was lowered.
+
+    heights      float32[rows, columns]  height of the material in every cell, mm
+    first, last  the rows that are cut: first … last − 1
+    moves        float64[m, 6]           begin and end of the tip, mm
+    which        int64[k]                the moves that are looked at, in order
+    inset        float64[m]              mm by which the tool is taken smaller all round (for rapids along a wall)
+    film         what is thinner, mm, is rounding and no cut: it goes, but only its volume is told
+    found        float64[k, 5]           of every move: heights taken off, mm summed over cells; cells cut; the
+                                         deepest cut, mm; the least and the greatest distance to the left of the way
+                                         where it cut, mm
+
+    Changes: heights, found.
+    Source: the swept volume of a convex tool along a line, seen from above: at every place the lowest of the tool's
+    surface along the way, which is convex in the place on the way, too.
+    """
+    total = 0
+    for k in range(len(which)):
+        i = which[k]
+        found[k, 0], found[k, 1], found[k, 2] = 0.0, 0.0, 0.0
+        found[k, 3], found[k, 4] = math.inf, -math.inf
+        xa, ya, za = moves[i, 0] - grid.x, moves[i, 1] - grid.y, moves[i, 2]
+        dx, dy, dz = moves[i, 3] - moves[i, 0], moves[i, 4] - moves[i, 1], moves[i, 5] - za
+        length = math.sqrt(dx * dx + dy * dy)
+        radius = shape.radius - inset[i]
+        if radius <= 0.0:
+            continue
+        ux, uy, grade, z_low = 1.0, 0.0, 0.0, min(za, za + dz)
+        if length < 1e-9:
+            length = 0.0
+        else:
+            ux, uy, grade = dx / length, dy / length, dz / length
+        z_start = z_low if length == 0.0 else za
+        level = grade == 0.0 and shape.flat >= shape.radius
+        row_low = max(first, math.ceil((min(ya, ya + dy) - radius) / grid.cell))
+        row_high = min(last - 1, math.floor((max(ya, ya + dy) + radius) / grid.cell))
+        for row in range(row_low, row_high + 1):
+            y = row * grid.cell - ya
+            low, high = row_stretch(y, dx, dy, radius)
+            if low > high:
+                continue
+            column_low = max(0, math.ceil((low + xa) / grid.cell - 1e-9))
+            column_high = min(heights.shape[1] - 1, math.floor((high + xa) / grid.cell + 1e-9))
+            for column in range(column_low, column_high + 1):
+                h = heights[row, column]
+                if h <= z_low:
+                    continue
+                x = column * grid.cell - xa
+                d = y * ux - x * uy
+                z = z_low
+                if not level:
+                    z = z_start + lowest_height(shape, inset[i], x * ux + y * uy, d, length, grade, h - z_start)
+                if z < h:
+                    heights[row, column] = z
+                    found[k, 0] += h - z
+                    if h - z > film:
+                        found[k, 1] += 1.0
+                        found[k, 2] = max(found[k, 2], h - z)
+                        found[k, 3] = min(found[k, 3], d)
+                        found[k, 4] = max(found[k, 4], d)
+                        total += 1
+    return total

@@ -1,0 +1,108 @@
+"""What a tool cuts: its shape from the tip up, and what of it must not touch anything."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from leafcut.errors import OptionError
+
+
+class Body(NamedTuple):
+    """A cylinder about the tool's axis that cuts nothing, mm: from `height` above the tip upwards."""
+
+    radius: float
+    height: float
+
+
+@dataclass(frozen=True)
+class Cutter:
+    """The shape of a rotating tool: a flat, a corner that is an arc, then a cone up to the radius, mm.
+
+    The height of its surface over the tip at a distance r from the axis is 0 up to `flat`, on the arc of the corner
+    up to where that meets the cone, and on the cone up to `radius`. This is the tool of APT (ISO 3592) as far as it
+    is convex.
+
+    Attributes
+    ----------
+    radius
+        Largest cutting radius.
+    flat
+        Radius of the flat at the tip.
+    corner
+        Radius of the corner's arc; 0: a sharp edge.
+    slope
+        Rise of the cone per mm outwards; infinite: a cylinder.
+    flutes
+        Height up to which it cuts, mm; infinite where that is not known.
+    bodies
+        Shank and holder.
+    """
+
+    radius: float
+    flat: float
+    corner: float = 0.0
+    slope: float = math.inf
+    flutes: float = math.inf
+    bodies: tuple[Body, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.radius < math.inf:
+            raise OptionError(f"a tool of diameter {2 * self.radius:g} mm cuts nothing; give its diameter")
+        if not (
+            self.slope > 0 and self.flat >= 0 and self.corner >= 0
+        ) or self.flat + self.meets * self.corner > self.radius * (1.0 + 1e-9):
+            raise OptionError(
+                f"a tool of diameter {2 * self.radius:g} mm cannot have a corner of {self.corner:g} mm and a tip of "
+                f"diameter {2 * self.flat:g} mm"
+            )
+
+    @property
+    def meets(self) -> float:
+        """How far out the arc of the corner meets the cone, as a share of the corner's radius."""
+        return 1.0 if math.isinf(self.slope) else self.slope / math.hypot(1.0, self.slope)
+
+    @property
+    def tangent(self) -> tuple[float, float]:
+        """Where the arc of the corner meets the cone: distance from the axis and height over the tip, mm."""
+        share = self.meets
+        return self.flat + share * self.corner, self.corner * (1.0 - math.sqrt(max(1.0 - share * share, 0.0)))
+
+    def height(self, distance: float) -> float:
+        """Return the height of the surface over the tip at a distance from the axis, mm; infinite beyond the radius."""
+        reach, rise = self.tangent
+        if distance > self.radius:
+            return math.inf
+        if distance <= self.flat:
+            return 0.0
+        if distance <= reach:
+            return self.corner - math.sqrt(max(self.corner**2 - (distance - self.flat) ** 2, 0.0))
+        return math.inf if math.isinf(self.slope) else rise + self.slope * (distance - reach)
+
+
+def flat_mill(diameter: float) -> Cutter:
+    """Return an end mill with sharp corners."""
+    return Cutter(0.5 * diameter, 0.5 * diameter)
+
+
+def ball_mill(diameter: float) -> Cutter:
+    """Return an end mill with a ball end."""
+    return Cutter(0.5 * diameter, 0.0, 0.5 * diameter)
+
+
+def bull_mill(diameter: float, corner: float) -> Cutter:
+    """Return an end mill with rounded corners."""
+    return Cutter(0.5 * diameter, 0.5 * diameter - corner, corner)
+
+
+def pointed(diameter: float, angle: float, tip: float = 0.0) -> Cutter:
+    """Return a drill, a V-bit or a chamfer mill, of the full angle `angle`, rad, with a flat tip of a diameter.
+
+    An angle of π is a flat end.
+    """
+    if not 0.0 < angle <= math.pi:
+        raise OptionError(f"a point of {math.degrees(angle):g} degrees: the angle lies between 0 and 180")
+    if angle > math.pi - 1e-9:
+        return flat_mill(diameter)
+    return Cutter(0.5 * diameter, 0.5 * tip, 0.0, 1.0 / math.tan(0.5 * angle))

@@ -1,0 +1,108 @@
+"""Material as a height field: how high it stands in every cell of a grid, seen from above."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import PlanError
+
+#: Most cells of a field: 4 bytes each, twice over while a program is proved.
+MOST_CELLS = 64_000_000
+#: So many cells are aimed at where nobody names their size.
+USUAL_CELLS = 4_000_000
+#: A cell is at most this share of the smallest tool's diameter where nobody names its size.
+SHARE_OF_TOOL = 0.05
+#: … and need not be finer than this, mm.
+FINEST = 0.01
+
+
+@dataclass(frozen=True)
+class StockBlock:
+    """A block of material: two opposite corners, mm, the lower one first."""
+
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        if not all(math.isfinite(n) for n in (*self.low, *self.high)):
+            raise PlanError("stock: a corner is not a number; give six of them, in mm")
+        if not all(a < b for a, b in zip(self.low, self.high, strict=True)):
+            sizes = " × ".join(f"{b - a:g}" for a, b in zip(self.low, self.high, strict=True))
+            raise PlanError(f"stock: a block of {sizes} mm has no volume; give the lower corner first")
+
+
+@dataclass(eq=False)
+class HeightField:
+    """Heights of material in square cells.
+
+    Attributes
+    ----------
+    heights
+        float32[rows, columns], mm: row by row from the lowest y, in a row from the lowest x. What stands under the
+        floor was cut through.
+    x, y
+        The middle of the first cell, mm.
+    cell
+        Side of a cell, mm.
+    floor
+        Where the material ends below, mm.
+    """
+
+    heights: NDArray[np.float32]
+    x: float
+    y: float
+    cell: float
+    floor: float
+
+    @classmethod
+    def of_block(cls, block: StockBlock, cell: float) -> HeightField:
+        """Return a block as cells; where its sides are no whole cells long, the last cell stands out by a part.
+
+        Raises
+        ------
+        PlanError
+            There would be more cells than `MOST_CELLS`.
+        """
+        columns, rows = (max(math.ceil((block.high[k] - block.low[k]) / cell - 1e-9), 1) for k in range(2))
+        if columns * rows > MOST_CELLS:
+            least = math.sqrt((block.high[0] - block.low[0]) * (block.high[1] - block.low[1]) / MOST_CELLS)
+            raise PlanError(
+                f"cells of {cell:g} mm: {columns * rows:,} of them are needed, at most {MOST_CELLS:,} fit; use cells "
+                f"of {math.ceil(1000 * least) / 1000:g} mm or a smaller stock"
+            )
+        heights = np.full((rows, columns), block.high[2], dtype=np.float32)
+        return cls(heights, block.low[0] + 0.5 * cell, block.low[1] + 0.5 * cell, cell, block.low[2])
+
+    def copy(self) -> HeightField:
+        """Return the same material, to be cut by itself."""
+        return HeightField(self.heights.copy(), self.x, self.y, self.cell, self.floor)
+
+    @property
+    def standing(self) -> NDArray[np.float64]:
+        """How much stands on the floor in every cell, mm, float64[rows, columns]; 0 where it is cut through."""
+        return np.maximum(self.heights.astype(np.float64) - self.floor, 0.0)
+
+    @property
+    def volume(self) -> float:
+        """How much material there is, mm³."""
+        return float(self.standing.sum()) * self.cell**2
+
+    def at(self, x: float, y: float) -> float:
+        """Return the height at a place, mm; the floor beside the field."""
+        column, row = round((x - self.x) / self.cell), round((y - self.y) / self.cell)
+        rows, columns = self.heights.shape
+        return float(self.heights[row, column]) if 0 <= row < rows and 0 <= column < columns else self.floor
+
+
+def usual_cell(block: StockBlock, smallest: float) -> float:
+    """Return the side of a cell for a block and the diameter of the smallest tool, mm, where nobody names it.
+
+    A twentieth of the tool, larger where that would be more than `USUAL_CELLS`, in steps of a hundredth.
+    """
+    area = (block.high[0] - block.low[0]) * (block.high[1] - block.low[1])
+    wanted = max(SHARE_OF_TOOL * smallest, math.sqrt(area / USUAL_CELLS), FINEST)
+    return math.ceil(wanted / FINEST - 1e-9) * FINEST

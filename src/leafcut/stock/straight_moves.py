@@ -1,0 +1,138 @@
+"""A toolpath as straight moves of the tip: cycles written out, arcs as chords, cuts in pieces."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import PlanError
+from leafcut.model.cycles import expand
+from leafcut.model.toolpath import Kind, Toolpath, plane_axes
+
+#: More moves than this in one program cannot be kept in memory beside the material.
+MOST_MOVES = 20_000_000
+
+
+class StraightMoves(NamedTuple):
+    """Straight moves of the tip.
+
+    Attributes
+    ----------
+    ends
+        float64[m, 6], mm: begin and end.
+    row
+        int64[m]: the row of `path` that each belongs to.
+    rapid
+        bool[m].
+    tool
+        int64[m]: the tool's number.
+    path
+        The toolpath with its cycles written out.
+    unknown
+        Rows of `path` that move from or to where nothing is known of a coordinate: they are left out.
+    """
+
+    ends: NDArray[np.float64]
+    row: NDArray[np.int64]
+    rapid: NDArray[np.bool_]
+    tool: NDArray[np.int64]
+    path: Toolpath
+    unknown: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.row)
+
+
+def straight_moves(path: Toolpath, strays: float, longest: float) -> StraightMoves:
+    """Return a toolpath as straight moves.
+
+    Parameters
+    ----------
+    strays
+        How far a chord may lie off its arc, mm.
+    longest
+        Cuts are divided so that no move is longer than this across the table, mm; rapids stay whole.
+
+    Raises
+    ------
+    PlanError
+        There would be more moves than `MOST_MOVES`.
+    """
+    path = expand(path)
+    moving = np.isin(path.kind, [int(k) for k in (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)])
+    rows = np.flatnonzero(moving)
+    begin, end = path.before[rows], path.end[rows]
+    known = np.isfinite(begin).all(axis=1) & np.isfinite(end).all(axis=1)
+    unknown, rows, begin, end = rows[~known], rows[known], begin[known], end[known]
+    kind = path.kind[rows]
+    arcs = _Arcs.of(path, rows, begin, end)
+    sweep = np.zeros(len(rows))
+    radius = np.zeros(len(rows))
+    sweep[arcs.at], radius[arcs.at] = arcs.sweep, arcs.radius
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turn = np.where(radius > 0, 2.0 * np.arccos(np.clip(1.0 - strays / radius, -1.0, 1.0)), math.inf)
+    length = np.where(sweep != 0.0, np.abs(sweep) * radius, np.hypot(*(end - begin)[:, :2].T))
+    pieces = np.where(kind == Kind.RAPID, 1.0, np.ceil(length / longest - 1e-9))
+    pieces = np.maximum(np.maximum(pieces, np.ceil(np.abs(sweep) / turn - 1e-9)), 1.0)
+    if pieces.sum() > MOST_MOVES:
+        raise PlanError(f"the program comes to {pieces.sum():,.0f} pieces, more than {MOST_MOVES:,}; use larger cells")
+    count = pieces.astype(np.int64)
+    which = np.repeat(np.arange(len(rows)), count)
+    step = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
+    ends = np.empty((len(which), 6))
+    for half in (0, 1):
+        share = (step + half) / count[which]
+        place = begin[which] + share[:, None] * (end - begin)[which]
+        arcs.bend(place, which, share)
+        ends[:, 3 * half : 3 * half + 3] = place
+    return StraightMoves(ends, rows[which], kind[which] == Kind.RAPID, path.tool[rows][which], path, unknown)
+
+
+class _Arcs(NamedTuple):
+    """Arcs among the rows: which they are, their axes, centres (in the plane), radii, starts and signed sweeps."""
+
+    at: NDArray[np.int64]
+    axes: NDArray[np.int64]
+    centre: NDArray[np.float64]
+    radius: NDArray[np.float64]
+    end_radius: NDArray[np.float64]
+    start: NDArray[np.float64]
+    sweep: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, path: Toolpath, rows: NDArray[np.int64], begin: NDArray[np.float64], end: NDArray[np.float64]) -> _Arcs:
+        counter = path.kind[rows] == Kind.ARC_CCW
+        at = np.flatnonzero(counter | (path.kind[rows] == Kind.ARC_CW))
+        arcs = [path.arcs[k] for k in path.ref[rows[at]].tolist()]
+        axes = np.array([plane_axes(arc.plane) for arc in arcs], dtype=np.int64).reshape(-1, 3)
+        middle = np.array([arc.center for arc in arcs], dtype=np.float64).reshape(-1, 3)
+        one = np.arange(len(at))
+        centre = np.column_stack([middle[one, axes[:, 0]], middle[one, axes[:, 1]]])
+        first, last = (
+            np.column_stack([place[at, axes[:, 0]], place[at, axes[:, 1]]]) - centre for place in (begin, end)
+        )
+        start, stop = np.arctan2(first[:, 1], first[:, 0]), np.arctan2(last[:, 1], last[:, 0])
+        sign = np.where(counter[at], 1.0, -1.0)
+        turn = (sign * (stop - start)) % math.tau
+        turn = np.where(turn < 1e-9, math.tau, turn)
+        turns = np.array([arc.turns - 1 for arc in arcs], dtype=np.float64)
+        return cls(
+            at, axes, centre, np.hypot(*first.T), np.hypot(*last.T), start, sign * (turn + math.tau * turns)
+        )  # fmt: skip
+
+    def bend(self, place: NDArray[np.float64], which: NDArray[np.int64], share: NDArray[np.float64]) -> None:
+        """Put what lies on arcs, by its share of the sweep, onto them."""
+        if not len(self.at):
+            return
+        number = np.full(int(which[-1]) + 1, -1)
+        number[self.at] = np.arange(len(self.at))
+        on = np.flatnonzero(number[which] >= 0)
+        arc = number[which[on]]
+        angle = self.start[arc] + share[on] * self.sweep[arc]
+        # Where a program's radii differ at both ends, as controllers allow a little, it goes from one to the other.
+        radius = self.radius[arc] + share[on] * (self.end_radius - self.radius)[arc]
+        place[on, self.axes[arc, 0]] = self.centre[arc, 0] + radius * np.cos(angle)
+        place[on, self.axes[arc, 1]] = self.centre[arc, 1] + radius * np.sin(angle)
