@@ -12,6 +12,7 @@ import pytest
 
 from leafcut import api
 from leafcut.errors import OptionError
+from leafcut.model.cutter import ball_mill, bull_mill, cutter_of, pointed
 from leafcut.model.tool import ToolKind
 from leafcut.read.tools import load_tools
 
@@ -35,7 +36,7 @@ FUSION = {
             "geometry": {"DC": 6.0, "LCF": 20, "NOF": 3},
             "start-values": {"presets": [{"n": 12000, "v_f": 900.0, "v_f_plunge": 300.0}]},
         },
-        {"type": "ball end mill", "unit": "millimeters", "geometry": {"DC": 3}, "post-process": {"number": 9}},
+        {"type": "dovetail mill", "unit": "millimeters", "geometry": {"DC": 3}, "post-process": {"number": 9}},
     ],
 }  # fmt: skip
 
@@ -64,7 +65,7 @@ def test_fusion_says_units_feeds_and_numbers_of_every_tool(name: str, tmp_path: 
     assert (drill.feed, drill.spindle_rpm) == pytest.approx((6.0 * 25.4 / 60.0, 3000.0))  # down, not across
     assert drill.point_angle == pytest.approx(math.radians(135))
     assert (mill.feed, mill.plunge_feed, mill.teeth) == (15.0, 5.0, 3)
-    assert library.left_out == ("T9: leafcut has no tool of type 'ball end mill'",)
+    assert library.left_out == ("T9: leafcut has no tool of type 'dovetail mill'",)
 
 
 @pytest.mark.parametrize("how", [zipfile.ZIP_DEFLATED, zipfile.ZIP_LZMA, zipfile.ZIP_BZIP2])
@@ -98,7 +99,7 @@ def test_a_freecad_library_finds_its_bits_beside_it_or_in_its_folder(tmp_path: P
     ("name", "text", "words"),
     [
         ("a.tbl", "1 2 3\n", "line 1: '1 2 3' is not a line of a LinuxCNC tool table"),
-        ("a.tbl", "T1 P1 D3 ;ball nose\n", "no tool of this library can be used: T1: its comment 'ball nose'"),
+        ("a.tbl", "T1 P1 D3 ;dovetail\n", "no tool of this library can be used: T1: its comment 'dovetail'"),
         ("a.json", "{", "is not JSON"),
         ("a.json", "{}", "is not a tool library of Fusion"),
         ("a.tools", "{}", "a zip file with a .json was expected"),
@@ -119,3 +120,31 @@ def test_drills_of_a_table_without_feeds_drill_with_assumed_ones_that_are_told(t
     said = {i.code: i.message for i in found.issues}
     assert "its library gives no feeds" in said["L401"]
     assert "T3: its comment" in said["L407"]
+
+
+def test_mills_that_are_not_flat_have_their_shape(tmp_path: Path) -> None:
+    """A bull nose, a ball and a chamfer mill; Fusion tells the taper of one side, FreeCAD the whole angle."""
+    kinds = (
+        ("bull nose end mill", {"DC": 8, "RE": 1}),
+        ("ball end mill", {"DC": 6, "RE": 3}),
+        ("chamfer mill", {"DC": 10, "TA": 45, "tip-diameter": 2}),
+    )
+    tools = [
+        {"type": kind, "unit": "millimeters", "geometry": geometry, "post-process": {"number": number}}
+        for number, (kind, geometry) in enumerate(kinds, 1)
+    ]
+    (tmp_path / "a.json").write_text(json.dumps({"data": tools}))
+    bits = (
+        ("bullnose", {"Diameter": "8 mm", "FlatRadius": "1 mm"}),
+        ("ballend", {"Diameter": "6 mm"}),
+        ("chamfer", {"Diameter": "10 mm", "CuttingEdgeAngle": "90.0 °", "TipDiameter": "2 mm"}),
+    )
+    for shape, values in bits:
+        (tmp_path / f"{shape}.fctb").write_text(json.dumps({"shape": f"{shape}.fcstd", "parameter": values}))
+    paths = [{"nr": number, "path": f"{shape}.fctb"} for number, (shape, _) in enumerate(bits, 1)]
+    (tmp_path / "a.fctl").write_text(json.dumps({"tools": paths}))
+    shapes = (bull_mill(8.0, 1.0), ball_mill(6.0), pointed(10.0, math.radians(90), 2.0))
+    for name in ("a.json", "a.fctl"):
+        assert tuple(map(cutter_of, load_tools(tmp_path / name).tools)) == shapes
+    (tmp_path / "a.tbl").write_text("T4 P4 D6 ;6mm ball nose\n")
+    assert cutter_of(load_tools(tmp_path / "a.tbl").tools[0]) == ball_mill(6.0)

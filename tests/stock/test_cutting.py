@@ -13,7 +13,7 @@ from leafcut.errors import OptionError, PlanError
 from leafcut.model.cutter import Cutter, ball_mill, bull_mill, flat_mill, pointed
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.stock.cutting import Removed, cut
-from leafcut.stock.height_field import StockBlock, HeightField, usual_cell
+from leafcut.stock.height_field import HeightField, StockBlock, usual_cell
 from leafcut.stock.straight_moves import straight_moves
 
 #: 40 × 30 × 10 mm, its top at 0.

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from leafcut.errors import OptionError
+from leafcut.model.tool import CONES
 from leafcut.read.machine import shipped_machines
 from leafcut.read.machine_keys import PROFILE_KEYS, ProfileKey
 from leafcut.read.tool_keys import HOLE_KEYS, TOOL_KEYS
@@ -93,8 +94,8 @@ def test_tools_and_recipes_are_added_and_taken_out() -> None:
     more = added(added(TOOLS, "tool"), "hole")
     library.check("tools", "mine", put(more, "hole", 3, "layer", "*X*"))
     tools = entries(tomllib.loads(more), "tool")
-    assert (tools[-1]["number"], len(tools)) == (14, 14)
-    assert removed(removed(more, "tool", 13), "hole", 3).split() == TOOLS.split()
+    assert (tools[-1]["number"], len(tools)) == (17, 17)
+    assert removed(removed(more, "tool", 16), "hole", 3).split() == TOOLS.split()
     assert entries(tomllib.loads(added("", "tool")), "tool") == [{"number": 1, "diameter": "6 mm"}]
 
 
@@ -208,4 +209,5 @@ def test_the_choices_of_a_field_are_those_that_the_reader_takes() -> None:
             text = f'[[tool]]\nnumber = 1\ndiameter = "6 mm"\n{key.name} = "{word}"\n'
             text += 'peck = "1 mm"\ndwell = "1 s"\n' if word in ("G83", "G73", "G82") else ""
             text += 'kind = "tap"\npitch = "1 mm"\n' if word == "G84" else 'pitch = "1 mm"\n' if word == "tap" else ""
+            text += 'point_angle = "90deg"\n' if word in CONES else ""
             library.check("tools", "mine", text)

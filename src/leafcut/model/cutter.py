@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from leafcut.errors import OptionError
+from leafcut.model.tool import CONES, Tool, ToolKind
 
 
 class Body(NamedTuple):
@@ -106,3 +107,14 @@ def pointed(diameter: float, angle: float, tip: float = 0.0) -> Cutter:
     if angle > math.pi - 1e-9:
         return flat_mill(diameter)
     return Cutter(0.5 * diameter, 0.5 * tip, 0.0, 1.0 / math.tan(0.5 * angle))
+
+
+def cutter_of(tool: Tool) -> Cutter:
+    """Return the shape of a tool of a library; what it does not say of its end is flat."""
+    if tool.kind is ToolKind.BALL_MILL:
+        return ball_mill(tool.diameter)
+    if tool.kind is ToolKind.END_MILL and tool.corner_radius:
+        return bull_mill(tool.diameter, tool.corner_radius)
+    if tool.kind in (ToolKind.DRILL, ToolKind.CENTRE_DRILL, *CONES):
+        return pointed(tool.diameter, tool.point_angle, tool.tip_diameter)
+    return flat_mill(tool.diameter)

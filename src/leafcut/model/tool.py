@@ -16,7 +16,16 @@ class ToolKind(StrEnum):
     TAP = "tap"
     SLOT_MILL = "slot-mill"
     END_MILL = "end-mill"
+    BALL_MILL = "ball-mill"
+    CHAMFER_MILL = "chamfer-mill"
+    V_BIT = "v-bit"
     TORCH = "torch"
+
+
+#: What mills: it has teeth, and a feed of its own straight down.
+MILLS = (ToolKind.END_MILL, ToolKind.BALL_MILL, ToolKind.CHAMFER_MILL, ToolKind.V_BIT)
+#: What mills with a cone.
+CONES = (ToolKind.CHAMFER_MILL, ToolKind.V_BIT)
 
 
 @dataclass(frozen=True)
@@ -28,7 +37,8 @@ class Tool:
     number
         The T word.
     point_angle
-        Full angle of the point, rad; π for a flat end (reamer, tap, slot mill).
+        Full angle of the point, or of the cone of a chamfer mill or V-bit, rad; π for a flat end (reamer, tap, slot
+        mill).
     cycle, peck, dwell
         The canned cycle this tool drills with; None means the plan's choice.
     pitch
@@ -38,7 +48,11 @@ class Tool:
     depth
         Depth of a centre drill's point below the surface, mm.
     plunge_feed, teeth
-        Of an end mill: its feed straight down, 0 where the library does not say it; how many teeth it has.
+        Of `MILLS`: the feed straight down, 0 where the library does not say it; how many teeth it has.
+    corner_radius
+        Of an end mill: mm; 0 for sharp corners.
+    tip_diameter
+        Of `CONES`: of the flat at the tip, mm; 0 for a sharp one.
     assumed
         True for a tool that stands in no library.
     """
@@ -58,6 +72,8 @@ class Tool:
     depth: float | None = None
     plunge_feed: float = 0.0
     teeth: int | None = None
+    corner_radius: float = 0.0
+    tip_diameter: float = 0.0
     assumed: bool = False
 
     @property

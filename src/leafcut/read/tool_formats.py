@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import OptionError, shown
+from leafcut.model.tool import CONES, MILLS
 from leafcut.read.format import parse_json
 
 #: A library larger than this is none, bytes; so is what it unpacks to.
@@ -33,18 +34,23 @@ _IN_WORDS = (
     ("centre-drill", r"\b(centre|center|spot)[\s-]*drill|\bspot(ting)?\b"),
     ("reamer", r"\bream"),
     ("slot-mill", r"\bslot[\s-]*(mill|drill|cutter)|\brouter\b"),
+    ("ball-mill", r"\bball[\s-]*(nose|end)"),
     ("end-mill", r"\b(flat\s*)?end[\s-]*mill"),
     ("drill", r"\bdrill\b"),
 )
 #: What cuts otherwise than by its words: no flat end, no hole of its width.
-_OTHER_WORDS = re.compile(
-    r"\b(tap|ball|bull|chamfer|v-?bit|engrav|face|fly|thread|probe|dove)(?!\s*drill)", re.IGNORECASE
-)
+_OTHER_WORDS = re.compile(r"\b(tap|bull|chamfer|v-?bit|engrav|face|fly|thread|probe|dove)(?!\s*drill)", re.IGNORECASE)
 _FUSION_KINDS = {
     "drill": "drill", "center drill": "centre-drill", "spot drill": "centre-drill", "reamer": "reamer",
-    "flat end mill": "end-mill", "slot mill": "slot-mill", "tap right hand": "tap",
+    "flat end mill": "end-mill", "bull nose end mill": "end-mill", "ball end mill": "ball-mill",
+    "chamfer mill": "chamfer-mill", "slot mill": "slot-mill", "tap right hand": "tap",
 }  # fmt: skip
-_FREECAD_KINDS = {"drill": "drill", "endmill": "end-mill", "reamer": "reamer", "tap": "tap", "slotmill": "slot-mill"}
+_FREECAD_KINDS = {
+    "drill": "drill", "endmill": "end-mill", "bullnose": "end-mill", "ballend": "ball-mill", "chamfer": "chamfer-mill",
+    "v-bit": "v-bit", "vbit": "v-bit", "reamer": "reamer", "tap": "tap", "slotmill": "slot-mill",
+}  # fmt: skip
+#: What mills, and what of it has a cone: see `leafcut.model.tool`.
+_MILLS, _CONES = tuple(kind.value for kind in MILLS), tuple(kind.value for kind in CONES)
 
 
 def rows_of(path: Path, units: str) -> tuple[list[ToolRow], bool] | None:
@@ -123,7 +129,10 @@ def _fusion_row(tool: dict[str, Any], kind: str, unit: str, number: object) -> d
     geometry = _inner(tool, "geometry")
     presets = _inner(tool, "start-values").get("presets")
     preset = presets[0] if isinstance(presets, list) and presets and isinstance(presets[0], dict) else {}
-    mill = kind == "end-mill"
+    mill = kind in _MILLS
+    angle = _with(geometry.get("SIG"), "deg") if kind in ("drill", "centre-drill") else None
+    if kind in _CONES and isinstance(geometry.get("TA"), int | float):
+        angle = f"{2 * geometry['TA']} deg"  # Fusion has the angle of one side
     down = preset.get("v_f_plunge") or preset.get("v_f")
     given = {
         "number": number,
@@ -131,7 +140,9 @@ def _fusion_row(tool: dict[str, Any], kind: str, unit: str, number: object) -> d
         "name": _name(str(tool.get("description", ""))),
         "diameter": _with(geometry.get("DC"), unit),
         "flute_length": _with(geometry.get("LCF"), unit),
-        "point_angle": _with(geometry.get("SIG"), "deg") if kind in ("drill", "centre-drill") else None,
+        "point_angle": angle,
+        "corner_radius": _with(geometry.get("RE") or None, unit) if kind == "end-mill" else None,
+        "tip_diameter": _with(geometry.get("tip-diameter") or None, unit) if kind in _CONES else None,
         "pitch": _with(geometry.get("TP"), unit) if kind == "tap" else None,
         "spindle_speed": _with(preset.get("n"), "rpm"),
         "feed": None if kind == "tap" else _with(preset.get("v_f") if mill else down, f"{unit}/min"),
@@ -172,19 +183,25 @@ def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
         return f"leafcut has no tool of shape '{shown(shape, 30)}'"
     values = _inner(bit, "parameter")
     flutes = str(values.get("Flutes", ""))
+    angle = values.get({"drill": "TipAngle", **dict.fromkeys(_CONES, "CuttingEdgeAngle")}.get(kind, ""))
     given = {
         "number": number,
         "kind": kind,
         "name": _name(str(bit.get("name", path.stem))),
         "diameter": values.get("Diameter"),
         "flute_length": values.get("CuttingEdgeHeight"),
-        "point_angle": str(values["TipAngle"]).replace("°", "deg")
-        if kind == "drill" and "TipAngle" in values
-        else None,
+        "point_angle": None if angle is None else str(angle).replace("°", "deg"),
+        "corner_radius": values.get("FlatRadius", values.get("CornerRadius")) if shape == "bullnose" else None,
+        "tip_diameter": values.get("TipDiameter") if kind in _CONES and _above_0(values.get("TipDiameter")) else None,
         "pitch": values.get("Pitch") if kind == "tap" else None,
-        "teeth": int(flutes) if kind == "end-mill" and re.fullmatch(r"[0-9]{1,9}", flutes) else None,
+        "teeth": int(flutes) if kind in _MILLS and re.fullmatch(r"[0-9]{1,9}", flutes) else None,
     }
     return {key: value for key, value in given.items() if value is not None}
+
+
+def _above_0(text: object) -> bool:
+    """Return whether a length is more than nothing: FreeCAD writes the tip of a sharp V-bit as ``0.00 mm``."""
+    return bool(re.search(r"[1-9]", str(text or "")))
 
 
 def _json(path: Path, data: bytes) -> Any:

@@ -20,7 +20,7 @@ TOOL_KEYS: tuple[ProfileKey, ...] = (
     ProfileKey("name", "what it is called, for lists and programs", why="its kind"),
     ProfileKey(
         "point_angle",
-        "full angle of its point; not of end mills",
+        "full angle of its point, or of the cone of a chamfer mill or V-bit; not of end mills",
         why="118° of drills and centre drills, else flat",
         unit="rad",
         bounds="above 0° and at most 180°",
@@ -35,8 +35,22 @@ TOOL_KEYS: tuple[ProfileKey, ...] = (
     ),
     ProfileKey("flute_length", "how deep it can go", why="as deep as asked for", unit="mm", bounds=_LENGTH),
     ProfileKey("depth", "of a centre drill: how deep it goes", why="as --depth says", unit="mm", bounds=_LENGTH),
-    ProfileKey("plunge_feed", "of an end mill: plunge rate", why="a third of its feed", unit="mm/s", bounds=_POSITIVE),
-    ProfileKey("teeth", "of an end mill: number of teeth", why="not known", example=2, bounds="1 to 100"),
+    ProfileKey("plunge_feed", "of a mill: plunge rate", why="a third of its feed", unit="mm/s", bounds=_POSITIVE),
+    ProfileKey("teeth", "of a mill: number of teeth", why="not known", example=2, bounds="1 to 100"),
+    ProfileKey(
+        "corner_radius",
+        "of an end mill: radius of its corners",
+        why="sharp corners",
+        unit="mm",
+        bounds="above 0 and at most half the diameter",
+    ),
+    ProfileKey(
+        "tip_diameter",
+        "of a chamfer mill or V-bit: diameter of its flat tip",
+        why="a sharp tip",
+        unit="mm",
+        bounds="above 0 and below the diameter",
+    ),
 )
 HOLE_KEYS: tuple[ProfileKey, ...] = (
     ProfileKey("diameter", "diameter of the holes as they are drawn", required=True, unit="mm", bounds=_LENGTH),

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import OptionError
-from leafcut.model.tool import Recipe, Tool, ToolKind, ToolLibrary
+from leafcut.model.tool import CONES, MILLS, Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.options import CYCLES
 from leafcut.read.toml_table import TomlTable, read_toml
 from leafcut.read.tool_formats import ToolRow, rows_of
@@ -19,8 +19,9 @@ _TOOL_KEYS, _HOLE_KEYS = (tuple(key.name for key in keys) for keys in (TOOL_KEYS
 _HIGHEST_NUMBER = 99_999_999  # eight digits: the widest T word, of Fanuc
 _LARGEST = 1000.0
 
-#: Keys of end mills only, and those that an end mill does not have.
-_MILL_KEYS, _NO_MILL_KEYS = ("plunge_feed", "teeth"), ("cycle", "peck", "dwell", "pitch", "point_angle")
+#: Keys of mills only, those that a mill does not have, and those of some mills: in which kinds.
+_MILL_KEYS, _NO_MILL_KEYS = ("plunge_feed", "teeth"), ("cycle", "peck", "dwell", "pitch")
+_SOME_MILLS = {"corner_radius": (ToolKind.END_MILL,), "tip_diameter": CONES}
 _MOST_TEETH = 100
 
 #: The full angle of the point where a tool does not say it: 118° is the common twist drill; the others end flat.
@@ -115,6 +116,8 @@ def _tool(table: TomlTable) -> Tool:
         depth=table.optional("depth", lambda key: _positive(table, key, "mm")),
         plunge_feed=_positive(table, "plunge_feed", "mm/s") if "plunge_feed" in table else 0.0,
         teeth=table.optional("teeth", lambda key: table.whole(key, 1, _MOST_TEETH)),
+        corner_radius=_positive(table, "corner_radius", "mm") if "corner_radius" in table else 0.0,
+        tip_diameter=_positive(table, "tip_diameter", "mm") if "tip_diameter" in table else 0.0,
     )
     _check_mill(tool, table)
     _check_cycle(tool, table)
@@ -137,11 +140,23 @@ def _seconds(table: TomlTable, key: str) -> float:
 
 
 def _check_mill(tool: Tool, table: TomlTable) -> None:
-    mill = tool.kind is ToolKind.END_MILL
-    wrong = next((key for key in (_NO_MILL_KEYS if mill else _MILL_KEYS) if key in table), None)
+    mill = tool.kind in MILLS
+    without = (*_NO_MILL_KEYS, *(() if tool.kind in CONES else ("point_angle",))) if mill else _MILL_KEYS
+    wrong = next((key for key in without if key in table), None)
     if wrong is not None:
-        words = "is for drilling tools; an end mill clears pockets" if mill else "is for end mills only"
-        raise table.problem(wrong, words)
+        raise table.problem(
+            wrong, f"is not for kind '{tool.kind}', only for drilling tools" if mill else "is for mills only"
+        )
+    for key, kinds in _SOME_MILLS.items():
+        if key in table and tool.kind not in kinds:
+            raise table.problem(key, f"is not for kind '{tool.kind}', only for {', '.join(kinds)}")
+    if tool.corner_radius > 0.5 * tool.diameter:
+        raise table.problem("corner_radius", f"is {tool.corner_radius:g} mm, more than half of the diameter")
+    if tool.kind in CONES:
+        if not 0.0 < tool.point_angle < math.pi:
+            raise OptionError(f"{table.place}: a {tool.kind} needs 'point_angle', the full angle of its cone")
+        if tool.tip_diameter >= tool.diameter:
+            raise table.problem("tip_diameter", f"is {tool.tip_diameter:g} mm, not below the diameter")
 
 
 def _check_cycle(tool: Tool, table: TomlTable) -> None:
@@ -174,8 +189,8 @@ def _recipe(table: TomlTable, tools: dict[int, Tool]) -> Recipe:
     for number in steps:
         if number not in tools:
             raise table.problem("steps", f"names tool {number}, which is not in this library")
-        if tools[number].kind is ToolKind.END_MILL:
-            raise table.problem("steps", f"names tool {number}, an end mill, which clears pockets and makes no hole")
+        if tools[number].kind in MILLS:
+            raise table.problem("steps", f"names tool {number}, a mill, which makes no hole")
     if len(set(steps)) < len(steps):
         raise table.problem("steps", "names a tool twice")
     return Recipe(_positive(table, "diameter", "mm"), steps, table.text("layer", "*"))

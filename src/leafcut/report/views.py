@@ -47,7 +47,13 @@ HEAD_LINES = 200
 
 #: What a program of a laser or plasma spends its time with.
 _TIMES_OF_BEAMS = {"feed": "feed moves", "spindle": "beam on, off"}
-_KIND_WORDS = {"centre-drill": "centre drill", "slot-mill": "slot mill", "end-mill": "end mill"}
+_KIND_WORDS = {
+    "centre-drill": "centre drill",
+    "slot-mill": "slot mill",
+    "end-mill": "end mill",
+    "ball-mill": "ball mill",
+    "chamfer-mill": "chamfer mill",
+}
 
 
 def orders(outcome: Outcome) -> list[PageRow]:
