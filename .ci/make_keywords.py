@@ -19,6 +19,7 @@ CLASSES = {
     "NestKeywords": ("`leafcut.nest`", ("nest",)),
     "SolveKeywords": ("`leafcut.solve_part` and `leafcut.solve_file`", ("solve",)),
     "SimulateKeywords": ("`leafcut.simulate`", ("simulate",)),
+    "StockKeywords": ("`leafcut.cut_stock`", ("stock",)),
     "VerifyKeywords": ("`leafcut.verify_programs`", ("verify",)),
 }
 

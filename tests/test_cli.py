@@ -13,7 +13,7 @@ import pytest
 import leafcut
 from leafcut.cli import run
 from leafcut.option_spec import flag_name
-from leafcut.options import SolveOptions
+from leafcut.options import SolveOptions, StockOptions
 from leafcut.processes.nesting.options import NestOptions
 from leafcut.processes.settings import all_options, collect
 from leafcut.progress import Reporter
@@ -260,10 +260,10 @@ def test_ctrl_c_elsewhere_writes_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_every_option_is_a_flag_of_optimize_or_of_nest(capsys: pytest.CaptureFixture[str]) -> None:
-    texts = {command: answer(capsys, command, "--help")[0] for command in ("optimize", "nest")}
+def test_every_option_is_a_flag_of_the_command_that_it_is_for(capsys: pytest.CaptureFixture[str]) -> None:
+    texts = {command: answer(capsys, command, "--help")[0] for command in ("optimize", "nest", "stock")}
     for group, name, spec in all_options():
-        text = texts["nest" if group is NestOptions else "optimize"]
+        text = texts["nest" if group is NestOptions else "stock" if group is StockOptions else "optimize"]
         assert flag_name(name) in text, name
         assert spec.help.split()[0] in text
 

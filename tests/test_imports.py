@@ -42,14 +42,14 @@ MAY_IMPORT = {
     "solve": STAGE | {"executors", "kernels", "plugins"},
     "post": STAGE,
     "proof": STAGE | {"stock", "timing"},
-    "report": STAGE | {"timing"},
+    "report": STAGE | {"stock", "timing"},
     "progress": set(),
     "keywords": set(),
     "flags": BASE | {"option_spec"},
     "usage": BASE | {"option_spec"},
 }
 #: Above the processes: what joins them and what people see.
-MAY_IMPORT["api"] = STAGE | STAGES | {"keywords", "files", "processes"}
+MAY_IMPORT["api"] = STAGE | STAGES | {"keywords", "files", "processes", "stock"}
 MAY_IMPORT["lab"] = MODEL | {
     "api",
     "executors",
@@ -74,7 +74,7 @@ MAY_IMPORT["studio"] = MODEL | {
     "user_files",
 }
 MAY_IMPORT["studio"] |= {"processes", "_version"}
-MAY_IMPORT["public"] = MODEL | {"api", "keywords", "options", "files", "processes", "read"}
+MAY_IMPORT["public"] = MODEL | {"api", "keywords", "options", "files", "processes", "read", "stock"}
 MAY_IMPORT["user_files"] = MAY_IMPORT["files"] | {"files"}
 MAY_IMPORT["several"] = BASE | {"files", "read"}
 MAY_IMPORT["batch"] = BASE | {

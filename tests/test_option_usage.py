@@ -131,6 +131,9 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
     elif work == "simulate":
         api.simulate(at["cam.nc"])
         api.simulate(at["plasma.ngc"], machine="plasma-table")
+    elif work == "stock":
+        (out / "cam.nc").write_text("G21 G90\nT1 M6\nM3 S900\nG0 X0 Y0 Z5\nG1 Z-1 F60\nG1 X9\nG0 Z5\nM2\n")
+        api.cut_stock(out / "cam.nc", mill_diameter=3)
     else:
         api.verify_programs(at["plasma.ngc"], at["plasma.ngc"], machine="plasma-table")
 
@@ -141,11 +144,13 @@ def test_the_options_that_a_kind_of_work_names_are_those_that_its_runs_read(
 ) -> None:
     """An option that is named and never read would be ignored; one that is read and not named, refused for nothing."""
     _runs(work, files, tmp_path)
-    # The cuts of a sheet are ordered in one thread, which is no more than any number; of a simulation it is the command
+    # The cuts of a sheet are ordered in one thread, which is no more than any number; of what asks, it is the command
     # line that ends with another status.
-    named = {name for _, name, _ in used_by(WORKS[work])} - {"cut": {"threads"}, "simulate": {"strict"}}.get(
-        work, set()
-    )
+    named = {name for _, name, _ in used_by(WORKS[work])} - {
+        "cut": {"threads"},
+        "simulate": {"strict"},
+        "stock": {"strict"},
+    }.get(work, set())
     # The search looks whether there are colonies, to refuse them where they cannot be.
     assert (sorted(named - reads), sorted(reads - named - {"colonies"})) == ([], [])
 

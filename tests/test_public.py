@@ -70,7 +70,7 @@ def handled() -> set[type]:
 
 def test_the_functions_are_there() -> None:
     assert set(functions()) == {
-        "nest", "optimize", "read_part", "simulate", "solve_file", "solve_part", "verify_programs"
+        "cut_stock", "nest", "optimize", "read_part", "simulate", "solve_file", "solve_part", "verify_programs"
     }  # fmt: skip
 
 

@@ -15,7 +15,14 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput, check_is_there, check_output, write_together
-from leafcut.keywords import NestKeywords, OptimizeKeywords, SimulateKeywords, SolveKeywords, VerifyKeywords
+from leafcut.keywords import (
+    NestKeywords,
+    OptimizeKeywords,
+    SimulateKeywords,
+    SolveKeywords,
+    StockKeywords,
+    VerifyKeywords,
+)
 from leafcut.model.certificate import Certificate
 from leafcut.model.heartbeat import Progress, looking_for, passing_on
 from leafcut.model.nest import NestOutcome
@@ -30,6 +37,7 @@ from leafcut.processes.course import Run, machine_of
 from leafcut.processes.settings import collect, settings_for
 from leafcut.read import Input
 from leafcut.read.nest_list import WantedDrawing
+from leafcut.stock.stock_cut import StockCut
 
 if TYPE_CHECKING:
     from leafcut.processes.base import Process
@@ -283,6 +291,23 @@ def simulate(
     """
     settings = _settings("simulate", options, None, defaults_file)
     found: Simulation = registry.command("simulate")(program, settings, dialect, progress)
+    return found
+
+
+def cut_stock(
+    program: Input,
+    *,
+    dialect: str | None = None,
+    defaults_file: str | Path | None = None,
+    progress: Progress | None = None,
+    **options: Unpack[StockKeywords],
+) -> StockCut:
+    """Return what a program takes off its stock, tool by tool, where its rapids meet the stock, and what it leaves.
+
+    `progress` is that of `optimize`.
+    """
+    settings = _settings("stock", options, None, defaults_file)
+    found: StockCut = registry.command("stock")(program, settings, dialect, progress)
     return found
 
 

@@ -204,7 +204,7 @@ def _working_commands() -> Iterator[tuple[str, Callable[..., int], Sequence[Work
         yield one.command, _optimize, [one], special
     many = {"process": every["process"], "sources": Annotated[str, Parameter(name="INPUT", help=_MANY_INPUTS)]}
     yield "batch", _batch, by_optimize, {"annotations": many}
-    for name, function in (("solve", _solve), ("simulate", _simulate), ("verify", _verify)):
+    for name, function in (("solve", _solve), ("simulate", _simulate), ("stock", _stock), ("verify", _verify)):
         yield name, function, [registry.work(name)], {}
 
 
@@ -582,6 +582,49 @@ def _print_simulated(found: Simulation) -> None:
         if issue not in dangers:
             print(f"{issue.severity}: {issue}")
     _print_defaults(found.defaults)
+
+
+def _stock(
+    program: Annotated[str, Parameter(name="PROGRAM", help="a G-code program; - for standard input")],
+    /,
+    *more: Annotated[str, Parameter(show=False)],
+    output: Annotated[
+        str | None,
+        Parameter(
+            name=["--output", "-o"], help="what is left, as a picture (.png) or a solid for other programs (.stl)"
+        ),
+    ] = None,
+    dialect: Annotated[
+        str | None,
+        Parameter(name="--dialect", help="dialect of the program, by name or TOML file (default: the machine's)"),
+    ] = None,
+    no_defaults: NoDefaults = False,
+    as_json: Json = False,
+    options: dict[str, Any],
+) -> int:
+    """Show what a program cuts from its stock: volume, depth, time in the air, and rapids that meet the stock."""
+    from leafcut import api
+    from leafcut.files import check_output, write_bytes
+    from leafcut.report.stock_report import as_file, check_name, print_stock, stock_as_json
+
+    if more:
+        raise OptionError(f"stock takes one program, not {1 + len(more)}; run them one by one")
+    program = _dashed(program)
+    check_name(output)
+    check_output(output, [program if program != DASH else None, options.get("tools")])
+    source = StandardInput.read() if program == DASH else program
+    with _nothing_new_in(output):
+        found = api.cut_stock(source, dialect=dialect, defaults_file=_defaults(no_defaults), **_given(options))
+    if output:
+        write_bytes(output, as_file(found, output))
+    if as_json:
+        _print_json(stock_as_json(found, output))
+    else:
+        from rich.console import Console
+
+        print_stock(found, output, Console())
+        _print_defaults(found.defaults)
+    return REFUSED if found.rapids and options.get("strict") else DONE
 
 
 def _print_defaults(told: Sequence[str]) -> None:

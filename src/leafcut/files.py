@@ -255,6 +255,17 @@ def write_whole(target: str | Path, text: str, *, encoding: str = "utf-8", newli
     write_together({str(target): text}, encoding=encoding, newline=newline)
 
 
+def write_bytes(target: str | Path, data: bytes) -> None:
+    """Write `data` to a file as `write_whole` does a text.
+
+    Raises
+    ------
+    OutputError
+        The file cannot be written.
+    """
+    write_whole(target, data.decode("latin-1"), encoding="latin-1", newline="")
+
+
 def write_together(
     texts: Mapping[str, str], *, encoding: str = "utf-8", newline: str = "\n", encodings: Mapping[str, str] = _ALIKE
 ) -> None:

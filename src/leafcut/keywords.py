@@ -896,6 +896,41 @@ class SimulateKeywords(TypedDict, total=False):
     """Cutting speed (mm/min; default: the chart's)."""
 
 
+class StockKeywords(TypedDict, total=False):
+    """Options of `leafcut.cut_stock`."""
+
+    units: Literal[
+        "mm",
+        "cm",
+        "m",
+        "in",
+        "mil",
+        "ft",
+        None,
+    ]
+    """Units of a file that does not state them (default: the file's, else mm)."""
+    strict: bool | None
+    """Refuse input with skipped or repaired entities, and programs with dangerous moves."""
+    machine: str | None
+    """Machine name (see `leafcut machines`), or path of a TOML profile (default: linuxcnc-mill)."""
+    work_offset: str | Sequence[Quantity] | None
+    """Work offset: program zero in machine coordinates, x,y,z (mm; default: the machine's, else unknown)."""
+    tools: str | Path | None
+    """Tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl (default: one assumed drill per
+    diameter).
+    """
+    workpiece: str | None
+    """Block of material before the first cut: x,y,z of its lower and of its upper corner, in program coordinates
+    (default: just around the cuts below Z0).
+    """
+    cell: Quantity | None
+    """Side of a cell of the stock model (mm; default: a fortieth of the smallest tool, larger for a large stock)."""
+    mill_diameter: Quantity | None
+    """Diameter of tools that neither --tools nor the program's comments describe; they count as flat mills (mm;
+    default: such a tool is refused).
+    """
+
+
 class VerifyKeywords(TypedDict, total=False):
     """Options of `leafcut.verify_programs`."""
 

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
-from leafcut.api import nest, optimize, simulate, solve_file, solve_part, verify_programs
+from leafcut.api import cut_stock, nest, optimize, simulate, solve_file, solve_part, verify_programs
 from leafcut.errors import LeafcutError, OptionError, PlanError, PostError, ReadError, SolveError, VerifyError
 from leafcut.files import OutputError, StandardInput
 from leafcut.geometry.polyline import Polyline
-from leafcut.keywords import NestKeywords, OptimizeKeywords, SimulateKeywords, SolveKeywords, VerifyKeywords
+from leafcut.keywords import (
+    NestKeywords,
+    OptimizeKeywords,
+    SimulateKeywords,
+    SolveKeywords,
+    StockKeywords,
+    VerifyKeywords,
+)
 from leafcut.kinds import Head
 from leafcut.model.certificate import Certificate, Counts
 from leafcut.model.contour import Contour
@@ -56,6 +63,8 @@ from leafcut.processes.sheet.model import SheetDetail
 from leafcut.read import Input, Source
 from leafcut.read import read as read_part
 from leafcut.read.nest_list import WantedDrawing
+from leafcut.stock.height_field import HeightField, StockBlock
+from leafcut.stock.stock_cut import RapidCut, StockCut, ToolCut
 
 __all__ = [
     "Arc",
@@ -75,6 +84,7 @@ __all__ = [
     "DrillingDetail",
     "Grouping",
     "Head",
+    "HeightField",
     "Hole",
     "Input",
     "Issue",
@@ -114,6 +124,7 @@ __all__ = [
     "Probe",
     "ProgramDetail",
     "Progress",
+    "RapidCut",
     "ReadError",
     "ReadOptions",
     "Remnant",
@@ -134,13 +145,18 @@ __all__ = [
     "StandardInput",
     "Staying",
     "Stock",
+    "StockBlock",
+    "StockCut",
+    "StockKeywords",
     "Tool",
+    "ToolCut",
     "ToolKind",
     "Toolpath",
     "VerifyError",
     "VerifyKeywords",
     "WantedDrawing",
     "WorkerFigures",
+    "cut_stock",
     "nest",
     "optimize",
     "read_part",

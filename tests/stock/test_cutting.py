@@ -141,8 +141,8 @@ def test_a_rapid_in_the_material_is_seen_and_one_along_a_wall_that_was_cut_is_no
     builder.rapid(25.0, 15.0, -2.0)
     moves = straight_moves(builder.build(), 0.001, math.inf)
     removed = cut(HeightField.of_block(BLOCK, 0.05), moves, {0: CUTTERS["flat"]})
-    assert removed.cuts.tolist() == [True, True, False, True]
-    assert moves.rapid.tolist() == [False, False, True, True]
+    assert removed.cuts.tolist() == [False, True, True, False, True]
+    assert moves.rapid.tolist() == [True, False, False, True, True]
 
 
 def test_width_and_side_of_a_cut_are_what_the_step_over_leaves() -> None:
@@ -152,7 +152,7 @@ def test_width_and_side_of_a_cut_are_what_the_step_over_leaves() -> None:
               (30.0, 12.0, -3.0)),
         CUTTERS["flat"],
     )  # fmt: skip
-    slot, second = 1, 5
+    slot, second = 2, 6
     assert (removed.left[slot], removed.right[slot]) == pytest.approx((3.0, 3.0), abs=0.06)
     assert (removed.left[second], removed.right[second]) == pytest.approx((3.0, -1.0), abs=0.06)
     assert removed.area[second] / 25.0 == pytest.approx(2.0, rel=0.02)
@@ -221,5 +221,5 @@ def test_what_cannot_be_is_refused() -> None:
         StockBlock((0.0, 0.0, 0.0), (1.0, 0.0, 1.0))
     with pytest.raises(PlanError, match=r"12,000,169,548 of them are needed.*use cells of 0\.005 mm"):
         HeightField.of_block(BLOCK, 0.0003162278)
-    assert usual_cell(BLOCK, 6.0) == pytest.approx(0.3)
+    assert usual_cell(BLOCK, 6.0) == pytest.approx(0.15)
     assert usual_cell(StockBlock((0, 0, 0), (1000, 1000, 1)), 1.0) == pytest.approx(0.5)

@@ -1,12 +1,14 @@
-"""How wide a tool is, as the comments of a program tell."""
+"""How wide a tool is, and of what shape, as the comments of a program tell."""
 
 from __future__ import annotations
 
+import math
 import re
 
 import numpy as np
 
 from leafcut.gcode.program import Program
+from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
 from leafcut.units import MM_PER_INCH
 
@@ -35,11 +37,52 @@ _DIAMETERS = (
 _NAMED = re.compile(r"\bT\s?([0-9]{1,9})\b|^[\s(;]*([0-9]{1,9})\s?=", re.IGNORECASE)
 
 
+#: How comments call a kind of tool, the first that fits; anything else mills flat.
+_SHAPES = (
+    (ToolKind.BALL_MILL, re.compile(r"\bball", re.IGNORECASE)),
+    (ToolKind.V_BIT, re.compile(r"\bv-?\s?(?:bit|carve|groove)", re.IGNORECASE)),
+    (ToolKind.END_MILL, re.compile(r"\bflat|\bend\s?-?mill|\bface\s?-?mill|\bslot", re.IGNORECASE)),
+    (ToolKind.V_BIT, re.compile(r"\bengrav|chamfer|counter-?sink", re.IGNORECASE)),
+    (ToolKind.DRILL, re.compile(r"drill", re.IGNORECASE)),
+)
+_ANGLE = re.compile(r"([0-9]{1,3}(?:\.[0-9]{0,6})?)\s?(?:deg|°)", re.IGNORECASE)
+_CORNER = re.compile(r"\bCR\s?=\s?([0-9]{0,4}\.?[0-9]{1,6})", re.IGNORECASE)
+#: What a drill of which nothing more is said has.
+_USUAL_POINT = math.radians(118)
+
+
 def tool_width(program: Program, block: int) -> float:
     """Return the diameter, mm, that the last comment before a block gives for its tool, or 0.
 
     A comment that names another tool says nothing of this one; one in a list at the top, with its number, does.
     """
+    return _described(program, block)[0]
+
+
+def tool_in_comments(program: Program, block: int) -> Tool | None:
+    """Return the tool of a block as that comment describes it; None where no diameter is given, or no angle of a cone.
+
+    What mills is taken to be flat where the comment says nothing else.
+    """
+    width, comment = _described(program, block)
+    if not width:
+        return None
+    number = program.modal(block).tool or 0
+    kind = next((kind for kind, pattern in _SHAPES if pattern.search(comment)), ToolKind.END_MILL)
+    angle, corner = _ANGLE.search(comment), _CORNER.search(comment)
+    # Of a drill, comments of CAM programs have the angle of the point as TAPER.
+    degrees = float(angle.group(1)) if angle else 0.0
+    point = math.radians(degrees) if 0 < degrees < 180 else _USUAL_POINT if kind is ToolKind.DRILL else math.pi
+    if kind is ToolKind.V_BIT:
+        return Tool(number, width, kind, point_angle=point) if point < math.pi else None
+    if kind is ToolKind.DRILL:
+        return Tool(number, width, kind, point_angle=point)
+    radius = min(float(corner.group(1)) * (program.modal(block).unit or 1.0), 0.5 * width) if corner else 0.0
+    return Tool(number, width, kind, point_angle=math.pi, corner_radius=0.0 if kind is ToolKind.BALL_MILL else radius)
+
+
+def _described(program: Program, block: int) -> tuple[float, str]:
+    """Return the diameter that the last comment before a block gives for its tool, mm, and the comment; 0 if none."""
     # Of what is called, the call counts: the last change of tool in the text may be that of a later one.
     line = int(program.text_line[block]) - 1
     modal = program.modal(block)
@@ -50,16 +93,16 @@ def tool_width(program: Program, block: int) -> float:
     for number in range(line, max(last - _BEFORE_CHANGE, 0, line - _FARTHEST_COMMENT) - 1, -1):
         said = _said(program.lines[number], unit)
         if said and (tool is None or said[1] in (None, tool)):
-            return said[0]
+            return said[0], said[2]
     for text in program.lines[: min(line, _TOP)]:
         said = _said(text, unit)
         if said and tool is not None and said[1] == tool:
-            return said[0]
-    return 0.0
+            return said[0], said[2]
+    return 0.0, ""
 
 
-def _said(text: str, unit: float) -> tuple[float, int | None] | None:
-    """Return the diameter that a comment gives, mm, and the number of the tool if it names one."""
+def _said(text: str, unit: float) -> tuple[float, int | None, str] | None:
+    """Return the diameter that a comment gives, mm, the number of the tool if it names one, and the comment."""
     if "(" not in text and ";" not in text:
         return None
     match = next((m for pattern in _DIAMETERS if (m := pattern.search(text))), None)
@@ -71,4 +114,4 @@ def _said(text: str, unit: float) -> tuple[float, int | None] | None:
     scale = 1.0 if named == "mm" else MM_PER_INCH if named else unit
     comment = text[min((k for k in (text.find("("), text.find(";")) if k >= 0), default=0) :]
     tool = _NAMED.search(comment)
-    return value * scale, int(tool.group(1) or tool.group(2)) if tool else None
+    return value * scale, int(tool.group(1) or tool.group(2)) if tool else None, comment

@@ -24,6 +24,7 @@ from leafcut.options.search import (
     SolveOptions,
 )
 from leafcut.options.settings import Settings
+from leafcut.options.stock import StockOptions
 
 #: The groups that processes share, in the order in which they are told.
 SHARED: tuple[type[OptionGroup], ...] = (
@@ -37,6 +38,7 @@ SHARED: tuple[type[OptionGroup], ...] = (
     AcoOptions,
     FireflyOptions,
     PostOptions,
+    StockOptions,
 )
 
 __all__ = [
@@ -59,5 +61,6 @@ __all__ = [
     "Settings",
     "SheetOptions",
     "SolveOptions",
+    "StockOptions",
     "flag_name",
 ]

@@ -13,6 +13,7 @@ from leafcut.options.drawings import PocketDrawingOptions, ReadOptions, SheetOpt
 from leafcut.options.job import JobOptions, MachineOptions
 from leafcut.options.post import PostOptions
 from leafcut.options.search import AcoOptions, FireflyOptions, SolveOptions
+from leafcut.options.stock import StockOptions
 
 Group = TypeVar("Group", bound=OptionGroup)
 
@@ -72,6 +73,11 @@ class Settings:
     def job(self) -> JobOptions:
         """Return what is worked, and its heights, places and obstacles."""
         return self.of(JobOptions)
+
+    @property
+    def stock(self) -> StockOptions:
+        """Return what material a program cuts."""
+        return self.of(StockOptions)
 
     @property
     def cut_data(self) -> CutDataOptions:

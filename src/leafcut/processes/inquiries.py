@@ -1,8 +1,8 @@
-"""What leafcut does besides making programs: solving maps, simulating programs, and comparing two of them."""
+"""What leafcut does besides making programs: solving maps, simulating programs, cutting stock, and comparing."""
 
 from __future__ import annotations
 
-from leafcut.options import JobOptions, MachineOptions, ReadOptions, SolveOptions
+from leafcut.options import JobOptions, MachineOptions, ReadOptions, SolveOptions, StockOptions
 from leafcut.processes.base import COLONIES, LOOKED_UP, ORDERED, PLACE, Work, use
 
 
@@ -29,3 +29,11 @@ class Verifying(Work):
     name = "verify"
     title = "comparing programs"
     uses = use(ReadOptions, "units") | use(MachineOptions) | LOOKED_UP
+
+
+class CuttingStock(Work):
+    """What a program takes off its stock, and what it leaves."""
+
+    name = "stock"
+    title = "cutting stock by a program"
+    uses = use(ReadOptions, "units", "strict") | use(MachineOptions) | use(JobOptions, "tools") | use(StockOptions)

@@ -13,7 +13,7 @@ from leafcut.option_spec import OptionGroup, flag_name
 from leafcut.options import SHARED, CutDataOptions, Settings
 from leafcut.plugins import PluginKind
 from leafcut.processes.base import Process, Work
-from leafcut.processes.inquiries import Simulating, Solving, Verifying
+from leafcut.processes.inquiries import CuttingStock, Simulating, Solving, Verifying
 
 if TYPE_CHECKING:
     from leafcut.kinds import Head
@@ -36,6 +36,7 @@ OTHER_COMMANDS = (
     "batch",
     "solve",
     "simulate",
+    "stock",
     "verify",
     "machines",
     "dialects",
@@ -51,6 +52,7 @@ COMMANDS = {
     "nest_summary": "leafcut.processes.nesting.report:print_nests",
     "nest": "leafcut.processes.nesting.command:nest",
     "simulate": "leafcut.processes.program.simulate:simulate",
+    "stock": "leafcut.processes.program.stock:cut_stock",
     "verify": "leafcut.processes.program.verify:verify",
 }
 
@@ -140,7 +142,7 @@ def groups() -> tuple[type[OptionGroup], ...]:
 
 def works() -> tuple[Work, ...]:
     """Return all kinds of work: the processes, and what leafcut does besides."""
-    return (*processes(), Solving(), Simulating(), Verifying())
+    return (*processes(), Solving(), Simulating(), CuttingStock(), Verifying())
 
 
 def work(name: str) -> Work:

@@ -15,7 +15,7 @@ MOST_CELLS = 64_000_000
 #: So many cells are aimed at where nobody names their size.
 USUAL_CELLS = 4_000_000
 #: A cell is at most this share of the smallest tool's diameter where nobody names its size.
-SHARE_OF_TOOL = 0.05
+SHARE_OF_TOOL = 0.025
 #: … and need not be finer than this, mm.
 FINEST = 0.01
 
@@ -29,10 +29,10 @@ class StockBlock:
 
     def __post_init__(self) -> None:
         if not all(math.isfinite(n) for n in (*self.low, *self.high)):
-            raise PlanError("stock: a corner is not a number; give six of them, in mm")
+            raise PlanError("a corner is not a number; give six of them, in mm")
         if not all(a < b for a, b in zip(self.low, self.high, strict=True)):
             sizes = " × ".join(f"{b - a:g}" for a, b in zip(self.low, self.high, strict=True))
-            raise PlanError(f"stock: a block of {sizes} mm has no volume; give the lower corner first")
+            raise PlanError(f"a block of {sizes} mm has no volume; give the lower corner first")
 
 
 @dataclass(eq=False)
@@ -101,7 +101,7 @@ class HeightField:
 def usual_cell(block: StockBlock, smallest: float) -> float:
     """Return the side of a cell for a block and the diameter of the smallest tool, mm, where nobody names it.
 
-    A twentieth of the tool, larger where that would be more than `USUAL_CELLS`, in steps of a hundredth.
+    A fortieth of the tool, larger where that would be more than `USUAL_CELLS`, in steps of a hundredth.
     """
     area = (block.high[0] - block.low[0]) * (block.high[1] - block.low[1])
     wanted = max(SHARE_OF_TOOL * smallest, math.sqrt(area / USUAL_CELLS), FINEST)

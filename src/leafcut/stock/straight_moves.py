@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +18,8 @@ from leafcut.model.toolpath import Kind, Toolpath, plane_axes
 MOST_MOVES = 20_000_000
 
 
-class StraightMoves(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class StraightMoves:
     """Straight moves of the tip.
 
     Attributes
@@ -32,7 +35,8 @@ class StraightMoves(NamedTuple):
     path
         The toolpath with its cycles written out.
     unknown
-        Rows of `path` that move from or to where nothing is known of a coordinate: they are left out.
+        Rows of `path` of which a coordinate is not known where they begin: they are taken to be at their end all the
+        time. Those whose end is not known are left out.
     """
 
     ends: NDArray[np.float64]
@@ -44,6 +48,13 @@ class StraightMoves(NamedTuple):
 
     def __len__(self) -> int:
         return len(self.row)
+
+    def of_tools(self, numbers: Collection[int]) -> StraightMoves:
+        """Return the moves of some tools."""
+        mine = np.isin(self.tool, list(numbers))
+        return replace(
+            self, ends=self.ends[mine], row=self.row[mine], rapid=self.rapid[mine], tool=self.tool[mine]
+        )  # fmt: skip
 
 
 def straight_moves(path: Toolpath, strays: float, longest: float) -> StraightMoves:
@@ -64,9 +75,10 @@ def straight_moves(path: Toolpath, strays: float, longest: float) -> StraightMov
     path = expand(path)
     moving = np.isin(path.kind, [int(k) for k in (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)])
     rows = np.flatnonzero(moving)
+    rows = rows[np.isfinite(path.end[rows]).all(axis=1)]
     begin, end = path.before[rows], path.end[rows]
-    known = np.isfinite(begin).all(axis=1) & np.isfinite(end).all(axis=1)
-    unknown, rows, begin, end = rows[~known], rows[known], begin[known], end[known]
+    unknown = rows[~np.isfinite(begin).all(axis=1)]
+    begin = np.where(np.isfinite(begin), begin, end)
     kind = path.kind[rows]
     arcs = _Arcs.of(path, rows, begin, end)
     sweep = np.zeros(len(rows))

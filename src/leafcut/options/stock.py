@@ -1,0 +1,41 @@
+"""Options of the material that a program cuts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from leafcut.option_spec import OptionGroup, option
+
+
+@dataclass(frozen=True)
+class StockOptions(OptionGroup):
+    """The material before the first cut, and how finely it is modelled."""
+
+    section: ClassVar[str] = "stock"
+    title: ClassVar[str] = "Stock"
+
+    workpiece: str | None = option(
+        "text",
+        None,
+        "block of material before the first cut: x,y,z of its lower and of its upper corner, in program coordinates",
+        default_words="just around the cuts below Z0",
+    )
+    cell: float | None = option(
+        "quantity",
+        None,
+        "side of a cell of the stock model",
+        unit="mm",
+        minimum=0.001,
+        maximum=100,
+        default_words="a fortieth of the smallest tool, larger for a large stock",
+    )
+    mill_diameter: float | None = option(
+        "quantity",
+        None,
+        "diameter of tools that neither --tools nor the program's comments describe; they count as flat mills",
+        unit="mm",
+        minimum=0.01,
+        maximum=1000,
+        default_words="such a tool is refused",
+    )

@@ -1,0 +1,240 @@
+"""What a program takes off its stock, move by move, and what it leaves."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import OptionError, PlanError, count_of
+from leafcut.files import read_program
+from leafcut.kinds import BEAMS
+from leafcut.model.cutter import Cutter, cutter_of
+from leafcut.model.heartbeat import Progress, looking_for
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.machine import Machine
+from leafcut.model.tool import Tool, ToolKind
+from leafcut.options import Settings
+from leafcut.processes.course import machine_of
+from leafcut.stock.height_field import HeightField, StockBlock, usual_cell
+from leafcut.stock.stock_cut import RapidCut, StockCut, ToolCut
+from leafcut.units import parse_quantity
+
+if TYPE_CHECKING:
+    from leafcut.gcode.program import Program
+    from leafcut.read import Input
+    from leafcut.stock.cutting import Removed
+    from leafcut.stock.straight_moves import StraightMoves
+
+#: Chords of arcs lie so many cells off at most.
+_STRAYS = 0.05
+#: Cuts are looked at in pieces of this share of the smallest tool's diameter, and of some cells.
+_PIECE, _PIECE_CELLS = 0.5, 2.0
+#: A block that is derived goes so far below the deepest cut, mm.
+_BELOW = 1.0
+#: So many rapids in the material are told one by one.
+_MOST_TOLD = 10
+
+
+def cut_stock(program: Input, settings: Settings, dialect: str | None, progress: Progress | None) -> StockCut:
+    """Return what a program takes off its stock.
+
+    Raises
+    ------
+    ReadError, OptionError
+        The program cannot be read; the stock is no block; the shape of a tool is not known.
+    PlanError
+        It is for a beam; it stays out of the stock; there are too many cells or moves.
+    """
+    from leafcut.gcode import dialects
+    from leafcut.processes.program.reading import read_foreign
+    from leafcut.stock.cutting import cut
+    from leafcut.stock.straight_moves import straight_moves
+
+    look, source = looking_for(progress, "reading"), str(program)
+    machine = machine_of(settings)
+    words = dialects.dialect(dialect or machine.controller)
+    read = read_foreign(read_program(program), source, settings, machine, words, look)
+    if read.process in BEAMS:
+        raise PlanError(f"{source}: this program drives a beam; only what a tool mills or drills has a height")
+    tools = _tools(read.program, source, settings, read.machine)
+    if not tools:
+        raise PlanError(f"{source}: nothing is cut, so nothing is taken off the stock")
+    cutters = {number: cutter_of(tool) for number, tool in tools.items()}
+    smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
+    given = settings.stock.workpiece
+    # What is not fed, such as a probe, has no tool here.
+    whole = straight_moves(read.program.path, 0.01 * smallest, np.inf).of_tools(cutters)
+    block = _block(given) if given else _around(whole, cutters, source)
+    cell = settings.stock.cell or usual_cell(block, smallest)
+    field = HeightField.of_block(block, cell)
+    longest = max(_PIECE * smallest, _PIECE_CELLS * cell)
+    moves = straight_moves(read.program.path, _STRAYS * cell, longest).of_tools(cutters)
+    removed = cut(field, moves, cutters, os.cpu_count() or 1, looking_for(progress, "cutting the stock"))
+    if not removed.cuts.any():
+        sides = ", ".join(f"{a} {block.low[k]:g} to {block.high[k]:g}" for k, a in enumerate("XYZ"))
+        raise PlanError(
+            f"{source}: the program never touches the stock, {sides} mm; give --workpiece in its coordinates"
+        )
+    rapids = _rapids(moves, removed)
+    return StockCut(
+        source,
+        read.machine,
+        block,
+        not given,
+        field,
+        _by_tool(moves, removed, tools, read.machine),
+        rapids,
+        (*_told(rapids), *read.dangers, *read.issues, *_not_known(whole)),
+        settings.from_defaults(),
+    )
+
+
+def _block(text: str) -> StockBlock:
+    """Return the block that ``--stock`` says.
+
+    Raises
+    ------
+    OptionError
+        Six lengths are expected, the lower corner first.
+    """
+    parts = text.replace(";", ",").split(",")
+    if len(parts) != 6:
+        raise OptionError(
+            f"--workpiece: '{text}' has {len(parts)} numbers; give six: x,y,z of the lower and of the upper corner"
+        )
+    try:
+        lengths = [parse_quantity(part.strip(), "mm") for part in parts]
+        return StockBlock((lengths[0], lengths[1], lengths[2]), (lengths[3], lengths[4], lengths[5]))
+    except (OptionError, PlanError) as problem:
+        raise OptionError(f"--workpiece {text}: {problem}") from None
+
+
+def _tools(program: Program, source: str, settings: Settings, machine: Machine) -> dict[int, Tool]:
+    """Return the tools that a program cuts with, by number in the order of their use.
+
+    Raises
+    ------
+    OptionError
+        The shape of one is not known.
+    """
+    from leafcut.gcode.tool_comments import tool_in_comments
+    from leafcut.model.toolpath import Kind
+    from leafcut.read.tools import load_tools
+
+    file = settings.job.tools
+    library = load_tools(file, machine.units).by_number if file else {}
+    kind = program.path.kind
+    works = np.flatnonzero((kind >= Kind.FEED) & (kind <= Kind.DRILL))
+    blocks = np.searchsorted(program.first, works, side="right") - 1
+    found: dict[int, Tool] = {}
+    number_of = program.path.tool[works]
+    for number in dict.fromkeys(number_of.tolist()):
+        tool = library.get(number)
+        first = int(blocks[np.flatnonzero(number_of == number)[0]])
+        tool = tool or tool_in_comments(program, first)
+        if tool is None and (diameter := settings.stock.mill_diameter):
+            tool = Tool(number, diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
+        if tool is None:
+            line = int(program.text_line[first])
+            raise OptionError(
+                f"{source}:{line}: the shape of tool T{number} is unknown; give a library that has it with --tools, or "
+                "--mill-diameter for a flat mill"
+            )
+        found[number] = tool
+    return found
+
+
+def _around(moves: StraightMoves, cutters: Mapping[int, Cutter], source: str) -> StockBlock:
+    """Return a block just around the cuts below Z0.
+
+    Raises
+    ------
+    PlanError
+        There is none: where the stock's top is cannot be known.
+    """
+    low = np.minimum(moves.ends[:, 2], moves.ends[:, 5])
+    deep = ~moves.rapid & (low < 0.0)
+    if not deep.any():
+        raise PlanError(f"{source}: nothing is cut below Z0, so the top of the stock is not known; give --workpiece")
+    radius = np.array([cutters[number].radius for number in moves.tool[deep].tolist()])
+    ends, bottom = moves.ends[deep], float(low[deep].min())
+    corners = [
+        (float((np.minimum(ends[:, k], ends[:, 3 + k]) - radius).min()),
+         float((np.maximum(ends[:, k], ends[:, 3 + k]) + radius).max()))
+        for k in (0, 1)
+    ]  # fmt: skip
+    return StockBlock((corners[0][0], corners[1][0], bottom - _BELOW), (corners[0][1], corners[1][1], 0.0))
+
+
+def _rapids(moves: StraightMoves, removed: Removed) -> tuple[RapidCut, ...]:
+    deepest: dict[int, float] = {}
+    for at in np.flatnonzero(moves.rapid & removed.cuts).tolist():
+        line = int(moves.path.line[moves.row[at]])
+        deepest[line] = max(deepest.get(line, 0.0), float(removed.depth[at]))
+    return tuple(RapidCut(line, depth) for line, depth in sorted(deepest.items()))
+
+
+def _told(rapids: tuple[RapidCut, ...]) -> list[Issue]:
+    """Return rapids in the material as dangers, the first ones each by itself."""
+    issues = [
+        Issue("L802", f"rapid in the stock, {one.depth_mm:.2f} mm deep", f"line {one.line}", Severity.DANGER)
+        for one in rapids[:_MOST_TOLD]
+    ]
+    if len(rapids) > _MOST_TOLD:
+        message = f"{len(rapids) - _MOST_TOLD} more rapids in the stock"
+        issues.append(Issue("L802", message, f"line {rapids[_MOST_TOLD].line}", Severity.DANGER))
+    return issues
+
+
+def _not_known(moves: StraightMoves) -> list[Issue]:
+    """Return that of cuts whose begin is not known only the end is looked at."""
+    from leafcut.model.toolpath import Kind
+
+    fed = moves.unknown[moves.path.kind[moves.unknown] != Kind.RAPID]
+    if not len(fed):
+        return []
+    line = int(moves.path.line[fed[0]])
+    return [
+        Issue("L808", f"the start of {count_of(len(fed), 'cut')} is unknown: only its end is cut here", f"line {line}")
+    ]
+
+
+def _by_tool(
+    moves: StraightMoves, removed: Removed, tools: Mapping[int, Tool], machine: Machine
+) -> tuple[ToolCut, ...]:
+    from leafcut.timing.toolpath import seconds_by_row
+
+    seconds = _seconds(moves, seconds_by_row(moves.path, machine))
+    across = np.hypot(*(moves.ends[:, 3:5] - moves.ends[:, :2]).T) > 0
+    rows = []
+    for number, tool in tools.items():
+        fed = (moves.tool == number) & ~moves.rapid
+        cutting = fed & removed.cuts
+        wide = cutting & across
+        width = removed.left[wide] + removed.right[wide]
+        mine = moves.tool == number
+        rows.append(
+            ToolCut(
+                tool,
+                float(removed.volume[mine].sum()),
+                float(seconds[cutting].sum()),
+                float(seconds[fed & ~removed.cuts].sum()),
+                float(removed.depth[cutting].max(initial=0.0)),
+                min(float(width.max(initial=0.0)), tool.diameter),
+            )
+        )
+    return tuple(rows)
+
+
+def _seconds(moves: StraightMoves, by_row: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the time of every move: that of its row, by its share of the row's length."""
+    length = np.sqrt(((moves.ends[:, 3:] - moves.ends[:, :3]) ** 2).sum(axis=1))
+    whole = np.bincount(moves.row, weights=length, minlength=len(by_row))[moves.row]
+    share = np.divide(length, whole, out=np.zeros_like(length), where=whole > 0)
+    seconds: NDArray[np.float64] = by_row[moves.row] * share
+    return seconds

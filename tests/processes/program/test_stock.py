@@ -1,0 +1,141 @@
+"""`leafcut stock`: what a program takes off its stock, against figures worked by hand."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+import leafcut
+from leafcut.cli import run
+
+#: A slot 20 long and 2 deep with a flat mill of 6, gone back at feed; 100 mm/s² is the default machine's business.
+SLOT = """G21 G90
+T1 M6 (D=6. CR=0. - flat end mill)
+M3 S9000
+G0 X10 Y10 Z5
+G1 Z-2 F300
+G1 X30 F600
+G1 X10
+G0 Z5
+M5
+M2
+"""
+
+
+def made(folder: Path, text: str) -> str:
+    file = folder / "part.nc"
+    file.write_text(text)
+    return str(file)
+
+
+def test_a_slot_and_the_way_back_through_it(tmp_path: Path) -> None:
+    """6 · 20 · 2 + π 9 · 2 mm³; 20 mm at 10 mm/s in the stock, and in the air the same back and 5 mm down at 5 mm/s."""
+    found = leafcut.cut_stock(made(tmp_path, SLOT))
+    (one,) = found.tools
+    assert found.derived
+    assert (found.block.low[2], found.block.high[2]) == (-3.0, 0.0)
+    assert found.block.low[:2] == pytest.approx((7.0, 7.0))
+    assert one.removed_mm3 == pytest.approx(240 + math.pi * 18, rel=0.005)
+    assert found.field.volume + found.removed_mm3 == pytest.approx(26 * 6 * 3, rel=0.03)
+    # The last piece of the plunge, and the slot; the mill is flat, so all of the rest is in the air.
+    assert one.deepest_mm == pytest.approx(2.0, abs=1e-6)
+    assert one.widest_mm == pytest.approx(6.0, abs=0.2)
+    assert one.air_s == pytest.approx(2.0, rel=0.1)
+    assert found.rapids == ()
+
+
+def test_a_rapid_that_meets_the_stock_is_a_danger_with_its_line_and_depth(tmp_path: Path) -> None:
+    found = leafcut.cut_stock(
+        made(tmp_path, SLOT.replace("G0 Z5\nM5", "G0 X40\nG0 Z5\nM5")), workpiece="0,0,-5,60,20,0"
+    )
+    (rapid,) = found.rapids
+    assert (rapid.line, rapid.depth_mm) == (8, pytest.approx(2.0))
+    (issue,) = [issue for issue in found.issues if issue.message.startswith("rapid in the stock")]
+    assert (issue.severity, issue.place) == ("danger", "line 8")
+
+
+def test_with_strict_a_rapid_in_the_stock_ends_with_status_1(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bad = made(tmp_path, SLOT.replace("G0 Z5\nM5", "G0 X40\nG0 Z5\nM5"))
+    assert run(["stock", bad, "--workpiece", "0,0,-5,60,20,0"]) == 0
+    assert "danger: L802 rapid in the stock, 2.00 mm deep (line 8)" in capsys.readouterr().out
+    assert run(["stock", bad, "--workpiece", "0,0,-5,60,20,0", "--strict"]) == 1
+
+
+def test_the_command_prints_answers_and_writes_what_is_left(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    program = made(tmp_path, SLOT)
+    for name in ("left.png", "left.stl"):
+        assert run(["stock", program, "-o", str(tmp_path / name), "--json"]) == 0
+        answer = json.loads(capsys.readouterr().out)
+        assert (tmp_path / name).stat().st_size > 1000
+        assert answer["output"] == str(tmp_path / name)
+        (tool,) = answer["tools"]
+        assert (tool["number"], tool["kind"], tool["diameter"]) == (1, "end-mill", 6.0)
+        assert answer["removed_mm3"] == pytest.approx(tool["removed_mm3"])
+    assert run(["stock", program]) == 0
+    out = capsys.readouterr().out
+    assert "0.30 cm³ off a block around the cuts of 26.0 × 6.0 × 3.0 mm" in out
+    assert "T1 end-mill Ø6" in out
+
+
+@pytest.mark.parametrize(
+    ("comment", "z", "area"),
+    [
+        ("(T1 D=6. CR=0. - flat end mill)", -2.0, 12.0),
+        ("(T1 D=6. CR=3. - ball end mill)", -3.0, 4.5 * math.pi),
+        ("(T1 D=6. CR=1. - bullnose end mill)", -2.0, 12.0 - 2.0 * (1.0 - math.pi / 4)),
+        ("(T1 D=6. TAPER=90deg - V-bit)", -2.0, 4.0),
+    ],
+)
+def test_a_tool_has_the_shape_that_its_comment_says(comment: str, z: float, area: float, tmp_path: Path) -> None:
+    """By the section of a long slot: what a slot 100 mm longer takes more."""
+    volumes = []
+    for end in (30, 130):
+        text = SLOT.replace("(D=6. CR=0. - flat end mill)", comment).replace("Z-2", f"Z{z}").replace("X30", f"X{end}")
+        volumes.append(leafcut.cut_stock(made(tmp_path, text), cell=0.05).removed_mm3)
+    assert (volumes[1] - volumes[0]) / 100.0 == pytest.approx(area, rel=0.005)
+
+
+def test_a_tool_of_a_library_comes_before_the_comment(tmp_path: Path) -> None:
+    (tmp_path / "tools.toml").write_text('[[tool]]\nnumber = 1\nkind = "ball-mill"\ndiameter = "4 mm"\n')
+    (one,) = leafcut.cut_stock(made(tmp_path, SLOT), tools=tmp_path / "tools.toml").tools
+    assert (one.tool.kind, one.tool.diameter) == ("ball-mill", 4.0)
+
+
+def test_what_is_fed_first_from_an_unknown_place_cuts_at_its_end_and_is_told(tmp_path: Path) -> None:
+    found = leafcut.cut_stock(
+        made(tmp_path, "G21 G90\nT1 M6\nM3 S900\nG1 X10 Y10 Z-2 F60\nG0 Z5\nM2\n"), mill_diameter=6
+    )
+    assert found.removed_mm3 == pytest.approx(math.pi * 18, rel=0.01)
+    assert [i.message for i in found.issues if i.code == "L808"] == [
+        "the start of 1 cut is unknown: only its end is cut here"
+    ]
+    assert found.rapids == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "status", "words"),
+    [
+        (SLOT.replace("(D=6. CR=0. - flat end mill)", ""), [], 2, "part.nc:5: the shape of tool T1 is unknown"),
+        (SLOT, ["--workpiece", "0,0,0"], 2, "has 3 numbers; give six"),
+        (SLOT, ["--workpiece", "0,0,0,9,9,0"], 2, "--workpiece 0,0,0,9,9,0: a block of 9 × 9 × 0 mm has no volume"),
+        (SLOT, ["--workpiece", "0,0,-5,9,x,0"], 2, "--workpiece 0,0,-5,9,x,0: 'x'"),
+        (SLOT, ["--workpiece", "100,100,-5,200,200,0"], 1, "the program never touches the stock, X 100 to 200"),
+        (SLOT, ["--workpiece", "0,0,-5,9000,9000,0", "--cell", "0.001"], 1, "of them are needed, at most 64,000,000"),
+        (SLOT.replace("Z-2", "Z2"), [], 1, "nothing is cut below Z0"),
+        ("G21 G90\nG0 X5 Y5 Z5\nM2\n", [], 1, "nothing is cut"),
+        (SLOT, ["-o", "part.jpg"], 2, "'part.jpg' is neither a picture (.png) nor a solid (.stl)"),
+        (SLOT, ["-o", "gone/part.png"], 1, "no folder"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_one_line(
+    text: str, options: list[str], status: int, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["stock", made(tmp_path, text), *options]) == status
+    err = capsys.readouterr().err
+    assert words in err
+    assert err.count("\n") == 1

@@ -1,0 +1,83 @@
+"""What is left of a stock as a solid and as a picture, against a box with a slot, whose volume is known."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from leafcut.report.stock_mesh import MOST_CELLS, stock_stl
+from leafcut.report.stock_picture import stock_png
+from leafcut.stock.height_field import HeightField, StockBlock
+
+BLOCK = StockBlock((10.0, 20.0, -6.0), (30.0, 32.0, 0.0))
+
+
+def slotted(cell: float = 0.5) -> HeightField:
+    """Return a block with a slot 3 deep over the left half of its cells, and a square hole cut through."""
+    field = HeightField.of_block(BLOCK, cell)
+    columns = field.heights.shape[1]
+    field.heights[:, : columns // 2] = -3.0
+    rows = field.heights.shape[0] // 4
+    field.heights[rows : 2 * rows, 3 * columns // 4 : 3 * columns // 4 + rows] = -6.0
+    return field
+
+
+def triangles(data: bytes) -> np.ndarray:
+    count = int.from_bytes(data[80:84], "little")
+    assert len(data) == 84 + 50 * count
+    rows = np.frombuffer(data[84:], dtype=[("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("attribute", "<u2")])
+    spans = np.cross(rows["corner"][:, 1] - rows["corner"][:, 0], rows["corner"][:, 2] - rows["corner"][:, 0])
+    assert (np.einsum("ij,ij->i", spans, rows["normal"]) > 0).all()
+    corners: np.ndarray = rows["corner"].astype(np.float64)
+    return corners
+
+
+def test_a_solid_is_closed_looks_outwards_and_has_the_volume_of_what_is_left() -> None:
+    """Every edge is passed once each way; by the divergence theorem, the volume of a slanted wall included."""
+    field = slotted()
+    data, step = stock_stl(field)
+    corners = triangles(data)
+    assert step == 1
+    _, number = np.unique(corners.reshape(-1, 3).round(4), axis=0, return_inverse=True)
+    a, b, c = number.reshape(-1, 3).T
+    edges = np.concatenate([np.stack([a, b], 1), np.stack([b, c], 1), np.stack([c, a], 1)])
+    there, times = np.unique(edges, axis=0, return_counts=True)
+    back, times_back = np.unique(edges[:, ::-1], axis=0, return_counts=True)
+    assert (there == back).all()
+    assert (times == times_back).all()
+    volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6.0
+    assert volume == pytest.approx(field.volume, rel=0.02)
+    assert corners.min(axis=(0, 1)) == pytest.approx((10.0, 20.0, -6.0))
+    assert corners.max(axis=(0, 1)) == pytest.approx((30.0, 32.0, 0.0))
+
+
+def test_a_solid_of_many_cells_takes_every_second_one() -> None:
+    data, step = stock_stl(HeightField.of_block(BLOCK, 0.02))
+    assert step == 2
+    assert len(triangles(data)) < 4.2 * MOST_CELLS
+
+
+def test_a_picture_has_y_upwards_its_colours_by_depth_and_its_scale() -> None:
+    field = slotted()
+    picture = np.asarray(Image.open(io.BytesIO(stock_png(field, 0.0))).convert("RGB")).astype(int)
+    times = -(-900 // field.heights.shape[1])
+
+    def at(x: float, y: float) -> tuple[int, ...]:
+        rows = field.heights.shape[0]
+        row, column = int((y - 20.0) / 0.5), int((x - 10.0) / 0.5)
+        spot = picture[28 + (rows - 1 - row) * times + times // 2, 28 + column * times + times // 2]
+        return tuple(spot.tolist())
+
+    assert at(25.0, 30.0) == (238, 240, 236)
+    assert at(13.0, 22.0) == (30, 14, 56)
+    assert at(25.5, 24.0) == (255, 196, 92)
+    assert picture.shape[1] == 2 * 28 + 150 + times * field.heights.shape[1]
+
+
+def test_a_stock_of_one_cell_has_a_picture_and_a_solid() -> None:
+    field = HeightField.of_block(StockBlock((0, 0, 0), (1, 1, 1)), 1.0)
+    assert stock_png(field, 1.0).startswith(b"\x89PNG")
+    assert len(stock_stl(field)[0]) >= 84
