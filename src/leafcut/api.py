@@ -297,6 +297,7 @@ def simulate(
 def cut_stock(
     program: Input,
     *,
+    same_as: Input | None = None,
     dialect: str | None = None,
     defaults_file: str | Path | None = None,
     progress: Progress | None = None,
@@ -304,10 +305,10 @@ def cut_stock(
 ) -> StockCut:
     """Return what a program takes off its stock, tool by tool, where its rapids meet the stock, and what it leaves.
 
-    `progress` is that of `optimize`.
+    With `same_as`, another program, also where that one leaves something else. `progress` is that of `optimize`.
     """
     settings = _settings("stock", options, None, defaults_file)
-    found: StockCut = registry.command("stock")(program, settings, dialect, progress)
+    found: StockCut = registry.command("stock")(program, settings, dialect, progress, same_as=same_as)
     return found
 
 

@@ -594,6 +594,12 @@ def _stock(
             name=["--output", "-o"], help="what is left, as a picture (.png) or a solid for other programs (.stl)"
         ),
     ] = None,
+    same_as: Annotated[
+        str | None,
+        Parameter(
+            name="--same-as", help="another program, which must leave the same of the stock (else exit status 1)"
+        ),
+    ] = None,
     dialect: Annotated[
         str | None,
         Parameter(name="--dialect", help="dialect of the program, by name or TOML file (default: the machine's)"),
@@ -611,10 +617,12 @@ def _stock(
         raise OptionError(f"stock takes one program, not {1 + len(more)}; run them one by one")
     program = _dashed(program)
     check_name(output)
-    check_output(output, [program if program != DASH else None, options.get("tools")])
+    check_output(output, [program if program != DASH else None, same_as, options.get("tools")])
     source = StandardInput.read() if program == DASH else program
     with _nothing_new_in(output):
-        found = api.cut_stock(source, dialect=dialect, defaults_file=_defaults(no_defaults), **_given(options))
+        found = api.cut_stock(
+            source, same_as=same_as, dialect=dialect, defaults_file=_defaults(no_defaults), **_given(options)
+        )
     if output:
         write_bytes(output, as_file(found, output))
     if as_json:
@@ -624,7 +632,7 @@ def _stock(
 
         print_stock(found, output, Console())
         _print_defaults(found.defaults)
-    return REFUSED if found.rapids and options.get("strict") else DONE
+    return REFUSED if found.differences or (found.rapids and options.get("strict")) else DONE
 
 
 def _print_defaults(told: Sequence[str]) -> None:

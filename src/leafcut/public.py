@@ -64,6 +64,7 @@ from leafcut.read import Input, Source
 from leafcut.read import read as read_part
 from leafcut.read.nest_list import WantedDrawing
 from leafcut.stock.height_field import HeightField, StockBlock
+from leafcut.stock.same_stock import StockDifference
 from leafcut.stock.stock_cut import RapidCut, StockCut, ToolCut
 
 __all__ = [
@@ -147,6 +148,7 @@ __all__ = [
     "Stock",
     "StockBlock",
     "StockCut",
+    "StockDifference",
     "StockKeywords",
     "Tool",
     "ToolCut",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import OptionError
 from leafcut.report.json_answer import issues_as_json
-from leafcut.report.wording import NO_VALUE
+from leafcut.report.wording import NO_VALUE, count
 from leafcut.units import format_time
 
 if TYPE_CHECKING:
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 #: What a file of what is left may be, by its ending.
 _FILES = (".png", ".stl")
 _MM3_PER_CM3 = 1000.0
+#: So many places that differ are told one by one.
+_MOST_PLACES = 10
 
 
 def check_name(output: str | None) -> None:
@@ -70,6 +72,8 @@ def stock_as_json(found: StockCut, output: str | None = None) -> dict[str, Any]:
             for one in found.tools
         ],
         "rapids": [{"line": one.line, "depth_mm": one.depth_mm} for one in found.rapids],
+        **({"same_as": found.same_as, "same": not found.differences} if found.same_as else {}),
+        "differences": [one._asdict() for one in found.differences],
         "issues": issues_as_json(found.issues),
         **({"output": output} if output else {}),
         **({"defaults": list(found.defaults)} if found.defaults else {}),
@@ -107,5 +111,25 @@ def print_stock(found: StockCut, output: str | None, console: Console) -> None:
     for issue in found.issues:
         if issue.severity != "danger":
             console.print(f"{issue.severity}: {issue}", markup=False, highlight=False, soft_wrap=True)
+    for line in _compared(found):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
     if output:
         console.print(f"wrote {output}", markup=False, highlight=False, soft_wrap=True)
+
+
+def _compared(found: StockCut) -> list[str]:
+    """Return whether the other program leaves the same, in lines."""
+    if found.same_as is None:
+        return []
+    if not found.differences:
+        return [f"{found.same_as} leaves the same, in {found.field.heights.size:,} cells"]
+    lines = [
+        f"at X{one.x:.2f} Y{one.y:.2f}: Z{one.before:.3f} there, Z{one.after:.3f} here ({count(one.cells, 'cell')})"
+        for one in found.differences[:_MOST_PLACES]
+    ]
+    more = len(found.differences) - _MOST_PLACES
+    return [
+        f"{found.same_as} does not leave the same:",
+        *lines,
+        *([f"and {count(more, 'more place')}"] if more > 0 else []),
+    ]

@@ -8,6 +8,7 @@ from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
 from leafcut.stock.height_field import HeightField, StockBlock
+from leafcut.stock.same_stock import StockDifference
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,9 @@ class StockCut:
         In the order in which they are first used.
     rapids
         Rapids in the material, by line.
+    same_as, differences
+        The other program, None without one, and where that leaves something else, the largest places first: `before`
+        is what the other one leaves.
     issues
         What is dangerous in the program, and what was assumed.
     defaults
@@ -73,6 +77,8 @@ class StockCut:
     field: HeightField
     tools: tuple[ToolCut, ...]
     rapids: tuple[RapidCut, ...]
+    same_as: str | None = None
+    differences: tuple[StockDifference, ...] = ()
     issues: tuple[Issue, ...] = ()
     defaults: tuple[str, ...] = ()
 

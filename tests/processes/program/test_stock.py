@@ -139,3 +139,58 @@ def test_what_cannot_be_is_refused_in_one_line(
     err = capsys.readouterr().err
     assert words in err
     assert err.count("\n") == 1
+
+
+#: Three slots, each by itself; a ball mill, so that depth is width as well.
+SLOTS = """G21 G90
+T1 M6 (D=6. CR=3. - ball end mill)
+M3 S9000
+G0 X10 Y10 Z5
+G1 Z-2 F300
+G1 X30 F600
+G0 Z5
+G0 X10 Y30
+G1 Z-2 F300
+G2 X30 I10 J0 F600
+G0 Z5
+G0 X60 Y10
+G1 Z-1 F300
+G1 Y30 Z-3 F600
+G0 Z5
+M5
+M2
+"""
+
+
+def test_another_order_leaves_the_same_of_the_stock(tmp_path: Path) -> None:
+    """The slots in reverse order, and the arc from its other end, the other way round."""
+    lines = SLOTS.splitlines(keepends=True)
+    first, second, third = lines[3:7], lines[7:11], lines[11:15]
+    second = ["G0 X30 Y30\n", "G1 Z-2 F300\n", "G3 X10 I-10 J0 F600\n", "G0 Z5\n"]
+    (tmp_path / "new.nc").write_text("".join([*lines[:3], "G0 Z5\n", *third, *second, *first, *lines[15:]]))
+    found = leafcut.cut_stock(tmp_path / "new.nc", same_as=made(tmp_path, SLOTS))
+    assert (found.same_as, found.differences) == (str(tmp_path / "part.nc"), ())
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "x", "y"),
+    [
+        ("G1 Z-2 F300\nG1 X30", "G1 Z-2.05 F300\nG1 X30", 20.0, 10.0),
+        ("G1 X30 F600", "G1 X31 F600", 33.5, 10.0),
+        ("I10 J0 F600", "I10 J0.4 F600", 20.0, 40.0),
+        ("Z-3 F600", "Z-3.1 F600", 60.0, 30.0),
+        ("G0 X60 Y10\nG1 Z-1 F300\nG1 Y30 Z-3 F600\nG0 Z5\n", "", 60.0, 20.0),
+        ("G0 X60 Y10\n", "G1 X62 Y12 F300\nG1 Z1\nG1 X60 Y10\n", None, None),
+        ("CR=3. - ball", "CR=2.5 - bullnose", 20.0, 10.0),
+    ],
+)
+def test_what_leaves_something_else_is_found_and_what_is_fed_in_the_air_is_not(
+    old: str, new: str, x: float | None, y: float | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert old in SLOTS
+    (tmp_path / "new.nc").write_text(SLOTS.replace(old, new))
+    status = run(["stock", str(tmp_path / "new.nc"), "--same-as", made(tmp_path, SLOTS), "--json"])
+    answer = json.loads(capsys.readouterr().out)
+    assert (status, answer["same"]) == ((0, True) if x is None else (1, False))
+    if x is not None and y is not None:
+        assert min(math.dist((one["x"], one["y"]), (x, y)) for one in answer["differences"]) < 12.0

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +21,15 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.options import Settings
 from leafcut.processes.course import machine_of
 from leafcut.stock.height_field import HeightField, StockBlock, usual_cell
+from leafcut.stock.same_stock import stock_differences
 from leafcut.stock.stock_cut import RapidCut, StockCut, ToolCut
 from leafcut.units import parse_quantity
 
 if TYPE_CHECKING:
+    from leafcut.gcode.dialects import Dialect
     from leafcut.gcode.program import Program
+    from leafcut.model.heartbeat import Heartbeat
+    from leafcut.processes.program.reading import ProgramRead
     from leafcut.read import Input
     from leafcut.stock.cutting import Removed
     from leafcut.stock.straight_moves import StraightMoves
@@ -40,24 +44,78 @@ _BELOW = 1.0
 _MOST_TOLD = 10
 
 
-def cut_stock(program: Input, settings: Settings, dialect: str | None, progress: Progress | None) -> StockCut:
-    """Return what a program takes off its stock.
+#: Heights that differ by less are the same, mm: cuts in another order are rounded otherwise.
+TOLERANCE = 0.01
+
+
+class _Cuts(NamedTuple):
+    """A program, its tools and their shapes, and its moves with the cuts in one piece each."""
+
+    source: str
+    read: ProgramRead
+    tools: dict[int, Tool]
+    cutters: dict[int, Cutter]
+    whole: StraightMoves
+
+    @property
+    def smallest(self) -> float:
+        """Diameter of the smallest tool, mm."""
+        return 2.0 * min(cutter.radius for cutter in self.cutters.values())
+
+
+def cut_stock(
+    program: Input, settings: Settings, dialect: str | None, progress: Progress | None, *, same_as: Input | None = None
+) -> StockCut:
+    """Return what a program takes off its stock; with `same_as`, where another one leaves something else of it.
 
     Raises
     ------
     ReadError, OptionError
-        The program cannot be read; the stock is no block; the shape of a tool is not known.
+        A program cannot be read; the stock is no block; the shape of a tool is not known.
     PlanError
         It is for a beam; it stays out of the stock; there are too many cells or moves.
     """
     from leafcut.gcode import dialects
-    from leafcut.processes.program.reading import read_foreign
-    from leafcut.stock.cutting import cut
-    from leafcut.stock.straight_moves import straight_moves
 
-    look, source = looking_for(progress, "reading"), str(program)
+    look = looking_for(progress, "reading")
     machine = machine_of(settings)
     words = dialects.dialect(dialect or machine.controller)
+    mine = _read(program, settings, machine, words, look)
+    every = [mine] if same_as is None else [mine, _read(same_as, settings, machine, words, look)]
+    given = settings.stock.workpiece
+    block = _block(given) if given else _around(every)
+    cell = settings.stock.cell or usual_cell(block, min(one.smallest for one in every))
+    look = looking_for(progress, "cutting the stock")
+    field, moves, removed = _cut(mine, block, cell, look)
+    if not removed.cuts.any():
+        sides = ", ".join(f"{a} {block.low[k]:g} to {block.high[k]:g}" for k, a in enumerate("XYZ"))
+        raise PlanError(
+            f"{mine.source}: the program never touches the stock, {sides} mm; give --workpiece in its coordinates"
+        )
+    rapids = _rapids(moves, removed)
+    return StockCut(
+        mine.source,
+        mine.read.machine,
+        block,
+        not given,
+        field,
+        _by_tool(moves, removed, mine.tools, mine.read.machine),
+        rapids,
+        None if same_as is None else str(same_as),
+        tuple(
+            one for other in every[1:] for one in stock_differences(_cut(other, block, cell, look)[0], field, TOLERANCE)
+        ),
+        (*_told(rapids), *mine.read.dangers, *mine.read.issues, *_not_known(mine.whole)),
+        settings.from_defaults(),
+    )
+
+
+def _read(program: Input, settings: Settings, machine: Machine, words: Dialect, look: Heartbeat) -> _Cuts:
+    """Return a program with the shapes of its tools."""
+    from leafcut.processes.program.reading import read_foreign
+    from leafcut.stock.straight_moves import straight_moves
+
+    source = str(program)
     read = read_foreign(read_program(program), source, settings, machine, words, look)
     if read.process in BEAMS:
         raise PlanError(f"{source}: this program drives a beam; only what a tool mills or drills has a height")
@@ -66,36 +124,24 @@ def cut_stock(program: Input, settings: Settings, dialect: str | None, progress:
         raise PlanError(f"{source}: nothing is cut, so nothing is taken off the stock")
     cutters = {number: cutter_of(tool) for number, tool in tools.items()}
     smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
-    given = settings.stock.workpiece
     # What is not fed, such as a probe, has no tool here.
     whole = straight_moves(read.program.path, 0.01 * smallest, np.inf).of_tools(cutters)
-    block = _block(given) if given else _around(whole, cutters, source)
-    cell = settings.stock.cell or usual_cell(block, smallest)
+    return _Cuts(source, read, tools, cutters, whole)
+
+
+def _cut(one: _Cuts, block: StockBlock, cell: float, look: Heartbeat) -> tuple[HeightField, StraightMoves, Removed]:
+    """Return what a program leaves of a block, its moves in pieces, and what each takes off."""
+    from leafcut.stock.cutting import cut
+    from leafcut.stock.straight_moves import straight_moves
+
     field = HeightField.of_block(block, cell)
-    longest = max(_PIECE * smallest, _PIECE_CELLS * cell)
-    moves = straight_moves(read.program.path, _STRAYS * cell, longest).of_tools(cutters)
-    removed = cut(field, moves, cutters, os.cpu_count() or 1, looking_for(progress, "cutting the stock"))
-    if not removed.cuts.any():
-        sides = ", ".join(f"{a} {block.low[k]:g} to {block.high[k]:g}" for k, a in enumerate("XYZ"))
-        raise PlanError(
-            f"{source}: the program never touches the stock, {sides} mm; give --workpiece in its coordinates"
-        )
-    rapids = _rapids(moves, removed)
-    return StockCut(
-        source,
-        read.machine,
-        block,
-        not given,
-        field,
-        _by_tool(moves, removed, tools, read.machine),
-        rapids,
-        (*_told(rapids), *read.dangers, *read.issues, *_not_known(whole)),
-        settings.from_defaults(),
-    )
+    longest = max(_PIECE * one.smallest, _PIECE_CELLS * cell)
+    moves = straight_moves(one.read.program.path, _STRAYS * cell, longest).of_tools(one.cutters)
+    return field, moves, cut(field, moves, one.cutters, os.cpu_count() or 1, look)
 
 
 def _block(text: str) -> StockBlock:
-    """Return the block that ``--stock`` says.
+    """Return the block that ``--workpiece`` says.
 
     Raises
     ------
@@ -149,26 +195,28 @@ def _tools(program: Program, source: str, settings: Settings, machine: Machine) 
     return found
 
 
-def _around(moves: StraightMoves, cutters: Mapping[int, Cutter], source: str) -> StockBlock:
-    """Return a block just around the cuts below Z0.
+def _around(programs: Sequence[_Cuts]) -> StockBlock:
+    """Return a block just around the cuts of all programs below Z0.
 
     Raises
     ------
     PlanError
         There is none: where the stock's top is cannot be known.
     """
-    low = np.minimum(moves.ends[:, 2], moves.ends[:, 5])
-    deep = ~moves.rapid & (low < 0.0)
-    if not deep.any():
-        raise PlanError(f"{source}: nothing is cut below Z0, so the top of the stock is not known; give --workpiece")
-    radius = np.array([cutters[number].radius for number in moves.tool[deep].tolist()])
-    ends, bottom = moves.ends[deep], float(low[deep].min())
-    corners = [
-        (float((np.minimum(ends[:, k], ends[:, 3 + k]) - radius).min()),
-         float((np.maximum(ends[:, k], ends[:, 3 + k]) + radius).max()))
-        for k in (0, 1)
-    ]  # fmt: skip
-    return StockBlock((corners[0][0], corners[1][0], bottom - _BELOW), (corners[0][1], corners[1][1], 0.0))
+    low, high = np.full(3, np.inf), np.full(2, -np.inf)
+    for one in programs:
+        ends = one.whole.ends
+        deep = ~one.whole.rapid & (np.minimum(ends[:, 2], ends[:, 5]) < 0.0)
+        if not deep.any():
+            raise PlanError(
+                f"{one.source}: nothing is cut below Z0, so the top of the stock is not known; give --workpiece"
+            )
+        radius = np.array([one.cutters[number].radius for number in one.whole.tool[deep].tolist()])[:, None]
+        begin, end = ends[deep, :3], ends[deep, 3:]
+        low = np.minimum(low, np.minimum(begin, end).min(axis=0))
+        low[:2] = np.minimum(low[:2], (np.minimum(begin, end)[:, :2] - radius).min(axis=0))
+        high = np.maximum(high, (np.maximum(begin, end)[:, :2] + radius).max(axis=0))
+    return StockBlock((float(low[0]), float(low[1]), float(low[2]) - _BELOW), (float(high[0]), float(high[1]), 0.0))
 
 
 def _rapids(moves: StraightMoves, removed: Removed) -> tuple[RapidCut, ...]:
