@@ -1,20 +1,12 @@
-"""What a tool cuts: its shape from the tip up, and what of it must not touch anything."""
+"""What a tool cuts: its shape from the tip up."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from leafcut.errors import OptionError
 from leafcut.model.tool import CONES, Tool, ToolKind
-
-
-class Body(NamedTuple):
-    """A cylinder about the tool's axis that cuts nothing, mm: from `height` above the tip upwards."""
-
-    radius: float
-    height: float
 
 
 @dataclass(frozen=True)
@@ -35,18 +27,12 @@ class Cutter:
         Radius of the corner's arc; 0: a sharp edge.
     slope
         Rise of the cone per mm outwards; infinite: a cylinder.
-    flutes
-        Height up to which it cuts, mm; infinite where that is not known.
-    bodies
-        Shank and holder.
     """
 
     radius: float
     flat: float
     corner: float = 0.0
     slope: float = math.inf
-    flutes: float = math.inf
-    bodies: tuple[Body, ...] = ()
 
     def __post_init__(self) -> None:
         if not 0.0 < self.radius < math.inf:
