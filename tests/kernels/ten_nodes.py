@@ -30,6 +30,7 @@ from leafcut.kernels import (
     route,
     sequential,
     spanning_tree,
+    sweep,
 )
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
@@ -42,6 +43,15 @@ from leafcut.solve.directed import build_directed
 from leafcut.solve.instance import build_instance, cost_model
 from leafcut.solve.kicks import shorten_long_edges, work_tour
 from leafcut.solve.solve import solve
+
+#: Flat, ball, bull nose, a drill, and a tapered ball: radius, flat, corner, reach, rise, slope.
+SHAPES = (
+    (3.0, 3.0, 0.0, 3.0, 0.0, 0.0),
+    (3.0, 0.0, 3.0, 3.0, 3.0, 0.0),
+    (3.0, 2.0, 1.0, 3.0, 1.0, 0.0),
+    (3.0, 0.0, 0.0, 0.0, 0.0, 0.6),
+    (3.0, 0.0, 1.0, 0.8, 0.4, 4 / 3),
+)
 
 
 def points(n: int = 24) -> np.ndarray:
@@ -106,7 +116,19 @@ def results() -> dict[str, object]:
     bent = np.column_stack([np.arange(25.0), np.sin(np.arange(25.0)), np.zeros(25)])
     begins = np.zeros(24, dtype=np.bool_)
     out["chords"] = [chords.merge_chords(bent, np.arange(24) % 7 > 0, np.full(24, 1.2), begins), begins.tolist()]
+    out["sweep"] = [cut_by(*shape) for shape in SHAPES]
     return out
+
+
+def cut_by(*shape: float) -> list[object]:
+    """Return a field of 20 × 20 cells, cut down, across, along two ramps and by a rapid, and what is told of it."""
+    heights, found = np.zeros((20, 20), dtype=np.float32), np.zeros((5, 5))
+    places = np.array([(5, 5, 9), (5, 5, -1), (14, 8, -1), (6, 15, -2), (6, 4, -0.5), (18, 4, -3)], dtype=np.float64)
+    moves = np.hstack([places[:-1], places[1:]])
+    inset = np.array([0.0, 0.0, 0.0, 0.0, 1.0])
+    grid, tool = sweep.CellGrid(0.0, 0.0, 1.0), sweep.ToolShape(*shape)
+    total = sweep.sweep(heights, 0, 20, grid, tool, moves, np.arange(5), inset, 1e-3, found)
+    return [total, heights.tolist(), repr(found.tolist())]
 
 
 def in_order(xy: np.ndarray, closed: bool, ways: int) -> list[object]:
@@ -142,7 +164,7 @@ def unused() -> tuple[object, ...]:
         route,
         sequential,
     )
-    return (*first, *rest, spanning_tree)
+    return (*first, *rest, spanning_tree, sweep)
 
 
 if __name__ == "__main__":

@@ -91,6 +91,8 @@ def page(browser: Any, server: Any) -> Iterator[Any]:
     made.on("request", lambda r: asked.append(r.url))
     made.goto(server.origin)
     expect(made.locator("#view-work")).to_be_visible()
+    # What is done before that reaches the studio afterwards, and not always in its order.
+    made.wait_for_function("window.did_handshake")
     yield made
     made.close()
     context.close()

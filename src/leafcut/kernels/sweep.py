@@ -183,7 +183,7 @@ def sweep(
             column_low = max(0, math.ceil((low + xa) / grid.cell - 1e-9))
             column_high = min(heights.shape[1] - 1, math.floor((high + xa) / grid.cell + 1e-9))
             for column in range(column_low, column_high + 1):
-                h = heights[row, column]
+                h = float(heights[row, column])
                 if h <= z_low:
                     continue
                 x = column * grid.cell - xa
