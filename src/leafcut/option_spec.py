@@ -40,7 +40,8 @@ class OptionSpec:
     #: False for what cannot change the program, such as the number of threads: it stays out of the header.
     changes_program: bool = True
     #: What must hold for it to be used: ``corner_loops`` (that option is on), ``!tools`` (it is not given),
-    #: ``algorithm=acs|mmas`` (it is one of these), ``input=picture``; all of several with spaces between.
+    #: ``algorithm=acs|mmas`` (it is one of these), ``input=picture``, ``air,feeds`` (one of them is on); all of several
+    #: with spaces between.
     needs: str = ""
     #: How a point of three numbers is typed: ``-400,-200,-300``. Without it a point has two or three, or is "free".
     example: str = ""

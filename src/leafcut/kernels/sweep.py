@@ -126,9 +126,46 @@ def lowest_height(
     return grade * (along + w) + surface(shape, min(math.sqrt(d * d + w * w) + margin, shape.radius))
 
 
+@part
+def standing_over(
+    heights: NDArray, first: int, last: int, grid: CellGrid, shape: ToolShape, move: NDArray, margin: float
+) -> float:
+    """Return how high material stands over a tool that is wider all round by a margin, mm: the most along its way.
+
+    Negative: so far below it; −∞: there is none under it in these rows. Of a move that rises or falls, every place is
+    taken to be passed at the lowest height of the move, at its nearest.
+    """
+    xa, ya, z_low = move[0] - grid.x, move[1] - grid.y, min(move[2], move[5])
+    dx, dy = move[3] - move[0], move[4] - move[1]
+    length = math.sqrt(dx * dx + dy * dy)
+    ux, uy = (dx / length, dy / length) if length > 1e-9 else (1.0, 0.0)
+    radius = shape.radius + margin
+    over = -math.inf
+    row_low = max(first, math.ceil((min(ya, ya + dy) - radius) / grid.cell))
+    row_high = min(last - 1, math.floor((max(ya, ya + dy) + radius) / grid.cell))
+    for row in range(row_low, row_high + 1):
+        y = row * grid.cell - ya
+        low, high = row_stretch(y, dx, dy, radius)
+        if low > high:
+            continue
+        column_low = max(0, math.ceil((low + xa) / grid.cell - 1e-9))
+        column_high = min(heights.shape[1] - 1, math.floor((high + xa) / grid.cell + 1e-9))
+        for column in range(column_low, column_high + 1):
+            h = float(heights[row, column]) - z_low
+            if h <= over:
+                continue
+            x = column * grid.cell - xa
+            along, d = x * ux + y * uy, y * ux - x * uy
+            beyond = max(-along, along - length, 0.0)
+            away = math.sqrt(d * d + beyond * beyond)
+            over = max(over, h - surface(shape, min(max(away - margin, 0.0), shape.radius)))
+    return over
+
+
 @kernel
 def sweep(
     heights: NDArray,
+    room: NDArray,
     first: int,
     last: int,
     grid: CellGrid,
@@ -136,22 +173,25 @@ def sweep(
     moves: NDArray,
     which: NDArray,
     inset: NDArray,
+    margin: float,
     film: float,
     found: NDArray,
 ) -> int:
     """Cut some rows of a height field by moves, one after the other; return how often a cell was lowered.
 
     heights      float32[rows, columns]  height of the material in every cell, mm
+    room         float32[rows, columns]  becomes what a rapid makes of `heights`; or float32[0, 0]: is not asked for
     first, last  the rows that are cut: first … last − 1
     moves        float64[m, 6]           begin and end of the tip, mm
     which        int64[k]                the moves that are looked at, in order
-    inset        float64[m]              mm by which the tool is taken smaller all round (for rapids along a wall)
+    inset        float64[m]              mm by which the tool of a rapid is taken smaller all round; of others 0
+    margin       how much wider all round the tool is for `found[:, 5]`, mm; negative: it is not asked for
     film         what is thinner, mm, is rounding and no cut: it goes, but only its volume is told
-    found        float64[k, 5]           of every move: heights taken off, mm summed over cells; cells cut; the
+    found        float64[k, 6]           of every move: heights taken off, mm summed over cells; cells cut; the
                                          deepest cut, mm; the least and the greatest distance to the left of the way
-                                         where it cut, mm
+                                         where it cut, mm; how high material stood over the wider tool, mm
 
-    Changes: heights, found.
+    Changes: heights, room, found.
     Source: the swept volume of a convex tool along a line, seen from above: at every place the lowest of the tool's
     surface along the way, which is convex in the place on the way, too.
     """
@@ -159,7 +199,9 @@ def sweep(
     for k in range(len(which)):
         i = which[k]
         found[k, 0], found[k, 1], found[k, 2] = 0.0, 0.0, 0.0
-        found[k, 3], found[k, 4] = math.inf, -math.inf
+        found[k, 3], found[k, 4], found[k, 5] = math.inf, -math.inf, -math.inf
+        if margin >= 0.0:
+            found[k, 5] = standing_over(heights, first, last, grid, shape, moves[i], margin)
         xa, ya, za = moves[i, 0] - grid.x, moves[i, 1] - grid.y, moves[i, 2]
         dx, dy, dz = moves[i, 3] - moves[i, 0], moves[i, 4] - moves[i, 1], moves[i, 5] - za
         length = math.sqrt(dx * dx + dy * dy)
@@ -193,6 +235,8 @@ def sweep(
                     z = z_start + lowest_height(shape, inset[i], x * ux + y * uy, d, length, grade, h - z_start)
                 if z < h:
                     heights[row, column] = z
+                    if inset[i] > 0.0 and len(room):
+                        room[row, column] = z
                     found[k, 0] += h - z
                     if h - z > film:
                         found[k, 1] += 1.0

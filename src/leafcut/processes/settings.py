@@ -141,6 +141,8 @@ def _unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[s
 
 def _holds(condition: str, settings: Settings, input_kind: str) -> bool:
     wanted, (name, _, values) = not condition.startswith("!"), condition.removeprefix("!").partition("=")
+    if "," in name:
+        return any(_holds(one, settings, input_kind) for one in name.split(","))
     value = input_kind if name == "input" else getattr(settings.of(group_of(name)), name)
     return wanted == (value in values.split("|") if values else bool(value))
 
@@ -151,7 +153,11 @@ def _refusal(option: str, condition: str) -> str:
     words = " or ".join(", ".join(values.split("|")).rsplit(", ", 1))
     if name == "input":
         return f"{'only' if wanted else 'not'} used for a {words}; leave it out"
-    flag, own = flag_name(name), flag_name(option)
+    own = flag_name(option)
+    if "," in name:
+        *most, last = map(flag_name, name.split(","))
+        return f"only used with {', '.join(most)} or {last}; add one of them or leave out {own}"
+    flag = flag_name(name)
     if not values:
         return f"only used with {flag}; add {flag} or leave out {own}" if wanted else _one_of(flag, own)
     return f"only used {'with' if wanted else 'without'} {flag} {words}; set {flag} or leave out {own}"

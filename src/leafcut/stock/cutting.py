@@ -40,6 +40,9 @@ class Removed(NamedTuple):
     left, right
         How far to the left and the right of its way the tool cuts at most, mm; negative: beside the way only on the
         other side.
+    over
+        How high material stood over the tool, taken wider all round by a margin, just before the move, mm: negative
+        where it stayed so far below it. −∞ without a margin.
     """
 
     volume: Floats
@@ -47,6 +50,7 @@ class Removed(NamedTuple):
     depth: Floats
     left: Floats
     right: Floats
+    over: Floats
 
     @property
     def cuts(self) -> NDArray[np.bool_]:
@@ -60,6 +64,10 @@ def cut(
     cutters: Mapping[int, Cutter],
     threads: int = 1,
     look: Heartbeat = unseen,
+    *,
+    margin: float | None = None,
+    beside: float | None = None,
+    room: HeightField | None = None,
 ) -> Removed:
     """Cut material by the moves of a program, in their order; the field is changed.
 
@@ -70,23 +78,36 @@ def cut(
     ----------
     cutters
         By the number of the tool; every tool of the moves is there.
+    margin
+        How much wider the tools are taken for `Removed.over`, mm.
+    beside
+        How high material stands beside the field for `Removed.over`, mm; None: up to the field's floor.
+    room
+        A field of the same cells: where a rapid lowers the material, it gets the height that it is lowered to.
     """
     from leafcut.kernels.sweep import CellGrid, ToolShape, sweep
 
     rows = field.heights.shape[0]
     edges = np.linspace(0, rows, min(_STRIPS, rows) + 1).astype(np.int64)
     grid = CellGrid(field.x, field.y, field.cell)
-    table = np.zeros((len(moves), 5))
-    table[:, 3], table[:, 4] = math.inf, -math.inf
+    table = np.zeros((len(moves), 6))
+    table[:, 3], table[:, 4], table[:, 5] = math.inf, -math.inf, -math.inf
+    if margin is not None:
+        reach = margin + np.array([cutters[number].radius for number in moves.tool.tolist()])
+        outside = ~field.contains(moves.ends, reach)
+        height = field.floor if beside is None else beside
+        table[outside, 5] = height - np.minimum(moves.ends[outside, 2], moves.ends[outside, 5])
     inset = np.where(moves.rapid, RAPID_INSET * field.cell, 0.0)
+    wider = -1.0 if margin is None else margin
+    lowered = np.empty((0, 0), dtype=np.float32) if room is None else room.heights
     shapes = {number: ToolShape(*_shape(cutter)) for number, cutter in cutters.items()}
     middle = [field.y + 0.5 * (edges[k] + edges[k + 1] - 1) * field.cell for k in range(len(edges) - 1)]
     with ThreadPoolExecutor(max(threads, 1)) as pool:
         for begin, end, tool in _stretches(moves.tool):
             look()
             shape = shapes[tool]
-            low = np.minimum(moves.ends[begin:end, 1], moves.ends[begin:end, 4]) - shape.radius
-            high = np.maximum(moves.ends[begin:end, 1], moves.ends[begin:end, 4]) + shape.radius
+            low = np.minimum(moves.ends[begin:end, 1], moves.ends[begin:end, 4]) - shape.radius - max(wider, 0.0)
+            high = np.maximum(moves.ends[begin:end, 1], moves.ends[begin:end, 4]) + shape.radius + max(wider, 0.0)
 
             def strip(
                 number: int, begin: int = begin, shape: ToolShape = shape, low: Floats = low, high: Floats = high
@@ -94,17 +115,19 @@ def cut(
                 first, last = int(edges[number]), int(edges[number + 1])
                 reach = 0.5 * (last - first) * field.cell
                 which = begin + np.flatnonzero((low <= middle[number] + reach) & (high >= middle[number] - reach))
-                found = np.empty((len(which), 5))
-                sweep(field.heights, first, last, grid, shape, moves.ends, which, inset, FILM, found)
+                found = np.empty((len(which), 6))
+                sweep(
+                    field.heights, lowered, first, last, grid, shape, moves.ends, which, inset, wider, FILM, found
+                )  # fmt: skip
                 return which, found
 
             for which, found in pool.map(strip, range(len(middle))):
                 table[which, :2] += found[:, :2]
-                table[which, 2] = np.maximum(table[which, 2], found[:, 2])
                 table[which, 3] = np.minimum(table[which, 3], found[:, 3])
-                table[which, 4] = np.maximum(table[which, 4], found[:, 4])
+                for column in (2, 4, 5):
+                    table[which, column] = np.maximum(table[which, column], found[:, column])
     area = field.cell**2
-    return Removed(table[:, 0] * area, table[:, 1] * area, table[:, 2], table[:, 4], -table[:, 3])
+    return Removed(table[:, 0] * area, table[:, 1] * area, table[:, 2], table[:, 4], -table[:, 3], table[:, 5])
 
 
 def _shape(cutter: Cutter) -> tuple[float, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Floats
 
 #: Most cells of a field: 4 bytes each, twice over while a program is proved.
 MOST_CELLS = 64_000_000
@@ -80,6 +81,16 @@ class HeightField:
     def copy(self) -> HeightField:
         """Return the same material, to be cut by itself."""
         return HeightField(self.heights.copy(), self.x, self.y, self.cell, self.floor)
+
+    def contains(self, ends: Floats, reach: Floats) -> NDArray[np.bool_]:
+        """Return which moves stay within the cells, float64[m, 6], with all that lies within a reach of them, mm."""
+        half = 0.5 * self.cell
+        inside = np.ones(len(ends), dtype=np.bool_)
+        for axis, first, count in ((0, self.x, self.heights.shape[1]), (1, self.y, self.heights.shape[0])):
+            low, high = first - half, first + (count - 1) * self.cell + half
+            inside &= np.minimum(ends[:, axis], ends[:, axis + 3]) - reach >= low - 1e-9
+            inside &= np.maximum(ends[:, axis], ends[:, axis + 3]) + reach <= high + 1e-9
+        return inside
 
     @property
     def standing(self) -> NDArray[np.float64]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from leafcut.model.certificate import Certificate
+from leafcut.model.pace_change import PaceChange
 from leafcut.model.sequence import Staying
 
 
@@ -21,6 +22,8 @@ class ProgramDetail:
         How many pieces of the program stay where they are, and nothing is carried past them.
     pieces, staying
         How many pieces of work it has (holes, cuts, strokes …), and why some of them keep their place.
+    pace
+        What new speeds did, where they were asked for.
     """
 
     report: ClassVar[str] = "leafcut.processes.program.report:ProgramReport"
@@ -29,3 +32,4 @@ class ProgramDetail:
     barriers: int = 0
     pieces: int = 0
     staying: tuple[Staying, ...] = field(default=())
+    pace: PaceChange | None = None

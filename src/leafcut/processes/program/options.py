@@ -28,3 +28,32 @@ class ResequenceOptions(OptionGroup):
         "mix operations that the program's comments separate; cuts that free a part stay after the work before them",
     )
     renumber: bool = option("flag", False, "renumber blocks, in steps of 10")
+    air: bool = option(
+        "flag",
+        False,
+        "make fed moves in the air rapids, where the stock shows that they keep clear of all material",
+    )
+    feeds: bool = option(
+        "flag",
+        False,
+        "fit the feeds of milling tools to their chips: faster where the tool meets less than in its worst cut, slower "
+        "where that is more than --tools allows; needs --workpiece",
+    )
+    low_retracts: bool = option(
+        "flag",
+        False,
+        "lower retracts and R planes to just above what stands under the way; clamps are not known: name them with "
+        "--keep-out; needs --workpiece",
+    )
+    air_clearance: float = option(
+        "quantity",
+        1.0,
+        "how far the ways that --air and --low-retracts change keep from all material",
+        unit="mm",
+        minimum=0.05,
+        maximum=1000,
+        needs="air,low_retracts",
+    )
+    feed_increase: float = option(
+        "percent", 50.0, "how much --feeds raises a feed at most, in percent", minimum=0, maximum=300, needs="feeds"
+    )

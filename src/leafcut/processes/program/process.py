@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.files import check_is_text
 from leafcut.kinds import ProgramKind
-from leafcut.options import JobOptions, MachineOptions, PostOptions, ReadOptions, Settings
+from leafcut.options import JobOptions, MachineOptions, PostOptions, ReadOptions, Settings, StockOptions
 from leafcut.processes.base import LOOKED_UP, ORDERED, SEARCH, SEARCH_MORE, Process, use
 from leafcut.processes.program.options import ResequenceOptions
 
@@ -26,7 +26,9 @@ class ForeignProgram(Process):
     title = "reordering a program"
     options = (ResequenceOptions,)
     uses = use(ReadOptions, "units", "strict") | use(MachineOptions) | LOOKED_UP | ORDERED
-    uses |= use(JobOptions, "keep_out", "start_point", "keep_order", tools="keep_out", clearance_height="keep_out")
+    uses |= use(JobOptions, "keep_out", "start_point", "keep_order")
+    uses |= use(JobOptions, tools="keep_out,air,feeds,low_retracts", clearance_height="keep_out")
+    uses |= use(StockOptions, **dict.fromkeys(StockOptions.specs(), "air,feeds,low_retracts"))
     uses |= use(PostOptions, "dialect", "header")
     otherwise = {  # noqa: RUF012  # the protocol says that it is of the class
         "output_units": "a program keeps its own units",
@@ -51,6 +53,10 @@ class ForeignProgram(Process):
     form = (
         ("main", ("machine", "merge_tools", "mix_operations", "allow_reverse", "keep_order")),
         ("search", SEARCH),
+        (
+            "pace",
+            ("air", "feeds", "low_retracts", "air_clearance", "feed_increase", "workpiece", "mill_diameter", "cell"),
+        ),
         ("post", ("dialect", "renumber", "units", "cut_speed")),
         ("place", ("start_point", "work_offset", "keep_out", "clearance_height", "tools")),
         ("read", ("strict",)),

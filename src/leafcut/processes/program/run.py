@@ -29,6 +29,7 @@ from leafcut.processes.course import Run, machine_issues, share
 from leafcut.processes.keep_out import obstacles_of
 from leafcut.processes.program.model import ProgramDetail
 from leafcut.processes.program.options import ResequenceOptions
+from leafcut.processes.program.pace import wants_pace, with_new_pace
 from leafcut.processes.program.proving import SectionOrders, write_proved
 
 if TYPE_CHECKING:
@@ -100,6 +101,11 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
             if obstacles is None or (measured.time_s if timed else measured.travel_mm) <= after:
                 stay, proved, measures[1] = frozenset(range(len(solutions))), own, measured
         solutions = [_unchanged(s) if s is not None and k in stay else s for k, s in enumerate(solutions)]
+        paced = None
+        if wants_pace(run):
+            paced = with_new_pace(run, words, proved.program, source, sequence.process)
+            found = measure(paced.program.path, run.machine, dark_rows(paced.program, sequence.process), stands)
+            proved, measures[1] = replace(proved, text=paced.text, program=paced.program), found
     part, operations = _work_of(source, original, sequence, solutions)
     return Outcome(
         part=part,
@@ -124,6 +130,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
             *sequence.issues,
             *_offers(run, sequence),
             *proved.issues,
+            *(paced.issues if paced else ()),
             *machine_issues(run.machine),
         ),
         detail=ProgramDetail(
@@ -131,6 +138,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
             barriers=sum(isinstance(item, Kept) and item.reason != "" for item in sequence.items),
             pieces=count_pieces(sequence),
             staying=grouped(sequence, refused, run.settings.job.keep_order),
+            pace=paced.change if paced else None,
         ),
         encoding=encoding,
         options=run.settings.changed(),

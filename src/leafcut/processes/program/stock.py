@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
@@ -10,24 +9,23 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import OptionError, PlanError, count_of
+from leafcut.errors import PlanError, count_of
 from leafcut.files import read_program
 from leafcut.kinds import BEAMS
 from leafcut.model.cutter import Cutter, cutter_of
 from leafcut.model.heartbeat import Progress, looking_for
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
-from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.tool import Tool
 from leafcut.options import Settings
 from leafcut.processes.course import machine_of
+from leafcut.processes.program.workpiece import block_of, tools_of
 from leafcut.stock.height_field import HeightField, StockBlock, usual_cell
 from leafcut.stock.same_stock import stock_differences
 from leafcut.stock.stock_cut import RapidCut, StockCut, ToolCut
-from leafcut.units import parse_quantity
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
-    from leafcut.gcode.program import Program
     from leafcut.model.heartbeat import Heartbeat
     from leafcut.processes.program.reading import ProgramRead
     from leafcut.read import Input
@@ -83,7 +81,7 @@ def cut_stock(
     mine = _read(program, settings, machine, words, look)
     every = [mine] if same_as is None else [mine, _read(same_as, settings, machine, words, look)]
     given = settings.stock.workpiece
-    block = _block(given) if given else _around(every)
+    block = block_of(given) if given else _around(every)
     cell = settings.stock.cell or usual_cell(block, min(one.smallest for one in every))
     look = looking_for(progress, "cutting the stock")
     field, moves, removed = _cut(mine, block, cell, look)
@@ -119,7 +117,7 @@ def _read(program: Input, settings: Settings, machine: Machine, words: Dialect, 
     read = read_foreign(read_program(program), source, settings, machine, words, look)
     if read.process in BEAMS:
         raise PlanError(f"{source}: this program drives a beam; only what a tool mills or drills has a height")
-    tools = _tools(read.program, source, settings, read.machine)
+    tools = tools_of(read.program, source, settings, read.machine)
     if not tools:
         raise PlanError(f"{source}: nothing is cut, so nothing is taken off the stock")
     cutters = {number: cutter_of(tool) for number, tool in tools.items()}
@@ -138,61 +136,6 @@ def _cut(one: _Cuts, block: StockBlock, cell: float, look: Heartbeat) -> tuple[H
     longest = max(_PIECE * one.smallest, _PIECE_CELLS * cell)
     moves = straight_moves(one.read.program.path, _STRAYS * cell, longest).of_tools(one.cutters)
     return field, moves, cut(field, moves, one.cutters, os.cpu_count() or 1, look)
-
-
-def _block(text: str) -> StockBlock:
-    """Return the block that ``--workpiece`` says.
-
-    Raises
-    ------
-    OptionError
-        Six lengths are expected, the lower corner first.
-    """
-    parts = text.replace(";", ",").split(",")
-    if len(parts) != 6:
-        raise OptionError(
-            f"--workpiece: '{text}' has {len(parts)} numbers; give six: x,y,z of the lower and of the upper corner"
-        )
-    try:
-        lengths = [parse_quantity(part.strip(), "mm") for part in parts]
-        return StockBlock((lengths[0], lengths[1], lengths[2]), (lengths[3], lengths[4], lengths[5]))
-    except (OptionError, PlanError) as problem:
-        raise OptionError(f"--workpiece {text}: {problem}") from None
-
-
-def _tools(program: Program, source: str, settings: Settings, machine: Machine) -> dict[int, Tool]:
-    """Return the tools that a program cuts with, by number in the order of their use.
-
-    Raises
-    ------
-    OptionError
-        The shape of one is not known.
-    """
-    from leafcut.gcode.tool_comments import tool_in_comments
-    from leafcut.model.toolpath import Kind
-    from leafcut.read.tools import load_tools
-
-    file = settings.job.tools
-    library = load_tools(file, machine.units).by_number if file else {}
-    kind = program.path.kind
-    works = np.flatnonzero((kind >= Kind.FEED) & (kind <= Kind.DRILL))
-    blocks = np.searchsorted(program.first, works, side="right") - 1
-    found: dict[int, Tool] = {}
-    number_of = program.path.tool[works]
-    for number in dict.fromkeys(number_of.tolist()):
-        tool = library.get(number)
-        first = int(blocks[np.flatnonzero(number_of == number)[0]])
-        tool = tool or tool_in_comments(program, first)
-        if tool is None and (diameter := settings.stock.mill_diameter):
-            tool = Tool(number, diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
-        if tool is None:
-            line = int(program.text_line[first])
-            raise OptionError(
-                f"{source}:{line}: the shape of tool T{number} is unknown; give a library that has it with --tools, or "
-                "--mill-diameter for a flat mill"
-            )
-        found[number] = tool
-    return found
 
 
 def _around(programs: Sequence[_Cuts]) -> StockBlock:

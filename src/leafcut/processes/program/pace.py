@@ -1,0 +1,383 @@
+"""New speeds for a program: rapids in the air and feeds by the chips, written, read back and proved."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import OptionError, PostError, ReadError, VerifyError
+from leafcut.kinds import BEAMS
+from leafcut.model.cutter import Cutter, cutter_of
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.pace_change import PaceChange, ToolPace
+from leafcut.model.tool import Tool
+from leafcut.model.toolpath import Kind
+from leafcut.options import flag_name
+from leafcut.processes.course import Run
+from leafcut.processes.keep_out import meetings, obstacles_of
+from leafcut.processes.program.options import ResequenceOptions
+from leafcut.processes.program.plan.corners import rounds_freely
+from leafcut.processes.program.plan.loads import Loads, StockBefore, loads_of
+from leafcut.processes.program.plan.pace import Pace, PaceRules, Stretch, plan_pace
+from leafcut.processes.program.workpiece import stock_before, tools_of
+from leafcut.stock.height_field import HeightField
+from leafcut.stock.same_stock import stock_differences
+
+if TYPE_CHECKING:
+    from leafcut.gcode.dialects import Dialect
+    from leafcut.gcode.program import Program
+    from leafcut.geometry.arrays import Floats
+    from leafcut.timing.toolpath import PathTimes
+
+#: Heights of what two programs leave differ by less than this, mm.
+_TOLERANCE = 0.01
+#: So often what makes the machine slower is taken out; two motions before and behind are looked at with it.
+_TRIALS, _NEAR = 3, 2
+#: A rapid that is cut anew from the new text is found at another height on a slope: it keeps this share at least.
+_KEPT = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Paced:
+    """A program with other speeds and heights: its text, what it does, what was changed, and what has to be said."""
+
+    text: str
+    program: Program
+    change: PaceChange
+    issues: tuple[Issue, ...] = ()
+
+
+def wants_pace(run: Run) -> bool:
+    """Return whether new speeds or heights are asked for."""
+    options = run.settings.of(ResequenceOptions)
+    return options.air or options.feeds or options.low_retracts
+
+
+def with_new_pace(run: Run, words: Dialect, program: Program, source: str, process: str) -> Paced:
+    """Return a program with the heights and speeds that its options ask for, as far as they save time and are proved.
+
+    Raises
+    ------
+    OptionError
+        The shape of a tool is not known; what is asked for needs ``--workpiece``; the program drives a beam.
+    PlanError
+        There are too many cells or pieces.
+    """
+    options = run.settings.of(ResequenceOptions)
+    asked = [flag_name(name) for name in ("air", "feeds", "low_retracts") if getattr(options, name)]
+    if process in BEAMS:
+        raise OptionError(f"{asked[0]}: {source} drives a beam, which meets no material with its sides; leave it out")
+    blind = [flag for flag in asked if flag != "--air"]
+    if blind and not run.settings.stock.workpiece:
+        raise OptionError(
+            f"{blind[0]} needs to know where the material is: give the block with --workpiece, as x,y,z of its lower "
+            "and of its upper corner"
+        )
+    tools = tools_of(program, source, run.settings, run.machine)
+    text = "".join(program.lines)
+    if not tools:
+        return Paced(text, program, PaceChange())
+    job = _Job.of(run, words, program, source, tools)
+    found = Paced(text, program, PaceChange(assumed=not job.stock.known), tuple(job.assumed()))
+    if options.low_retracts:
+        found = job.lowered(found)
+    return job.faster(found) if options.air or options.feeds else found
+
+
+@dataclass(frozen=True, eq=False)
+class _Job:
+    """What every step needs: the run, the tools and their shapes, the stock before the program, and the rules."""
+
+    run: Run
+    words: Dialect
+    tools: Mapping[int, Tool]
+    cutters: Mapping[int, Cutter]
+    stock: StockBefore
+    rules: PaceRules
+
+    @classmethod
+    def of(cls, run: Run, words: Dialect, program: Program, source: str, tools: Mapping[int, Tool]) -> _Job:
+        options = run.settings.of(ResequenceOptions)
+        cutters = {number: cutter_of(tool) for number, tool in tools.items()}
+        rules = PaceRules(
+            options.air, options.feeds, options.air_clearance, 1.0 + options.feed_increase / 100.0
+        )  # fmt: skip
+        stock = stock_before(run, program, cutters)
+        job = cls(run, words, tools, cutters, stock, rules)
+        if stock.known and not job.loads(program, "cutting the stock").removed.cuts.any():
+            raise OptionError(
+                f"--workpiece: {source} never touches this stock, so that all its cuts would be in the air; give the "
+                "block in the program's coordinates"
+            )
+        return job
+
+    def loads(self, program: Program, what: str) -> Loads:
+        """Return what every piece of a program meets."""
+        look = self.run.looking(what)
+        return loads_of(program, self.cutters, self.stock, self.rules.clearance, _threads(), look)
+
+    @property
+    def top(self) -> float:
+        """Nothing stands higher, mm."""
+        return float(self.stock.field.heights.max()) if self.stock.known else math.inf
+
+    def assumed(self) -> Iterator[Issue]:
+        """Yield what was assumed of the stock."""
+        if not self.stock.known:
+            message = (
+                "the stock is not given: a cut counts as in the air only where a rapid or a cut of the program was "
+                "before; give --workpiece for more"
+            )
+            yield Issue("L510", message, severity=Severity.NOTE)
+
+    def read(self, text: str) -> Program:
+        """Return a new program as it is understood.
+
+        Raises
+        ------
+        VerifyError
+            It is not.
+        """
+        from leafcut.processes.program.reading import read_foreign
+
+        run = self.run
+        try:
+            read = read_foreign(
+                text, "the new program", run.settings, run.machine, self.words, run.looking("verifying"),
+                process="mill", choose=False,
+            )  # fmt: skip
+        except ReadError as problem:
+            raise VerifyError(f"the new program is not understood: {problem}") from None
+        return read.program
+
+    def seconds(self, program: Program) -> float:
+        """Return the machine time of a program, s."""
+        from leafcut.timing.toolpath import measure
+
+        return measure(program.path, self.run.machine).time_s
+
+    # -- heights -----------------------------------------------------------------------------------------------------
+
+    def lowered(self, found: Paced) -> Paced:
+        """Return a program with lower retracts and R planes; as it is where none can be proved."""
+        from leafcut.processes.program.plan.heights import lower_heights
+        from leafcut.processes.program.post.pace_writer import with_heights
+
+        program = found.program
+        loads = self.loads(program, "choosing heights")
+        heights = lower_heights(program, loads, self.rules.clearance, self.run.machine, self.top)
+        none = replace(found, change=replace(found.change, retracts_s=0.0))
+        if not heights:
+            return none
+        try:
+            text = with_heights(program, heights)
+            new = self.read(text)
+            self.check_heights(program, new)
+        except (PostError, VerifyError) as problem:
+            return replace(none, issues=(*found.issues, Issue("L513", f"the heights stay: {problem}")))
+        saved = self.seconds(program) - self.seconds(new)
+        if saved <= 0:
+            return none
+        return replace(
+            found, text=text, program=new, change=replace(found.change, retracts_s=saved, lowered=len(heights))
+        )
+
+    def check_heights(self, program: Program, new: Program) -> None:
+        """Check that a program differs from another one by lower ways alone, which keep clear of the material.
+
+        Raises
+        ------
+        VerifyError
+            It does not.
+        """
+        from leafcut.processes.program.proof.paced import check_lowered
+
+        check_lowered(program.path, new.path, self.loads(new, "verifying"), self.rules)
+        self.check_rest(program, new)
+
+    def check_rest(self, program: Program, new: Program) -> None:
+        """Check that two programs leave the same of the stock, and that the new one meets no obstacle.
+
+        Raises
+        ------
+        VerifyError
+            They do not.
+        """
+        left = [_left(one, self.cutters, self.stock) for one in (program, new)]
+        if differences := stock_differences(left[0], left[1], _TOLERANCE):
+            first = differences[0]
+            raise VerifyError(f"X{first.x:.3f} Y{first.y:.3f}: the new program leaves another height there")
+        obstacles, _ = obstacles_of(self.run, program, beam=False)
+        if obstacles is not None and (met := meetings(self.run, obstacles, new.path)):
+            raise VerifyError(f"{met[0]}")
+
+    # -- speeds ------------------------------------------------------------------------------------------------------
+
+    def faster(self, found: Paced) -> Paced:
+        """Return a program with other speeds; as it is where none can be proved, or the machine would be no faster."""
+        program, rules = found.program, self.rules
+        loads = self.loads(program, "cutting the stock")
+        pace = self.pace(program, loads, rules)
+        issues = (*found.issues, *self.told(pace))
+        none = replace(found, change=self.change(found, loads, pace, loads.feed, {}), issues=issues)
+        try:
+            pace, text, new = self.without_losses(program, pace)
+            speed, stretches, nearest = self.proved(program, new, loads, pace)
+        except (PostError, VerifyError) as problem:
+            return replace(none, issues=(*issues, Issue("L513", f"the speeds stay: {problem}")))
+        before, after = self.seconds(program), self.seconds(new)
+        if after >= before:
+            return none
+        between = after if rules.air else before
+        if rules.air and rules.feeds:
+            alone = self.pace(program, loads, replace(rules, feeds=False))
+            between = self.seconds(self.without_losses(program, alone)[2])
+        change = replace(
+            self.change(found, loads, pace, speed, stretches),
+            air_s=before - between if rules.air else None,
+            feeds_s=between - after if rules.feeds else None,
+            clearance_mm=nearest,
+        )
+        raised = np.isfinite(speed) & loads.mills & (speed > loads.feed)
+        if rules.feeds and raised.any() and rounds_freely(program.path, self.run.machine, math.inf).any():
+            message = "the program lets the controller round corners as far as it likes (G64 without P)"
+            issues = (*issues, Issue("L511", f"{message}: more at higher feeds; state G64 P0.01 or the like"))
+        return Paced(text, new, change, issues)
+
+    def pace(self, program: Program, loads: Loads, rules: PaceRules) -> Pace:
+        """Return how fast each stretch may go."""
+        look = self.run.looking("choosing speeds")
+        return plan_pace(program, loads, self.tools, self.cutters, rules, self.run.machine, self.top, look)
+
+    def written(self, program: Program, pace: Pace) -> tuple[str, Program]:
+        """Return a program with a pace: its text, and what it does."""
+        from leafcut.processes.program.post.pace_writer import with_pace
+
+        text = with_pace(program, pace, self.words.max_line, self.run.looking("writing"))
+        return text, self.read(text) if pace.stretches else program
+
+    def without_losses(self, program: Program, pace: Pace) -> tuple[Pace, str, Program]:
+        """Return a pace without what the machine is slower with: a divided cut is joined to its corners otherwise.
+
+        With it come the text and what it does.
+        """
+        from leafcut.processes.program.proof.paced import stretches_of
+        from leafcut.timing.toolpath import clock
+
+        machine, path = self.run.machine, program.path
+        own = _by_row(clock(path, machine), np.arange(len(path)))
+        text, new = self.written(program, pace)
+        for _ in range(_TRIALS):
+            found = stretches_of(path, new.path)
+            counts = np.ones(len(path), dtype=np.int64)
+            counts[list(found)] = [len(parts) for parts in found.values()]
+            saved = own - _by_row(clock(new.path, machine), np.repeat(np.arange(len(counts)), counts))
+            # What comes before and behind is joined otherwise, too.
+            sums = np.concatenate([[0.0], np.cumsum(saved)])
+            last = len(saved) - 1
+            slower = {
+                row
+                for row, parts in pace.stretches.items()
+                if any(part.speed > path.value[row] for part in parts)
+                and sums[min(row + _NEAR, last) + 1] - sums[max(row - _NEAR, 0)] <= 0.0
+            }
+            if not slower:
+                break
+            pace = Pace({row: parts for row, parts in pace.stretches.items() if row not in slower}, pace.limits)
+            text, new = self.written(program, pace)
+        return pace, text, new
+
+    def proved(
+        self, program: Program, new: Program, loads: Loads, pace: Pace
+    ) -> tuple[Floats, dict[int, tuple[Stretch, ...]], float]:
+        """Return the speed of every piece in the new program, stretches that are others, how near rapids come, mm.
+
+        It goes the same way; no speed asks more than is allowed; and cut from its own text it leaves the same, and
+        keeps clear of the material where it is rapid now.
+
+        Raises
+        ------
+        VerifyError
+            It does not.
+        """
+        from leafcut.processes.program.proof.paced import check_limits, made_rapid, stretches_of
+
+        found = stretches_of(program.path, new.path)
+        speed = check_limits(loads, found, pace.limits, self.rules)
+        fast = made_rapid(program.path, found)
+        # What is rapid now is looked at in pieces, as a cut is.
+        kind = new.path.kind.copy()
+        kind[fast] = Kind.FEED
+        again = self.loads(replace(new, path=replace(new.path, kind=kind)), "verifying")
+        ends = again.moves.ends
+        # What goes straight up goes where the tool has just been.
+        mine = np.isin(again.source, fast) & ~(again.upright & (ends[:, 5] > ends[:, 2]))
+        near = mine & (again.removed.cuts | (again.removed.over > -_KEPT * self.rules.clearance))
+        if near.any():
+            line = int(new.path.line[again.source[int(np.flatnonzero(near)[0])]])
+            raise VerifyError(f"line {line} of the new program: a rapid comes too near to the material")
+        self.check_rest(program, new)
+        return speed, found, -float(again.removed.over[mine].max(initial=-math.inf))
+
+    def change(
+        self, found: Paced, loads: Loads, pace: Pace, speed: Floats, stretches: Mapping[int, tuple[Stretch, ...]]
+    ) -> PaceChange:
+        """Return what other speeds did, but for the time that they save."""
+        every = [part.speed for parts in stretches.values() for part in parts]
+        mills, chip = loads.mills, loads.chip
+        by_tool = []
+        for number, limit in sorted(pace.limits.items()):
+            mine = mills & (loads.moves.tool == number) & np.isfinite(speed)
+            feed, after = loads.feed[mine], speed[mine]
+            ratio = after / feed
+            by_tool.append(
+                ToolPace(
+                    number, self.tools[number].label, (float(feed.min()), float(feed.max())),
+                    (float(after.min()), float(after.max())), float(chip[mine].max()),
+                    float((chip[mine] * ratio).max()), limit.chip, limit.stated, float(loads.rate[mine].max()),
+                    float((loads.rate[mine] * ratio).max()),
+                )
+            )  # fmt: skip
+        return replace(
+            found.change,
+            air_s=0.0 if self.rules.air else None,
+            feeds_s=0.0 if self.rules.feeds else None,
+            rapids=sum(map(math.isinf, every)),
+            clearance_mm=math.inf,
+            changed=sum(any(math.isfinite(part.speed) for part in parts) for parts in stretches.values()),
+            tools=tuple(by_tool),
+        )
+
+    def told(self, pace: Pace) -> Iterator[Issue]:
+        """Yield which tools keep their feeds."""
+        silent = [tool.label for number, tool in self.tools.items() if number not in pace.limits]
+        if self.rules.feeds and silent:
+            keep = "keeps its feed" if len(silent) == 1 else "keep their feeds"
+            message = f"{', '.join(silent)} {keep}: no cut of theirs is milled at a stated speed of the spindle"
+            yield Issue("L512", message, severity=Severity.NOTE)
+
+
+def _threads() -> int:
+    return os.cpu_count() or 1
+
+
+def _by_row(times: PathTimes, source: NDArray[np.int64]) -> Floats:
+    """Return the seconds of a path by the rows that its own rows come from."""
+    count = int(source.max(initial=-1)) + 1
+    return np.bincount(source[times.source], weights=times.seconds, minlength=count).astype(np.float64)
+
+
+def _left(program: Program, cutters: Mapping[int, Cutter], stock: StockBefore) -> HeightField:
+    """Return what a program leaves of its stock."""
+    from leafcut.stock.cutting import cut
+    from leafcut.stock.straight_moves import straight_moves
+
+    field = stock.field.copy()
+    cut(field, straight_moves(program.path, 0.05 * field.cell, np.inf).of_tools(cutters), cutters, _threads())
+    return field

@@ -1,0 +1,71 @@
+"""Where controllers round the corners of rapids, and how far."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.machine import Machine
+from leafcut.model.toolpath import MOTIONS, Kind, Toolpath
+
+#: A corner of two rapids is rounded by so much at most, mm, where one of them ends slowly.
+_ROUNDED = 0.05
+#: Corners within so much of straight on are none, rad.
+_STRAIGHT = math.radians(2.0)
+
+
+def rounds_freely(path: Toolpath, machine: Machine, clearance: float) -> NDArray[np.bool_]:
+    """Return in which rows a controller may leave its way at corners by more than a clearance, mm."""
+    if (machine.corners or machine.control) == "grbl":
+        return np.zeros(len(path), dtype=np.bool_)
+    blending = path.latest(Kind.BLENDING, path.ref, 640)
+    tolerance = path.latest(Kind.BLENDING, path.value, 0.0)
+    return np.asarray((blending == 640) & ((tolerance <= 0) | (tolerance > clearance)))
+
+
+def longest_rounding(machine: Machine) -> float:
+    """Return from how far before a corner of two rapids a machine may begin to round it, mm: v²/2a."""
+    return 0.5 * max(machine.rapid_velocity) ** 2 / min(machine.acceleration)
+
+
+class Corners:
+    """Where a controller may round a corner of a rapid by more than it keeps from the material.
+
+    A corner is rounded as far as the slower of its two motions takes to stop: v²/2a. It is no danger where that is a
+    cut, which is slow; where both are rapids, one of them ends slowly, or begins so.
+    """
+
+    #: So fast a corner is rounded by no more than is allowed, mm/s.
+    slow: float
+
+    def __init__(self, path: Toolpath, machine: Machine, clearance: float, top: float, fast: NDArray[np.bool_]) -> None:
+        self.path, self.fast = path, fast
+        self.free_from = top + clearance
+        self.free = rounds_freely(path, machine, clearance)
+        moving = np.isin(path.kind, [int(k) for k in MOTIONS])
+        self.moving = np.flatnonzero(moving)
+        self.longest = longest_rounding(machine)
+        self.slow = math.sqrt(2.0 * min(machine.acceleration) * _ROUNDED)
+
+    def rounds(self, row: int) -> tuple[bool, bool]:
+        """Return whether the corner at the begin and the one at the end of a straight move may be rounded."""
+        if not self.free[row]:
+            return False, False
+        at = int(np.searchsorted(self.moving, row))
+        before = at > 0 and self._turns(row, int(self.moving[at - 1]), float(self.path.before[row, 2]))
+        behind = at + 1 < len(self.moving) and self._turns(row, int(self.moving[at + 1]), float(self.path.end[row, 2]))
+        return before, behind
+
+    def _turns(self, row: int, other: int, height: float) -> bool:
+        kind = self.path.kind[other]
+        if kind == Kind.DRILL or not (kind == Kind.RAPID or self.fast[other]):
+            return False  # cycles are in exact-path mode
+        here, there = (self.path.end[one] - self.path.before[one] for one in (row, other))
+        if not np.isfinite(there).all():
+            return True
+        one, two = float(np.linalg.norm(here)), float(np.linalg.norm(there))
+        if height >= self.free_from + min(self.longest, 0.5 * one, 0.5 * two):
+            return False
+        return two <= 0 or float(here @ there) < math.cos(_STRAIGHT) * one * two

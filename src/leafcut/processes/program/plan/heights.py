@@ -1,0 +1,216 @@
+"""How low a program may go between its cuts: retracts and R planes just above what stands under the way."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from leafcut.gcode.program import Program
+from leafcut.gcode.words import BlockError, tokenise
+from leafcut.model.machine import Machine
+from leafcut.model.toolpath import MOTIONS, Kind
+from leafcut.processes.program.plan.corners import longest_rounding, rounds_freely
+from leafcut.processes.program.plan.loads import Loads
+
+#: What is lowered by less is left as it is, mm.
+_WORTH = 0.25
+_SAME = 1e-6
+_LETTERS = frozenset("NGXYZF")
+_CODES = frozenset((0, 1, 17, 18, 19, 40, 90, 94))
+#: What goes from one cut to the next: a rapid, or at feed through the air.
+_WAYS = (Kind.RAPID, Kind.FEED)
+#: Cycles whose R plane has to do with the pitch of a thread, or with a tool that turns to one side.
+_KEEP_R = ("G74", "G76", "G84", "G87", "G88")
+
+
+class Lowered(NamedTuple):
+    """A word of a block that gets another height: the block, Z or R, mm."""
+
+    block: int
+    letter: str
+    height: float
+
+
+def lower_heights(program: Program, loads: Loads, clearance: float, machine: Machine, top: float) -> list[Lowered]:
+    """Return the heights that may be lower, so that every way keeps a clearance from what stands under it.
+
+    Where a controller may round corners as far as it likes, a retract is as much higher as it may begin to go across
+    too early.
+
+    Parameters
+    ----------
+    top
+        Nothing stands higher, mm: what holds for rapids whose way is not straight.
+    """
+    planner = _Heights(program, loads, clearance, machine, top)
+    return [*planner.retracts(), *planner.r_planes()]
+
+
+class _Heights:
+    def __init__(self, program: Program, loads: Loads, clearance: float, machine: Machine, top: float) -> None:
+        self.program, self.path, self.loads = program, program.path, loads
+        self.clearance, self.top = clearance, top
+        self.dogleg = machine.rapid_style == "dogleg"
+        self.free = rounds_freely(self.path, machine, clearance)
+        self.longest = longest_rounding(machine)
+        rows = np.arange(len(self.path) + 1)
+        self.first_piece = np.searchsorted(loads.source, rows, side="left")
+        moving = np.isin(self.path.kind, [int(k) for k in MOTIONS])
+        self.does = moving | np.isin(
+            self.path.kind,
+            [int(k) for k in (Kind.TOOL, Kind.MACHINE, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN, Kind.PAUSE, Kind.END,
+                              Kind.OFFSET, Kind.RADIUS, Kind.DWELL, Kind.SPINDLE)],
+        )  # fmt: skip
+
+    def next(self, row: int) -> int:
+        """Return the next row that does anything, or the number of rows."""
+        row += 1
+        while row < len(self.path) and not self.does[row]:
+            row += 1
+        return row
+
+    def contact(self, row: int) -> float:
+        """Return the height at which the tool would touch the material on the level way of a row, mm."""
+        which = slice(int(self.first_piece[row]), int(self.first_piece[row + 1]))
+        ends, over = self.loads.moves.ends[which], self.loads.removed.over[which]
+        if not len(over):
+            return math.inf
+        low = np.minimum(ends[:, 2], ends[:, 5])
+        return self._of_way(row, float((low + over).max()))
+
+    def _of_way(self, row: int, contact: float) -> float:
+        way = self.path.end[row] - self.path.before[row]
+        bent = self.dogleg and np.count_nonzero(np.abs(way) > _SAME) > 1
+        return max(contact, self.top) if bent else contact
+
+    def retracts(self) -> list[Lowered]:
+        """Return retracts straight up, with rapids across behind them and a way straight down at their end."""
+        found: list[Lowered] = []
+        path = self.path
+        rises = np.isin(path.kind, _WAYS) & (np.abs(path.end - path.before)[:, :2] < _SAME).all(axis=1)
+        rises &= path.end[:, 2] > path.before[:, 2] + _WORTH
+        for row in np.flatnonzero(rises).tolist():
+            found += self._retract(row)
+        return found
+
+    def _retract(self, rise: int) -> list[Lowered]:
+        path = self.path
+        high, start = float(path.end[rise, 2]), float(path.before[rise, 2])
+        across, stated = [], [rise]
+        row = self.next(rise)
+        while row < len(path) and path.kind[row] in _WAYS and abs(path.end[row, 2] - high) < _SAME:
+            across.append(row)
+            if "Z" in self._letters(row):
+                stated.append(row)
+            row = self.next(row)
+        if not across or row >= len(path) or path.kind[row] not in _WAYS:
+            return []
+        down = path.end[row] - path.before[row]
+        if not (np.isfinite(down).all() and (np.abs(down[:2]) < _SAME).all() and down[2] < 0):
+            return []
+        if "Z" not in self._letters(row) or not all(self._plain(one) for one in stated):
+            return []
+        lowest = max(self.contact(one) for one in across) + self.clearance
+        if self.free[rise]:
+            ways = [float(np.linalg.norm(path.end[one] - path.before[one])) for one in (across[0], across[-1])]
+            bottom = min(start, float(path.end[row, 2]))
+            lowest += max(min(self.longest, 0.5 * max(ways), lowest - bottom), 0.0)
+        new = max(lowest, start, float(path.end[row, 2]))
+        if not new < high - _WORTH:
+            return []
+        return [Lowered(self._block(one), "Z", new) for one in stated]
+
+    def r_planes(self) -> list[Lowered]:
+        """Return R planes of cycles, by the block that states each."""
+        found: list[Lowered] = []
+        drills = np.flatnonzero(self.path.kind == Kind.DRILL)
+        stated: list[list[int]] = []
+        for row in drills.tolist():
+            if "R" in self._letters(row) or not stated:
+                stated.append([row])
+            else:
+                stated[-1].append(row)
+        for rows in stated:
+            found += self._r_plane(rows)
+        return found
+
+    def _r_plane(self, rows: list[int]) -> list[Lowered]:
+        path = self.path
+        cycles = [path.cycles[int(path.ref[row])] for row in rows]
+        plane = cycles[0].r_plane
+        if not self._plain(rows[0], cycle=True) or "R" not in self._letters(rows[0]):
+            return []
+        if any(one.r_plane != plane or one.name in _KEEP_R or one.approach == "slant" for one in cycles):
+            return []
+        if any(self.program.modal(self._block(row) + 1).incremental for row in rows):
+            return []
+        contacts = [self._at_plane(row, plane) for row in rows]
+        # What comes behind the last hole at this height: the way to the next place, straight up, or nothing known.
+        after = self.next(rows[-1])
+        while after < len(path) and abs(float(path.before[after, 2]) - plane) < _SAME:
+            if path.kind[after] == Kind.DRILL:
+                cycle = path.cycles[int(path.ref[after])]
+                if cycle.to_initial or cycle.approach != "level":
+                    return []
+                contacts.append(self._at_plane(after, plane))
+                break
+            if path.kind[after] not in (Kind.RAPID, Kind.TOOL, Kind.MACHINE, Kind.END, Kind.PAUSE, Kind.SPINDLE):
+                return []
+            if path.kind[after] == Kind.RAPID:
+                level = abs(float(path.end[after, 2]) - plane) < _SAME
+                upright = bool((np.abs(path.end[after] - path.before[after])[:2] < _SAME).all())
+                if "Z" in self._letters(after) and level:
+                    return []
+                if not level:
+                    if not upright or path.end[after, 2] < plane:
+                        return []
+                    break
+                contacts.append(self.contact(after))
+            after = self.next(after)
+        lowest = max(contacts) + self.clearance
+        deepest = max(one.bottom for one in cycles)
+        if not (deepest < lowest < plane - _WORTH):
+            return []
+        return [Lowered(self._block(rows[0]), "R", lowest)]
+
+    def _at_plane(self, row: int, plane: float) -> float:
+        """Return the highest contact of those rapids of a cycle that end at its R plane, mm."""
+        which = slice(int(self.first_piece[row]), int(self.first_piece[row + 1]))
+        moves, over = self.loads.moves, self.loads.removed.over[which]
+        ends = moves.ends[which]
+        low = np.minimum(ends[:, 2], ends[:, 5])
+        mine = moves.rapid[which] & (np.abs(low - plane) < _SAME) & (ends[:, 5] <= ends[:, 2] + _SAME)
+        # Pecking cycles come down again into their own hole: that is above what is left of it.
+        contact = float((low + over)[mine].max(initial=-math.inf))
+        return contact if math.isfinite(contact) else math.inf
+
+    def _block(self, row: int) -> int:
+        return int(np.searchsorted(self.program.first, row, side="right")) - 1
+
+    def _letters(self, row: int) -> set[str]:
+        line = self.program.lines[int(self.program.line[self._block(row)]) - 1]
+        try:
+            return {word.letter for word in tokenise(line.rstrip("\r\n")).words}
+        except BlockError:
+            return set()
+
+    def _plain(self, row: int, cycle: bool = False) -> bool:
+        """Return whether the height in a row's block may be another one."""
+        program, block = self.program, self._block(row)
+        if int(program.first[block + 1]) - int(program.first[block]) != 1 or block in program.fixed:
+            return False
+        if block in program.said or program.text_line[block] != program.line[block]:
+            return False
+        after = program.modal(block + 1)
+        if after.incremental or after.radius != 40:
+            return False
+        try:
+            words = tokenise(program.lines[int(program.line[block]) - 1].rstrip("\r\n")).words
+        except BlockError:
+            return False
+        if cycle:
+            return True
+        codes = {word.value for word in words if word.letter == "G"}
+        return {word.letter for word in words} <= _LETTERS and codes <= _CODES

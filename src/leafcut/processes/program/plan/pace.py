@@ -1,0 +1,296 @@
+"""How fast each stretch of a program may go: rapid in the air, and in the material as fast as its worst cut allows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.gcode.program import Modal, Program
+from leafcut.gcode.words import BlockError, tokenise
+from leafcut.geometry.arrays import Floats
+from leafcut.model.cutter import Cutter
+from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.machine import Machine
+from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.toolpath import Kind
+from leafcut.processes.program.plan.corners import Corners
+from leafcut.processes.program.plan.loads import Loads, ToolLimits, limits_of
+from leafcut.stock.straight_moves import StraightMoves
+from leafcut.timing.profile import move_time
+
+#: Words of a line that may change its feed, and G words beside its motion that change nothing about how it is divided.
+_LETTERS = frozenset("NGXYZIJKRF")
+_MOTION_CODES = frozenset((1, 2, 3))
+_BESIDE = frozenset((17, 18, 19, 90, 94))
+#: A stretch is made faster only where that saves so much, s.
+_WORTH = 0.03
+#: Feeds are raised in steps of this factor.
+_STEP = 1.1
+#: What is narrower than this share of the tool's diameter finishes a wall: it keeps its feed.
+FINISH = 0.05
+#: A stretch is no faster than what comes within this share of the tool's diameter before and behind it.
+_AROUND = 0.5
+#: Tools that come out of their hole as slowly as they went in.
+_FED_OUT = (ToolKind.TAP, ToolKind.REAMER)
+#: As far from a corner that the controller may round the tool is slow, mm.
+_SLOWLY = 0.5
+#: Motions that are shorter go nowhere, mm.
+_SAME = 1e-6
+
+
+@dataclass(frozen=True)
+class PaceRules:
+    """What may be done to the feeds of a program.
+
+    Attributes
+    ----------
+    air, feeds
+        Make fed moves in the air rapids; fit feeds to the chips.
+    clearance
+        How far rapids that were none keep from all material, mm.
+    increase
+        By which factor a feed may grow at most.
+    """
+
+    air: bool
+    feeds: bool
+    clearance: float = 1.0
+    increase: float = 1.5
+
+
+class Stretch(NamedTuple):
+    """A part of one motion: up to which share of it, and how fast, mm/s; infinite: a rapid."""
+
+    until: float
+    speed: float
+
+
+@dataclass(frozen=True, eq=False)
+class Pace:
+    """New speeds: stretches by row of the path, and what the tools were limited to, by number."""
+
+    stretches: dict[int, tuple[Stretch, ...]] = field(default_factory=dict)
+    limits: dict[int, ToolLimits] = field(default_factory=dict)
+
+
+def plan_pace(
+    program: Program,
+    loads: Loads,
+    tools: Mapping[int, Tool],
+    cutters: Mapping[int, Cutter],
+    rules: PaceRules,
+    machine: Machine,
+    top: float,
+    look: Heartbeat = unseen,
+) -> Pace:
+    """Return how fast each stretch of a program's cuts goes, where that is another speed than its own.
+
+    Nothing stands higher than `top`, mm.
+
+    Straight cuts are divided where their speed changes, arcs have one speed. What goes down into the material, and
+    what finishes a wall, is not made faster.
+    """
+    limits = limits_of(loads, tools) if rules.feeds else {}
+    speed = _in_material(loads, limits, cutters, rules, machine)
+    pieces, path = loads.moves, program.path
+    vertical = loads.upright
+    clear = loads.removed.over <= -rules.clearance
+    candidates = ~pieces.rapid & ((clear | vertical) & rules.air | (speed != loads.feed))
+    upwards = vertical & (pieces.ends[:, 5] > pieces.ends[:, 2]) & _leaves_freely(pieces, tools)
+    fast = np.zeros(len(path), dtype=np.bool_)
+    fast[loads.source[clear | vertical]] = True
+    corners = Corners(path, machine, rules.clearance, top, fast)
+    every = np.arange(len(path))
+    begins, ends = (np.searchsorted(loads.source, every, side=side) for side in ("left", "right"))
+    stretches: dict[int, tuple[Stretch, ...]] = {}
+    for row in np.unique(loads.source[candidates]).tolist():
+        look()
+        divisible = _may_change(program, row)
+        if divisible is None:
+            continue
+        which = slice(int(begins[row]), int(ends[row]))
+        own = float(path.value[row])
+        if divisible:
+            length = float(np.linalg.norm(path.end[row] - path.before[row]))
+            if length < _SAME:
+                continue
+            found = _worth_dividing(_runs(speed[which]), length, own)
+            if rules.air:
+                way = _Way(path.before[row], path.end[row], own)
+                over = loads.removed.over[which]
+                if upwards[which].all():
+                    free = [(0.0, 1.0)]
+                elif vertical[which].all():
+                    free = way.over_all(over, rules)
+                else:
+                    free = _together(clear[which])
+                free = way.worth_it(free, machine)
+                found = _with_speed(found, free, max(own, corners.slow))
+                found = _with_speed(found, way.trimmed(free, corners.rounds(row)), math.inf)
+        else:
+            found = [Stretch(1.0, float(speed[which].min()))]
+        if any(abs(one.speed - own) > 1e-9 * own for one in found):
+            stretches[row] = tuple(found)
+    return Pace(stretches, limits)
+
+
+def _in_material(
+    loads: Loads,
+    limits: Mapping[int, ToolLimits],
+    cutters: Mapping[int, Cutter],
+    rules: PaceRules,
+    machine: Machine,
+) -> Floats:
+    """Return the speed of every piece by its chips, mm/s: its own where nothing is to be said."""
+    speed = loads.feed.copy()
+    chip, mills = loads.chip, loads.mills
+    ends = loads.moves.ends
+    length = np.sqrt(((ends[:, 3:] - ends[:, :3]) ** 2).sum(axis=1))
+    for number, limit in limits.items():
+        diameter = 2.0 * cutters[number].radius
+        mine = mills & (loads.moves.tool == number) & (chip > 0)
+        by_chip = limit.chip / np.where(mine, chip, 1.0)
+        by_rate = np.divide(limit.rate, loads.rate, out=np.full_like(speed, np.inf), where=loads.rate > 0)
+        factor = np.minimum(np.minimum(by_chip, np.maximum(by_rate, 1.0)), rules.increase)
+        factor = np.where(loads.width > FINISH * diameter, factor, np.minimum(factor, 1.0))
+        # In steps, so that the speed does not change all the time; a feed that is too high goes down all the way.
+        steps = np.floor(np.log(np.maximum(factor, 1.0)) / math.log(_STEP) + 1e-9)
+        factor = np.where(factor > 1.0, np.minimum(_STEP**steps, factor), factor)
+        factor = _least_around(np.where(mine, factor, np.inf), length, _AROUND * diameter)
+        speed[mine] *= factor[mine]
+    return np.where(speed > loads.feed, np.maximum(np.minimum(speed, machine.max_feed), loads.feed), speed)
+
+
+def _least_around(values: Floats, length: Floats, reach: float) -> Floats:
+    """Return the least of the values within a distance along the way before and behind every piece."""
+    at = np.cumsum(length) - 0.5 * length
+    first, last = np.searchsorted(at, at - reach, side="left"), np.searchsorted(at, at + reach, side="right")
+    # The least of 2^k values each, by doubling; two of them that overlap make any stretch.
+    table = [values]
+    while 2 << len(table) - 1 <= int((last - first).max(initial=1)):
+        half, longer = 1 << len(table) - 1, table[-1].copy()
+        longer[:-half] = np.minimum(longer[:-half], table[-1][half:])
+        table.append(longer)
+    powers = np.log2(np.maximum(last - first, 1)).astype(np.int64)
+    around = np.empty_like(values)
+    for k, least in enumerate(table):
+        mine = powers == k
+        around[mine] = np.minimum(least[first[mine]], least[last[mine] - (1 << k)])
+    return around
+
+
+def _may_change(program: Program, row: int) -> bool | None:
+    """Return whether a motion may be divided; None where even its feed must stay as it is."""
+    kind = int(program.path.kind[row])
+    if kind not in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW):
+        return None
+    block = int(np.searchsorted(program.first, row, side="right")) - 1
+    if int(program.first[block + 1]) - int(program.first[block]) != 1:
+        return None
+    if block in program.fixed or block in program.said or program.text_line[block] != program.line[block]:
+        return None
+    modal: Modal = program.modal(block + 1)
+    if modal.feed_mode != 94 or modal.radius != 40 or modal.incremental or program.modal(block).radius != 40:
+        return None
+    try:
+        words = tokenise(program.lines[int(program.line[block]) - 1].rstrip("\r\n")).words
+    except BlockError:
+        return None
+    codes = {word.value for word in words if word.letter == "G"}
+    if not {word.letter for word in words} <= _LETTERS or not codes <= _MOTION_CODES | _BESIDE:
+        return None
+    known = np.isfinite(program.path.before[row]).all() and np.isfinite(program.path.end[row]).all()
+    if not known or not program.path.value[row] > 0:
+        return None
+    return kind == Kind.FEED
+
+
+def _runs(speeds: Floats) -> list[Stretch]:
+    """Return pieces of equal length in stretches of one speed each."""
+    changes = np.append(np.flatnonzero(np.diff(speeds)), len(speeds) - 1)
+    return [Stretch((k + 1) / len(speeds), float(speeds[k])) for k in changes.tolist()]
+
+
+def _worth_dividing(found: list[Stretch], length: float, own: float) -> list[Stretch]:
+    """Return stretches of a cut without those that are faster than its own feed and save next to nothing."""
+    if len(found) == 1:
+        return found
+    kept: list[Stretch] = []
+    before = 0.0
+    for one in found:
+        saves = length * (one.until - before) * (1.0 / own - 1.0 / one.speed)
+        speed = own if one.speed > own and saves < _WORTH else one.speed
+        before = one.until
+        if kept and kept[-1].speed == speed:
+            kept.pop()
+        kept.append(Stretch(one.until, speed))
+    return kept
+
+
+def _together(clear: NDArray[np.bool_]) -> list[tuple[float, float]]:
+    """Return from where to where, as shares, pieces of equal length are clear."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], clear, [False]]).astype(np.int8)))
+    return [(first / len(clear), last / len(clear)) for first, last in edges.reshape(-1, 2).tolist()]
+
+
+def _leaves_freely(pieces: StraightMoves, tools: Mapping[int, Tool]) -> NDArray[np.bool_]:
+    """Return of which pieces the tool may come straight up at any speed, as every drilling cycle does."""
+    slow = [number for number, tool in tools.items() if tool.kind in _FED_OUT]
+    return ~np.isin(pieces.tool, slow)
+
+
+def _with_speed(found: list[Stretch], free: list[tuple[float, float]], speed: float) -> list[Stretch]:
+    """Return stretches with another speed on parts of the way."""
+    for low, high in free:
+        cut_up: list[Stretch] = []
+        before = 0.0
+        for one in found:
+            if before < low:
+                cut_up.append(Stretch(min(one.until, low), one.speed))
+            if before < high <= one.until:
+                cut_up.append(Stretch(high, speed))
+            if one.until > high:
+                cut_up.append(one)
+            before = one.until
+        found = cut_up
+    return found
+
+
+class _Way(NamedTuple):
+    """A straight cut: from where to where, mm, and its feed, mm/s."""
+
+    begin: Floats
+    end: Floats
+    feed: float
+
+    def over_all(self, over: Floats, rules: PaceRules) -> list[tuple[float, float]]:
+        """Return which part of a way straight down or up is over all material."""
+        z0, z1 = float(self.begin[2]), float(self.end[2])
+        low, high = min(z0, z1), max(z0, z1)
+        height = low + float(over.max()) + rules.clearance
+        if height >= high:
+            return []
+        if height <= low:
+            return [(0.0, 1.0)]
+        share = (z0 - height) / (z0 - z1)
+        return [(0.0, share)] if z1 < z0 else [(share, 1.0)]
+
+    def trimmed(self, free: list[tuple[float, float]], rounds: tuple[bool, bool]) -> list[tuple[float, float]]:
+        """Return the free parts without those at a corner that the controller may round."""
+        keeps = _SLOWLY / float(np.linalg.norm(self.end - self.begin))
+        low, high = (keeps if rounds[0] else 0.0), (1.0 - keeps if rounds[1] else 1.0)
+        return [(max(a, low), min(b, high)) for a, b in free if max(a, low) < min(b, high)]
+
+    def worth_it(self, free: list[tuple[float, float]], machine: Machine) -> list[tuple[float, float]]:
+        """Return the free parts on which a rapid, from rest to rest, is faster."""
+        found = []
+        for low, high in free:
+            delta = (high - low) * (self.end - self.begin)
+            if float(np.linalg.norm(delta)) / self.feed - float(move_time(delta[None], machine)[0]) > _WORTH:
+                found.append((low, high))
+        return found

@@ -1,0 +1,184 @@
+"""A program with other speeds and heights, in its own words: cuts are divided where their speed changes."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from leafcut.gcode.modal_dependencies import BlockReader
+from leafcut.gcode.program import Program
+from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.processes.program.plan.heights import Lowered
+from leafcut.processes.program.plan.pace import Pace, Stretch
+from leafcut.processes.program.post.insertion import (
+    code_of,
+    format_length,
+    format_value,
+    insert_words_within,
+    replace_words,
+)
+from leafcut.units import SECONDS_PER_MINUTE
+
+_STRAIGHT_WORD = re.compile(r"([Gg])[ \t]*0*1(?![0-9.])")
+_MOTION_WORD = re.compile(r"[Gg][ \t]*0*[0-3](?![0-9.])")
+_FEED_WORD = re.compile(r"[Ff][ \t]*[-+]?[0-9.]")
+#: Digits of a feed that is not the program's own.
+_DIGITS = 3
+#: Places at which a cut is divided are rounded to so many digits behind the point: millimetres, inches.
+_DECIMALS, _DECIMALS_INCH = 4, 5
+#: … and heights, upwards.
+_HEIGHTS, _HEIGHTS_INCH = 3, 4
+
+
+def with_pace(program: Program, pace: Pace, longest: int = 255, look: Heartbeat = unseen) -> str:
+    """Return the text of a program with the speeds of a pace.
+
+    Raises
+    ------
+    PostError
+        A line would be longer than `longest`.
+    """
+    return _PaceWriter(program, pace, longest).text(look)
+
+
+def with_heights(program: Program, lowered: Sequence[Lowered]) -> str:
+    """Return the text of a program with other heights, rounded up."""
+    lines = list(program.lines)
+    for block, letter, height in lowered:
+        unit = program.modal(block + 1).unit or 1.0
+        scale = 10.0 ** (_HEIGHTS if unit == 1.0 else _HEIGHTS_INCH)
+        at = int(program.line[block]) - 1
+        lines[at] = replace_words(lines[at], {letter: format_value(math.ceil(height / unit * scale - 1e-6) / scale)})
+    return "".join(lines)
+
+
+class _PaceWriter:
+    def __init__(self, program: Program, pace: Pace, longest: int) -> None:
+        self.program, self.pace, self.longest = program, pace, longest
+        self.reader = BlockReader(program)
+        self.motion: int | None = None
+        self.feed = 0.0
+        ends = [line for line in program.lines[:1] if line.endswith(("\n", "\r"))]
+        self.end = ends[0][len(ends[0].rstrip("\r\n")) :] if ends else "\n"
+
+    def text(self, look: Heartbeat) -> str:
+        """Return the whole program."""
+        program = self.program
+        rows = np.array(sorted(self.pace.stretches), dtype=np.int64)
+        edited = dict(
+            zip((np.searchsorted(program.first, rows, side="right") - 1).tolist(), rows.tolist(), strict=True)
+        )
+        lines = list(program.lines)
+        if not edited:
+            return "".join(lines)
+        differs = False
+        for block in range(min(edited), program.n_blocks):
+            look()
+            at = int(program.line[block]) - 1
+            if block in edited:
+                if not differs:
+                    before = program.modal(block)
+                    self.motion, self.feed = before.motion, before.feed
+                lines[at] = self._edited(lines[at], block, edited[block])
+                differs = True
+            elif differs:
+                lines[at] = self._restored(lines[at], block)
+                after = program.modal(block + 1)
+                differs = self.motion != after.motion or self.feed != after.feed
+        return "".join(lines)
+
+    def _restored(self, line: str, block: int) -> str:
+        """Return a line that stays, with what it takes from the lines before where they are others now."""
+        need, after = self.program.modal(block), self.program.modal(block + 1)
+        reliance = self.reader.reliance(block, block + 1)
+        front, back = [], []
+        if "motion" in reliance.relies and need.motion is not None and self.motion != need.motion:
+            front.append(f"G{need.motion}")
+        if "feed" in reliance.relies and need.feed and self.feed != need.feed:
+            back.append("F" + format_value(need.feed))
+        if "motion" in reliance.sets:
+            self.motion = after.motion
+        if "feed" in reliance.sets:
+            self.feed = after.feed
+        if not front and not back:
+            return line
+        if block in self.program.fixed or self.reader.words(block) is None:
+            # Only a block of its own can say it; G2 and G3 cannot stand alone, and what is fixed states them itself.
+            said = [word for word in (*front, *back) if word not in ("G2", "G3")]
+            return " ".join(said) + self.end + line if said else line
+        return "".join(insert_words_within(line, front, back, self.longest, len(line.rstrip("\r\n"))))
+
+    def _edited(self, line: str, block: int, row: int) -> str:
+        program, path = self.program, self.program.path
+        unit = program.modal(block + 1).unit
+        begin, end = path.before[row], path.end[row]
+        decimals = _DECIMALS if not unit or unit == 1.0 else _DECIMALS_INCH
+        written = []
+        *parts, last = self.pace.stretches[row]
+        own = program.modal(block + 1).feed
+        for part in parts:
+            place = begin + part.until * (end - begin)
+            axes = [
+                letter + format_length(round(float(place[axis]) / (unit or 1.0), decimals) * (unit or 1.0), unit)
+                for axis, letter in enumerate("XYZ")
+                if abs(end[axis] - begin[axis]) > 1e-9
+            ]
+            words = ["G0" if math.isinf(part.speed) else "G1", *axes]
+            if math.isfinite(part.speed):
+                words += self._feed_words(part, row, own, unit)
+            written.append(" ".join(words) + self.end)
+            self.motion = 0 if math.isinf(part.speed) else 1
+        return "".join(written) + self._last(line, block, row, last, own, unit)
+
+    def _last(self, line: str, block: int, row: int, last: Stretch, own: float, unit: float | None) -> str:
+        """Return the program's own line with the speed of the last stretch."""
+        was = len(line.rstrip("\r\n"))
+        code = code_of(line)
+        states_feed = _FEED_WORD.search(code) is not None
+        front: list[str] = []
+        back: list[str] = []
+        if math.isinf(last.speed):
+            line, count = _in_code(line, _STRAIGHT_WORD, r"\g<1>0")
+            if not count and self.motion != 0:
+                front.append("G0")
+            self.motion = 0
+            self.feed = own if states_feed else self.feed
+            return "".join(insert_words_within(line, front, back, self.longest, was))
+        motion = self.program.modal(block + 1).motion
+        if _MOTION_WORD.search(code) is None and self.motion != motion:
+            front.append(f"G{motion}")
+        self.motion = motion
+        if states_feed:
+            value = self._value(last, row, own, unit)
+            if value != own:
+                line = replace_words(line, {"F": format_value(value)})
+            self.feed = value
+        else:
+            back += self._feed_words(last, row, own, unit)
+        return "".join(insert_words_within(line, front, back, self.longest, was))
+
+    def _feed_words(self, stretch: Stretch, row: int, own: float, unit: float | None) -> list[str]:
+        value = self._value(stretch, row, own, unit)
+        if value == self.feed:
+            return []
+        self.feed = value
+        return ["F" + format_value(value)]
+
+    def _value(self, stretch: Stretch, row: int, own: float, unit: float | None) -> float:
+        """Return a speed in the program's units per minute, rounded down; its own feed as it is."""
+        if abs(stretch.speed - float(self.program.path.value[row])) <= 1e-9 * stretch.speed:
+            return own
+        value = stretch.speed * SECONDS_PER_MINUTE / (unit or 1.0)
+        digits = max(_DIGITS - 1 - math.floor(math.log10(value)), 0)
+        return math.floor(value * 10.0**digits + 1e-9) / 10.0**digits
+
+
+def _in_code(line: str, pattern: re.Pattern[str], text: str) -> tuple[str, int]:
+    """Return a line with what a pattern finds first outside of comments replaced, and how often that was."""
+    match = pattern.search(code_of(line))
+    if match is None:
+        return line, 0
+    return line[: match.start()] + match.expand(text) + line[match.end() :], 1

@@ -1,0 +1,252 @@
+"""The proof of new speeds and heights: the same way, faster only where that is allowed, lower only in the air."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import VerifyError
+from leafcut.geometry.arrays import Floats
+from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.processes.program.plan.loads import Loads, ToolLimits
+from leafcut.processes.program.plan.pace import PaceRules, Stretch
+
+#: Places at which a cut is divided are rounded: they lie so far off it at most, mm.
+_OFF = 2e-4
+#: Ends that are nearer are the same, mm.
+_SAME = 1e-6
+#: Feeds are the same, or within a limit, to this part of themselves.
+_PART = 1e-6
+#: Straight motions.
+_ALONG = (Kind.RAPID, Kind.FEED)
+
+
+def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[Stretch, ...]]:
+    """Return at what speeds a program goes the way of another one, by the row of that, where they are others.
+
+    Raises
+    ------
+    VerifyError
+        It goes another way, or does anything else in between.
+    """
+    found: dict[int, tuple[Stretch, ...]] = {}
+    at = 0
+    count = len(after)
+    for row in range(len(before)):
+        kind = Kind(int(before.kind[row]))
+        if kind is Kind.FEED:
+            parts, at = _along(before, after, row, at)
+            own = float(before.value[row])
+            if len(parts) > 1 or not math.isclose(parts[0].speed, own, rel_tol=_PART):
+                found[row] = parts
+            continue
+        if at >= count or not _same_row(before, after, row, at):
+            raise _differs(before, after, row, at)
+        if kind in (Kind.ARC_CW, Kind.ARC_CCW) and not math.isclose(before.value[row], after.value[at], rel_tol=_PART):
+            found[row] = (Stretch(1.0, float(after.value[at])),)
+        at += 1
+    if at != count:
+        raise VerifyError(f"line {after.line[at]}: the program with new speeds goes on where the other one ends")
+    return found
+
+
+def _along(before: Toolpath, after: Toolpath, row: int, at: int) -> tuple[tuple[Stretch, ...], int]:
+    """Return the stretches of a straight cut, and the row of the new program behind it."""
+    begin, end = before.before[row], before.end[row]
+    way = end - begin
+    known = bool(np.isfinite(way).all())
+    length = float(np.linalg.norm(way)) if known else 0.0
+    parts: list[Stretch] = []
+    share = 0.0
+    while True:
+        if at >= len(after) or after.kind[at] not in (Kind.FEED, Kind.RAPID):
+            raise _differs(before, after, row, at)
+        place = after.end[at]
+        speed = math.inf if after.kind[at] == Kind.RAPID else float(after.value[at])
+        at += 1
+        if np.allclose(place, end, rtol=0.0, atol=_SAME, equal_nan=True):
+            parts.append(Stretch(1.0, speed))
+            return tuple(parts), at
+        until = float((place - begin) @ way) / length**2 if length > _SAME else math.nan
+        off = float(np.linalg.norm(place - begin - until * way))
+        if not (share < until < 1.0 and off <= _OFF):
+            raise _differs(before, after, row, at - 1)
+        share = until
+        parts.append(Stretch(until, speed))
+
+
+def _same_row(before: Toolpath, after: Toolpath, row: int, at: int) -> bool:
+    if before.kind[row] != after.kind[at]:
+        return False
+    kind = Kind(int(before.kind[row]))
+    if not np.allclose(before.end[row], after.end[at], rtol=0.0, atol=_SAME, equal_nan=True):
+        return False
+    if kind in (Kind.ARC_CW, Kind.ARC_CCW):
+        one, other = before.arcs[int(before.ref[row])], after.arcs[int(after.ref[at])]
+        same = (one.plane, one.turns) == (other.plane, other.turns)
+        return same and bool(np.allclose(one.center, other.center, rtol=0.0, atol=_SAME))
+    if not math.isclose(before.value[row], after.value[at], rel_tol=_PART):
+        return False
+    if kind is Kind.DRILL:
+        return before.cycles[int(before.ref[row])] == after.cycles[int(after.ref[at])]
+    # Each program counts the shifts of its origin for itself.
+    return kind is Kind.SHIFT or bool(before.ref[row] == after.ref[at])
+
+
+def _differs(before: Toolpath, after: Toolpath, row: int, at: int) -> VerifyError:
+    line = f"line {after.line[at]}" if at < len(after) else "the end"
+    return VerifyError(f"{line}: the program with new speeds does something else than line {before.line[row]} did")
+
+
+def speeds_on(loads: Loads, stretches: dict[int, tuple[Stretch, ...]]) -> Floats:
+    """Return the highest speed on every piece of a program with other speeds, mm/s; infinite: a rapid."""
+    speed = loads.feed.copy()
+    every = np.arange(int(loads.source.max(initial=-1)) + 2)
+    first = np.searchsorted(loads.source, every, side="left")
+    for row, parts in stretches.items():
+        if row + 1 >= len(first):
+            continue
+        low, high = int(first[row]), int(first[row + 1])
+        count = high - low
+        begin = 0.0
+        for until, value in parts:
+            # A piece that a rounded place of division touches by its edge alone is not part of that stretch.
+            a, b = math.floor(begin * count + 1e-3), math.ceil(until * count - 1e-3)
+            mine = slice(low + a, low + max(b, a))
+            speed[mine] = value if begin == 0.0 else np.maximum(speed[mine], value)
+            begin = until
+    return speed
+
+
+def check_limits(
+    loads: Loads, stretches: dict[int, tuple[Stretch, ...]], limits: dict[int, ToolLimits], rules: PaceRules
+) -> Floats:
+    """Check new speeds against what each piece meets, and return the speed of every piece, mm/s.
+
+    Raises
+    ------
+    VerifyError
+        A rapid comes nearer to material than it may, or a feed asks more of a tool than is allowed.
+    """
+    speed = speeds_on(loads, stretches)
+    mills, chip = loads.mills, loads.chip
+    faster = np.isfinite(speed) & (speed > loads.feed * (1.0 + _PART))
+    ratio = np.divide(speed, loads.feed, out=np.ones_like(speed), where=np.isfinite(speed) & (loads.feed > 0))
+    upright = loads.upright
+    clear = ~loads.removed.cuts & (loads.removed.over <= -rules.clearance * (1.0 - _PART))
+    # In the air, too, speeds up to a rapid's are no matter of chips.
+    faster &= ~(clear & rules.air) & ~upright
+    wrong = faster & (ratio > rules.increase * (1.0 + _PART))
+    for number, limit in limits.items():
+        mine = mills & (loads.moves.tool == number) & np.isfinite(speed)
+        wrong |= mine & faster & (chip * ratio > limit.chip * (1.0 + _PART))
+        wrong |= mine & faster & (loads.rate * ratio > limit.rate * (1.0 + _PART))
+    wrong |= faster & ~np.isin(loads.moves.tool, list(limits))
+    wrong |= np.isinf(speed) & ~clear & ~upright
+    wrong[_plunges_too_fast(loads, stretches, rules)] = True
+    if wrong.any():
+        at = int(np.flatnonzero(wrong)[0])
+        x, y, z = loads.moves.ends[at, :3].tolist()
+        raise VerifyError(
+            f"T{loads.moves.tool[at]} at X{x:.3f} Y{y:.3f} Z{z:.3f}: a new speed asks more than is allowed"
+        )
+    return speed
+
+
+def _plunges_too_fast(loads: Loads, stretches: dict[int, tuple[Stretch, ...]], rules: PaceRules) -> list[int]:
+    """Return pieces straight down that are faster than they were lower than all material and the clearance."""
+    wrong = []
+    for at in np.flatnonzero(loads.upright & ~loads.moves.rapid).tolist():
+        parts = stretches.get(int(loads.source[at]), ())
+        z0, z1 = float(loads.moves.ends[at, 2]), float(loads.moves.ends[at, 5])
+        if z1 >= z0:
+            continue
+        lowest = z1 + float(loads.removed.over[at]) + rules.clearance
+        fast = [part.until for part in parts if part.speed > loads.feed[at] * (1.0 + _PART)]
+        if fast and z0 + max(fast) * (z1 - z0) < lowest - _OFF:
+            wrong.append(at)
+    return wrong
+
+
+def made_rapid(before: Toolpath, stretches: dict[int, tuple[Stretch, ...]]) -> NDArray[np.int64]:
+    """Return the rows of a program with new speeds that are rapids and were cuts, int64[k]."""
+    rows = []
+    at = 0
+    for row in range(len(before)):
+        parts = stretches.get(row)
+        if parts is None:
+            at += 1
+            continue
+        rows += [at + k for k, part in enumerate(parts) if math.isinf(part.speed)]
+        at += len(parts)
+    return np.array(rows, dtype=np.int64)
+
+
+def check_lowered(before: Toolpath, after: Toolpath, loads: Loads, rules: PaceRules) -> None:
+    """Check that a program differs from another one by lower ways alone, and that these keep clear of the material.
+
+    Parameters
+    ----------
+    loads
+        Of the program with lower heights.
+
+    Raises
+    ------
+    VerifyError
+        It differs otherwise, or a way comes too near.
+    """
+    lowered = _lowered_rows(before, after)
+    if lowered is None:
+        raise VerifyError("the program with lower heights does something else than the other one")
+    # A way that begins lower is another way, too.
+    starts = np.abs(before.before[:, 2] - after.before[:, 2]) > _SAME
+    rows = np.union1d(lowered, np.flatnonzero(starts & np.isin(after.kind, _ALONG)))
+    ends, over = loads.moves.ends, loads.removed.over
+    rises = loads.upright & (ends[:, 5] > ends[:, 2])
+    # A cut straight down that begins lower, and pecks into the own hole, meet material; what comes across does not.
+    digs = loads.upright & ~loads.moves.rapid
+    drills = after.kind[loads.source] == Kind.DRILL
+    cycle = after.ref[loads.source[drills]]
+    planes = np.full(len(ends), -math.inf)
+    planes[drills] = np.array([one.r_plane for one in after.cycles])[cycle] if len(cycle) else 0.0
+    pecks = drills & (np.minimum(ends[:, 2], ends[:, 5]) < planes - _SAME)
+    mine = np.isin(loads.source, rows) & ~rises & ~digs & ~pecks
+    unchanged = ~np.isin(loads.source, lowered) & loads.upright
+    near = mine & ~unchanged & (over > -rules.clearance * (1.0 - _PART))
+    if near.any():
+        line = int(after.line[loads.source[int(np.flatnonzero(near)[0])]])
+        raise VerifyError(f"line {line}: a lower way comes too near to the material")
+
+
+def _lowered_rows(before: Toolpath, after: Toolpath) -> list[int] | None:
+    """Return the rows whose heights are lower in another toolpath; None where anything else differs."""
+    if len(before) != len(after) or (before.kind != after.kind).any():
+        return None
+    lowered = []
+    close = np.isclose(before.end, after.end, rtol=0.0, atol=_SAME, equal_nan=True)
+    if not close[:, :2].all() or not np.isclose(before.value, after.value, rtol=1e-9, atol=0.0).all():
+        return None
+    for row in range(len(before)):
+        kind = before.kind[row]
+        if kind == Kind.DRILL:
+            one, other = before.cycles[int(before.ref[row])], after.cycles[int(after.ref[row])]
+            if one == other and close[row, 2]:
+                continue
+            if (one.name, one.bottom, one.peck, one.dwell, one.to_initial) != (
+                other.name, other.bottom, other.peck, other.dwell, other.to_initial,
+            ) or other.r_plane > one.r_plane:  # fmt: skip
+                return None
+            lowered.append(row)
+            continue
+        if kind in (Kind.ARC_CW, Kind.ARC_CCW):
+            if before.arcs[int(before.ref[row])] != after.arcs[int(after.ref[row])] or not close[row, 2]:
+                return None
+        elif kind != Kind.SHIFT and before.ref[row] != after.ref[row]:
+            return None
+        if not close[row, 2]:
+            if kind not in _ALONG or not after.end[row, 2] < before.end[row, 2]:
+                return None
+            lowered.append(row)
+    return lowered

@@ -1,0 +1,102 @@
+"""What a program works on, and what with: the block that ``--workpiece`` says, and the tools' shapes."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from leafcut.errors import OptionError, PlanError
+from leafcut.model.machine import Machine
+from leafcut.model.tool import Tool, ToolKind
+from leafcut.options import Settings
+from leafcut.processes.program.plan.loads import StockBefore
+from leafcut.stock.height_field import HeightField, StockBlock, usual_cell
+from leafcut.units import parse_quantity
+
+if TYPE_CHECKING:
+    from leafcut.gcode.program import Program
+    from leafcut.model.cutter import Cutter
+    from leafcut.processes.course import Run
+
+
+def block_of(text: str) -> StockBlock:
+    """Return the block that ``--workpiece`` says.
+
+    Raises
+    ------
+    OptionError
+        Six lengths are expected, the lower corner first.
+    """
+    parts = text.replace(";", ",").split(",")
+    if len(parts) != 6:
+        raise OptionError(
+            f"--workpiece: '{text}' has {len(parts)} numbers; give six: x,y,z of the lower and of the upper corner"
+        )
+    try:
+        lengths = [parse_quantity(part.strip(), "mm") for part in parts]
+        return StockBlock((lengths[0], lengths[1], lengths[2]), (lengths[3], lengths[4], lengths[5]))
+    except (OptionError, PlanError) as problem:
+        raise OptionError(f"--workpiece {text}: {problem}") from None
+
+
+def tools_of(program: Program, source: str, settings: Settings, machine: Machine) -> dict[int, Tool]:
+    """Return the tools that a program cuts with, by number in the order of their use.
+
+    Raises
+    ------
+    OptionError
+        The shape of one is not known.
+    """
+    from leafcut.gcode.tool_comments import tool_in_comments
+    from leafcut.model.toolpath import Kind
+    from leafcut.read.tools import load_tools
+
+    file = settings.job.tools
+    library = load_tools(file, machine.units).by_number if file else {}
+    kind = program.path.kind
+    works = np.flatnonzero((kind >= Kind.FEED) & (kind <= Kind.DRILL))
+    blocks = np.searchsorted(program.first, works, side="right") - 1
+    found: dict[int, Tool] = {}
+    number_of = program.path.tool[works]
+    for number in dict.fromkeys(number_of.tolist()):
+        tool = library.get(number)
+        first = int(blocks[np.flatnonzero(number_of == number)[0]])
+        tool = tool or tool_in_comments(program, first)
+        if tool is None and (diameter := settings.stock.mill_diameter):
+            tool = Tool(number, diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
+        if tool is None:
+            line = int(program.text_line[first])
+            raise OptionError(
+                f"{source}:{line}: the shape of tool T{number} is unknown; give a library that has it with --tools, or "
+                "--mill-diameter for a flat mill"
+            )
+        found[number] = tool
+    return found
+
+
+def stock_before(run: Run, program: Program, cutters: Mapping[int, Cutter]) -> StockBefore:
+    """Return the block that is given, or the most material that the program's own rapids leave room for."""
+    from leafcut.stock.largest_stock import largest_stock
+    from leafcut.stock.straight_moves import straight_moves
+
+    options = run.settings.stock
+    smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
+    if options.workpiece:
+        block = block_of(options.workpiece)
+        return StockBefore(HeightField.of_block(block, options.cell or usual_cell(block, smallest)), block.low[2], True)
+    whole = straight_moves(program.path, 0.01 * smallest, np.inf).of_tools(cutters)
+    fed = whole.ends[~whole.rapid]
+    low, high = np.minimum(fed[:, :3], fed[:, 3:]).min(axis=0), np.maximum(fed[:, :3], fed[:, 3:]).max(axis=0)
+    cell = options.cell or usual_cell(
+        StockBlock((float(low[0]) - smallest, float(low[1]) - smallest, float(low[2]) - 1.0),
+                   (float(high[0]) + smallest, float(high[1]) + smallest, float(high[2]) + 1.0)), smallest
+    )  # fmt: skip
+    moves = straight_moves(program.path, 0.05 * cell, np.inf).of_tools(cutters)
+    field = largest_stock(
+        moves, cutters, cell, run.machine.rapid_style == "dogleg", os.cpu_count() or 1, run.looking("cutting the stock")
+    )
+    return StockBefore(field, math.inf, False)
