@@ -395,6 +395,20 @@ class OptimizeKeywords(TypedDict, total=False):
     """Mix operations that the program's comments separate; cuts that free a part stay after the work before them."""
     renumber: bool | None
     """Renumber blocks, in steps of 10."""
+    air: bool | None
+    """Make fed moves in the air rapids, where the stock shows that they keep clear of all material."""
+    feeds: bool | None
+    """Fit the feeds of milling tools to their chips: faster where the tool meets less than in its worst cut,
+    slower where that is more than --tools allows; needs --workpiece.
+    """
+    low_retracts: bool | None
+    """Lower retracts and R planes to just above what stands under the way; clamps are not known: name them with
+    --keep-out; needs --workpiece.
+    """
+    air_clearance: Quantity | None
+    """How far the ways that --air and --low-retracts change keep from all material (mm; default: 1mm)."""
+    feed_increase: float | str | None
+    """How much --feeds raises a feed at most, in percent (default: 50%)."""
     pocket_layers: str | Sequence[str] | None
     """Layers with pocket outlines; * and ? are wildcards (default: POCKET* if present)."""
     island_layers: str | Sequence[str] | None
@@ -582,6 +596,16 @@ class OptimizeKeywords(TypedDict, total=False):
     material_number: int | None
     """Material number in the controller's table (QtPlasmaC M190); the controller then sets the feed (default:
     cutting data are written in the program).
+    """
+    workpiece: str | None
+    """Block of material before the first cut: x,y,z of its lower and of its upper corner, in program coordinates
+    (default: of leafcut stock: just around the cuts below Z0; of reorder --air: where no rapid has been).
+    """
+    cell: Quantity | None
+    """Side of a cell of the stock model (mm; default: a fortieth of the smallest tool, larger for a large stock)."""
+    mill_diameter: Quantity | None
+    """Diameter of tools that neither --tools nor the program's comments describe; they count as flat mills (mm;
+    default: such a tool is refused).
     """
 
 
@@ -921,7 +945,7 @@ class StockKeywords(TypedDict, total=False):
     """
     workpiece: str | None
     """Block of material before the first cut: x,y,z of its lower and of its upper corner, in program coordinates
-    (default: just around the cuts below Z0).
+    (default: of leafcut stock: just around the cuts below Z0; of reorder --air: where no rapid has been).
     """
     cell: Quantity | None
     """Side of a cell of the stock model (mm; default: a fortieth of the smallest tool, larger for a large stock)."""

@@ -37,6 +37,7 @@ from leafcut.model.measure import Measure
 from leafcut.model.motion import Arc, DrillCycle, Kind
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Placement, Remnant, Stock
 from leafcut.model.outcome import OperationOutcome, Outcome
+from leafcut.model.pace_change import PaceChange, ToolPace
 from leafcut.model.part import Grouping, Hole, Part, Slot
 from leafcut.model.pocket import (
     Pocket,
@@ -106,6 +107,7 @@ __all__ = [
     "OptionError",
     "Outcome",
     "OutputError",
+    "PaceChange",
     "Part",
     "PartTimes",
     "Pheromone",
@@ -153,6 +155,7 @@ __all__ = [
     "Tool",
     "ToolCut",
     "ToolKind",
+    "ToolPace",
     "Toolpath",
     "VerifyError",
     "VerifyKeywords",

@@ -41,7 +41,6 @@ EN = words("en")
 #: Done by the studio itself.
 NOT_OFFERED = {
     "save_plan", "save_norms", "all_variants", "remnants_out", "remnant_size",
-    "workpiece", "cell", "mill_diameter",  # of the command `stock`, which the page does not have
 }  # fmt: skip
 #: A page says the feed of a program's materials by the speed alone.
 OF_A_CHART = {"cut_process", "material", "thickness", "amps", "nozzle", "chart"}

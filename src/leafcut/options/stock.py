@@ -19,7 +19,7 @@ class StockOptions(OptionGroup):
         "text",
         None,
         "block of material before the first cut: x,y,z of its lower and of its upper corner, in program coordinates",
-        default_words="just around the cuts below Z0",
+        default_words="of leafcut stock: just around the cuts below Z0; of reorder --air: where no rapid has been",
     )
     cell: float | None = option(
         "quantity",

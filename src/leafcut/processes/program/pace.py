@@ -15,6 +15,7 @@ from leafcut.errors import OptionError, PostError, ReadError, VerifyError
 from leafcut.kinds import BEAMS
 from leafcut.model.cutter import Cutter, cutter_of
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.pace import Pace, PaceRules, PaceStretch
 from leafcut.model.pace_change import PaceChange, ToolPace
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Kind
@@ -23,10 +24,10 @@ from leafcut.processes.course import Run
 from leafcut.processes.keep_out import meetings, obstacles_of
 from leafcut.processes.program.options import ResequenceOptions
 from leafcut.processes.program.plan.corners import rounds_freely
-from leafcut.processes.program.plan.loads import Loads, StockBefore, loads_of
-from leafcut.processes.program.plan.pace import Pace, PaceRules, Stretch, plan_pace
+from leafcut.processes.program.plan.pace import plan_pace
 from leafcut.processes.program.workpiece import stock_before, tools_of
 from leafcut.stock.height_field import HeightField
+from leafcut.stock.loads import Loads, StockBefore, loads_of
 from leafcut.stock.same_stock import stock_differences
 
 if TYPE_CHECKING:
@@ -120,7 +121,7 @@ class _Job:
     def loads(self, program: Program, what: str) -> Loads:
         """Return what every piece of a program meets."""
         look = self.run.looking(what)
-        return loads_of(program, self.cutters, self.stock, self.rules.clearance, _threads(), look)
+        return loads_of(program.path, self.cutters, self.stock, self.rules.clearance, _threads(), look)
 
     @property
     def top(self) -> float:
@@ -295,7 +296,7 @@ class _Job:
 
     def proved(
         self, program: Program, new: Program, loads: Loads, pace: Pace
-    ) -> tuple[Floats, dict[int, tuple[Stretch, ...]], float]:
+    ) -> tuple[Floats, dict[int, tuple[PaceStretch, ...]], float]:
         """Return the speed of every piece in the new program, stretches that are others, how near rapids come, mm.
 
         It goes the same way; no speed asks more than is allowed; and cut from its own text it leaves the same, and
@@ -326,7 +327,7 @@ class _Job:
         return speed, found, -float(again.removed.over[mine].max(initial=-math.inf))
 
     def change(
-        self, found: Paced, loads: Loads, pace: Pace, speed: Floats, stretches: Mapping[int, tuple[Stretch, ...]]
+        self, found: Paced, loads: Loads, pace: Pace, speed: Floats, stretches: Mapping[int, tuple[PaceStretch, ...]]
     ) -> PaceChange:
         """Return what other speeds did, but for the time that they save."""
         every = [part.speed for parts in stretches.values() for part in parts]

@@ -13,8 +13,8 @@ from leafcut.errors import OptionError, PlanError
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.options import Settings
-from leafcut.processes.program.plan.loads import StockBefore
 from leafcut.stock.height_field import HeightField, StockBlock, usual_cell
+from leafcut.stock.loads import StockBefore
 from leafcut.units import parse_quantity
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from leafcut.model.toolpath import MOTIONS, Kind, Toolpath
 
 #: A corner of two rapids is rounded by so much at most, mm, where one of them ends slowly.
 _ROUNDED = 0.05
-#: Corners within so much of straight on are none, rad.
+#: RapidCorners within so much of straight on are none, rad.
 _STRAIGHT = math.radians(2.0)
 
 
@@ -30,7 +30,7 @@ def longest_rounding(machine: Machine) -> float:
     return 0.5 * max(machine.rapid_velocity) ** 2 / min(machine.acceleration)
 
 
-class Corners:
+class RapidCorners:
     """Where a controller may round a corner of a rapid by more than it keeps from the material.
 
     A corner is rounded as far as the slower of its two motions takes to stop: v²/2a. It is no danger where that is a

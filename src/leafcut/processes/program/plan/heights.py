@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from leafcut.gcode.program import Program
 from leafcut.gcode.words import BlockError, tokenise
 from leafcut.model.machine import Machine
+from leafcut.model.pace import Lowered
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.processes.program.plan.corners import longest_rounding, rounds_freely
-from leafcut.processes.program.plan.loads import Loads
+from leafcut.stock.loads import Loads
 
 #: What is lowered by less is left as it is, mm.
 _WORTH = 0.25
@@ -23,14 +23,6 @@ _CODES = frozenset((0, 1, 17, 18, 19, 40, 90, 94))
 _WAYS = (Kind.RAPID, Kind.FEED)
 #: Cycles whose R plane has to do with the pitch of a thread, or with a tool that turns to one side.
 _KEEP_R = ("G74", "G76", "G84", "G87", "G88")
-
-
-class Lowered(NamedTuple):
-    """A word of a block that gets another height: the block, Z or R, mm."""
-
-    block: int
-    letter: str
-    height: float
 
 
 def lower_heights(program: Program, loads: Loads, clearance: float, machine: Machine, top: float) -> list[Lowered]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -16,10 +15,11 @@ from leafcut.geometry.arrays import Floats
 from leafcut.model.cutter import Cutter
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.machine import Machine
+from leafcut.model.pace import Pace, PaceRules, PaceStretch, ToolLimits
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.plan.corners import Corners
-from leafcut.processes.program.plan.loads import Loads, ToolLimits, limits_of
+from leafcut.processes.program.plan.corners import RapidCorners
+from leafcut.stock.loads import Loads, limits_of
 from leafcut.stock.straight_moves import StraightMoves
 from leafcut.timing.profile import move_time
 
@@ -41,41 +41,6 @@ _FED_OUT = (ToolKind.TAP, ToolKind.REAMER)
 _SLOWLY = 0.5
 #: Motions that are shorter go nowhere, mm.
 _SAME = 1e-6
-
-
-@dataclass(frozen=True)
-class PaceRules:
-    """What may be done to the feeds of a program.
-
-    Attributes
-    ----------
-    air, feeds
-        Make fed moves in the air rapids; fit feeds to the chips.
-    clearance
-        How far rapids that were none keep from all material, mm.
-    increase
-        By which factor a feed may grow at most.
-    """
-
-    air: bool
-    feeds: bool
-    clearance: float = 1.0
-    increase: float = 1.5
-
-
-class Stretch(NamedTuple):
-    """A part of one motion: up to which share of it, and how fast, mm/s; infinite: a rapid."""
-
-    until: float
-    speed: float
-
-
-@dataclass(frozen=True, eq=False)
-class Pace:
-    """New speeds: stretches by row of the path, and what the tools were limited to, by number."""
-
-    stretches: dict[int, tuple[Stretch, ...]] = field(default_factory=dict)
-    limits: dict[int, ToolLimits] = field(default_factory=dict)
 
 
 def plan_pace(
@@ -104,10 +69,10 @@ def plan_pace(
     upwards = vertical & (pieces.ends[:, 5] > pieces.ends[:, 2]) & _leaves_freely(pieces, tools)
     fast = np.zeros(len(path), dtype=np.bool_)
     fast[loads.source[clear | vertical]] = True
-    corners = Corners(path, machine, rules.clearance, top, fast)
+    corners = RapidCorners(path, machine, rules.clearance, top, fast)
     every = np.arange(len(path))
     begins, ends = (np.searchsorted(loads.source, every, side=side) for side in ("left", "right"))
-    stretches: dict[int, tuple[Stretch, ...]] = {}
+    stretches: dict[int, tuple[PaceStretch, ...]] = {}
     for row in np.unique(loads.source[candidates]).tolist():
         look()
         divisible = _may_change(program, row)
@@ -133,7 +98,7 @@ def plan_pace(
                 found = _with_speed(found, free, max(own, corners.slow))
                 found = _with_speed(found, way.trimmed(free, corners.rounds(row)), math.inf)
         else:
-            found = [Stretch(1.0, float(speed[which].min()))]
+            found = [PaceStretch(1.0, float(speed[which].min()))]
         if any(abs(one.speed - own) > 1e-9 * own for one in found):
             stretches[row] = tuple(found)
     return Pace(stretches, limits)
@@ -210,17 +175,17 @@ def _may_change(program: Program, row: int) -> bool | None:
     return kind == Kind.FEED
 
 
-def _runs(speeds: Floats) -> list[Stretch]:
+def _runs(speeds: Floats) -> list[PaceStretch]:
     """Return pieces of equal length in stretches of one speed each."""
     changes = np.append(np.flatnonzero(np.diff(speeds)), len(speeds) - 1)
-    return [Stretch((k + 1) / len(speeds), float(speeds[k])) for k in changes.tolist()]
+    return [PaceStretch((k + 1) / len(speeds), float(speeds[k])) for k in changes.tolist()]
 
 
-def _worth_dividing(found: list[Stretch], length: float, own: float) -> list[Stretch]:
+def _worth_dividing(found: list[PaceStretch], length: float, own: float) -> list[PaceStretch]:
     """Return stretches of a cut without those that are faster than its own feed and save next to nothing."""
     if len(found) == 1:
         return found
-    kept: list[Stretch] = []
+    kept: list[PaceStretch] = []
     before = 0.0
     for one in found:
         saves = length * (one.until - before) * (1.0 / own - 1.0 / one.speed)
@@ -228,7 +193,7 @@ def _worth_dividing(found: list[Stretch], length: float, own: float) -> list[Str
         before = one.until
         if kept and kept[-1].speed == speed:
             kept.pop()
-        kept.append(Stretch(one.until, speed))
+        kept.append(PaceStretch(one.until, speed))
     return kept
 
 
@@ -244,16 +209,16 @@ def _leaves_freely(pieces: StraightMoves, tools: Mapping[int, Tool]) -> NDArray[
     return ~np.isin(pieces.tool, slow)
 
 
-def _with_speed(found: list[Stretch], free: list[tuple[float, float]], speed: float) -> list[Stretch]:
+def _with_speed(found: list[PaceStretch], free: list[tuple[float, float]], speed: float) -> list[PaceStretch]:
     """Return stretches with another speed on parts of the way."""
     for low, high in free:
-        cut_up: list[Stretch] = []
+        cut_up: list[PaceStretch] = []
         before = 0.0
         for one in found:
             if before < low:
-                cut_up.append(Stretch(min(one.until, low), one.speed))
+                cut_up.append(PaceStretch(min(one.until, low), one.speed))
             if before < high <= one.until:
-                cut_up.append(Stretch(high, speed))
+                cut_up.append(PaceStretch(high, speed))
             if one.until > high:
                 cut_up.append(one)
             before = one.until

@@ -11,8 +11,7 @@ import numpy as np
 from leafcut.gcode.modal_dependencies import BlockReader
 from leafcut.gcode.program import Program
 from leafcut.model.heartbeat import Heartbeat, unseen
-from leafcut.processes.program.plan.heights import Lowered
-from leafcut.processes.program.plan.pace import Pace, Stretch
+from leafcut.model.pace import Lowered, Pace, PaceStretch
 from leafcut.processes.program.post.insertion import (
     code_of,
     format_length,
@@ -133,7 +132,7 @@ class _PaceWriter:
             self.motion = 0 if math.isinf(part.speed) else 1
         return "".join(written) + self._last(line, block, row, last, own, unit)
 
-    def _last(self, line: str, block: int, row: int, last: Stretch, own: float, unit: float | None) -> str:
+    def _last(self, line: str, block: int, row: int, last: PaceStretch, own: float, unit: float | None) -> str:
         """Return the program's own line with the speed of the last stretch."""
         was = len(line.rstrip("\r\n"))
         code = code_of(line)
@@ -160,14 +159,14 @@ class _PaceWriter:
             back += self._feed_words(last, row, own, unit)
         return "".join(insert_words_within(line, front, back, self.longest, was))
 
-    def _feed_words(self, stretch: Stretch, row: int, own: float, unit: float | None) -> list[str]:
+    def _feed_words(self, stretch: PaceStretch, row: int, own: float, unit: float | None) -> list[str]:
         value = self._value(stretch, row, own, unit)
         if value == self.feed:
             return []
         self.feed = value
         return ["F" + format_value(value)]
 
-    def _value(self, stretch: Stretch, row: int, own: float, unit: float | None) -> float:
+    def _value(self, stretch: PaceStretch, row: int, own: float, unit: float | None) -> float:
         """Return a speed in the program's units per minute, rounded down; its own feed as it is."""
         if abs(stretch.speed - float(self.program.path.value[row])) <= 1e-9 * stretch.speed:
             return own

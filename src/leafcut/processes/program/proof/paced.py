@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from leafcut.errors import VerifyError
 from leafcut.geometry.arrays import Floats
+from leafcut.model.pace import PaceRules, PaceStretch, ToolLimits
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.processes.program.plan.loads import Loads, ToolLimits
-from leafcut.processes.program.plan.pace import PaceRules, Stretch
+from leafcut.stock.loads import Loads
 
 #: Places at which a cut is divided are rounded: they lie so far off it at most, mm.
 _OFF = 2e-4
@@ -23,7 +23,7 @@ _PART = 1e-6
 _ALONG = (Kind.RAPID, Kind.FEED)
 
 
-def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[Stretch, ...]]:
+def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStretch, ...]]:
     """Return at what speeds a program goes the way of another one, by the row of that, where they are others.
 
     Raises
@@ -31,7 +31,7 @@ def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[Stretch, 
     VerifyError
         It goes another way, or does anything else in between.
     """
-    found: dict[int, tuple[Stretch, ...]] = {}
+    found: dict[int, tuple[PaceStretch, ...]] = {}
     at = 0
     count = len(after)
     for row in range(len(before)):
@@ -45,20 +45,20 @@ def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[Stretch, 
         if at >= count or not _same_row(before, after, row, at):
             raise _differs(before, after, row, at)
         if kind in (Kind.ARC_CW, Kind.ARC_CCW) and not math.isclose(before.value[row], after.value[at], rel_tol=_PART):
-            found[row] = (Stretch(1.0, float(after.value[at])),)
+            found[row] = (PaceStretch(1.0, float(after.value[at])),)
         at += 1
     if at != count:
         raise VerifyError(f"line {after.line[at]}: the program with new speeds goes on where the other one ends")
     return found
 
 
-def _along(before: Toolpath, after: Toolpath, row: int, at: int) -> tuple[tuple[Stretch, ...], int]:
+def _along(before: Toolpath, after: Toolpath, row: int, at: int) -> tuple[tuple[PaceStretch, ...], int]:
     """Return the stretches of a straight cut, and the row of the new program behind it."""
     begin, end = before.before[row], before.end[row]
     way = end - begin
     known = bool(np.isfinite(way).all())
     length = float(np.linalg.norm(way)) if known else 0.0
-    parts: list[Stretch] = []
+    parts: list[PaceStretch] = []
     share = 0.0
     while True:
         if at >= len(after) or after.kind[at] not in (Kind.FEED, Kind.RAPID):
@@ -67,14 +67,14 @@ def _along(before: Toolpath, after: Toolpath, row: int, at: int) -> tuple[tuple[
         speed = math.inf if after.kind[at] == Kind.RAPID else float(after.value[at])
         at += 1
         if np.allclose(place, end, rtol=0.0, atol=_SAME, equal_nan=True):
-            parts.append(Stretch(1.0, speed))
+            parts.append(PaceStretch(1.0, speed))
             return tuple(parts), at
         until = float((place - begin) @ way) / length**2 if length > _SAME else math.nan
         off = float(np.linalg.norm(place - begin - until * way))
         if not (share < until < 1.0 and off <= _OFF):
             raise _differs(before, after, row, at - 1)
         share = until
-        parts.append(Stretch(until, speed))
+        parts.append(PaceStretch(until, speed))
 
 
 def _same_row(before: Toolpath, after: Toolpath, row: int, at: int) -> bool:
@@ -100,7 +100,7 @@ def _differs(before: Toolpath, after: Toolpath, row: int, at: int) -> VerifyErro
     return VerifyError(f"{line}: the program with new speeds does something else than line {before.line[row]} did")
 
 
-def speeds_on(loads: Loads, stretches: dict[int, tuple[Stretch, ...]]) -> Floats:
+def speeds_on(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]]) -> Floats:
     """Return the highest speed on every piece of a program with other speeds, mm/s; infinite: a rapid."""
     speed = loads.feed.copy()
     every = np.arange(int(loads.source.max(initial=-1)) + 2)
@@ -121,7 +121,7 @@ def speeds_on(loads: Loads, stretches: dict[int, tuple[Stretch, ...]]) -> Floats
 
 
 def check_limits(
-    loads: Loads, stretches: dict[int, tuple[Stretch, ...]], limits: dict[int, ToolLimits], rules: PaceRules
+    loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]], limits: dict[int, ToolLimits], rules: PaceRules
 ) -> Floats:
     """Check new speeds against what each piece meets, and return the speed of every piece, mm/s.
 
@@ -155,7 +155,7 @@ def check_limits(
     return speed
 
 
-def _plunges_too_fast(loads: Loads, stretches: dict[int, tuple[Stretch, ...]], rules: PaceRules) -> list[int]:
+def _plunges_too_fast(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]], rules: PaceRules) -> list[int]:
     """Return pieces straight down that are faster than they were lower than all material and the clearance."""
     wrong = []
     for at in np.flatnonzero(loads.upright & ~loads.moves.rapid).tolist():
@@ -170,7 +170,7 @@ def _plunges_too_fast(loads: Loads, stretches: dict[int, tuple[Stretch, ...]], r
     return wrong
 
 
-def made_rapid(before: Toolpath, stretches: dict[int, tuple[Stretch, ...]]) -> NDArray[np.int64]:
+def made_rapid(before: Toolpath, stretches: dict[int, tuple[PaceStretch, ...]]) -> NDArray[np.int64]:
     """Return the rows of a program with new speeds that are rapids and were cuts, int64[k]."""
     rows = []
     at = 0

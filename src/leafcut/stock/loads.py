@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Floats
 from leafcut.model.cutter import Cutter
 from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.pace import ToolLimits
 from leafcut.model.tool import MILLS, Tool, ToolKind
-from leafcut.model.toolpath import Kind
+from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.stock.chip_thickness import chip_share, cut_width
 from leafcut.stock.cutting import Removed, cut
 from leafcut.stock.height_field import HeightField
@@ -36,17 +35,6 @@ class StockBefore:
     known: bool
 
 
-class ToolLimits(NamedTuple):
-    """What one tool is asked for at most: chip, mm per revolution at the full share, and volume, mm³/s.
-
-    `stated` says that the chip is that of the tool's own feed and speed in its library, and not the program's worst.
-    """
-
-    chip: float
-    rate: float
-    stated: bool
-
-
 @dataclass(frozen=True, eq=False)
 class Loads:
     """What every straight piece of a program's motions meets.
@@ -62,7 +50,7 @@ class Loads:
     rate
         Volume by time, mm³/s.
     source
-        int64[m]: the row of the program's own path.
+        int64[m]: the row of the path.
     """
 
     moves: StraightMoves
@@ -98,21 +86,20 @@ class Loads:
 
 
 def loads_of(
-    program: Program,
+    path: Toolpath,
     cutters: Mapping[int, Cutter],
     stock: StockBefore,
     clearance: float,
     threads: int = 1,
     look: Heartbeat = unseen,
 ) -> Loads:
-    """Return what every piece of a program's motions meets in the stock, which stays as it is.
+    """Return what every piece of the motions of a path meets in the stock, which stays as it is.
 
     Raises
     ------
     PlanError
         There are too many pieces.
     """
-    path = program.path
     field_ = stock.field.copy()
     smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
     numbered = replace(path, line=np.arange(len(path), dtype=np.int32))

@@ -1,0 +1,110 @@
+"""What the stock lets real programs save: time by order, retracts, air and feeds, and the thickest chips.
+
+    python benchmarks/pace.py --simulate 900 --write docs/benchmarks.md
+    python benchmarks/pace.py enclosure kb35
+
+Every program of the data that mills or drills a block that can be derived is put in order with all three options. The
+block is what `leafcut stock` derives: just around the cuts below Z0. LinuxCNC's interpreter must take what it took
+before; with ``--simulate`` the simulated LinuxCNC runs what takes no more than so many seconds: its time is compared
+with leafcut's. A chip above its limit, or a time that is farther off than 2 %, is an error.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+
+from machine_time import estimated_seconds, simulated_seconds
+from page import facts, table, write_section
+from resequence import real_files
+
+import leafcut
+from leafcut.errors import LeafcutError
+from leafcut.model.pace_change import PaceChange
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+from rs274_moves import run_rs274
+
+#: The simulated machine's profile; how wide tools are that nothing describes, mm.
+MACHINE, WIDTH = "linuxcnc-sim", 3.0
+#: A time may be so far off.
+OFF = 0.02
+HEAD = ["program", "before, s", "order", "retracts", "air", "feeds", "after, s", "saved, %", "chip", "judged"]
+
+
+def taken(text: str) -> bool:
+    """Return whether LinuxCNC's interpreter takes a program."""
+    program = shutil.which("rs274")
+    assert program is not None, "rs274 is needed: apt-get install linuxcnc-uspace"
+    with tempfile.TemporaryDirectory() as folder:
+        return run_rs274(program, text, Path(folder))[0] == 0
+
+
+def run(path: Path, longest: float) -> list[str]:
+    """Return a line of the table, or the program's name and why there is none."""
+    try:
+        found = leafcut.cut_stock(path, machine=MACHINE, mill_diameter=WIDTH)
+        block = ",".join(f"{side:.6f}" for side in (*found.block.low, *found.block.high))
+        outcome = leafcut.optimize(
+            path, process="reorder", machine=MACHINE, mill_diameter=WIDTH, workpiece=block, time_limit=5,
+            air=True, feeds=True, low_retracts=True,
+        )  # fmt: skip
+    except LeafcutError as error:
+        return [path.name, str(error).partition(": ")[2]]
+    pace: PaceChange = outcome.detail.pace
+    parts = [pace.retracts_s or 0.0, pace.air_s or 0.0, pace.feeds_s or 0.0]
+    before, after = outcome.before.time_s, outcome.after.time_s
+    order = before - after - sum(parts)
+    for tool in pace.tools:
+        assert tool.chip_after <= max(tool.chip_limit, tool.chip_before) * 1.000001, f"{path.name}: {tool}"
+    chips = ", ".join(f"{one.chip_before:.3g} → {one.chip_after:.3g}" for one in pace.tools) or "–"
+    text = path.read_text(encoding="utf-8", errors="replace")
+    judged = "not taken before" if not taken(text) else "rs274"
+    assert judged != "rs274" or taken(outcome.text), f"{path.name}: rs274 does not take the new program"
+    if judged == "rs274" and after <= longest:
+        truth, ours = simulated_seconds(outcome.text), estimated_seconds(outcome.text)
+        judged += f", simulated {truth:.1f} s: {ours / truth:.3f}"
+        assert abs(ours / truth - 1.0) <= OFF, f"{path.name}: {judged}"
+    return [
+        path.name, f"{before:.1f}", *(f"{part:.1f}" for part in (order, *parts)), f"{after:.1f}",
+        f"{100 * (1 - after / before):.1f}", chips, judged,
+    ]  # fmt: skip
+
+
+def main() -> None:
+    """Run all programs and print the table; write it into the page where asked."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("names", nargs="*", help="only programs with one of these in their name")
+    parser.add_argument("--simulate", type=float, default=0.0, help="longest program that LinuxCNC runs, s")
+    parser.add_argument("--write", type=Path, help="page whose section is to be renewed")
+    arguments = parser.parse_args()
+    rows, left_out = [], []
+    for path in real_files():
+        if arguments.names and not any(part in path.name for part in arguments.names):
+            continue
+        row = run(path, arguments.simulate)
+        print("  ".join(row), file=sys.stderr, flush=True)
+        (rows if len(row) == len(HEAD) else left_out).append(row)
+    text = f"""## What the stock lets real programs save
+
+Seconds saved by the order (`reorder` alone), by lower retracts and R planes (`--low-retracts`), by rapids in the air
+(`--air`) and by feeds fitted to the chips (`--feeds`, at most 50 % more), on the machine `{MACHINE}`. The stock is the
+block just around the cuts below Z0; tools that nothing describes are taken to be flat mills of {WIDTH:g} mm. Chip: the
+thickest in one revolution of each tool, before and after, mm; the limit is the program's own. Judged: by LinuxCNC's
+interpreter, and by the simulated machine, with leafcut's time as a part of its time.
+
+{facts("pace", sys.argv[1:], ["leafcut", "numpy", "numba"])}
+
+{table(HEAD, rows)}
+
+Left out: {"; ".join(f"{name} ({why})" for name, why in left_out)}."""
+    print(text)
+    if arguments.write:
+        write_section(arguments.write, "pace", text)
+
+
+if __name__ == "__main__":
+    main()
