@@ -7,8 +7,8 @@ import numpy as np
 from leafcut.geometry.arrays import Floats
 from leafcut.stock.cutting import Removed
 
-#: Cells are cut by their middles: a cut may reach so many cells farther in.
-_HALF_CELL = 0.75
+#: Cells are cut by their middles: the wall before a cut may stand so many cells nearer.
+_NEARER = 1.0
 
 
 def chip_share(removed: Removed, radius: Floats, cell: float) -> Floats:
@@ -24,7 +24,7 @@ def chip_share(removed: Removed, radius: Floats, cell: float) -> Floats:
         Of every move's tool, mm.
     """
     # Beside the way on one side alone, left or right is negative: minus the distance from it to the cut.
-    nearest = np.maximum(np.maximum(-removed.left, -removed.right) - _HALF_CELL * cell, 0.0)
+    nearest = np.maximum(np.maximum(-removed.left, -removed.right) - _NEARER * cell, 0.0)
     nearest = np.where(removed.cuts, np.minimum(nearest, radius), radius)
     share: Floats = np.sqrt(1.0 - (nearest / radius) ** 2)
     return share

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -18,7 +19,7 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.pace import Pace, PaceRules, PaceStretch
 from leafcut.model.pace_change import PaceChange, ToolPace
 from leafcut.model.tool import Tool
-from leafcut.model.toolpath import Kind
+from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.options import flag_name
 from leafcut.processes.course import Run
 from leafcut.processes.keep_out import meetings, obstacles_of
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
     from leafcut.geometry.arrays import Floats
     from leafcut.timing.toolpath import PathTimes
 
+#: A line that a switch of the machine may skip.
+_SKIPPED = re.compile(r"[ \t]*(?:[Nn][ \t]*[0-9]+[ \t]*)?/")
 #: Heights of what two programs leave differ by less than this, mm.
 _TOLERANCE = 0.01
 #: So often what makes the machine slower is taken out; two motions before and behind are looked at with it.
@@ -84,6 +87,9 @@ def with_new_pace(run: Run, words: Dialect, program: Program, source: str, proce
     text = "".join(program.lines)
     if not tools:
         return Paced(text, program, PaceChange())
+    if line := _skippable(program):
+        message = "speeds and heights stay: a switch of the machine may skip moves (/), and what they cut"
+        return Paced(text, program, PaceChange(), (Issue("L513", message, f"line {line}"),))
     job = _Job.of(run, words, program, source, tools)
     found = Paced(text, program, PaceChange(assumed=not job.stock.known), tuple(job.assumed()))
     if options.low_retracts:
@@ -233,7 +239,9 @@ class _Job:
         except (PostError, VerifyError) as problem:
             return replace(none, issues=(*issues, Issue("L513", f"the speeds stay: {problem}")))
         before, after = self.seconds(program), self.seconds(new)
-        if after >= before:
+        # A feed that was above its tool's goes down whatever that costs.
+        slowed = np.isfinite(speed) & (speed < loads.feed)
+        if after >= before and not slowed.any():
             return none
         between = after if rules.air else before
         if rules.air and rules.feeds:
@@ -362,6 +370,14 @@ class _Job:
             keep = "keeps its feed" if len(silent) == 1 else "keep their feeds"
             message = f"{', '.join(silent)} {keep}: no cut of theirs is milled at a stated speed of the spindle"
             yield Issue("L512", message, severity=Severity.NOTE)
+
+
+def _skippable(program: Program) -> int:
+    """Return the first line with moves that a switch of the machine may skip, 0 without one."""
+    moves = np.isin(program.path.kind, [int(kind) for kind in MOTIONS])
+    blocks = np.searchsorted(program.first, np.flatnonzero(moves), side="right") - 1
+    lines = np.unique(program.line[blocks]).tolist()
+    return next((line for line in lines if _SKIPPED.match(program.lines[line - 1])), 0)
 
 
 def _threads() -> int:

@@ -95,8 +95,8 @@ def plan_pace(
                 else:
                     free = _together(clear[which])
                 free = way.worth_it(free, machine)
-                found = _with_speed(found, free, max(own, corners.slow))
-                found = _with_speed(found, way.trimmed(free, corners.rounds(row)), math.inf)
+                found = _with_speed(found, free, min(max(own, corners.slow), way.fastest(machine)))
+                found = _with_speed(found, way.trimmed(free, corners.rounds(row)), way.fastest(machine))
         else:
             found = [PaceStretch(1.0, float(speed[which].min()))]
         if any(abs(one.speed - own) > 1e-9 * own for one in found):
@@ -251,11 +251,18 @@ class _Way(NamedTuple):
         low, high = (keeps if rounds[0] else 0.0), (1.0 - keeps if rounds[1] else 1.0)
         return [(max(a, low), min(b, high)) for a, b in free if max(a, low) < min(b, high)]
 
+    def fastest(self, machine: Machine) -> float:
+        """Return how fast it goes through the air, mm/s: as a rapid, infinite, where rapids are straight."""
+        axes = np.count_nonzero(np.abs(self.end - self.begin) > _SAME)
+        return max(machine.max_feed, self.feed) if machine.rapid_style == "dogleg" and axes > 1 else math.inf
+
     def worth_it(self, free: list[tuple[float, float]], machine: Machine) -> list[tuple[float, float]]:
         """Return the free parts on which a rapid, from rest to rest, is faster."""
         found = []
         for low, high in free:
             delta = (high - low) * (self.end - self.begin)
-            if float(np.linalg.norm(delta)) / self.feed - float(move_time(delta[None], machine)[0]) > _WORTH:
+            fastest = self.fastest(machine)
+            feed = None if math.isinf(fastest) else fastest
+            if float(np.linalg.norm(delta)) / self.feed - float(move_time(delta[None], machine, feed)[0]) > _WORTH:
                 found.append((low, high))
         return found

@@ -110,12 +110,13 @@ def speeds_on(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]]) -> Fl
             continue
         low, high = int(first[row]), int(first[row + 1])
         count = high - low
+        speed[low:high] = 0.0
         begin = 0.0
         for until, value in parts:
             # A piece that a rounded place of division touches by its edge alone is not part of that stretch.
             a, b = math.floor(begin * count + 1e-3), math.ceil(until * count - 1e-3)
             mine = slice(low + a, low + max(b, a))
-            speed[mine] = value if begin == 0.0 else np.maximum(speed[mine], value)
+            speed[mine] = np.maximum(speed[mine], value)
             begin = until
     return speed
 
