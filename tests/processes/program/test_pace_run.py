@@ -273,7 +273,7 @@ def test_random_programs_leave_the_same_and_new_rapids_keep_clear_of_all_materia
                 stock.cut(place, end, 3.0)
             elif moves is seen[1] and tuple(round(v, 3) for v in end) not in known and end[2] <= place[2]:
                 # The tool is taken 1 mm wider; the block's cells, here 0.25, lie half of one off.
-                assert stock.highest(place, end, 3.0 + 1.0 - 0.18) <= -1.0 + 0.01, f"{place} to {end}"
+                assert stock.highest(place, end, 3.0 + 1.0 - 0.18) <= -1.0 + 0.03, f"{place} to {end}"
             place = end
     # A scallop between two places of one and two of the other stands in a cell or two.
     assert differ(*stocks).sum() <= 3
