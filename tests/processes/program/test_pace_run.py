@@ -230,6 +230,38 @@ def test_the_summary_and_the_answer_tell_each_saving(tmp_path: Path, capsys: pyt
     assert "T1 end-mill Ø6: 600 → 600 to 660 mm/min; thickest chip 0.1 → 0.1 mm a revolution, at most 0.1" in said
 
 
+STYLES = sorted(
+    file
+    for file in (Path(__file__).parents[2] / "styles").iterdir()
+    if re.match(
+        r"cambam|estlcam|freecad|fusion|inkscape_gcode|mastercam|pcb2gcode|vcarve|sheetcam_mach3_drill", file.name
+    )
+)
+
+
+@pytest.mark.parametrize("file", STYLES, ids=lambda file: file.name)
+def test_programs_in_the_styles_of_cams_leave_the_same_and_linuxcnc_takes_what_it_took(
+    file: Path, tmp_path: Path, rs274: str
+) -> None:
+    machine = "haas-vf2" if file.name.startswith(("fusion_haas", "mastercam")) else "linuxcnc-mill"
+    common = {"machine": machine, "mill_diameter": 3}
+    block = leafcut.cut_stock(file, **common).block
+    stock = {**common, "workpiece": ",".join(f"{side:.6f}" for side in (*block.low, *block.high))}
+    found = leafcut.optimize(
+        file, process="reorder", air=True, feeds=True, low_retracts=True, iterations=20, **stock
+    )  # fmt: skip
+    assert found.after.time_s <= found.before.time_s * (1 + 1e-9)
+    assert not [issue for issue in found.issues if issue.code == "L513"]
+    new = tmp_path / f"new{file.suffix}"
+    new.write_text(found.text)
+    cut = leafcut.cut_stock(new, same_as=file, **stock)
+    assert cut.differences == ()
+    # Its rapids meet no more of the stock than those of the original.
+    assert len(cut.rapids) <= len(leafcut.cut_stock(file, **stock).rapids)
+    before, after = (run_rs274(rs274, text, tmp_path)[0] for text in (file.read_text(), found.text))
+    assert after == before or before
+
+
 def random_program(chance: random.Random) -> str:
     """Return slots, holes and steps at random places, with fed ways through the air between some of them."""
     lines = []

@@ -63,8 +63,10 @@ def wants_pace(run: Run) -> bool:
     return options.air or options.feeds or options.low_retracts
 
 
-def with_new_pace(run: Run, words: Dialect, program: Program, source: str, process: str) -> Paced:
+def with_new_pace(run: Run, words: Dialect, original: Program, program: Program, source: str, process: str) -> Paced:
     """Return a program with the heights and speeds that its options ask for, as far as they save time and are proved.
+
+    `original` is the program in its own order: what is written leaves the same of the stock as that does.
 
     Raises
     ------
@@ -90,7 +92,7 @@ def with_new_pace(run: Run, words: Dialect, program: Program, source: str, proce
     if line := _skippable(program):
         message = "speeds and heights stay: a switch of the machine may skip moves (/), and what they cut"
         return Paced(text, program, PaceChange(), (Issue("L513", message, f"line {line}"),))
-    job = _Job.of(run, words, program, source, tools)
+    job = _Job.of(run, words, original, program, source, tools)
     found = Paced(text, program, PaceChange(assumed=not job.stock.known), tuple(job.assumed()))
     if options.low_retracts:
         found = job.lowered(found)
@@ -99,24 +101,27 @@ def with_new_pace(run: Run, words: Dialect, program: Program, source: str, proce
 
 @dataclass(frozen=True, eq=False)
 class _Job:
-    """What every step needs: the run, the tools and their shapes, the stock before the program, and the rules."""
+    """What every step needs; `stock` is the material before the first cut."""
 
     run: Run
     words: Dialect
+    original: Program
     tools: Mapping[int, Tool]
     cutters: Mapping[int, Cutter]
     stock: StockBefore
     rules: PaceRules
 
     @classmethod
-    def of(cls, run: Run, words: Dialect, program: Program, source: str, tools: Mapping[int, Tool]) -> _Job:
+    def of(
+        cls, run: Run, words: Dialect, original: Program, program: Program, source: str, tools: Mapping[int, Tool]
+    ) -> _Job:
         options = run.settings.of(ResequenceOptions)
         cutters = {number: cutter_of(tool) for number, tool in tools.items()}
         rules = PaceRules(
             options.air, options.feeds, options.air_clearance, 1.0 + options.feed_increase / 100.0
         )  # fmt: skip
         stock = stock_before(run, program, cutters)
-        job = cls(run, words, tools, cutters, stock, rules)
+        job = cls(run, words, original, tools, cutters, stock, rules)
         if stock.known and not job.loads(program, "cutting the stock").removed.cuts.any():
             raise OptionError(
                 f"--workpiece: {source} never touches this stock, so that all its cuts would be in the air; give the "
@@ -206,21 +211,21 @@ class _Job:
         from leafcut.processes.program.proof.paced import check_lowered
 
         check_lowered(program.path, new.path, self.loads(new, "verifying"), self.rules)
-        self.check_rest(program, new)
+        self.check_rest(new)
 
-    def check_rest(self, program: Program, new: Program) -> None:
-        """Check that two programs leave the same of the stock, and that the new one meets no obstacle.
+    def check_rest(self, new: Program) -> None:
+        """Check that a program leaves the same of the stock as the original does, and meets no obstacle.
 
         Raises
         ------
         VerifyError
-            They do not.
+            It does not.
         """
-        left = [_left(one, self.cutters, self.stock) for one in (program, new)]
+        left = [_left(one, self.cutters, self.stock) for one in (self.original, new)]
         if differences := stock_differences(left[0], left[1], _TOLERANCE):
             first = differences[0]
             raise VerifyError(f"X{first.x:.3f} Y{first.y:.3f}: the new program leaves another height there")
-        obstacles, _ = obstacles_of(self.run, program, beam=False)
+        obstacles, _ = obstacles_of(self.run, self.original, beam=False)
         if obstacles is not None and (met := meetings(self.run, obstacles, new.path)):
             raise VerifyError(f"{met[0]}")
 
@@ -331,7 +336,7 @@ class _Job:
         if near.any():
             line = int(new.path.line[again.source[int(np.flatnonzero(near)[0])]])
             raise VerifyError(f"line {line} of the new program: a rapid comes too near to the material")
-        self.check_rest(program, new)
+        self.check_rest(new)
         return speed, found, -float(again.removed.over[mine].max(initial=-math.inf))
 
     def change(

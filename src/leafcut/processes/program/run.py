@@ -103,7 +103,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
         solutions = [_unchanged(s) if s is not None and k in stay else s for k, s in enumerate(solutions)]
         paced = None
         if wants_pace(run):
-            paced = with_new_pace(run, words, proved.program, source, sequence.process)
+            paced = with_new_pace(run, words, original, proved.program, source, sequence.process)
             found = measure(paced.program.path, run.machine, dark_rows(paced.program, sequence.process), stands)
             proved, measures[1] = replace(proved, text=paced.text, program=paced.program), found
     part, operations = _work_of(source, original, sequence, solutions)
