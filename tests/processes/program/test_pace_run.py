@@ -56,20 +56,20 @@ def test_the_clearance_is_what_the_option_says(tmp_path: Path) -> None:
 
 def test_words_that_the_next_lines_take_from_a_changed_one_are_said_again(tmp_path: Path) -> None:
     """G1 and F stand in the line that becomes a rapid; the cut behind it has neither."""
-    text = HEAD + "G0 X-20 Y25 Z5\nG1 Z-2 F300\nX-5\nX40\nY40\nG2 X50 Y30 I0 J-10\nG1 X60\n" + TAIL
+    text = HEAD + "G0 X-10 Y25 Z5\nG1 Z-2 F300\nX-5\nX40\nY40\nG2 X50 Y30 I0 J-10\nG1 X60\n" + TAIL
     lines = body(reordered(tmp_path, text, air=True, workpiece=BLOCK))
     assert lines == [
-        "G0 X-20 Y25 Z5", "G0 Z-2 F300", "X-5", "G1 X40", "Y40", "G2 X50 Y30 I0 J-10", "G1 X60",
+        "G0 X-10 Y25 Z5", "G0 Z-2 F300", "X-5", "G1 X40", "Y40", "G2 X50 Y30 I0 J-10", "G1 X60",
     ]  # fmt: skip
 
 
 def test_a_cut_is_divided_where_it_leaves_the_material(tmp_path: Path) -> None:
     """The tool, 6 wide, is 1 mm clear of the block's edge, X70, at X74, but for the cell of the model."""
-    text = HEAD + "G0 X60 Y20\nG0 Z1\nG1 Z-2 F300\nG1 X130 F300\nX135 Y45\n" + TAIL
+    text = HEAD + "G0 X60 Y20\nG0 Z1\nG1 Z-2 F300\nG1 X80 F60\nX81 Y45\n" + TAIL
     lines = body(reordered(tmp_path, text, air=True, workpiece=BLOCK, cell=0.1))
-    split = next(line for line in lines if re.match(r"G1 X7[0-9.]+$|G1 X7[0-9.]+ F300", line))
+    split = next(line for line in lines if re.match(r"G1 X7[0-9.]+$|G1 X7[0-9.]+ F60.0", line))
     assert 74.0 <= float(re.search(r"X([0-9.]+)", split)[1]) <= 77.5  # a piece is half a tool long
-    assert lines[lines.index(split) + 1 :] == ["G0 X130 F300", "X135 Y45"]
+    assert lines[lines.index(split) + 1 :] == ["G0 X80 F60", "X81 Y45"]
 
 
 #: A pocket from X7 to X43 and Y7 to Y21, 2 deep.
@@ -131,12 +131,12 @@ def test_ways_over_a_named_clamp_keep_their_height(tmp_path: Path) -> None:
 
 
 def test_where_rapids_are_not_straight_a_way_across_the_air_is_a_fast_cut(tmp_path: Path) -> None:
-    """Each axis of a Haas goes by itself: from X100 Y60 it would come to the block on another way."""
-    text = HEAD + "G0 X100. Y-20. Z5.\nG1 Z-2. F300.\nG1 X140. Y60.\nG1 X80. Y45.\nX90.\nX40. F200.\n" + TAIL
+    """Each axis of a Haas goes by itself: from X80 Y58 it would come to the block on another way."""
+    text = HEAD + "G0 X78. Y-10. Z5.\nG1 Z-2. F300.\nG1 X80. Y58.\nG1 X76. Y45.\nX80.\nX40. F200.\n" + TAIL
     text = text.replace("Z15\n", "Z15.\n")
     lines = body(reordered(tmp_path, text, air=True, workpiece=BLOCK, machine="haas-vf2"))
-    assert lines[:3] == ["G0 X100. Y-20. Z5.", "G0 Z-2. F300.", "G1 X140. Y60. F16500.0"]
-    assert "G0 X90." in lines
+    assert lines[:3] == ["G0 X78. Y-10. Z5.", "G0 Z-2. F300.", "G1 X80. Y58. F16500.0"]
+    assert "G0 X80." in lines
 
 
 #: A slot, and passes beside it that cut 1.5 mm of 6: their chips are 2 √(¼ · ¾) = 0.866 of the slot's.
@@ -189,7 +189,11 @@ def test_a_librarys_feed_and_speed_are_the_limit_and_what_is_above_it_goes_down(
     [
         ({"feeds": True}, "--feeds needs to know where the material is"),
         ({"low_retracts": True}, "--low-retracts needs to know where the material is"),
-        ({"air": True, "workpiece": "100,100,-5,120,120,0"}, "never touches this stock"),
+        (
+            {"air": True, "workpiece": "0,0,-5,42,50,0"},
+            "a cut reaches X60.00, but this stock ends at X42",
+        ),
+        ({"air": True, "workpiece": "0,0,-5,100,50,-3"}, "never touches this stock"),
         ({"workpiece": BLOCK}, "--workpiece: only used with --air, --feeds or --low-retracts"),
         ({"air_clearance": 2}, "--air-clearance: only used with --air or --low-retracts"),
         ({"air": True, "workpiece": "0,0,0,70,50,0"}, "has no volume"),

@@ -26,7 +26,7 @@ from leafcut.processes.keep_out import meetings, obstacles_of
 from leafcut.processes.program.options import ResequenceOptions
 from leafcut.processes.program.plan.corners import rounds_freely
 from leafcut.processes.program.plan.pace import plan_pace
-from leafcut.processes.program.workpiece import stock_before, tools_of
+from leafcut.processes.program.workpiece import block_of, check_size, stock_before, tools_of
 from leafcut.stock.height_field import HeightField
 from leafcut.stock.loads import Loads, StockBefore, loads_of
 from leafcut.stock.same_stock import stock_differences
@@ -120,6 +120,8 @@ class _Job:
         rules = PaceRules(
             options.air, options.feeds, options.air_clearance, 1.0 + options.feed_increase / 100.0
         )  # fmt: skip
+        if run.settings.stock.workpiece:
+            check_size(program, cutters, block_of(run.settings.stock.workpiece), source)
         stock = stock_before(run, program, cutters)
         job = cls(run, words, original, tools, cutters, stock, rules)
         if stock.known and not job.loads(program, "cutting the stock").removed.cuts.any():

@@ -101,6 +101,8 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
             if obstacles is None or (measured.time_s if timed else measured.travel_mm) <= after:
                 stay, proved, measures[1] = frozenset(range(len(solutions))), own, measured
         solutions = [_unchanged(s) if s is not None and k in stay else s for k, s in enumerate(solutions)]
+        # Rapids that the stock allows are none of the dangers that are guessed without it.
+        new_dangers = _new_dangers(read, proved.program)
         paced = None
         if wants_pace(run):
             paced = with_new_pace(run, words, original, proved.program, source, sequence.process)
@@ -124,7 +126,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
         verified=True,
         issues=(
             *dangers,
-            *_new_dangers(read, proved.program),
+            *new_dangers,
             *noticed,
             *read.issues,
             *sequence.issues,

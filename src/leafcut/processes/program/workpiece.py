@@ -17,6 +17,11 @@ from leafcut.stock.height_field import HeightField, StockBlock, usual_cell
 from leafcut.stock.loads import StockBefore
 from leafcut.units import parse_quantity
 
+#: Leads into a cut begin so far beside the material at most, besides the tool's diameter, mm.
+_LEAD = 5.0
+#: Lengths that differ by less are the same, mm.
+_SAME = 1e-6
+
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
     from leafcut.model.cutter import Cutter
@@ -100,3 +105,38 @@ def stock_before(run: Run, program: Program, cutters: Mapping[int, Cutter]) -> S
         moves, cutters, cell, run.machine.rapid_style == "dogleg", os.cpu_count() or 1, run.looking("cutting the stock")
     )
     return StockBefore(field, math.inf, False)
+
+
+def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBlock, source: str) -> None:
+    """Check that no cut below the top of a block is far beside it: there is more material than was said.
+
+    A tool may come in from outside, by its own diameter and a little more. A block that is too large does no harm.
+
+    Raises
+    ------
+    OptionError
+        One is.
+    """
+    from leafcut.stock.straight_moves import straight_moves
+
+    smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
+    moves = straight_moves(program.path, 0.01 * smallest, np.inf).of_tools(cutters)
+    across = np.abs(moves.ends[:, 3:5] - moves.ends[:, :2]).max(axis=1) > 0
+    fed = ~moves.rapid & across & (np.maximum(moves.ends[:, 2], moves.ends[:, 5]) < block.high[2])
+    if not fed.any():
+        return
+    ends, tool = moves.ends[fed], moves.tool[fed]
+    room = _LEAD + 2.0 * np.array([cutters[number].radius for number in tool.tolist()])
+    for axis, letter in enumerate("XY"):
+        low = np.minimum(ends[:, axis], ends[:, axis + 3]) - (block.low[axis] - room)
+        high = (block.high[axis] + room) - np.maximum(ends[:, axis], ends[:, axis + 3])
+        for spare, edge in ((low, block.low[axis]), (high, block.high[axis])):
+            at = int(np.argmin(spare))
+            if spare[at] < -_SAME:
+                line = int(moves.path.line[moves.row[fed][at]])
+                reach = ends[at, [axis, axis + 3]]
+                place = float(reach.min() if spare is low else reach.max())
+                raise OptionError(
+                    f"--workpiece: {source}:{line}: a cut reaches {letter}{place:.2f}, but this stock ends at "
+                    f"{letter}{edge:g}; give all of the material, too much of it does no harm"
+                )
