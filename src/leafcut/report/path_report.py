@@ -153,6 +153,7 @@ class PathReport(Generic[D]):
             "tools_say": views.tools_say(outcome),
             "tools_left_out": max(0, len(outcome.operations) - views.MOST_TOOL_ROWS),
             "staying": self.staying_words(),
+            "pace": [(fact.name, fact.words) for fact in self.pace()],
             "sections": any(o.lines for o in outcome.operations),
         }
 
@@ -162,6 +163,10 @@ class PathReport(Generic[D]):
 
     def staying_words(self) -> list[str]:
         """Return what keeps its place, and why: nothing of what was planned from a drawing."""
+        return []
+
+    def pace(self) -> list[Fact]:
+        """Return what new heights and speeds saved: none are given to what was planned from a drawing."""
         return []
 
     def size(self, scene: Scene) -> str:

@@ -65,8 +65,12 @@ class ProgramReport(PathReport[ProgramDetail]):
         stays = [Fact("stays", f"{head}: {'; '.join(reasons)}")] if head else []
         facts = super().facts()
         at = next((k for k, fact in enumerate(facts) if fact.name == "method"), len(facts))
+        return [*facts[:at], *stays, *self.pace(), *facts[at:]]
+
+    def pace(self) -> list[Fact]:
+        """Return what new heights and speeds saved, where they were asked for."""
         pace = self.outcome.detail.pace
-        return [*facts[:at], *stays, *(pace_facts(pace) if pace else []), *facts[at:]]
+        return pace_facts(pace) if pace else []
 
     def saved(self) -> views.PageRow:
         """Return the large figure, and that the order stays where it does."""

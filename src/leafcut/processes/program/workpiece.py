@@ -110,7 +110,7 @@ def stock_before(run: Run, program: Program, cutters: Mapping[int, Cutter]) -> S
 def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBlock, source: str) -> None:
     """Check that no cut below the top of a block is far beside it: there is more material than was said.
 
-    A tool may come in from outside, by its own diameter and a little more. A block that is too large does no harm.
+    A tool may come in from outside, by its own diameter and a little more.
 
     Raises
     ------
@@ -138,5 +138,5 @@ def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBloc
                 place = float(reach.min() if spare is low else reach.max())
                 raise OptionError(
                     f"--workpiece: {source}:{line}: a cut reaches {letter}{place:.2f}, but this stock ends at "
-                    f"{letter}{edge:g}; give all of the material, too much of it does no harm"
+                    f"{letter}{edge:g}; give all of the material"
                 )
