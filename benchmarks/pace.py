@@ -115,9 +115,9 @@ def main() -> None:
 
 Seconds saved by the order (`reorder` alone), by lower retracts and R planes (`--low-retracts`), by rapids in the air
 (`--air`) and by feeds fitted to the chips (`--feeds`, at most 50 % more), on the machine `{MACHINE}`. The stock is
-the block just around the cuts below Z0; tools that nothing describes are taken to be flat mills of {WIDTH:g} mm. Chip: the
-thickest in one revolution of each tool, before and after, mm; the limit is the program's own. Judged: by LinuxCNC's
-interpreter, and by the simulated machine, with leafcut's time as a part of its time.
+the block just around the cuts below Z0; tools that nothing describes are taken to be flat mills of {WIDTH:g} mm.
+Chip: the thickest in one revolution of each tool, before and after, mm; the limit is the program's own. Judged: by
+LinuxCNC's interpreter, and by the simulated machine, with leafcut's time as a part of its time.
 
 {facts("pace", sys.argv[1:], ["leafcut", "numpy", "numba"])}
 

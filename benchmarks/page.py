@@ -23,7 +23,7 @@ visit each node once, and its length added up again by code that shares nothing 
 
 
 #: Columns of words, to the left; the others are figures, to the right.
-WORDS = ("board", "solver", "note", "program", "work", "judged", "what stays and why", "instance")
+WORDS = ("board", "shape", "solver", "note", "program", "work", "judged", "what stays and why", "instance")
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

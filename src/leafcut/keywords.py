@@ -599,7 +599,8 @@ class OptimizeKeywords(TypedDict, total=False):
     """
     workpiece: str | None
     """Block of material before the first cut: x,y,z of its lower and of its upper corner, in program coordinates
-    (default: of leafcut stock: just around the cuts below Z0; of reorder --air: where no rapid has been).
+    (default: as the program shows: just around the cuts below Z0 (stock), or where no rapid has been (reorder
+    --air)).
     """
     cell: Quantity | None
     """Side of a cell of the stock model (mm; default: a fortieth of the smallest tool, larger for a large stock)."""
@@ -945,7 +946,8 @@ class StockKeywords(TypedDict, total=False):
     """
     workpiece: str | None
     """Block of material before the first cut: x,y,z of its lower and of its upper corner, in program coordinates
-    (default: of leafcut stock: just around the cuts below Z0; of reorder --air: where no rapid has been).
+    (default: as the program shows: just around the cuts below Z0 (stock), or where no rapid has been (reorder
+    --air)).
     """
     cell: Quantity | None
     """Side of a cell of the stock model (mm; default: a fortieth of the smallest tool, larger for a large stock)."""

@@ -327,3 +327,16 @@ def test_a_machine_saved_under_another_name_has_it_and_another_is_replaced_only_
     expect(said).to_contain_text("Save again")
     save.click()
     expect(said).to_contain_text("other-laser checked and saved")
+
+
+def test_what_knowing_the_stock_saves_is_told_beside_the_figures(page: Page) -> None:
+    """The same figures as on the command line: 29 retracts are lower, 16 ways down are rapids."""
+    opened(page, PLATE.parents[1] / "tests" / "styles" / "inkscape_gcodetools_engrave.ngc")
+    page.get_by_text("Stock and speeds").click()
+    for label in ("Rapids in the air", "Low retracts"):
+        page.get_by_label(label, exact=True).click()
+    typed(page, "Workpiece", "-5,-5,-10,240,160,0")
+    typed(page, "Mill diameter", "3")
+    run(page)
+    expect(page.locator("#result-panel")).to_contain_text("by lower retracts (29 heights)")
+    expect(page.locator("#result-panel")).to_contain_text("by rapids in the air (16 cuts)")

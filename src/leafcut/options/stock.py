@@ -19,7 +19,8 @@ class StockOptions(OptionGroup):
         "text",
         None,
         "block of material before the first cut: x,y,z of its lower and of its upper corner, in program coordinates",
-        default_words="of leafcut stock: just around the cuts below Z0; of reorder --air: where no rapid has been",
+        default_words="as the program shows: just around the cuts below Z0 (stock), or where no rapid has been "
+        "(reorder --air)",
     )
     cell: float | None = option(
         "quantity",
