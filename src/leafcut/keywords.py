@@ -139,6 +139,14 @@ class OptimizeKeywords(TypedDict, total=False):
         None,
     ]
     """Depth reference: full diameter (shoulder) or drill point (tip) (default: shoulder)."""
+    hole_heights: Literal[
+        "one",
+        "drawn",
+        None,
+    ]
+    """Height at which holes begin: one for all, which becomes Z0, or each its own as drawn, with ways at
+    --clearance-height over the highest; Z0 is then that of the drawing (default: one).
+    """
     tool_change_height: Quantity | None
     """Tool change height, for machines without one of their own (mm; default: 25mm)."""
     cycle: Literal[

@@ -16,6 +16,8 @@ LEAST_CLEARANCE = 0.05
 
 #: Room for the rounding of written heights, mm (0.0001 inch is 0.00254 mm).
 _ROOM = 0.002
+#: A tool that is nearer to the middle of a hole than this is over it, mm.
+_SAME_PLACE = 0.01
 
 
 def check_clearance(
@@ -26,6 +28,7 @@ def check_clearance(
     safe_z: float = 0.0,
     torch: bool = False,
     milled: bool = False,
+    tops: NDArray[np.float64] | None = None,
 ) -> list[Difference]:
     """Return every move that could crash, with its line and place; nothing when the program is safe by these rules.
 
@@ -37,12 +40,18 @@ def check_clearance(
        there, what was cut before says (`processes.pocket.proof.pocket`).
     3. The spindle turns whenever something is cut. A tool change stops it. Of a `torch` instead: it is off in every
        rapid in x or y; over the sheet with the torch off a feed does no harm.
-    Drilling cycles are taken as the moves that they make.
+    Drilling cycles are taken as the moves that they make. Where holes begin at different heights, `tops` has their
+    places and these heights, float64[n, 3]: the highest is the surface of the first rule, and of the second one
+    everywhere but over a hole.
     """
     path = expand(path)
     before = path.before
     turning = _spindle_speed(path) != 0
-    heights = height_checks(path, before, surface_z, clearance, safe_z, milled)
+    under: float | NDArray[np.float64] = surface_z
+    if tops is not None and len(tops):
+        surface_z = float(tops[:, 2].max())
+        under = _surface_under(path, tops, surface_z)
+    heights = height_checks(path, before, surface_z, clearance, safe_z, milled, under)
     checks = [*heights, torch_check(path, before, turning) if torch else spindle_check(path, turning)]
     wrong = [(int(row), what, text) for what, mask, text in checks for row in np.flatnonzero(mask)[:100]]
     found = sum(int(mask.sum()) for _, mask, _ in checks)
@@ -52,20 +61,40 @@ def check_clearance(
 DangerCheck = tuple[str, Mask, str]
 
 
+def _surface_under(path: Toolpath, tops: NDArray[np.float64], highest: float) -> NDArray[np.float64]:
+    """Return the surface under the end of every row: that of the hole there, else the highest, mm, float64[n]."""
+    from scipy.spatial import cKDTree
+
+    under = np.full(len(path), highest)
+    known = np.flatnonzero(np.isfinite(path.end[:, :2]).all(axis=1))
+    away, hole = cKDTree(tops[:, :2]).query(path.end[known, :2], distance_upper_bound=_SAME_PLACE)
+    near = np.isfinite(away)
+    under[known[near]] = tops[hole[near], 2]
+    return under
+
+
 def height_checks(
-    path: Toolpath, before: NDArray[np.float64], surface_z: float, clearance: float, safe_z: float, milled: bool
+    path: Toolpath,
+    before: NDArray[np.float64],
+    surface_z: float,
+    clearance: float,
+    safe_z: float,
+    milled: bool,
+    under: float | NDArray[np.float64] | None = None,
 ) -> list[DangerCheck]:
     """Return the first two rules of `check_clearance`: a word or two, the rows that break it, bool[n], and the rule.
 
-    `path` has its cycles written out; `before` is where the tool is before every row, float64[n, 3].
+    `path` has its cycles written out; `before` is where the tool is before every row, float64[n, 3]. `under` is the
+    surface under every row where that is not `surface_z`.
     """
+    under = surface_z if under is None else under
     rapid = path.kind == Kind.RAPID
     across = _moves_across(path, before)
     lowest = np.fmin(before[:, 2], path.end[:, 2])
     low = rapid & across & (lowest < surface_z + clearance - _ROOM)
     home = (path.kind == Kind.MACHINE) & np.isfinite(path.end[:, :2]).any(axis=1)
     low |= home & (before[:, 2] < surface_z + clearance - _ROOM)
-    down = rapid & _goes_down(path, before) & (path.end[:, 2] < surface_z - _ROOM) & ~_returns(path, before)
+    down = rapid & _goes_down(path, before) & (path.end[:, 2] < under - _ROOM) & ~_returns(path, before)
     unknown = across & np.isnan(path.end[:, 2]) & ~at_machine_height(path, safe_z)
     return [
         ("height not known", unknown, "X or Y moves before Z is known"),
@@ -73,9 +102,13 @@ def height_checks(
         (
             "rapid into the part",
             down & (not milled),
-            f"a rapid goes down below the surface, Z{surface_z:.3f}, where nothing was cut",
+            f"a rapid goes down below the surface{_said(under)}, where nothing was cut",
         ),
     ]
+
+
+def _said(surface: float | NDArray[np.float64]) -> str:
+    return f", Z{surface:.3f}" if isinstance(surface, float) else " there"
 
 
 def spindle_check(path: Toolpath, turning: Mask) -> DangerCheck:

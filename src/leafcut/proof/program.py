@@ -45,13 +45,15 @@ def check_program(
     zone_height: float = math.inf,
     tool_radii: Mapping[int, float] = MappingProxyType({}),
     milled: bool = False,
+    tops: NDArray[np.float64] | None = None,
 ) -> list[Difference]:
     """Return all that is wrong with a program that was `read_back`; an empty list is the proof.
 
     It must be the planned toolpath, with the cycles that the controller lacks written out, inside the machine's travel,
     above the work and over the keep-out zones. `units` are those of the program, mm or inch: places
     may differ by half of the last decimal. Of a program that is `milled` the rapids down below the surface are left to
-    `processes.pocket.proof.pocket`.
+    `processes.pocket.proof.pocket`. `tops` has the places and the heights of holes that begin at different ones,
+    float64[n, 3].
     """
     half = 0.5 * 10.0**-dialect.decimals_mm
     if units == "inch":
@@ -72,6 +74,7 @@ def check_program(
             safe_z=machine.safe_z or 0.0,
             torch=machine.head is not Head.SPINDLE,
             milled=milled,
+            tops=tops,
         ),
         *check_obstacles(
             written,

@@ -6,6 +6,7 @@ import fnmatch
 import math
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import count_of
 from leafcut.model import Hole, Issue, Severity
+from leafcut.model.heights import SAME_HEIGHT
 from leafcut.options import ReadOptions
 from leafcut.read.format import places_of
 
@@ -76,11 +78,14 @@ def _without_doubles(
 ) -> list[Hole]:
     points = tolerance if point_tolerance is None else point_tolerance
     double = [False] * len(holes)
+    highest = [h.z for h in holes]
     for select, reach in (([h.diameter > 0 for h in holes], tolerance), ([h.diameter <= 0 for h in holes], points)):
         rows = [i for i, chosen in enumerate(select) if chosen]
         table = np.array([(holes[i].x, holes[i].y, holes[i].diameter) for i in rows]).reshape(-1, 3)
         for row, first in zip(rows, anchors(table, reach), strict=True):
             double[row] = rows[first] != row
+            # Both edges of a hole may be drawn: it begins at the upper one.
+            highest[rows[first]] = max(highest[rows[first]], holes[row].z)
     if gone := [(h.x, h.y) for h, is_double in zip(holes, double, strict=True) if is_double]:
         issues.append(
             Issue(
@@ -89,7 +94,11 @@ def _without_doubles(
                 places_of(gone, len(gone)),
             )
         )
-    return [h for h, is_double in zip(holes, double, strict=True) if not is_double]
+    return [_at(h, z) for h, z, is_double in zip(holes, highest, double, strict=True) if not is_double]
+
+
+def _at(hole: Hole, z: float) -> Hole:
+    return hole if hole.z == z else replace(hole, z=z)
 
 
 def _without_centre_marks(holes: list[Hole], tolerance: float, issues: list[Issue]) -> list[Hole]:
@@ -119,6 +128,15 @@ def _one_per_centre(holes: list[Hole], options: ReadOptions, issues: list[Issue]
     table = np.array([(holes[i].x, holes[i].y, 0.0) for i in order]).reshape(-1, 3)
     found = anchors(table, options.merge_tolerance)
     gone = {row for rank, row in enumerate(order) if found[rank] != rank}
+    highest = [hole.z for hole in holes]
+    for rank, row in enumerate(order):
+        stays = order[found[rank]]
+        highest[stays] = max(highest[stays], holes[row].z)
+    raised = [(h.x, h.y) for i, h in enumerate(holes) if i not in gone and highest[i] > h.z + SAME_HEIGHT]
+    if raised:
+        # Nobody takes away what stands under the others: down to its own height would be into the material.
+        message = "circles with one centre are drawn at different heights: the hole begins at the highest of them"
+        issues.append(Issue("L406", message, places_of(raised, len(raised))))
     if gone:
         places = [(holes[i].x, holes[i].y) for i in sorted(gone)]
         issues.append(
@@ -128,7 +146,7 @@ def _one_per_centre(holes: list[Hole], options: ReadOptions, issues: list[Issue]
                 places_of(places, len(places)),
             )
         )
-    return [hole for i, hole in enumerate(holes) if i not in gone]
+    return [_at(hole, highest[i]) for i, hole in enumerate(holes) if i not in gone]
 
 
 def anchors(points: NDArray[np.float64], tolerance: float) -> list[int]:

@@ -26,6 +26,13 @@ class DrillOptions(OptionGroup):
         "depth reference: full diameter (shoulder) or drill point (tip)",
         choices=("shoulder", "tip"),
     )
+    hole_heights: str = option(
+        "text",
+        "one",
+        "height at which holes begin: one for all, which becomes Z0, or each its own as drawn, with ways at "
+        "--clearance-height over the highest; Z0 is then that of the drawing",
+        choices=("one", "drawn"),
+    )
     tool_change_height: float = option(
         "quantity",
         25.0,

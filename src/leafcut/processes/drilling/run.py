@@ -42,6 +42,11 @@ def _plan(run: Run, sources: Sequence[Source]) -> DrillPlan:
     job = run.settings.job
     library = load_tools(job.tools, run.machine.units) if job.tools else None
     plan = plan_drilling(part, run.machine, library, job, run.settings.of(DrillOptions))
+    if "retract" in run.settings.asked and plan.always_initial and job.retract != "initial":
+        raise OptionError(
+            "--retract r: what stands between holes of different heights is not known, so the tool rises over the "
+            "highest after each; leave it out"
+        )
     for name in ("feed", "spindle_speed"):
         if name in run.settings.asked and not any(tool.assumed for tool in plan.tools):
             raise OptionError(f"{flag_name(name)}: every tool of {job.tools} has its own; leave it out")
@@ -255,6 +260,10 @@ def _verify(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, text: str
 
     run.tell("verifying")
     written = read_back(text, words)
+    tops = None
+    if run.settings.of(DrillOptions).hole_heights == "drawn":
+        # Of the drawing, not of the plan.
+        tops = np.array([(hole.x, hole.y, hole.z) for hole in plan.part.holes], dtype=np.float64).reshape(-1, 3)
     problems = check_program(
         path,
         written,
@@ -264,6 +273,7 @@ def _verify(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, text: str
         zones=plan.zones,
         zone_height=plan.clearance_height,
         tool_radii={tool.number: 0.5 * tool.diameter for tool in plan.tools},
+        tops=tops,
     )
     refuse(problems)
     return written

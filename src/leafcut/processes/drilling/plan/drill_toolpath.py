@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -137,7 +138,7 @@ def _drill(
     builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, operation: DrillOperation, nodes: NDArray[np.int32]
 ) -> None:
     targets = targets_in_order(operation, nodes)
-    xy = plan.part.hole_xy[targets]
+    xy, tops = plan.part.hole_xy[targets], plan.tops[targets].tolist()
     lifted = np.zeros(len(xy), dtype=bool)
     if len(plan.zones) and not plan.always_initial:
         zones = plan.zones_for(operation.tool)
@@ -148,8 +149,15 @@ def _drill(
         elif lifted[k]:
             builder.rapid(z=plan.clearance_height)
             builder.rapid(x, y)
-        builder.drill(x, y, operation.cycle, feed=operation.tool.feed)
+        builder.drill(x, y, _at_height(operation.cycle, tops[k]), feed=operation.tool.feed)
     builder.rapid(z=plan.clearance_height)
+
+
+def _at_height(cycle: DrillCycle, top: float) -> DrillCycle:
+    """Return a cycle for a hole that begins at another height."""
+    if not top:
+        return cycle
+    return replace(cycle, r_plane=round(cycle.r_plane + top, 6), bottom=round(cycle.bottom + top, 6))
 
 
 def _rout(

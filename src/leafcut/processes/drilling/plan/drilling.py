@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.geometry.zones import touches_any_zone, widened
-from leafcut.model.heights import HeightCount
+from leafcut.model.heights import SAME_HEIGHT, HeightCount
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.part import Part
@@ -41,7 +41,8 @@ class DrillOperation:
 class DrillPlan:
     """Operations in the order of machining, and what they have in common (mm).
 
-    `zones` is float64[k, 4]: rectangles that are crossed at the clearance height only, as they were given.
+    `zones` is float64[k, 4]: rectangles that are crossed at the clearance height only, as they were given. `tops` is
+    float64[n]: the height at which each hole begins, from which its depth and its R plane are counted.
     """
 
     part: Part
@@ -53,6 +54,7 @@ class DrillPlan:
     zones: NDArray[np.float64]
     start: tuple[float, float] | None
     end: tuple[float, float] | None
+    tops: NDArray[np.float64]
     issues: tuple[Issue, ...]
 
     @property
@@ -80,21 +82,28 @@ def plan_drilling(
     """
     if not part.holes and not part.slots:
         raise PlanError(f"{part.name}: no holes to drill")
-    check_spindle_heights(machine, job, "drill")
-    heights = _heights(part)
+    tops, heights = _tops(part, options)
+    highest = float(tops.max(initial=0.0))
+    over = replace(
+        job, clearance_height=job.clearance_height + highest, retract_height=job.retract_height + highest
+    )  # fmt: skip
+    check_spindle_heights(machine, over, "drill")
+    # What stands between holes of different heights is not known: no way is lower than over the highest.
+    initial = job.retract == "initial" or bool(len(tops) and np.ptp(tops))
     rule = depth_rule(job, options)
     chooser = ToolChooser(library, machine, job, options)
     work = _collect(part, chooser)
     groups = _order_tools(list(work), chooser.sequences)
-    operations = tuple(_operation(step, work[step], rule, job, options) for step in groups)
+    operations = tuple(_operation(step, work[step], rule, job, options, initial) for step in groups)
     _check_speeds(operations, machine)
     plan = DrillPlan(
         part=part,
         operations=operations,
-        clearance_height=job.clearance_height,
-        retract_height=job.retract_height,
-        tool_change_height=options.tool_change_height,
-        always_initial=job.retract == "initial",
+        clearance_height=over.clearance_height,
+        retract_height=over.retract_height,
+        tool_change_height=options.tool_change_height + highest,
+        always_initial=initial,
+        tops=tops,
         zones=parse_zones(job.keep_out),
         start=_xy(job.start_point, "--start-point"),
         end=_xy(job.end_point, "--end-point"),
@@ -104,21 +113,33 @@ def plan_drilling(
     return plan
 
 
-def _heights(part: Part) -> list[Issue]:
-    """Return a note where all holes are drawn at one height that is not Z0.
+def _tops(part: Part, options: DrillOptions) -> tuple[NDArray[np.float64], list[Issue]]:
+    """Return the height at which each hole begins, float64[n], and a note where all become Z0 that were drawn higher.
 
     Raises
     ------
     PlanError
-        They are drawn at several heights: from one surface, some would be drilled too deep and others not at all.
+        Holes are drawn at several heights, and one for all was asked for: some would be drilled too deep and others
+        not at all. Or two of different heights have one place.
     """
+    if options.hole_heights == "drawn":
+        tops = np.array([hole.z for hole in part.holes], dtype=np.float64)
+        first: dict[tuple[float, float], float] = {}
+        for hole in part.holes:
+            here = first.setdefault((round(hole.x, 2), round(hole.y, 2)), hole.z)
+            if abs(here - hole.z) > SAME_HEIGHT:
+                raise PlanError(
+                    f"{part.name}: --hole-heights drawn: at {hole.x:g}, {hole.y:g} one hole is drawn at Z{here:g} and "
+                    f"one at Z{hole.z:g}; choose one of them (--layers, --max-diameter)"
+                )
+        return tops, []
     heights = HeightCount.of((hole.x, hole.y, hole.z) for hole in part.holes)
     if heights.differ:
         raise PlanError(
             f"{part.name}: the holes are drawn at different heights: {heights}; all are drilled from one surface, Z0: "
-            "choose those of one height (--layers), or draw them at one"
+            "give --hole-heights drawn, choose those of one height (--layers), or draw them at one"
         )
-    return heights.notes("holes")
+    return np.zeros(len(part.holes)), heights.notes("holes")
 
 
 def _tap_lead_issues(operations: tuple[DrillOperation, ...], rule: DepthRule) -> list[Issue]:
@@ -180,7 +201,7 @@ def _order_tools(steps: list[Step], sequences: Sequence[Sequence[Step]]) -> list
 
 
 def _operation(
-    step: Step, targets: list[int], rule: DepthRule, job: JobOptions, options: DrillOptions
+    step: Step, targets: list[int], rule: DepthRule, job: JobOptions, options: DrillOptions, initial: bool
 ) -> DrillOperation:
     tool = step.tool
     bottom = -rule.tip_depth(tool)
@@ -193,7 +214,7 @@ def _operation(
         name=_cycle_name(tool, options),
         r_plane=job.retract_height,
         bottom=bottom,
-        to_initial=job.retract == "initial",
+        to_initial=initial,
         peck=_first(tool.peck, options.peck if tool.kind is ToolKind.DRILL else None),
         dwell=_first(tool.dwell, options.dwell if tool.kind is ToolKind.DRILL else None),
     )
