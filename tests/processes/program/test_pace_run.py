@@ -121,6 +121,12 @@ def test_a_retract_stays_above_what_stands_between_two_cuts(tmp_path: Path) -> N
     assert "G0 Z-1.0" in body(reordered(tmp_path, inside + TAIL, low_retracts=True, workpiece=BLOCK))
 
 
+def test_beside_the_block_stands_what_holds_it(tmp_path: Path) -> None:
+    """From cut to cut along its side, below its top: the tool was there, but on no way between; so it goes over."""
+    text = HEAD + "G0 X-4 Y5\nG0 Z2\nG1 Z-5 F60\nG1 X-2 F600\nG0 Z15\nG0 X-4 Y40\nG1 Z-5 F60\nG1 X-2 F600\n"
+    assert "G0 Z1.0" in body(reordered(tmp_path, text + TAIL, low_retracts=True, workpiece=BLOCK))
+
+
 def test_ways_over_a_named_clamp_keep_their_height(tmp_path: Path) -> None:
     text = HEAD + "G0 X10 Y10 Z15\nG1 Z-2 F60\nG0 Z15\nG0 X60\nG1 Z-2 F60\n" + TAIL
     clamp = {"keep_out": "30 5 40 15", "clearance_height": 12}

@@ -131,10 +131,15 @@ class _Job:
             )
         return job
 
-    def loads(self, program: Program, what: str) -> Loads:
+    def loads(self, program: Program, what: str, stock: StockBefore | None = None) -> Loads:
         """Return what every piece of a program meets."""
         look = self.run.looking(what)
-        return loads_of(program.path, self.cutters, self.stock, self.rules.clearance, _threads(), look)
+        return loads_of(program.path, self.cutters, stock or self.stock, self.rules.clearance, _threads(), look)
+
+    @property
+    def held(self) -> StockBefore:
+        """The stock in what holds it: nobody has said what stands beside it, so that no way there is lower than it."""
+        return replace(self.stock, beside=self.top)
 
     @property
     def top(self) -> float:
@@ -184,7 +189,7 @@ class _Job:
         from leafcut.processes.program.post.pace_writer import with_heights
 
         program = found.program
-        loads = self.loads(program, "choosing heights")
+        loads = self.loads(program, "choosing heights", self.held)
         heights = lower_heights(program, loads, self.rules.clearance, self.run.machine, self.top)
         none = replace(found, change=replace(found.change, retracts_s=0.0))
         if not heights:
@@ -212,7 +217,7 @@ class _Job:
         """
         from leafcut.processes.program.proof.paced import check_lowered
 
-        check_lowered(program.path, new.path, self.loads(new, "verifying"), self.rules)
+        check_lowered(program.path, new.path, self.loads(new, "verifying", self.held), self.rules)
         self.check_rest(new)
 
     def check_rest(self, new: Program) -> None:

@@ -104,6 +104,8 @@ def pace_facts(pace: PaceChange) -> list[Fact]:
 
 
 def _saved(seconds: float) -> str:
+    if seconds < 0:
+        return f"{time_words(-seconds)} more, for chips that the tools bear"
     return f"{time_words(seconds)} saved" if seconds > 0 else "nothing saved"
 
 
