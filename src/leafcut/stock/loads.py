@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,19 +63,19 @@ class Loads:
     rate: Floats
     source: NDArray[np.int64]
 
-    @property
+    @cached_property
     def chip(self) -> Floats:
         """The thickest chip in one revolution, mm: of one tooth, if it had but one."""
         with np.errstate(divide="ignore", invalid="ignore"):
             chip: Floats = np.where(self.rpm > 0, SECONDS_PER_MINUTE * self.share * self.feed / self.rpm, 0.0)
         return chip
 
-    @property
+    @cached_property
     def upright(self) -> NDArray[np.bool_]:
         """Which pieces go straight up or down."""
         return np.asarray(np.hypot(*(self.moves.ends[:, 3:5] - self.moves.ends[:, :2]).T) < 1e-9)
 
-    @property
+    @cached_property
     def mills(self) -> NDArray[np.bool_]:
         """Which pieces are fed through material, and not down into it."""
         ends = self.moves.ends

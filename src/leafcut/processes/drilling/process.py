@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 
 _MAIN = ("machine", "thickness", "depth", "tools", "retract", "peck")
 #: What the form shows of the job below its main group, around the options of drilling.
-_DEPTHS = ("depth_to", "break_through", "hole_heights", "clearance_height", "retract_height")
-_HEIGHTS = ("tool_change_height", "keep_out")
+_DEPTHS = (
+    "depth_to", "break_through", "hole_heights", "clearance_height", "retract_height", "tool_change_height", "keep_out",
+)  # fmt: skip
 _REST = ("cycle", "dwell", "feed", "spindle_speed", "diameter_tolerance", "centre_drill")
 #: Layers of holes to drill, and how sure that makes it.
 _DRILL_NAMES, _BY_NAME = ("DRILL*",), 0.93
@@ -51,7 +52,7 @@ class Drilling(Process):
     form = (
         ("main", _MAIN),
         ("search", SEARCH),
-        ("drill", (*_DEPTHS, *_HEIGHTS, *_REST, *_WAY)),
+        ("drill", (*_DEPTHS, *_REST, *_WAY)),
         ("read", ("units", "layers", "min_diameter", "max_diameter", "merge_tolerance", "concentric", "strict")),
         ("place", (*PLACE, "work_offset")),
         ("post", (*POST, "coolant", *CHANGES)),

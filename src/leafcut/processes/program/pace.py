@@ -7,6 +7,7 @@ import os
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,13 +17,14 @@ from leafcut.errors import OptionError, PostError, ReadError, VerifyError
 from leafcut.kinds import BEAMS
 from leafcut.model.cutter import Cutter, cutter_of
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.obstacles import Obstacles
 from leafcut.model.pace import Pace, PaceRules, PaceStretch
 from leafcut.model.pace_change import PaceChange, ToolPace
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.options import flag_name
 from leafcut.processes.course import Run
-from leafcut.processes.keep_out import meetings, obstacles_of
+from leafcut.processes.keep_out import meetings
 from leafcut.processes.program.options import ResequenceOptions
 from leafcut.processes.program.plan.corners import rounds_freely
 from leafcut.processes.program.plan.pace import plan_pace
@@ -63,7 +65,10 @@ def wants_pace(run: Run) -> bool:
     return options.air or options.feeds or options.low_retracts
 
 
-def with_new_pace(run: Run, words: Dialect, original: Program, program: Program, source: str, process: str) -> Paced:
+def with_new_pace(
+    run: Run, words: Dialect, original: Program, program: Program, source: str, process: str,
+    obstacles: Obstacles | None,
+) -> Paced:  # fmt: skip
     """Return a program with the heights and speeds that its options ask for, as far as they save time and are proved.
 
     `original` is the program in its own order: what is written leaves the same of the stock as that does.
@@ -92,11 +97,19 @@ def with_new_pace(run: Run, words: Dialect, original: Program, program: Program,
     if line := _skippable(program):
         message = "speeds and heights stay: a switch of the machine may skip moves (/), and what they cut"
         return Paced(text, program, PaceChange(), (Issue("L513", message, f"line {line}"),))
-    job = _Job.of(run, words, original, program, source, tools)
+    job = _Job.of(run, words, original, program, source, tools, obstacles)
+    loads = job.loads(program, "cutting the stock")
+    if job.stock.known and not loads.removed.cuts.any():
+        raise OptionError(
+            f"--workpiece: {source} never touches this stock, so that all its cuts would be in the air; give the "
+            "block in the program's coordinates"
+        )
     found = Paced(text, program, PaceChange(assumed=not job.stock.known), tuple(job.assumed()))
     if options.low_retracts:
         found = job.lowered(found)
-    return job.faster(found) if options.air or options.feeds else found
+    if not options.air and not options.feeds:
+        return found
+    return job.faster(found, loads if found.program is program else job.loads(found.program, "cutting the stock"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,11 +123,13 @@ class _Job:
     cutters: Mapping[int, Cutter]
     stock: StockBefore
     rules: PaceRules
+    obstacles: Obstacles | None
 
     @classmethod
     def of(
-        cls, run: Run, words: Dialect, original: Program, program: Program, source: str, tools: Mapping[int, Tool]
-    ) -> _Job:
+        cls, run: Run, words: Dialect, original: Program, program: Program, source: str, tools: Mapping[int, Tool],
+        obstacles: Obstacles | None,
+    ) -> _Job:  # fmt: skip
         options = run.settings.of(ResequenceOptions)
         cutters = {number: cutter_of(tool) for number, tool in tools.items()}
         rules = PaceRules(
@@ -123,18 +138,17 @@ class _Job:
         if run.settings.stock.workpiece:
             check_size(program, cutters, block_of(run.settings.stock.workpiece), source)
         stock = stock_before(run, program, cutters)
-        job = cls(run, words, original, tools, cutters, stock, rules)
-        if stock.known and not job.loads(program, "cutting the stock").removed.cuts.any():
-            raise OptionError(
-                f"--workpiece: {source} never touches this stock, so that all its cuts would be in the air; give the "
-                "block in the program's coordinates"
-            )
-        return job
+        return cls(run, words, original, tools, cutters, stock, rules, obstacles)
 
     def loads(self, program: Program, what: str, stock: StockBefore | None = None) -> Loads:
         """Return what every piece of a program meets."""
         look = self.run.looking(what)
         return loads_of(program.path, self.cutters, stock or self.stock, self.rules.clearance, _threads(), look)
+
+    @cached_property
+    def left(self) -> HeightField:
+        """What the original leaves."""
+        return _left(self.original, self.cutters, self.stock)
 
     @property
     def held(self) -> StockBefore:
@@ -163,17 +177,12 @@ class _Job:
         VerifyError
             It is not.
         """
-        from leafcut.processes.program.reading import read_foreign
+        from leafcut.processes.program.reading import read_new
 
-        run = self.run
         try:
-            read = read_foreign(
-                text, "the new program", run.settings, run.machine, self.words, run.looking("verifying"),
-                process="mill", choose=False,
-            )  # fmt: skip
+            return read_new(self.run, self.words, text)
         except ReadError as problem:
             raise VerifyError(f"the new program is not understood: {problem}") from None
-        return read.program
 
     def seconds(self, program: Program) -> float:
         """Return the machine time of a program, s."""
@@ -228,20 +237,17 @@ class _Job:
         VerifyError
             It does not.
         """
-        left = [_left(one, self.cutters, self.stock) for one in (self.original, new)]
-        if differences := stock_differences(left[0], left[1], _TOLERANCE):
+        if differences := stock_differences(self.left, _left(new, self.cutters, self.stock), _TOLERANCE):
             first = differences[0]
             raise VerifyError(f"X{first.x:.3f} Y{first.y:.3f}: the new program leaves another height there")
-        obstacles, _ = obstacles_of(self.run, self.original, beam=False)
-        if obstacles is not None and (met := meetings(self.run, obstacles, new.path)):
+        if self.obstacles is not None and (met := meetings(self.run, self.obstacles, new.path)):
             raise VerifyError(f"{met[0]}")
 
     # -- speeds ------------------------------------------------------------------------------------------------------
 
-    def faster(self, found: Paced) -> Paced:
+    def faster(self, found: Paced, loads: Loads) -> Paced:
         """Return a program with other speeds; as it is where none can be proved, or the machine would be no faster."""
         program, rules = found.program, self.rules
-        loads = self.loads(program, "cutting the stock")
         pace = self.pace(program, loads, rules)
         issues = (*found.issues, *self.told(pace))
         none = replace(found, change=self.change(found, loads, pace, loads.feed, {}), issues=issues)

@@ -143,11 +143,12 @@ class _OrderWriter:
     def proved(self, text: str) -> Proved:
         """Return the program with its proof, which stands at its top, too."""
         from leafcut.processes.program.proof.certificate import certify, proof_lines
+        from leafcut.processes.program.reading import read_new
 
         settings = self.run.settings
         look = self.run.looking("verifying")
         try:
-            new = self._read(text)
+            new = read_new(self.run, self.words, text)
         except ReadError as problem:
             raise _Refused(str(problem), set()) from None
         either_way = settings.of(ResequenceOptions).allow_reverse
@@ -165,17 +166,8 @@ class _OrderWriter:
             raise _Refused(f"{met[0]}{f' (and {len(met) - 1} more)' if len(met) > 1 else ''}", set())
         if settings.post.header and text != "".join(self.original.lines):
             text = with_comments(text, proof_lines(certificate, Path(self.source).name), self.words)
-            new = self._read(text)
+            new = read_new(self.run, self.words, text)
         return Proved(text, new, certificate)
-
-    def _read(self, text: str) -> Program:
-        from leafcut.processes.program.reading import read_foreign
-
-        run = self.run
-        look = run.looking("verifying")
-        return read_foreign(
-            text, "the new program", run.settings, run.machine, self.words, look, process="mill", choose=False
-        ).program
 
     def issues(self, kept: dict[int, str]) -> Iterator[Issue]:
         """Yield why sections keep their own order though another one was asked for, each reason once."""

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
     from leafcut.gcode.program import Program
     from leafcut.model.machine import Machine
+    from leafcut.processes.course import Run
 
 #: What says the feed that a program leaves to the controller's materials.
 _OF_MATERIALS = ("cut_speed", "cut_process", "material", "thickness", "amps", "nozzle", "chart")
@@ -42,6 +43,20 @@ class ProgramRead:
         from leafcut.proof.dangers import find_dangers
 
         return find_dangers(self.program, self.machine, self.process, self.words.states_z)
+
+
+def read_new(run: Run, words: Dialect, text: str) -> Program:
+    """Return a program that was written just now, as the machine of the run understands it.
+
+    Raises
+    ------
+    ReadError
+        It does not.
+    """
+    look = run.looking("verifying")
+    return read_foreign(
+        text, "the new program", run.settings, run.machine, words, look, process="mill", choose=False
+    ).program
 
 
 def refuse_other_languages(text: str, source: str) -> None:

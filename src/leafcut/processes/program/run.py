@@ -105,7 +105,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
         new_dangers = _new_dangers(read, proved.program)
         paced = None
         if wants_pace(run):
-            paced = with_new_pace(run, words, original, proved.program, source, sequence.process)
+            paced = with_new_pace(run, words, original, proved.program, source, sequence.process, obstacles)
             found = measure(paced.program.path, run.machine, dark_rows(paced.program, sequence.process), stands)
             proved, measures[1] = replace(proved, text=paced.text, program=paced.program), found
     part, operations = _work_of(source, original, sequence, solutions)

@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 from leafcut.gcode.program import Program
-from leafcut.gcode.words import BlockError, tokenise
 from leafcut.model.machine import Machine
 from leafcut.model.pace import Lowered
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.processes.program.plan.corners import longest_rounding, rounds_freely
+from leafcut.processes.program.plan.plain_blocks import block_of_row, is_plain, words_of_row
 from leafcut.stock.loads import Loads
 
 #: What is lowered by less is left as it is, mm.
@@ -132,7 +132,7 @@ class _Heights:
         path = self.path
         cycles = [path.cycles[int(path.ref[row])] for row in rows]
         plane = cycles[0].r_plane
-        if not self._plain(rows[0], cycle=True) or "R" not in self._letters(rows[0]):
+        if not is_plain(self.program, rows[0]) or "R" not in self._letters(rows[0]):
             return []
         if any(one.r_plane != plane or one.name in _KEEP_R or one.approach == "slant" for one in cycles):
             return []
@@ -179,30 +179,12 @@ class _Heights:
         return contact if math.isfinite(contact) else math.inf
 
     def _block(self, row: int) -> int:
-        return int(np.searchsorted(self.program.first, row, side="right")) - 1
+        return block_of_row(self.program, row)
 
     def _letters(self, row: int) -> set[str]:
-        line = self.program.lines[int(self.program.line[self._block(row)]) - 1]
-        try:
-            return {word.letter for word in tokenise(line.rstrip("\r\n")).words}
-        except BlockError:
-            return set()
+        return {word.letter for word in words_of_row(self.program, row)}
 
-    def _plain(self, row: int, cycle: bool = False) -> bool:
-        """Return whether the height in a row's block may be another one."""
-        program, block = self.program, self._block(row)
-        if int(program.first[block + 1]) - int(program.first[block]) != 1 or block in program.fixed:
-            return False
-        if block in program.said or program.text_line[block] != program.line[block]:
-            return False
-        after = program.modal(block + 1)
-        if after.incremental or after.radius != 40:
-            return False
-        try:
-            words = tokenise(program.lines[int(program.line[block]) - 1].rstrip("\r\n")).words
-        except BlockError:
-            return False
-        if cycle:
-            return True
-        codes = {word.value for word in words if word.letter == "G"}
-        return {word.letter for word in words} <= _LETTERS and codes <= _CODES
+    def _plain(self, row: int) -> bool:
+        """Return whether a way may end at another height."""
+        codes = {word.value for word in words_of_row(self.program, row) if word.letter == "G"}
+        return is_plain(self.program, row) and self._letters(row) <= _LETTERS and codes <= _CODES

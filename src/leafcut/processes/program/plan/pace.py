@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.gcode.program import Modal, Program
-from leafcut.gcode.words import BlockError, tokenise
+from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Floats
 from leafcut.model.cutter import Cutter
 from leafcut.model.heartbeat import Heartbeat, unseen
@@ -19,6 +18,7 @@ from leafcut.model.pace import Pace, PaceRules, PaceStretch, ToolLimits
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.corners import RapidCorners
+from leafcut.processes.program.plan.plain_blocks import block_of_row, is_plain, words_of_row
 from leafcut.stock.loads import Loads, limits_of
 from leafcut.stock.straight_moves import StraightMoves
 from leafcut.timing.profile import move_time
@@ -154,18 +154,10 @@ def _may_change(program: Program, row: int) -> bool | None:
     kind = int(program.path.kind[row])
     if kind not in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW):
         return None
-    block = int(np.searchsorted(program.first, row, side="right")) - 1
-    if int(program.first[block + 1]) - int(program.first[block]) != 1:
+    block = block_of_row(program, row)
+    if not is_plain(program, row) or program.modal(block + 1).feed_mode != 94 or program.modal(block).radius != 40:
         return None
-    if block in program.fixed or block in program.said or program.text_line[block] != program.line[block]:
-        return None
-    modal: Modal = program.modal(block + 1)
-    if modal.feed_mode != 94 or modal.radius != 40 or modal.incremental or program.modal(block).radius != 40:
-        return None
-    try:
-        words = tokenise(program.lines[int(program.line[block]) - 1].rstrip("\r\n")).words
-    except BlockError:
-        return None
+    words = words_of_row(program, row)
     codes = {word.value for word in words if word.letter == "G"}
     if not {word.letter for word in words} <= _LETTERS or not codes <= _MOTION_CODES | _BESIDE:
         return None

@@ -19,6 +19,12 @@ _STANDS_ALONE = frozenset(("G17", "G18", "G19", "G90", "G91", "G90.1", "G91.1", 
 _LAST_NUMBER = 99_999
 
 
+def line_end(lines: Sequence[str]) -> str:
+    """Return how the lines of a program end."""
+    first = lines[0] if len(lines) else ""
+    return first[len(first.rstrip("\r\n")) :] or "\n"
+
+
 def code_of(line: str) -> str:
     """Return a line without its end, its comments replaced by as many spaces."""
     return _COMMENT.sub(lambda m: " " * len(m.group()), line.rstrip("\r\n"))

@@ -17,6 +17,7 @@ from leafcut.processes.program.post.insertion import (
     format_length,
     format_value,
     insert_words_within,
+    line_end,
     replace_words,
 )
 from leafcut.units import SECONDS_PER_MINUTE
@@ -60,8 +61,7 @@ class _PaceWriter:
         self.reader = BlockReader(program)
         self.motion: int | None = None
         self.feed = 0.0
-        ends = [line for line in program.lines[:1] if line.endswith(("\n", "\r"))]
-        self.end = ends[0][len(ends[0].rstrip("\r\n")) :] if ends else "\n"
+        self.end = line_end(program.lines)
 
     def text(self, look: Heartbeat) -> str:
         """Return the whole program."""

@@ -29,7 +29,13 @@ from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.sequence import Kept, PieceOfWork, Section, Sequence
 from leafcut.model.toolpath import MOTIONS, Kind
-from leafcut.processes.program.post.insertion import format_length, format_value, insert_words_within, renumbered
+from leafcut.processes.program.post.insertion import (
+    format_length,
+    format_value,
+    insert_words_within,
+    line_end,
+    renumbered,
+)
 from leafcut.processes.program.post.line_ownership import Territory
 from leafcut.processes.program.post.orders import checked_order
 from leafcut.processes.program.post.reversing import reverse_stroke
@@ -114,8 +120,7 @@ class _Rewriter:
         self.territory = Territory(program, sequence)
         self.original = Original(program)
         self.out: list[tuple[str, bool]] = []
-        ends = [line for line in program.lines[:1] if line.endswith(("\n", "\r"))]
-        self.end = ends[0][len(ends[0].rstrip("\r\n")) :] if ends else "\n"
+        self.end = line_end(program.lines)
         self.have = Modal()
         self.place = [math.nan] * 3
         #: The height before the running series of cycles.

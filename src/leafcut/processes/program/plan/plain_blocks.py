@@ -1,0 +1,31 @@
+"""Blocks whose words say all that they do, so that other numbers may be put into them."""
+
+from __future__ import annotations
+
+from leafcut.gcode.program import Program
+from leafcut.gcode.words import BlockError, Word, tokenise
+
+
+def block_of_row(program: Program, row: int) -> int:
+    """Return the block that made a row of the path."""
+    return int(program.first.searchsorted(row, side="right")) - 1
+
+
+def words_of_row(program: Program, row: int) -> tuple[Word, ...]:
+    """Return the words of the line that a row of the path stands on; none where they are not plain words."""
+    line = program.lines[int(program.line[block_of_row(program, row)]) - 1]
+    try:
+        return tokenise(line.rstrip("\r\n")).words
+    except BlockError:
+        return ()
+
+
+def is_plain(program: Program, row: int) -> bool:
+    """Return whether a row is all that its block does, in absolute places and uncompensated, once and in any case."""
+    block = block_of_row(program, row)
+    if int(program.first[block + 1]) - int(program.first[block]) != 1:
+        return False
+    if block in program.fixed or block in program.said or program.text_line[block] != program.line[block]:
+        return False
+    after = program.modal(block + 1)
+    return not after.incremental and after.radius == 40 and bool(words_of_row(program, row))
