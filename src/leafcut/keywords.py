@@ -147,6 +147,26 @@ class OptimizeKeywords(TypedDict, total=False):
     """Height at which holes begin: one for all, which becomes Z0, or each its own as drawn, with ways at
     --clearance-height over the highest; Z0 is then that of the drawing (default: one).
     """
+    surface: str | Path | None
+    """STL file of the part or its blank, with the zero of the drawing: each hole begins on it, and ways between
+    holes are as low as it allows (default: flat).
+    """
+    surface_unit: Literal[
+        "mm",
+        "in",
+        "cm",
+        "m",
+        None,
+    ]
+    """Unit of the STL file (default: mm)."""
+    surface_clearance: Quantity | None
+    """How far ways stay from the surface and from fixtures, above and aside (mm; default: 2mm)."""
+    through: bool | None
+    """Drill each hole through the part, as thick as the surface is there."""
+    fixture: str | Sequence[str] | None
+    """Boxes that stand on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; ways go
+    over (default: none).
+    """
     tool_change_height: Quantity | None
     """Tool change height, for machines without one of their own (mm; default: 25mm)."""
     cycle: Literal[
