@@ -245,3 +245,6 @@ def test_the_command_line_says_the_same(folder: Path, tmp_path: Path, capsys: py
     answer = json.loads(capsys.readouterr().out)
     assert answer["verified"]
     assert answer["after"]["time_s"] == pytest.approx(drilled(folder).after.time_s)
+    assert answer["low_ways_saved_s"] > 10.0
+    assert run([*words, "--machine", "linuxcnc-mill", "-o", str(tmp_path / "out.ngc")]) == 0
+    assert "against all ways over the highest" in capsys.readouterr().out

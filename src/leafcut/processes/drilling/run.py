@@ -83,7 +83,7 @@ def _order(run: Run, plan: DrillPlan) -> Outcome[DrillingDetail]:
 
     post = run.settings.post
 
-    def lay(orders: list[NDArray[np.int32]]) -> Toolpath:
+    def lay(orders: list[NDArray[np.int32]], plan: DrillPlan = plan) -> Toolpath:
         return lay_toolpath(
             plan, run.machine, orders, coolant=post.coolant, pause=pause, optional_stop=post.optional_stop
         )
@@ -127,8 +127,21 @@ def _order(run: Run, plan: DrillPlan) -> Outcome[DrillingDetail]:
         issues=(*plan.part.issues, *plan.issues, *machine_issues(run.machine)),
         options=run.settings.changed(),
         version=__version__,
-        detail=DrillingDetail(),
+        detail=DrillingDetail(_saved_by_low_ways(run, plan, lay, [s.nodes for s in solutions], measures[2])),
     )
+
+
+def _saved_by_low_ways(
+    run: Run, plan: DrillPlan, lay: Callable[..., Toolpath], orders: list[NDArray[np.int32]], after: Measure
+) -> float | None:
+    """Return how much longer the same order takes with all ways over the highest place, s; None where all is flat."""
+    from leafcut.timing.toolpath import measure
+
+    if not plan.reliefs:
+        return None
+    over = tuple(replace(o, cycle=replace(o.cycle, to_initial=True)) for o in plan.operations)
+    high = replace(plan, operations=over, always_initial=True, reliefs=())
+    return measure(lay(orders, high), run.machine, start=plan.start).time_s - after.time_s
 
 
 def _problems(run: Run, plan: DrillPlan) -> list[RoutingProblem]:
