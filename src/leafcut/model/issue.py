@@ -69,6 +69,7 @@ CODES: dict[str, str] = {
     "L434": "nesting was stopped by the time limit or by the user",
     "L435": "a nest's sheet is larger than the machine's table",
     "L436": "parts do not fit on the sheets given",
+    "L440": "no speeds were chosen for a tool",
     "L501": "blocks of a program keep their place",
     "L502": "nothing in a program can be reordered",
     "L503": "tool changes were saved",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from leafcut.options import JobOptions, MachineOptions, ReadOptions, SolveOptions, StockOptions
+from leafcut.options import JobOptions, MachineOptions, ReadOptions, SolveOptions, SpeedOptions, StockOptions
 from leafcut.processes.base import COLONIES, LOOKED_UP, ORDERED, PLACE, Work, use
 
 
@@ -37,3 +37,19 @@ class CuttingStock(Work):
     name = "stock"
     title = "cutting stock by a program"
     uses = use(ReadOptions, "units", "strict") | use(MachineOptions) | use(JobOptions, "tools") | use(StockOptions)
+
+
+#: What has a use only where the holes come from a drawing.
+_DRAWN = "input=drawing"
+
+
+class ChoosingSpeeds(Work):
+    """Spindle speeds and feeds of the tools of a part, by time, cost and tool life."""
+
+    name = "cutting-data"
+    title = "choosing speeds and feeds"
+    uses = use(MachineOptions) | use(SpeedOptions)
+    uses |= use(JobOptions, "tools", "depth", "thickness", "break_through", "retract_height", "material")
+    uses |= use(JobOptions, clearance_height=_DRAWN, retract=_DRAWN, diameter_tolerance=f"{_DRAWN} tools")
+    uses |= dict.fromkeys(ReadOptions.specs(), _DRAWN)
+    uses |= use(SolveOptions, **dict.fromkeys(("preset", "time_limit", "seed", "threads"), _DRAWN))

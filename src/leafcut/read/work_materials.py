@@ -68,6 +68,20 @@ def material_list() -> list[tuple[str, str]]:
     return [(one.name, f"{one.description} ({', '.join(one.also)})") for one in found]
 
 
+def material_text(name_or_path: str) -> str:
+    """Return the file of a material, with the source of every value, to save and change.
+
+    Raises
+    ------
+    OptionError
+        As `load_material` does.
+    """
+    material = load_material(name_or_path)
+    if name_or_path.lower().endswith(".toml"):
+        return Path(name_or_path).read_text(encoding="utf-8-sig")
+    return (resources.files("leafcut.materials") / f"{material.name}.toml").read_text(encoding="utf-8")
+
+
 def _shipped(name: str) -> WorkMaterial:
     file = resources.files("leafcut.materials") / f"{name}.toml"
     return _material(parse_toml(file.read_bytes(), file.name), file.name)

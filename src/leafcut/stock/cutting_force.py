@@ -1,9 +1,9 @@
 """Forces, torque and power of drills and mills, by Kienzle's specific cutting force.
 
 Sources: O. Kienzle, Die Bestimmung von Kräften und Leistungen an spanenden Werkzeugen und Werkzeugmaschinen, VDI-Z 94
-(1952), p. 299: kc = kc1.1 h^-mc; Dijet, general catalogue 2018, p. F007: kc = kc1 hm^-mc, Pc = ap ae vf kc / (60·10⁶ η);
+(1952), p. 299: kc = kc1.1 h^-mc; Dijet, general catalogue 2018, p. F007: kc = kc1 hm^-mc, Pc = ap ae vf kc / (6·10⁷ η);
 Sandvik Coromant, Machining formulas and definitions, Milling and Drilling: hm, Pc, Mc and Ff. In mm, N, s and rad the
-numbers 60·10⁶, 240·10³ and 30·10³ of their kW, m/min and rpm go away. kc11 is that of a rake of 0°: sharp tools with
+numbers 6·10⁷, 240·10³ and 30·10³ of their kW, m/min and rpm go away. kc11 is that of a rake of 0°: sharp tools with
 more need about 1 % less for each degree (Sandvik Coromant, Specific cutting force); it is left in, as room for wear.
 """
 
