@@ -21,13 +21,18 @@ _FOOT = 58.0
 #: Room around what is drawn, in parts of it.
 _MARGIN = 0.07
 _MOST_POINTS = 600
+#: What lies farther from the front than this many times its own spread is not drawn.
+_FAR = 1.0
+#: Where names stand beside their marks, the best first: to the right or not, and how far down; how far off.
+_BESIDE = tuple((right, float(up)) for up in (0, -13, 13, -26, 26, -39, 39) for right in (True, False))
+_OFF, _LETTER = 11.0, 6.3
 _SECONDS_PER_HOUR = 3600.0
 _STYLE = """
 svg.front { background: var(--page); }
 .front .card { fill: var(--card); stroke: var(--line); }
 .front .gridline { stroke: var(--line); stroke-width: 1; }
-.front .along { stroke: var(--line-2); stroke-width: 1.2; }
 .front .dots { stroke-width: 5; }
+.front .swatch { stroke-width: 9; stroke-linecap: butt; }
 .front .ring { fill: var(--card); stroke: var(--ink); stroke-width: 1.8; }
 .front .chosen { fill: var(--cut); stroke: var(--card); stroke-width: 2; }
 .front .own { fill: var(--card); stroke: var(--ink-2); stroke-width: 1.6; }
@@ -51,42 +56,35 @@ def check_name(file: str | Path | None) -> None:
         )
 
 
+Place = tuple[float, float]
+#: Left, top, right, bottom.
+Box = tuple[float, float, float, float]
+
+
 @dataclass(frozen=True)
 class _Axis:
-    """Numbers to user units along one side of a panel; by their logarithms where they spread far."""
+    """Numbers to user units along one side of a panel."""
 
     low: float
     high: float
     begin: float
     end: float
-    log: bool = False
 
     @classmethod
-    def over(cls, values: Sequence[float], begin: float, end: float, far: float = math.inf) -> _Axis:
-        """Return an axis with room around some values; a logarithmic one where they spread over the factor `far`."""
+    def over(cls, values: Sequence[float], begin: float, end: float) -> _Axis:
+        """Return an axis with room around some values, which are not negative."""
         low, high = min(values), max(values)
-        if low > 0 and high / low > far:
-            room = (high / low) ** _MARGIN
-            return cls(low / room, high * room, begin, end, True)
         room = _MARGIN * ((high - low) or abs(high) or 1.0)
-        return cls(max(low - room, 0.0) if low >= 0 else low - room, high + room, begin, end)
+        return cls(max(low - room, 0.0), high + room, begin, end)
 
     def at(self, value: float) -> float:
         """Return where a number lies."""
-        if self.log:
-            part = math.log(value / self.low) / math.log(self.high / self.low)
-        else:
-            part = (value - self.low) / (self.high - self.low)
-        return self.begin + part * (self.end - self.begin)
+        return self.begin + (value - self.low) / (self.high - self.low) * (self.end - self.begin)
 
-    def marks(self, count: int) -> list[tuple[float, str]]:
+    def marks(self) -> list[tuple[float, str]]:
         """Return round numbers on the axis with their words."""
-        if self.log:
-            powers = range(math.floor(math.log10(self.low)), math.ceil(math.log10(self.high)) + 1)
-            found = [m * 10.0**p for p in powers for m in (1, 2, 5)]
-            return [(v, f"{v:g}") for v in found if self.low <= v <= self.high]
-        step = nice_step(self.high - self.low, count)
-        return [(v, tick_words(v, step)) for v in ticks(self.low, self.high, step)]
+        step = nice_step(self.high - self.low, 5)
+        return [(value, tick_words(value, step)) for value in ticks(self.low, self.high, step)]
 
 
 def front_svg(found: CuttingData) -> str:
@@ -132,6 +130,8 @@ def _tool(one: ToolFront, found: CuttingData, shade: Callable[[float], int]) -> 
     made = f"{one.holes} hole{'s' * (one.holes != 1)}" if one.holes else "milling"
     head = text(one.tool.label, 16, 30, class_="name")
     about = f"{one.tool_material.value} · {made} · {found.material.name} on {found.machine.name}"
+    if one.given is not None:
+        about += f" · as in the library {format_time(one.given.time)}, {one.given.cost:.2f}"
     beside = text(about, 2 * _WIDE - 16, 30, text_anchor="end")
     points = _thinned(one.points, one.chosen)
     left = _panel(
@@ -169,14 +169,14 @@ def _panel(
     begin, end = left + _LEFT, left + _WIDE - _RIGHT
     bottom, top = _HEAD + _HIGH - _BOTTOM, _HEAD + _TOP
     own = [one.given] if one.given is not None else []
-    x = _Axis.over([across(p) for p in (*points, *own)], begin, end)
-    y = _Axis.over([up(p) for p in (*points, *own)], bottom, top)
+    x = _Axis.over(_near([across(p) for p in points], [across(p) for p in own]), begin, end)
+    y = _Axis.over(_near([up(p) for p in points], [up(p) for p in own]), bottom, top)
     card = element("rect", x=begin, y=top, width=end - begin, height=bottom - top, class_="card")
     grid, numbers = [], []
-    for value, words in y.marks(5):
+    for value, words in y.marks():
         grid.append(f"M{short(begin)} {short(y.at(value))}H{short(end)}")
         numbers.append(text(words, begin - 7, y.at(value), text_anchor="end", dy="0.34em"))
-    for value, words in x.marks(5):
+    for value, words in x.marks():
         grid.append(f"M{short(x.at(value))} {short(top)}V{short(bottom)}")
         numbers.append(text_within(words, x.at(value), bottom + 16, left + _WIDE))
     middle = (top + bottom) / 2
@@ -184,18 +184,28 @@ def _panel(
         names[1], left + 16, middle, text_anchor="middle", transform=f"rotate(-90 {short(left + 16)} {short(middle)})"
     )
 
-    def place(point: CuttingPoint) -> tuple[float, float]:
+    def place(point: CuttingPoint) -> Place:
         return x.at(across(point)), y.at(up(point))
 
+    frame = _Frame(begin, end, top, bottom)
     return (
-        card + element("path", d="".join(grid), class_="gridline") + "".join(numbers) + axes
-        + _dots(points, place, shade) + _marks(one, place, (begin + end) / 2)
-    )  # fmt: skip
+        card
+        + element("path", d="".join(grid), class_="gridline")
+        + "".join(numbers)
+        + axes
+        + _dots(points, place, shade)
+        + _marks(one, [place(point) for point in points], place, frame)
+    )
 
 
-def _dots(
-    points: list[CuttingPoint], place: Callable[[CuttingPoint], tuple[float, float]], shade: Callable[[float], int]
-) -> str:
+def _near(front: list[float], others: list[float]) -> list[float]:
+    """Return the values of the front, with others that are not far from it: one far away would leave it no room."""
+    low, high = min(front), max(front)
+    room = _FAR * ((high - low) or abs(high))
+    return [*front, *(other for other in others if low - room <= other <= high + room)]
+
+
+def _dots(points: list[CuttingPoint], place: Callable[[CuttingPoint], Place], shade: Callable[[float], int]) -> str:
     """Return the points, in one path of each colour."""
     by_colour: dict[int, list[str]] = {}
     for point in points:
@@ -204,34 +214,68 @@ def _dots(
     return "".join(element("path", d="".join(d), class_=f"dots r{c}") for c, d in sorted(by_colour.items()))
 
 
-def _marks(one: ToolFront, place: Callable[[CuttingPoint], tuple[float, float]], middle: float) -> str:
-    """Return the quickest, the cheapest and the longest-lived point, and what the library has."""
+@dataclass(frozen=True)
+class _Frame:
+    """The inside of a panel, in user units."""
+
+    left: float
+    right: float
+    top: float
+    bottom: float
+
+    def leaves(self, box: Box) -> bool:
+        """Return whether a box is not all inside."""
+        return box[0] < self.left or box[2] > self.right or box[1] < self.top or box[3] > self.bottom
+
+
+def _marks(one: ToolFront, dots: list[Place], place: Callable[[CuttingPoint], Place], frame: _Frame) -> str:
+    """Return the quickest, the cheapest and the longest-lived point, and what the library has, with their names."""
     points = one.points
     named = {
-        "quickest": min(points, key=lambda p: (p.time, p.cost)),
-        "cheapest": min(points, key=lambda p: (p.cost, p.time)),
-        "longest life": min(points, key=lambda p: (-p.life, p.cost)),
+        "quickest": place(min(points, key=lambda p: (p.time, p.cost))),
+        "cheapest": place(min(points, key=lambda p: (p.cost, p.time))),
+        "longest life": place(min(points, key=lambda p: (-p.life, p.cost))),
     }
     if one.given is not None:
-        named["library"] = one.given
-    places: dict[tuple[float, float], list[str]] = {}
-    for name, point in named.items():
-        places.setdefault(place(point), []).append(name)
-    drawn, labels, taken = [], [], list[float]()
+        x, y = place(one.given)
+        if not frame.leaves((x, y, x, y)):
+            named["library"] = x, y
+    places: dict[Place, list[str]] = {}
+    for name, where in named.items():
+        places.setdefault(where, []).append(name)
     chosen = place(one.best)
-    for (px, py), names in sorted(places.items(), key=lambda item: item[0][1]):
-        kind = "chosen" if (px, py) == chosen else "own" if names == ["library"] else "ring"
-        drawn.append(_diamond(px, py) if kind == "own" else element("circle", cx=px, cy=py, r=5.0, class_=kind))
-        to_left = px > middle
-        height = py + 4
-        while any(abs(height - other) < 14 for other in taken):
-            height += 14
-        taken.append(height)
-        anchor = "end" if to_left else "start"
-        labels.append(text(", ".join(names), px + (-11 if to_left else 11), height, text_anchor=anchor, class_="label"))
+    drawn, labels, boxes = list[str](), list[str](), list[Box]()
+    for (x, y), names in sorted(places.items(), key=lambda item: item[0][1]):
+        kind = "chosen" if (x, y) == chosen else "own" if names == ["library"] else "ring"
+        drawn.append(_diamond(x, y) if kind == "own" else element("circle", cx=x, cy=y, r=5.0, class_=kind))
+        words = ", ".join(names)
+        box, label = _label(words, (x, y), dots, [*boxes, *(_around(other) for other in places)], frame)
+        boxes.append(box)
+        labels.append(label)
     if chosen not in places:
         drawn.append(element("circle", cx=chosen[0], cy=chosen[1], r=5.0, class_="chosen"))
     return "".join((*drawn, *labels))
+
+
+def _around(place: Place) -> Box:
+    return place[0] - 6, place[1] - 6, place[0] + 6, place[1] + 6
+
+
+def _label(words: str, at: Place, dots: list[Place], boxes: list[Box], frame: _Frame) -> tuple[Box, str]:
+    """Return a name beside its mark, where it hides the least: the box that it fills, and the text."""
+    wide = _LETTER * len(words)
+    best: tuple[float, Box, str] | None = None
+    for number, (right, up) in enumerate(_BESIDE):
+        x, y = at[0] + (_OFF if right else -_OFF), at[1] + 4 + up
+        box = (x, y - 11, x + wide, y + 3) if right else (x - wide, y - 11, x, y + 3)
+        hidden = sum(box[0] < dx < box[2] and box[1] < dy < box[3] for dx, dy in dots)
+        crossed = sum(box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in boxes)
+        cost = number + 3.0 * hidden + 100.0 * crossed + 1000.0 * frame.leaves(box)
+        if best is None or cost < best[0]:
+            label = text(words, x, y, text_anchor="start" if right else "end", class_="label")
+            best = (cost, box, label)
+    assert best is not None
+    return best[1], best[2]
 
 
 def _diamond(x: float, y: float) -> str:
@@ -243,8 +287,8 @@ def _legend(shortest: float, longest: float, top: float, own: bool) -> str:
     begin, wide = 16.0 + 110.0, 180.0
     y = top + 20
     step = wide / (RAMP - 1)
-    steps = [element("path", d=f"M{short(begin + i * step)} {short(y)}h{short(step)}", class_=f"r{i}", stroke_width=9.0,
-                     stroke_linecap="butt") for i in range(RAMP - 1)]  # fmt: skip
+    places = [f"M{short(begin + i * step)} {short(y)}h{short(step)}" for i in range(RAMP - 1)]
+    steps = [element("path", d=place, class_=f"swatch r{i}") for i, place in enumerate(places)]
     words = (
         text("tool life in the cut", 16, y + 4)
         + text(format_time(shortest), begin, y + 21, text_anchor="start")
