@@ -111,7 +111,7 @@ class OptimizeKeywords(TypedDict, total=False):
     """Largest difference between tool and hole diameter (mm; default: 0.05mm)."""
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data a name of `leafcut materials`, or a file (.toml) (default: mild_steel).
+    data a name of `leafcut materials`, or a TOML file (default: mild_steel).
     """
     start_point: str | Sequence[Quantity] | None
     """Start point of the tool, x,y, or free; for a program, its position before the first rapid (mm; default:
@@ -913,7 +913,7 @@ class SimulateKeywords(TypedDict, total=False):
     """Clearance height (initial plane): safe above part and clamps (mm; default: 10mm)."""
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data a name of `leafcut materials`, or a file (.toml) (default: mild_steel).
+    data a name of `leafcut materials`, or a TOML file (default: mild_steel).
     """
     cut_process: str | None
     """Cutting process: plasma, laser, oxyfuel, waterjet, or a name in the cut chart such as laser_fiber_3kW
@@ -1031,12 +1031,62 @@ class CuttingDataKeywords(TypedDict, total=False):
         None,
     ]
     """Retract after a hole to the R plane (G99) or the initial plane (G98) (default: r)."""
+    keep_out: str | Sequence[str] | None
+    """Keep-out zones such as clamps: rectangles 'x0 y0 x1 y1' in mm, separated by commas; no cuts inside, rapids
+    cross at --clearance-height or go around, with the tool radius as margin (default: none).
+    """
+    spindle_speed: Quantity | None
+    """Spindle speed of assumed drills, or of the end mill (rpm; default: 20 m/min surface speed; for end mills
+    from the tool library or --material).
+    """
     diameter_tolerance: Quantity | None
     """Largest difference between tool and hole diameter (mm; default: 0.05mm)."""
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data a name of `leafcut materials`, or a file (.toml) (default: mild_steel).
+    data a name of `leafcut materials`, or a TOML file (default: mild_steel).
     """
+    start_point: str | Sequence[Quantity] | None
+    """Start point of the tool, x,y, or free; for a program, its position before the first rapid (mm; default:
+    0,0).
+    """
+    end_point: str | Sequence[Quantity] | None
+    """End point of the tool, x,y, or free (mm; default: at the last hole)."""
+    depth_to: Literal[
+        "shoulder",
+        "tip",
+        None,
+    ]
+    """Depth reference: full diameter (shoulder) or drill point (tip) (default: shoulder)."""
+    hole_heights: Literal[
+        "one",
+        "drawn",
+        None,
+    ]
+    """Height at which holes begin: one for all, which becomes Z0, or each its own as drawn, with ways at
+    --clearance-height over the highest; Z0 is then that of the drawing (default: one).
+    """
+    tool_change_height: Quantity | None
+    """Tool change height, for machines without one of their own (mm; default: 25mm)."""
+    cycle: Literal[
+        "G81",
+        "G82",
+        "G83",
+        "G73",
+        "G84",
+        "G85",
+        None,
+    ]
+    """Drilling cycle for tools without one in the library (default: G83 with --peck, G82 with --dwell, else G81)."""
+    peck: Quantity | None
+    """Peck depth (Q of G83 and G73) (mm; default: no pecking)."""
+    dwell: Quantity | None
+    """Dwell at the bottom (P of G82) (s; default: none)."""
+    feed: Quantity | None
+    """Feed rate of assumed drills (mm/min; default: 0.02 diameters per revolution)."""
+    centre_drill: bool | None
+    """Centre-drill every hole first, with the library's centre drill."""
+    hole_order: str | Path | None
+    """Order file: drill these holes first, in this order; the search orders the rest (default: none)."""
     preset: Literal[
         "fast",
         "default",
@@ -1127,7 +1177,7 @@ class VerifyKeywords(TypedDict, total=False):
     """Thickness of the plate (holes go through), or of the sheet to cut (mm; default: unknown: holes are blind)."""
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data a name of `leafcut materials`, or a file (.toml) (default: mild_steel).
+    data a name of `leafcut materials`, or a TOML file (default: mild_steel).
     """
     cut_process: str | None
     """Cutting process: plasma, laser, oxyfuel, waterjet, or a name in the cut chart such as laser_fiber_3kW

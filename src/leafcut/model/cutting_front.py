@@ -66,7 +66,8 @@ class ToolFront:
     candidates, allowed
         How many speeds and feeds were tried, and how many of them are within all limits.
     given
-        What comes of the speed and feed in the tool library; None where it has none.
+        What comes of the speed and feed in the tool library, or of those that were given for an assumed drill; None
+        where there are none.
     sources
         Where the tool life's constants are from.
     """

@@ -146,7 +146,14 @@ def groups() -> tuple[type[OptionGroup], ...]:
 
 def works() -> tuple[Work, ...]:
     """Return all kinds of work: the processes, and what leafcut does besides."""
-    return (*processes(), Solving(), Simulating(), CuttingStock(), Verifying(), ChoosingSpeeds())
+    return (
+        *processes(),
+        Solving(),
+        Simulating(),
+        CuttingStock(),
+        Verifying(),
+        ChoosingSpeeds(_built_in("drill").used()),
+    )
 
 
 def work(name: str) -> Work:

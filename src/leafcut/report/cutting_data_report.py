@@ -46,7 +46,7 @@ def _tool_as_json(one: ToolFront) -> dict[str, Any]:
         "allowed": one.allowed,
         "sources": list(one.sources),
         "chosen": _point_as_json(one.best),
-        **({"library": _point_as_json(one.given)} if one.given else {}),
+        **({"given": _point_as_json(one.given)} if one.given else {}),
         "front": [_point_as_json(point) for point in one.points],
     }
 
@@ -113,7 +113,7 @@ def _shown(one: ToolFront) -> dict[str, CuttingPoint]:
         "cheapest": min(points, key=lambda p: (p.cost, p.time)),
         "longest life": min(points, key=lambda p: (-p.life, p.cost)),
     }
-    return shown | ({"as in the library": one.given} if one.given else {})
+    return shown | ({"as given": one.given} if one.given else {})
 
 
 #: What stands in the lines of a tool's table.

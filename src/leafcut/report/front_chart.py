@@ -131,7 +131,7 @@ def _tool(one: ToolFront, found: CuttingData, shade: Callable[[float], int]) -> 
     head = text(one.tool.label, 16, 30, class_="name")
     about = f"{one.tool_material.value} · {made} · {found.material.name} on {found.machine.name}"
     if one.given is not None:
-        about += f" · as in the library {format_time(one.given.time)}, {one.given.cost:.2f}"
+        about += f" · as given {format_time(one.given.time)}, {one.given.cost:.2f}"
     beside = text(about, 2 * _WIDE - 16, 30, text_anchor="end")
     points = _thinned(one.points, one.chosen)
     left = _panel(
@@ -165,7 +165,7 @@ def _panel(
     one: ToolFront, points: list[CuttingPoint], shade: Callable[[float], int], left: float,
     across: Callable[[CuttingPoint], float], up: Callable[[CuttingPoint], float], names: tuple[str, str],
 ) -> str:  # fmt: skip
-    """Return one panel: axes, the front, the best of each objective, and what the library has."""
+    """Return one panel: axes, the front, the best of each objective, and what was given."""
     begin, end = left + _LEFT, left + _WIDE - _RIGHT
     bottom, top = _HEAD + _HIGH - _BOTTOM, _HEAD + _TOP
     own = [one.given] if one.given is not None else []
@@ -229,7 +229,7 @@ class _Frame:
 
 
 def _marks(one: ToolFront, dots: list[Place], place: Callable[[CuttingPoint], Place], frame: _Frame) -> str:
-    """Return the quickest, the cheapest and the longest-lived point, and what the library has, with their names."""
+    """Return the quickest, the cheapest and the longest-lived point, and what was given, with their names."""
     points = one.points
     named = {
         "quickest": place(min(points, key=lambda p: (p.time, p.cost))),
@@ -239,14 +239,14 @@ def _marks(one: ToolFront, dots: list[Place], place: Callable[[CuttingPoint], Pl
     if one.given is not None:
         x, y = place(one.given)
         if not frame.leaves((x, y, x, y)):
-            named["library"] = x, y
+            named["as given"] = x, y
     places: dict[Place, list[str]] = {}
     for name, where in named.items():
         places.setdefault(where, []).append(name)
     chosen = place(one.best)
     drawn, labels, boxes = list[str](), list[str](), list[Box]()
     for (x, y), names in sorted(places.items(), key=lambda item: item[0][1]):
-        kind = "chosen" if (x, y) == chosen else "own" if names == ["library"] else "ring"
+        kind = "chosen" if (x, y) == chosen else "own" if names == ["as given"] else "ring"
         drawn.append(_diamond(x, y) if kind == "own" else element("circle", cx=x, cy=y, r=5.0, class_=kind))
         words = ", ".join(names)
         box, label = _label(words, (x, y), dots, [*boxes, *(_around(other) for other in places)], frame)
@@ -300,5 +300,5 @@ def _legend(shortest: float, longest: float, top: float, own: bool) -> str:
     marks += element("circle", cx=x, cy=y, r=5.0, class_="ring") + text("best for one objective", x + 12, y + 4)
     if own:
         x += 168
-        marks += _diamond(x, y) + text("as in the tool library", x + 12, y + 4)
+        marks += _diamond(x, y) + text("as given", x + 12, y + 4)
     return "".join(steps) + words + marks

@@ -93,8 +93,8 @@ class Limit:
         The limited quantity of each.
     at_least
         It is the least that is allowed, not the most.
-    alone, besides
-        Whether anything is within it; whether anything is within all the others.
+    alone
+        Whether anything is within it, whatever the other limits are.
     nearest
         The best that was found.
     """
@@ -106,7 +106,6 @@ class Limit:
     of: Callable[[Yields], Floats]
     at_least: bool = False
     alone: bool = False
-    besides: bool = False
     nearest: float = field(default=math.nan)
 
     def holds(self, found: Yields) -> Mask:
@@ -120,28 +119,26 @@ class Limit:
 
 def within(limits: list[Limit], found: Yields) -> Mask:
     """Return which speeds and feeds are within all limits, and let the limits know what they did."""
-    masks = [limit.holds(found) for limit in limits]
-    broken = np.sum([~mask for mask in masks], axis=0) if masks else np.zeros(len(found.rpm), dtype=int)
-    for limit, mask in zip(limits, masks, strict=True):
+    allowed = np.ones(len(found.rpm), dtype=bool)
+    for limit in limits:
+        mask = limit.holds(found)
         limit.alone |= bool(mask.any())
-        limit.besides |= bool((broken - ~mask == 0).any())
-    return np.asarray(broken == 0)
+        allowed &= mask
+    return allowed
 
 
 def refusal(label: str, limits: list[Limit]) -> PlanError:
-    """Return the error that says which limit leaves no speed and feed, after `within` left none."""
+    """Return the error that says which limit leaves no speed and feed, after `within` left none.
+
+    A slower spindle with a smaller chip is further within every limit, so one of them is too narrow by itself, but for
+    the steps of the grid.
+    """
     for limit in limits:
         if not limit.alone:
             least, most = ("at least", "at most") if limit.at_least else ("at most", "at least")
             return PlanError(
                 f"{label}: no speed and feed has a {limit.words} of {least} {limit.shown(limit.value)}: it is {most} "
                 f"{limit.shown(limit.nearest)}; change {limit.flag}"
-            )
-    for limit in limits:
-        if limit.besides:
-            return PlanError(
-                f"{label}: the limit of {limit.words} leaves no speed and feed that is within the others; change "
-                f"{limit.flag}"
             )
     flags = ", ".join(dict.fromkeys(limit.flag for limit in limits))
     return PlanError(f"{label}: no speed and feed is within all limits together; change {flags}")

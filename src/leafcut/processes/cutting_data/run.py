@@ -64,17 +64,44 @@ def cutting_data(
     if not works:
         left_out = "; ".join(issue.message for issue in issues[:3])
         raise PlanError(f"no tool is left to choose speeds for{f': {left_out}' if left_out else ''}")
-    fronts = tuple(_front(work, settings, machine, material, objective, kind) for work, kind in works)
+    fronts = _fronts(works, settings, machine, material, objective, issues)
     return CuttingData(
         source="" if drawing is None else str(drawing),
         machine=machine,
         material=material,
         objective=objective,
         shop_rate=options.shop_rate,
-        tools=fronts,
+        tools=tuple(fronts),
         issues=tuple(issues),
         defaults=settings.from_defaults(),
     )
+
+
+def _fronts(
+    works: list[tuple[ToolWork, ToolMaterial]], settings: Settings, machine: Machine, material: WorkMaterial,
+    objective: str, issues: list[Issue],
+) -> list[ToolFront]:  # fmt: skip
+    """Return the fronts of all tools that have one; the others become issues.
+
+    Raises
+    ------
+    PlanError
+        There is none, or one of a tool that was asked for by its number is missing.
+    """
+    fronts: list[ToolFront] = []
+    refused: list[PlanError] = []
+    for work, kind in works:
+        try:
+            _check_known(work.tool, kind, work.work, material)
+            fronts.append(_front(work, settings, machine, material, objective, kind))
+        except PlanError as problem:
+            if settings.of(SpeedOptions).tool_numbers:
+                raise
+            refused.append(problem)
+    if not fronts:
+        raise refused[0]
+    issues += [Issue("L440", f"no speeds chosen: {problem}", severity=Severity.WARNING) for problem in refused]
+    return fronts
 
 
 def _works(
@@ -100,13 +127,11 @@ def _works(
         kind = tool.material or ToolMaterial(options.tool_material)
         if tool.kind is ToolKind.DRILL:
             lives = material.lives_of(CuttingWork.DRILL, kind)
-            _check_known(tool, kind, CuttingWork.DRILL, material)
             yield (
                 ToolWork(tool, CuttingWork.DRILL, lives, fed, cut, idle, cut / max(holes, 1), holes=holes),
                 kind,
             )
         elif tool.kind is ToolKind.END_MILL and options.cut_length is not None:
-            _check_known(tool, kind, CuttingWork.MILL, material)
             yield _mill(tool, options, options.cut_length, material, kind), kind
         else:
             why = "give --cut-length" if tool.kind is ToolKind.END_MILL else "only of drills and end mills"
@@ -204,7 +229,9 @@ def _front(
         raise refusal(tool.label, limits)
     best = allowed.taken(non_dominated(np.column_stack((allowed.time, allowed.cost, -allowed.life))))
     best = best.taken(np.lexsort((best.rpm, -best.life, best.cost, best.time)))
-    given = _given(work, material, prices, options)
+    given = None
+    if not tool.assumed or {"feed", "spindle_speed"} & settings.given:
+        given = _given(work, material, prices, options)
     return ToolFront(
         tool=tool,
         tool_material=kind,
@@ -220,9 +247,9 @@ def _front(
 
 
 def _given(work: ToolWork, material: WorkMaterial, prices: Prices, options: SpeedOptions) -> CuttingPoint | None:
-    """Return what comes of the tool's own speed and feed, if the library has them."""
+    """Return what comes of the tool's own speed and feed, if it has them."""
     tool = work.tool
-    if tool.assumed or not (tool.feed > 0 and tool.spindle_rpm > 0):
+    if not (tool.feed > 0 and tool.spindle_rpm > 0):
         return None
     rpm, feed = np.array([tool.spindle_rpm]), np.array([tool.feed])
     return yields(work, material, prices, rpm, feed, options.drive_efficiency).points()[0]
