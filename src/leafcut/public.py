@@ -15,7 +15,7 @@ from leafcut.keywords import (
     StockKeywords,
     VerifyKeywords,
 )
-from leafcut.kinds import Head
+from leafcut.kinds import CuttingWork, Head, ToolMaterial
 from leafcut.model.certificate import Certificate, Counts
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import (
@@ -87,6 +87,7 @@ __all__ = [
     "CuttingData",
     "CuttingDataKeywords",
     "CuttingPoint",
+    "CuttingWork",
     "Difference",
     "DrillCycle",
     "DrillLoad",
@@ -164,6 +165,7 @@ __all__ = [
     "ToolFront",
     "ToolKind",
     "ToolLife",
+    "ToolMaterial",
     "ToolPace",
     "Toolpath",
     "VerifyError",

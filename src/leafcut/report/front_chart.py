@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from leafcut.errors import OptionError
+from leafcut.geometry.arrays import Point
 from leafcut.model.cutting_front import CuttingData, CuttingPoint, ToolFront
 from leafcut.report.colours import drawing_css
 from leafcut.report.drawing import RAMP
@@ -56,9 +57,8 @@ def check_name(file: str | Path | None) -> None:
         )
 
 
-Place = tuple[float, float]
 #: Left, top, right, bottom.
-Box = tuple[float, float, float, float]
+_Box = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -184,7 +184,7 @@ def _panel(
         names[1], left + 16, middle, text_anchor="middle", transform=f"rotate(-90 {short(left + 16)} {short(middle)})"
     )
 
-    def place(point: CuttingPoint) -> Place:
+    def place(point: CuttingPoint) -> Point:
         return x.at(across(point)), y.at(up(point))
 
     frame = _Frame(begin, end, top, bottom)
@@ -205,7 +205,7 @@ def _near(front: list[float], others: list[float]) -> list[float]:
     return [*front, *(other for other in others if low - room <= other <= high + room)]
 
 
-def _dots(points: list[CuttingPoint], place: Callable[[CuttingPoint], Place], shade: Callable[[float], int]) -> str:
+def _dots(points: list[CuttingPoint], place: Callable[[CuttingPoint], Point], shade: Callable[[float], int]) -> str:
     """Return the points, in one path of each colour."""
     by_colour: dict[int, list[str]] = {}
     for point in points:
@@ -223,12 +223,12 @@ class _Frame:
     top: float
     bottom: float
 
-    def leaves(self, box: Box) -> bool:
+    def leaves(self, box: _Box) -> bool:
         """Return whether a box is not all inside."""
         return box[0] < self.left or box[2] > self.right or box[1] < self.top or box[3] > self.bottom
 
 
-def _marks(one: ToolFront, dots: list[Place], place: Callable[[CuttingPoint], Place], frame: _Frame) -> str:
+def _marks(one: ToolFront, dots: list[Point], place: Callable[[CuttingPoint], Point], frame: _Frame) -> str:
     """Return the quickest, the cheapest and the longest-lived point, and what was given, with their names."""
     points = one.points
     named = {
@@ -240,11 +240,11 @@ def _marks(one: ToolFront, dots: list[Place], place: Callable[[CuttingPoint], Pl
         x, y = place(one.given)
         if not frame.leaves((x, y, x, y)):
             named["as given"] = x, y
-    places: dict[Place, list[str]] = {}
+    places: dict[Point, list[str]] = {}
     for name, where in named.items():
         places.setdefault(where, []).append(name)
     chosen = place(one.best)
-    drawn, labels, boxes = list[str](), list[str](), list[Box]()
+    drawn, labels, boxes = list[str](), list[str](), list[_Box]()
     for (x, y), names in sorted(places.items(), key=lambda item: item[0][1]):
         kind = "chosen" if (x, y) == chosen else "own" if names == ["as given"] else "ring"
         drawn.append(_diamond(x, y) if kind == "own" else element("circle", cx=x, cy=y, r=5.0, class_=kind))
@@ -257,14 +257,14 @@ def _marks(one: ToolFront, dots: list[Place], place: Callable[[CuttingPoint], Pl
     return "".join((*drawn, *labels))
 
 
-def _around(place: Place) -> Box:
+def _around(place: Point) -> _Box:
     return place[0] - 6, place[1] - 6, place[0] + 6, place[1] + 6
 
 
-def _label(words: str, at: Place, dots: list[Place], boxes: list[Box], frame: _Frame) -> tuple[Box, str]:
+def _label(words: str, at: Point, dots: list[Point], boxes: list[_Box], frame: _Frame) -> tuple[_Box, str]:
     """Return a name beside its mark, where it hides the least: the box that it fills, and the text."""
     wide = _LETTER * len(words)
-    best: tuple[float, Box, str] | None = None
+    best: tuple[float, _Box, str] | None = None
     for number, (right, up) in enumerate(_BESIDE):
         x, y = at[0] + (_OFF if right else -_OFF), at[1] + 4 + up
         box = (x, y - 11, x + wide, y + 3) if right else (x - wide, y - 11, x, y + 3)

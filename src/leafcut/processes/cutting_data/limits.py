@@ -20,7 +20,7 @@ _TOGETHER, _MOST = 200_000, 20_000_000
 _ROUNDED = 1e-9
 
 
-class Grid(NamedTuple):
+class SpeedGrid(NamedTuple):
     """The speeds and feeds of a machine that give a chip within bounds.
 
     Attributes
@@ -80,7 +80,7 @@ class Grid(NamedTuple):
 
 
 @dataclass
-class Limit:
+class CuttingLimit:
     """One limit of speeds and feeds, and what it did to all that were tried.
 
     Attributes
@@ -117,7 +117,7 @@ class Limit:
         return within
 
 
-def within(limits: list[Limit], found: Yields) -> Mask:
+def within(limits: list[CuttingLimit], found: Yields) -> Mask:
     """Return which speeds and feeds are within all limits, and let the limits know what they did."""
     allowed = np.ones(len(found.rpm), dtype=bool)
     for limit in limits:
@@ -127,7 +127,7 @@ def within(limits: list[Limit], found: Yields) -> Mask:
     return allowed
 
 
-def refusal(label: str, limits: list[Limit]) -> PlanError:
+def refusal(label: str, limits: list[CuttingLimit]) -> PlanError:
     """Return the error that says which limit leaves no speed and feed, after `within` left none.
 
     A slower spindle with a smaller chip is further within every limit, so one of them is too narrow by itself, but for

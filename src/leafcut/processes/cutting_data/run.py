@@ -20,7 +20,7 @@ from leafcut.options.speeds import SpeedOptions
 from leafcut.processes.course import machine_of
 from leafcut.processes.cutting_data.economics import Prices, ToolWork, Yields, best_of, yields
 from leafcut.processes.cutting_data.front import non_dominated
-from leafcut.processes.cutting_data.limits import Grid, Limit, refusal, within
+from leafcut.processes.cutting_data.limits import CuttingLimit, SpeedGrid, refusal, within
 from leafcut.units import format_time
 
 if TYPE_CHECKING:
@@ -255,7 +255,7 @@ def _given(work: ToolWork, material: WorkMaterial, prices: Prices, options: Spee
     return yields(work, material, prices, rpm, feed, options.drive_efficiency).points()[0]
 
 
-def _grid(work: ToolWork, options: SpeedOptions, machine: Machine, material: WorkMaterial) -> Grid:
+def _grid(work: ToolWork, options: SpeedOptions, machine: Machine, material: WorkMaterial) -> SpeedGrid:
     share = material.drill_feed if work.work is CuttingWork.DRILL else material.mill_feed
     largest = options.max_chip or share * work.tool.diameter
     if not largest:
@@ -266,7 +266,7 @@ def _grid(work: ToolWork, options: SpeedOptions, machine: Machine, material: Wor
             f"--min-chip: {least:g} mm is more than the highest chip of {work.tool.label}, {largest:.3g} mm "
             "(--max-chip)"
         )
-    return Grid(
+    return SpeedGrid(
         lowest_rpm=machine.spindle_min_rpm,
         highest_rpm=machine.spindle_max_rpm,
         rpm_step=options.speed_step,
@@ -278,15 +278,17 @@ def _grid(work: ToolWork, options: SpeedOptions, machine: Machine, material: Wor
     )
 
 
-def _limits(work: ToolWork, options: SpeedOptions, machine: Machine) -> list[Limit]:
-    limits = [Limit("tool life", "--min-life", options.min_life, format_time, lambda y: y.life, at_least=True)]
+def _limits(work: ToolWork, options: SpeedOptions, machine: Machine) -> list[CuttingLimit]:
+    limits = [CuttingLimit("tool life", "--min-life", options.min_life, format_time, lambda y: y.life, at_least=True)]
     power = options.max_power or machine.spindle_power
     torque = options.max_torque or machine.spindle_torque
     thrust = options.max_thrust or machine.max_thrust
     if power:
-        limits.append(Limit("power", "--max-power", power, lambda w: f"{w / 1000.0:.3g} kW", lambda y: y.power))
+        limits.append(CuttingLimit("power", "--max-power", power, lambda w: f"{w / 1000.0:.3g} kW", lambda y: y.power))
     if torque:
-        limits.append(Limit("torque", "--max-torque", torque, lambda m: f"{m / 1000.0:.3g} N·m", lambda y: y.torque))
+        limits.append(
+            CuttingLimit("torque", "--max-torque", torque, lambda m: f"{m / 1000.0:.3g} N·m", lambda y: y.torque)
+        )
     if thrust and work.work is CuttingWork.DRILL:
-        limits.append(Limit("thrust", "--max-thrust", thrust, lambda f: f"{f:.3g} N", lambda y: y.thrust))
+        limits.append(CuttingLimit("thrust", "--max-thrust", thrust, lambda f: f"{f:.3g} N", lambda y: y.thrust))
     return limits
