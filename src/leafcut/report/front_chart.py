@@ -23,9 +23,9 @@ _FOOT = 58.0
 _MARGIN = 0.07
 _MOST_POINTS = 600
 #: What lies farther from the front than this many times its own spread is not drawn.
-_FAR = 1.0
+_FAR = 2.0
 #: Where names stand beside their marks, the best first: to the right or not, and how far down; how far off.
-_BESIDE = tuple((right, float(up)) for up in (0, -13, 13, -26, 26, -39, 39) for right in (True, False))
+_BESIDE = tuple((right, float(up)) for up in (0, -13, 13, -26, 26) for right in (True, False))
 _OFF, _LETTER = 11.0, 6.3
 _SECONDS_PER_HOUR = 3600.0
 _STYLE = """
@@ -59,6 +59,15 @@ def check_name(file: str | Path | None) -> None:
 
 #: Left, top, right, bottom.
 _Box = tuple[float, float, float, float]
+
+
+#: What the axes of the panels show.
+_SHOWN: tuple[Callable[[CuttingPoint], float], ...] = (
+    lambda point: point.time,
+    lambda point: point.cost,
+    lambda point: point.rpm,
+    lambda point: point.feed,
+)
 
 
 @dataclass(frozen=True)
@@ -108,7 +117,7 @@ def front_svg(found: CuttingData) -> str:
             element("style", drawing_css() + _STYLE),
             element("rect", x=0.0, y=0.0, width=width, height=height, fill="var(--page)"),
             *rows,
-            _legend(min(lives), max(lives), bottom, any(one.given for one in found.tools)),
+            _legend(min(lives), max(lives), bottom, any(map(_own, found.tools))),
             xmlns="http://www.w3.org/2000/svg",
             viewBox=f"0 0 {short(width)} {short(height)}",
             width=width,
@@ -168,9 +177,10 @@ def _panel(
     """Return one panel: axes, the front, the best of each objective, and what was given."""
     begin, end = left + _LEFT, left + _WIDE - _RIGHT
     bottom, top = _HEAD + _HIGH - _BOTTOM, _HEAD + _TOP
-    own = [one.given] if one.given is not None else []
-    x = _Axis.over(_near([across(p) for p in points], [across(p) for p in own]), begin, end)
-    y = _Axis.over(_near([up(p) for p in points], [up(p) for p in own]), bottom, top)
+    own = _own(one)
+    shown = points if own is None else [*points, own]
+    x = _Axis.over([across(point) for point in shown], begin, end)
+    y = _Axis.over([up(point) for point in shown], bottom, top)
     card = element("rect", x=begin, y=top, width=end - begin, height=bottom - top, class_="card")
     grid, numbers = [], []
     for value, words in y.marks():
@@ -198,11 +208,16 @@ def _panel(
     )
 
 
-def _near(front: list[float], others: list[float]) -> list[float]:
-    """Return the values of the front, with others that are not far from it: one far away would leave it no room."""
-    low, high = min(front), max(front)
-    room = _FAR * ((high - low) or abs(high))
-    return [*front, *(other for other in others if low - room <= other <= high + room)]
+def _own(one: ToolFront) -> CuttingPoint | None:
+    """Return what was given, unless it is far from the front: that would be left no room."""
+    if one.given is None:
+        return None
+    for of in _SHOWN:
+        values = [of(point) for point in one.points]
+        room = _FAR * ((max(values) - min(values)) or max(values))
+        if not min(values) - room <= of(one.given) <= max(values) + room:
+            return None
+    return one.given
 
 
 def _dots(points: list[CuttingPoint], place: Callable[[CuttingPoint], Point], shade: Callable[[float], int]) -> str:
@@ -236,10 +251,9 @@ def _marks(one: ToolFront, dots: list[Point], place: Callable[[CuttingPoint], Po
         "cheapest": place(min(points, key=lambda p: (p.cost, p.time))),
         "longest life": place(min(points, key=lambda p: (-p.life, p.cost))),
     }
-    if one.given is not None:
-        x, y = place(one.given)
-        if not frame.leaves((x, y, x, y)):
-            named["as given"] = x, y
+    own = _own(one)
+    if own is not None:
+        named["as given"] = place(own)
     places: dict[Point, list[str]] = {}
     for name, where in named.items():
         places.setdefault(where, []).append(name)
@@ -270,7 +284,7 @@ def _label(words: str, at: Point, dots: list[Point], boxes: list[_Box], frame: _
         box = (x, y - 11, x + wide, y + 3) if right else (x - wide, y - 11, x, y + 3)
         hidden = sum(box[0] < dx < box[2] and box[1] < dy < box[3] for dx, dy in dots)
         crossed = sum(box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in boxes)
-        cost = number + 3.0 * hidden + 100.0 * crossed + 1000.0 * frame.leaves(box)
+        cost = number + 5.0 * hidden + 100.0 * crossed + 1000.0 * frame.leaves(box)
         if best is None or cost < best[0]:
             label = text(words, x, y, text_anchor="start" if right else "end", class_="label")
             best = (cost, box, label)
