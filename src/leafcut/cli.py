@@ -49,6 +49,12 @@ LITTER = 100_000
 #: The options of `cutting-data` that matter most.
 _FIRST_OF_SPEEDS = ("material", "tools", "holes", "depth", "thickness", "machine", "shop_rate", "tool_cost")
 
+#: What it does without some options, where that is not what drilling does.
+_ASKED_OF_SPEEDS = {
+    "material": "must be given",
+    "tools": "one drill per diameter of the drawing, or --drill-diameter",
+}
+
 #: What `optimize` takes.
 _EVERY_INPUT = (
     "a drawing, a drill file, a point map, a G-code program, or example:plate-70; several drill files make one program"
@@ -210,7 +216,12 @@ def _working_commands() -> Iterator[tuple[str, Callable[..., int], Sequence[Work
     yield "batch", _batch, by_optimize, {"annotations": many}
     for name, function in (("solve", _solve), ("simulate", _simulate), ("stock", _stock), ("verify", _verify)):
         yield name, function, [registry.work(name)], {}
-    yield "cutting-data", _cutting_data, [registry.work("cutting-data")], {"first": _FIRST_OF_SPEEDS}
+    yield (
+        "cutting-data",
+        _cutting_data,
+        [registry.work("cutting-data")],
+        {"first": _FIRST_OF_SPEEDS, "defaults": lambda: _ASKED_OF_SPEEDS},
+    )
 
 
 def _usual(process: Process) -> dict[str, str]:

@@ -1,7 +1,6 @@
 """Materials to be cut: TOML → `WorkMaterial`.
 
-Those shipped, and those of installed packages (`leafcut.materials`), are found by name or by another name of theirs;
-others by the path of their file.
+Those shipped are found by name, or by another name of theirs; others by the path of their file.
 """
 
 from __future__ import annotations

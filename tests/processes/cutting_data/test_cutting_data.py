@@ -198,6 +198,24 @@ def test_tools_whose_speeds_are_not_chosen_are_told_and_the_rest_is_chosen(libra
     ]
 
 
+def test_a_tool_that_cannot_be_used_is_told_and_does_not_keep_the_others_from_their_speeds(tmp_path: Path) -> None:
+    """Of three drills one is too short, and one of carbide, of which aluminium has no constants."""
+    file = tmp_path / "three.toml"
+    rows = ("", 'flute_length = "5 mm"', 'material = "carbide"')
+    text = "".join(f'[[tool]]\nnumber = {n}\ndiameter = "{n + 4} mm"\n{row}\n' for n, row in enumerate(rows, 1))
+    file.write_text(text, encoding="utf-8")
+    options: dict[str, Any] = {"tools": file, "material": "6061", "holes": 9, "depth": 12}
+    found = leafcut.cutting_data(**options)
+    assert [one.tool.number for one in found.tools] == [1]
+    assert [issue.severity.value for issue in found.issues] == ["warning", "warning"]
+    assert "T2 drill Ø6: its flutes are 5 mm long, but with its point the holes are 13.8 mm deep" in str(
+        found.issues[0]
+    )
+    assert "T3 drill Ø7: aluminium-6061 has no tool-life constants of carbide drills" in str(found.issues[1])
+    with pytest.raises(PlanError, match="T2 drill Ø6: its flutes"):
+        leafcut.cutting_data(**options, tool_numbers="1,2")
+
+
 def test_the_costs_of_the_library_go_before_the_option(library: Path) -> None:
     """4.5 for a life: cost = rate × time + worn × 4.5."""
     point = chosen(leafcut.cutting_data(tools=library, material="c45", holes=9, depth=12, tool_cost=99)).best

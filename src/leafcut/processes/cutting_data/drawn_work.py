@@ -48,15 +48,20 @@ def drawn_works(
     fed = path.kind == Kind.FEED
     length = np.zeros(len(path))
     length[1:] = np.abs(np.diff(path.end[:, 2]))
-    works = []
+    holes: dict[int, int] = {}
+    tools: dict[int, Tool] = {}
     for operation in outcome.operations:
-        tool, holes = operation.tool, len(operation.holes)
-        if tool.kind is not ToolKind.DRILL or operation.slots:
+        tools[operation.tool.number] = operation.tool
+        drilled = 0 if operation.slots else len(operation.holes)
+        holes[operation.tool.number] = holes.get(operation.tool.number, 0) + drilled
+    works = []
+    for number, tool in tools.items():
+        if tool.kind is not ToolKind.DRILL or not holes[number]:
             works.append((tool, 0, 0.0, 0.0, 0.0))
             continue
-        mine = at_work == tool.number
+        mine = at_work == number
         moved = float(length[mine & fed].sum())
         # The change to the tool and its spindle's start are not changed by its speed, but they are the part's.
         idle = float(times.seconds[mine].sum()) - moved / tool.feed
-        works.append((tool, holes, moved, moved - holes * settings.job.retract_height, max(idle, 0.0)))
+        works.append((tool, holes[number], moved, moved - holes[number] * settings.job.retract_height, max(idle, 0.0)))
     return works

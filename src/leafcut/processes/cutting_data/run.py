@@ -93,6 +93,7 @@ def _fronts(
     for work, kind in works:
         try:
             _check_known(work.tool, kind, work.work, material)
+            _check_reach(work)
             fronts.append(_front(work, settings, machine, material, objective, kind))
         except PlanError as problem:
             if settings.of(SpeedOptions).tool_numbers:
@@ -162,6 +163,22 @@ def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: Wo
         f"{tool.label}: {material.name} has no tool-life constants of {kind.value} {words}; {others}; add a [[life]] "
         "in a material file of your own, or set --tool-material"
     )
+
+
+def _check_reach(work: ToolWork) -> None:
+    """Refuse a drill for holes that are deeper than its flutes.
+
+    Raises
+    ------
+    PlanError
+        Says how deep both are.
+    """
+    most = work.tool.flute_length
+    if most is not None and work.hole_depth > most:
+        raise PlanError(
+            f"{work.tool.label}: its flutes are {most:g} mm long, but with its point the holes are "
+            f"{work.hole_depth:.4g} mm deep; choose other tools with --tool-numbers"
+        )
 
 
 def _stated(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
