@@ -63,6 +63,7 @@ class SpeedOptions(OptionGroup):
         minimum=0.001,
         maximum=1e7,
         default_words="end mills are left out",
+        needs="tools",
     )
     cut_width: float | None = option(
         "quantity",

@@ -148,6 +148,17 @@ def test_drills_of_a_drawing_have_its_holes_and_the_time_of_its_program(library:
     assert found.best.time < found.given.time
 
 
+def test_end_mills_are_chosen_for_beside_the_drills_of_a_drawing(library: Path, examples: Path) -> None:
+    """The mill's way is 1 m: by hand 1000 mm by its feed, and its share of a worn tool."""
+    options: dict[str, Any] = {"material": "c45", "depth": 3, "tools": library, "diameter_tolerance": 1}
+    found = leafcut.cutting_data(str(examples / "plate_10.dxf"), **options, cut_length="1 m")
+    assert [one.tool.number for one in found.tools] == [1, 2]
+    mill = chosen(found, 2).best
+    assert mill.time == pytest.approx(1000.0 / mill.feed * (1.0 + 120.0 / mill.life))
+    with pytest.raises(OptionError, match="--cut-length: only used with --tools"):
+        leafcut.cutting_data(str(examples / "plate_10.dxf"), material="c45", depth=3, cut_length="1 m")
+
+
 def test_a_saved_library_is_the_users_own_but_for_the_chosen_speeds_and_a_program_drills_with_them(
     library: Path, tmp_path: Path, examples: Path
 ) -> None:
@@ -193,8 +204,8 @@ def test_tools_whose_speeds_are_not_chosen_are_told_and_the_rest_is_chosen(libra
     found = leafcut.cutting_data(tools=library, material="c45", holes=9, depth=12)
     assert [one.tool.number for one in found.tools] == [1]
     assert [issue.message for issue in found.issues] == [
-        "T2 end-mill Ø8: no speeds chosen: give --cut-length",
-        "T3 reamer Ø6: no speeds chosen: only of drills and end mills",
+        "no speeds chosen for T2: give --cut-length",
+        "no speeds chosen for T3: only drills and end mills have them",
     ]
 
 
@@ -270,7 +281,7 @@ def test_files_are_refused_before_anything_is_written(tmp_path: Path, library: P
         leafcut.cutting_data(str(examples / "cam_121.nc"), material="c45")
     with pytest.raises(PlanError, match="number of its teeth is unknown"):
         library.write_text(LIBRARY.replace("teeth = 4\n", ""), encoding="utf-8")
-        leafcut.cutting_data(tools=library, material="c45", holes=1, depth=5, cut_length=100)
+        leafcut.cutting_data(tools=library, tool_numbers="2", material="c45", cut_length=100)
     with pytest.raises(OptionError, match="'diameter' is missing"):
         library.write_text("[[tool]]\nnumber = 1\n", encoding="utf-8")
         leafcut.cutting_data(tools=library, material="c45", holes=1, depth=5)
@@ -318,4 +329,5 @@ def test_materials_are_listed_and_shown_with_their_sources(capsys: pytest.Captur
     own.write_text(text, encoding="utf-8")
     options = {**DRILL, "material": str(own)}
     assert chosen(leafcut.cutting_data(**options)).points == chosen(leafcut.cutting_data(**DRILL)).points
-    assert run(["materials", "--show", "1054"]) == 1 or "1045" in capsys.readouterr().err
+    assert run(["materials", "--show", "1054"]) == 2
+    assert "unknown material '1054'; did you mean '1045'?" in capsys.readouterr().err

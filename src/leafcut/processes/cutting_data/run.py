@@ -62,8 +62,8 @@ def cutting_data(
     issues: list[Issue] = []
     works = list(_works(drawing, settings, machine, material, issues, progress))
     if not works:
-        left_out = "; ".join(issue.message for issue in issues[:3])
-        raise PlanError(f"no tool is left to choose speeds for{f': {left_out}' if left_out else ''}")
+        told = "; ".join(issue.message for issue in issues[:3])
+        raise PlanError(f"no tool is left to choose speeds for{f': {told}' if told else ''}")
     fronts = _fronts(works, settings, machine, material, objective, issues)
     return CuttingData(
         source="" if drawing is None else str(drawing),
@@ -93,7 +93,7 @@ def _fronts(
     for work, kind in works:
         try:
             _check_known(work.tool, kind, work.work, material)
-            _check_reach(work)
+            _check_tool(work)
             fronts.append(_front(work, settings, machine, material, objective, kind))
         except PlanError as problem:
             if settings.of(SpeedOptions).tool_numbers:
@@ -118,25 +118,37 @@ def _works(
         found = list(_stated(settings, machine))
     else:
         found = drawn_works(drawing, settings, machine, issues, progress)
+        if options.cut_length is not None:
+            found += _end_mills(settings, machine)
     for number in wanted:
         if all(tool.number != number for tool, *_ in found):
             known = ", ".join(str(tool.number) for tool, *_ in found)
             raise OptionError(f"--tool-numbers: no tool {number} at work here; there are {known}")
+    left_out: dict[str, list[str]] = {}
     for tool, holes, fed, cut, idle in found:
         if wanted and tool.number not in wanted:
             continue
         kind = tool.material or ToolMaterial(options.tool_material)
-        if tool.kind is ToolKind.DRILL:
+        if tool.kind is ToolKind.DRILL and holes:
             lives = material.lives_of(CuttingWork.DRILL, kind)
-            yield (
-                ToolWork(tool, CuttingWork.DRILL, lives, fed, cut, idle, cut / max(holes, 1), holes=holes),
-                kind,
-            )
+            yield ToolWork(tool, CuttingWork.DRILL, lives, fed, cut, idle, cut / holes, holes=holes), kind
         elif tool.kind is ToolKind.END_MILL and options.cut_length is not None:
             yield _mill(tool, options, options.cut_length, material, kind), kind
         else:
-            why = "give --cut-length" if tool.kind is ToolKind.END_MILL else "only of drills and end mills"
-            issues.append(Issue("L440", f"{tool.label}: no speeds chosen: {why}", severity=Severity.NOTE))
+            why = "give --cut-length" if tool.kind is ToolKind.END_MILL else "only drills and end mills have them"
+            left_out.setdefault(why, []).append(f"T{tool.number}")
+    for why, labels in left_out.items():
+        issues.append(Issue("L440", f"no speeds chosen for {', '.join(labels)}: {why}", severity=Severity.NOTE))
+
+
+def _end_mills(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
+    """Yield the end mills of the library, which a drawing of holes has no work for."""
+    from leafcut.read.tools import load_tools
+
+    assert settings.job.tools is not None  # an option's need
+    for tool in load_tools(settings.job.tools, machine.units).tools:
+        if tool.kind is ToolKind.END_MILL:
+            yield tool, 0, 0.0, 0.0, 0.0
 
 
 def _wanted(words: tuple[str, ...]) -> tuple[int, ...]:
@@ -165,14 +177,16 @@ def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: Wo
     )
 
 
-def _check_reach(work: ToolWork) -> None:
-    """Refuse a drill for holes that are deeper than its flutes.
+def _check_tool(work: ToolWork) -> None:
+    """Refuse a drill for holes that are deeper than its flutes, and a mill whose teeth nobody has counted.
 
     Raises
     ------
     PlanError
-        Says how deep both are.
+        Says which it is.
     """
+    if not work.teeth:
+        raise PlanError(f"{work.tool.label}: the number of its teeth is unknown; add 'teeth' in the tool library")
     most = work.tool.flute_length
     if most is not None and work.hole_depth > most:
         raise PlanError(
@@ -212,12 +226,10 @@ def _stated(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, f
 
 
 def _mill(tool: Tool, options: SpeedOptions, length: float, material: WorkMaterial, kind: ToolMaterial) -> ToolWork:
-    if tool.teeth is None:
-        raise PlanError(f"{tool.label}: the number of its teeth is unknown; add 'teeth' in the tool library")
     width = min(options.cut_width or tool.diameter, tool.diameter)
     depth = options.cut_depth or _DEPTH * tool.diameter
-    lives = material.lives_of(CuttingWork.MILL, kind)
-    return ToolWork(tool, CuttingWork.MILL, lives, fed=length, cut=length, width=width, depth=depth, teeth=tool.teeth)
+    lives, teeth = material.lives_of(CuttingWork.MILL, kind), tool.teeth or 0
+    return ToolWork(tool, CuttingWork.MILL, lives, fed=length, cut=length, width=width, depth=depth, teeth=teeth)
 
 
 def _front(
