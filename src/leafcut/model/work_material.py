@@ -94,7 +94,7 @@ class WorkMaterial:
     drill_feed
         Highest feed of a drill per revolution as a share of its diameter; 0 where not said.
     mill_feed
-        Highest feed of a mill per tooth as a share of its diameter; 0 where not said.
+        Highest feed of a carbide mill per tooth as a share of its diameter; 0 where not said.
     sources
         Where each value is from, by key, or "estimate: …".
     """

@@ -159,6 +159,16 @@ def test_end_mills_are_chosen_for_beside_the_drills_of_a_drawing(library: Path, 
         leafcut.cutting_data(str(examples / "plate_10.dxf"), material="c45", depth=3, cut_length="1 m")
 
 
+def test_mills_of_high_speed_steel_have_half_the_chip_of_carbide_ones(library: Path) -> None:
+    """Of 8 mm in C45: 0.01 × 8 mm by tooth at most."""
+    given: dict[str, Any] = {"tools": library, "tool_numbers": "2", "material": "c45", "cut_length": 500}
+    most = {}
+    for kind in ("carbide", "hss"):
+        library.write_text(LIBRARY.replace('material = "carbide"', f'material = "{kind}"'), encoding="utf-8")
+        most[kind] = max(point.chip for point in leafcut.cutting_data(**given).tools[0].points)
+    assert most == pytest.approx({"carbide": 0.08, "hss": 0.04}, rel=0.01)
+
+
 def test_a_saved_library_is_the_users_own_but_for_the_chosen_speeds_and_a_program_drills_with_them(
     library: Path, tmp_path: Path, examples: Path
 ) -> None:

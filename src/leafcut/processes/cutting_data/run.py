@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 #: The least chip is this part of the largest one: less rubs more than it cuts (estimate).
 _LEAST_CHIP = 0.25
+#: Catalogues have the chips of carbide mills; those of high-speed steel bend and break sooner (estimate).
+_HSS_MILL_CHIP = 0.5
 _SECONDS_PER_HOUR = 3600.0
 #: A mill without a cut of its own cuts so deep, in diameters.
 _DEPTH = 0.5
@@ -239,7 +241,7 @@ def _front(
     options, tool = settings.of(SpeedOptions), work.tool
     own = tool.life_cost if tool.life_cost is not None else options.tool_cost
     prices = Prices(options.shop_rate / _SECONDS_PER_HOUR, own, options.worn_change, options.max_life)
-    grid = _grid(work, options, machine, material)
+    grid = _grid(work, kind, options, machine, material)
     limits = _limits(work, options, machine)
     found: list[Yields] = []
     candidates = 0
@@ -284,8 +286,12 @@ def _given(work: ToolWork, material: WorkMaterial, prices: Prices, options: Spee
     return yields(work, material, prices, rpm, feed, options.drive_efficiency).points()[0]
 
 
-def _grid(work: ToolWork, options: SpeedOptions, machine: Machine, material: WorkMaterial) -> SpeedGrid:
+def _grid(
+    work: ToolWork, kind: ToolMaterial, options: SpeedOptions, machine: Machine, material: WorkMaterial
+) -> SpeedGrid:
     share = material.drill_feed if work.work is CuttingWork.DRILL else material.mill_feed
+    if work.work is CuttingWork.MILL and kind is ToolMaterial.HSS:
+        share *= _HSS_MILL_CHIP
     largest = options.max_chip or share * work.tool.diameter
     if not largest:
         raise OptionError(f"{material.name} does not say how large a chip may be; give --max-chip")
