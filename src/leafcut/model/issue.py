@@ -69,6 +69,7 @@ CODES: dict[str, str] = {
     "L434": "nesting was stopped by the time limit or by the user",
     "L435": "a nest's sheet is larger than the machine's table",
     "L436": "parts do not fit on the sheets given",
+    "L440": "no speeds were chosen for a tool",
     "L441": "a hole begins on uneven ground",
     "L442": "a hole is drawn at another height than the surface has",
     "L443": "the mesh of a surface is not closed",

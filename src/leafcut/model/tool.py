@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from leafcut.kinds import ToolMaterial
+
 
 class ToolKind(StrEnum):
     """Kinds of tool, in the order in which a hole meets them."""
@@ -53,6 +55,9 @@ class Tool:
         Of an end mill: mm; 0 for sharp corners.
     tip_diameter
         Of `CONES`: of the flat at the tip, mm; 0 for a sharp one.
+    material, life_cost
+        What its cutting edges are made of, and what one life of it costs, in any currency; None where the library does
+        not say it.
     assumed
         True for a tool that stands in no library.
     """
@@ -74,6 +79,8 @@ class Tool:
     teeth: int | None = None
     corner_radius: float = 0.0
     tip_diameter: float = 0.0
+    material: ToolMaterial | None = None
+    life_cost: float | None = None
     assumed: bool = False
 
     @property
