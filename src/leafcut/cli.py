@@ -608,7 +608,7 @@ def _stock(
     as_json: Json = False,
     options: dict[str, Any],
 ) -> int:
-    """Show what a program cuts from its stock: volume, depth, time in the air, and rapids that meet the stock."""
+    """Show what a program cuts from its stock: volume, depth, time in the air, rapids and holders that meet it."""
     from leafcut import api
     from leafcut.files import check_output, write_bytes
     from leafcut.report.stock_report import as_file, check_name, print_stock, stock_as_json
@@ -632,7 +632,8 @@ def _stock(
 
         print_stock(found, output, Console())
         _print_defaults(found.defaults)
-    return REFUSED if found.differences or (found.rapids and options.get("strict")) else DONE
+    dangers = bool(found.rapids or found.collisions)
+    return REFUSED if found.differences or (dangers and options.get("strict")) else DONE
 
 
 def _print_defaults(told: Sequence[str]) -> None:

@@ -110,6 +110,8 @@ CODES: dict[str, str] = {
     "L806": "a program asks for something that the machine cannot do",
     "L807": "a program drives a laser or a torch",
     "L808": "the position of the tool is unknown",
+    "L809": "the shank or the holder of a tool meets the material",
+    "L810": "cuts of a program go beyond the stock that is given",
 }
 
 

@@ -72,6 +72,10 @@ def stock_as_json(found: StockCut, output: str | None = None) -> dict[str, Any]:
             for one in found.tools
         ],
         "rapids": [{"line": one.line, "depth_mm": one.depth_mm} for one in found.rapids],
+        "collisions": [
+            {"line": one.line, "tool": one.tool, "part": one.body.value, "depth_mm": one.depth_mm}
+            for one in found.collisions
+        ],
         **({"same_as": found.same_as, "same": not found.differences} if found.same_as else {}),
         "differences": [one._asdict() for one in found.differences],
         "issues": issues_as_json(found.issues),

@@ -109,11 +109,11 @@ class HeightField:
         return float(self.heights[row, column]) if 0 <= row < rows and 0 <= column < columns else self.floor
 
 
-def usual_cell(block: StockBlock, smallest: float) -> float:
+def usual_cell(block: StockBlock, smallest: float, share: float = SHARE_OF_TOOL, cells: int = USUAL_CELLS) -> float:
     """Return the side of a cell for a block and the diameter of the smallest tool, mm, where nobody names it.
 
-    A fortieth of the tool, larger where that would be more than `USUAL_CELLS`, in steps of a hundredth.
+    That share of the tool's diameter, larger where it would be more than so many cells, in steps of a hundredth.
     """
     area = (block.high[0] - block.low[0]) * (block.high[1] - block.low[1])
-    wanted = max(SHARE_OF_TOOL * smallest, math.sqrt(area / USUAL_CELLS), FINEST)
+    wanted = max(share * smallest, math.sqrt(area / cells), FINEST)
     return math.ceil(wanted / FINEST - 1e-9) * FINEST
