@@ -617,7 +617,9 @@ def _stock(
         raise OptionError(f"stock takes one program, not {1 + len(more)}; run them one by one")
     program = _dashed(program)
     check_name(output)
-    check_output(output, [program if program != DASH else None, same_as, options.get("tools")])
+    check_output(
+        output, [program if program != DASH else None, same_as, options.get("tools"), options.get("workpiece")]
+    )
     source = StandardInput.read() if program == DASH else program
     with _nothing_new_in(output):
         found = api.cut_stock(

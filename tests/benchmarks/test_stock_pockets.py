@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 import shapely
-from benchmarked import benchmark
 
+from benchmarked import benchmark
 from leafcut.processes.pocket.strategies import WAYS
 
 stock_pockets = benchmark("stock_pockets")

@@ -23,7 +23,7 @@ class MachineOptions(OptionGroup):
         "text",
         "linuxcnc-mill",
         "machine name (see `leafcut machines`), or path of a TOML profile",
-        may_be_path=True,
+        may_be_path=".toml",
     )
     work_offset: tuple[float, ...] | None = option(
         "point",

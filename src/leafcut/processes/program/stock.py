@@ -17,10 +17,10 @@ from leafcut.model.heartbeat import Progress, looking_for
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
-from leafcut.options import Settings
+from leafcut.options import Settings, StockOptions
 from leafcut.processes.course import machine_of
-from leafcut.processes.program.workpiece import beyond, block_around, block_of, tools_of
-from leafcut.stock.height_field import HeightField, StockBlock, usual_cell
+from leafcut.processes.program.workpiece import block_around, block_of, field_of, told_of, tools_of
+from leafcut.stock.height_field import COARSEST, HeightField, StockBlock, usual_cell
 from leafcut.stock.same_stock import stock_differences
 from leafcut.stock.stock_cut import BodyCut, RapidCut, StockCut, ToolCut
 
@@ -83,14 +83,14 @@ def cut_stock(
     block = block_of(given) if given else _around(every)
     cell = settings.stock.cell or usual_cell(block, min(one.smallest for one in every))
     look = looking_for(progress, "cutting the stock")
-    field, moves, removed = _cut(mine, block, cell, look)
+    stock = field_of(settings.stock, block, cell)
+    field, moves, removed = _cut(mine, stock.copy() if same_as is not None else stock, look)
     if not removed.cuts.any():
         sides = ", ".join(f"{a} {block.low[k]:g} to {block.high[k]:g}" for k, a in enumerate("XYZ"))
         raise PlanError(
             f"{mine.source}: the program never touches the stock, {sides} mm; give --workpiece in its coordinates"
         )
     rapids, collisions = _rapids(moves, removed), _collisions(moves, removed)
-    outside = beyond(mine.read.program, mine.cutters, block) if given else None
     return StockCut(
         mine.source,
         mine.read.machine,
@@ -101,13 +101,11 @@ def cut_stock(
         rapids,
         collisions,
         None if same_as is None else str(same_as),
-        tuple(
-            one for other in every[1:] for one in stock_differences(_cut(other, block, cell, look)[0], field, TOLERANCE)
-        ),
+        tuple(one for other in every[1:] for one in stock_differences(_cut(other, stock, look)[0], field, TOLERANCE)),
         (
             *_told(rapids),
             *_bodies_told(collisions),
-            *([outside.issue()] if outside else []),
+            *_told_of_stock(mine, settings.stock, block, cell),
             *mine.read.dangers,
             *mine.read.issues,
             *_not_known(mine.whole),
@@ -136,14 +134,13 @@ def _read(program: Input, settings: Settings, machine: Machine, words: Dialect, 
     return _Cuts(source, read, tools, cutters, bodies, whole)
 
 
-def _cut(one: _Cuts, block: StockBlock, cell: float, look: Heartbeat) -> tuple[HeightField, StraightMoves, Removed]:
-    """Return what a program leaves of a block, its moves in pieces, and what each takes off."""
+def _cut(one: _Cuts, field: HeightField, look: Heartbeat) -> tuple[HeightField, StraightMoves, Removed]:
+    """Cut a stock by a program; return it, the program's moves in pieces, and what each takes off."""
     from leafcut.stock.cutting import cut
     from leafcut.stock.straight_moves import straight_moves
 
-    field = HeightField.of_block(block, cell)
-    longest = max(_PIECE * one.smallest, _PIECE_CELLS * cell)
-    moves = straight_moves(one.read.program.path, _STRAYS * cell, longest).of_tools(one.cutters)
+    longest = max(_PIECE * one.smallest, _PIECE_CELLS * field.cell)
+    moves = straight_moves(one.read.program.path, _STRAYS * field.cell, longest).of_tools(one.cutters)
     return field, moves, cut(field, moves, one.cutters, os.cpu_count() or 1, look, bodies=one.bodies)
 
 
@@ -174,6 +171,15 @@ def _rapids(moves: StraightMoves, removed: Removed) -> tuple[RapidCut, ...]:
         line = int(moves.path.line[moves.row[at]])
         deepest[line] = max(deepest.get(line, 0.0), float(removed.depth[at]))
     return tuple(RapidCut(line, depth) for line, depth in sorted(deepest.items()))
+
+
+def _told_of_stock(one: _Cuts, options: StockOptions, block: StockBlock, cell: float) -> list[Issue]:
+    """Return what has to be said of the stock, and that its cells are coarse for a tool."""
+    found = told_of(options, one.read.program, one.cutters, block)
+    if cell > COARSEST * one.smallest * (1.0 + 1e-9):
+        message = f"cells of {cell:g} mm are coarse for a tool of {one.smallest:g} mm; give a smaller stock or --cell"
+        found.append(Issue("L812", message))
+    return found
 
 
 def _collisions(moves: StraightMoves, removed: Removed) -> tuple[BodyCut, ...]:

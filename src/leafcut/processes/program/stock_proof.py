@@ -11,7 +11,7 @@ from leafcut.kinds import BEAMS
 from leafcut.model.cutter import body_of, cutter_of
 from leafcut.model.issue import Issue
 from leafcut.processes.program.model import StockProof
-from leafcut.processes.program.workpiece import beyond, block_around, block_of, field_of, known_tools
+from leafcut.processes.program.workpiece import block_around, block_of, field_of, known_tools, told_of
 from leafcut.stock.height_field import usual_cell
 
 if TYPE_CHECKING:
@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from leafcut.processes.course import Run
     from leafcut.processes.program.proof.stock_judge import StockJudge
 
-#: Cells for a proof that every run makes: at most so many, each this share of the smallest tool's diameter.
-_CELLS, _SHARE = 2_000_000, 0.05
+#: Cells for a proof that every run makes: so many, each this share of the smallest tool's diameter; more where that
+#: tool would be missed, at most so many.
+_CELLS, _SHARE, _MOST = 2_000_000, 0.05, 8_000_000
 
 
 class Judging(NamedTuple):
@@ -63,7 +64,7 @@ def stock_judge(run: Run, program: Program, source: str, process: str) -> Judgin
         if block is None:
             why = "nothing is cut below Z0, so that its top is unknown; give --workpiece"
             return Judging(proof=StockProof(unknown=left_out, reason=why))
-        stock = field_of(options, block, options.cell or usual_cell(block, smallest, _SHARE, _CELLS))
+        stock = field_of(options, block, options.cell or usual_cell(block, smallest, _SHARE, _CELLS, _MOST))
         bodies = {number: body_of(tool) for number, tool in tools.items()}
         judge = StockJudge.of(
             program, tools, cutters, bodies, stock, bool(options.workpiece), run.looking("cutting the stock")
@@ -77,6 +78,5 @@ def stock_judge(run: Run, program: Program, source: str, process: str) -> Judgin
             f"--workpiece: {source} never touches this stock; give the material in the program's coordinates"
         )
     flat = tuple(number for number, tool in tools.items() if tool.assumed)
-    outside = beyond(program, cutters, block) if options.workpiece else None
-    issues = (*judge.issues(), *([outside.issue()] if outside else []))
+    issues = (*judge.issues(), *told_of(options, program, cutters, block))
     return Judging(judge, StockProof(stock.heights.size, stock.cell, judge.given, flat, left_out), issues)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from leafcut.errors import OptionError, PlanError
+from leafcut.errors import OptionError, PlanError, ReadError, count_of, shown
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool, ToolKind
@@ -22,28 +24,38 @@ from leafcut.units import parse_quantity
 _LEAD = 5.0
 #: A block that is derived goes so far below the deepest cut, mm.
 _BELOW = 1.0
+#: Undercuts of less are rounding, mm².
+_SMALL_AREA = 0.1
 #: Lengths that differ by less are the same, mm.
 _SAME = 1e-6
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
     from leafcut.model.cutter import Cutter
+    from leafcut.model.mesh import Mesh
     from leafcut.processes.course import Run
     from leafcut.stock.straight_moves import StraightMoves
 
 
 def block_of(text: str) -> StockBlock:
-    """Return the block that ``--workpiece`` says.
+    """Return the block that ``--workpiece`` says, or the box around the solid of its file.
 
     Raises
     ------
     OptionError
-        Six lengths are expected, the lower corner first.
+        Six lengths are expected, the lower corner first, or the path of an STL file.
+    ReadError
+        The file is no closed solid.
     """
+    if _is_file(text):
+        from leafcut.stock.mesh_field import block_of_mesh
+
+        return block_of_mesh(_solid(text))
     parts = text.replace(";", ",").split(",")
     if len(parts) != 6:
         raise OptionError(
-            f"--workpiece: '{text}' has {len(parts)} numbers; give six: x,y,z of the lower and of the upper corner"
+            f"--workpiece: '{shown(text, 60)}' has {count_of(len(parts), 'number')}; give six: x,y,z of the lower and "
+            "of the upper corner, or an STL file"
         )
     try:
         lengths = [parse_quantity(part.strip(), "mm") for part in parts]
@@ -60,7 +72,50 @@ def field_of(options: StockOptions, block: StockBlock, cell: float) -> HeightFie
     PlanError
         There would be too many.
     """
-    return HeightField.of_block(block, cell)
+    if not options.workpiece or not _is_file(options.workpiece):
+        return HeightField.of_block(block, cell)
+    from leafcut.stock.mesh_field import field_of_mesh
+
+    return field_of_mesh(_solid(options.workpiece), cell)
+
+
+def told_of(options: StockOptions, program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> list[Issue]:
+    """Return what has to be said of the stock that is given: cuts beyond it, and undercuts, which are filled."""
+    if not options.workpiece:
+        return []
+    outside = beyond(program, cutters, block)
+    found = [outside.issue()] if outside else []
+    if _is_file(options.workpiece):
+        from leafcut.stock.mesh_field import overhang
+
+        area = overhang(_solid(options.workpiece))
+        if area > _SMALL_AREA:
+            message = f"the stock has undercuts, {area:.1f} mm² seen from below: they count as full of material"
+            found.append(Issue("L811", message))
+    return found
+
+
+def _is_file(text: str) -> bool:
+    return StockOptions.specs()["workpiece"].names_file(text)
+
+
+def _solid(path: str) -> Mesh:
+    """Return the closed solid of a file, in mm."""
+    try:
+        return _loaded(path, Path(path).stat().st_mtime_ns)
+    except OSError:
+        return _loaded(path, 0)  # says what is wrong
+
+
+@lru_cache(maxsize=1)
+def _loaded(path: str, _changed: int) -> Mesh:
+    """Return the solid of a file, which each step of a run asks for: it is kept as long as it is the last one."""
+    from leafcut.read.meshes import load_mesh
+
+    mesh = load_mesh(path, "mm", "save it in mm")
+    if not mesh.closed:
+        raise ReadError(path, "has holes in its surface, so that it is not known where material is; mend it in CAD")
+    return mesh
 
 
 def tools_of(program: Program, source: str, settings: Settings, machine: Machine) -> dict[int, Tool]:
