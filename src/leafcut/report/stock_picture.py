@@ -133,12 +133,17 @@ def _draw_axes(draw: Any, font: Any, field: HeightField, size: tuple[int, int]) 
     for value in ticks(low_x, low_x + columns * field.cell, step):
         x = LEFT + (value - low_x) / (columns * field.cell) * width
         draw.line((x, TOP + height + 1, x, TOP + height + _TICK), fill=_INK)
-        draw.text((x, TOP + height + _TICK + 4), tick_words(value, step), fill=_INK, font=font, anchor="mt")
+        draw.text((x, TOP + height + _TICK + 4), _words(value, step), fill=_INK, font=font, anchor="mt")
     for value in ticks(low_y, low_y + rows * field.cell, step):
         y = TOP + height - (value - low_y) / (rows * field.cell) * height
         draw.line((LEFT - _TICK, y, LEFT - 2, y), fill=_INK)
-        draw.text((LEFT - _TICK - 6, y), tick_words(value, step), fill=_INK, font=font, anchor="rm")
+        draw.text((LEFT - _TICK - 6, y), _words(value, step), fill=_INK, font=font, anchor="rm")
     draw.text((LEFT + width / 2, TOP + height + BOTTOM - 6), "X, Y and Z in mm", fill=_INK, font=font, anchor="mb")
+
+
+def _words(value: float, step: float) -> str:
+    """Return a tick's number; the font has no minus but the hyphen."""
+    return tick_words(value, step).replace("−", "-")
 
 
 def _draw_scale(

@@ -113,10 +113,13 @@ class StockJudge:
     def issues(self) -> Iterator[Issue]:
         """Yield what of the original is in the material and should not, each kind of each tool once."""
         for (tool, kind), found in self.met.items():
-            what = "rapid" if kind == "rapid" else f"move with the {kind}"
-            message = f"T{tool}: {count_of(found.count, what)} in the stock, up to {found.deepest:.2f} mm deep"
+            deep = f"up to {found.deepest:.2f} mm deep"
+            if kind == "rapid":
+                message = f"{count_of(found.count, 'rapid')} of T{tool} in the stock, {deep}"
+            else:
+                message = f"the {kind} of T{tool} is in the stock on {count_of(found.count, 'move')}, {deep}"
             if not self.given:
-                message += ", if that is a block around the cuts; give --workpiece"
+                message = f"{message}, if that is a block around the cuts; give --workpiece"
             severity = Severity.DANGER if self.given else Severity.WARNING
             yield Issue(_KINDS[kind], message, f"line {found.line}", severity)
 
