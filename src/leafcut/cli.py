@@ -624,7 +624,7 @@ def _stock(
     as_json: Json = False,
     options: dict[str, Any],
 ) -> int:
-    """Show what a program cuts from its stock: volume, depth, time in the air, and rapids that meet the stock."""
+    """Show what a program cuts from its stock: volume, depth, time in the air, rapids and holders that meet it."""
     from leafcut import api
     from leafcut.files import check_output, write_bytes
     from leafcut.report.stock_report import as_file, check_name, print_stock, stock_as_json
@@ -633,7 +633,9 @@ def _stock(
         raise OptionError(f"stock takes one program, not {1 + len(more)}; run them one by one")
     program = _dashed(program)
     check_name(output)
-    check_output(output, [program if program != DASH else None, same_as, options.get("tools")])
+    check_output(
+        output, [program if program != DASH else None, same_as, options.get("tools"), options.get("workpiece")]
+    )
     source = StandardInput.read() if program == DASH else program
     with _nothing_new_in(output):
         found = api.cut_stock(
@@ -648,7 +650,8 @@ def _stock(
 
         print_stock(found, output, Console())
         _print_defaults(found.defaults)
-    return REFUSED if found.differences or (found.rapids and options.get("strict")) else DONE
+    dangers = bool(found.rapids or found.collisions)
+    return REFUSED if found.differences or (dangers and options.get("strict")) else DONE
 
 
 def _cutting_data(

@@ -626,12 +626,14 @@ class OptimizeKeywords(TypedDict, total=False):
     cutting data are written in the program).
     """
     workpiece: str | None
-    """Block of material before the first cut: x,y,z of its lower and of its upper corner, in program coordinates
-    (default: as the program shows: just around the cuts below Z0 (stock), or where no rapid has been (reorder
-    --air)).
+    """Material before the first cut, in program coordinates: x,y,z of the lower and of the upper corner of a
+    block, or an STL file in mm (default: as the program shows: just around the cuts below Z0 (stock), or where
+    no rapid has been (reorder --air)).
     """
     cell: Quantity | None
-    """Side of a cell of the stock model (mm; default: a fortieth of the smallest tool, larger for a large stock)."""
+    """Side of a cell of the stock model: 4 bytes each, at most 64 million (256 MB) (mm; default: a fortieth of the
+    smallest tool, up to a fifth of it for a large stock).
+    """
     mill_diameter: Quantity | None
     """Diameter of tools that neither --tools nor the program's comments describe; they count as flat mills (mm;
     default: such a tool is refused).
@@ -973,12 +975,14 @@ class StockKeywords(TypedDict, total=False):
     diameter).
     """
     workpiece: str | None
-    """Block of material before the first cut: x,y,z of its lower and of its upper corner, in program coordinates
-    (default: as the program shows: just around the cuts below Z0 (stock), or where no rapid has been (reorder
-    --air)).
+    """Material before the first cut, in program coordinates: x,y,z of the lower and of the upper corner of a
+    block, or an STL file in mm (default: as the program shows: just around the cuts below Z0 (stock), or where
+    no rapid has been (reorder --air)).
     """
     cell: Quantity | None
-    """Side of a cell of the stock model (mm; default: a fortieth of the smallest tool, larger for a large stock)."""
+    """Side of a cell of the stock model: 4 bytes each, at most 64 million (256 MB) (mm; default: a fortieth of the
+    smallest tool, up to a fifth of it for a large stock).
+    """
     mill_diameter: Quantity | None
     """Diameter of tools that neither --tools nor the program's comments describe; they count as flat mills (mm;
     default: such a tool is refused).

@@ -124,13 +124,14 @@ def results() -> dict[str, object]:
 
 def cut_by(*shape: float) -> list[object]:
     """Return a field of 20 × 20 cells, cut down, across, along two ramps and by a rapid, and what is told of it."""
-    heights, found = np.zeros((20, 20), dtype=np.float32), np.zeros((5, 6))
+    heights, found = np.zeros((20, 20), dtype=np.float32), np.zeros((5, 9))
     room = np.full((20, 20), 9.0, dtype=np.float32)
     places = np.array([(5, 5, 9), (5, 5, -1), (14, 8, -1), (6, 15, -2), (6, 4, -0.5), (18, 4, -3)], dtype=np.float64)
     moves = np.hstack([places[:-1], places[1:]])
     inset = np.array([0.0, 0.0, 0.0, 0.0, 1.0])
     grid, tool = sweep.CellGrid(0.0, 0.0, 1.0), sweep.ToolShape(*shape)
-    total = sweep.sweep(heights, room, 0, 20, grid, tool, moves, np.arange(5), inset, 0.5, 1e-3, found)
+    bodies = np.array([(3, 3, 0, 3, 0, 0, 1.0, 0), (5, 4, 0, 4, 0, 2.0, 2.0, 1)], dtype=np.float64)
+    total = sweep.sweep(heights, room, 0, 20, grid, tool, moves, np.arange(5), inset, 0.5, 1e-3, 0.0, bodies, found)
     return [total, heights.tolist(), room.tolist(), repr(found.tolist())]
 
 

@@ -114,6 +114,10 @@ CODES: dict[str, str] = {
     "L806": "a program asks for something that the machine cannot do",
     "L807": "a program drives a laser or a torch",
     "L808": "the position of the tool is unknown",
+    "L809": "the shank or the holder of a tool meets the material",
+    "L810": "cuts of a program go beyond the stock that is given",
+    "L811": "the stock has undercuts, which count as material",
+    "L812": "the cells of the stock model are coarse for a tool",
 }
 
 

@@ -30,13 +30,15 @@ _VERTEX = re.compile(rb"vertex\s+(\S{1,40})\s+(\S{1,40})\s+(\S{1,40})", re.IGNOR
 UNITS = {"mm": 1.0, "in": 25.4, "cm": 10.0, "m": 1000.0}
 
 
-def load_mesh(path: str | Path, unit: str = "mm") -> Mesh:
+def load_mesh(path: str | Path, unit: str = "mm", mend: str = "") -> Mesh:
     """Return the mesh of a file.
 
     Parameters
     ----------
     unit
         Of the numbers of an STL file, one of `UNITS`; STEP says its own.
+    mend
+        What to do about a part of a size that none has; else to say its unit is proposed.
 
     Raises
     ------
@@ -53,7 +55,7 @@ def load_mesh(path: str | Path, unit: str = "mm") -> Mesh:
     if head.lstrip().startswith(b"ISO-10303-21"):
         raise ReadError(file, "STEP is not read as a surface yet; save it as STL")
     triangles = _stl(file, head, size) * UNITS[unit]
-    return _checked(triangles, file)
+    return _checked(triangles, file, mend or f"say its unit (--surface-unit {', '.join(UNITS)})")
 
 
 def _stl(file: Path, head: bytes, size: int) -> np.ndarray:
@@ -86,7 +88,7 @@ def _stl(file: Path, head: bytes, size: int) -> np.ndarray:
         return np.array(corners, dtype=np.float64).reshape(-1, 3, 3)
 
 
-def _checked(triangles: np.ndarray, file: Path) -> Mesh:
+def _checked(triangles: np.ndarray, file: Path, mend: str) -> Mesh:
     if not len(triangles):
         raise ReadError(file, "has no triangles")
     if not np.isfinite(triangles).all():
@@ -95,7 +97,7 @@ def _checked(triangles: np.ndarray, file: Path) -> Mesh:
     longest = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
     if not SMALLEST <= longest <= LARGEST:
         words = f"{longest:.3g} mm" if math.isfinite(longest) else "more than any number"
-        raise ReadError(file, f"is {words} long, which no part is; say its unit (--surface-unit {', '.join(UNITS)})")
+        raise ReadError(file, f"is {words} long, which no part is; {mend}")
     return Mesh(triangles, file.name, is_closed(triangles))
 
 

@@ -66,6 +66,27 @@ TOOL_KEYS: tuple[ProfileKey, ...] = (
         example=12.5,
         bounds="0 or more",
     ),
+    ProfileKey(
+        "shank_diameter",
+        "diameter above its flutes; with flute_length",
+        why="not known, so that no collision of it is seen",
+        unit="mm",
+        bounds=_LENGTH,
+    ),
+    ProfileKey("stickout", "from its tip to its holder", why="not known", unit="mm", bounds=_LENGTH),
+    ProfileKey(
+        "shaft",
+        "what is between its flutes and its shank, from the flutes up: diameter x length of each piece, of a cone "
+        "lower-upper x length, in mm; with flute_length",
+        why="nothing",
+        example="4-6 x 3",
+    ),
+    ProfileKey(
+        "holder",
+        "its holder, from below: diameter x length of each piece, of a cone lower-upper x length, in mm; with stickout",
+        why="not known, so that no collision of it is seen",
+        example="20-28 x 5, 28 x 40",
+    ),
 )
 HOLE_KEYS: tuple[ProfileKey, ...] = (
     ProfileKey("diameter", "diameter of the holes as they are drawn", required=True, unit="mm", bounds=_LENGTH),
