@@ -14,8 +14,8 @@ from leafcut.geometry.arrays import Floats, Mask
 from leafcut.processes.cutting_data.economics import Yields
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: So many speeds and feeds are looked at together, and so many in all at most.
-_TOGETHER, _MOST = 200_000, 20_000_000
+#: So many speeds and feeds are looked at together, and so many in all at most; so many speeds.
+_TOGETHER, _MOST, _MOST_SPEEDS = 200_000, 20_000_000, 1_000_000
 #: Numbers of the grid are rounded by so much.
 _ROUNDED = 1e-9
 
@@ -74,7 +74,7 @@ class SpeedGrid(NamedTuple):
     def _steps(low: float, high: float, step: float) -> Floats:
         """Return the multiples of a step from `low` to `high`; `high` itself where none lies between."""
         first, last = max(math.ceil(low / step - _ROUNDED), 1), math.floor(high / step + _ROUNDED)
-        if last - first >= _MOST:
+        if last - first >= _MOST_SPEEDS:
             raise PlanError(f"{last - first:.3g} spindle speeds are too many; give a larger --speed-step")
         return step * np.arange(first, last + 1, dtype=float) if last >= first else np.array([high])
 

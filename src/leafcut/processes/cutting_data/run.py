@@ -244,21 +244,22 @@ def _front(
     grid = _grid(work, kind, options, machine, material)
     limits = _limits(work, options, machine)
     found: list[Yields] = []
-    candidates = 0
+    candidates = allowed = 0
     for rpm, feed in grid.blocks():
         candidates += len(rpm)
         if len(rpm):
             tried = yields(work, material, prices, rpm, feed, options.drive_efficiency)
-            found.append(tried.taken(within(limits, tried)))
+            kept = tried.taken(within(limits, tried))
+            allowed += len(kept.rpm)
+            found.append(_front_of(kept))  # what a part of all dominates, all dominate
     if not candidates:
         raise PlanError(
             f"{tool.label}: no feed of the machine gives a chip of {grid.least_chip:.3g} to {grid.largest_chip:.3g} "
             "mm; change --min-chip, --max-chip, --speed-step or --feed-step"
         )
-    allowed = Yields(*(np.concatenate(columns) for columns in zip(*found, strict=True)))
-    if not len(allowed.rpm):
+    if not allowed:
         raise refusal(tool.label, limits)
-    best = allowed.taken(non_dominated(np.column_stack((allowed.time, allowed.cost, -allowed.life))))
+    best = _front_of(Yields(*(np.concatenate(columns) for columns in zip(*found, strict=True))))
     best = best.taken(np.lexsort((best.rpm, -best.life, best.cost, best.time)))
     given = None
     if not tool.assumed or {"feed", "spindle_speed"} & settings.given:
@@ -271,10 +272,14 @@ def _front(
         points=best.points(),
         chosen=best_of(best, objective),
         candidates=candidates,
-        allowed=len(allowed.rpm),
+        allowed=allowed,
         given=given,
         sources=tuple(dict.fromkeys(life.source for life in work.lives)),
     )
+
+
+def _front_of(found: Yields) -> Yields:
+    return found.taken(non_dominated(np.column_stack((found.time, found.cost, -found.life))))
 
 
 def _given(work: ToolWork, material: WorkMaterial, prices: Prices, options: SpeedOptions) -> CuttingPoint | None:
