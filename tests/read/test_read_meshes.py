@@ -9,19 +9,8 @@ import pytest
 
 from leafcut.errors import ReadError
 from leafcut.read.meshes import MOST_TRIANGLES, load_mesh
-
-
-def box(x0: float, y0: float, z0: float, x1: float, y1: float, z1: float) -> np.ndarray:
-    """Return the twelve triangles of a box."""
-    c = np.array([(x, y, z) for x in (x0, x1) for y in (y0, y1) for z in (z0, z1)], dtype=np.float64)
-    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    return c[[(q[0], q[k], q[k + 1]) for q in quads for k in (1, 2)]]
-
-
-def binary(triangles: np.ndarray) -> bytes:
-    rows = np.zeros(len(triangles), dtype=[("n", "<f4", 3), ("corners", "<f4", (3, 3)), ("a", "<u2")])
-    rows["corners"] = triangles
-    return b"made by hand".ljust(80) + len(triangles).to_bytes(4, "little") + rows.tobytes()
+from meshes import binary_stl as binary
+from meshes import box_triangles as box
 
 
 def text(triangles: np.ndarray) -> bytes:
@@ -69,7 +58,7 @@ def _header(count: int) -> bytes:
         (binary(BOX)[:-7], "is cut off"),
         (_header(0), "has no triangles"),
         (b"solid nothing\nendsolid nothing\n", "has no triangles"),
-        (text(BOX)[:300], "do not make whole triangles"),
+        (text(BOX)[:80], "do not make whole triangles"),
         (text(BOX).replace(b"vertex 80", b"vertex eighty", 1), "a corner is not a number"),
         (binary(BOX * np.nan), "triangle 1 has a corner that is not a number"),
         (text(BOX).replace(b"vertex 80", b"vertex 1e999", 1), "a corner that is not a number"),

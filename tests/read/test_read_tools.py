@@ -108,6 +108,8 @@ def test_units_are_those_of_the_text(tmp_path: Path) -> None:
         ),
         ('cycle = "G83"\npeck = "3 mm"', 'kind = "end-mill"\ncorner_radius = "9 mm"', "9 mm, more than half"),
         ('cycle = "G83"\npeck = "3 mm"', 'kind = "v-bit"\npoint_angle = "90deg"\ntip_diameter = "9 mm"', "not below"),
+        ('cycle = "G83"', 'material = "wood"\ncycle = "G83"', "'material' is 'wood'; choose one of hss, carbide"),
+        ('cycle = "G83"', 'life_cost = -2\ncycle = "G83"', "'life_cost' is -2, but must be from 0 to 1000000"),
         ("[[hole]]", "[[holes]]", "did you mean 'hole'"),
         ("[[hole]]", '[[hole]]\ndiameter = "6 mm"\nlayer = "M6"\nsteps = [1]\n[[hole]]', "has a recipe already"),
     ],

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import NamedTuple
 
+from leafcut.kinds import ToolMaterial
+
 
 class ToolKind(StrEnum):
     """Kinds of tool, in the order in which a hole meets them."""
@@ -62,6 +64,9 @@ class Tool:
         Of an end mill: mm; 0 for sharp corners.
     tip_diameter
         Of `CONES`: of the flat at the tip, mm; 0 for a sharp one.
+    material, life_cost
+        What its cutting edges are made of, and what one life of it costs, in any currency; None where the library does
+        not say it.
     shank_diameter
         Above the flutes and the `shaft`, mm; None when the library does not say.
     stickout
@@ -89,6 +94,8 @@ class Tool:
     teeth: int | None = None
     corner_radius: float = 0.0
     tip_diameter: float = 0.0
+    material: ToolMaterial | None = None
+    life_cost: float | None = None
     shank_diameter: float | None = None
     stickout: float | None = None
     shaft: tuple[BodySegment, ...] = ()

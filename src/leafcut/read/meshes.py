@@ -92,8 +92,8 @@ def _checked(triangles: np.ndarray, file: Path, mend: str) -> Mesh:
     if not len(triangles):
         raise ReadError(file, "has no triangles")
     if not np.isfinite(triangles).all():
-        bad = int(np.flatnonzero(~np.isfinite(triangles).all(axis=(1, 2)))[0])
-        raise ReadError(file, f"triangle {bad + 1} has a corner that is not a number")
+        number = int(np.flatnonzero(~np.isfinite(triangles).all(axis=(1, 2)))[0]) + 1
+        raise ReadError(file, f"triangle {number} has a corner that is not a number")
     longest = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
     if not SMALLEST <= longest <= LARGEST:
         words = f"{longest:.3g} mm" if math.isfinite(longest) else "more than any number"

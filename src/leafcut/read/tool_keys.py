@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from leafcut.kinds import ToolMaterial
 from leafcut.model.tool import ToolKind
 from leafcut.options import CYCLES
 from leafcut.read.machine_keys import ProfileKey
@@ -50,6 +51,20 @@ TOOL_KEYS: tuple[ProfileKey, ...] = (
         why="a sharp tip",
         unit="mm",
         bounds="above 0 and below the diameter",
+    ),
+    ProfileKey(
+        "material",
+        "what its cutting edges are made of, for `leafcut cutting-data`",
+        why="as --tool-material says",
+        example=ToolMaterial.HSS.value,
+        choices=tuple(ToolMaterial),
+    ),
+    ProfileKey(
+        "life_cost",
+        "cost of one life of it, a new tool or a regrind, for `leafcut cutting-data`",
+        why="as --tool-cost says",
+        example=12.5,
+        bounds="0 or more",
     ),
     ProfileKey(
         "shank_diameter",

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import OptionError, shown
+from leafcut.kinds import ToolMaterial
 from leafcut.model.tool import CONES, MILLS, BodySegment, Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.options import CYCLES
 from leafcut.read.toml_table import TomlTable, read_toml
@@ -122,6 +123,8 @@ def _tool(table: TomlTable) -> Tool:
         teeth=table.optional("teeth", lambda key: table.whole(key, 1, _MOST_TEETH)),
         corner_radius=_positive(table, "corner_radius", "mm") if "corner_radius" in table else 0.0,
         tip_diameter=_positive(table, "tip_diameter", "mm") if "tip_diameter" in table else 0.0,
+        material=table.optional("material", lambda key: ToolMaterial(table.text(key, choices=tuple(ToolMaterial)))),
+        life_cost=table.optional("life_cost", lambda key: _cost(table, key)),
         shank_diameter=table.optional("shank_diameter", lambda key: _positive(table, key, "mm")),
         stickout=table.optional("stickout", lambda key: _positive(table, key, "mm")),
         shaft=_segments(table, "shaft"),
@@ -169,6 +172,13 @@ def _seconds(table: TomlTable, key: str) -> float:
     value = table.quantity(key, "s")
     if not 0 <= value <= 100:
         raise table.problem(key, f"is {table.typed(key)}, but must be from 0 to 100 s")
+    return value
+
+
+def _cost(table: TomlTable, key: str) -> float:
+    value = table.number(key, 0.0)
+    if not 0 <= value <= 1e6:
+        raise table.problem(key, f"is {value:g}, but must be from 0 to 1000000")
     return value
 
 
