@@ -102,7 +102,6 @@ def optimize(
     tables = [file for one in registry.processes() for file in one.reads_besides(settings)]
     files = [str(one) for one in sources if not isinstance(one, StandardInput)]
     inputs = [*files, options_file, defaults_file, *tables, *_files(settings.machine.machine, settings.post.dialect)]
-    inputs += [settings.stock.workpiece] if settings.stock.workpiece else []
     outputs = [output, report, *(file for one in _asked(process) for file in one.writes_besides(settings))]
     for k, target in enumerate(outputs):
         check_output(target, [*inputs, *outputs[:k]])

@@ -187,3 +187,13 @@ def test_reordering_takes_a_solid_as_its_stock(tmp_path: Path) -> None:
     # 5 mm at 5 mm/s on two slots, less what a rapid takes.
     assert saved[1] - saved[0] == pytest.approx(2.0, abs=0.4)
     assert math.isfinite(saved[0])
+
+
+def test_a_reordered_program_is_never_written_over_its_stock(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = stl(tmp_path / "stock.stl", box((0, 0, -10), (40, 40, 0)))
+    before = Path(file).read_bytes()
+    assert run(["reorder", program(tmp_path), "--workpiece", file, "-o", file]) == 1
+    assert "never overwritten" in capsys.readouterr().err
+    assert Path(file).read_bytes() == before
