@@ -37,6 +37,8 @@ CODES: dict[str, str] = {
     "L214": "a spot of a picture was ignored as dirt",
     "L215": "a clip path or a mask was ignored",
     "L216": "a text has letters that cannot be engraved",
+    "L217": "a hole has a counterbore or a countersink",
+    "L218": "a hole is not open from above",
     "L301": "holes drawn on top of each other were merged",
     "L302": "concentric circles: one of them was used",
     "L303": "arcs that close a circle were joined into a hole",

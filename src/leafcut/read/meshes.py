@@ -1,4 +1,4 @@
-"""Meshes of solids: STL, as text or binary.
+"""Meshes of solids: STL, as text or binary, and STEP.
 
 Libraries read STL too (trimesh, numpy-stl); with the bounds and refusals that a stranger's file needs, nothing of this
 would be less, and they take a second to import.
@@ -12,8 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
-from leafcut.errors import ReadError, parsing
+from leafcut.errors import OptionError, ReadError, parsing
 from leafcut.model.mesh import Mesh
+from leafcut.read.format import Match
+from leafcut.read.step import LARGEST as LARGEST_STEP
+from leafcut.read.step import sniff, step_mesh
 
 #: More triangles than this are refused: 72 bytes each, and some more while they are read.
 MOST_TRIANGLES = 2_000_000
@@ -52,10 +55,19 @@ def load_mesh(path: str | Path, unit: str = "mm", mend: str = "") -> Mesh:
         size = file.stat().st_size
     except OSError as problem:
         raise ReadError(file, f"cannot be read ({problem.strerror})") from None
-    if head.lstrip().startswith(b"ISO-10303-21"):
-        raise ReadError(file, "STEP is not read as a surface yet; save it as STL")
-    triangles = _stl(file, head, size) * UNITS[unit]
+    if sniff(head) == Match.YES:
+        if unit != "mm":
+            raise OptionError("--surface-unit: a STEP file says its own unit; leave it out")
+        triangles = step_mesh(str(file), _step_bytes(file, size))
+    else:
+        triangles = _stl(file, head, size) * UNITS[unit]
     return _checked(triangles, file, mend or f"say its unit (--surface-unit {', '.join(UNITS)})")
+
+
+def _step_bytes(file: Path, size: int) -> bytes:
+    if size > LARGEST_STEP:
+        raise ReadError(file, f"has {size >> 20} MiB; STEP files up to {LARGEST_STEP >> 20} MiB are read")
+    return file.read_bytes()
 
 
 def _stl(file: Path, head: bytes, size: int) -> np.ndarray:

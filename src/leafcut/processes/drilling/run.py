@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from leafcut._version import __version__
 from leafcut.errors import OptionError
 from leafcut.model.measure import Measure
+from leafcut.model.mesh import Mesh
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
@@ -35,15 +36,23 @@ def _plan(run: Run, sources: Sequence[Source]) -> DrillPlan:
     from leafcut.read import read
     from leafcut.read.joining import join_drill_files
     from leafcut.read.meshes import load_mesh
+    from leafcut.read.step import step_mesh
     from leafcut.read.tools import load_tools
 
     parts = [read(source, run.settings.read, run.looking("reading")) for source in sources]
     part = parts[0] if len(parts) == 1 else join_drill_files(parts, run.settings.read)
     job, ours = run.settings.job, run.settings.of(DrillOptions)
     mesh = None
+    solid = any(hole.depth is not None for hole in part.holes)
     if ours.surface is not None:
         run.tell("reading the surface")
         mesh = placed_mesh(load_mesh(ours.surface, ours.surface_unit), part, run.settings.read)
+    elif solid:
+        # What stands between the holes of a solid is known.
+        run.tell("reading the surface")
+        mesh = placed_mesh(Mesh(step_mesh(sources[0].path, sources[0].data), part.name), part, run.settings.read)
+    if solid and "hole_heights" in run.settings.asked and ours.hole_heights == "one":
+        raise OptionError("--hole-heights one: the holes of a solid have heights of their own; leave it out")
     part = placed(part, run.settings.read)
     library = load_tools(job.tools, run.machine.units) if job.tools else None
     plan = plan_drilling(part, run.machine, library, job, ours, mesh)
@@ -283,7 +292,7 @@ def _verify(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, text: str
     run.tell("verifying")
     written = read_back(text, words)
     tops = None
-    if run.settings.of(DrillOptions).hole_heights == "drawn":
+    if run.settings.of(DrillOptions).hole_heights == "drawn" or plan.solid:
         # Of the drawing, not of the plan.
         tops = np.array([(hole.x, hole.y, hole.z) for hole in plan.part.holes], dtype=np.float64).reshape(-1, 3)
     elif plan.ground is not None:

@@ -15,7 +15,7 @@ from leafcut.geometry.arrays import Point
 from leafcut.geometry.zones import touches_any_zone
 from leafcut.model.machine import Machine
 from leafcut.model.problem import Metric, Relief, RoutingProblem
-from leafcut.model.tool import Tool
+from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.processes.drilling.plan.drilling import DrillOperation, DrillPlan
 from leafcut.timing.travel import way_height
@@ -151,7 +151,9 @@ def _drill(
     relief: Relief | None,
 ) -> None:
     targets = targets_in_order(operation, nodes)
-    xy, bottoms = plan.part.hole_xy[targets], (plan.tops - plan.deeper)[targets].tolist()
+    # A centre drill goes as deep everywhere.
+    deeper = plan.deeper if operation.tool.kind is not ToolKind.CENTRE_DRILL else 0.0
+    xy, bottoms = plan.part.hole_xy[targets], (plan.tops - deeper)[targets].tolist()
     heights = _way_heights(plan, machine, operation, xy, relief)
     for k, (x, y) in enumerate(xy.tolist()):
         if k == 0:

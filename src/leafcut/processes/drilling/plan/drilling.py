@@ -67,6 +67,11 @@ class DrillPlan:
     reliefs: tuple[Relief, ...] = ()
 
     @property
+    def solid(self) -> bool:
+        """Whether a solid says the heights and depths of the holes."""
+        return any(hole.depth is not None for hole in self.part.holes)
+
+    @property
     def tools(self) -> tuple[Tool, ...]:
         """The tools in the order of their use, each once."""
         return tuple({o.tool.number: o.tool for o in self.operations}.values())
@@ -100,18 +105,22 @@ def plan_drilling(
     ground = _ground(part, mesh, job, options)
     chooser = ToolChooser(library, machine, job, options)
     deeper = np.zeros(len(part.holes))
+    own = any(hole.depth is not None for hole in part.holes)
     if ground is None:
         tops, heights = _tops(part, options)
         surface = tops
         work = _collect(part, chooser)
     else:
         work = _collect(part, chooser)
-        found = tops_of(part, ground, _radii(part, work), options.hole_heights == "drawn")
+        drawn = options.hole_heights == "drawn" or own
+        found = tops_of(part, ground, _radii(part, work), drawn)
         tops, surface, heights = found.tops, np.maximum(found.tops, found.surface), found.issues
         if options.through:
             thickness = tops - found.under
             job = replace(job, thickness=float(thickness.min()))
             deeper = thickness - thickness.min()
+        elif own and job.depth is None and job.thickness is None:
+            job, deeper = _own_depths(part, work, job)
     highest = float(tops.max(initial=0.0)) if ground is None else max(ground.highest, 0.0)
     over = replace(
         job, clearance_height=job.clearance_height + highest, retract_height=job.retract_height + highest
@@ -144,6 +153,31 @@ def plan_drilling(
     if ground is None or initial:
         return plan
     return replace(plan, reliefs=tuple(_relief(plan, ground, machine, one) for one in operations))
+
+
+def _own_depths(part: Part, work: dict[Step, list[int]], job: JobOptions) -> tuple[JobOptions, NDArray[np.float64]]:
+    """Return the job with the least depth of a solid's holes as its thickness, and how much deeper each goes, mm.
+
+    Through holes go as far below the part as those of a plate. The full diameter of a blind one ends where it does in
+    the solid; of a drill on a flat floor, the point does.
+    """
+    depths = np.array([hole.depth or 0.0 for hole in part.holes])
+    points = np.zeros(len(depths))
+    for step, targets in work.items():
+        if step.tool.kind is ToolKind.DRILL:
+            points[targets] = np.maximum(points[targets], step.tool.point_length)
+    through = np.array([hole.through for hole in part.holes])
+    flat = np.array([hole.flat for hole in part.holes])
+    deeper = depths - np.where(through, 0.0, job.break_through) - np.where(flat, points, 0.0)
+    shallow = int(np.argmin(deeper))
+    least = float(deeper[shallow])
+    if least <= 0.0:
+        hole = part.holes[shallow]
+        raise PlanError(
+            f"the hole at {hole.x:g}, {hole.y:g} is {hole.depth:.3g} mm deep with a flat floor, and the point of its "
+            "drill is longer; give --depth, or leave the hole out (--max-diameter, --min-diameter)"
+        )
+    return replace(job, thickness=least), deeper - least
 
 
 def _ground(part: Part, mesh: Mesh | None, job: JobOptions, options: DrillOptions) -> Ground | None:

@@ -147,7 +147,9 @@ def tops_of(part: Part, ground: Ground, radius: NDArray[np.float64], drawn: bool
         )
     if drawn:
         heights = np.array([hole.z for hole in part.holes], dtype=np.float64)
-        other = np.flatnonzero(np.abs(heights - rims.top) > max(UNEVEN, SAME_HEIGHT))
+        # The surface of a solid is that of the finished part: below a counterbore it is lower than where a hole begins.
+        of_solid = np.array([hole.depth is not None for hole in part.holes])
+        other = np.flatnonzero((np.abs(heights - rims.top) > max(UNEVEN, SAME_HEIGHT)) & ~of_solid)
         if len(other):
             worst = int(other[np.argmax(np.abs(heights - rims.top)[other])])
             x, y = xy[worst]
