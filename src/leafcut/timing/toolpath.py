@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -73,7 +74,7 @@ def measure(
 
     A coordinate that is not known costs nothing. A move between program and machine coordinates is exact where the
     machine's `work_offset` is known; elsewhere half of the axis' travel is taken for its time, as an estimate, and
-    nothing for its length.
+    nothing for its length; nothing at all where the travel is not known.
 
     Raises
     ------
@@ -214,8 +215,8 @@ def _displacements(
         crossing = moves[1:] & (last >= 0) & (frame[1:] != frame[last])
         known = moves[1:] & ~crossing
         delta[rows[1:], axis] = np.where(known, np.nan_to_num(np.diff(place)), 0.0)
-        half_travel = 0.5 * (machine.travel_max[axis] - machine.travel_min[axis])
-        estimate[rows[1:], axis] = np.where(crossing, half_travel, 0.0)
+        half_travel = 0.5 * machine.reach(axis)
+        estimate[rows[1:], axis] = np.where(crossing, half_travel if math.isfinite(half_travel) else 0.0, 0.0)
         if start is not None and axis < 2 and len(rows) and path.kind[rows[0]] in (Kind.RAPID, Kind.FEED):
             delta[rows[0], axis] = place[0] - start[axis]
     return delta, estimate
