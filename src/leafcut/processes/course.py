@@ -144,6 +144,8 @@ def machine_issues(machine: Machine) -> list[Issue]:
         checked = "only its size was checked against the travel"
         if not any(math.isfinite(machine.reach(axis)) for axis in range(3)):
             checked = "and so is the travel, so nothing was checked against it"
-        message = f"the position of the part on {machine.name} is unknown: {checked}; give --work-offset to check its place"
+        message = (
+            f"the position of the part on {machine.name} is unknown: {checked}; give --work-offset to check its place"
+        )
         issues.append(Issue("L403", message, severity=Severity.NOTE))
     return issues

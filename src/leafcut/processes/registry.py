@@ -39,6 +39,8 @@ OTHER_COMMANDS = (
     "stock",
     "verify",
     "machines",
+    "machine",
+    "tools",
     "dialects",
     "algorithms",
     "formats",

@@ -32,6 +32,11 @@ _FIRST_FRAME = 540
 _MODES = {610: EXACT, 611: REST, 640: BLEND}
 
 
+def corner_style(machine: Machine) -> str:
+    """Return how a machine takes corners: linuxcnc, grbl or round."""
+    return machine.corners or _STYLES.get(machine.control, "round")
+
+
 @dataclass(frozen=True, eq=False)
 class PathTimes:
     """When a toolpath is where.
@@ -129,7 +134,7 @@ def _timed(
 
     That is how far they move, their arcs, their moves and the seconds of these.
     """
-    style = machine.corners or _STYLES.get(machine.control, "round")
+    style = corner_style(machine)
     path, source, mode, tolerance, joining = _expanded(path, style)
     path, touching = _touched(path)
     delta, estimate = _displacements(path, machine, start)

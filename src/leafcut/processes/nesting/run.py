@@ -255,7 +255,7 @@ def _sheets_at_hand(
     if "sheet" not in settings.given:
         if not machine.table_known:
             raise OptionError(
-                f"--sheet: the travel of {machine.name} is unknown, so a sheet as large as its table is, too; give a size"
+                f"--sheet: the travel of {machine.name} is unknown, and with it the largest sheet; give a size"
             )
         sides = [SHEET_STEP * max(math.floor(side / SHEET_STEP), 1) for side in reach]
         size = "x".join(f"{side:g}" for side in sides)

@@ -1,8 +1,8 @@
 """FluidNC: its ``config.yaml``.
 
-Source: FluidNC's wiki, "Config file" (axes, homing, spindles, kinematics), and bdring/FluidNC, Machine/Axis.h (what it takes
-where a key is missing) and Machine/Axes.cpp `limitsMinPosition` (where the travel lies). FluidNC knows no anchors, so a file
-that has some is refused: a few lines of them can stand for gigabytes.
+Source: FluidNC's wiki, "Config file" (axes, homing, spindles, kinematics), and bdring/FluidNC, Machine/Axis.h (what it
+takes where a key is missing) and Machine/Axes.cpp `limitsMinPosition` (where the travel lies). FluidNC knows no
+anchors, so a file that has some is refused: a few lines of them can stand for gigabytes.
 """
 
 from __future__ import annotations
@@ -105,9 +105,7 @@ def _travel(values: Values, parts: list[_Tree]) -> None:
         values.note("the file has no max_travel_mm: nothing is checked against the travel")
     else:
         words = f"max_travel_mm and homing, {in_lines(lines)}"
-        values.travel(
-            Axes(tuple(lowest), "mm", words, derived=True), Axes(tuple(highest), "mm", words, derived=True)
-        )
+        values.travel(Axes(tuple(lowest), "mm", words, derived=True), Axes(tuple(highest), "mm", words, derived=True))
     homed = any(_inner(part, "homing") for part in parts)
     words = "mpos_mm of homing" if homed else "no homing: machine zero is where it was switched on"
     values.home_at(Axes(tuple(homes), "mm", words, derived=homed, assumed=not homed))
@@ -123,7 +121,7 @@ def _work(values: Values, tree: _Tree) -> None:
     else:
         values.assume("process", Head.SPINDLE.value, f"section '{spindle}'" if spindle else "the file names no spindle")
         if laser:
-            values.note("it has a laser, too: give that a profile of its own, with process = \"laser\"")
+            values.note('it has a laser, too: give that a profile of its own, with process = "laser"')
     section = _inner(tree, spindle or _LASER)
     speeds = section.get("speed_map")
     if isinstance(speeds, _Scalar):

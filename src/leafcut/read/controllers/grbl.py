@@ -1,8 +1,8 @@
 """GRBL and grblHAL: the answer to ``$$``, as it was saved from a terminal.
 
 Source: GRBL 1.1 wiki, "Grbl v1.1 Configuration" (what each number means; all in mm, mm/min and mm/s², whatever ``$13``
-says), and gnea/grbl 1.1, system.c `system_check_travel_limits` (the travel counts down from 0). grblHAL/core, settings.h
-(the numbers that it adds).
+says), and gnea/grbl 1.1, system.c `system_check_travel_limits` (the travel counts down from 0). grblHAL/core,
+settings.h (the numbers that it adds).
 """
 
 from __future__ import annotations
@@ -54,7 +54,9 @@ def read(text: str, file: str) -> Values:
     values.derive("rapid.style", "linear", "GRBL moves all axes together on a straight line")
     values.derive("corners.style", "grbl", "GRBL plans by junction deviation")
     if _DEVIATION in settings:
-        values.take("corners.deviation", f"{_number(values, settings, _DEVIATION):.10g} mm", _place(settings, _DEVIATION))
+        values.take(
+            "corners.deviation", f"{_number(values, settings, _DEVIATION):.10g} mm", _place(settings, _DEVIATION)
+        )
     else:
         values.assume("corners.deviation", "0.01 mm", "GRBL's own default of $11; the file does not have it")
     return values
@@ -74,7 +76,9 @@ def _controller(values: Values, settings: dict[int, _Setting], laser: bool) -> N
         if highest == 1000.0 and not laser:
             values.note("$30 is 1000 rpm, GRBL's own default: set it to what the spindle turns at full voltage")
     if _SPINDLE_ON in settings:
-        values.take("spindle.start_time", f"{_number(values, settings, _SPINDLE_ON):.10g} s", _place(settings, _SPINDLE_ON))
+        values.take(
+            "spindle.start_time", f"{_number(values, settings, _SPINDLE_ON):.10g} s", _place(settings, _SPINDLE_ON)
+        )
     elif laser:
         values.assume("spindle.start_time", "0 s", "a laser is there at once")
     else:
@@ -92,7 +96,9 @@ def _travel(values: Values, settings: dict[int, _Setting], hal: bool) -> None:
                 raise values.refusal(f"the travel of {axis} is {length:g} mm, but must be above 0 ({lengths.source})")
         # grblHAL may count from the switch: up from 0 where that is at the lower end.
         up = [bool(hal and homing & _ZERO_AT_SWITCH and to_min >> axis & 1) for axis in range(3)]
-        words = f"{lengths.source}; " + ("counted from the switches ($22, $23)" if any(up) else "GRBL counts down from 0")
+        words = f"{lengths.source}; " + (
+            "counted from the switches ($22, $23)" if any(up) else "GRBL counts down from 0"
+        )
         ends = list(zip(up, lengths.numbers, strict=True))
         lowest = Axes(tuple(0.0 if rises else -length for rises, length in ends), "mm", words, derived=True)
         highest = Axes(tuple(length if rises else 0.0 for rises, length in ends), "mm", words, derived=True)

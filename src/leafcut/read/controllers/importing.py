@@ -17,7 +17,7 @@ from leafcut.files import decoded
 from leafcut.model.machine import Machine
 from leafcut.read.controllers import fluidnc, grbl, linuxcnc, mach, reprap
 from leafcut.read.controllers.values import How, Value, Values
-from leafcut.read.machine import machine_of_profile
+from leafcut.read.machine import machine_of_profile, profile_of
 from leafcut.read.machine_keys import PROFILE_KEYS, toml_value
 
 #: A file of settings larger than this is none, bytes: the largest seen are a tenth of it.
@@ -149,7 +149,9 @@ def kind_of(text: str, file: str) -> str:
         duet = bool(found & _RRF_WORDS)
         if marlin is duet:
             both = "words of both Marlin and RepRapFirmware" if marlin else "M201 and M203 only"
-            raise ReadError(file, f"has {both}, so M203 may be in mm/s or in mm/min; say which with --kind marlin or rrf")
+            raise ReadError(
+                file, f"has {both}, so M203 may be in mm/s or in mm/min; say which with --kind marlin or rrf"
+            )
         return "marlin" if marlin else "rrf"
     raise ReadError(file, f"{_guess(text)}; importable are {', '.join(kind.help for kind in KINDS.values())}")
 
@@ -210,7 +212,7 @@ def profile_text(values: tuple[Value, ...], title: str) -> str:
     """Return a profile as TOML: over each value how it was come by, in ``[sources]`` from what."""
     lines = [
         f"# {title}",
-        "# taken: the file says it; derived: it follows from that, or from how the controller works;",
+        "# taken: it was said so; derived: it follows from that, or from how the controller works;",
         "# assumed: not known, and only likely; check it.",
     ]
     tables = dict.fromkeys(value.key.rpartition(".")[0] for value in values)
@@ -245,3 +247,24 @@ def values_of(data: Mapping[str, Any]) -> tuple[Value, ...]:
                 Value(key.name, table[key.key], How.ASSUMED if estimate else How.TAKEN, words if estimate else source)
             )
     return tuple(found)
+
+
+def changed_profile(name_or_path: str, changes: Mapping[str, tuple[Any, str]], place: str) -> str:
+    """Return the profile of a machine as TOML with other values, each with the source that it gets.
+
+    `place` is the file that it will be, for messages.
+
+    Raises
+    ------
+    OptionError
+        There is no such machine, or a value cannot be.
+    """
+    data = profile_of(name_or_path)
+    values = {value.key: value for value in values_of(data)}
+    for key, (value, source) in changes.items():
+        values[key] = Value(key, value, How.DERIVED, source)
+    order = {key.name: number for number, key in enumerate(PROFILE_KEYS)}
+    each = tuple(sorted(values.values(), key=lambda value: order[value.key]))
+    text = profile_text(each, f"Machine profile {data.get('name', name_or_path)}, fitted by leafcut machine check.")
+    machine_of_profile(tomllib.loads(text), place)
+    return text

@@ -1,7 +1,7 @@
 """LinuxCNC: the ``.ini`` of a machine, and what it includes.
 
-Source: LinuxCNC 2.9, "INI Configuration" (sections EMC, DISPLAY, RS274NGC, KINS, TRAJ, AXIS_letter, JOINT_num, SPINDLE_num,
-EMCIO; ``#INCLUDE``). Configurations before 2.8 have the limits of axes in ``[AXIS_0]`` and on.
+Source: LinuxCNC 2.9, "INI Configuration" (sections EMC, DISPLAY, RS274NGC, KINS, TRAJ, AXIS_letter, JOINT_num,
+SPINDLE_num, EMCIO; ``#INCLUDE``). Configurations before 2.8 have the limits of axes in ``[AXIS_0]`` and on.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ def read(text: str, file: str, units: str | None = None) -> Values:
     Raises
     ------
     ReadError
-        It has no axis x, y or z, no units, or no velocity or acceleration of an axis; a value is no number, or one that no
-        machine has; what it includes cannot be read, or lies outside its folder.
+        It has no axis x, y or z, no units, or no velocity or acceleration of an axis; a value is no number, or one that
+        no machine has; what it includes cannot be read, or lies outside its folder.
     """
     ini = read_ini(text, file, include=True)
     values = Values(file, "LinuxCNC")
@@ -71,8 +71,8 @@ def _joints(ini: Ini, values: Values) -> str:
     words = kinematics.text.lower() if kinematics else "trivkins"
     if kinematics is not None and not _is_trivial(ini):
         values.note(
-            f"its kinematics are {shown(kinematics.text, 40)} ({kinematics.place}): limits of joints are not those of axes, "
-            "so times are estimates"
+            f"its kinematics are {shown(kinematics.text, 40)} ({kinematics.place}): limits of joints are "
+            "not those of axes, so times are estimates"
         )
     said = re.search(r"coordinates\s*=\s*([a-z]+)", words)
     coordinates = ini.get("COORDINATES", "TRAJ")
@@ -140,9 +140,9 @@ class _Reader:
         homes, places = [], []
         for axis in "xyz":
             joint = f"JOINT_{self.joints.index(axis)}"
-            entry = self.ini.get("HOME", joint, f"AXIS_{'xyz'.index(axis)}")
-            homes.append(0.0 if entry is None else self._number(entry, f"[{joint}]HOME"))
-            places += [] if entry is None else [f"[{joint}] {entry.place}"]
+            home = self.ini.get("HOME", joint, f"AXIS_{'xyz'.index(axis)}")
+            homes.append(0.0 if home is None else self._number(home, f"[{joint}]HOME"))
+            places += [] if home is None else [f"[{joint}] {home.place}"]
         words = _joined(places, "HOME") if places else "LinuxCNC's default of HOME"
         self.values.home_at(Axes(tuple(homes), self.units, words, assumed=not places))
 
@@ -160,8 +160,12 @@ class _Reader:
 
     def spindle(self) -> None:
         """The range of the spindle, where the file has it."""
-        places = (("MAX_FORWARD_VELOCITY", "SPINDLE_0"), ("MAX_VELOCITY", "SPINDLE_0"), ("MAX_SPINDLE_SPEED", "DISPLAY"),
-                  ("MAX_SPINDLE_0_SPEED", "DISPLAY"))  # fmt: skip
+        places = (
+            ("MAX_FORWARD_VELOCITY", "SPINDLE_0"),
+            ("MAX_VELOCITY", "SPINDLE_0"),
+            ("MAX_SPINDLE_SPEED", "DISPLAY"),
+            ("MAX_SPINDLE_0_SPEED", "DISPLAY"),
+        )
         for key, section in places:
             entry = self.ini.get(key, section)
             if entry is None:

@@ -1,10 +1,11 @@
 """Mach3 (``Mach3Mill.xml``) and Mach4 (``Machine.ini``): the profile of a machine.
 
-Sources. Mach3: profiles of four machines on GitHub, and LinuxCNC's own import of them (stepconf), say the same: ``VelN`` and
-``AccN`` are in native units a second, ``MNMin`` and ``MNMax`` the soft limits of axis N, ``Units`` 0 for mm and 1 for inches;
-"Using Mach3Mill", 5.5 (motor tuning) and 5.6 (soft limits, pulleys). Mach4: "Software Installation and Configuration Guide",
-chapter 4; in its file velocity, acceleration and soft limits are in counts, ``CountsPerUnit`` of them in one of ``SetupUnits``,
-which are 200 for inches and 210 for mm, as G20 and G21.
+Sources. Mach3: profiles that owners of machines have published, and LinuxCNC's import of them
+(stepconf/import_mach.py), say the same: ``VelN`` and ``AccN`` are in native units a second, ``MNMin`` and ``MNMax`` the
+soft limits of axis N, ``Units`` 0 for mm and 1 for inches; "Using Mach3Mill", 5.5 (motor tuning) and 5.6 (soft limits,
+pulleys). Mach4: "Software Installation and Configuration Guide", chapter 4; in its file velocity, acceleration and soft
+limits are in counts, ``CountsPerUnit`` of them in one of ``SetupUnits``, which are 200 for inches and 210 for mm, as
+G20 and G21.
 """
 
 from __future__ import annotations
@@ -47,7 +48,9 @@ def read_mach3(text: str, file: str, units: str | None = None) -> Values:
     def each(stem: str) -> tuple[float, ...]:
         return tuple(number(values, said(stem.format(axis)), f"<{stem.format(axis)}>") for axis in range(3))
 
-    unit = _given(values, {"0": "mm", "1": "in"}.get(said("Units").strip()), f"<Units> is {shown(said('Units'), 10)}", units)
+    unit = _given(
+        values, {"0": "mm", "1": "in"}.get(said("Units").strip()), f"<Units> is {shown(said('Units'), 10)}", units
+    )
     name = tags.get("Profile", "").strip()
     if name:
         values.take("name", shown(name, 40), "<Profile>")
@@ -67,9 +70,7 @@ def read_mach3(text: str, file: str, units: str | None = None) -> Values:
     return values
 
 
-def _mach3_travel(
-    values: Values, unit: str, lowest: tuple[float, ...], highest: tuple[float, ...], off: bool
-) -> None:
+def _mach3_travel(values: Values, unit: str, lowest: tuple[float, ...], highest: tuple[float, ...], off: bool) -> None:
     unset = off and all(pair == _MACH3_UNSET for pair in zip(lowest, highest, strict=True))
     if unset:
         values.note("soft limits are off and were never set: nothing is checked against the travel")
@@ -84,7 +85,7 @@ def _mach3_travel(
 def _mach3_work(values: Values, tags: Mapping[str, str]) -> None:
     values.assume("process", Head.SPINDLE.value, "the file does not say what does the work")
     if tags.get("PlasmaMode", "0").strip() == "1":
-        values.note("PlasmaMode is on: if this is a plasma table, set process = \"torch\" and controller = \"plasma\"")
+        values.note('PlasmaMode is on: if this is a plasma table, set process = "torch" and controller = "plasma"')
     pulley = int(number(values, tags.get("PULLEY", "0"), "<PULLEY>")) + 1
     fastest, slowest = tags.get(f"SPEED{pulley}"), tags.get(f"LSPEED{pulley}", "0")
     if fastest is not None and number(values, fastest, f"<SPEED{pulley}>") > 0:
@@ -162,7 +163,9 @@ def _motor(ini: Ini, values: Values, axis: int) -> str:
     child = ini.get("ChildMotor0", f"Axis{axis}")
     section = child.text if child is not None else f"Motor{axis}"
     if section not in ini.sections:
-        raise values.refusal(f"has no section [{shown(section, 20)}], the motor of axis {'xyz'[axis]}; is the file whole?")
+        raise values.refusal(
+            f"has no section [{shown(section, 20)}], the motor of axis {'xyz'[axis]}; is the file whole?"
+        )
     return section
 
 

@@ -1,8 +1,8 @@
 """Marlin (the answer to ``M503``) and RepRapFirmware of Duet boards (``config.g``): the same words in other units.
 
-Source: Marlin's G-code reference (M201, M203, M204, M205, M211, M503) and Configuration.h (a junction deviation that stands for
-a jerk: 0.4 jerk² / acceleration); Duet3D's G-code dictionary (M201, M203, M208, M550, M566, M669, M950). M203 is in mm/s in
-Marlin, and in mm/min in RepRapFirmware.
+Source: Marlin's G-code reference (M201, M203, M204, M205, M211, M503) and Configuration.h (a junction deviation that
+stands for a jerk: 0.4 jerk² / acceleration); Duet3D's G-code dictionary (M201, M203, M208, M550, M566, M669, M950).
+M203 is in mm/s in Marlin, and in mm/min in RepRapFirmware.
 """
 
 from __future__ import annotations
@@ -16,9 +16,13 @@ from leafcut.kinds import Head
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number
 
 #: A line of settings, behind what a terminal or the firmware writes before it.
-LINE = re.compile(r"^(?:(?:Recv|Received|<<<|READ|SENT|>>>|>)[:\s]*)?(?:echo:)?\s*([GM]\d{1,4}(?:\.\d)?)\b(.*)$", re.IGNORECASE)
+LINE = re.compile(
+    r"^(?:(?:Recv|Received|<<<|READ|SENT|>>>|>)[:\s]*)?(?:echo:)?\s*([GM]\d{1,4}(?:\.\d)?)\b(.*)$", re.IGNORECASE
+)
 _WORD = re.compile(r"([A-Za-z])\s*(\"[^\"]*\"|\{[^}]*\}|[-+.0-9:eE]+)?")
-_ENDSTOPS = re.compile(r"Min:\s*X([-\d.]+)\s*Y([-\d.]+)\s*Z([-\d.]+).*?Max:\s*X([-\d.]+)\s*Y([-\d.]+)\s*Z([-\d.]+)", re.DOTALL)
+_ENDSTOPS = re.compile(
+    r"Min:\s*X([-\d.]+)\s*Y([-\d.]+)\s*Z([-\d.]+).*?Max:\s*X([-\d.]+)\s*Y([-\d.]+)\s*Z([-\d.]+)", re.DOTALL
+)
 #: δ = 0.4 jerk² / a: a corner of 90° is then taken as fast. Exactly (1 - s) / s with s the sine of 45°.
 _OF_JERK = (1.0 - math.sqrt(0.5)) / math.sqrt(0.5)
 

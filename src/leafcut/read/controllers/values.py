@@ -10,12 +10,12 @@ from enum import StrEnum
 from typing import Any
 
 from leafcut.errors import ReadError, shown
-from leafcut.gcode.dialects import DIALECTS
+from leafcut.gcode.dialects import dialects
 from leafcut.kinds import Head
 from leafcut.units import FACTORS
 
-#: No machine is faster, speeds up harder or is longer: what goes beyond is a slip, in mm/s, mm/s² and mm. Sources: linear
-#: motors of flat-bed lasers reach 3 to 5 m/s and 5 g; gantries of shipyards 50 m.
+#: No machine is faster, speeds up harder or is longer: what goes beyond is a slip, in mm/s, mm/s² and mm. Sources:
+#: linear motors of flat-bed lasers reach 3 to 5 m/s and 5 g; gantries of shipyards 50 m.
 FASTEST, HARDEST, LONGEST = 10_000.0, 100_000.0, 100_000.0
 #: Nor does a spindle turn faster, rpm: air bearings of drilling machines for boards reach 350,000.
 FASTEST_SPINDLE = 500_000.0
@@ -101,10 +101,12 @@ class Values:
 
     def controller(self, name: str, source: str, otherwise: str) -> None:
         """Keep the dialect of the controller; `otherwise` where leafcut does not know it."""
-        if name in DIALECTS.names():
+        if name in dialects():
             self.derive("controller", name, source)
         else:
-            self.assume("controller", otherwise, f"leafcut has no dialect of {self.title} yet; {otherwise} is the nearest")
+            self.assume(
+                "controller", otherwise, f"leafcut has no dialect of {self.title} yet; {otherwise} is the nearest"
+            )
 
     def motion(self, velocity: Axes, acceleration: Axes) -> None:
         """Keep rapids and accelerations, and the highest feed as the slower rapid of x and y."""
@@ -126,7 +128,9 @@ class Values:
         for key, axes in (("travel.min", lowest), ("travel.max", highest)):
             axes.check(self, key, LONGEST)
             self._axes(key, axes)
-        unknown = [n for low, high, n in zip(lowest.numbers, highest.numbers, "xyz", strict=True) if high - low == math.inf]
+        unknown = [
+            n for low, high, n in zip(lowest.numbers, highest.numbers, "xyz", strict=True) if high - low == math.inf
+        ]
         if unknown:
             self.note(f"the travel of {', '.join(unknown)} is unknown: nothing is checked against it")
 
