@@ -139,10 +139,11 @@ class _Reader:
             self.values.note("the file has no MIN_LIMIT and MAX_LIMIT: nothing is checked against the travel")
         homes, places = [], []
         for axis in "xyz":
-            joint = f"JOINT_{self.joints.index(axis)}"
-            home = self.ini.get("HOME", joint, f"AXIS_{'xyz'.index(axis)}")
-            homes.append(0.0 if home is None else self._number(home, f"[{joint}]HOME"))
-            places += [] if home is None else [f"[{joint}] {home.place}"]
+            joint, old = f"JOINT_{self.joints.index(axis)}", f"AXIS_{'xyz'.index(axis)}"
+            home = self.ini.get("HOME", joint, old)
+            section = joint if self.ini.get("HOME", joint) is not None else old
+            homes.append(0.0 if home is None else self._number(home, f"[{section}]HOME"))
+            places += [] if home is None else [f"[{section}] {home.place}"]
         words = _joined(places, "HOME") if places else "LinuxCNC's default of HOME"
         self.values.home_at(Axes(tuple(homes), self.units, words, assumed=not places))
 

@@ -122,8 +122,17 @@ def read_rrf(text: str, file: str) -> Values:
     kinematics = settings.words.get("M669", {}).get("K")
     if "M665" in settings.words or (kinematics is not None and kinematics[0].strip() != "0"):
         values.note("its kinematics are not those of three straight axes (M669, M665): times are estimates")
+    _rrf_spindle(values, text)
     _rest(values, "RepRapFirmware", laser="M452" in settings.words)
     return values
+
+
+def _rrf_spindle(values: Values, text: str) -> None:
+    """M950 R0: ``L24000``, or ``L6000:24000``."""
+    for count, (word, letters) in _lines(text):
+        if word == "M950" and "R" in letters and letters.get("L"):
+            speeds = [number(values, part, "M950 L", count) for part in letters["L"].split(":")]
+            values.spindle(max(speeds), min(speeds) if len(speeds) > 1 else 0.0, f"M950 L, {in_lines([count])}")
 
 
 def _rrf_travel(values: Values, text: str, unit: str) -> None:

@@ -148,7 +148,7 @@ class Values:
                     inside[axis] = choose(inside[axis], float(limit))
         moved = inside != list(places.numbers)
         where = f"{places.source}; moved into the travel" if moved else places.source
-        keep = self.assume if places.assumed else self.derive if moved else self.take
+        keep = self.assume if places.assumed else self.derive if moved or places.derived else self.take
         keep("home", texts(inside, places.unit), where)
 
     def tools_by_hand(self, why: str) -> None:
