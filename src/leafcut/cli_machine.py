@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Parameter
 
-from leafcut.errors import OptionError
+from leafcut.errors import OptionError, count_of
 from leafcut.usage import DASH, HELD
 
 if TYPE_CHECKING:
@@ -288,7 +288,7 @@ def _import_tools(
     for line in library.left_out:
         print(f"left out: {line}", file=stream)
     if output:
-        print(f"wrote {output}: {len(library.tools)} tools")
+        print(f"wrote {output}: {count_of(len(library.tools), 'tool')}")
     return 0
 
 

@@ -80,8 +80,8 @@ class OptimizeKeywords(TypedDict, total=False):
     work_offset: str | Sequence[Quantity] | None
     """Work offset: program zero in machine coordinates, x,y,z (mm; default: the machine's, else unknown)."""
     tools: str | Path | None
-    """Tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl (default: one assumed drill per
-    diameter).
+    """Tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, a table .csv (default: one assumed
+    drill per diameter).
     """
     depth: Quantity | None
     """Depth of blind holes or pockets below Z0 (mm; default: from --thickness, else 1 mm (spotting))."""
@@ -949,8 +949,8 @@ class StockKeywords(TypedDict, total=False):
     work_offset: str | Sequence[Quantity] | None
     """Work offset: program zero in machine coordinates, x,y,z (mm; default: the machine's, else unknown)."""
     tools: str | Path | None
-    """Tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl (default: one assumed drill per
-    diameter).
+    """Tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, a table .csv (default: one assumed
+    drill per diameter).
     """
     workpiece: str | None
     """Block of material before the first cut: x,y,z of its lower and of its upper corner, in program coordinates

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import OptionError, shown
+from leafcut.errors import OptionError, count_of, shown
 from leafcut.files import check_is_there
 from leafcut.model.tool import ToolLibrary
 from leafcut.read.machine_keys import toml_value
@@ -32,7 +32,7 @@ def imported_tools(file: str, units: str = "mm") -> tuple[str, ToolLibrary]:
     check_is_there("FILE", path)
     rows, library = foreign_rows(path, units)
     lines = [
-        f"# Tool library from {shown(path.name, 60)}: {len(library.tools)} tools.",
+        f"# Tool library from {shown(path.name, 60)}: {count_of(len(library.tools), 'tool')}.",
         *(f"# left out: {shown(line, 110)}" for line in library.left_out),
     ]
     if library.without_feeds:

@@ -30,7 +30,7 @@ def print_fit(fitted: Fitted, found: Sequence[Simulation], measured: Sequence[fl
         table.add_row(one.program, *cells)
     console.print(table, markup=False)
     for line in fit_lines(fitted, found, measured):
-        console.print(line, markup=False, highlight=False)
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
 def fit_lines(fitted: Fitted, found: Sequence[Simulation], measured: Sequence[float]) -> list[str]:

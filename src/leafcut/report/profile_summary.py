@@ -19,4 +19,4 @@ def print_profile(
         table.add_row(key, words.replace("True", "true").replace("False", "false"), how, source)
     console.print(table, markup=False)
     for note in notes:
-        console.print(f"note: {note}", markup=False, highlight=False)
+        console.print(f"note: {note}", markup=False, highlight=False, soft_wrap=True)

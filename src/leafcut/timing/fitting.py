@@ -122,6 +122,8 @@ def fit(programs: Sequence[Measured], machine: Machine) -> Fitted:
 def _why(error: float, name: str) -> str:
     if not math.isfinite(error):
         return "the programs do not tell it from the rest, or it changes the time of none of them"
+    if error > 1.0:
+        return "the programs do not tell it, or their times contradict each other"
     if error > _KNOWN[name]:
         return f"the programs do not tell it: its standard error is {100 * error:.0f} %"
     return f"the best {name} lies beyond what machines have; check what was measured"
