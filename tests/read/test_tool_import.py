@@ -21,10 +21,11 @@ T2;end mill;6;2 flute;600;12000;2;0
 4;tapping head;6;;;;;
 5;drill;0,125 in;inch;100;900;;
 """
-FUSION = """"Type (tool_type)","Number (tool_number)","Description (tool_description)","Diameter (tool_diameter)","Unit (tool_unit)",\
-"Corner Radius (tool_cornerRadius)","Number of Flutes (tool_numberOfFlutes)","Cutting Feedrate (tool_feedCutting)",\
-"Plunge Feedrate (tool_feedPlunge)","Spindle Speed (tool_spindleSpeed)","Taper Angle (tool_taperAngle)","Thread Pitch (tool_threadPitch)",\
-"Tip Diameter (tool_tipDiameter)"
+FUSION = """\
+"Type (tool_type)","Number (tool_number)","Description (tool_description)","Diameter (tool_diameter)",\
+"Unit (tool_unit)","Corner Radius (tool_cornerRadius)","Number of Flutes (tool_numberOfFlutes)",\
+"Cutting Feedrate (tool_feedCutting)","Plunge Feedrate (tool_feedPlunge)","Spindle Speed (tool_spindleSpeed)",\
+"Taper Angle (tool_taperAngle)","Thread Pitch (tool_threadPitch)","Tip Diameter (tool_tipDiameter)"
 "flat end mill","1","quarter inch","0.25","inches","0","3","40","10","15000","0","0","0"
 "bull nose end mill","2","bull","8","millimeters","1","4","900","300","12000","0","0","0"
 "chamfer mill","3","90 deg","10","millimeters","0","2","500","200","10000","45","0","0.2"

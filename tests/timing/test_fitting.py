@@ -1,4 +1,4 @@
-"""A machine fitted to a stop-watch: against times of the model itself with other values, and of LinuxCNC's own clock."""
+"""A machine fitted to a stop-watch: to times of the model with other values, and of LinuxCNC's own clock."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def recorded() -> dict[str, float]:
 
 
 def test_recorded_times_of_linuxcnc_give_the_accelerations_it_had() -> None:
-    """Its machine had 500, 500 and 300 mm/s²: a profile with a third of that, or twice, is put right within a percent."""
+    """Its machine had 500, 500 and 300 mm/s²: a third of that, or twice, is put right within a percent."""
     made = benchmark("timed_programs").programs()
     names = ["40 holes, G82 P0.2", "zigzag pocket, 3000 mm/min, G61", "slot contours, 3000 mm/min, G61",
              "polygon of 24 corners, 3000 mm/min, G61"]  # fmt: skip

@@ -28,8 +28,8 @@ HAND_S, MODEL_SHARE = 0.3, 0.005
 _WIDEST = 20.0
 #: Between which the corner value is sought, mm.
 _CORNERS = (1e-4, 2.0)
-#: Standard errors of logarithms up to which a number counts as told by the programs: 95 times of 100 the accelerations are
-#: then within a third, and the corner value, of which profiles know the power of ten at best, within a factor of 2.
+#: Standard errors of logarithms up to which a number counts as told by the programs: 95 times of 100 the accelerations
+#: are then within a third, and the corner value, of which profiles know the power of ten at best, within a factor of 2.
 _KNOWN = {"acceleration": 0.15, "corner": 0.35}
 #: Step for derivatives, of logarithms: far above the rounding of the model, far below what changes it.
 _STEP = 0.01
