@@ -60,13 +60,13 @@ def _import(
     as_json: _Json = False,
 ) -> int:
     """Make a machine profile from the settings of its controller; each value is told with where it comes from."""
-    from leafcut.files import StandardInput, decoded
-    from leafcut.read.controllers.importing import imported, read_settings
+    from leafcut.files import StandardInput
+    from leafcut.read.controllers.importing import imported, read_settings, settings_text
 
     name = DASH if file == HELD else file
     _check_output(output, [name])
     if name == DASH:
-        text, name = decoded(StandardInput.read().data)[0], "standard input"
+        text, name = settings_text(StandardInput.read().data, "standard input"), "standard input"
     else:
         text = read_settings(name)
     _write_or_print(imported(text, name, kind, units), output, as_json=as_json)

@@ -12,7 +12,15 @@ import pytest
 from every import every
 from leafcut.errors import LeafcutError, OptionError, ReadError
 from leafcut.kinds import Head
-from leafcut.read.controllers.importing import KINDS, ImportedMachine, changed_profile, imported, kind_of, read_settings
+from leafcut.read.controllers.importing import (
+    KINDS,
+    ImportedMachine,
+    changed_profile,
+    imported,
+    kind_of,
+    read_settings,
+    settings_text,
+)
 from leafcut.read.controllers.questions import QUESTIONS, questioned
 from leafcut.read.controllers.values import How
 from leafcut.read.machine import load_machine
@@ -229,6 +237,29 @@ def test_an_ini_that_includes_itself_ends(tmp_path: Path) -> None:
     (tmp_path / "a.ini").write_text("[EMC]\n#INCLUDE a.ini\n")
     with pytest.raises(ReadError, match="does it include itself"):
         imported("[EMC]\n#INCLUDE a.ini\n", str(tmp_path / "b.ini"))
+
+
+def test_files_that_each_include_several_others_end(tmp_path: Path) -> None:
+    """Nine times nine times nine …: they would be 43 million."""
+    for k in range(8):
+        (tmp_path / f"{k}.inc").write_text(f"#INCLUDE {k + 1}.inc\n" * 9)
+    (tmp_path / "8.inc").write_text("[EMC]\n")
+    with pytest.raises(ReadError, match="more than 200 files"):
+        imported("#INCLUDE 1.inc\n", str(tmp_path / "a.ini"))
+
+
+def test_standard_input_has_the_bounds_of_a_file() -> None:
+    with pytest.raises(ReadError, match="standard input: is larger than 4 MiB"):
+        settings_text(b"$" * (5 << 20), "standard input")
+
+
+def test_lines_and_tags_that_only_cost_time_are_refused_or_left_out() -> None:
+    """Each would take hours if every way to read it were tried."""
+    for text in ("M203 " + "B{" * 500_000, "M205 J1\n" + "Min: X1 Y1 Z1\n" * 50_000, "Recv" + " " * 2_000_000):
+        with pytest.raises(ReadError):
+            imported(text, "a")
+    deep = "<a>" * 200_000 + "</a>" * 200_000
+    assert imported(MACH3.replace("<PulseSpeed>0</PulseSpeed>", deep), "a").kind == "mach3"
 
 
 def test_a_link_out_of_the_folder_is_not_followed(tmp_path: Path) -> None:

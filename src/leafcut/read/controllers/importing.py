@@ -109,6 +109,17 @@ def read_settings(path: str | Path) -> str:
         raise ReadError(shown(str(path)), "not a valid file name") from None
     except OSError as problem:
         raise ReadError(path, f"cannot be read ({problem.strerror})") from None
+    return settings_text(data, str(path))
+
+
+def settings_text(data: bytes, path: str) -> str:
+    """Return the text of settings that were read already; `path` names them in messages.
+
+    Raises
+    ------
+    ReadError
+        They are empty, too large, or no text.
+    """
     if len(data) > MOST_BYTES:
         raise ReadError(path, f"is larger than {MOST_BYTES >> 20} MiB; settings of a controller have some kilobytes")
     if not data.strip():
@@ -143,7 +154,7 @@ def kind_of(text: str, file: str) -> str:
         return "grbl"
     if _AXES.search(text):
         return "fluidnc"
-    found = {match[1].upper() for line in text.splitlines() if (match := reprap.LINE.match(line.strip()))}
+    found = {match[1].upper() for line in text.splitlines() if (match := reprap.word_of(line))}
     if found & {"M201", "M203"}:
         marlin = "echo:" in text or bool(found & _MARLIN_WORDS)
         duet = bool(found & _RRF_WORDS)

@@ -9,6 +9,8 @@ from leafcut.errors import ReadError, shown
 
 #: Files that others include others in, and how much all of them hold, bytes: a real one has some kilobytes.
 DEEPEST, MOST_INCLUDED = 8, 4 * 1024 * 1024
+#: And how many of them: of files that each include some others there would soon be millions.
+MOST_FILES = 200
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,7 @@ class _Reading:
     found: Ini
     include: bool
     taken: int = 0
+    files: int = 0
 
     def lines(self, text: str, file: Path, depth: int, section: str) -> str:
         """Read the lines of a file, and return the section that they end in."""
@@ -83,6 +86,9 @@ class _Reading:
         try:
             if not path.is_file():
                 raise refused("which is not there")
+            self.files += 1
+            if self.files > MOST_FILES:
+                raise refused(f"one of more than {MOST_FILES} files; does one include itself?")
             self.taken += path.stat().st_size
             if self.taken > MOST_INCLUDED:
                 raise refused(f"with which it holds more than {MOST_INCLUDED >> 20} MiB")

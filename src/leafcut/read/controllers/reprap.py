@@ -15,13 +15,15 @@ from leafcut.errors import shown
 from leafcut.kinds import Head
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number
 
+#: No line of settings is longer; what stands behind that is not looked at.
+LONGEST_LINE = 1000
 #: A line of settings, behind what a terminal or the firmware writes before it.
 LINE = re.compile(
     r"^(?:(?:Recv|Received|<<<|READ|SENT|>>>|>)[:\s]*)?(?:echo:)?\s*([GM]\d{1,4}(?:\.\d)?)\b(.*)$", re.IGNORECASE
 )
 _WORD = re.compile(r"([A-Za-z])\s*(\"[^\"]*\"|\{[^}]*\}|[-+.0-9:eE]+)?")
 _ENDSTOPS = re.compile(
-    r"Min:\s*X([-\d.]+)\s*Y([-\d.]+)\s*Z([-\d.]+).*?Max:\s*X([-\d.]+)\s*Y([-\d.]+)\s*Z([-\d.]+)", re.DOTALL
+    r"Min:\s*X([-\d.]+)\s*Y([-\d.]+)\s*Z([-\d.]+).{0,200}?Max:\s*X([-\d.]+)\s*Y([-\d.]+)\s*Z([-\d.]+)", re.DOTALL
 )
 #: δ = 0.4 jerk² / a: a corner of 90° is then taken as fast. Exactly (1 - s) / s with s the sine of 45°.
 _OF_JERK = (1.0 - math.sqrt(0.5)) / math.sqrt(0.5)
@@ -215,11 +217,16 @@ def _named(entry: tuple[str, int], what: str) -> tuple[str, str, int]:
     return entry[0].split(":", maxsplit=1)[0], what, entry[1]
 
 
+def word_of(line: str) -> re.Match[str] | None:
+    """Return the word that a line of settings begins with, and what follows it; None of any other line."""
+    return LINE.match(line[:LONGEST_LINE].partition(";")[0].strip())
+
+
 def _lines(text: str) -> list[tuple[int, tuple[str, dict[str, str]]]]:
     """Return each line that is a word of settings: its number, the word, and the text of each letter."""
     found = []
     for count, line in enumerate(text.splitlines(), 1):
-        match = LINE.match(line.partition(";")[0].strip())
+        match = word_of(line)
         if match:
             letters = {word[1].upper(): word[2] or "" for word in _WORD.finditer(match[2])}
             found.append((count, (match[1].upper(), letters)))
