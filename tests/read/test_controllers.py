@@ -407,6 +407,24 @@ def test_an_imported_profile_is_completed_by_its_estimates_alone(tmp_path: Path)
         assert getattr(machine, key) == getattr(before, key)
 
 
+def test_what_a_base_has_by_estimate_stays_where_nobody_answers(tmp_path: Path) -> None:
+    """The router's travel is an estimate, and better than none."""
+    base, made = load_machine("mach3-router"), questioned({"name": "mine"}, None, "mach3-router").machine
+    for key in ("travel_min", "travel_max", "rapid_velocity", "acceleration", "tool_change_s", "corner_deviation"):
+        assert getattr(made, key) == getattr(base, key)
+    enter = questioned({"name": "mine"}, lambda question, likely: "", "mach3-router")
+    assert enter.machine == made
+    assert questioned({"travel": "1m,2m,0.1m"}, None, "mach3-router").machine.travel_max == (1000, 2000, 0)
+
+
+def test_a_controller_that_is_typed_is_compared_as_it_was_typed() -> None:
+    replies = iter(["Knee", "Centroid", "", "", "300 ipm"])
+    asked = questioned({}, lambda question, likely: next(replies, "")).machine
+    given = questioned({"name": "Knee", "controller": "Centroid", "rapid": "300 ipm"}).machine
+    assert asked == given and "linuxcnc-mill" in asked.sources["rapid.acceleration"]
+    assert asked.rapid_style == "linear" and asked.description == "Knee (centroid)"
+
+
 @pytest.mark.parametrize(
     ("given", "words"),
     [

@@ -126,15 +126,18 @@ class _Answers:
         known = values_of(profile_of(base)) if base is not None else ()
         self.values = Values("machine new", "", {value.key: value for value in known})
         self.likely: dict[str, Any] = {}
-        self.like = ""
+        self.like = self.typed_controller = ""
 
     def is_answered(self, question: Question) -> bool:
-        """Return whether nothing needs to be asked: it is given, or said by the base."""
-        return question.name in self.given or self._is_said(question)
+        """Return whether there is an answer without asking: given, or of the base, be it by estimate."""
+        return question.name in self.given or self._is_there(question)
 
     def _is_said(self, question: Question) -> bool:
         said = [self.values.found.get(key) for key in question.keys]
         return all(one is not None and one.how is not How.ASSUMED for one in said)
+
+    def _is_there(self, question: Question) -> bool:
+        return all(key in self.values.found for key in question.keys)
 
     def answer(self, question: Question) -> None:
         """Take an answer as it was given, ask for it, or take what is likely."""
@@ -162,14 +165,14 @@ class _Answers:
         else:
             if self.ask:
                 raise OptionError(f"--{question.name}: {_MOST_TRIES} wrong answers; nothing was written")
-        if likely:
+        if likely and not self._is_there(question):  # what the base has by estimate stays as it is
             self._keep(question, likely, why, assumed=True)
 
     def _likely(self, question: Question) -> tuple[str, str]:
         """Return the likely answer to a question, and why."""
         before = [self.values.found.get(key) for key in question.keys]
         if question.name == "travel":
-            return UNKNOWN, "not known"
+            return "as it is" if self._is_there(question) else UNKNOWN, "not known"
         if before[0] is not None:
             return _as_answer(before[0].value), before[0].source
         if question.name == "max-feed":
@@ -188,7 +191,7 @@ class _Answers:
 
     def _compare(self) -> None:
         """Take the likely answers from a machine with the same controller, else from any, but for how it moves."""
-        said = str(self.given.get("controller", self.values.found["controller"].value)).lower()
+        said = self.typed_controller or str(self.values.found["controller"].value)
         self.like = _LIKE.get(said, _LIKE_OTHERS)
         self.likely = {key: value for key, value in profile_of(self.like).items() if key not in ("name", "description")}
         for key in (
@@ -215,11 +218,16 @@ class _Answers:
             kept = self._travel(kept) if question.name == "travel" else kept
         except OptionError as problem:
             raise OptionError(f"--{question.name}: {problem}") from None
+        if question.name == "controller":
+            self.typed_controller = typed.strip().lower()
         for key, value in kept.items():
             how = How.ASSUMED if assumed else How.TAKEN
             source = why
-            if key == "controller" and typed != value:
-                how, source = How.ASSUMED, f"leafcut has no dialect of {typed} yet; {value} is the nearest"
+            if key == "controller" and self.typed_controller != value:
+                how, source = (
+                    How.ASSUMED,
+                    f"leafcut has no dialect of {self.typed_controller} yet; {value} is the nearest",
+                )
             self.values.found[key] = Value(key, value, how, source)
         if not kept:
             for key in question.keys:
@@ -242,7 +250,7 @@ class _Answers:
         """Return the machine, with what the profile would take by default written in it."""
         found = self.values.found
         if "description" not in found:
-            controller = self.given.get("controller", found["controller"].value)
+            controller = self.typed_controller or found["controller"].value
             self.values.derive("description", f"{found['name'].value} ({controller})", "answered")
         order = {key.name: place for place, key in enumerate(PROFILE_KEYS)}
         each = tuple(sorted(found.values(), key=lambda value: order[value.key]))
