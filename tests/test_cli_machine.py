@@ -212,6 +212,10 @@ def test_several_measured_programs_give_a_profile_that_takes_their_time(
     assert (same["acceleration"], same["condition"]) == (found["acceleration"], found["condition"])
     assert run(["machine", "check", "--times", str(table), "--machine", "mach3-router"]) == 0
     told = capsys.readouterr().out
+    assert "as many values as programs" not in told
+    words = ["machine", "check", *list(truth)[1:], "--machine", "mach3-router"]
+    assert run([*words, *(f"--measured={truth[file]}s" for file in list(truth)[1:])]) == 0
+    assert "as many values as programs" in capsys.readouterr().out
     assert "root mean square" in told and "condition" in told and "accelerations: 0.6" in told
 
 

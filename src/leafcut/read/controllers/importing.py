@@ -171,7 +171,7 @@ def _guess(text: str) -> str:
     """Return what an unknown text seems to be."""
     if _SECTION.search(text):
         return "is an INI file of no controller that leafcut knows"
-    if re.search(r"^\s*[NG]\d+", text[:5000], re.MULTILINE):
+    if len(re.findall(r"^\s*[NGM]\d+\b", text[:5000], re.MULTILINE)) > 1:
         return "is a program, not the settings of a controller"
     return "is of no kind that leafcut knows"
 
