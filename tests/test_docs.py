@@ -60,13 +60,25 @@ def test_the_figures_of_the_readme_are_those_of_the_plate() -> None:
 
 
 def test_the_flags_that_the_readme_shows_exist(capsys: pytest.CaptureFixture[str]) -> None:
-    for command in ("optimize", "solve", "machines"):
+    for command in ("optimize", "solve", "cutting-data", "machines"):
         run([command, "--help"])
     known = capsys.readouterr().out
     assert all(flag in known for flag in set(re.findall(r"--[a-z][a-z-]+", README)) - {"--help"})
 
 
-@every("page", ["walk.md", "machine_time.md", "machines.md", "colony.md", "sheets.md", "pockets.md", "plugins.md"])
+@every(
+    "page",
+    [
+        "walk.md",
+        "machine_time.md",
+        "machines.md",
+        "colony.md",
+        "sheets.md",
+        "pockets.md",
+        "plugins.md",
+        "cutting_data.md",
+    ],
+)
 def test_the_names_in_a_page_exist(page: str) -> None:
     text = (ROOT / "docs" / page).read_text(encoding="utf-8")
     rooms = {p.name.removesuffix(".py") for p in (ROOT / "src" / "leafcut").iterdir()}
@@ -164,6 +176,26 @@ def test_the_commands_of_the_page_on_pockets_run(tmp_path: Path, monkeypatch: py
         output.unlink(missing_ok=True)
         assert run(words) == 0, command
         assert "G1" in output.read_text()
+
+
+def test_the_commands_of_the_page_on_speeds_print_the_table_that_it_shows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    choose, drill = commands_of("cutting_data.md")[:2]
+    text = (ROOT / "docs" / "cutting_data.md").read_text(encoding="utf-8")
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "100")
+    assert run(shlex.split(choose)) == 0
+    table = re.search(r"^ +quickest .*\n(?:.+\n){11}", capsys.readouterr().out, flags=re.MULTILINE)
+    assert table
+    shown = "".join(f"    {line}\n" for line in table[0].splitlines())
+    assert shown in text
+    assert Path("front.svg").read_text(encoding="utf-8") == (ROOT / "docs" / "pictures" / "front.svg").read_text(
+        "utf-8"
+    )
+    assert run([*shlex.split(drill), "-q"]) == 0
+    assert "S1450 M3" in Path("plate.nc").read_text()
 
 
 def commands_of(page: str) -> list[str]:

@@ -37,6 +37,7 @@ MAY_IMPORT = {
     "gcode": MODEL | {"files", "plugins"},
     "stock": MODEL | {"kernels"},
     "machines": set(),
+    "materials": set(),
     "read": STAGE | {"files", "plugins"},
     "timing": STAGE | {"kernels"},
     "solve": STAGE | {"executors", "kernels", "plugins"},

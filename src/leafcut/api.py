@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal, Unpack
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput, check_is_there, check_output, write_together
 from leafcut.keywords import (
+    CuttingDataKeywords,
     NestKeywords,
     OptimizeKeywords,
     SimulateKeywords,
@@ -24,6 +25,7 @@ from leafcut.keywords import (
     VerifyKeywords,
 )
 from leafcut.model.certificate import Certificate
+from leafcut.model.cutting_front import CuttingData
 from leafcut.model.heartbeat import Progress, looking_for, passing_on
 from leafcut.model.nest import NestOutcome
 from leafcut.model.outcome import Outcome
@@ -101,6 +103,7 @@ def optimize(
     tables = [file for one in registry.processes() for file in one.reads_besides(settings)]
     files = [str(one) for one in sources if not isinstance(one, StandardInput)]
     inputs = [*files, options_file, defaults_file, *tables, *_files(settings.machine.machine, settings.post.dialect)]
+    inputs += [settings.stock.workpiece] if settings.stock.workpiece else []
     outputs = [output, report, *(file for one in _asked(process) for file in one.writes_besides(settings))]
     for k, target in enumerate(outputs):
         check_output(target, [*inputs, *outputs[:k]])
@@ -141,10 +144,14 @@ def _collected(
 
 
 def _settings(
-    work: str, options: Mapping[str, Any], file: str | Path | None = None, defaults: str | Path | None = None
+    work: str,
+    options: Mapping[str, Any],
+    file: str | Path | None = None,
+    defaults: str | Path | None = None,
+    input_kind: str = "",
 ) -> Settings:
     """Return the settings of a kind of work; an option that it does not use is refused."""
-    return settings_for(_collected(options, file, defaults), registry.work(work))
+    return settings_for(_collected(options, file, defaults), registry.work(work), input_kind)
 
 
 def _asked(word: str) -> list[Process]:
@@ -349,6 +356,54 @@ def cut_stock(
     """
     settings = _settings("stock", options, None, defaults_file)
     found: StockCut = registry.command("stock")(program, settings, dialect, progress, same_as=same_as)
+    return found
+
+
+def cutting_data(
+    drawing: Input | None = None,
+    *,
+    objective: str = "cost",
+    save: str | Path | None = None,
+    plot: str | Path | None = None,
+    defaults_file: str | Path | None = None,
+    progress: Progress | None = None,
+    **options: Unpack[CuttingDataKeywords],
+) -> CuttingData:
+    """Return the spindle speeds and feeds of tools that no others are better than in time, cost and tool life.
+
+    Parameters
+    ----------
+    drawing
+        With the holes to drill; without it their number and depth are options.
+    objective
+        What one of the best is chosen for: ``time`` of a part, ``cost`` of a part, or ``life`` of the tool.
+    save
+        A tool library to write, with the chosen speeds and feeds: a copy of the one that was given, else a new one.
+    plot
+        A picture of the fronts to write (SVG).
+    options
+        Any option of `leafcut.options` by its name: ``material="c45", tools="shop.toml", holes=70, depth=10``.
+
+    `defaults_file` and `progress` are those of `optimize`.
+
+    Raises
+    ------
+    ReadError, OptionError, PlanError, OutputError
+        One line that says what was found and what to do. Nothing has been written then.
+    """
+    from leafcut.report.front_chart import check_name, front_svg
+
+    settings = _settings("cutting-data", options, None, defaults_file, "drawing" if drawing is not None else "none")
+    read = None if drawing is None or isinstance(drawing, StandardInput) else str(drawing)
+    inputs = [read, settings.job.tools, defaults_file, *_files(settings.machine.machine, settings.job.material)]
+    check_name(plot)
+    check_output(plot, [*inputs, save])
+    check_output(save, inputs)
+    found: CuttingData = registry.command("cutting_data")(drawing, settings, objective, progress)
+    texts = {str(plot): front_svg(found)} if plot else {}
+    if save:
+        texts[str(save)] = registry.command("cutting_data_library")(found, settings, save)
+    write_together(texts)
     return found
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from leafcut.api import cut_stock, nest, optimize, simulate, solve_file, solve_part, verify_programs
+from leafcut.api import cut_stock, cutting_data, nest, optimize, simulate, solve_file, solve_part, verify_programs
 from leafcut.errors import LeafcutError, OptionError, PlanError, PostError, ReadError, SolveError, VerifyError
 from leafcut.files import OutputError, StandardInput
 from leafcut.geometry.polyline import Polyline
 from leafcut.keywords import (
+    CuttingDataKeywords,
     NestKeywords,
     OptimizeKeywords,
     SimulateKeywords,
@@ -14,7 +15,7 @@ from leafcut.keywords import (
     StockKeywords,
     VerifyKeywords,
 )
-from leafcut.kinds import Head
+from leafcut.kinds import CuttingWork, Head, ToolMaterial
 from leafcut.model.certificate import Certificate, Counts
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import (
@@ -29,6 +30,7 @@ from leafcut.model.cutting import (
     Lead,
     PartTimes,
 )
+from leafcut.model.cutting_front import CuttingData, CuttingPoint, ToolFront
 from leafcut.model.difference import Difference
 from leafcut.model.heartbeat import Progress
 from leafcut.model.issue import Issue, Severity
@@ -56,6 +58,7 @@ from leafcut.model.snapshot import NextPlace, Observer, Pheromone, SearchStep, S
 from leafcut.model.solution import Solution, Solved, WorkerFigures
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Toolpath
+from leafcut.model.work_material import DrillLoad, ToolLife, WorkMaterial
 from leafcut.options import ReadOptions
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.processes.pocket.model import PocketDetail
@@ -81,8 +84,13 @@ __all__ = [
     "CutMeasures",
     "CutPlan",
     "CutTimes",
+    "CuttingData",
+    "CuttingDataKeywords",
+    "CuttingPoint",
+    "CuttingWork",
     "Difference",
     "DrillCycle",
+    "DrillLoad",
     "DrillingDetail",
     "Grouping",
     "Head",
@@ -154,14 +162,19 @@ __all__ = [
     "StockKeywords",
     "Tool",
     "ToolCut",
+    "ToolFront",
     "ToolKind",
+    "ToolLife",
+    "ToolMaterial",
     "ToolPace",
     "Toolpath",
     "VerifyError",
     "VerifyKeywords",
     "WantedDrawing",
+    "WorkMaterial",
     "WorkerFigures",
     "cut_stock",
+    "cutting_data",
     "nest",
     "optimize",
     "read_part",

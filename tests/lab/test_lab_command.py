@@ -11,7 +11,7 @@ import pytest
 from lab_descriptions import SMALL, written
 
 from leafcut.cli import run
-from leafcut.lab.loading import in_short, load, shipped
+from leafcut.lab.loading import in_short, load, shipped, shipped_names
 from page_parser import Page
 
 
@@ -22,7 +22,7 @@ def lab(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]
     return status, said.out, said.err
 
 
-@pytest.mark.parametrize("name", sorted(shipped()))
+@pytest.mark.parametrize("name", shipped_names())
 def test_every_experiment_runs_in_its_short_form_and_is_reported(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -9,7 +9,7 @@ import pytest
 from lab_descriptions import SMALL, written
 
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.lab.loading import in_short, load, shipped
+from leafcut.lab.loading import in_short, load, shipped_names
 from leafcut.lab.statistics import trend
 
 MORE = """
@@ -49,7 +49,7 @@ def test_files_are_sought_beside_the_description(tmp_path: Path) -> None:
     assert load(written(tmp_path, text)).instances[1].input == str(tmp_path / "maps" / "mine.csv")
 
 
-@pytest.mark.parametrize("name", sorted(shipped()))
+@pytest.mark.parametrize("name", shipped_names())
 def test_every_shipped_experiment_can_be_meant_and_has_a_reduced_form_that_is_small(name: str) -> None:
     whole = load(name)
     assert whole.title

@@ -28,7 +28,7 @@ class CostModel(NamedTuple):
 
     ============== ============== ==========================================================================
     code           int            which metric, see the constants above
-    plain          bool           no node is free or tied, no zones, no matrix: the metric is all
+    plain          bool           no node is free or tied, no zones, no matrix, no relief: the metric is all
     xy             float64[n, 2]  places of the nodes, mm (degrees and minutes for GEO)
     vx, vy         float          highest velocity of x and y, mm/s
     ax, ay         float          acceleration of x and y, mm/s²
@@ -38,6 +38,9 @@ class CostModel(NamedTuple):
     matrix         float64[n, n]  costs of EXPLICIT, else shape (0, 0)
     tied_a, tied_b int            the two nodes whose edge must stay, or -1
     free           int            a node that every node is at cost 0 of, or -1: the free end of an open path
+    z              float64[n]     heights of the nodes, mm; of none where ways have no heights
+    safe           float64[r, c]  heights at which tiles may be crossed, mm; −∞ where nothing stands
+    grid           float64[5]     lower left corner and side of the tiles, mm; velocity, acceleration of z
     ============== ============== ==========================================================================
     """
 
@@ -55,6 +58,9 @@ class CostModel(NamedTuple):
     tied_a: int
     tied_b: int
     free: int
+    z: NDArray[np.float64]
+    safe: NDArray[np.float64]
+    grid: NDArray[np.float64]
 
 
 @part
@@ -170,6 +176,72 @@ def distance(
 
 
 @part
+def highest_of_box(safe: NDArray, grid: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
+    """Return the highest safe height of the tiles that the box between two places touches, −∞ for none."""
+    rows, columns = safe.shape
+    first_c = max(math.floor((min(xi, xj) - grid[0]) / grid[2]), 0)
+    last_c = min(math.floor((max(xi, xj) - grid[0]) / grid[2]), columns - 1)
+    first_r = max(math.floor((min(yi, yj) - grid[1]) / grid[2]), 0)
+    last_r = min(math.floor((max(yi, yj) - grid[1]) / grid[2]), rows - 1)
+    best = -math.inf
+    for r in range(first_r, last_r + 1):
+        for c in range(first_c, last_c + 1):
+            best = max(best, safe[r, c])
+    return best
+
+
+@part
+def highest_of_line(safe: NDArray, grid: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
+    """Return the highest safe height of the tiles that a straight way touches, −∞ for none.
+
+    Row by row: in each the way takes the columns between where it enters and where it leaves the row. These are taken
+    a little too wide, so that rounding loses no tile.
+    """
+    rows, columns = safe.shape
+    x0, y0, side = grid[0], grid[1], grid[2]
+    if yj < yi or (yj == yi and xj < xi):
+        xi, yi, xj, yj = xj, yj, xi, yi
+    room = 1e-6 * side
+    first_r = max(math.floor((yi - room - y0) / side), 0)
+    last_r = min(math.floor((yj + room - y0) / side), rows - 1)
+    best = -math.inf
+    for r in range(first_r, last_r + 1):
+        left, right = xi, xj
+        if yj > yi:
+            low = min(max((y0 + r * side - room - yi) / (yj - yi), 0.0), 1.0)
+            high = min(max((y0 + (r + 1) * side + room - yi) / (yj - yi), 0.0), 1.0)
+            left, right = xi + low * (xj - xi), xi + high * (xj - xi)
+        if right < left:
+            left, right = right, left
+        first_c = max(math.floor((left - room - x0) / side), 0)
+        last_c = min(math.floor((right + room - x0) / side), columns - 1)
+        for c in range(first_c, last_c + 1):
+            best = max(best, safe[r, c])
+    return best
+
+
+@part
+def way_height(cost: CostModel, i: int, j: int) -> float:
+    """Return the height, mm, at which the tool goes from node i to node j: that of the higher node, or more."""
+    xi, yi, xj, yj = cost.xy[i, 0], cost.xy[i, 1], cost.xy[j, 0], cost.xy[j, 1]
+    if cost.code == DOGLEG:
+        over = highest_of_box(cost.safe, cost.grid, xi, yi, xj, yj)
+    else:
+        over = highest_of_line(cost.safe, cost.grid, xi, yi, xj, yj)
+    return float(max(over, cost.z[i], cost.z[j]))
+
+
+@part
+def _rise_and_fall(cost: CostModel, i: int, j: int) -> float:
+    """Return what it costs to rise from node i to the height of the way to node j, and to go down there."""
+    height = way_height(cost, i, j)
+    up, down = height - cost.z[i], height - cost.z[j]
+    if cost.code < LINEAR:
+        return float(up + down)
+    return rest_to_rest(up, cost.grid[3], cost.grid[4]) + rest_to_rest(down, cost.grid[3], cost.grid[4])
+
+
+@part
 def _special(cost: CostModel, i: int, j: int) -> float:
     """As `travel`, with free and tied nodes, zones and matrices."""
     if (i == cost.tied_a and j == cost.tied_b) or (i == cost.tied_b and j == cost.tied_a):
@@ -180,6 +252,8 @@ def _special(cost: CostModel, i: int, j: int) -> float:
         return float(cost.matrix[i, j])
     xi, yi, xj, yj = cost.xy[i, 0], cost.xy[i, 1], cost.xy[j, 0], cost.xy[j, 1]
     base = distance(cost.code, xi, yi, xj, yj, cost.vx, cost.vy, cost.ax, cost.ay, cost.per_mm)
+    if len(cost.z) > 0:
+        base += _rise_and_fall(cost, i, j)
     if xj < xi or (xj == xi and yj < yi):
         # Always the same way round: rounding decides whether a move just touches a zone.
         xi, yi, xj, yj = xj, yj, xi, yi
@@ -210,6 +284,13 @@ def tour_cost(cost: CostModel, tour: NDArray) -> float:
         if step != TIED:
             total += step
     return total
+
+
+@kernel
+def way_heights(cost: CostModel, leave: NDArray, arrive: NDArray, heights: NDArray) -> None:
+    """Fill in how high the ways from leave[e] to arrive[e] are, int32[m] each. Changes: heights float64[m], mm."""
+    for e in range(len(leave)):
+        heights[e] = way_height(cost, leave[e], arrive[e])
 
 
 @kernel

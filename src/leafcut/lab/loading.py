@@ -35,10 +35,14 @@ from leafcut.processes.settings import collect, placed_in, why_unused
 _SHIPPED = resources.files("leafcut.lab") / "shipped"
 
 
+def shipped_names() -> list[str]:
+    """Return the names of the experiments that come with leafcut, without reading them."""
+    return sorted(file.name.removesuffix(".toml") for file in _SHIPPED.iterdir() if file.name.endswith(".toml"))
+
+
 def shipped() -> dict[str, str]:
     """Return the experiments that come with leafcut: name → title."""
-    names = sorted(file.name.removesuffix(".toml") for file in _SHIPPED.iterdir() if file.name.endswith(".toml"))
-    return {name: load(name).title for name in names}
+    return {name: load(name).title for name in shipped_names()}
 
 
 def load(name: str | Path) -> Description:
@@ -60,8 +64,7 @@ def load(name: str | Path) -> Description:
         return described(parse_toml(content, str(path)), path.stem, path.parent)
     file = _SHIPPED / f"{name}.toml"
     if not re.fullmatch(r"[A-Za-z0-9_-]+", str(name)) or not file.is_file():
-        known = [one.name.removesuffix(".toml") for one in _SHIPPED.iterdir() if one.name.endswith(".toml")]
-        raise OptionError(f"unknown experiment '{name}'{nearest(str(name), sorted(known))}; or give a TOML file")
+        raise OptionError(f"unknown experiment '{name}'{nearest(str(name), shipped_names())}; or give a TOML file")
     return described(parse_toml(file.read_bytes(), str(name)), str(name), None)
 
 

@@ -69,6 +69,10 @@ CODES: dict[str, str] = {
     "L434": "nesting was stopped by the time limit or by the user",
     "L435": "a nest's sheet is larger than the machine's table",
     "L436": "parts do not fit on the sheets given",
+    "L440": "no speeds were chosen for a tool",
+    "L441": "a hole begins on uneven ground",
+    "L442": "a hole is drawn at another height than the surface has",
+    "L443": "the mesh of a surface is not closed",
     "L501": "blocks of a program keep their place",
     "L502": "nothing in a program can be reordered",
     "L503": "tool changes were saved",
@@ -110,6 +114,10 @@ CODES: dict[str, str] = {
     "L806": "a program asks for something that the machine cannot do",
     "L807": "a program drives a laser or a torch",
     "L808": "the position of the tool is unknown",
+    "L809": "the shank or the holder of a tool meets the material",
+    "L810": "cuts of a program go beyond the stock that is given",
+    "L811": "the stock has undercuts, which count as material",
+    "L812": "the cells of the stock model are coarse for a tool",
 }
 
 

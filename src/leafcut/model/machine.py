@@ -71,6 +71,8 @@ class Machine:
         Time of one change, chip to chip where the machine does it.
     tool_change_position
         Machine coordinates (x, y) to which the table goes for a change, or None: it stays where it is.
+    spindle_power, spindle_torque, max_thrust
+        What the spindle gives at most, W and N·mm, and with how much force z goes down, N; 0 where that is not known.
     spindle_start_s
         Dwell that lets the spindle reach its speed.
     safe_z
@@ -102,6 +104,9 @@ class Machine:
     work_offset: XYZ | None = None
     spindle_min_rpm: float = 0.0
     spindle_max_rpm: float = 10_000.0
+    spindle_power: float = 0.0
+    spindle_torque: float = 0.0
+    max_thrust: float = 0.0
     tool_changer: bool = True
     tool_change_s: float = 10.0
     tool_change_position: tuple[float, float] | None = None

@@ -178,6 +178,9 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
         safe_z=top.optional("safe_z", lambda key: top.quantity(key, "mm")),
         spindle_min_rpm=spindle.quantity("min_speed", "rpm"),
         spindle_max_rpm=spindle.quantity("max_speed", "rpm"),
+        spindle_power=spindle.quantity("power", "W", 0.0),
+        spindle_torque=spindle.quantity("torque", "N·mm", 0.0),
+        max_thrust=spindle.quantity("max_thrust", "N", 0.0),
         spindle_start_s=spindle.quantity("start_time", "s"),
         tool_changer=change.flag("automatic", True),
         tool_change_s=change.quantity("time", "s"),
@@ -272,6 +275,7 @@ def _check(machine: Machine, place: str, top: TomlTable) -> None:
     if not 0 < machine.acceleration_factor <= 1:
         raise refuse("acceleration_factor", f"is {machine.acceleration_factor:g}, but must be above 0 and at most 1")
     _check_positive(machine, top, refuse)
+    _check_loads(machine, refuse)
     if machine.probe is not None:
         _check_probe(machine.probe, machine.max_feed, refuse)
     if not 0 <= machine.spindle_min_rpm <= machine.spindle_max_rpm or not machine.spindle_max_rpm > 0:
@@ -279,6 +283,16 @@ def _check(machine: Machine, place: str, top: TomlTable) -> None:
     for key, seconds in (("spindle.start_time", machine.spindle_start_s), ("tool_change.time", machine.tool_change_s)):
         if seconds < 0:
             raise refuse(key, f"is {seconds:g} s, but must not be negative")
+
+
+def _check_loads(machine: Machine, refuse: Callable[[str, str], OptionError]) -> None:
+    for key, value in (
+        ("spindle.power", machine.spindle_power),
+        ("spindle.torque", machine.spindle_torque),
+        ("spindle.max_thrust", machine.max_thrust),
+    ):
+        if value < 0:
+            raise refuse(key, "must not be negative")
 
 
 def _check_probe(probe: Probe, max_feed: float, refuse: Callable[[str, str], OptionError]) -> None:

@@ -9,6 +9,7 @@ A table (``.csv``: `leafcut.read.tool_table`) says in its first row what its col
 from __future__ import annotations
 
 import io
+import math
 import re
 import zipfile
 import zlib
@@ -29,6 +30,10 @@ MAX_BYTES = 16 * 1024 * 1024
 #: What `zipfile` and what it unpacks with raise of a file that is none, or is torn.
 _TORN = (zipfile.BadZipFile, zlib.error, LZMAError, EOFError, OSError, ValueError, NotImplementedError, RuntimeError)
 
+_FUSION_UNITS = {"millimeters": "mm", "inches": "in"}
+#: What a piece of a shaft or of a holder says.
+_SEGMENT = ("height", "lower-diameter", "upper-diameter")
+_WIDE = "shoulder-diameter"
 _FREECAD_KINDS = {
     "drill": "drill", "endmill": "end-mill", "bullnose": "end-mill", "ballend": "ball-mill", "chamfer": "chamfer-mill",
     "v-bit": "v-bit", "vbit": "v-bit", "reamer": "reamer", "tap": "tap", "slotmill": "slot-mill",
@@ -95,7 +100,7 @@ def _fusion(path: Path, data: bytes, _: str) -> Iterator[ToolRow]:
         number = _inner(tool, "post-process").get("number")
         name = f"T{number}" if isinstance(number, int) else f"tool {count}"
         kind = FUSION_KINDS.get(str(tool.get("type", "")).lower())
-        unit = {"millimeters": "mm", "inches": "in"}.get(str(tool.get("unit", "")))
+        unit = _FUSION_UNITS.get(str(tool.get("unit", "")))
         if kind is None:
             yield name, f"leafcut has no tool of type '{shown(str(tool.get('type')), 30)}'"
         elif unit is None:
@@ -127,8 +132,49 @@ def _fusion_row(tool: dict[str, Any], kind: str, unit: str, number: object) -> d
         "feed": None if kind == "tap" else _with(preset.get("v_f") if mill else down, f"{unit}/min"),
         "plunge_feed": _with(preset.get("v_f_plunge"), f"{unit}/min") if mill else None,
         "teeth": geometry.get("NOF") if mill else None,
+        **_fusion_body(tool, geometry, unit),
     }
     return {key: value for key, value in given.items() if value is not None}
+
+
+def _fusion_body(tool: dict[str, Any], geometry: dict[str, Any], unit: str) -> dict[str, str | None]:
+    """Return what is above the flutes, as far as the tool says it.
+
+    A shaft begins above the shoulder, and a holder where the tool stands out of it (LB); both list their pieces from
+    below, those of a holder in its own unit.
+    """
+    flutes, shoulder, wide, out = (_length(geometry.get(key)) for key in ("LCF", "shoulder-length", _WIDE, "LB"))
+    pieces = _pieces(_inner(tool, "shaft"), unit)
+    wide = wide or _length(geometry.get("DC"))
+    if 0 < flutes < shoulder and wide:
+        neck = dict(zip(_SEGMENT, (shoulder - flutes, wide, wide), strict=True))
+        pieces = [*_pieces({"segments": [neck]}, unit), *pieces]
+    holder = _inner(tool, "holder")
+    other = _FUSION_UNITS.get(str(holder.get("unit", "")), unit)
+    return {
+        "shank_diameter": _with(geometry.get("SFDM"), unit) if flutes else None,
+        "stickout": _with(out, unit),
+        "shaft": ", ".join(pieces) or None if flutes else None,
+        "holder": ", ".join(_pieces(holder, other)) or None if out else None,
+    }
+
+
+def _pieces(body: dict[str, Any], unit: str) -> list[str]:
+    """Return the pieces of a shaft or holder as a ``[[tool]]`` has them; none where one is no piece."""
+    segments = body.get("segments")
+    found = []
+    for one in segments if isinstance(segments, list) else []:
+        length, lower, upper = (_length(one.get(key) if isinstance(one, dict) else None) for key in _SEGMENT)
+        if not (length and lower and upper):
+            return []
+        found.append(f"{lower:.6f} {unit}-{upper:.6f} {unit} x {length:.6f} {unit}")
+    return found
+
+
+def _length(value: object) -> float:
+    """Return a length of a file; 0 where it is none."""
+    plain = isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < math.inf
+    return float(value) if plain and isinstance(value, int | float) else 0.0
 
 
 def _freecad(path: Path, data: bytes, _: str) -> Iterator[ToolRow]:
@@ -174,6 +220,7 @@ def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
         "tip_diameter": values.get("TipDiameter") if kind in _CONES and _above_0(values.get("TipDiameter")) else None,
         "pitch": values.get("Pitch") if kind == "tap" else None,
         "teeth": int(flutes) if kind in _MILLS and re.fullmatch(r"[0-9]{1,9}", flutes) else None,
+        "shank_diameter": values.get("ShankDiameter") if _above_0(values.get("CuttingEdgeHeight")) else None,
     }
     return {key: value for key, value in given.items() if value is not None}
 

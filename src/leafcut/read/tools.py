@@ -7,13 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import OptionError
-from leafcut.model.tool import CONES, MILLS, Recipe, Tool, ToolKind, ToolLibrary
+from leafcut.errors import OptionError, shown
+from leafcut.kinds import ToolMaterial
+from leafcut.model.tool import CONES, MILLS, BodySegment, Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.options import CYCLES
 from leafcut.read.toml_table import TomlTable, read_toml
 from leafcut.read.tool_formats import rows_of
 from leafcut.read.tool_keys import HOLE_KEYS, NO_TOOLS, TOOL_KEYS
 from leafcut.read.tool_kinds import ToolRow
+from leafcut.units import parse_quantity
 
 _TOOL_KEYS, _HOLE_KEYS = (tuple(key.name for key in keys) for keys in (TOOL_KEYS, HOLE_KEYS))
 
@@ -27,6 +29,9 @@ _MOST_TEETH = 100
 
 #: The full angle of the point where a tool does not say it: 118° is the common twist drill; the others end flat.
 _POINT_ANGLE = {ToolKind.DRILL: math.radians(118), ToolKind.CENTRE_DRILL: math.radians(118)}
+
+#: A tool has at most so many pieces above its flutes: more is a drawing, and each is looked for in the material.
+_MOST_SEGMENTS = 40
 
 #: How far the feed of a tap may be from pitch × speed: the rounding of the numbers in a catalogue.
 _TAP_FEED = 0.005
@@ -135,10 +140,41 @@ def _tool(table: TomlTable) -> Tool:
         teeth=table.optional("teeth", lambda key: table.whole(key, 1, _MOST_TEETH)),
         corner_radius=_positive(table, "corner_radius", "mm") if "corner_radius" in table else 0.0,
         tip_diameter=_positive(table, "tip_diameter", "mm") if "tip_diameter" in table else 0.0,
+        material=table.optional("material", lambda key: ToolMaterial(table.text(key, choices=tuple(ToolMaterial)))),
+        life_cost=table.optional("life_cost", lambda key: _cost(table, key)),
+        shank_diameter=table.optional("shank_diameter", lambda key: _positive(table, key, "mm")),
+        stickout=table.optional("stickout", lambda key: _positive(table, key, "mm")),
+        shaft=_segments(table, "shaft"),
+        holder=_segments(table, "holder"),
     )
     _check_mill(tool, table)
+    for key, needs in (("shank_diameter", "flute_length"), ("shaft", "flute_length"), ("holder", "stickout")):
+        if key in table and needs not in table:
+            raise table.problem(key, f"needs '{needs}': where it begins above the tip")
     _check_cycle(tool, table)
     return _tapping(tool, table) if kind is ToolKind.TAP else tool
+
+
+def _segments(table: TomlTable, key: str) -> tuple[BodySegment, ...]:
+    """Return the pieces of a shaft or a holder, written as ``20-28 x 5, 28 x 40``."""
+    pieces = [piece.strip() for piece in table.text(key, "").split(",")] if key in table else []
+    if len(pieces) > _MOST_SEGMENTS:
+        raise table.problem(key, f"has {len(pieces)} pieces; the limit is {_MOST_SEGMENTS}")
+    found = []
+    for piece in pieces:
+        wide, times, length = piece.lower().partition("x")
+        lower, dash, upper = wide.partition("-")
+        try:
+            lengths = [parse_quantity(text.strip(), "mm") for text in (length, lower, upper if dash else lower)]
+        except OptionError:
+            lengths = []
+        if not times or not lengths or not all(0.0 < value <= _LARGEST for value in lengths):
+            raise table.problem(
+                key,
+                f"has the piece '{shown(piece, 40)}', but must be such as '28 x 40', or '20-28 x 5' for a cone, in mm",
+            )
+        found.append(BodySegment(*lengths))
+    return tuple(found)
 
 
 def _positive(table: TomlTable, key: str, unit: str) -> float:
@@ -153,6 +189,13 @@ def _seconds(table: TomlTable, key: str) -> float:
     value = table.quantity(key, "s")
     if not 0 <= value <= 100:
         raise table.problem(key, f"is {table.typed(key)}, but must be from 0 to 100 s")
+    return value
+
+
+def _cost(table: TomlTable, key: str) -> float:
+    value = table.number(key, 0.0)
+    if not 0 <= value <= 1e6:
+        raise table.problem(key, f"is {value:g}, but must be from 0 to 1000000")
     return value
 
 

@@ -45,9 +45,10 @@ FULL_LISTS_LIMIT = 3000
 def cost_model(metric: Metric, xy: NDArray[np.float64], tied: tuple[int, int] = (-1, -1), free: int = -1) -> CostModel:
     """Return the kernel's form of a metric over the points float64[n, 2]."""
     zones = np.ascontiguousarray(metric.zones, dtype=np.float64).reshape(-1, 4)
+    relief = metric.relief
     return CostModel(
         code=_CODES[metric.name],
-        plain=tied == (-1, -1) and free < 0 and not len(zones) and metric.name != "EXPLICIT",
+        plain=tied == (-1, -1) and free < 0 and not len(zones) and metric.name != "EXPLICIT" and relief is None,
         xy=np.ascontiguousarray(xy, dtype=np.float64),
         vx=float(metric.velocity[0]),
         vy=float(metric.velocity[1]),
@@ -60,6 +61,11 @@ def cost_model(metric: Metric, xy: NDArray[np.float64], tied: tuple[int, int] = 
         tied_a=tied[0],
         tied_b=tied[1],
         free=free,
+        z=np.zeros(0) if relief is None else relief.at(xy),
+        safe=np.zeros((0, 0)) if relief is None else np.ascontiguousarray(relief.safe, dtype=np.float64),
+        grid=np.zeros(5)
+        if relief is None
+        else np.array([relief.x, relief.y, relief.side, relief.velocity, relief.acceleration], dtype=np.float64),
     )
 
 

@@ -11,6 +11,30 @@ from leafcut.model.sequence import Staying
 
 
 @dataclass(frozen=True)
+class StockProof:
+    """How a program in a new order was judged by what it leaves of the stock.
+
+    Attributes
+    ----------
+    cells, cell
+        How many cells were compared, and their side, mm; 0 where none were.
+    given
+        Whether the stock was described; else it is a block around the cuts.
+    flat, unknown
+        Tools that count as flat mills, and those that were left out, as nothing is known of their shape.
+    reason
+        Why nothing was compared, in words.
+    """
+
+    cells: int = 0
+    cell: float = 0.0
+    given: bool = False
+    flat: tuple[int, ...] = ()
+    unknown: tuple[int, ...] = ()
+    reason: str = ""
+
+
+@dataclass(frozen=True)
 class ProgramDetail:
     """A program in a new order.
 
@@ -24,6 +48,8 @@ class ProgramDetail:
         How many pieces of work it has (holes, cuts, strokes …), and why some of them keep their place.
     pace
         What new speeds did, where they were asked for.
+    stock
+        How it was judged by what it leaves of the stock; None of what a beam does.
     """
 
     report: ClassVar[str] = "leafcut.processes.program.report:ProgramReport"
@@ -33,3 +59,4 @@ class ProgramDetail:
     pieces: int = 0
     staying: tuple[Staying, ...] = field(default=())
     pace: PaceChange | None = None
+    stock: StockProof | None = None

@@ -26,9 +26,8 @@ class ForeignProgram(Process):
     title = "reordering a program"
     options = (ResequenceOptions,)
     uses = use(ReadOptions, "units", "strict") | use(MachineOptions) | LOOKED_UP | ORDERED
-    uses |= use(JobOptions, "keep_out", "start_point", "keep_order")
-    uses |= use(JobOptions, tools="keep_out,air,feeds,low_retracts", clearance_height="keep_out")
-    uses |= use(StockOptions, **dict.fromkeys(StockOptions.specs(), "air,feeds,low_retracts"))
+    uses |= use(JobOptions, "keep_out", "start_point", "keep_order", "tools", clearance_height="keep_out")
+    uses |= use(StockOptions)
     uses |= use(PostOptions, "dialect", "header")
     otherwise = {  # noqa: RUF012  # the protocol says that it is of the class
         "output_units": "a program keeps its own units",

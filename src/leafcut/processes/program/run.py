@@ -31,6 +31,7 @@ from leafcut.processes.program.model import ProgramDetail
 from leafcut.processes.program.options import ResequenceOptions
 from leafcut.processes.program.pace import wants_pace, with_new_pace
 from leafcut.processes.program.proving import SectionOrders, write_proved
+from leafcut.processes.program.stock_proof import stock_judge
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
@@ -75,6 +76,8 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
     read = read_foreign(text, source, run.settings, run.machine, words, run.looking("reading"), process=process)
     original, words, run = read.program, read.words, replace(run, machine=read.machine)
     dangers = read.dangers
+    judge, stock, met = stock_judge(run, original, source, read.process)
+    dangers = [*dangers, *met]
     _refuse_dangers(run, source, dangers)
     began = time.monotonic()
     sequence = _planned(run, original, read.process, began)
@@ -88,7 +91,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
             for section, found in zip(sequence.sections, solutions, strict=True)
         ]
         measures = [measure(original.path, run.machine, dark_rows(original, sequence.process), stands)]
-        proved = write_proved(run, words, original, sequence, _orders(sequence, solutions), source, obstacles)
+        proved = write_proved(run, words, original, sequence, _orders(sequence, solutions), source, obstacles, judge)
         measures.append(measure(proved.program.path, run.machine, dark_rows(proved.program, sequence.process), stands))
         timed = run.settings.solve.objective == "time"
         before, after = (m.time_s if timed else m.travel_mm for m in measures)
@@ -96,7 +99,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
         if after > before:
             # The solver's cost leaves out what the look-ahead knows; what is no better is not written. Of a program
             # that crosses obstacles its own order is the measure once it goes over or round them.
-            own = write_proved(run, words, original, sequence, [None for _ in solutions], source, obstacles)
+            own = write_proved(run, words, original, sequence, [None for _ in solutions], source, obstacles, judge)
             measured = measure(own.program.path, run.machine, dark_rows(own.program, sequence.process), stands)
             if obstacles is None or (measured.time_s if timed else measured.travel_mm) <= after:
                 stay, proved, measures[1] = frozenset(range(len(solutions))), own, measured
@@ -141,6 +144,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
             pieces=count_pieces(sequence),
             staying=grouped(sequence, refused, run.settings.job.keep_order),
             pace=paced.change if paced else None,
+            stock=stock,
         ),
         encoding=encoding,
         options=run.settings.changed(),

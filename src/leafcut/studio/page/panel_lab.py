@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.lab.description import Description
-from leafcut.lab.loading import shipped
+from leafcut.lab.loading import shipped, shipped_names
 from leafcut.lab.own_part import OWN_PART, compare_on, what_differs
 from leafcut.lab.results import Results, number
 from leafcut.lab.store import Row
@@ -38,7 +38,7 @@ class LabPanel:
 
     def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page, self.lab = view, page, view.studio.lab
-        self.chosen, self.reduced = next(iter(shipped())), False
+        self.chosen, self.reduced = shipped_names()[0], False
         self.runs = _RUNS
         #: Option that ways differ in → those that are chosen.
         self.ways = {option: set(names) for option, names in _USUAL.items()}
