@@ -90,9 +90,11 @@ MAY_IMPORT["batch"] = BASE | {
 }
 MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", "files", "progress", "read", "report"}
 MAY_IMPORT["cli_lab"] = BASE | {"batch", "executors", "lab", "files", "option_spec", "processes", "progress", "several"}
+MAY_IMPORT["cli_machine"] = BASE | {"api", "files", "read", "report", "timing", "usage"}
 MAY_IMPORT["cli"] |= {
     "batch",
     "cli_lab",
+    "cli_machine",
     "executors",
     "usage",
     "gcode",

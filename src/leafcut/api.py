@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput, check_is_there, check_output, write_together
@@ -43,6 +43,7 @@ from leafcut.stock.stock_cut import StockCut
 
 if TYPE_CHECKING:
     from leafcut.processes.base import Process
+    from leafcut.timing.fitting import Fitted
 
 
 def optimize(
@@ -298,6 +299,45 @@ def simulate(
     settings = _settings("simulate", options, None, defaults_file)
     found: Simulation = registry.command("simulate")(program, settings, dialect, progress)
     return found
+
+
+def check_times(
+    measured: Sequence[tuple[str | Path, float]],
+    machine: str,
+    *,
+    dialect: str | None = None,
+    units: Literal["mm", "in"] | None = None,
+    progress: Progress | None = None,
+) -> tuple[Fitted, list[Simulation]]:
+    """Return how the times of programs on a machine differ from what a stop-watch says, and the machine fitted to it.
+
+    Parameters
+    ----------
+    measured
+        Each program, and the seconds that it took.
+    machine, dialect, units
+        Options of `simulate`.
+
+    Returns
+    -------
+    tuple[Fitted, list[Simulation]]
+        What was fitted (`leafcut.timing.fitting`), and each program as it was simulated before.
+
+    Raises
+    ------
+    ReadError, OptionError
+        A program cannot be read, or nothing was measured.
+    """
+    from leafcut.timing.fitting import Measured, fit
+
+    if not measured:
+        raise OptionError("no program was measured; give each with its time")
+    given: SimulateKeywords = {"machine": machine}
+    if units:
+        given["units"] = units
+    found = [simulate(str(one), dialect=dialect, progress=progress, **given) for one, _ in measured]
+    programs = [Measured(one.program, one.run, seconds) for one, (_, seconds) in zip(found, measured, strict=True)]
+    return fit(programs, found[0].machine), found
 
 
 def cut_stock(

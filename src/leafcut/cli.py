@@ -18,6 +18,7 @@ from cyclopts import App, CycloptsError, Parameter
 
 from leafcut._version import __version__
 from leafcut.cli_lab import lab_app
+from leafcut.cli_machine import machine_app, tools_app
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput
 from leafcut.flags import command_of
@@ -28,7 +29,7 @@ from leafcut.processes.base import Process, Work
 from leafcut.processes.settings import all_options, used_by, why_unused
 from leafcut.progress import Reporter
 from leafcut.several import all_drill_files, expanded, targets_of
-from leafcut.usage import command_in, told
+from leafcut.usage import DASH, HELD, command_in, told
 from leafcut.user_files import DEFAULTS_VARIABLE, defaults_file, first_time
 
 if TYPE_CHECKING:
@@ -39,10 +40,6 @@ DONE, REFUSED, USAGE, INCOMPLETE = 0, 1, 2, 3
 _WORST_FIRST = ("danger", "missing", "warning")
 #: Of several inputs the status is that of the worst.
 _STATUS_ORDER = (DONE, INCOMPLETE, REFUSED, USAGE)
-#: Stands for standard input and standard output. Alone it would be taken for a flag, so it is held back from the parser
-#: in the form of what no file can be called.
-DASH, _HELD = "-", "\0"
-
 #: New objects between two looks for garbage: what is imported and compiled stays, and looking takes a tenth of a start.
 LITTER = 100_000
 
@@ -92,7 +89,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def run(arguments: Sequence[str]) -> int:
     """Run one command line and return its exit status; errors are one line on standard error."""
     try:
-        words = [_HELD if word == DASH else word for word in arguments]
+        words = [HELD if word == DASH else word for word in arguments]
         status = app(arguments)(words, exit_on_error=False, print_error=False)
         return int(status or DONE)
     except CycloptsError as problem:
@@ -184,6 +181,8 @@ def app(arguments: Sequence[str] = ()) -> App:
         whole = command_of(function, used_by(*works), **special) if all_of_them or asked == name else function
         made.command(whole, name=name, help=special.get("help"))
     made.command(_machines, name="machines")
+    made.command(machine_app())
+    made.command(tools_app())
     made.command(_materials, name="materials")
     made.command(_dialects, name="dialects")
     made.command(_algorithms, name="algorithms")
@@ -885,7 +884,7 @@ def _check_file(flag: str, name: str | None) -> None:
 
 def _dashed(word: Any) -> Any:
     """Return a word of the command line as it was typed."""
-    return DASH if word == _HELD else word
+    return DASH if word == HELD else word
 
 
 def _defaults(left_out: bool) -> Path | None:

@@ -80,8 +80,8 @@ class OptimizeKeywords(TypedDict, total=False):
     work_offset: str | Sequence[Quantity] | None
     """Work offset: program zero in machine coordinates, x,y,z (mm; default: the machine's, else unknown)."""
     tools: str | Path | None
-    """Tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl (default: one assumed drill per
-    diameter).
+    """Tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, a table .csv (default: one assumed
+    drill per diameter).
     """
     depth: Quantity | None
     """Depth of blind holes or pockets below Z0 (mm; default: from --thickness, else 1 mm (spotting))."""
@@ -971,8 +971,8 @@ class StockKeywords(TypedDict, total=False):
     work_offset: str | Sequence[Quantity] | None
     """Work offset: program zero in machine coordinates, x,y,z (mm; default: the machine's, else unknown)."""
     tools: str | Path | None
-    """Tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl (default: one assumed drill per
-    diameter).
+    """Tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, a table .csv (default: one assumed
+    drill per diameter).
     """
     workpiece: str | None
     """Material before the first cut, in program coordinates: x,y,z of the lower and of the upper corner of a
@@ -1036,8 +1036,8 @@ class CuttingDataKeywords(TypedDict, total=False):
     work_offset: str | Sequence[Quantity] | None
     """Work offset: program zero in machine coordinates, x,y,z (mm; default: the machine's, else unknown)."""
     tools: str | Path | None
-    """Tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl (default: one assumed drill per
-    diameter).
+    """Tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, a table .csv (default: one assumed
+    drill per diameter).
     """
     depth: Quantity | None
     """Depth of blind holes or pockets below Z0 (mm; default: from --thickness, else 1 mm (spotting))."""

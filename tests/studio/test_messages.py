@@ -30,6 +30,13 @@ ELSEWHERE = {
     "several.py": "several files in one command line",
     "batch.py": "the command `batch` alone",
     "report/stock_report.py": "the command `stock` alone",
+    "cli_machine.py": "the commands `machine` and `tools` alone",
+    "read/time_table.py": "the command `machine check` alone",
+    "read/tool_text.py": "the command `tools import` alone",
+    **dict.fromkeys(
+        (f"read/controllers/{name}.py" for name in ("importing", "questions", "ini_text", "mach", "fluidnc")),
+        "the command `machine` alone",
+    ),
     "processes/cutting_data/run.py": "the command `cutting-data` alone",
     "processes/cutting_data/drawn_work.py": "the command `cutting-data` alone",
     "processes/cutting_data/limits.py": "the command `cutting-data` alone",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from leafcut.kinds import Head
@@ -58,7 +59,7 @@ class Machine:
     max_feed
         Highest programmed feed, mm/s.
     travel_min, travel_max
-        Machine coordinates.
+        Machine coordinates; -inf and inf where the end of an axis is not known, and nothing is checked against it.
     work_offset
         Program zero in machine coordinates where it is known, else None: then only the size of the job can be checked.
     home
@@ -118,6 +119,15 @@ class Machine:
     family: str = ""
     sources: dict[str, str] = field(default_factory=dict)
     assumed: dict[str, str] = field(default_factory=dict)
+
+    def reach(self, axis: int) -> float:
+        """Return how far an axis goes, mm; inf where that is not known."""
+        return self.travel_max[axis] - self.travel_min[axis]
+
+    @property
+    def table_known(self) -> bool:
+        """Whether both ends of x and of y are known."""
+        return all(math.isfinite(self.reach(axis)) for axis in (0, 1))
 
     @property
     def control(self) -> str:

@@ -45,7 +45,7 @@ class JobOptions(OptionGroup):
     tools: Path | None = option(
         "path",
         None,
-        "tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl",
+        "tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, a table .csv",
         default_words="one assumed drill per diameter",
     )
     depth: float | None = option(

@@ -40,6 +40,8 @@ OTHER_COMMANDS = (
     "verify",
     "cutting-data",
     "machines",
+    "machine",
+    "tools",
     "materials",
     "dialects",
     "algorithms",

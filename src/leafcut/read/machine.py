@@ -23,6 +23,7 @@ from leafcut.read.machine_keys import (
     RAPID_STYLES,
     SOURCE_KEYS,
     TOP_KEYS,
+    UNKNOWN,
     profile_template,
     with_defaults,
 )
@@ -101,6 +102,30 @@ def machine_template(name_or_path: str) -> str:
     return profile_template(data, machine.name)
 
 
+def machine_of_profile(data: dict[str, Any], place: str) -> Machine:
+    """Return the machine of a profile that stands in no file yet; `place` is what messages begin with.
+
+    Raises
+    ------
+    OptionError
+        A key is unknown, missing, of the wrong kind or out of range.
+    """
+    return _machine_of(data, place)
+
+
+def profile_of(name_or_path: str) -> dict[str, Any]:
+    """Return the keys of the profile of a machine, as they stand there.
+
+    Raises
+    ------
+    OptionError
+        As `load_machine` does.
+    """
+    data, place = _profile(name_or_path)
+    _machine_of(data, place)
+    return data
+
+
 def _profile(name_or_path: str) -> tuple[dict[str, Any], str]:
     """Return the contents of a profile, and the name of its file for messages."""
     if name_or_path.lower().endswith(".toml"):
@@ -146,8 +171,8 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
         corners=corners.text("style", "", ("", *CORNERS)),
         corner_deviation=corners.quantity("deviation", "mm"),
         max_feed=top.quantity("max_feed", "mm/s", min(velocity[:2])),
-        travel_min=_xyz(travel.vector("min", "mm")),
-        travel_max=_xyz(travel.vector("max", "mm")),
+        travel_min=_limits(travel, "min", -math.inf),
+        travel_max=_limits(travel, "max", math.inf),
         home=_xyz(top.vector("home", "mm")),
         work_offset=top.optional("work_offset", lambda key: _xyz(top.vector(key, "mm"))),
         safe_z=top.optional("safe_z", lambda key: top.quantity(key, "mm")),
@@ -166,6 +191,9 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
     )
     if "max_feed" not in said:
         told["max_feed"] = f"{machine.max_feed * SECONDS_PER_MINUTE:g} mm/min (the slower of the rapids of x and y)"
+    unlimited = [axis for axis, name in enumerate("xyz") if not math.isfinite(machine.reach(axis))]
+    if unlimited:
+        told["travel"] = f"unknown in {', '.join('xyz'[axis] for axis in unlimited)} (nothing is checked against it)"
     machine = replace(machine, assumed=told)
     _check(machine, place, top)
     return machine
@@ -187,6 +215,19 @@ def _controller(top: TomlTable, place: str) -> tuple[str, str]:
         name = str(Path(place).parent / file)
         return name, dialect(name).family
     return name, DIALECTS.load(name).family if name in DIALECTS.names() else ""
+
+
+def _limits(travel: TomlTable, key: str, unlimited: float) -> XYZ:
+    """Return one end of the travel of each axis; `unlimited` where it is not known."""
+    if not travel.values:
+        return (unlimited,) * 3
+    value = travel.values.get(key)
+    if value == UNKNOWN:
+        return (unlimited,) * 3
+    if not isinstance(value, list) or UNKNOWN not in value or len(value) != 3:
+        return _xyz(travel.vector(key, "mm"))
+    known = travel.with_value(key, ["0 mm" if one == UNKNOWN else one for one in value]).vector(key, "mm")
+    return _xyz(tuple(unlimited if one == UNKNOWN else place for one, place in zip(value, known, strict=True)))
 
 
 def _probe(top: TomlTable) -> Probe:

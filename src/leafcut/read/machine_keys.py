@@ -14,6 +14,8 @@ from leafcut.kinds import Head
 
 RAPID_STYLES = ("linear", "dogleg")
 CORNERS = ("linuxcnc", "grbl", "round")
+#: What stands for the end of the travel of one axis where it is not known.
+UNKNOWN = "unknown"
 
 
 @dataclass(frozen=True)
@@ -192,9 +194,22 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
         unit="mm",
         bounds="above 0",
     ),
-    ProfileKey("travel.min", "lowest machine coordinates", required=True, unit="mm", size=3),
     ProfileKey(
-        "travel.max", "highest machine coordinates", required=True, unit="mm", size=3, bounds="above the lowest"
+        "travel.min",
+        "lowest machine coordinates",
+        why="unknown: nothing is checked against them",
+        example=["-400 mm", "-200 mm", UNKNOWN],
+        unit="mm",
+        size=3,
+    ),
+    ProfileKey(
+        "travel.max",
+        "highest machine coordinates",
+        why="unknown: nothing is checked against them",
+        example=["0 mm", "0 mm", UNKNOWN],
+        unit="mm",
+        size=3,
+        bounds="above the lowest",
     ),
     ProfileKey("spindle.min_speed", "lowest spindle speed", "0 rpm", "no lower limit", unit="rpm", bounds="0 or more"),
     ProfileKey(

@@ -1,8 +1,9 @@
-"""Tool libraries of other programs, each as rows with the keys of leafcut's own: LinuxCNC, Fusion, FreeCAD.
+"""Tool libraries of other programs, each as rows with the keys of leafcut's own: LinuxCNC, Fusion, FreeCAD, tables.
 
 LinuxCNC's table (``tool.tbl``: user manual, "Tool Table Format") has the machine's units and no kinds: its comments say
 what a tool is. A Fusion library (``.json``, or ``.tools``: the same, zipped) says the units of every tool and has feeds
 in its presets. A FreeCAD library (``.fctl`` with a ``.fctb`` for every tool) carries units in its texts, and no feeds.
+A table (``.csv``: `leafcut.read.tool_table`) says in its first row what its columns are, as Fusion's own does.
 """
 
 from __future__ import annotations
@@ -20,32 +21,15 @@ from typing import Any
 from leafcut.errors import OptionError, shown
 from leafcut.model.tool import CONES, MILLS
 from leafcut.read.format import parse_json
+from leafcut.read.tool_kinds import FUSION_KINDS, ToolRow, kind_in
+from leafcut.read.tool_table import rows_of_table
 
 #: A library larger than this is none, bytes; so is what it unpacks to.
 MAX_BYTES = 16 * 1024 * 1024
 
-#: A tool as the values of a ``[[tool]]``, or why it is left out: what it is called, and values or a reason.
-ToolRow = tuple[str, dict[str, Any] | str]
-
 #: What `zipfile` and what it unpacks with raise of a file that is none, or is torn.
 _TORN = (zipfile.BadZipFile, zlib.error, LZMAError, EOFError, OSError, ValueError, NotImplementedError, RuntimeError)
 
-#: What a comment calls a tool, the first that fits.
-_IN_WORDS = (
-    ("centre-drill", r"\b(centre|center|spot)[\s-]*drill|\bspot(ting)?\b"),
-    ("reamer", r"\bream"),
-    ("slot-mill", r"\bslot[\s-]*(mill|drill|cutter)|\brouter\b"),
-    ("ball-mill", r"\bball[\s-]*(nose|end)"),
-    ("end-mill", r"\b(flat\s*)?end[\s-]*mill"),
-    ("drill", r"\bdrill\b"),
-)
-#: What cuts otherwise than by its words: no flat end, no hole of its width.
-_OTHER_WORDS = re.compile(r"\b(tap|bull|chamfer|v-?bit|engrav|face|fly|thread|probe|dove)(?!\s*drill)", re.IGNORECASE)
-_FUSION_KINDS = {
-    "drill": "drill", "center drill": "centre-drill", "spot drill": "centre-drill", "reamer": "reamer",
-    "flat end mill": "end-mill", "bull nose end mill": "end-mill", "ball end mill": "ball-mill",
-    "chamfer mill": "chamfer-mill", "slot mill": "slot-mill", "tap right hand": "tap",
-}  # fmt: skip
 _FUSION_UNITS = {"millimeters": "mm", "inches": "in"}
 #: What a piece of a shaft or of a holder says.
 _SEGMENT = ("height", "lower-diameter", "upper-diameter")
@@ -71,14 +55,15 @@ def rows_of(path: Path, units: str) -> tuple[list[ToolRow], bool] | None:
     OptionError
         The file cannot be read, or is not what its name says.
     """
-    reader = _READERS.get(path.suffix.lower())
+    reader = READERS.get(path.suffix.lower())
     if reader is None:
         return None
     try:
         data = path.read_bytes()
         if len(data) > MAX_BYTES:
             raise OptionError(f"{path}: a tool library of {len(data) >> 20} MiB; the limit is {MAX_BYTES >> 20} MiB")
-        return list(reader(path, data, units)), path.suffix.lower() in (".tbl", ".fctl", ".fctb")
+        rows = list(reader(path, data, units))
+        return rows, not any("feed" in row for _, row in rows if isinstance(row, dict))
     except OSError as problem:
         raise OptionError(f"{path}: cannot be read ({problem.strerror})") from None
 
@@ -92,7 +77,7 @@ def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[ToolRow]:
         if "T" not in values or not re.fullmatch(r"[0-9]{1,9}", values["T"]):
             raise OptionError(f"{path}: line {number}: '{shown(line, 40)}' is not a line of a LinuxCNC tool table")
         name = f"T{values['T']}"
-        kind = _kind_in(comment)
+        kind = kind_in(comment)
         if kind is None:
             said = f"its comment '{shown(comment.strip(), 30)}'" if comment.strip() else "no comment"
             yield name, f"{said} does not say that it is a drill, centre drill, reamer, end mill or slot mill"
@@ -101,12 +86,6 @@ def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[ToolRow]:
         else:
             row = {"number": int(values["T"]), "kind": kind, "diameter": f"{values['D']} {units}"}
             yield name, {**row, "name": _name(comment)}
-
-
-def _kind_in(comment: str) -> str | None:
-    if _OTHER_WORDS.search(comment):
-        return None
-    return next((kind for kind, words in _IN_WORDS if re.search(words, comment, re.IGNORECASE)), None)
 
 
 def _fusion(path: Path, data: bytes, _: str) -> Iterator[ToolRow]:
@@ -120,7 +99,7 @@ def _fusion(path: Path, data: bytes, _: str) -> Iterator[ToolRow]:
             continue
         number = _inner(tool, "post-process").get("number")
         name = f"T{number}" if isinstance(number, int) else f"tool {count}"
-        kind = _FUSION_KINDS.get(str(tool.get("type", "")).lower())
+        kind = FUSION_KINDS.get(str(tool.get("type", "")).lower())
         unit = _FUSION_UNITS.get(str(tool.get("unit", "")))
         if kind is None:
             yield name, f"leafcut has no tool of type '{shown(str(tool.get('type')), 30)}'"
@@ -287,4 +266,11 @@ def _name(text: str) -> str:
     return shown(text.strip(), 40)
 
 
-_READERS = {".tbl": _linuxcnc, ".json": _fusion, ".tools": _fusion, ".fctl": _freecad, ".fctb": _freecad}
+READERS = {
+    ".csv": rows_of_table,
+    ".tbl": _linuxcnc,
+    ".json": _fusion,
+    ".tools": _fusion,
+    ".fctl": _freecad,
+    ".fctb": _freecad,
+}

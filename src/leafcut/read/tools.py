@@ -12,8 +12,9 @@ from leafcut.kinds import ToolMaterial
 from leafcut.model.tool import CONES, MILLS, BodySegment, Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.options import CYCLES
 from leafcut.read.toml_table import TomlTable, read_toml
-from leafcut.read.tool_formats import ToolRow, rows_of
+from leafcut.read.tool_formats import rows_of
 from leafcut.read.tool_keys import HOLE_KEYS, NO_TOOLS, TOOL_KEYS
+from leafcut.read.tool_kinds import ToolRow
 from leafcut.units import parse_quantity
 
 _TOOL_KEYS, _HOLE_KEYS = (tuple(key.name for key in keys) for keys in (TOOL_KEYS, HOLE_KEYS))
@@ -51,7 +52,7 @@ def load_tools(path: str | Path, units: str = "mm") -> ToolLibrary:
     place = str(path)
     foreign = rows_of(Path(path), units)
     if foreign is not None:
-        return _foreign_library(*foreign, place)
+        return _foreign_library(*foreign, place)[1]
     top = TomlTable(read_toml(Path(path)), place, ("tool", "hole"))
     tools: dict[int, Tool] = {}
     for count, values in enumerate(_tables(top, "tool"), start=1):
@@ -72,9 +73,24 @@ def load_tools(path: str | Path, units: str = "mm") -> ToolLibrary:
     return ToolLibrary(tuple(tools.values()), tuple(recipes.values()), place)
 
 
-def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> ToolLibrary:
+def foreign_rows(path: Path, units: str) -> tuple[list[dict[str, Any]], ToolLibrary]:
+    """Return the tools of another program's library that can be used, as values of a ``[[tool]]`` each, and read.
+
+    Raises
+    ------
+    OptionError
+        The file cannot be read, is no such library, or has no tool that can be used.
+    """
+    foreign = rows_of(path, units)
+    if foreign is None:
+        raise OptionError(f"{path}: is no tool library of another program")
+    return _foreign_library(*foreign, str(path))
+
+
+def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> tuple[list[dict[str, Any]], ToolLibrary]:
     """Return the tools of another program's library that can be used; the others are told, and why."""
     tools: dict[int, Tool] = {}
+    kept: list[dict[str, Any]] = []
     left_out: list[str] = []
     for name, values in rows:
         try:
@@ -87,10 +103,11 @@ def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> To
             left_out.append(f"{name}: {str(problem).removeprefix(': ')}")
         else:
             tools[tool.number] = tool
+            kept.append(values)
     if not tools:
         why = f": {left_out[0]}" if left_out else ""
         raise OptionError(f"{place}: no tool of this library can be used{why}")
-    return ToolLibrary(tuple(tools.values()), (), place, tuple(left_out), without_feeds)
+    return kept, ToolLibrary(tuple(tools.values()), (), place, tuple(left_out), without_feeds)
 
 
 def _tables(top: TomlTable, key: str) -> list[Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,6 +30,11 @@ _FIRST_FRAME = 540
 
 #: Ends of moves by `ref` of a BLENDING row.
 _MODES = {610: EXACT, 611: REST, 640: BLEND}
+
+
+def corner_style(machine: Machine) -> str:
+    """Return how a machine takes corners: linuxcnc, grbl or round."""
+    return machine.corners or _STYLES.get(machine.control, "round")
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +79,7 @@ def measure(
 
     A coordinate that is not known costs nothing. A move between program and machine coordinates is exact where the
     machine's `work_offset` is known; elsewhere half of the axis' travel is taken for its time, as an estimate, and
-    nothing for its length.
+    nothing for its length; nothing at all where the travel is not known.
 
     Raises
     ------
@@ -128,7 +134,7 @@ def _timed(
 
     That is how far they move, their arcs, their moves and the seconds of these.
     """
-    style = machine.corners or _STYLES.get(machine.control, "round")
+    style = corner_style(machine)
     path, source, mode, tolerance, joining = _expanded(path, style)
     path, touching = _touched(path)
     delta, estimate = _displacements(path, machine, start)
@@ -214,8 +220,8 @@ def _displacements(
         crossing = moves[1:] & (last >= 0) & (frame[1:] != frame[last])
         known = moves[1:] & ~crossing
         delta[rows[1:], axis] = np.where(known, np.nan_to_num(np.diff(place)), 0.0)
-        half_travel = 0.5 * (machine.travel_max[axis] - machine.travel_min[axis])
-        estimate[rows[1:], axis] = np.where(crossing, half_travel, 0.0)
+        half_travel = 0.5 * machine.reach(axis)
+        estimate[rows[1:], axis] = np.where(crossing, half_travel if math.isfinite(half_travel) else 0.0, 0.0)
         if start is not None and axis < 2 and len(rows) and path.kind[rows[0]] in (Kind.RAPID, Kind.FEED):
             delta[rows[0], axis] = place[0] - start[axis]
     return delta, estimate
