@@ -1,4 +1,4 @@
-"""What drilling alone finds out in a run: nothing that not every process does."""
+"""What drilling alone finds out in a run."""
 
 from __future__ import annotations
 
@@ -8,6 +8,14 @@ from typing import ClassVar
 
 @dataclass(frozen=True)
 class DrillingDetail:
-    """Drilling: all that there is to tell is of every outcome."""
+    """Drilling: nearly all that there is to tell is of every outcome.
 
-    report: ClassVar[str] = "leafcut.report.path_report:PathReport"
+    Attributes
+    ----------
+    thickness
+        Of the plate, mm; None where it is not given.
+    """
+
+    report: ClassVar[str] = "leafcut.processes.drilling.report:DrillingReport"
+
+    thickness: float | None = None

@@ -122,7 +122,7 @@ def _order(run: Run, plan: DrillPlan) -> Outcome[DrillingDetail]:
         issues=(*plan.part.issues, *plan.issues, *machine_issues(run.machine)),
         options=run.settings.changed(),
         version=__version__,
-        detail=DrillingDetail(),
+        detail=DrillingDetail(run.settings.job.thickness),
     )
 
 

@@ -8,6 +8,7 @@ from typing import ClassVar
 from leafcut.model.certificate import Certificate
 from leafcut.model.pace_change import PaceChange
 from leafcut.model.sequence import Staying
+from leafcut.model.shown_stock import ShownStock
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,8 @@ class ProgramDetail:
         How many pieces of work it has (holes, cuts, strokes …), and why some of them keep their place.
     pace
         What new speeds did, where they were asked for.
+    stock
+        What of its stock and its tools is known.
     """
 
     report: ClassVar[str] = "leafcut.processes.program.report:ProgramReport"
@@ -33,3 +36,4 @@ class ProgramDetail:
     pieces: int = 0
     staying: tuple[Staying, ...] = field(default=())
     pace: PaceChange | None = None
+    stock: ShownStock = field(default_factory=ShownStock)
