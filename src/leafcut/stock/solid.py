@@ -1,4 +1,4 @@
-"""`Solid`: the stock of a run as it is shown to people: few enough cells for a picture, and every move that cuts them."""
+"""`Solid`: the stock of a run as it is shown to people: few cells, and every move that cuts them."""
 
 from __future__ import annotations
 
@@ -60,8 +60,8 @@ class Solid:
     ----------
     origin
         x and y, mm.
-    top
-        Of the block, mm.
+    block
+        The block, where it lies in the program.
     before, after
         The stock.
     moves
@@ -72,7 +72,7 @@ class Solid:
     """
 
     origin: tuple[float, float]
-    top: float
+    block: StockBlock
     before: HeightField
     after: HeightField
     moves: StraightMoves
@@ -119,7 +119,7 @@ def solid_of(path: Toolpath, stock: ShownStock, look: Heartbeat = unseen) -> Sol
         raise PlanError("the program never touches the stock")
     radius = np.array([cutters[number].radius for number in moves.tool.tolist()])
     return Solid(
-        origin, block.high[2], before, after, moves, tools, cutters,
+        origin, block, before, after, moves, tools, cutters,
         cut_width(removed, radius, cell) / (2.0 * radius),
         np.where(removed.cuts, chip_share(removed, radius, cell), 0.0),
         _rapids(moves, removed, block, origin),

@@ -27,8 +27,9 @@ class ForeignProgram(Process):
     options = (ResequenceOptions,)
     uses = use(ReadOptions, "units", "strict") | use(MachineOptions) | LOOKED_UP | ORDERED
     uses |= use(JobOptions, "keep_out", "start_point", "keep_order")
-    uses |= use(JobOptions, tools="keep_out,air,feeds,low_retracts", clearance_height="keep_out")
-    uses |= use(StockOptions, **dict.fromkeys(StockOptions.specs(), "air,feeds,low_retracts"))
+    # Without a new pace the stock is shown: on the page of the report, and in the studio.
+    uses |= use(JobOptions, "tools", clearance_height="keep_out")
+    uses |= use(StockOptions, "workpiece", "mill_diameter", cell="air,feeds,low_retracts")
     uses |= use(PostOptions, "dialect", "header")
     otherwise = {  # noqa: RUF012  # the protocol says that it is of the class
         "output_units": "a program keeps its own units",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from leafcut.errors import LeafcutError
+from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import read_program
 from leafcut.kinds import BEAMS
 from leafcut.model.heartbeat import unseen
@@ -21,14 +21,20 @@ if TYPE_CHECKING:
 
 
 def shown_stock(program: Program, source: str, settings: Settings, machine: Machine, process: str) -> ShownStock:
-    """Return what of a program's stock is known; `process` is what it does."""
+    """Return what of a program's stock is known; `process` is what it does.
+
+    Raises
+    ------
+    ReadError, OptionError
+        The library of tools cannot be read; ``--workpiece`` is no block.
+    """
     if process in BEAMS:
         return CUT_THROUGH
+    given = settings.stock.workpiece
+    block = block_of(given) if given else None
     try:
         tools = tools_of(program, Path(source).name, settings, machine)
-        given = settings.stock.workpiece
-        block = block_of(given) if given else None
-    except LeafcutError as problem:
+    except OptionError as problem:
         return ShownStock(refused=str(problem))
     return ShownStock(tools, None if block is None else (block.low, block.high))
 
@@ -42,6 +48,6 @@ def stock_of_file(program: Input, settings: Settings) -> ShownStock:
     try:
         words = dialects.dialect(machine.controller)
         read = read_foreign(read_program(program), str(program), settings, machine, words, unseen)
+        return shown_stock(read.program, str(program), settings, read.machine, read.process)
     except LeafcutError as problem:
         return ShownStock(refused=str(problem))
-    return shown_stock(read.program, str(program), settings, read.machine, read.process)

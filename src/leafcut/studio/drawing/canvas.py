@@ -37,7 +37,7 @@ _PACE = 0.1
 
 Handler = Callable[[GenericEventArguments], Any]
 #: A scene, or what makes it when the browser asks for it.
-Scene = bytes | Callable[[], bytes]
+Shown = bytes | Callable[[], bytes]
 
 # With the newest file's time in their address, so that browsers keep the modules and still notice new ones.
 register_esm("leafcut-canvas", STATIC, max_time=max(file.stat().st_mtime for file in STATIC.glob("*.*")))
@@ -77,7 +77,7 @@ class Canvas(Serving, component="../static/canvas_element.js"):
         super().__init__()
         #: The scenes by layer, the number of each, and the address where the browser fetches it. The address of a layer
         #: stays: a browser that is late gets what is newest.
-        self._scenes: dict[str, Scene] = {}
+        self._scenes: dict[str, Shown] = {}
         self._numbers: dict[str, int] = {}
         self._addresses: dict[str, str] = {}
         self._props.update(
@@ -90,7 +90,7 @@ class Canvas(Serving, component="../static/canvas_element.js"):
             if handler is not None:
                 self.on(name, handler, throttle=_PACE)
 
-    def show(self, scene: Scene, layer: str) -> None:
+    def show(self, scene: Shown, layer: str) -> None:
         """Show a scene as one of `LAYERS`, in place of what was there; a callable is called in a thread.
 
         Raises

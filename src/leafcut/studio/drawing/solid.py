@@ -103,7 +103,7 @@ def _packed(solid: Solid, rows: Playback) -> bytes:
             "columns": field.heights.shape[1],
         },
         "of": len(rows.of),
-        "top": solid.top,
+        "top": solid.block.high[2],
         "floor": field.floor,
         "tools": {str(n): _tool(solid.tools[n], cutter) for n, cutter in solid.cutters.items()},
         "collisions": [[one.kind, int(rows.line[first[one.row]])] for one in solid.collisions],

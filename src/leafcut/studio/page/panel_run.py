@@ -10,7 +10,7 @@ from nicegui.events import GenericEventArguments
 
 from leafcut.errors import OptionError
 from leafcut.option_spec import flag_name
-from leafcut.studio.drawing.canvas import LAYERS, SOLIDS, Canvas, Scene
+from leafcut.studio.drawing.canvas import LAYERS, SOLIDS, Canvas, Shown
 from leafcut.studio.drawing.solid import in_words
 from leafcut.studio.jobs.history import JobRecord, JobState
 from leafcut.studio.jobs.jobs import line_of
@@ -223,7 +223,7 @@ class RunPanel:
             return {}
         return {"whole": view.seen.scenes["whole"]} if "whole" in view.seen.scenes else {}
 
-    def _scenes(self) -> tuple[object, dict[str, Scene]]:
+    def _scenes(self) -> tuple[object, dict[str, Shown]]:
         """Return what is to be drawn, and its scenes by layer."""
         view = self.view
         history = view.studio.history
@@ -235,7 +235,7 @@ class RunPanel:
             return f"{view.job}/{name}", {} if kept_one is None else {"part": kept_one.data}
         if "scene-after" in names:
             kept = {layer: history.artefact(view.job or "", f"scene-{layer}") for layer in _STILL}
-            scenes: dict[str, Scene] = {layer: found.data for layer, found in kept.items() if found is not None}
+            scenes: dict[str, Shown] = {layer: found.data for layer, found in kept.items() if found is not None}
             for layer in SOLIDS:
                 if (found := kept[layer]) is not None:
                     scenes[layer] = in_words(found.data, view.words.plain)

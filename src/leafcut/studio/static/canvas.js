@@ -139,8 +139,10 @@ export class Drawing {
   setSpace(space) {
     if (!SPACES.includes(space)) return;
     this.space = space;
+    if (this.measure.on) this.measure.toggle(false);
+    if (this.solid.marks.on) this.solid.marks.measure(false);
     this._arrange();
-    if (this.view.fitted) this.fit();
+    if (this.view.fitted) this.view.fit(this._extents(), this._insets());
     this.emit("space", { space });
   }
 
@@ -175,7 +177,25 @@ export class Drawing {
     this._arrange();
   }
 
-  fit() { this.view.fit(this._extents(), this._insets()); }
+  fit() {
+    this.view.fit(this._extents(), this._insets());
+    this.solid.fit();
+  }
+
+  /** Zoom what is seen. */
+  zoom(factor) {
+    if (this.sees !== "solid") this.view.zoom(factor);
+    if (this.sees !== "plan") this.solid.zoom(factor);
+  }
+
+  /** Begin or end measuring: on the stock where it is seen, else in the plan. */
+  toggleMeasure() {
+    if (this.sees === "plan") this.measure.toggle(); else this.solid.marks.measure();
+    this.toolbar.update();
+  }
+
+  /** What is seen: the "plan", the "solid", or "both". */
+  get sees() { return this.solid?.offered ? this.space : "plan"; }
 
   setMode(mode) {
     if (!MODES.includes(mode) || !this.modes.includes(mode)) return;
@@ -392,7 +412,7 @@ export class Drawing {
   _arrange() {
     if (!this.modes.includes(this.mode)) this.mode = this.modes[0];
     const { before, after } = this.tracks, [left, right] = this.panes, side = this.mode === "side";
-    const seen = this.solid.offered ? this.space : "plan";
+    const seen = this.sees;
     left.host.hidden = !side || seen !== "plan";
     right.host.hidden = seen === "solid";
     this.solid.host.hidden = seen === "plan";

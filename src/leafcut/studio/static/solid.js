@@ -3,7 +3,7 @@
 // A worker cuts it (solid_worker.js) and tells what has changed; a renderer draws it, by a GPU or without. While it
 // moves it is drawn as finely as keeps it smooth, and once more, finer, when it rests.
 
-import { iconButton, make } from "./icons.js";
+import { make } from "./icons.js";
 import { mm } from "./describe.js";
 import { readScene } from "./scene.js";
 import { SolidCamera, meet, sectioned } from "./solid_camera.js";
@@ -73,8 +73,6 @@ export class Solid {
     this.axis = this._select("solidSection", [["", words.section_none], ["x", words.section_x], ["y", words.section_y]], (axis) => this.cutOpen(axis, this.section.share));
     this.plane = make("input", "lc-slider lc-plane", { type: "range", min: 0, max: 1000, value: 500, "aria-label": words.solidPlane, hidden: "" });
     this.plane.addEventListener("input", () => this.cutOpen(this.section.axis, this.plane.value / 1000));
-    this.measuring = iconButton("measure", words.solidMeasure, () => this.marks.measure());
-    this.measuring.setAttribute("aria-pressed", "false");
     const toggle = (name) => {
       const button = make("button", "lc-button", { type: "button", "aria-pressed": String(this.shows[name]) }, words[`solid_${name}`]);
       button.addEventListener("click", () => {
@@ -84,11 +82,8 @@ export class Solid {
       });
       return button;
     };
-    const zoom = (name, factor) => iconButton(name, words[name], () => { this.camera.zoom(factor); this.wake(); });
     bar.append(
-      looks, this.colours, this.axis, this.plane, make("div", "lc-group", {}, toggle("tool"), toggle("path")),
-      make("div", "lc-group", {}, this.measuring), make("span", "lc-room"),
-      make("div", "lc-group", {}, zoom("zoomOut", 1 / 1.4), zoom("zoomIn", 1.4), iconButton("fit", words.fit, () => this.fit())),
+      looks, this.colours, this.axis, make("div", "lc-group", {}, toggle("tool"), toggle("path")), this.plane,
     );
   }
 
@@ -237,6 +232,11 @@ export class Solid {
 
   fit() {
     if (this.box) this.camera.fit(this.box);
+    this.wake();
+  }
+
+  zoom(factor) {
+    this.camera.zoom(factor);
     this.wake();
   }
 

@@ -62,7 +62,7 @@ export class SolidMarks {
     this.on = on;
     this.from = this.to = this.at = null;
     this.byKey = byKey;
-    this.solid.measuring.setAttribute("aria-pressed", on);
+    this.solid.drawing.toolbar?.update();
     if (on && byKey) this.aim();
     this._tell();
   }

@@ -25,12 +25,11 @@ export class Toolbar {
     }
     for (const group of [this.modes, this.spaces]) group.addEventListener("keydown", (event) => this._arrow(event, group));
     this.menu = this._layers(drawing);
-    const zoom = (name, factor) => iconButton(name, words[name], () => drawing.view.zoom(factor));
+    const zoom = (name, factor) => iconButton(name, words[name], () => drawing.zoom(factor));
     const group = make(
       "div", "lc-group", {}, zoom("zoomOut", 1 / 1.4), zoom("zoomIn", 1.4), iconButton("fit", words.fit, () => drawing.fit()),
     );
-    this.zoom = group;
-    this.measure = iconButton("measure", words.measureTip, () => drawing.measure.toggle());
+    this.measure = iconButton("measure", words.measureTip, () => drawing.toggleMeasure());
     host.append(this.modes, this.spaces, make("span", "lc-room"), make("div", "lc-group", {}, this.measure), this.menu, group);
     this.update();
   }
@@ -87,10 +86,8 @@ export class Toolbar {
       button.setAttribute("aria-checked", on);
       button.tabIndex = on ? 0 : -1;
     }
-    // What is of the plan alone.
-    const flat = !this.spaces.hidden && drawing.space === "solid";
-    [this.measure.parentElement, this.menu, this.zoom].forEach((part) => { part.hidden = flat; });
-    this.measure.setAttribute("aria-pressed", drawing.measure.on);
+    this.menu.hidden = drawing.sees === "solid"; // layers are of the plan
+    this.measure.setAttribute("aria-pressed", drawing.measure.on || Boolean(drawing.solid?.marks.on));
     this.legend.update();
     const has = {
       whole: scenes.whole, travel: drawing.placement.travel, origin: !drawing.unitless,

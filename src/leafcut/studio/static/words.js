@@ -99,7 +99,6 @@ export const WORDS = {
   section_x: "Section in X",
   section_y: "Section in Y",
   solidPlane: "Place of the section",
-  solidMeasure: "Measure on the stock: click two places (D)",
   solid_tool: "Tool",
   solid_path: "Path",
   solidCutting: "Cutting …",
