@@ -53,7 +53,7 @@ def test_a_rapid_in_the_stock_is_a_collision_with_its_place_and_its_depth() -> N
 
 def test_a_slot_engages_the_whole_width_of_its_tool() -> None:
     found = solid_of(slot(), ShownStock({1: MILL}))
-    along = np.flatnonzero((found.moves.path.line[found.moves.row] == 3))
+    along = np.flatnonzero(found.moves.path.line[found.moves.row] == 3)
     assert found.width[along] == pytest.approx(1.0, abs=0.02)
     assert found.chip[along] == pytest.approx(1.0, abs=0.02)
 

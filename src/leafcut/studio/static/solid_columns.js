@@ -10,6 +10,8 @@ import { sectioned } from "./solid_camera.js";
 const NOTHING = 1e30;
 /** Lines of a section are so many cells apart. */
 export const HATCH = 14;
+/** What rises from cell to cell by less than so many cells is a slope and no wall. */
+export const STEP = 1.6;
 
 export class ColumnRenderer {
   constructor(canvas) {
@@ -104,9 +106,11 @@ export class ColumnRenderer {
           const from = Math.max(filled, Math.ceil(ground + floor * stepUp - 0.5), 0);
           if (up > from) {
             const code = relief[at], nearCode = nearAt >= 0 ? relief[nearAt] : code;
-            const outer = nearAt < 0, bright = outer ? walls[64 * (face === 1 ? 2 : face === 2 ? 0 : face === 3 ? 3 : 1)] : walls[(code >>> 16) & 255];
-            const tone = nearAt >= 0 ? tint[nearAt] : tint[at];
-            const occluded = outer ? 1 : 0.55 + 0.45 * Math.min((nearCode >>> 24) / 200, 1);
+            // A small step is how cells show a slope.
+            const outer = nearAt < 0, sloped = !outer && h - heights[nearAt] < STEP * cell;
+            const bright = sloped ? lit[code & 65535] * ((code >>> 24) / 200) : outer ? walls[64 * (face === 1 ? 2 : face === 2 ? 0 : face === 3 ? 3 : 1)] : walls[(code >>> 16) & 255];
+            const tone = sloped || outer ? tint[at] : tint[nearAt];
+            const occluded = outer || sloped ? 1 : 0.55 + 0.45 * Math.min((nearCode >>> 24) / 200, 1);
             for (let p = from; p < up; p++) {
               const z = zOf ? (p + 0.5 - ground) * zOf : h;
               let colour = palette[byHeight ? heightTone(top - z, toShade) : outer ? 0 : tone], part = bright * occluded * (outer ? 0.9 + (0.1 * (z - floor)) / (top - floor) : 1);

@@ -1,7 +1,7 @@
 // The stock drawn by a GPU: every pixel's ray goes from cell to cell until it meets a wall or a top, as in
 // solid_columns.js, with the same colours and the same light.
 
-import { lightOf, HATCH } from "./solid_columns.js";
+import { lightOf, HATCH, STEP } from "./solid_columns.js";
 import { sectioned } from "./solid_camera.js";
 
 const VERTEX = `#version 300 es
@@ -113,9 +113,11 @@ void main() {
           bool outer = first;
           uint nearCode = texelFetch(relief, near, 0).r;
           float angle = outer ? (face == 1 ? 0.5 : face == 2 ? 0.0 : face == 3 ? 0.75 : 0.25) : float((code >> 16) & 255u) / 256.0;
-          float bright = shade(vec3(cos(angle * 6.2831853), sin(angle * 6.2831853), 0.0));
-          float tone = byHeight ? heightTone(zIn) : outer ? 0.0 : float(texelFetch(tint, near, 0).r);
-          float part = bright * (outer ? 0.9 + 0.1 * (zIn - floorZ) / (top - floorZ) : 0.55 + 0.45 * min(float(nearCode >> 24) / 200.0, 1.0));
+          bool sloped = !outer && h - texelFetch(heights, near, 0).r < ${STEP} * cell;
+          float nx = float(int(code << 24) >> 24) / 127.0, ny = float(int(code << 16) >> 24) / 127.0;
+          float bright = sloped ? shade(vec3(nx, ny, sqrt(max(1.0 - nx * nx - ny * ny, 0.0)))) * float(code >> 24) / 200.0 : shade(vec3(cos(angle * 6.2831853), sin(angle * 6.2831853), 0.0));
+          float tone = byHeight ? heightTone(zIn) : outer ? 0.0 : float(texelFetch(tint, sloped ? at : near, 0).r);
+          float part = bright * (outer ? 0.9 + 0.1 * (zIn - floorZ) / (top - floorZ) : sloped ? 1.0 : 0.55 + 0.45 * min(float(nearCode >> 24) / 200.0, 1.0));
           vec3 base = toned(tone);
           if (first && cutSide > 0 && through == cutSide) { base = sectionColour; part = fract((zIn + u) / (${HATCH}.0 * cell)) < 0.16 ? 0.87 : 1.0; }
           found = vec4(base * part, t);

@@ -127,8 +127,8 @@ export class SolidStock {
       const y = row + r0 - wide[1], up = edge(y + 1, h - 1) * w, down = edge(y - 1, h - 1) * w, mid = y * w;
       for (let column = 0; column < width; column++) {
         const x = column + c0 - wide[0], right = edge(x + 1, w - 1), left = edge(x - 1, w - 1), here = part[mid + x];
-        const sx = slope((here - part[mid + left]) / cell, (part[mid + right] - here) / cell);
-        const sy = slope((here - part[down + x]) / cell, (part[up + x] - here) / cell);
+        const sx = slope((here - part[mid + left]) / cell, (part[mid + right] - here) / cell, (facing[mid + right] - facing[mid + left]) / (2 * cell));
+        const sy = slope((here - part[down + x]) / cell, (part[up + x] - here) / cell, (facing[up + x] - facing[down + x]) / (2 * cell));
         const long = 1 / Math.sqrt(1 + sx * sx + sy * sy);
         const further = edge(x + 2, w - 1), before = edge(x - 2, w - 1), above = edge(y + 2, h - 1) * w, below = edge(y - 2, h - 1) * w;
         const gx = facing[mid + further] - facing[mid + before], gy = facing[above + x] - facing[below + x];
@@ -142,11 +142,12 @@ export class SolidStock {
   }
 }
 
-/** Return the slope of a place from those to both sides: the mean, but of a cliff at one side that of the other. */
-function slope(before, after) {
-  const one = Math.abs(before), other = Math.abs(after);
-  if (one < CLIFF && other < CLIFF) return 0.5 * (before + after);
-  return one < other ? before : after;
+/** Return the slope of a place from those to both sides: the mean, but of a cliff at one side that of the other.
+ *  Where no cliff is near, `smooth` is it: ridges that are finer than the cells make no pattern then. */
+function slope(before, after, smooth) {
+  const one = Math.abs(before), other = Math.abs(after), mean = 0.5 * (before + after);
+  if (one >= CLIFF || other >= CLIFF) return one < other ? before : after;
+  return Math.abs(smooth - mean) < 0.25 + Math.abs(mean) ? smooth : mean;
 }
 
 /** Return how light a cell is, 0 … 1.2: dark at the foot of a wall, a little lighter at an upper edge. */
