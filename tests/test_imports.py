@@ -74,7 +74,7 @@ MAY_IMPORT["studio"] = MODEL | {
     "report",
     "user_files",
 }
-MAY_IMPORT["studio"] |= {"processes", "_version"}
+MAY_IMPORT["studio"] |= {"processes", "stock", "_version"}
 MAY_IMPORT["public"] = MODEL | {"api", "keywords", "options", "files", "processes", "read", "stock"}
 MAY_IMPORT["user_files"] = MAY_IMPORT["files"] | {"files"}
 MAY_IMPORT["several"] = BASE | {"files", "read"}

@@ -58,6 +58,7 @@ COMMANDS = {
     "nest_summary": "leafcut.processes.nesting.report:print_nests",
     "nest": "leafcut.processes.nesting.command:nest",
     "simulate": "leafcut.processes.program.simulate:simulate",
+    "shown_stock": "leafcut.processes.program.shown:stock_of_file",
     "stock": "leafcut.processes.program.stock:cut_stock",
     "verify": "leafcut.processes.program.verify:verify",
 }

@@ -14,8 +14,14 @@ class DrillingDetail:
     ----------
     low_ways_saved_s
         How much longer the same order would take with all ways over the highest place, s; None where all is flat.
+    thickness
+        Of the plate, mm; None where it is not given.
+    level
+        Whether its surface is flat, as far as it is known.
     """
 
     report: ClassVar[str] = "leafcut.processes.drilling.report:DrillingReport"
 
     low_ways_saved_s: float | None = None
+    thickness: float | None = None
+    level: bool = True

@@ -136,7 +136,11 @@ def _order(run: Run, plan: DrillPlan) -> Outcome[DrillingDetail]:
         issues=(*plan.part.issues, *plan.issues, *machine_issues(run.machine)),
         options=run.settings.changed(),
         version=__version__,
-        detail=DrillingDetail(_saved_by_low_ways(run, plan, lay, [s.nodes for s in solutions], measures[2])),
+        detail=DrillingDetail(
+            _saved_by_low_ways(run, plan, lay, [s.nodes for s in solutions], measures[2]),
+            run.settings.job.thickness,
+            plan.ground is None,
+        ),
     )
 
 

@@ -8,6 +8,7 @@ from typing import ClassVar
 from leafcut.model.certificate import Certificate
 from leafcut.model.pace_change import PaceChange
 from leafcut.model.sequence import Staying
+from leafcut.model.shown_stock import ShownStock
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,8 @@ class ProgramDetail:
         What new speeds did, where they were asked for.
     stock
         How it was judged by what it leaves of the stock; None of what a beam does.
+    shown
+        What of its stock and its tools is known.
     """
 
     report: ClassVar[str] = "leafcut.processes.program.report:ProgramReport"
@@ -60,3 +63,4 @@ class ProgramDetail:
     staying: tuple[Staying, ...] = field(default=())
     pace: PaceChange | None = None
     stock: StockProof | None = None
+    shown: ShownStock = field(default_factory=ShownStock)

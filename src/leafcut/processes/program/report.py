@@ -11,6 +11,7 @@ from leafcut.model.outcome import Outcome
 from leafcut.model.pace_change import PaceChange, ToolPace
 from leafcut.model.process_report import Fact
 from leafcut.model.saving import plain
+from leafcut.model.shown_stock import ShownStock
 from leafcut.processes.program.model import ProgramDetail, StockProof
 from leafcut.report import views
 from leafcut.report.drawing import Scene
@@ -84,6 +85,10 @@ class ProgramReport(PathReport[ProgramDetail]):
     def staying_words(self) -> list[str]:
         """Return all that keeps its place, and why."""
         return staying_words(self.outcome.detail)
+
+    def stock(self) -> ShownStock:
+        """Return what of the stock is known."""
+        return self.outcome.detail.shown
 
     def size(self, scene: Scene) -> str:
         """Return how large the work is that was drawn."""

@@ -31,6 +31,7 @@ from leafcut.processes.program.model import ProgramDetail
 from leafcut.processes.program.options import ResequenceOptions
 from leafcut.processes.program.pace import wants_pace, with_new_pace
 from leafcut.processes.program.proving import SectionOrders, write_proved
+from leafcut.processes.program.shown import shown_stock
 from leafcut.processes.program.stock_proof import stock_judge
 
 if TYPE_CHECKING:
@@ -145,6 +146,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
             staying=grouped(sequence, refused, run.settings.job.keep_order),
             pace=paced.change if paced else None,
             stock=stock,
+            shown=shown_stock(original, source, run.settings, run.machine, sequence.process),
         ),
         encoding=encoding,
         options=run.settings.changed(),

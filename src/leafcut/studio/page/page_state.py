@@ -275,6 +275,9 @@ _ALSO_READ = {
     "invert",
     "pocket_layers",
     "island_layers",
+    "tools",
+    "workpiece",
+    "mill_diameter",
 }
 #: What of the options changes how a file is read.
 OF_READING = frozenset(
