@@ -144,6 +144,8 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
     elif work == "cutting-data":
         made = {"material": "c45", "holes": 3}
         api.cutting_data(at["holes.csv"], material="c45", depth=3, tools=at["tools.toml"], **FAST)
+        surface = {"surface": at["block.stl"], "through": True, "fixture": "200 200 0 210 210 9"}
+        api.cutting_data(at["holes.csv"], material="c45", **surface, **FAST)
         api.cutting_data(at["holes.csv"], material="c45", depth=3, cycle=None, feed=99, spindle_speed=900, **FAST)
         api.cutting_data(**made, depth=3, drill_diameter=3)
         (out / "mill.toml").write_text(TOOLS.replace('kind = "end-mill"', 'kind = "end-mill"\nteeth = 3'))

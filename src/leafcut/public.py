@@ -18,6 +18,7 @@ from leafcut.keywords import (
 from leafcut.kinds import CuttingWork, Head, ToolMaterial
 from leafcut.model.certificate import Certificate, Counts
 from leafcut.model.contour import Contour
+from leafcut.model.cutter import Body
 from leafcut.model.cutting import (
     Consumption,
     ConsumptionRates,
@@ -53,26 +54,30 @@ from leafcut.model.pocket import (
 )
 from leafcut.model.sequence import Staying
 from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.shown_stock import ShownStock
 from leafcut.model.simulation import Simulation
 from leafcut.model.snapshot import NextPlace, Observer, Pheromone, SearchStep, Snapshot
 from leafcut.model.solution import Solution, Solved, WorkerFigures
-from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.tool import BodySegment, Tool, ToolKind
 from leafcut.model.toolpath import Toolpath
 from leafcut.model.work_material import DrillLoad, ToolLife, WorkMaterial
 from leafcut.options import ReadOptions
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.processes.pocket.model import PocketDetail
-from leafcut.processes.program.model import ProgramDetail
+from leafcut.processes.program.model import ProgramDetail, StockProof
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.read import Input, Source
 from leafcut.read import read as read_part
 from leafcut.read.nest_list import WantedDrawing
 from leafcut.stock.height_field import HeightField, StockBlock
 from leafcut.stock.same_stock import StockDifference
-from leafcut.stock.stock_cut import RapidCut, StockCut, ToolCut
+from leafcut.stock.stock_cut import BodyCut, RapidCut, StockCut, ToolCut
 
 __all__ = [
     "Arc",
+    "Body",
+    "BodyCut",
+    "BodySegment",
     "Certificate",
     "Consumption",
     "ConsumptionRates",
@@ -144,6 +149,7 @@ __all__ = [
     "Sheet",
     "SheetContour",
     "SheetDetail",
+    "ShownStock",
     "SimulateKeywords",
     "Simulation",
     "Slot",
@@ -160,6 +166,7 @@ __all__ = [
     "StockCut",
     "StockDifference",
     "StockKeywords",
+    "StockProof",
     "Tool",
     "ToolCut",
     "ToolFront",

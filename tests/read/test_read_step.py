@@ -22,7 +22,7 @@ from leafcut.errors import LeafcutError, ReadError
 from leafcut.model.toolpath import Kind
 from leafcut.read import read
 from leafcut.read.meshes import load_mesh
-from leafcut.read.step_solid import Wall, columns, hole_of, joined
+from leafcut.read.step_solid import RoundWall, columns, hole_of, joined
 
 FAST: dict[str, Any] = {"preset": "fast", "threads": 1}
 
@@ -116,12 +116,12 @@ def test_holes_from_below_and_from_the_sides_are_told_and_not_drilled(tmp_path: 
 
 
 def test_walls_in_halves_make_one_hole_and_a_wider_part_below_another() -> None:
-    halves = [Wall(5, 5, -10, 0, 2, 2, math.pi), Wall(5, 5, -10, 0, 2, 2, math.pi)]
-    quarter = Wall(9, 9, -10, 0, 2, 2, math.pi / 2)
+    halves = [RoundWall(5, 5, -10, 0, 2, 2, math.pi), RoundWall(5, 5, -10, 0, 2, 2, math.pi)]
+    quarter = RoundWall(9, 9, -10, 0, 2, 2, math.pi / 2)
     assert joined([*halves, quarter]) == [halves[0]._replace(turn=math.tau)]
-    above, below = Wall(5, 5, -10, 0, 2, 2, math.tau), Wall(5, 5, -20, -10, 4, 4, math.tau)
+    above, below = RoundWall(5, 5, -10, 0, 2, 2, math.tau), RoundWall(5, 5, -20, -10, 4, 4, math.tau)
     assert list(columns([below, above])) == [[above], [below]]
-    assert hole_of([Wall(5, 5, -10, 0, 0, 4, math.tau)]) is None
+    assert hole_of([RoundWall(5, 5, -10, 0, 0, 4, math.tau)]) is None
 
 
 @pytest.mark.parametrize(("unit", "factor"), [("INCH", 1.0), ("M", 1.0)])

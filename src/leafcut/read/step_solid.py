@@ -25,7 +25,7 @@ SAME, PARALLEL = 1e-3, 1e-6
 WHOLE = math.radians(1.0)
 
 
-class Wall(NamedTuple):
+class RoundWall(NamedTuple):
     """A round wall about an upright axis: its heights, and its radius at the lower and the upper end, mm."""
 
     x: float
@@ -71,9 +71,9 @@ class SolidHole:
     steps: tuple[tuple[float, float], ...] = ()
 
 
-def joined(walls: list[Wall]) -> list[Wall]:
+def joined(walls: list[RoundWall]) -> list[RoundWall]:
     """Return whole walls, halves of one put together; what goes round less than a turn is no hole."""
-    found: dict[tuple[float, ...], Wall] = {}
+    found: dict[tuple[float, ...], RoundWall] = {}
     for wall in walls:
         key = tuple(round(value / SAME) for value in wall[:6])
         before = found.get(key)
@@ -81,13 +81,13 @@ def joined(walls: list[Wall]) -> list[Wall]:
     return [wall for wall in found.values() if wall.turn > math.tau - WHOLE]
 
 
-def columns(walls: list[Wall]) -> Iterator[list[Wall]]:
+def columns(walls: list[RoundWall]) -> Iterator[list[RoundWall]]:
     """Yield the walls of each hole from above: those of one axis of which one ends where the next begins."""
-    by_axis: dict[tuple[float, float], list[Wall]] = {}
+    by_axis: dict[tuple[float, float], list[RoundWall]] = {}
     for wall in walls:
         by_axis.setdefault((round(wall.x / SAME), round(wall.y / SAME)), []).append(wall)
     for every in by_axis.values():
-        column: list[Wall] = []
+        column: list[RoundWall] = []
         for wall in sorted(every, key=lambda one: -one.high):
             narrower = column and wall.high_radius <= column[-1].low_radius + SAME
             if column and not (narrower and abs(column[-1].low - wall.high) < SAME):
@@ -97,7 +97,7 @@ def columns(walls: list[Wall]) -> Iterator[list[Wall]]:
         yield column
 
 
-def hole_of(column: list[Wall]) -> SolidHole | None:
+def hole_of(column: list[RoundWall]) -> SolidHole | None:
     """Return the hole of a column, taken for open below; None where nothing of it is straight."""
     straight = [wall for wall in column if wall.straight]
     if not straight:
@@ -200,7 +200,7 @@ def _holes(shape: Any, triangles: np.ndarray) -> tuple[list[SolidHole], int, dic
     return sorted(holes, key=lambda one: (one.y, one.x, -one.top)), below, aside
 
 
-def _walls(shape: Any) -> tuple[list[Wall], dict[str, int]]:
+def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int]]:
     """Return the hollow round walls about upright axes, and how many whole ones have another direction, by it."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.BRepTools import BRepTools
@@ -231,7 +231,7 @@ def _walls(shape: Any) -> tuple[list[Wall], dict[str, int]]:
         start = round_.Radius() if kind == GeomAbs_Cylinder else round_.RefRadius()
         ends = [(at.Z() + v * math.cos(slope) * axis.Z(), abs(start + v * math.sin(slope))) for v in (v0, v1)]
         (low, low_radius), (high, high_radius) = sorted(ends)
-        walls.append(Wall(at.X(), at.Y(), low, high, low_radius, high_radius, u1 - u0))
+        walls.append(RoundWall(at.X(), at.Y(), low, high, low_radius, high_radius, u1 - u0))
     counted: dict[str, int] = {}
     for key, turn in aside.items():
         if turn > math.tau - WHOLE:
