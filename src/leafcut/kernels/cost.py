@@ -23,6 +23,13 @@ GEO_PI, GEO_RADIUS = 3.141592, 6378.388
 TIED = -(2.0**20)
 
 
+#: Where ways have heights, the matrix holds them: a field more would slow down every kernel. Its first row: lower left
+#: corner and side of the tiles, mm; velocity and acceleration of z; rows of the places' heights; columns of the tiles.
+#: Then come the heights of the places, mm, row by row, and then those at which tiles may be crossed, −∞ where nothing
+#: stands.
+RELIEF = 7
+
+
 class CostModel(NamedTuple):
     """All that `travel` needs. Few arrays: a kernel that is not inlined gets a copy of every field.
 
@@ -35,12 +42,10 @@ class CostModel(NamedTuple):
     per_mm         float          what a millimetre costs besides, s/mm, in LINEAR and DOGLEG
     zones          float64[k, 4]  rectangles x0, y0, x1, y1 over which a move is lifted
     lift           float          cost of a lift
-    matrix         float64[n, n]  costs of EXPLICIT, else shape (0, 0)
+    matrix         float64[n, n]  costs of EXPLICIT; heights of places and tiles, where ways have heights (`RELIEF`);
+                                  else shape (0, 0)
     tied_a, tied_b int            the two nodes whose edge must stay, or -1
     free           int            a node that every node is at cost 0 of, or -1: the free end of an open path
-    z              float64[n]     heights of the nodes, mm; of none where ways have no heights
-    safe           float64[r, c]  heights at which tiles may be crossed, mm; −∞ where nothing stands
-    grid           float64[5]     lower left corner and side of the tiles, mm; velocity, acceleration of z
     ============== ============== ==========================================================================
     """
 
@@ -58,9 +63,6 @@ class CostModel(NamedTuple):
     tied_a: int
     tied_b: int
     free: int
-    z: NDArray[np.float64]
-    safe: NDArray[np.float64]
-    grid: NDArray[np.float64]
 
 
 @part
@@ -176,29 +178,29 @@ def distance(
 
 
 @part
-def highest_of_box(safe: NDArray, grid: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
+def highest_of_box(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
     """Return the highest safe height of the tiles that the box between two places touches, −∞ for none."""
-    rows, columns = safe.shape
-    first_c = max(math.floor((min(xi, xj) - grid[0]) / grid[2]), 0)
-    last_c = min(math.floor((max(xi, xj) - grid[0]) / grid[2]), columns - 1)
-    first_r = max(math.floor((min(yi, yj) - grid[1]) / grid[2]), 0)
-    last_r = min(math.floor((max(yi, yj) - grid[1]) / grid[2]), rows - 1)
+    x0, y0, side, above = table[0, 0], table[0, 1], table[0, 2], 1 + int(table[0, 5])
+    first_c = max(math.floor((min(xi, xj) - x0) / side), 0)
+    last_c = min(math.floor((max(xi, xj) - x0) / side), int(table[0, 6]) - 1)
+    first_r = max(math.floor((min(yi, yj) - y0) / side), 0)
+    last_r = min(math.floor((max(yi, yj) - y0) / side), len(table) - above - 1)
     best = -math.inf
     for r in range(first_r, last_r + 1):
         for c in range(first_c, last_c + 1):
-            best = max(best, safe[r, c])
+            best = max(best, table[above + r, c])
     return best
 
 
 @part
-def highest_of_line(safe: NDArray, grid: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
+def highest_of_line(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
     """Return the highest safe height of the tiles that a straight way touches, −∞ for none.
 
     Row by row: in each the way takes the columns between where it enters and where it leaves the row. These are taken
     a little too wide, so that rounding loses no tile.
     """
-    rows, columns = safe.shape
-    x0, y0, side = grid[0], grid[1], grid[2]
+    x0, y0, side, above = table[0, 0], table[0, 1], table[0, 2], 1 + int(table[0, 5])
+    rows, columns = len(table) - above, int(table[0, 6])
     if yj < yi or (yj == yi and xj < xi):
         xi, yi, xj, yj = xj, yj, xi, yi
     room = 1e-6 * side
@@ -216,8 +218,14 @@ def highest_of_line(safe: NDArray, grid: NDArray, xi: float, yi: float, xj: floa
         first_c = max(math.floor((left - room - x0) / side), 0)
         last_c = min(math.floor((right + room - x0) / side), columns - 1)
         for c in range(first_c, last_c + 1):
-            best = max(best, safe[r, c])
+            best = max(best, table[above + r, c])
     return best
+
+
+@part
+def height_of(table: NDArray, i: int) -> float:
+    """Return the height of a node, mm."""
+    return float(table[1 + i // table.shape[1], i % table.shape[1]])
 
 
 @part
@@ -225,20 +233,21 @@ def way_height(cost: CostModel, i: int, j: int) -> float:
     """Return the height, mm, at which the tool goes from node i to node j: that of the higher node, or more."""
     xi, yi, xj, yj = cost.xy[i, 0], cost.xy[i, 1], cost.xy[j, 0], cost.xy[j, 1]
     if cost.code == DOGLEG:
-        over = highest_of_box(cost.safe, cost.grid, xi, yi, xj, yj)
+        over = highest_of_box(cost.matrix, xi, yi, xj, yj)
     else:
-        over = highest_of_line(cost.safe, cost.grid, xi, yi, xj, yj)
-    return float(max(over, cost.z[i], cost.z[j]))
+        over = highest_of_line(cost.matrix, xi, yi, xj, yj)
+    return float(max(over, height_of(cost.matrix, i), height_of(cost.matrix, j)))
 
 
 @part
 def _rise_and_fall(cost: CostModel, i: int, j: int) -> float:
     """Return what it costs to rise from node i to the height of the way to node j, and to go down there."""
     height = way_height(cost, i, j)
-    up, down = height - cost.z[i], height - cost.z[j]
+    up, down = height - height_of(cost.matrix, i), height - height_of(cost.matrix, j)
     if cost.code < LINEAR:
         return float(up + down)
-    return rest_to_rest(up, cost.grid[3], cost.grid[4]) + rest_to_rest(down, cost.grid[3], cost.grid[4])
+    vz, az = cost.matrix[0, 3], cost.matrix[0, 4]
+    return rest_to_rest(up, vz, az) + rest_to_rest(down, vz, az)
 
 
 @part
@@ -252,7 +261,7 @@ def _special(cost: CostModel, i: int, j: int) -> float:
         return float(cost.matrix[i, j])
     xi, yi, xj, yj = cost.xy[i, 0], cost.xy[i, 1], cost.xy[j, 0], cost.xy[j, 1]
     base = distance(cost.code, xi, yi, xj, yj, cost.vx, cost.vy, cost.ax, cost.ay, cost.per_mm)
-    if len(cost.z) > 0:
+    if len(cost.matrix) > 0:
         base += _rise_and_fall(cost, i, j)
     if xj < xi or (xj == xi and yj < yi):
         # Always the same way round: rounding decides whether a move just touches a zone.
