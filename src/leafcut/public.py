@@ -51,6 +51,7 @@ from leafcut.model.pocket import (
 )
 from leafcut.model.sequence import Staying
 from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.shown_stock import ShownStock
 from leafcut.model.simulation import Simulation
 from leafcut.model.snapshot import NextPlace, Observer, Pheromone, SearchStep, Snapshot
 from leafcut.model.solution import Solution, Solved, WorkerFigures
@@ -136,6 +137,7 @@ __all__ = [
     "Sheet",
     "SheetContour",
     "SheetDetail",
+    "ShownStock",
     "SimulateKeywords",
     "Simulation",
     "Slot",
