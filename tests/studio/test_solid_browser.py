@@ -144,7 +144,7 @@ def test_a_collision_is_marked_and_leads_to_its_line_by_pointer_and_by_key(page:
     assert f"{CRASH_DEPTH:.3f} mm" in said
     assert f"line {CRASH_LINE}" in said
     page.evaluate("events.length = 0")
-    page.locator(".lc-solid .lc-canvas").focus()
+    page.locator(".lc-over").focus()
     page.keyboard.press("PageDown")
     until(page, "events.some(([name]) => name === 'select')")
     assert page.evaluate("events.findLast(([name]) => name === 'select')[1].line") == CRASH_LINE
@@ -186,7 +186,7 @@ def test_every_colouring_but_the_metal_says_what_its_colours_mean(page: Any) -> 
 
 
 def test_keys_turn_move_and_zoom_the_view(page: Any) -> None:
-    page.locator(".lc-solid .lc-canvas").focus()
+    page.locator(".lc-over").focus()
     state = "(() => { const c = drawing.solid.camera; return [c.turn, c.height, c.scale, c.x]; })()"
     before = page.evaluate(state)
     for key in ("ArrowLeft", "ArrowDown", "+", "Shift+ArrowRight"):
@@ -203,7 +203,7 @@ def test_stock_that_is_not_known_is_told_and_not_drawn(page: Any) -> None:
     page.evaluate("load('unknown', ['after', 'solid_after'])")
     until(page, "!drawing.solid.reason.hidden")
     assert "the shape of T9 is unknown" in page.inner_text(".lc-refused")
-    assert page.locator(".lc-picture").count() == 0
+    until(page, "!document.querySelector('.lc-picture')")
 
 
 def test_there_is_no_solid_view_where_there_is_no_stock(page: Any) -> None:

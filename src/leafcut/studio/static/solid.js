@@ -49,7 +49,7 @@ export class Solid {
     this.host = make("div", "lc-pane lc-solid", { hidden: "" });
     this.bar = make("div", "lc-solid-bar", { role: "toolbar", "aria-label": words.solid });
     this.frame = make("div", "lc-solid-frame");
-    this.over = make("canvas", "lc-canvas", { tabindex: "0", role: "application", "aria-label": words.solidDrawing });
+    this.over = make("canvas", "lc-over", { tabindex: "0", role: "application", "aria-label": words.solidDrawing });
     this.reason = make("p", "lc-empty lc-refused", { hidden: "" });
     this.legend = make("div", "lc-scale", { hidden: "" }, make("span"), make("i", "lc-ramp"), make("b"), make("b"));
     this.collisions = make("div", "lc-collisions", { hidden: "" });
