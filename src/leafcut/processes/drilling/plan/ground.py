@@ -142,7 +142,7 @@ def tops_of(part: Part, ground: Ground, radius: NDArray[np.float64], drawn: bool
             Issue(
                 "L441",
                 f"{count_of(len(uneven), 'hole')} on uneven ground: at {x:g}, {y:g} the rim is between Z"
-                f"{rims.lowest[worst]:.3f} and Z{rims.top[worst]:.3f}; the hole begins at the higher place",
+                f"{rims.lowest[worst]:.3f} and Z{rims.top[worst]:.3f}; the higher place counts",
             )
         )
     if drawn:
