@@ -5,14 +5,17 @@ from __future__ import annotations
 import json
 import math
 import runpy
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Common, BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
+from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert, BRepBuilderAPI_Transform
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCone, BRepPrimAPI_MakeCylinder
-from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf
 from OCP.Interface import Interface_Static
 from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
 
@@ -89,7 +92,7 @@ def test_counterbores_and_countersinks_are_steps_of_one_hole(tmp_path: Path) -> 
         (40.0, 0.0, 4.0, 20.0, True),
     ]
     told = next(issue for issue in part.issues if issue.code == "L217")
-    assert "2 holes with a counterbore or countersink, as at 10, 10 (Ø 10, 6.000 mm deep)" in str(told)
+    assert "2 holes with a counterbore, countersink or undercut, as at 10, 10 (Ø 10, 6.000 mm deep)" in str(told)
 
 
 def test_bosses_fillets_and_slot_ends_are_no_holes(tmp_path: Path) -> None:
@@ -115,13 +118,116 @@ def test_holes_from_below_and_from_the_sides_are_told_and_not_drilled(tmp_path: 
     assert any("2 holes along 0, 1, 0, not drilled" in line for line in told)
 
 
-def test_walls_in_halves_make_one_hole_and_a_wider_part_below_another() -> None:
-    halves = [RoundWall(5, 5, -10, 0, 2, 2, math.pi), RoundWall(5, 5, -10, 0, 2, 2, math.pi)]
-    quarter = RoundWall(9, 9, -10, 0, 2, 2, math.pi / 2)
-    assert joined([*halves, quarter]) == [halves[0]._replace(turn=math.tau)]
-    above, below = RoundWall(5, 5, -10, 0, 2, 2, math.tau), RoundWall(5, 5, -20, -10, 4, 4, math.tau)
-    assert list(columns([below, above])) == [[above], [below]]
-    assert hole_of([RoundWall(5, 5, -10, 0, 0, 4, math.tau)]) is None
+ALL, WEST, EAST = frozenset(range(-180, 180)), frozenset(range(-180, 0)), frozenset(range(180))
+
+
+def test_walls_in_halves_make_one_hole_though_a_slope_cuts_them_at_other_heights() -> None:
+    halves = [RoundWall(5, 5, -10, 0, 2, 2, WEST), RoundWall(5.0000004, 5, -10, 1, 2, 2, EAST)]
+    quarter = RoundWall(9, 9, -10, 0, 2, 2, frozenset(range(90)))
+    (whole,) = joined([*halves, quarter])
+    assert (whole.low, whole.high, whole.covers) == (-10, 1, ALL)
+    twice = [RoundWall(5, 5, -10, 0, 2, 2, WEST), RoundWall(5, 5, -10, 0, 2, 2, WEST)]
+    assert joined(twice) == []
+    assert hole_of([RoundWall(5, 5, -10, 0, 0, 4, ALL)]) is None
+
+
+def test_what_is_between_two_walls_of_an_axis_makes_them_two_holes() -> None:
+    above, below = RoundWall(5, 5, -10, 0, 2, 2, ALL), RoundWall(5, 5, -20, -12, 2, 2, ALL)
+    assert list(columns([below, above], lambda upper, lower: True)) == [[above], [below]]
+    assert list(columns([below, above], lambda upper, lower: False)) == [[above, below]]
+
+
+def holes(tmp_path: Path, solid: Any) -> list[tuple[float, float, float, bool, bool]]:
+    part = read(saved(tmp_path / "solid.step", solid))
+    return [(h.z, h.diameter, h.depth or 0.0, h.through, h.flat) for h in part.holes]
+
+
+def plate() -> Any:
+    return box(0, 0, -20, 80, 40, 0)
+
+
+def test_a_hole_that_something_opens_into_goes_on_below_it(tmp_path: Path) -> None:
+    hole = cylinder((40, 20, 0), DOWN, 3, 20)
+    across = cut(plate(), hole, cylinder((40, 0, -10), (0, 1, 0), 4, 40))
+    groove = cut(plate(), hole, cylinder((40, 20, -8), DOWN, 5, 3))
+    pieces = cut(plate(), cylinder((40, 20, 0), DOWN, 3, 12), cylinder((40, 20, -12), DOWN, 3, 8))
+    for solid in (across, groove, pieces):
+        assert holes(tmp_path, solid) == [(0.0, 6.0, 20.0, True, False)]
+
+
+def test_a_wider_part_below_is_told_and_never_drilled_through_the_narrow_one(tmp_path: Path) -> None:
+    hole = cylinder((40, 20, 0), DOWN, 2, 20)
+    for wide in (cylinder((40, 20, -20), (0, 0, 1), 4, 10), cone((40, 20, -20), 5, 2, 3)):
+        (one,) = holes(tmp_path, cut(plate(), hole, wide))
+        assert one[:2] == (0.0, 4.0)
+        assert one[3]
+
+
+def test_holes_from_both_sides_are_two_and_one_of_them_is_told(tmp_path: Path) -> None:
+    solid = cut(plate(), cylinder((40, 20, 0), DOWN, 3, 5), cylinder((40, 20, -20), (0, 0, 1), 3, 5))
+    assert holes(tmp_path, solid) == [(0.0, 6.0, 5.0, False, True)]
+
+
+def test_a_floor_beside_the_axis_makes_a_hole_blind(tmp_path: Path) -> None:
+    solid = cut(plate(), cylinder((40, 20, 0), DOWN, 5, 5), cylinder((41, 20, 0), DOWN, 2, 20))
+    assert holes(tmp_path, solid) == [(0.0, 10.0, 5.0, False, True), (-5.0, 4.0, 15.0, True, False)]
+
+
+def test_a_round_pocket_with_an_island_or_under_an_overhang_is_no_hole(tmp_path: Path) -> None:
+    round_ = cylinder((40, 20, 0), DOWN, 15, 8)
+    boss, beside = cylinder((40, 20, 0), DOWN, 5, 8), box(44, 18, -8, 50, 22, 0)
+    bore = cut(plate(), cylinder((40, 20, 0), DOWN, 6, 20))
+    roof = BRepAlgoAPI_Fuse(box(42, 0, 5, 60, 40, 9), box(56, 0, 0, 60, 40, 5)).Shape()
+    for solid in (
+        cut(plate(), cut(round_, boss)),
+        cut(plate(), cut(round_, beside)),
+        BRepAlgoAPI_Fuse(bore, roof).Shape(),
+    ):
+        part = read(saved(tmp_path / "solid.step", solid))
+        assert not part.holes
+        assert [issue.severity for issue in part.issues] == ["missing"]
+
+
+def test_walls_of_a_free_form_are_told(tmp_path: Path) -> None:
+    solid = BRepBuilderAPI_NurbsConvert(cut(plate(), cylinder((40, 20, 0), DOWN, 3, 20))).Shape()
+    part = read(saved(tmp_path / "solid.step", solid))
+    assert "7 faces of a free form" in str(part.issues[0])
+
+
+def test_a_slope_that_cuts_two_half_walls_leaves_a_hole(tmp_path: Path) -> None:
+    """The top rises by tan 4° along x; the rim is highest 3 mm beyond the axis."""
+    turn = gp_Trsf()
+    turn.SetRotation(gp_Ax1(gp_Pnt(0, 0, -6), gp_Dir(0, 1, 0)), math.radians(-4))
+    slope = cut(plate(), BRepBuilderAPI_Transform(box(-50, -50, -6, 200, 100, 60), turn, True).Shape())
+    drill = cylinder((40, 20, 20), DOWN, 3, 60)
+    halves = [
+        BRepAlgoAPI_Common(drill, box(-10, -30, -60, 40, 70, 60)).Shape(),
+        BRepAlgoAPI_Common(drill, box(40, -30, -60, 90, 70, 60)).Shape(),
+    ]
+    ((z, diameter, depth, through, _),) = holes(tmp_path, cut(slope, *halves))
+    assert z == pytest.approx(-6 + 43 * math.tan(math.radians(4)), abs=0.06)
+    assert (diameter, through) == (6.0, True)
+    assert z - depth == pytest.approx(-20.0, abs=1e-6)
+
+
+def test_what_lies_beside_the_drawing_is_not_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, examples: Path
+) -> None:
+    for module in ("json", "numpy", "OCP"):
+        (tmp_path / f"{module}.py").write_text("open('ran', 'w').close()\nraise SystemExit(1)\n")
+    file = (examples / "stepped_plate.step").resolve()
+    monkeypatch.chdir(tmp_path)
+    assert len(read(file).holes) == 36
+    assert not Path("ran").exists()
+
+
+def test_a_lower_limit_of_memory_is_kept(examples: Path) -> None:
+    words = (
+        "import resource; resource.setrlimit(resource.RLIMIT_AS, (6 << 30, 6 << 30)); from leafcut.read import read; "
+    )
+    words += f"print(len(read({str(examples / 'stepped_plate.step')!r}).holes))"
+    done = subprocess.run([sys.executable, "-c", words], capture_output=True, text=True, check=False)
+    assert done.stdout == "36\n", done.stderr
 
 
 @pytest.mark.parametrize(("unit", "factor"), [("INCH", 1.0), ("M", 1.0)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import json
 import subprocess
@@ -77,8 +78,9 @@ def _issues(told: dict[str, Any]) -> list[Issue]:
         issues.append(
             Issue(
                 "L217",
-                f"{count_of(len(stepped), 'hole')} with a counterbore or countersink, as at {one['x']:g}, {one['y']:g} "
-                f"(Ø {diameter:g}, {depth:.3f} mm deep): the narrow part is drilled, the wide one is not made",
+                f"{count_of(len(stepped), 'hole')} with a counterbore, countersink or undercut, as at {one['x']:g}, "
+                f"{one['y']:g} (Ø {diameter:g}, {depth:.3f} mm deep): the narrow part is drilled, "
+                "the wide one is not made",
                 severity=Severity.MISSING,
             )
         )
@@ -88,6 +90,23 @@ def _issues(told: dict[str, Any]) -> list[Issue]:
                 "L218",
                 f"{count_of(told['below'], 'hole')} open from below alone, not drilled: turn the part over for them",
                 severity=Severity.MISSING,
+            )
+        )
+    if told["obstructed"]:
+        issues.append(
+            Issue(
+                "L218",
+                f"{count_of(told['obstructed'], 'round wall')} with material inside, above or closed around it, not "
+                "drilled: an island, an overhang or a cavity",
+                severity=Severity.MISSING,
+            )
+        )
+    if told["free"]:
+        issues.append(
+            Issue(
+                "L218",
+                f"{count_of(told['free'], 'face')} of a free form, in which no holes are looked for: where one is the "
+                "wall of a hole, export it as a cylinder",
             )
         )
     for direction, count in told["aside"].items():
@@ -112,7 +131,8 @@ def _solid(path: str, data: bytes) -> tuple[dict[str, Any], NDArray[np.float64]]
     with tempfile.TemporaryDirectory(prefix="leafcut-step-") as folder:
         file, out = Path(folder, "part.step"), Path(folder, "found.npz")
         file.write_bytes(data)
-        command = [sys.executable, "-m", "leafcut.read.step_solid", str(file), str(out), str(MOST_TRIANGLES)]
+        # -P: nothing beside the drawing is taken for a module.
+        command = [sys.executable, "-P", "-m", "leafcut.read.step_solid", str(file), str(out), str(MOST_TRIANGLES)]
         try:
             done = subprocess.run(
                 command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
@@ -133,8 +153,12 @@ def _limited() -> None:
     """Bound the memory of the process that reads."""
     import resource
 
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    for kind, limit in ((resource.RLIMIT_AS, MEMORY), (resource.RLIMIT_CORE, 0)):
+        hard = resource.getrlimit(kind)[1]
+        # A limit that is lower already stays; macOS refuses to set that of the memory, and goes without.
+        with contextlib.suppress(ValueError, OSError):
+            least = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
+            resource.setrlimit(kind, (least, least))
 
 
 FORMAT = Format(

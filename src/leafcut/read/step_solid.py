@@ -11,18 +11,20 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+import shapely
+from numpy.typing import NDArray
 
 #: Triangles leave the solid by at most this, mm, and by this angle, rad.
 DEFLECTION, ANGLE = 0.05, 0.3
 #: Lengths that differ by less are one, mm; directions that differ by less are one.
 SAME, PARALLEL = 1e-3, 1e-6
-#: A round wall that misses less than this of a full turn is a whole one, rad.
-WHOLE = math.radians(1.0)
+#: A round wall that misses no more than this of a full turn is a whole one, degrees.
+WHOLE = 1
 
 
 class RoundWall(NamedTuple):
@@ -34,13 +36,18 @@ class RoundWall(NamedTuple):
     high: float
     low_radius: float
     high_radius: float
-    #: How much of a turn it goes round, rad.
-    turn: float
+    #: The whole degrees of a turn that it covers, seen from above.
+    covers: frozenset[int]
 
     @property
     def straight(self) -> bool:
         """Whether it is a cylinder."""
         return abs(self.low_radius - self.high_radius) < SAME
+
+    @property
+    def taper(self) -> float:
+        """How much the radius grows with the height."""
+        return 0.0 if self.straight else (self.high_radius - self.low_radius) / (self.high - self.low)
 
 
 @dataclass(frozen=True)
@@ -58,7 +65,7 @@ class SolidHole:
     pointed
         Of a blind hole: whether a cone ends it, as the point of a drill leaves it; else its floor is flat.
     steps
-        Wider parts above: diameter and depth from the top of each, mm, from above; a cone's largest diameter.
+        Wider parts above and below: diameter and depth of the lower end from the top, mm; a cone's largest diameter.
     """
 
     x: float
@@ -71,26 +78,59 @@ class SolidHole:
     steps: tuple[tuple[float, float], ...] = ()
 
 
+def labels(values: list[float]) -> list[int]:
+    """Return a number for each value, the same for those that differ by no more than `SAME`, or by a chain of such."""
+    order = np.argsort(values, kind="stable")
+    steps = np.diff(np.asarray(values, dtype=np.float64)[order]) > SAME
+    number = np.zeros(len(values), dtype=np.int64)
+    number[order[1:]] = np.cumsum(steps)
+    return [int(one) for one in number]
+
+
 def joined(walls: list[RoundWall]) -> list[RoundWall]:
-    """Return whole walls, halves of one put together; what goes round less than a turn is no hole."""
-    found: dict[tuple[float, ...], RoundWall] = {}
-    for wall in walls:
-        key = tuple(round(value / SAME) for value in wall[:6])
-        before = found.get(key)
-        found[key] = wall if before is None else wall._replace(turn=before.turn + wall.turn)
-    return [wall for wall in found.values() if wall.turn > math.tau - WHOLE]
+    """Return whole walls, pieces of one put together; what goes round less than a turn is no hole.
+
+    The pieces of one wall are on one cylinder or cone, and beside each other; on a slope they reach to different
+    heights.
+    """
+    level = [wall.low_radius - wall.taper * wall.low for wall in walls]
+    keys = zip(
+        labels([wall.x for wall in walls]), labels([wall.y for wall in walls]), labels([w.taper for w in walls]),
+        labels(level), strict=True,
+    )  # fmt: skip
+    by_surface: dict[tuple[int, ...], list[RoundWall]] = {}
+    for key, wall in zip(keys, walls, strict=True):
+        by_surface.setdefault(key, []).append(wall)
+    found: list[RoundWall] = []
+    for pieces in by_surface.values():
+        group: list[RoundWall] = []
+        for piece in sorted(pieces, key=lambda one: -one.high):
+            if group and piece.high < min(one.low for one in group) + SAME:
+                found.append(_one_of(group))
+                group = []
+            group.append(piece)
+        found.append(_one_of(group))
+    return [wall for wall in found if len(wall.covers) >= 360 - WHOLE]
 
 
-def columns(walls: list[RoundWall]) -> Iterator[list[RoundWall]]:
-    """Yield the walls of each hole from above: those of one axis of which one ends where the next begins."""
-    by_axis: dict[tuple[float, float], list[RoundWall]] = {}
-    for wall in walls:
-        by_axis.setdefault((round(wall.x / SAME), round(wall.y / SAME)), []).append(wall)
+def _one_of(pieces: list[RoundWall]) -> RoundWall:
+    low, high = min(pieces, key=lambda one: one.low), max(pieces, key=lambda one: one.high)
+    covers = frozenset[int]().union(*(one.covers for one in pieces))
+    return high._replace(low=low.low, low_radius=low.low_radius, covers=covers)
+
+
+def columns(walls: list[RoundWall], apart: Callable[[RoundWall, RoundWall], bool]) -> Iterator[list[RoundWall]]:
+    """Yield the walls of each hole from above: those of one axis, until there is material between two of them.
+
+    A gap between walls is a place where something else opens into the hole, such as a hole across or a groove.
+    """
+    by_axis: dict[tuple[int, int], list[RoundWall]] = {}
+    for x, y, wall in zip(labels([w.x for w in walls]), labels([w.y for w in walls]), walls, strict=True):
+        by_axis.setdefault((x, y), []).append(wall)
     for every in by_axis.values():
         column: list[RoundWall] = []
-        for wall in sorted(every, key=lambda one: -one.high):
-            narrower = column and wall.high_radius <= column[-1].low_radius + SAME
-            if column and not (narrower and abs(column[-1].low - wall.high) < SAME):
+        for wall in sorted(every, key=lambda one: (-one.high, -one.low)):
+            if column and apart(column[-1], wall):
                 yield column
                 column = []
             column.append(wall)
@@ -102,12 +142,52 @@ def hole_of(column: list[RoundWall]) -> SolidHole | None:
     straight = [wall for wall in column if wall.straight]
     if not straight:
         return None
-    narrow = min(straight, key=lambda one: (one.low_radius, -one.low))
+    radius = min(wall.low_radius for wall in straight)
+    narrow = min((wall for wall in straight if wall.low_radius < radius + SAME), key=lambda one: one.low)
     top, last = column[0].high, column[-1]
     pointed = last.low < narrow.low - SAME and last.low_radius < SAME
-    wider = [wall for wall in column if max(wall.low_radius, wall.high_radius) > narrow.low_radius + SAME]
-    steps = tuple((2.0 * max(wall.low_radius, wall.high_radius), top - wall.low) for wall in wider)
-    return SolidHole(narrow.x, narrow.y, top, 2.0 * narrow.low_radius, top - narrow.low, True, pointed, steps)
+    wider = [wall for wall in column if max(wall.low_radius, wall.high_radius) > radius + SAME and wall.taper >= 0.0]
+    wider += [wall for wall in column if wall.taper < 0.0]
+    steps = tuple((2.0 * max(one.low_radius, one.high_radius), top - one.low) for one in wider if one.low_radius > SAME)
+    return SolidHole(narrow.x, narrow.y, top, 2.0 * radius, top - narrow.low, True, pointed, steps)
+
+
+class Surface(NamedTuple):
+    """The triangles of a solid, float64[n, 3, 3], and the least and greatest place of each, float64[n, 3], mm."""
+
+    triangles: NDArray[np.float64]
+    least: NDArray[np.float64]
+    most: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, triangles: NDArray[np.float64]) -> Surface:
+        """Return the surface of triangles."""
+        return cls(triangles, triangles.min(axis=1), triangles.max(axis=1))
+
+
+def meets_disc(surface: Surface, x: float, y: float, radius: float, low: float, high: float) -> bool:
+    """Return whether some of a surface lies within a radius of an upright axis between two heights, ends excluded."""
+    triangles, least, most = surface
+    near = (most[:, 2] > low) & (least[:, 2] < high)
+    near &= (
+        (most[:, 0] > x - radius) & (least[:, 0] < x + radius) & (most[:, 1] > y - radius) & (least[:, 1] < y + radius)
+    )
+    for triangle in triangles[near]:
+        piece = _above(_above(triangle, low) * (1, 1, -1), -high)
+        if len(piece) and shapely.MultiPoint(piece[:, :2]).convex_hull.distance(shapely.Point(x, y)) < radius:
+            return True
+    return False
+
+
+def _above(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:
+    """Return the part of a flat convex piece that is above a height, its corners in turn."""
+    found = []
+    for here, there in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        if here[2] > height:
+            found.append(here)
+        if (here[2] > height) != (there[2] > height):
+            found.append(here + (there - here) * ((height - here[2]) / (there[2] - here[2])))
+    return np.array(found).reshape(-1, 3)
 
 
 def main(arguments: list[str]) -> int:
@@ -118,7 +198,7 @@ def main(arguments: list[str]) -> int:
     return 0
 
 
-def _found(file: str, most: int) -> tuple[dict[str, Any], np.ndarray]:
+def _found(file: str, most: int) -> tuple[dict[str, Any], NDArray[np.float64]]:
     from OCP.IFSelect import IFSelect_RetDone
     from OCP.STEPControl import STEPControl_Reader
     from OCP.TopAbs import TopAbs_SOLID
@@ -138,8 +218,8 @@ def _found(file: str, most: int) -> tuple[dict[str, Any], np.ndarray]:
     triangles = _triangles(shape)
     if len(triangles) > most:
         return {"problem": f"the solid has {len(triangles):,} triangles; at most {most:,} are taken"}, none
-    holes, below, aside = _holes(shape, triangles)
-    return {"holes": [asdict(hole) for hole in holes], "below": below, "aside": aside}, triangles
+    holes, left, aside = _holes(shape, triangles)
+    return {"holes": [asdict(hole) for hole in holes], **left, "aside": aside}, triangles
 
 
 def _parts(shape: Any, kind: Any) -> Iterator[Any]:
@@ -157,7 +237,7 @@ def _face(shape: Any) -> Any:
     return TopoDS.Face(shape) if hasattr(TopoDS, "Face") else TopoDS.Face_s(shape)
 
 
-def _triangles(shape: Any) -> np.ndarray:
+def _triangles(shape: Any) -> NDArray[np.float64]:
     """Return the triangles of a shape, float64[n, 3, 3]."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
@@ -180,38 +260,62 @@ def _triangles(shape: Any) -> np.ndarray:
     return np.concatenate(found) if found else np.zeros((0, 3, 3))
 
 
-def _holes(shape: Any, triangles: np.ndarray) -> tuple[list[SolidHole], int, dict[str, int]]:
-    """Return the holes that are open above, how many are open below alone, and by direction those of other sides."""
-    walls, aside = _walls(shape)
-    highest, lowest = float(triangles[:, :, 2].max()), float(triangles[:, :, 2].min())
-    holes, below = [], 0
-    for column in columns(joined(walls)):
+def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole], dict[str, int], dict[str, int]]:
+    """Return the holes that are open above, how many are not by the reason, and by direction those of other sides."""
+    walls, aside, free = _walls(shape)
+    surface = Surface.of(triangles)
+
+    def apart(upper: RoundWall, lower: RoundWall) -> bool:
+        if upper.low < lower.high:
+            return False
+        return _meets(shape, upper.x, upper.y, lower.high - SAME, upper.low + SAME)
+
+    holes, left = [], {"below": 0, "obstructed": 0, "free": free}
+    for column in columns(joined(walls), apart):
         hole = hole_of(column)
         if hole is None:
             continue
-        up = _meets(shape, hole.x, hole.y, column[0].high + SAME, highest + 1.0)
-        down = _meets(shape, hole.x, hole.y, lowest - 1.0, column[-1].low - SAME)
-        if not up:
-            floor = _meets(shape, hole.x, hole.y, column[-1].low - SAME, column[-1].low + SAME)
-            closed = hole.pointed or floor or down
-            holes.append(hole if not closed else SolidHole(**{**asdict(hole), "through": False}))
-        elif not down:
-            below += 1
-    return sorted(holes, key=lambda one: (one.y, one.x, -one.top)), below, aside
+        # Chords of the triangles come nearer to the axis than the wall does, by this angle at most.
+        radius = hole.diameter / 2.0 * math.cos(ANGLE)
+        bottom = hole.top - hole.depth
+
+        def meets(low: float, high: float, at: SolidHole = hole, radius: float = radius) -> bool:
+            return meets_disc(surface, at.x, at.y, radius, low, high)
+
+        if meets(bottom + SAME, math.inf):
+            open_below = not meets(-math.inf, hole.top - SAME)
+            left["below" if open_below else "obstructed"] += 1
+            continue
+        # What a through hole needs below it: the point of its drill, of 118 degrees, and a little more.
+        room = hole.diameter / 2.0 / math.tan(math.radians(59.0)) + 1.0
+        closed = hole.pointed or meets(bottom - room, bottom + SAME)
+        holes.append(replace(hole, through=not closed))
+    return sorted(holes, key=lambda one: (one.y, one.x, -one.top)), left, aside
 
 
-def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int]]:
-    """Return the hollow round walls about upright axes, and how many whole ones have another direction, by it."""
+def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
+    """Return the hollow round walls about upright axes, how many whole ones have another direction, by it, and how many
+    faces are of a free form, in which no hole is found.
+    """
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.BRepTools import BRepTools
-    from OCP.GeomAbs import GeomAbs_Cone, GeomAbs_Cylinder
+    from OCP.GeomAbs import (
+        GeomAbs_BezierSurface,
+        GeomAbs_BSplineSurface,
+        GeomAbs_Cone,
+        GeomAbs_Cylinder,
+        GeomAbs_SurfaceOfExtrusion,
+        GeomAbs_SurfaceOfRevolution,
+    )
     from OCP.TopAbs import TopAbs_FACE, TopAbs_REVERSED
 
-    walls, aside = [], dict[tuple[float, ...], float]()
+    forms = (GeomAbs_BezierSurface, GeomAbs_BSplineSurface, GeomAbs_SurfaceOfExtrusion, GeomAbs_SurfaceOfRevolution)
+    walls, aside, free = [], dict[tuple[float, ...], float](), 0
     for one in _parts(shape, TopAbs_FACE):
         face = _face(one)
         surface = BRepAdaptor_Surface(face)
         kind = surface.GetType()
+        free += kind in forms
         if kind not in (GeomAbs_Cylinder, GeomAbs_Cone):
             continue
         round_ = surface.Cylinder() if kind == GeomAbs_Cylinder else surface.Cone()
@@ -231,13 +335,23 @@ def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int]]:
         start = round_.Radius() if kind == GeomAbs_Cylinder else round_.RefRadius()
         ends = [(at.Z() + v * math.cos(slope) * axis.Z(), abs(start + v * math.sin(slope))) for v in (v0, v1)]
         (low, low_radius), (high, high_radius) = sorted(ends)
-        walls.append(RoundWall(at.X(), at.Y(), low, high, low_radius, high_radius, u1 - u0))
+        covers = _covers(round_.Position(), u0, u1)
+        walls.append(RoundWall(at.X(), at.Y(), low, high, low_radius, high_radius, covers))
     counted: dict[str, int] = {}
     for key, turn in aside.items():
-        if turn > math.tau - WHOLE:
+        if turn > math.tau - math.radians(WHOLE):
             words = ", ".join(f"{value:g}" for value in key[:3])
             counted[words] = counted.get(words, 0) + 1
-    return walls, counted
+    return walls, counted, free
+
+
+def _covers(place: Any, begin: float, end: float) -> frozenset[int]:
+    """Return the whole degrees, seen from above, of a piece of a round wall."""
+    angle = np.linspace(begin, end, max(int(math.degrees(end - begin) * 4.0), 2))
+    along, across = place.XDirection(), place.YDirection()
+    x = along.X() * np.cos(angle) + across.X() * np.sin(angle)
+    y = along.Y() * np.cos(angle) + across.Y() * np.sin(angle)
+    return frozenset((np.degrees(np.arctan2(y, x)) // 1.0).astype(np.int64).tolist())
 
 
 def _direction(axis: Any) -> tuple[float, float, float]:
