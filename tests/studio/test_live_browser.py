@@ -94,7 +94,7 @@ def test_a_search_is_stepped_through_its_gap_falls_its_path_moves_and_pheromone_
     make_map(page, 300, "mmas")
     page.locator(".choose").get_by_label("Speed", exact=True).select_option("step")
     page.get_by_role("button", name="Run", exact=True).click()
-    study, canvas = page.locator(".study"), page.locator(".lc-canvas").last
+    study, canvas = page.locator(".study"), page.locator(".lc-pane:not(.lc-solid) .lc-canvas").last
     expect(study).to_contain_text("step 1", timeout=LONG)
     first = gap(page)
     study.get_by_role("button", name="Single step").click()

@@ -43,14 +43,14 @@ def test_another_file_takes_the_place_of_a_run_which_goes_on_and_can_be_ended(pa
 
 def test_a_new_file_is_seen_whole_however_the_last_one_was_looked_at(page: Page, tmp_path: Path) -> None:
     opened(page, PLATE)
-    expect(page.locator(".lc-canvas").last).to_be_visible()
+    expect(page.locator(".lc-pane:not(.lc-solid) .lc-canvas").last).to_be_visible()
     for _ in range(8):
         page.get_by_role("button", name="Zoom in").click()
-    page.locator(".lc-canvas").last.hover()
+    page.locator(".lc-pane:not(.lc-solid) .lc-canvas").last.hover()
     expect(page.locator(".lc-readout")).to_contain_text("X ")
     page.mouse.move(5, 5)
     opened(page, PLATE.with_name("plate_27.dxf"))
-    box = page.locator(".lc-canvas").last.bounding_box()
+    box = page.locator(".lc-pane:not(.lc-solid) .lc-canvas").last.bounding_box()
     assert box is not None
 
     def seen() -> float:
@@ -188,7 +188,7 @@ def test_a_file_of_no_kind_takes_nothing_away(page: Page, tmp_path: Path) -> Non
 def test_the_keys_of_the_page_mean_the_same_once_the_drawing_was_clicked(page: Page) -> None:
     """With Shift a letter is a layer's, in the drawing alone; M goes through what can be compared."""
     opened(page, PLATE)
-    drawing = page.locator(".lc-canvas").last
+    drawing = page.locator(".lc-pane:not(.lc-solid) .lc-canvas").last
     layer = page.locator("[data-layer=rapids] input")
     page.keyboard.press("Shift+R")
     drawing.click(position={"x": 5, "y": 300})
@@ -198,7 +198,7 @@ def test_the_keys_of_the_page_mean_the_same_once_the_drawing_was_clicked(page: P
     page.keyboard.press("r")
     expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
     expect(layer).not_to_be_checked()
-    expect(page.locator(".lc-modes")).to_be_visible()
+    expect(page.get_by_role("radiogroup", name="View", exact=True)).to_be_visible()
     drawing.click(position={"x": 5, "y": 300})
     page.keyboard.press("m")
     expect(page.locator(".lc-mode[data-mode=side]")).to_have_attribute("aria-checked", "true")

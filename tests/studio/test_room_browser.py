@@ -41,7 +41,7 @@ def test_a_column_that_is_folded_gives_its_room_to_the_drawing_and_stays_so(page
     expect(page.locator("#column-left")).to_be_hidden()
     expect(fold(page, "left")).to_have_attribute("aria-expanded", "false")
     assert width(page, ".middle") == before + 324
-    page.locator(".lc-canvas").last.click()
+    page.locator(".lc-pane:not(.lc-solid) .lc-canvas").last.click()
     page.keyboard.press("]")
     expect(page.locator("#column-right")).to_be_hidden()
     assert width(page, ".middle") == 1280

@@ -160,7 +160,7 @@ def test_a_program_of_50_megabytes_is_opened_and_the_page_lives_on(page: Page, t
     assert large.stat().st_size > 50_000_000
     opened(page, large)
     expect(page.locator(".about-part .facts")).to_contain_text("299 × 69 mm")
-    expect(page.locator(".lc-canvas").last).to_be_visible()
+    expect(page.locator(".lc-pane:not(.lc-solid) .lc-canvas").last).to_be_visible()
     large.unlink()
     opened(page, PLATE)
     expect(page.locator(".about-part .facts")).to_contain_text("10")

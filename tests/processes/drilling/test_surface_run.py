@@ -207,6 +207,7 @@ def test_a_keep_out_zone_is_crossed_at_the_clearance_height(folder: Path) -> Non
         ({"surface": None}, "--through"),
         ({"surface": "nothing.stl"}, "nothing.stl"),
         ({"surface_clearance": 0}, "--surface-clearance"),
+        ({"surface_clearance": 30}, "is more than --clearance-height 10 mm"),
     ],
 )
 def test_what_cannot_be_obeyed_is_refused_in_one_line(folder: Path, options: dict[str, Any], told: str) -> None:
@@ -214,6 +215,20 @@ def test_what_cannot_be_obeyed_is_refused_in_one_line(folder: Path, options: dic
         drilled(folder, **options)
     assert told in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def test_a_holder_that_comes_below_a_boss_is_refused_and_one_that_does_not_is_not(folder: Path, tmp_path: Path) -> None:
+    """The lowest hole ends at Z-22.002, and the highest boss at Z18: a tool of 40 mm is too short, one of 41 is not."""
+    for length, refused in ((40.0, True), (41.0, False)):
+        (tmp_path / "tools.toml").write_text(
+            f'[[tool]]\nnumber = 1\ndiameter = "5 mm"\nkind = "drill"\nfeed = "100 mm/min"\nspindle_speed = "1500 rpm"\n'
+            f'stickout = "{length} mm"\nholder = "40 x 30"\n'
+        )
+        if refused:
+            with pytest.raises(LeafcutError, match=r"comes down to Z17\.998, and the highest place is Z18\.000"):
+                drilled(folder, tools=str(tmp_path / "tools.toml"))
+        else:
+            assert drilled(folder, tools=str(tmp_path / "tools.toml")).verified
 
 
 def test_a_hole_beside_the_surface_is_refused_with_its_place(folder: Path, tmp_path: Path) -> None:

@@ -103,6 +103,11 @@ def plan_drilling(
     if not part.holes and not part.slots:
         raise PlanError(f"{part.name}: no holes to drill")
     ground = _ground(part, mesh, job, options)
+    if ground is not None and ground.clearance > job.clearance_height:
+        raise PlanError(
+            f"--surface-clearance {ground.clearance:g} mm is more than --clearance-height {job.clearance_height:g} mm, "
+            "which is how far the first way and the last one stay above all; give a larger --clearance-height"
+        )
     chooser = ToolChooser(library, machine, job, options)
     deeper = np.zeros(len(part.holes))
     own = any(hole.depth is not None for hole in part.holes)
@@ -133,6 +138,8 @@ def plan_drilling(
     operations = tuple(_operation(step, work[step], rule, job, options, initial) for step in groups)
     _check_speeds(operations, machine)
     _check_flutes(operations, deeper)
+    if ground is not None:
+        _check_bodies(operations, tops - deeper, ground)
     plan = DrillPlan(
         part=part,
         operations=operations,
@@ -217,6 +224,26 @@ def _relief(plan: DrillPlan, ground: Ground, machine: Machine, operation: DrillO
         plan.clearance_height,
         plan.zones_for(operation.tool),
     )
+
+
+def _check_bodies(operations: tuple[DrillOperation, ...], bottoms: NDArray[np.float64], ground: Ground) -> None:
+    """Refuse a tool whose shank or holder comes below the highest place: what it meets beside a hole is not looked at.
+
+    `bottoms` is how deep each hole goes beside its operation's cycle, float64[n], mm.
+    """
+    for one in operations:
+        tool, lowest = one.tool, float(bottoms[one.targets].min(initial=np.inf)) + one.cycle.bottom
+        wider = [(tool.stickout, part.lower, part.upper) for part in tool.holder]
+        wider += [(tool.flute_length, part.lower, part.upper) for part in tool.shaft]
+        wider += [(tool.flute_length, tool.shank_diameter or 0.0, 0.0)]
+        for begin, *widths in wider:
+            low = lowest + (begin or 0.0)
+            if max(widths) > tool.diameter + SAME_HEIGHT and low < ground.highest:
+                raise PlanError(
+                    f"{tool.label}: in its lowest hole its shank or holder, \u00d8 {max(widths):g} mm, comes down to "
+                    f"Z{low:.3f}, and the highest place is Z{ground.highest:.3f}: whether it meets that is not looked "
+                    "at; use a longer tool"
+                )
 
 
 def _check_flutes(operations: tuple[DrillOperation, ...], deeper: NDArray[np.float64]) -> None:
