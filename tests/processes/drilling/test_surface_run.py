@@ -221,7 +221,7 @@ def test_a_holder_that_comes_below_a_boss_is_refused_and_one_that_does_not_is_no
     """The lowest hole ends at Z-22.002, and the highest boss at Z18: a tool of 40 mm is too short, one of 41 is not."""
     for length, refused in ((40.0, True), (41.0, False)):
         (tmp_path / "tools.toml").write_text(
-            f'[[tool]]\nnumber = 1\ndiameter = "5 mm"\nkind = "drill"\nfeed = "100 mm/min"\nspindle_speed = "1500 rpm"\n'
+            f'[[tool]]\nnumber = 1\ndiameter = "5 mm"\nkind = "drill"\nfeed = "9 mm/s"\nspindle_speed = "1500 rpm"\n'
             f'stickout = "{length} mm"\nholder = "40 x 30"\n'
         )
         if refused:
