@@ -12,6 +12,7 @@ from leafcut.model.cycles import expand
 from leafcut.model.machine import Machine
 from leafcut.model.measure import Measure
 from leafcut.model.toolpath import MOTIONS, PLACES, STILL, Kind, Toolpath, last_rows
+from leafcut.timing.grbl import DWELL_STEP, Lines, grbl_seconds
 from leafcut.timing.linuxcnc import CYCLE
 from leafcut.timing.lookahead import move_seconds
 from leafcut.timing.moves import BLEND, EXACT, REST, Moves, moves_of
@@ -55,6 +56,7 @@ def measure(
     machine: Machine,
     off: NDArray[np.bool_] | None = None,
     start: tuple[float, float] | None = None,
+    lines: Lines | None = None,
 ) -> Measure:
     """Return lengths (mm) and machine time (s) of a toolpath.
 
@@ -80,10 +82,10 @@ def measure(
     PlanError
         The cycles come to more moves than can be meant.
     """
-    path, source, delta, turns, moves, each = _timed(path, machine, start)
+    path, source, delta, turns, moves, each = _timed(path, machine, start, lines)
     dark = (path.kind == Kind.FEED) & (off[source] if off is not None else False)
     rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE) | dark
-    standing = _standing(path, machine)
+    standing = _standing(path, machine, _style(machine))
     seconds = {
         "rapid": float(each[moves.rapid].sum()),
         "feed": float(each[~moves.rapid].sum()),
@@ -108,7 +110,7 @@ def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
     return np.bincount(moves.row, weights=each, minlength=len(path)).astype(np.float64)
 
 
-def clock(path: Toolpath, machine: Machine) -> PathTimes:
+def clock(path: Toolpath, machine: Machine, lines: Lines | None = None) -> PathTimes:
     """Return the time of every row, whatever takes it; together they are the time that `measure` states.
 
     Raises
@@ -116,32 +118,45 @@ def clock(path: Toolpath, machine: Machine) -> PathTimes:
     PlanError
         The cycles come to more moves than can be meant.
     """
-    path, source, _, _, moves, each = _timed(path, machine)
+    path, source, _, _, moves, each = _timed(path, machine, None, lines)
     moving = np.bincount(moves.row, weights=each, minlength=len(path))
-    return PathTimes(path, source, moving + _standing(path, machine))
+    return PathTimes(path, source, moving + _standing(path, machine, _style(machine)))
 
 
 def _timed(
-    path: Toolpath, machine: Machine, start: tuple[float, float] | None = None
+    path: Toolpath,
+    machine: Machine,
+    start: tuple[float, float] | None = None,
+    lines: Lines | None = None,
+    pace: float = 1.0,
 ) -> tuple[Toolpath, NDArray[np.int32], Floats, Turns, Moves, Floats]:
     """Return the path with its cycles written out and the rows they come from, then what is known of these rows.
 
     That is how far they move, their arcs, their moves and the seconds of these.
     """
-    style = machine.corners or _STYLES.get(machine.control, "round")
+    style = _style(machine)
     path, source, mode, tolerance, joining = _expanded(path, style)
     path, touching = _touched(path)
-    delta, estimate = _displacements(path, machine, start)
+    delta, estimate = _displacements(path, machine, start, 3 if style == "grbl" else 2)
     turns = turns_of(path)
     cycle_s = CYCLE if style == "linuxcnc" else 0.0
     moves = moves_of(path, machine, delta + estimate, turns, mode, tolerance, joining, cycle_s)
     estimated = np.asarray(estimate[moves.row].any(axis=1)) | touching[moves.row]
     for at_rest in (estimated, np.append(estimated[1:], False)[: len(moves)]):
         moves.mode[at_rest], moves.flushed[at_rest] = REST, True
-    each = move_seconds(moves, machine, style)
+    standing = _standing(path, machine, style)
+    if style == "grbl":
+        each = grbl_seconds(path, machine, delta + estimate, moves, standing, lines, pace)
+    else:
+        each = move_seconds(moves, machine, style)
     if machine.rapid_style == "dogleg":
         each[moves.rapid] = move_time((delta + estimate)[moves.row[moves.rapid]], machine)
     return path, source, delta, turns, moves, each
+
+
+def _style(machine: Machine) -> str:
+    """Return the machine's way with corners: linuxcnc, grbl or round."""
+    return machine.corners or _STYLES.get(machine.control, "round")
 
 
 def _touched(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
@@ -191,12 +206,13 @@ def _length(delta: NDArray[np.float64]) -> float:
 
 
 def _displacements(
-    path: Toolpath, machine: Machine, start: tuple[float, float] | None = None
+    path: Toolpath, machine: Machine, start: tuple[float, float] | None = None, n_started: int = 2
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return how far every row moves each axis, float64[n, 3] mm: as far as it is known, and the estimate where not.
 
     Every axis is followed by itself through the rows that move it, in program coordinates or in the machine's, and
-    those that say anew where it is (a work offset, G92, a block that is not understood).
+    those that say anew where it is (a work offset, G92, a block that is not understood). Of the first row that moves
+    an axis, so many axes from x on are known to begin at `start`, z at 0.
     """
     delta, estimate = np.zeros((len(path), 3)), np.zeros((len(path), 3))
     in_machine = path.kind == Kind.MACHINE
@@ -216,30 +232,32 @@ def _displacements(
         delta[rows[1:], axis] = np.where(known, np.nan_to_num(np.diff(place)), 0.0)
         half_travel = 0.5 * (machine.travel_max[axis] - machine.travel_min[axis])
         estimate[rows[1:], axis] = np.where(crossing, half_travel, 0.0)
-        if start is not None and axis < 2 and len(rows) and path.kind[rows[0]] in (Kind.RAPID, Kind.FEED):
-            delta[rows[0], axis] = place[0] - start[axis]
+        if start is not None and axis < n_started and len(rows) and path.kind[rows[0]] in (Kind.RAPID, Kind.FEED):
+            delta[rows[0], axis] = place[0] - (*start, 0.0)[axis]
     return delta, estimate
 
 
-def _standing(path: Toolpath, machine: Machine) -> Floats:
+def _standing(path: Toolpath, machine: Machine, style: str) -> Floats:
     """Return for how long the machine stands at every row for a dwell, a change of tool or the spindle, s.
 
     Which tool is in the spindle at first is not known: the first one is changed to. A dwell that only waits for the
     spindle counts as the spindle's. A tool change stops the spindle (as M6 does on LinuxCNC and Haas), so the next
-    speed is a start again.
+    speed is a start again. GRBL waits for no spindle, and dwells for whole steps.
     """
     seconds = np.zeros(len(path))
     dwells = (path.kind == Kind.DWELL) & np.isfinite(path.value) & (path.value > 0.0)
     seconds[dwells] = path.value[dwells]
+    if style == "grbl":
+        seconds[dwells] = np.ceil(seconds[dwells] / DWELL_STEP - 1e-6) * DWELL_STEP
     changes = np.flatnonzero(path.kind == Kind.TOOL)
     other = np.append(True, np.diff(path.ref[changes]) != 0)[: len(changes)]
     seconds[changes[other]] = machine.tool_change_s
-    turning = 0.0
+    turning, start_s = 0.0, 0.0 if style == "grbl" else machine.spindle_start_s
     for row in np.flatnonzero((path.kind == Kind.SPINDLE) | (path.kind == Kind.TOOL)).tolist():
         speed = 0.0 if path.kind[row] == Kind.TOOL else float(path.value[row])
         if speed not in (0.0, turning):
             dwell = _dwell_after(path, row)
-            seconds[row] = max(float(seconds[dwell].sum()), machine.spindle_start_s)
+            seconds[row] = max(float(seconds[dwell].sum()), start_s)
             seconds[dwell] = 0.0
         turning = speed
     return seconds
