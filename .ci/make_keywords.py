@@ -20,6 +20,7 @@ CLASSES = {
     "SolveKeywords": ("`leafcut.solve_part` and `leafcut.solve_file`", ("solve",)),
     "SimulateKeywords": ("`leafcut.simulate`", ("simulate",)),
     "StockKeywords": ("`leafcut.cut_stock`", ("stock",)),
+    "CuttingDataKeywords": ("`leafcut.cutting_data`", ("cutting-data",)),
     "VerifyKeywords": ("`leafcut.verify_programs`", ("verify",)),
 }
 

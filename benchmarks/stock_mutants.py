@@ -1,11 +1,12 @@
 """Programs spoilt in one place each, and whether what they leave of the stock shows it, with nothing else looked at.
 
-    python benchmarks/stock_mutants.py --mutants 500 --seed 1
+    python benchmarks/stock_mutants.py --mutants 500 --seed 1 --reorder
 
 Every program cuts some features, each by itself, so that what a change does to the part is known from how it was made:
 a depth, a place, a length, a tool that changed, or a feature that is gone, leaves another part; another order, another
 feed or speed, the same cut twice, does not. *Missed* is a changed part that is called the same, a *false alarm* the
-other way round.
+other way round. With ``--reorder`` the judge is that of `leafcut reorder`, whose cells are larger: a place or a length
+changes by more than one of them then.
 """
 
 from __future__ import annotations
@@ -15,10 +16,17 @@ import random
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
 import leafcut
+from leafcut.errors import VerifyError
+from leafcut.gcode.dialects import dialect
+from leafcut.processes.course import Run, machine_of
+from leafcut.processes.program.reading import read_foreign
+from leafcut.processes.program.stock_proof import stock_judge
+from leafcut.processes.settings import collect
 
 #: Diameter and shape of every tool, as its comment says them.
 TOOLS = {1: "D=6. CR=0. - flat end mill", 2: "D=4. CR=2. - ball end mill", 3: "D=5. TAPER=118deg - drill"}
@@ -26,6 +34,8 @@ TOOLS = {1: "D=6. CR=0. - flat end mill", 2: "D=4. CR=2. - ball end mill", 3: "D
 CELL, PITCH = 0.1, 24.0
 #: The least change of a depth and of a place that counts: the tolerance is 0.01 mm, and a wall may move by a cell.
 LEAST_DEPTH, LEAST_PLACE = 0.02, 0.25
+#: The cells of `leafcut reorder` are a twentieth of the smallest tool.
+LEAST_REORDERED = 0.45
 
 
 class Feature(NamedTuple):
@@ -76,8 +86,11 @@ def program(cuts: list[Feature], speed: int = 900) -> str:
     return "".join([*lines, "M5\nM30\n"])
 
 
-def mutant(cuts: list[Feature], chance: random.Random) -> tuple[str, str, bool]:
-    """Return how a program was changed, its text, and whether another part comes of it."""
+def mutant(cuts: list[Feature], chance: random.Random, least: float = LEAST_PLACE) -> tuple[str, str, bool]:
+    """Return how a program was changed, its text, and whether another part comes of it.
+
+    `least` is the least change of a place, mm.
+    """
     at = chance.randrange(len(cuts))
     one, others = cuts[at], [*cuts[:at], *cuts[at + 1 :]]
     how = chance.choice(("depth", "place", "length", "tool", "gone", "order", "feed", "speed", "twice"))
@@ -85,11 +98,11 @@ def mutant(cuts: list[Feature], chance: random.Random) -> tuple[str, str, bool]:
     if how == "depth":
         changed = one._replace(depth=one.depth + sign * chance.uniform(LEAST_DEPTH, 0.4))
     elif how == "place":
-        step = sign * chance.uniform(LEAST_PLACE, 2)
+        step = sign * chance.uniform(least, 2)
         changed = one._replace(x=one.x + step) if chance.random() < 0.5 else one._replace(y=one.y + step)
     elif how == "length":
         # Of a hole nothing is long.
-        changed = one._replace(length=one.length + chance.uniform(2 * LEAST_PLACE, 2))
+        changed = one._replace(length=one.length + chance.uniform(2 * least, 2))
     elif how == "tool":
         changed = one._replace(tool={1: 2, 2: 1, 3: 1}[one.tool])
     elif how == "feed":
@@ -106,17 +119,41 @@ def mutant(cuts: list[Feature], chance: random.Random) -> tuple[str, str, bool]:
     return how, program(order, 1200 if how == "speed" else 900), part
 
 
-def run(mutants: int, seed: int) -> tuple[Counter[str], list[str]]:
+def differ(original: Path, new: Path) -> bool:
+    """Return whether `leafcut stock` finds that two programs leave something else."""
+    return bool(leafcut.cut_stock(new, same_as=original, cell=CELL).differences)
+
+
+def reordered(original: Path, new: Path) -> bool:
+    """Return whether the judge of `leafcut reorder` would refuse a program in place of another one."""
+    settings = collect({})
+    made = Run(settings, machine_of(settings))
+    words = dialect("linuxcnc")
+    one, other = (
+        read_foreign(file.read_text(), str(file), settings, made.machine, words).program for file in (original, new)
+    )
+    judge = stock_judge(made, one, str(original), "mill").judge
+    assert judge is not None
+    try:
+        judge.check(other)
+    except VerifyError:
+        return True
+    return False
+
+
+def run(
+    mutants: int, seed: int, judge: Callable[[Path, Path], bool] = differ, least: float = LEAST_PLACE
+) -> tuple[Counter[str], list[str]]:
     """Return how many were seen, the same, missed and false alarms, and the ways in which the last two were made."""
     chance, counts, wrong = random.Random(seed), Counter[str](), []
     with tempfile.TemporaryDirectory() as folder:
         original, new = Path(folder, "original.nc"), Path(folder, "new.nc")
         for _ in range(mutants):
             cuts = features(chance)
-            how, text, part = mutant(cuts, chance)
+            how, text, part = mutant(cuts, chance, least)
             original.write_text(program(cuts))
             new.write_text(text)
-            found = bool(leafcut.cut_stock(new, same_as=original, cell=CELL).differences)
+            found = judge(original, new)
             result = ("seen" if part else "false alarm") if found else ("missed" if part else "the same")
             counts[result] += 1
             if result in ("missed", "false alarm"):
@@ -129,9 +166,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--mutants", type=int, default=500)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--reorder", action="store_true", help="the judge of `leafcut reorder`")
     given = parser.parse_args()
     began = time.process_time()
-    counts, wrong = run(given.mutants, given.seed)
+    judge = (reordered, LEAST_REORDERED) if given.reorder else (differ, LEAST_PLACE)
+    counts, wrong = run(given.mutants, given.seed, *judge)
     print(", ".join(f"{name} {counts[name]}" for name in ("seen", "the same", "missed", "false alarm")))
     print(f"{time.process_time() - began:.0f} s of processor time for {given.mutants}")
     if wrong:

@@ -1,4 +1,4 @@
-"""Makes the pictures of the README and of the page on sheets: a plate and a sheet, before and after."""
+"""Makes the pictures of the README, of the page on sheets and of that on cutting data."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ HERE = Path(__file__).parent
 
 
 def main() -> None:
-    """Write docs/pictures/before.svg and after.svg, sheet_before.svg and sheet_after.svg."""
+    """Write docs/pictures/before.svg and after.svg, sheet_before.svg and sheet_after.svg, and front.svg."""
     plate = leafcut.optimize("example:plate-70", thickness="0.25in")
     with tempfile.TemporaryDirectory() as folder:
         drawing = draw_sheet(Path(folder) / "brackets.dxf")
@@ -22,6 +22,14 @@ def main() -> None:
     for prefix, outcome in (("", plate), ("sheet_", sheet)):
         for which in ("before", "after"):
             (HERE / "pictures" / f"{prefix}{which}.svg").write_text(path_svg(outcome, which), encoding="utf-8")
+    leafcut.cutting_data(
+        HERE.parent / "examples" / "plate_70.dxf",
+        material="c45",
+        tools=HERE.parent / "examples" / "tools.toml",
+        thickness="0.25in",
+        machine="haas-vf2",
+        plot=HERE / "pictures" / "front.svg",
+    )
 
 
 def draw_sheet(file: Path) -> Path:

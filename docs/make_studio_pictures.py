@@ -1,7 +1,13 @@
-"""Makes the pictures of the page on the studio from the running program, in a headless Chromium."""
+"""Makes the pictures of the page on the studio from the running program, in a headless Chromium.
+
+    python docs/make_studio_pictures.py [solid]
+
+With ``solid`` only those of the solid view are made.
+"""
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import signal
@@ -31,7 +37,7 @@ LONG = 120_000
 
 
 def main() -> None:
-    """Write docs/pictures/studio_empty.png, and so on: result, nest, program and dark."""
+    """Write docs/pictures/studio_empty.png, and so on: result, nest, program, dark, and those of the solid view."""
     with tempfile.TemporaryDirectory() as home:
         command = [sys.executable, "-m", "leafcut.cli", "studio", "--no-open", "--port", "8399"]
         environment = {**os.environ, "XDG_DATA_HOME": home}
@@ -55,6 +61,11 @@ def take(address: str) -> None:
         page = browser.new_page(viewport={"width": 1280, "height": 720}, color_scheme="light", locale="en-US")
         page.goto(address)
         page.wait_for_selector("#view-work")
+        solids(page)
+        if "solid" in sys.argv[1:]:
+            browser.close()
+            return
+        page.goto(page.url.partition("?")[0])
         shot(page, "empty")
         run(page, EXAMPLES / "plate_70.dxf")
         shot(page, "result")
@@ -75,6 +86,73 @@ def run(page: Page, file: Path) -> None:
     page.wait_for_timeout(500)
     page.get_by_role("button", name="Run", exact=True).click()
     page.wait_for_selector("#result-panel", timeout=LONG)
+
+
+def solids(page: Page) -> None:
+    """Show stock in three dimensions: a carved relief as a program opened for looking, and a pocket."""
+    page.wait_for_timeout(2500)
+    page.wait_for_function("window.did_handshake")
+    relief = {"name": "relief.nc", "mimeType": "text/plain", "buffer": carved().encode()}
+    page.set_input_files("#open-file", relief)
+    page.locator(".about-part .name", has_text="relief.nc").wait_for()
+    page.get_by_role("radio", name="Solid", exact=True).click()
+    at(page, 0.74)
+    shot(page, "solid")
+    at(page, 1.0)
+    choose(page, "Colour", "depth")
+    choose(page, "Section", "y")
+    shot(page, "solid_section")
+    choose(page, "Section", "")
+    choose(page, "Colour", "metal")
+    page.set_input_files("#open-file", EXAMPLES / "pocket.dxf")
+    page.locator(".about-part .name", has_text="pocket.dxf").wait_for()
+    page.locator(".works input[value=pocket]").check()
+    for label, words in (("Tool diameter", "8"), ("Depth", "12")):
+        fill(page, label, words)
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.wait_for_selector("#result-panel", timeout=LONG)
+    page.get_by_role("tab", name="Program").click()
+    choose(page, "Colour", "engagement")
+    page.wait_for_timeout(2500)
+    at(page, 0.83)
+    shot(page, "solid_engagement")
+    page.keyboard.press("t")
+    choose(page, "Colour", "metal")
+    at(page, 0.62)
+    shot(page, "solid_dark")
+    page.keyboard.press("t")
+    page.get_by_role("radio", name="Plan", exact=True).click()
+
+
+def choose(page: Page, label: str, value: str) -> None:
+    """Choose in the solid view."""
+    page.locator(".lc-solid-bar").get_by_label(label, exact=True).select_option(value)
+
+
+def at(page: Page, share: float) -> None:
+    """Go to a share of the program's time, and wait until the stock is cut as far."""
+    slider = page.locator(".lc-player .lc-slider")
+    slider.evaluate("(e, share) => { e.value = 10000 * share; e.dispatchEvent(new Event('input')); }", share)
+    page.wait_for_timeout(500)
+    page.locator(".lc-busy").wait_for(state="hidden")
+    slider.evaluate("e => e.blur()")
+
+
+def carved() -> str:
+    """Return a program that carves waves with a ball mill and cuts a ring round them, its tools in comments."""
+    rows = ["(T1 D=6. CR=3. - ball end mill)", "(T2 D=5. CR=0. - flat end mill)", "G21 G90 G94 G17", "G0 Z10"]
+    rows += ["T1 M6", "S12000 M3", "G0 X0 Y0"]
+    for k in range(201):
+        xs = [0.8 * i for i in range(151)]
+        for x in xs if k % 2 == 0 else reversed(xs):
+            y = 0.45 * k
+            away = math.hypot(x - 60.0, y - 45.0)
+            z = -5.0 + 2.6 * math.cos(0.22 * away) * math.exp(-away / 60.0) - 0.9 * math.sin(0.05 * x)
+            rows.append(f"G1 X{x:.3f} Y{y:.3f} Z{z:.3f} F{2400 if z > -5.0 else 1500}")
+    rows += ["G0 Z10", "T2 M6", "S14000 M3", "G0 X8 Y45", "G0 Z2"]
+    for z in (-5.0, -9.0):
+        rows += [f"G1 Z{z} F300", "G2 X8 Y45 I52 J0 F900"]
+    return "\n".join([*rows, "G0 Z10", "M30", ""])
 
 
 def nest(page: Page) -> None:

@@ -13,7 +13,7 @@ import pytest
 import leafcut
 from leafcut.cli import run
 from leafcut.option_spec import flag_name
-from leafcut.options import SolveOptions, StockOptions
+from leafcut.options import SolveOptions, SpeedOptions, StockOptions
 from leafcut.processes.nesting.options import NestOptions
 from leafcut.processes.settings import all_options, collect
 from leafcut.progress import Reporter
@@ -261,9 +261,10 @@ def test_ctrl_c_elsewhere_writes_nothing(
 
 
 def test_every_option_is_a_flag_of_the_command_that_it_is_for(capsys: pytest.CaptureFixture[str]) -> None:
-    texts = {command: answer(capsys, command, "--help")[0] for command in ("optimize", "nest", "stock")}
+    texts = {command: answer(capsys, command, "--help")[0] for command in ("optimize", "nest", "stock", "cutting-data")}
+    command = {NestOptions: "nest", StockOptions: "stock", SpeedOptions: "cutting-data"}
     for group, name, spec in all_options():
-        text = texts["nest" if group is NestOptions else "stock" if group is StockOptions else "optimize"]
+        text = texts[command.get(group, "optimize")]
         assert flag_name(name) in text, name
         assert spec.help.split()[0] in text
 

@@ -60,13 +60,25 @@ def test_the_figures_of_the_readme_are_those_of_the_plate() -> None:
 
 
 def test_the_flags_that_the_readme_shows_exist(capsys: pytest.CaptureFixture[str]) -> None:
-    for command in ("optimize", "solve", "machines"):
+    for command in ("optimize", "solve", "cutting-data", "machines"):
         run([command, "--help"])
     known = capsys.readouterr().out
     assert all(flag in known for flag in set(re.findall(r"--[a-z][a-z-]+", README)) - {"--help"})
 
 
-@every("page", ["walk.md", "machine_time.md", "colony.md", "sheets.md", "pockets.md", "plugins.md"])
+@every(
+    "page",
+    [
+        "walk.md",
+        "machine_time.md",
+        "machines.md",
+        "colony.md",
+        "sheets.md",
+        "pockets.md",
+        "plugins.md",
+        "cutting_data.md",
+    ],
+)
 def test_the_names_in_a_page_exist(page: str) -> None:
     text = (ROOT / "docs" / page).read_text(encoding="utf-8")
     rooms = {p.name.removesuffix(".py") for p in (ROOT / "src" / "leafcut").iterdir()}
@@ -92,6 +104,39 @@ def test_the_commands_of_the_page_on_sheets_run(tmp_path: Path, monkeypatch: pyt
         output.unlink(missing_ok=True)
         assert run([*words, "--preset", "fast"]) == 0, command
         assert output.read_text().count("M3") >= 3
+
+
+def test_the_commands_of_the_page_on_machines_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each on files of the names it has; the times are those of half the accelerations, which is found."""
+    import leafcut
+    from leafcut.read.machine import load_machine
+    from leafcut.read.tools import load_tools
+
+    page = (ROOT / "docs" / "machines.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(ROOT / "tests" / "read" / "settings" / "grbl_3018.txt", "settings.txt")
+    Path("shop.csv").write_text("number,kind,diameter\n1,drill,1/4in\n")
+    for name, width in (("a.nc", 150.0), ("b.nc", 20.0), ("c.nc", 3.0)):
+        hops = "".join(f"G0 X{k % 2 * width} Y{k}.0\nG4 P0.1\n" for k in range(90))
+        Path(name).write_text(f"G21 G90\nG0 Z5.0\n{hops}M2\n")
+    imported, new, check, tools = commands_of("machines.md")
+    for command in (imported, new, tools):
+        assert run(shlex.split(command)) == 0, command
+    assert load_machine("my.toml").controller == "grbl" and load_machine("vf2.toml").name == "VF-2"
+    assert load_tools("shop.toml").tools == load_tools("shop.csv").tools
+    halved = re.sub(
+        r"^acceleration = .*$", 'acceleration = "15 mm/s2"', Path("my.toml").read_text(), flags=re.MULTILINE
+    )
+    Path("slow.toml").write_text(halved)
+    for time in ("12:34", "8:05", "754s"):
+        name = f"{'abc'[('12:34', '8:05', '754s').index(time)]}.nc"
+        check = check.replace(time, f"{leafcut.simulate(name, machine='slow.toml').measure.time_s:.2f}s")
+    assert run(shlex.split(check)) == 0
+    assert load_machine("fitted.toml").acceleration[:2] == pytest.approx((15, 15), rel=0.01)
+    Path("four.toml").write_text(
+        "\n".join(re.findall(r"^    ((?:name|controller|rapid\.\w+) = .+)$", page, re.MULTILINE))
+    )
+    assert load_machine("four.toml").rapid_velocity == (50.0, 50.0, 50.0)
 
 
 def test_the_commands_of_the_page_on_nesting_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -131,6 +176,26 @@ def test_the_commands_of_the_page_on_pockets_run(tmp_path: Path, monkeypatch: py
         output.unlink(missing_ok=True)
         assert run(words) == 0, command
         assert "G1" in output.read_text()
+
+
+def test_the_commands_of_the_page_on_speeds_print_the_table_that_it_shows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    choose, drill = commands_of("cutting_data.md")[:2]
+    text = (ROOT / "docs" / "cutting_data.md").read_text(encoding="utf-8")
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "100")
+    assert run(shlex.split(choose)) == 0
+    table = re.search(r"^ +quickest .*\n(?:.+\n){11}", capsys.readouterr().out, flags=re.MULTILINE)
+    assert table
+    shown = "".join(f"    {line}\n" for line in table[0].splitlines())
+    assert shown in text
+    assert Path("front.svg").read_text(encoding="utf-8") == (ROOT / "docs" / "pictures" / "front.svg").read_text(
+        "utf-8"
+    )
+    assert run([*shlex.split(drill), "-q"]) == 0
+    assert "S1450 M3" in Path("plate.nc").read_text()
 
 
 def commands_of(page: str) -> list[str]:

@@ -37,6 +37,7 @@ MAY_IMPORT = {
     "gcode": MODEL | {"files", "plugins"},
     "stock": MODEL | {"kernels"},
     "machines": set(),
+    "materials": set(),
     "read": STAGE | {"files", "plugins"},
     "timing": STAGE | {"kernels"},
     "solve": STAGE | {"executors", "kernels", "plugins"},
@@ -73,7 +74,7 @@ MAY_IMPORT["studio"] = MODEL | {
     "report",
     "user_files",
 }
-MAY_IMPORT["studio"] |= {"processes", "_version"}
+MAY_IMPORT["studio"] |= {"processes", "stock", "_version"}
 MAY_IMPORT["public"] = MODEL | {"api", "keywords", "options", "files", "processes", "read", "stock"}
 MAY_IMPORT["user_files"] = MAY_IMPORT["files"] | {"files"}
 MAY_IMPORT["several"] = BASE | {"files", "read"}
@@ -89,9 +90,11 @@ MAY_IMPORT["batch"] = BASE | {
 }
 MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", "files", "progress", "read", "report"}
 MAY_IMPORT["cli_lab"] = BASE | {"batch", "executors", "lab", "files", "option_spec", "processes", "progress", "several"}
+MAY_IMPORT["cli_machine"] = BASE | {"api", "files", "read", "report", "timing", "usage"}
 MAY_IMPORT["cli"] |= {
     "batch",
     "cli_lab",
+    "cli_machine",
     "executors",
     "usage",
     "gcode",

@@ -70,7 +70,8 @@ def handled() -> set[type]:
 
 def test_the_functions_are_there() -> None:
     assert set(functions()) == {
-        "cut_stock", "nest", "optimize", "read_part", "simulate", "solve_file", "solve_part", "verify_programs"
+        "cut_stock", "cutting_data", "nest", "optimize", "read_part", "simulate", "solve_file", "solve_part",
+        "verify_programs",
     }  # fmt: skip
 
 

@@ -11,11 +11,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput, check_is_there, check_output, write_together
 from leafcut.keywords import (
+    CuttingDataKeywords,
     NestKeywords,
     OptimizeKeywords,
     SimulateKeywords,
@@ -24,6 +25,7 @@ from leafcut.keywords import (
     VerifyKeywords,
 )
 from leafcut.model.certificate import Certificate
+from leafcut.model.cutting_front import CuttingData
 from leafcut.model.heartbeat import Progress, looking_for, passing_on
 from leafcut.model.nest import NestOutcome
 from leafcut.model.outcome import Outcome
@@ -41,6 +43,7 @@ from leafcut.stock.stock_cut import StockCut
 
 if TYPE_CHECKING:
     from leafcut.processes.base import Process
+    from leafcut.timing.fitting import Fitted
 
 
 def optimize(
@@ -140,10 +143,14 @@ def _collected(
 
 
 def _settings(
-    work: str, options: Mapping[str, Any], file: str | Path | None = None, defaults: str | Path | None = None
+    work: str,
+    options: Mapping[str, Any],
+    file: str | Path | None = None,
+    defaults: str | Path | None = None,
+    input_kind: str = "",
 ) -> Settings:
     """Return the settings of a kind of work; an option that it does not use is refused."""
-    return settings_for(_collected(options, file, defaults), registry.work(work))
+    return settings_for(_collected(options, file, defaults), registry.work(work), input_kind)
 
 
 def _asked(word: str) -> list[Process]:
@@ -294,6 +301,45 @@ def simulate(
     return found
 
 
+def check_times(
+    measured: Sequence[tuple[str | Path, float]],
+    machine: str,
+    *,
+    dialect: str | None = None,
+    units: Literal["mm", "in"] | None = None,
+    progress: Progress | None = None,
+) -> tuple[Fitted, list[Simulation]]:
+    """Return how the times of programs on a machine differ from what a stop-watch says, and the machine fitted to it.
+
+    Parameters
+    ----------
+    measured
+        Each program, and the seconds that it took.
+    machine, dialect, units
+        Options of `simulate`.
+
+    Returns
+    -------
+    tuple[Fitted, list[Simulation]]
+        What was fitted (`leafcut.timing.fitting`), and each program as it was simulated before.
+
+    Raises
+    ------
+    ReadError, OptionError
+        A program cannot be read, or nothing was measured.
+    """
+    from leafcut.timing.fitting import Measured, fit
+
+    if not measured:
+        raise OptionError("no program was measured; give each with its time")
+    given: SimulateKeywords = {"machine": machine}
+    if units:
+        given["units"] = units
+    found = [simulate(str(one), dialect=dialect, progress=progress, **given) for one, _ in measured]
+    programs = [Measured(one.program, one.run, seconds) for one, (_, seconds) in zip(found, measured, strict=True)]
+    return fit(programs, found[0].machine), found
+
+
 def cut_stock(
     program: Input,
     *,
@@ -309,6 +355,54 @@ def cut_stock(
     """
     settings = _settings("stock", options, None, defaults_file)
     found: StockCut = registry.command("stock")(program, settings, dialect, progress, same_as=same_as)
+    return found
+
+
+def cutting_data(
+    drawing: Input | None = None,
+    *,
+    objective: str = "cost",
+    save: str | Path | None = None,
+    plot: str | Path | None = None,
+    defaults_file: str | Path | None = None,
+    progress: Progress | None = None,
+    **options: Unpack[CuttingDataKeywords],
+) -> CuttingData:
+    """Return the spindle speeds and feeds of tools that no others are better than in time, cost and tool life.
+
+    Parameters
+    ----------
+    drawing
+        With the holes to drill; without it their number and depth are options.
+    objective
+        What one of the best is chosen for: ``time`` of a part, ``cost`` of a part, or ``life`` of the tool.
+    save
+        A tool library to write, with the chosen speeds and feeds: a copy of the one that was given, else a new one.
+    plot
+        A picture of the fronts to write (SVG).
+    options
+        Any option of `leafcut.options` by its name: ``material="c45", tools="shop.toml", holes=70, depth=10``.
+
+    `defaults_file` and `progress` are those of `optimize`.
+
+    Raises
+    ------
+    ReadError, OptionError, PlanError, OutputError
+        One line that says what was found and what to do. Nothing has been written then.
+    """
+    from leafcut.report.front_chart import check_name, front_svg
+
+    settings = _settings("cutting-data", options, None, defaults_file, "drawing" if drawing is not None else "none")
+    read = None if drawing is None or isinstance(drawing, StandardInput) else str(drawing)
+    inputs = [read, settings.job.tools, defaults_file, *_files(settings.machine.machine, settings.job.material)]
+    check_name(plot)
+    check_output(plot, [*inputs, save])
+    check_output(save, inputs)
+    found: CuttingData = registry.command("cutting_data")(drawing, settings, objective, progress)
+    texts = {str(plot): front_svg(found)} if plot else {}
+    if save:
+        texts[str(save)] = registry.command("cutting_data_library")(found, settings, save)
+    write_together(texts)
     return found
 
 

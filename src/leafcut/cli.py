@@ -18,6 +18,7 @@ from cyclopts import App, CycloptsError, Parameter
 
 from leafcut._version import __version__
 from leafcut.cli_lab import lab_app
+from leafcut.cli_machine import machine_app, tools_app
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput
 from leafcut.flags import command_of
@@ -28,7 +29,7 @@ from leafcut.processes.base import Process, Work
 from leafcut.processes.settings import all_options, used_by, why_unused
 from leafcut.progress import Reporter
 from leafcut.several import all_drill_files, expanded, targets_of
-from leafcut.usage import command_in, told
+from leafcut.usage import DASH, HELD, command_in, told
 from leafcut.user_files import DEFAULTS_VARIABLE, defaults_file, first_time
 
 if TYPE_CHECKING:
@@ -39,12 +40,17 @@ DONE, REFUSED, USAGE, INCOMPLETE = 0, 1, 2, 3
 _WORST_FIRST = ("danger", "missing", "warning")
 #: Of several inputs the status is that of the worst.
 _STATUS_ORDER = (DONE, INCOMPLETE, REFUSED, USAGE)
-#: Stands for standard input and standard output. Alone it would be taken for a flag, so it is held back from the parser
-#: in the form of what no file can be called.
-DASH, _HELD = "-", "\0"
-
 #: New objects between two looks for garbage: what is imported and compiled stays, and looking takes a tenth of a start.
 LITTER = 100_000
+
+#: The options of `cutting-data` that matter most.
+_FIRST_OF_SPEEDS = ("material", "tools", "holes", "depth", "thickness", "machine", "shop_rate", "tool_cost")
+
+#: What it does without some options, where that is not what drilling does.
+_ASKED_OF_SPEEDS = {
+    "material": "must be given",
+    "tools": "one drill per diameter of the drawing, or --drill-diameter",
+}
 
 #: What `optimize` takes.
 _EVERY_INPUT = (
@@ -83,7 +89,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def run(arguments: Sequence[str]) -> int:
     """Run one command line and return its exit status; errors are one line on standard error."""
     try:
-        words = [_HELD if word == DASH else word for word in arguments]
+        words = [HELD if word == DASH else word for word in arguments]
         status = app(arguments)(words, exit_on_error=False, print_error=False)
         return int(status or DONE)
     except CycloptsError as problem:
@@ -175,6 +181,9 @@ def app(arguments: Sequence[str] = ()) -> App:
         whole = command_of(function, used_by(*works), **special) if all_of_them or asked == name else function
         made.command(whole, name=name, help=special.get("help"))
     made.command(_machines, name="machines")
+    made.command(machine_app())
+    made.command(tools_app())
+    made.command(_materials, name="materials")
     made.command(_dialects, name="dialects")
     made.command(_algorithms, name="algorithms")
     made.command(_formats, name="formats")
@@ -206,6 +215,12 @@ def _working_commands() -> Iterator[tuple[str, Callable[..., int], Sequence[Work
     yield "batch", _batch, by_optimize, {"annotations": many}
     for name, function in (("solve", _solve), ("simulate", _simulate), ("stock", _stock), ("verify", _verify)):
         yield name, function, [registry.work(name)], {}
+    yield (
+        "cutting-data",
+        _cutting_data,
+        [registry.work("cutting-data")],
+        {"first": _FIRST_OF_SPEEDS, "defaults": lambda: _ASKED_OF_SPEEDS},
+    )
 
 
 def _usual(process: Process) -> dict[str, str]:
@@ -608,7 +623,7 @@ def _stock(
     as_json: Json = False,
     options: dict[str, Any],
 ) -> int:
-    """Show what a program cuts from its stock: volume, depth, time in the air, and rapids that meet the stock."""
+    """Show what a program cuts from its stock: volume, depth, time in the air, rapids and holders that meet it."""
     from leafcut import api
     from leafcut.files import check_output, write_bytes
     from leafcut.report.stock_report import as_file, check_name, print_stock, stock_as_json
@@ -617,7 +632,9 @@ def _stock(
         raise OptionError(f"stock takes one program, not {1 + len(more)}; run them one by one")
     program = _dashed(program)
     check_name(output)
-    check_output(output, [program if program != DASH else None, same_as, options.get("tools")])
+    check_output(
+        output, [program if program != DASH else None, same_as, options.get("tools"), options.get("workpiece")]
+    )
     source = StandardInput.read() if program == DASH else program
     with _nothing_new_in(output):
         found = api.cut_stock(
@@ -632,7 +649,56 @@ def _stock(
 
         print_stock(found, output, Console())
         _print_defaults(found.defaults)
-    return REFUSED if found.differences or (found.rapids and options.get("strict")) else DONE
+    dangers = bool(found.rapids or found.collisions)
+    return REFUSED if found.differences or (dangers and options.get("strict")) else DONE
+
+
+def _cutting_data(
+    drawing: Annotated[
+        str | None,
+        Parameter(name="DRAWING", help="a drawing with the holes; without one --holes and --depth say what is drilled"),
+    ] = None,
+    /,
+    *more: Annotated[str, Parameter(show=False)],
+    objective: Annotated[
+        str, Parameter(name="--objective", help="what the speeds are chosen for [time, cost, life]")
+    ] = "cost",
+    save: Annotated[
+        str | None,
+        Parameter(name="--save", help="tool library to write, a copy of --tools with the chosen speeds (.toml)"),
+    ] = None,
+    plot: Annotated[str | None, Parameter(name="--plot", help="picture of the fronts to write (.svg)")] = None,
+    no_defaults: NoDefaults = False,
+    as_json: Json = False,
+    options: dict[str, Any],
+) -> int:
+    """Choose spindle speeds and feeds: all that no others are better than in time, cost and tool life of a part."""
+    from leafcut import api
+    from leafcut.report.cutting_data_report import cutting_data_as_json, print_cutting_data
+
+    if more:
+        raise OptionError(f"cutting-data takes one drawing, not {1 + len(more)}; run them one by one")
+    _check_file("--save", save)
+    _check_file("--plot", plot)
+    source = StandardInput.read() if _dashed(drawing) == DASH else drawing
+    with _nothing_new_in(save), Reporter(quiet=as_json) as reporter:
+        found = api.cutting_data(
+            source,
+            objective=objective,
+            save=save,
+            plot=plot,
+            progress=reporter,
+            defaults_file=_defaults(no_defaults),
+            **_given(options),
+        )
+    if as_json:
+        _print_json(cutting_data_as_json(found, save, plot))
+    else:
+        from rich.console import Console
+
+        print_cutting_data(found, save, plot, Console())
+        _print_defaults(found.defaults)
+    return DONE
 
 
 def _print_defaults(told: Sequence[str]) -> None:
@@ -711,6 +777,27 @@ def _machines(
             print(text, end="")
         return DONE
     return _list(machine_list(), as_json)
+
+
+def _materials(
+    *,
+    show: Annotated[
+        str | None,
+        Parameter(name="--show", help="print the file of this material, with its sources, to save and edit: > my.toml"),
+    ] = None,
+    as_json: Json = False,
+) -> int:
+    """List the materials that cutting data is known for, or print the file of one with its sources."""
+    from leafcut.read.work_materials import load_material, material_list, material_text
+
+    if show is None:
+        return _list(material_list(), as_json)
+    text = material_text(show)
+    if as_json:
+        _print_json({"name": load_material(show).name, "material": text})
+    else:
+        print(text, end="")
+    return DONE
 
 
 def _dialects(
@@ -797,7 +884,7 @@ def _check_file(flag: str, name: str | None) -> None:
 
 def _dashed(word: Any) -> Any:
     """Return a word of the command line as it was typed."""
-    return DASH if word == _HELD else word
+    return DASH if word == HELD else word
 
 
 def _defaults(left_out: bool) -> Path | None:

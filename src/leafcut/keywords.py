@@ -80,8 +80,8 @@ class OptimizeKeywords(TypedDict, total=False):
     work_offset: str | Sequence[Quantity] | None
     """Work offset: program zero in machine coordinates, x,y,z (mm; default: the machine's, else unknown)."""
     tools: str | Path | None
-    """Tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl (default: one assumed drill per
-    diameter).
+    """Tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, a table .csv (default: one assumed
+    drill per diameter).
     """
     depth: Quantity | None
     """Depth of blind holes or pockets below Z0 (mm; default: from --thickness, else 1 mm (spotting))."""
@@ -110,8 +110,8 @@ class OptimizeKeywords(TypedDict, total=False):
     diameter_tolerance: Quantity | None
     """Largest difference between tool and hole diameter (mm; default: 0.05mm)."""
     material: str | None
-    """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill (default:
-    mild_steel).
+    """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
+    data a name of `leafcut materials`, or a TOML file (default: mild_steel).
     """
     start_point: str | Sequence[Quantity] | None
     """Start point of the tool, x,y, or free; for a program, its position before the first rapid (mm; default:
@@ -146,6 +146,26 @@ class OptimizeKeywords(TypedDict, total=False):
     ]
     """Height at which holes begin: one for all, which becomes Z0, or each its own as drawn, with ways at
     --clearance-height over the highest; Z0 is then that of the drawing (default: one).
+    """
+    surface: str | Path | None
+    """STL file of the part or its blank, with the zero of the drawing: each hole begins on it, and ways between
+    holes are as low as it allows (default: flat).
+    """
+    surface_unit: Literal[
+        "mm",
+        "in",
+        "cm",
+        "m",
+        None,
+    ]
+    """Unit of the STL file (default: mm)."""
+    surface_clearance: Quantity | None
+    """How far ways stay from the surface and from fixtures, above and aside (mm; default: 2mm)."""
+    through: bool | None
+    """Drill each hole through the part, as thick as the surface is there."""
+    fixture: str | Sequence[str] | None
+    """Boxes that stand on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; ways go
+    over (default: none).
     """
     tool_change_height: Quantity | None
     """Tool change height, for machines without one of their own (mm; default: 25mm)."""
@@ -606,12 +626,14 @@ class OptimizeKeywords(TypedDict, total=False):
     cutting data are written in the program).
     """
     workpiece: str | None
-    """Block of material before the first cut: x,y,z of its lower and of its upper corner, in program coordinates
-    (default: as the program shows: just around the cuts below Z0 (stock), or where no rapid has been (reorder
-    --air)).
+    """Material before the first cut, in program coordinates: x,y,z of the lower and of the upper corner of a
+    block, or an STL file in mm (default: as the program shows: just around the cuts below Z0 (stock), or where
+    no rapid has been (reorder --air)).
     """
     cell: Quantity | None
-    """Side of a cell of the stock model (mm; default: a fortieth of the smallest tool, larger for a large stock)."""
+    """Side of a cell of the stock model: 4 bytes each, at most 64 million (256 MB) (mm; default: a fortieth of the
+    smallest tool, up to a fifth of it for a large stock).
+    """
     mill_diameter: Quantity | None
     """Diameter of tools that neither --tools nor the program's comments describe; they count as flat mills (mm;
     default: such a tool is refused).
@@ -912,8 +934,8 @@ class SimulateKeywords(TypedDict, total=False):
     clearance_height: Quantity | None
     """Clearance height (initial plane): safe above part and clamps (mm; default: 10mm)."""
     material: str | None
-    """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill (default:
-    mild_steel).
+    """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
+    data a name of `leafcut materials`, or a TOML file (default: mild_steel).
     """
     cut_process: str | None
     """Cutting process: plasma, laser, oxyfuel, waterjet, or a name in the cut chart such as laser_fiber_3kW
@@ -949,20 +971,233 @@ class StockKeywords(TypedDict, total=False):
     work_offset: str | Sequence[Quantity] | None
     """Work offset: program zero in machine coordinates, x,y,z (mm; default: the machine's, else unknown)."""
     tools: str | Path | None
-    """Tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl (default: one assumed drill per
-    diameter).
+    """Tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, a table .csv (default: one assumed
+    drill per diameter).
     """
     workpiece: str | None
-    """Block of material before the first cut: x,y,z of its lower and of its upper corner, in program coordinates
-    (default: as the program shows: just around the cuts below Z0 (stock), or where no rapid has been (reorder
-    --air)).
+    """Material before the first cut, in program coordinates: x,y,z of the lower and of the upper corner of a
+    block, or an STL file in mm (default: as the program shows: just around the cuts below Z0 (stock), or where
+    no rapid has been (reorder --air)).
     """
     cell: Quantity | None
-    """Side of a cell of the stock model (mm; default: a fortieth of the smallest tool, larger for a large stock)."""
+    """Side of a cell of the stock model: 4 bytes each, at most 64 million (256 MB) (mm; default: a fortieth of the
+    smallest tool, up to a fifth of it for a large stock).
+    """
     mill_diameter: Quantity | None
     """Diameter of tools that neither --tools nor the program's comments describe; they count as flat mills (mm;
     default: such a tool is refused).
     """
+
+
+class CuttingDataKeywords(TypedDict, total=False):
+    """Options of `leafcut.cutting_data`."""
+
+    units: Literal[
+        "mm",
+        "cm",
+        "m",
+        "in",
+        "mil",
+        "ft",
+        None,
+    ]
+    """Units of a file that does not state them (default: the file's, else mm)."""
+    layers: str | Sequence[str] | None
+    """Read only these layers; * and ? are wildcards (default: all visible layers)."""
+    min_diameter: Quantity | None
+    """Skip round holes smaller than this (mm; default: none)."""
+    max_diameter: Quantity | None
+    """Skip round holes larger than this (mm; default: none)."""
+    merge_tolerance: Quantity | None
+    """Merge holes of equal diameter closer than this (mm; default: 0.01mm)."""
+    concentric: Literal[
+        "smallest",
+        "largest",
+        "all",
+        None,
+    ]
+    """Which of several concentric circles to drill (default: smallest)."""
+    mirror: Literal[
+        "x",
+        "y",
+        None,
+    ]
+    """Mirror the drawing: x reverses X (a board flipped sideways), y reverses Y (default: as drawn)."""
+    rotate: Quantity | None
+    """Rotate the drawing about its zero, counter-clockwise, after mirroring (deg)."""
+    origin: str | Sequence[Quantity] | None
+    """Program zero, set after rotating: lower-left, lower-right, upper-left, upper-right or centre of the geometry
+    (hole centres), or a point x,y (mm; default: the drawing's zero).
+    """
+    strict: bool | None
+    """Refuse input with skipped or repaired entities, and programs with dangerous moves."""
+    machine: str | None
+    """Machine name (see `leafcut machines`), or path of a TOML profile (default: linuxcnc-mill)."""
+    work_offset: str | Sequence[Quantity] | None
+    """Work offset: program zero in machine coordinates, x,y,z (mm; default: the machine's, else unknown)."""
+    tools: str | Path | None
+    """Tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, a table .csv (default: one assumed
+    drill per diameter).
+    """
+    depth: Quantity | None
+    """Depth of blind holes or pockets below Z0 (mm; default: from --thickness, else 1 mm (spotting))."""
+    thickness: Quantity | None
+    """Thickness of the plate (holes go through), or of the sheet to cut (mm; default: unknown: holes are blind)."""
+    break_through: Quantity | None
+    """Break-through: how far through holes go below the plate (mm; default: 0.5mm)."""
+    clearance_height: Quantity | None
+    """Clearance height (initial plane): safe above part and clamps (mm; default: 10mm)."""
+    retract_height: Quantity | None
+    """Retract height (R plane): where rapid changes to feed (mm; default: 2mm)."""
+    retract: Literal[
+        "r",
+        "initial",
+        None,
+    ]
+    """Retract after a hole to the R plane (G99) or the initial plane (G98) (default: r)."""
+    keep_out: str | Sequence[str] | None
+    """Keep-out zones such as clamps: rectangles 'x0 y0 x1 y1' in mm, separated by commas; no cuts inside, rapids
+    cross at --clearance-height or go around, with the tool radius as margin (default: none).
+    """
+    spindle_speed: Quantity | None
+    """Spindle speed of assumed drills, or of the end mill (rpm; default: 20 m/min surface speed; for end mills
+    from the tool library or --material).
+    """
+    diameter_tolerance: Quantity | None
+    """Largest difference between tool and hole diameter (mm; default: 0.05mm)."""
+    material: str | None
+    """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
+    data a name of `leafcut materials`, or a TOML file (default: mild_steel).
+    """
+    start_point: str | Sequence[Quantity] | None
+    """Start point of the tool, x,y, or free; for a program, its position before the first rapid (mm; default:
+    0,0).
+    """
+    end_point: str | Sequence[Quantity] | None
+    """End point of the tool, x,y, or free (mm; default: at the last hole)."""
+    depth_to: Literal[
+        "shoulder",
+        "tip",
+        None,
+    ]
+    """Depth reference: full diameter (shoulder) or drill point (tip) (default: shoulder)."""
+    hole_heights: Literal[
+        "one",
+        "drawn",
+        None,
+    ]
+    """Height at which holes begin: one for all, which becomes Z0, or each its own as drawn, with ways at
+    --clearance-height over the highest; Z0 is then that of the drawing (default: one).
+    """
+    surface: str | Path | None
+    """STL file of the part or its blank, with the zero of the drawing: each hole begins on it, and ways between
+    holes are as low as it allows (default: flat).
+    """
+    surface_unit: Literal[
+        "mm",
+        "in",
+        "cm",
+        "m",
+        None,
+    ]
+    """Unit of the STL file (default: mm)."""
+    surface_clearance: Quantity | None
+    """How far ways stay from the surface and from fixtures, above and aside (mm; default: 2mm)."""
+    through: bool | None
+    """Drill each hole through the part, as thick as the surface is there."""
+    fixture: str | Sequence[str] | None
+    """Boxes that stand on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; ways go
+    over (default: none).
+    """
+    tool_change_height: Quantity | None
+    """Tool change height, for machines without one of their own (mm; default: 25mm)."""
+    cycle: Literal[
+        "G81",
+        "G82",
+        "G83",
+        "G73",
+        "G84",
+        "G85",
+        None,
+    ]
+    """Drilling cycle for tools without one in the library (default: G83 with --peck, G82 with --dwell, else G81)."""
+    peck: Quantity | None
+    """Peck depth (Q of G83 and G73) (mm; default: no pecking)."""
+    dwell: Quantity | None
+    """Dwell at the bottom (P of G82) (s; default: none)."""
+    feed: Quantity | None
+    """Feed rate of assumed drills (mm/min; default: 0.02 diameters per revolution)."""
+    centre_drill: bool | None
+    """Centre-drill every hole first, with the library's centre drill."""
+    hole_order: str | Path | None
+    """Order file: drill these holes first, in this order; the search orders the rest (default: none)."""
+    preset: Literal[
+        "fast",
+        "default",
+        "thorough",
+        None,
+    ]
+    """Search effort; the result is the same on every machine (default: default)."""
+    time_limit: Quantity | None
+    """Stop after this time, or sooner when five colonies in a row find no improvement (s; default: the preset
+    decides).
+    """
+    seed: int | None
+    """Random seed: same seed, same result (default: 1)."""
+    threads: int | None
+    """Number of threads; does not change the result (default: one per core)."""
+    holes: int | None
+    """Holes of every drill in one part (default: from the drawing)."""
+    move_time: Quantity | None
+    """Time from one hole to the next, up and down included (s; default: 1.5s)."""
+    drill_diameter: Quantity | None
+    """Diameter of the drill, without --tools (mm)."""
+    tool_material: Literal[
+        "hss",
+        "carbide",
+        None,
+    ]
+    """Cutting edges of tools whose library does not say their material (default: hss)."""
+    tool_numbers: str | Sequence[str] | None
+    """Numbers of the tools to choose speeds for, such as 1,3 (default: all drills, and with --cut-length all end
+    mills).
+    """
+    cut_length: Quantity | None
+    """Length that every end mill is fed in the material for one part (mm; default: end mills are left out)."""
+    cut_width: Quantity | None
+    """Width of an end mill's cut (mm; default: the tool's diameter: a slot)."""
+    cut_depth: Quantity | None
+    """Depth of an end mill's cut (mm; default: half of the tool's diameter)."""
+    shop_rate: float | None
+    """Cost of machine and operator by the hour, in any currency (default: 60)."""
+    tool_cost: float | None
+    """Cost of one life of a tool, new or reground, in the same currency; `life_cost` in the library goes before
+    (default: 10).
+    """
+    worn_change: Quantity | None
+    """Time to replace a worn tool and to set its length (s; default: 120s)."""
+    min_life: Quantity | None
+    """Shortest tool life allowed, in the cut (s; default: 300s)."""
+    max_life: Quantity | None
+    """Longest tool life that is counted on, in the cut: then the tool is replaced (s; default: 14400s)."""
+    speed_step: Quantity | None
+    """Step of spindle speeds (rpm; default: 10rpm)."""
+    feed_step: Quantity | None
+    """Step of feed rates (mm/min; default: 5mm/min)."""
+    min_chip: Quantity | None
+    """Least feed of a drill per revolution, of a mill per tooth (mm; default: a quarter of the highest)."""
+    max_chip: Quantity | None
+    """Highest feed of a drill per revolution, of a mill per tooth (mm; default: from the material, by the tool's
+    diameter).
+    """
+    max_power: Quantity | None
+    """Limit of the spindle's power (kW; default: the machine's, else none)."""
+    max_torque: Quantity | None
+    """Limit of the spindle's torque (N·m; default: the machine's, else none)."""
+    max_thrust: Quantity | None
+    """Limit of a drill's thrust (N; default: the machine's, else none)."""
+    drive_efficiency: float | str | None
+    """Part of the spindle's power that reaches the tool (default: 0.75)."""
 
 
 class VerifyKeywords(TypedDict, total=False):
@@ -985,8 +1220,8 @@ class VerifyKeywords(TypedDict, total=False):
     thickness: Quantity | None
     """Thickness of the plate (holes go through), or of the sheet to cut (mm; default: unknown: holes are blind)."""
     material: str | None
-    """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill (default:
-    mild_steel).
+    """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
+    data a name of `leafcut materials`, or a TOML file (default: mild_steel).
     """
     cut_process: str | None
     """Cutting process: plasma, laser, oxyfuel, waterjet, or a name in the cut chart such as laser_fiber_3kW

@@ -1,4 +1,4 @@
-"""What machines work with, how sheet is cut, and what programs do: three lists of words that are easily mixed up.
+"""What machines work with, how sheet is cut, what programs do, and what tools are made of: words easily mixed up.
 
 The processes of leafcut are a fourth one, which packages from outside make longer: `processes.registry.names`.
 """
@@ -57,6 +57,20 @@ class ProgramKind(StrEnum):
     MILL = "mill"
     LASER = "laser"
     PLASMA = "plasma"
+
+
+class CuttingWork(StrEnum):
+    """What a rotating tool does to material: tool life and loads differ."""
+
+    DRILL = "drill"
+    MILL = "mill"
+
+
+class ToolMaterial(StrEnum):
+    """What the cutting edge of a tool is made of."""
+
+    HSS = "hss"
+    CARBIDE = "carbide"
 
 
 #: The programs whose tool is a beam: on where it cuts, and without a height of its own.

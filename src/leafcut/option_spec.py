@@ -35,8 +35,8 @@ class OptionSpec:
     group_of_plugins: str = ""
     #: The default in words, where the default value None stands for "as the algorithm recommends" and the like.
     default_words: str = ""
-    #: A text that may be the path of a file: a program's header tells its name alone.
-    may_be_path: bool = False
+    #: The ending by which a text is the path of a file: a program's header tells its name alone.
+    may_be_path: str = ""
     #: False for what cannot change the program, such as the number of threads: it stays out of the header.
     changes_program: bool = True
     #: What must hold for it to be used: ``corner_loops`` (that option is on), ``!tools`` (it is not given),
@@ -45,6 +45,11 @@ class OptionSpec:
     needs: str = ""
     #: How a point of three numbers is typed: ``-400,-200,-300``. Without it a point has two or three, or is "free".
     example: str = ""
+
+    def names_file(self, value: object) -> bool:
+        """Return whether a value is the path of a file."""
+        ending = self.may_be_path
+        return self.kind == "path" or bool(ending and isinstance(value, str) and value.lower().endswith(ending))
 
     @property
     def names_input(self) -> bool:
@@ -299,7 +304,7 @@ def written(spec: OptionSpec, value: Any) -> str:
         return f"{value:g}%"
     if spec.kind in ("names", "point", "place") and not isinstance(value, str):
         return ",".join(f"{v:.6g}" if isinstance(v, float) else v for v in value)
-    if spec.kind == "path" or (spec.may_be_path and value.lower().endswith(".toml")):
+    if spec.names_file(value):
         return Path(value).name
     return f"{value:g}" if isinstance(value, float) else str(value)
 

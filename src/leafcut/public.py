@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from leafcut.api import cut_stock, nest, optimize, simulate, solve_file, solve_part, verify_programs
+from leafcut.api import cut_stock, cutting_data, nest, optimize, simulate, solve_file, solve_part, verify_programs
 from leafcut.errors import LeafcutError, OptionError, PlanError, PostError, ReadError, SolveError, VerifyError
 from leafcut.files import OutputError, StandardInput
 from leafcut.geometry.polyline import Polyline
 from leafcut.keywords import (
+    CuttingDataKeywords,
     NestKeywords,
     OptimizeKeywords,
     SimulateKeywords,
@@ -14,9 +15,10 @@ from leafcut.keywords import (
     StockKeywords,
     VerifyKeywords,
 )
-from leafcut.kinds import Head
+from leafcut.kinds import CuttingWork, Head, ToolMaterial
 from leafcut.model.certificate import Certificate, Counts
 from leafcut.model.contour import Contour
+from leafcut.model.cutter import Body
 from leafcut.model.cutting import (
     Consumption,
     ConsumptionRates,
@@ -29,6 +31,7 @@ from leafcut.model.cutting import (
     Lead,
     PartTimes,
 )
+from leafcut.model.cutting_front import CuttingData, CuttingPoint, ToolFront
 from leafcut.model.difference import Difference
 from leafcut.model.heartbeat import Progress
 from leafcut.model.issue import Issue, Severity
@@ -51,25 +54,30 @@ from leafcut.model.pocket import (
 )
 from leafcut.model.sequence import Staying
 from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.shown_stock import ShownStock
 from leafcut.model.simulation import Simulation
 from leafcut.model.snapshot import NextPlace, Observer, Pheromone, SearchStep, Snapshot
 from leafcut.model.solution import Solution, Solved, WorkerFigures
-from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.tool import BodySegment, Tool, ToolKind
 from leafcut.model.toolpath import Toolpath
+from leafcut.model.work_material import DrillLoad, ToolLife, WorkMaterial
 from leafcut.options import ReadOptions
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.processes.pocket.model import PocketDetail
-from leafcut.processes.program.model import ProgramDetail
+from leafcut.processes.program.model import ProgramDetail, StockProof
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.read import Input, Source
 from leafcut.read import read as read_part
 from leafcut.read.nest_list import WantedDrawing
 from leafcut.stock.height_field import HeightField, StockBlock
 from leafcut.stock.same_stock import StockDifference
-from leafcut.stock.stock_cut import RapidCut, StockCut, ToolCut
+from leafcut.stock.stock_cut import BodyCut, RapidCut, StockCut, ToolCut
 
 __all__ = [
     "Arc",
+    "Body",
+    "BodyCut",
+    "BodySegment",
     "Certificate",
     "Consumption",
     "ConsumptionRates",
@@ -81,8 +89,13 @@ __all__ = [
     "CutMeasures",
     "CutPlan",
     "CutTimes",
+    "CuttingData",
+    "CuttingDataKeywords",
+    "CuttingPoint",
+    "CuttingWork",
     "Difference",
     "DrillCycle",
+    "DrillLoad",
     "DrillingDetail",
     "Grouping",
     "Head",
@@ -136,6 +149,7 @@ __all__ = [
     "Sheet",
     "SheetContour",
     "SheetDetail",
+    "ShownStock",
     "SimulateKeywords",
     "Simulation",
     "Slot",
@@ -152,16 +166,22 @@ __all__ = [
     "StockCut",
     "StockDifference",
     "StockKeywords",
+    "StockProof",
     "Tool",
     "ToolCut",
+    "ToolFront",
     "ToolKind",
+    "ToolLife",
+    "ToolMaterial",
     "ToolPace",
     "Toolpath",
     "VerifyError",
     "VerifyKeywords",
     "WantedDrawing",
+    "WorkMaterial",
     "WorkerFigures",
     "cut_stock",
+    "cutting_data",
     "nest",
     "optimize",
     "read_part",

@@ -1,6 +1,7 @@
 """Units, converted once at the edge: inside leafcut there are millimetres, seconds, mm/s and radians.
 
-Spindle speed alone stays in revolutions per minute (`*_rpm`), as every panel and every S word has it.
+Spindle speed alone stays in revolutions per minute (`*_rpm`), as every panel and every S word has it. Forces are
+newtons, torques N·mm, powers watts, strengths N/mm² and densities kg/m³.
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ from leafcut.errors import OptionError
 
 MM_PER_INCH = 25.4
 SECONDS_PER_MINUTE = 60.0
+#: The pound as a force.
+NEWTON_PER_POUND = 4.4482216152605
 
 #: Millimetres in one of each unit of length that leafcut reads.
 MM_PER_UNIT = {
@@ -58,11 +61,44 @@ FACTORS: dict[str, dict[str, float]] = {
         "in/s²": MM_PER_INCH,
     },
     "rad": {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0},
+    "steps/mm": {"steps/mm": 1.0, "1/mm": 1.0, "/mm": 1.0},
     "rpm": {"rpm": 1.0, "1/min": 1.0, "/min": 1.0, "krpm": 1000.0},
+    "N": {"N": 1.0, "kN": 1000.0, "lbf": NEWTON_PER_POUND},
+    "N·mm": {
+        "N·mm": 1.0,
+        "Nmm": 1.0,
+        "N·m": 1000.0,
+        "Nm": 1000.0,
+        "ft·lb": 12 * MM_PER_INCH * NEWTON_PER_POUND,
+        "ft-lb": 12 * MM_PER_INCH * NEWTON_PER_POUND,
+    },
+    "W": {"W": 1.0, "kW": 1000.0, "hp": 550 * 12 * MM_PER_INCH * NEWTON_PER_POUND / 1000.0},
+    "N/mm²": {
+        "N/mm²": 1.0,
+        "N/mm2": 1.0,
+        "MPa": 1.0,
+        "GPa": 1000.0,
+        "psi": NEWTON_PER_POUND / MM_PER_INCH**2,
+        "ksi": 1000.0 * NEWTON_PER_POUND / MM_PER_INCH**2,
+    },
+    "kg/m³": {"kg/m³": 1.0, "kg/m3": 1.0, "g/cm³": 1000.0, "g/cm3": 1000.0},
 }
 
 #: What a bare number means where a person writes it: shop units, not inner ones.
-BARE_UNIT = {"mm": "mm", "s": "s", "mm/s": "mm/min", "mm/s²": "mm/s²", "rad": "deg", "rpm": "rpm"}
+BARE_UNIT = {
+    "mm": "mm",
+    "s": "s",
+    "mm/s": "mm/min",
+    "mm/s²": "mm/s²",
+    "rad": "deg",
+    "rpm": "rpm",
+    "steps/mm": "steps/mm",
+    "N": "N",
+    "N·mm": "N·m",
+    "W": "kW",
+    "N/mm²": "N/mm²",
+    "kg/m³": "kg/m³",
+}
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*\Z")
 

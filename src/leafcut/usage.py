@@ -18,7 +18,15 @@ from leafcut.errors import close_to, nearest, shown
 from leafcut.option_spec import OptionSpec
 
 #: Commands that have commands of their own.
-GROUPS = {"lab": ("list", "run", "report")}
+GROUPS = {
+    "lab": ("list", "run", "report"),
+    "machine": ("import", "new", "check"),
+    "tools": ("import",),
+}
+
+#: Stands for standard input and standard output. Alone it would be taken for a flag, so it is held back from the parser
+#: in the form of what no file can be called.
+DASH, HELD = "-", "\0"
 
 #: Returns why a command does not take an option, by the flag and the name that it has with other commands.
 WhyUnused = Callable[[str, str], str]

@@ -30,9 +30,10 @@ from leafcut.kernels import (
     route,
     sequential,
     spanning_tree,
+    surface,
     sweep,
 )
-from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.model.problem import Metric, Relief, RoutingProblem
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.solve import kicks as tour_kicks
 from leafcut.solve import spanning_tree as patched
@@ -117,19 +118,46 @@ def results() -> dict[str, object]:
     begins = np.zeros(24, dtype=np.bool_)
     out["chords"] = [chords.merge_chords(bent, np.arange(24) % 7 > 0, np.full(24, 1.2), begins), begins.tolist()]
     out["sweep"] = [cut_by(*shape) for shape in SHAPES]
+    out["surface"] = seen_from_above()
     return out
 
 
 def cut_by(*shape: float) -> list[object]:
     """Return a field of 20 × 20 cells, cut down, across, along two ramps and by a rapid, and what is told of it."""
-    heights, found = np.zeros((20, 20), dtype=np.float32), np.zeros((5, 6))
+    heights, found = np.zeros((20, 20), dtype=np.float32), np.zeros((5, 9))
     room = np.full((20, 20), 9.0, dtype=np.float32)
     places = np.array([(5, 5, 9), (5, 5, -1), (14, 8, -1), (6, 15, -2), (6, 4, -0.5), (18, 4, -3)], dtype=np.float64)
     moves = np.hstack([places[:-1], places[1:]])
     inset = np.array([0.0, 0.0, 0.0, 0.0, 1.0])
     grid, tool = sweep.CellGrid(0.0, 0.0, 1.0), sweep.ToolShape(*shape)
-    total = sweep.sweep(heights, room, 0, 20, grid, tool, moves, np.arange(5), inset, 0.5, 1e-3, found)
+    bodies = np.array([(3, 3, 0, 3, 0, 0, 1.0, 0), (5, 4, 0, 4, 0, 2.0, 2.0, 1)], dtype=np.float64)
+    total = sweep.sweep(heights, room, 0, 20, grid, tool, moves, np.arange(5), inset, 0.5, 1e-3, 0.0, bodies, found)
     return [total, heights.tolist(), room.tolist(), repr(found.tolist())]
+
+
+def seen_from_above() -> list[object]:
+    """Return what three triangles are in cells, with what is near to these, over places, and as costs of ways."""
+    triangles = np.array(
+        [[(0, 0, 1), (9, 0, 4), (0, 9, 7)], [(9, 9, 0), (9, 0, 4), (0, 9, 7)], [(2, 2, 0), (2, 2, 9), (4, 2, 9)]],
+        dtype=np.float64,
+    )
+    heights, widest = np.full((12, 12), -np.inf), np.zeros((12, 12))
+    surface.raise_cells(triangles, -1.0, -1.0, 1.0, heights)
+    surface.raise_around(heights, surface.reach_in_cells(1.5, 1.0), widest)
+    x, y = np.array([-0.5, 0.5, 3.0, 8.0]), np.array([2.0, 0.5, 3.0, 7.0])
+    top, under = np.full(4, -np.inf), np.full(4, np.inf)
+    surface.heights_at(triangles, x, y, top, under)
+    found: list[object] = [repr(part.tolist()) for part in (heights, widest, top, under)]
+    places = np.array([(0.5, 0.5), (8.0, 1.0), (2.0, 8.5), (10.0, 10.0)])
+    relief = Relief(places[:3], np.array([2.0, 3.0, 1.0]), 12.0, widest, -1.0, -1.0, 1.0, 50.0, 200.0)
+    for name in ("linear", "dogleg", "euclidean"):
+        model = cost_model(Metric(name, (100.0, 80.0), (500.0, 300.0), relief=relief), places)
+        leave, arrive = np.repeat(np.arange(4, dtype=np.int32), 4), np.tile(np.arange(4, dtype=np.int32), 4)
+        costs, ways = np.zeros(16), np.zeros(16)
+        cost.edge_costs(model, leave, arrive, costs)
+        cost.way_heights(model, leave, arrive, ways)
+        found += [costs.tolist(), ways.tolist()]
+    return found
 
 
 def in_order(xy: np.ndarray, closed: bool, ways: int) -> list[object]:
@@ -165,7 +193,7 @@ def unused() -> tuple[object, ...]:
         route,
         sequential,
     )
-    return (*first, *rest, spanning_tree, sweep)
+    return (*first, *rest, spanning_tree, surface, sweep)
 
 
 if __name__ == "__main__":

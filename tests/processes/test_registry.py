@@ -93,7 +93,10 @@ def test_a_process_from_outside_is_asked_for_by_its_own_word(install: Installer)
     assert registry.asked_words() == ("auto", "drill", "cut", "pocket", "engrave", "reorder", "mill", "laser", "plasma")
     assert chosen("engrave", "dxf") == "engrave"
     assert settings_for(collect({"depth": "0.2mm"}), Engraving()).job.depth == 0.2
-    with pytest.raises(OptionError, match="--peck: not used for engraving; it applies to drilling; leave it out"):
+    with pytest.raises(
+        OptionError,
+        match="--peck: not used for engraving; it applies to drilling and choosing speeds and feeds; leave it out",
+    ):
         settings_for(collect({"peck": 2}), Engraving())
     assert registry.look_at("engrave", "a.dxf", Settings()).name == "a.dxf"
 

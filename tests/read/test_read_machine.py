@@ -120,6 +120,20 @@ def test_a_file_of_the_users_is_read_with_its_units(tmp_path: Path) -> None:
     assert not machine.tool_changer
 
 
+def test_a_profile_may_say_what_its_spindle_gives(tmp_path: Path) -> None:
+    """10 hp are 7.457 kW, 30 ft·lb 40.67 N·m; without the keys nothing is known."""
+    plain = load_machine(write(tmp_path, PROFILE))
+    assert (plain.spindle_power, plain.spindle_torque, plain.max_thrust) == (0.0, 0.0, 0.0)
+    said = '[spindle]\npower = "10 hp"\ntorque = "30 ft-lb"\nmax_thrust = "2 kN"\n'
+    machine = load_machine(write(tmp_path, PROFILE.replace("[spindle]\n", said)))
+    assert machine.spindle_power == pytest.approx(7457, rel=1e-4)
+    assert machine.spindle_torque == pytest.approx(40_675, rel=1e-4)
+    assert machine.max_thrust == 2000.0
+    for key, value in (("power", "-1 kW"), ("torque", "-1 N·m"), ("max_thrust", "-1 N")):
+        text = PROFILE.replace("[spindle]\n", f'[spindle]\n{key} = "{value}"\n')
+        assert f"'spindle.{key}' must not be negative" in refusal(write(tmp_path, text))
+
+
 def test_a_work_offset_given_takes_the_place_of_the_profiles() -> None:
     assert load_machine("linuxcnc-sim", (1, 2, 3)).work_offset == (1.0, 2.0, 3.0)
     with pytest.raises(OptionError, match="x, y and z"):
@@ -236,7 +250,7 @@ def test_few_keys_make_a_machine_and_what_is_taken_for_the_others_is_told(tmp_pa
     assert machine.acceleration == (500.0, 500.0, 500.0)
     assert set(machine.assumed) == {"max_feed"} | {key.name for key in PROFILE_KEYS if key.told and key.default}
     required = {key.name for key in PROFILE_KEYS if key.required}
-    assert required == {"controller", "rapid.velocity", "travel.min", "travel.max"}
+    assert required == {"controller", "rapid.velocity"}
     (told,) = [i for i in leafcut.optimize("example:plate-10", machine=file, thickness=5).issues if i.code == "L408"]
     assert told.severity == "note" and "max_feed 2000 mm/min" in told.message
     assert load_machine(write(tmp_path, machine_template(file))) == machine

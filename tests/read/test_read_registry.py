@@ -92,7 +92,21 @@ def test_a_file_over_the_limit_is_refused_before_it_is_read(tmp_path, monkeypatc
 
 def test_every_format_has_a_name_and_one_line_of_help():
     known = formats()
-    names = ["dxf", "svg", "sirius", "wkt", "picture", "excellon", "xml", "csv", "tsplib", "gtsp", "gcode", "example"]
+    names = [
+        "dxf",
+        "svg",
+        "step",
+        "sirius",
+        "wkt",
+        "picture",
+        "excellon",
+        "xml",
+        "csv",
+        "tsplib",
+        "gtsp",
+        "gcode",
+        "example",
+    ]
     assert [f.name for f in known[: len(names)]] == names
     assert all(f.help and "\n" not in f.help for f in known)
     extensions = [e for f in known for e in f.extensions]

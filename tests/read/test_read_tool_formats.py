@@ -148,3 +148,51 @@ def test_mills_that_are_not_flat_have_their_shape(tmp_path: Path) -> None:
         assert tuple(map(cutter_of, load_tools(tmp_path / name).tools)) == shapes
     (tmp_path / "a.tbl").write_text("T4 P4 D6 ;6mm ball nose\n")
     assert cutter_of(load_tools(tmp_path / "a.tbl").tools[0]) == ball_mill(6.0)
+
+
+def test_fusion_says_what_is_above_the_flutes_from_below_the_holder_in_its_own_unit(tmp_path: Path) -> None:
+    """Flutes of 10, a neck of 2.8 up to the shoulder at 14, a cone of 3 to the shank of 6, out of the holder by 40."""
+    tool = {
+        "type": "ball end mill", "unit": "millimeters", "post-process": {"number": 4},
+        "geometry": {"DC": 3.0, "LCF": 10, "shoulder-length": 14, "shoulder-diameter": 2.8, "SFDM": 6, "LB": 40},
+        "shaft": {"segments": [{"height": 3, "lower-diameter": 2.8, "upper-diameter": 6}]},
+        "holder": {
+            "unit": "inches",
+            "segments": [
+                {"height": 0.2, "lower-diameter": 0.5, "upper-diameter": 1.0},
+                {"height": 2, "lower-diameter": 1.0, "upper-diameter": 1.0},
+            ],
+        },
+    }  # fmt: skip
+    file = tmp_path / "shop.json"
+    file.write_text(json.dumps({"data": [tool]}))
+    (read,) = load_tools(file).tools
+    assert (read.flute_length, read.shank_diameter, read.stickout) == pytest.approx((10.0, 6.0, 40.0))
+    assert read.shaft == (pytest.approx((4.0, 2.8, 2.8)), pytest.approx((3.0, 2.8, 6.0)))
+    assert read.holder == (pytest.approx((5.08, 12.7, 25.4)), pytest.approx((50.8, 25.4, 25.4)))
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        {"holder": {"segments": [{"height": 1, "lower-diameter": 2}]}},
+        {"holder": {"segments": [{"height": 0, "lower-diameter": 2, "upper-diameter": 2}]}},
+        {"holder": {"segments": "none"}, "shaft": []},
+        {"holder": [], "shaft": {"segments": [3, None]}},
+    ],
+)
+def test_a_holder_that_is_none_leaves_its_tool_without_one(broken: dict[str, object], tmp_path: Path) -> None:
+    geometry = {"DC": 3.0, "LCF": 10, "SFDM": True, "LB": 1e400}
+    tool = {"type": "flat end mill", "unit": "millimeters", "geometry": geometry, "post-process": {"number": 4}}
+    file = tmp_path / "shop.json"
+    file.write_text(json.dumps({"data": [{**tool, **broken}]}))
+    (read,) = load_tools(file).tools
+    assert (read.shank_diameter, read.stickout, read.shaft, read.holder) == (None, None, (), ())
+
+
+def test_freecad_says_the_shank_of_a_tool_with_its_flutes(tmp_path: Path) -> None:
+    bit = {"shape": "endmill.fcstd", "parameter": {
+        "Diameter": "3.00 mm", "CuttingEdgeHeight": "8.00 mm", "ShankDiameter": "6.00 mm"}}  # fmt: skip
+    (tmp_path / "mill.fctb").write_text(json.dumps(bit))
+    (read,) = load_tools(tmp_path / "mill.fctb").tools
+    assert (read.flute_length, read.shank_diameter) == pytest.approx((8.0, 6.0))

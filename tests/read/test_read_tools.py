@@ -108,6 +108,8 @@ def test_units_are_those_of_the_text(tmp_path: Path) -> None:
         ),
         ('cycle = "G83"\npeck = "3 mm"', 'kind = "end-mill"\ncorner_radius = "9 mm"', "9 mm, more than half"),
         ('cycle = "G83"\npeck = "3 mm"', 'kind = "v-bit"\npoint_angle = "90deg"\ntip_diameter = "9 mm"', "not below"),
+        ('cycle = "G83"', 'material = "wood"\ncycle = "G83"', "'material' is 'wood'; choose one of hss, carbide"),
+        ('cycle = "G83"', 'life_cost = -2\ncycle = "G83"', "'life_cost' is -2, but must be from 0 to 1000000"),
         ("[[hole]]", "[[holes]]", "did you mean 'hole'"),
         ("[[hole]]", '[[hole]]\ndiameter = "6 mm"\nlayer = "M6"\nsteps = [1]\n[[hole]]', "has a recipe already"),
     ],
@@ -128,3 +130,38 @@ def test_a_wrong_table_is_refused_in_one_line_with_file_and_number(
 def test_a_file_without_a_tool_table_is_no_library(tmp_path: Path, text: str) -> None:
     with pytest.raises(OptionError, match=r"tools\.toml"):
         load(tmp_path, text)
+
+
+def test_a_library_says_what_is_above_the_flutes_of_a_tool(tmp_path: Path) -> None:
+    file = tmp_path / "tools.toml"
+    file.write_text(
+        '[[tool]]\nnumber = 1\nkind = "end-mill"\ndiameter = "6 mm"\nflute_length = "20 mm"\nshank_diameter = "8 mm"\n'
+        'stickout = "1.5 in"\nshaft = "5.8 x 4, 5.8-8X3mm"\nholder = "20-28 x 5, 28 x 0.5in"\n'
+    )
+    (tool,) = load_tools(file).tools
+    assert (tool.shank_diameter, tool.stickout) == pytest.approx((8.0, 38.1))
+    assert tool.shaft == ((4.0, 5.8, 5.8), (3.0, 5.8, 8.0))
+    assert tool.holder == ((5.0, 20.0, 28.0), pytest.approx((12.7, 28.0, 28.0)))
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ('holder = "28 x 40"', "'holder' needs 'stickout': where it begins above the tip"),
+        ('shank_diameter = "6 mm"', "'shank_diameter' needs 'flute_length'"),
+        ('stickout = "9 mm"\nholder = "28 x 40, 30"', "has the piece '30', but must be such as '28 x 40'"),
+        ('stickout = "9 mm"\nholder = "28 x -4"', "has the piece '28 x -4'"),
+        ('stickout = "9 mm"\nholder = "28-x 4"', "has the piece '28-x 4'"),
+        ('stickout = "9 mm"\nholder = "28 x 2000"', "has the piece '28 x 2000'"),
+        ('stickout = "9 mm"\nholder = ""', "has the piece ''"),
+        (f'stickout = "9 mm"\nholder = "{", ".join(["9 x 1"] * 41)}"', "has 41 pieces; the limit is 40"),
+        ('stickout = "0 mm"', "'stickout' is 0 mm, but must be above 0"),
+    ],
+)
+def test_a_body_that_cannot_be_is_refused_with_its_key(line: str, words: str, tmp_path: Path) -> None:
+    file = tmp_path / "tools.toml"
+    file.write_text(f'[[tool]]\nnumber = 1\nkind = "end-mill"\ndiameter = "6 mm"\n{line}\n')
+    with pytest.raises(OptionError) as refused:
+        load_tools(file)
+    assert words in str(refused.value)
+    assert str(refused.value).startswith(f"{file}: [[tool]] 1: ")

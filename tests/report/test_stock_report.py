@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from leafcut.report.stock_mesh import MOST_CELLS, stock_stl
-from leafcut.report.stock_picture import stock_png
+from leafcut.report.stock_picture import BOTTOM, DEPTHS, LEFT, LONGER, RIGHT, THROUGH, TOP, stock_png
 from leafcut.stock.height_field import HeightField, StockBlock
 
 BLOCK = StockBlock((10.0, 20.0, -6.0), (30.0, 32.0, 0.0))
@@ -63,18 +63,33 @@ def test_a_solid_of_many_cells_takes_every_second_one() -> None:
 def test_a_picture_has_y_upwards_its_colours_by_depth_and_its_scale() -> None:
     field = slotted()
     picture = np.asarray(Image.open(io.BytesIO(stock_png(field, 0.0))).convert("RGB")).astype(int)
-    times = -(-900 // field.heights.shape[1])
+    scale = LONGER / 20.0
 
     def at(x: float, y: float) -> tuple[int, ...]:
-        rows = field.heights.shape[0]
-        row, column = int((y - 20.0) / 0.5), int((x - 10.0) / 0.5)
-        spot = picture[28 + (rows - 1 - row) * times + times // 2, 28 + column * times + times // 2]
-        return tuple(spot.tolist())
+        return tuple(picture[round(TOP + (32.0 - y) * scale), round(LEFT + (x - 10.0) * scale)].tolist())
 
-    assert at(25.0, 30.0) == (238, 240, 236)
-    assert at(13.0, 22.0) == (30, 14, 56)
-    assert at(25.5, 24.0) == (255, 196, 92)
-    assert picture.shape[1] == 2 * 28 + 150 + times * field.heights.shape[1]
+    assert picture.shape[:2] == (TOP + round(12 * scale) + BOTTOM, LEFT + LONGER + RIGHT)
+    assert at(25.0, 30.0) == DEPTHS[0]
+    assert at(13.0, 22.0) == DEPTHS[-1]
+    assert at(25.5, 24.0) == pytest.approx(THROUGH, abs=6)  # smooth edges reach a little into what is small
+    # The floor beside the wall lies in its shadow.
+    assert sum(at(19.6, 22.0)) < sum(DEPTHS[-1])
+
+
+def test_a_tick_of_the_axes_stands_at_its_round_coordinate() -> None:
+    """Every 2 mm of 10 to 30 in X, below the picture."""
+    picture = np.asarray(Image.open(io.BytesIO(stock_png(slotted(), 0.0))).convert("L")).astype(int)
+    row = picture[TOP + round(LONGER * 12 / 20) + 4, LEFT - 2 : LEFT + LONGER + 2]
+    assert (np.flatnonzero(row < 100) - 2).tolist() == pytest.approx([140 * k for k in range(11)], abs=1)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 4000), (4000, 3), (2, 2)])
+def test_a_long_or_tiny_stock_has_a_picture_that_is_not_larger_than_others(shape: tuple[int, int]) -> None:
+    field = HeightField(np.zeros(shape, dtype=np.float32), 0.0, 0.0, 0.25, -5.0)
+    field.heights[0, 0] = -2.0
+    width, height = Image.open(io.BytesIO(stock_png(field, 0.0))).size
+    assert max(width, height) <= LONGER + LEFT + RIGHT
+    assert min(width, height) >= 220
 
 
 def test_a_stock_of_one_cell_has_a_picture_and_a_solid() -> None:

@@ -10,11 +10,11 @@ import pytest
 
 from every import every
 from leafcut.kernels.cost import tour_cost
-from leafcut.model.problem import RoutingProblem
+from leafcut.model.problem import Metric, Relief, RoutingProblem
 from leafcut.options import SolveOptions
 from leafcut.solve import colony, kicks, pieces
 from leafcut.solve.construction import greedy
-from leafcut.solve.instance import Instance, build_instance
+from leafcut.solve.instance import Instance, build_instance, costs_of_edges, matrix_of
 from leafcut.solve.pieces import cut, instance_of, kick_pieces
 from leafcut.solve.solve import solve
 from leafcut.solve.statistics import Best, WorkerLog
@@ -127,3 +127,23 @@ def test_a_piece_is_the_same_kicked_in_another_process() -> None:
         piece = pieces.TourPiece(cut(instance, greedy(instance), np.random.default_rng(1))[0], word, 50)
         ((there, _),) = workers.shares(pieces.kick_piece, instance, [piece])
     assert np.array_equal(there, pieces.kick_piece(instance, piece)[0])
+
+
+def test_a_piece_of_a_tour_over_a_surface_has_the_costs_of_the_whole() -> None:
+    """Every edge of the piece, by the numbers of the piece and by those of the whole; also among ends of chains."""
+    random = np.random.default_rng(4)
+    xy = random.uniform(0, 100, (60, 2)).round(3)
+    tiles = np.where(random.random((20, 20)) < 0.3, random.uniform(5, 30, (20, 20)), -np.inf)
+    relief = Relief(xy, random.uniform(0, 5, 60), 40.0, tiles, 0.0, 0.0, 5.0, 50.0, 200.0)
+    metric = Metric("linear", (100.0, 80.0), (500.0, 300.0), relief=relief)
+    whole = build_instance(RoutingProblem.of_points(xy, metric, start=(1.0, 2.0)), 8)
+    nodes = random.permutation(whole.n - 2)[:25].astype(np.int32)
+    piece, tour, label = instance_of(whole, nodes)
+    pairs = [(i, j) for i in range(25) for j in range(25) if {i, j} != {int(tour[0]), int(tour[-1])}]
+    leave, arrive = np.array(pairs, dtype=np.int32).T
+    assert np.array_equal(piece.costs(leave, arrive), whole.costs(label[leave], label[arrive]))
+    among = whole.cost._replace(
+        xy=whole.cost.xy[nodes], matrix=matrix_of(whole.cost, nodes), tied_a=-1, tied_b=-1, free=-1
+    )
+    leave, arrive = np.array([(i, j) for i in range(25) for j in range(25)], dtype=np.int32).T
+    assert np.array_equal(costs_of_edges(among, leave, arrive), whole.costs(nodes[leave], nodes[arrive]))

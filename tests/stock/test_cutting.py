@@ -222,4 +222,5 @@ def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(PlanError, match=r"12,000,169,548 of them are needed.*use cells of 0\.005 mm"):
         HeightField.of_block(BLOCK, 0.0003162278)
     assert usual_cell(BLOCK, 6.0) == pytest.approx(0.15)
-    assert usual_cell(StockBlock((0, 0, 0), (1000, 1000, 1)), 1.0) == pytest.approx(0.5)
+    assert usual_cell(StockBlock((0, 0, 0), (1000, 1000, 1)), 1.0) == pytest.approx(0.2)
+    assert usual_cell(StockBlock((0, 0, 0), (1000, 1000, 1)), 6.0) == pytest.approx(0.5)

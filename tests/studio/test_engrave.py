@@ -66,7 +66,10 @@ def test_its_options_are_its_own_and_those_of_others_are_refused(
 ) -> None:
     assert run(["engrave", "--help"]) == 0
     assert "--engraver" in capsys.readouterr().out
-    with pytest.raises(OptionError, match="--peck: not used for engraving; it applies to drilling; leave it out"):
+    with pytest.raises(
+        OptionError,
+        match="--peck: not used for engraving; it applies to drilling and choosing speeds and feeds; leave it out",
+    ):
         leafcut.optimize(drawing, process="engrave", peck=2)
     with pytest.raises(OptionError, match="--engraver: not used for drilling; it applies to engraving; leave it out"):
         leafcut.optimize("example:plate-10", engraver=2)

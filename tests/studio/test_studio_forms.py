@@ -18,7 +18,7 @@ from leafcut.errors import OptionError, ReadError
 from leafcut.model.issue import CODES
 from leafcut.model.toolpath import Toolpath
 from leafcut.option_spec import flag_name
-from leafcut.options import ALGORITHMS
+from leafcut.options import ALGORITHMS, SpeedOptions
 from leafcut.processes import registry
 from leafcut.processes.settings import all_options, collect, used_by
 from leafcut.read.machine import load_machine, machine_names
@@ -40,7 +40,7 @@ ROOT = Path(__file__).parents[2]
 EN = words("en")
 #: Done by the studio itself.
 NOT_OFFERED = {
-    "save_plan", "save_norms", "all_variants", "remnants_out", "remnant_size",
+    "save_plan", "save_norms", "all_variants", "remnants_out", "remnant_size", *SpeedOptions.specs(),
 }  # fmt: skip
 #: A page says the feed of a program's materials by the speed alone.
 OF_A_CHART = {"cut_process", "material", "thickness", "amps", "nozzle", "chart"}

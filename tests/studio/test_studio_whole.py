@@ -167,6 +167,12 @@ def test_travel_is_around_the_part_until_the_machine_knows_its_zero() -> None:
     assert wide is not None and not wide.fits
 
 
+def test_no_travel_is_outlined_of_a_machine_whose_travel_is_unknown(tmp_path: Path) -> None:
+    file = tmp_path / "my.toml"
+    file.write_text('controller = "grbl"\nrapid.velocity = "3 m/min"\n')
+    assert travel_of(collect({"machine": str(file)}), (0.0, 0.0, 300.0, 200.0)) is None
+
+
 def test_zero_that_is_dragged_is_an_option(studio: Studio) -> None:
     """It is told from where it is, and said in the places of the drawing."""
     view = View(studio, EN, work="drill")

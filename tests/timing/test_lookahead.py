@@ -210,10 +210,11 @@ def test_a_path_that_was_read_begins_in_g64_and_one_that_was_planned_in_g61() ->
 
 
 def test_a_controller_that_sees_fifteen_blocks_goes_no_faster_than_it_can_stop_in_them() -> None:
-    """300 moves of 0.2 mm in line: √(2 · 500 · 3) = 54.8 mm/s at most, so 60 mm take 60 / 54.8 s and a bit more."""
+    """300 moves of 0.2 mm in line: √(2 · 500 · 3) = 54.8 mm/s at most; the block that is run and
+    the one that is read take two or three off, with 12 it is 49.0 mm/s, and 0.1 s are for the ramps."""
     path = lines([(0.2 * (i + 1), 0.0) for i in range(300)], feed=70.0)
     slowest = 60.0 / math.sqrt(2 * 500 * 3.0)
-    assert slowest < seconds(path, GRBL) < slowest + 0.1
+    assert slowest < seconds(path, GRBL) < 60.0 / math.sqrt(2 * 500 * 2.4) + 0.1
     assert seconds(path, HAAS) > seconds(lines([(60.0, 0.0)], feed=70.0), HAAS)  # G61: each of them at rest
 
 

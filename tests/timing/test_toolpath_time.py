@@ -159,6 +159,12 @@ def test_moves_in_machine_coordinates_are_estimated_as_half_the_travel_elsewhere
     assert found.travel_mm == 0.0
 
 
+def test_moves_in_machine_coordinates_cost_nothing_where_the_travel_is_unknown_too() -> None:
+    unknown = replace(MILL, travel_min=(-math.inf,) * 3, travel_max=(math.inf,) * 3)
+    found = measure(up_and_back(), unknown)
+    assert (found.time_s, found.travel_mm) == (0.0, 0.0)
+
+
 MOVE = st.tuples(
     st.sampled_from(["rapid", "feed", "drill"]),
     st.floats(-300, 300),

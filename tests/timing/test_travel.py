@@ -11,10 +11,12 @@ from hypothesis import strategies as st
 
 from every import every
 from leafcut.errors import PlanError
+from leafcut.kernels.cost import edge_costs, way_heights
 from leafcut.model.machine import Machine
-from leafcut.model.problem import METRICS, Metric
+from leafcut.model.problem import METRICS, Metric, Relief
+from leafcut.solve.instance import cost_model
 from leafcut.timing.profile import move_time
-from leafcut.timing.travel import TIE_BREAK, travel_cost, travel_metric
+from leafcut.timing.travel import TIE_BREAK, travel_cost, travel_metric, way_height
 
 PLACE = st.tuples(st.floats(-900, 900), st.floats(-900, 900))
 
@@ -119,3 +121,51 @@ def test_of_two_ways_that_take_equally_long_the_shorter_costs_less() -> None:
     metric = Metric("linear", (50.0, 50.0), (100.0, 100.0), per_mm=TIE_BREAK)
     straight, slant = (travel_cost(metric, (0.0, 0.0), end) for end in ((10.0, 0.0), (10.0, 10.0)))
     assert slant - straight == pytest.approx(TIE_BREAK * (math.sqrt(200.0) - 10.0), rel=1e-6)
+
+
+#: Four tiles of 10 mm in a row, the third one 30 mm high.
+RELIEF = Relief(
+    np.array([(5.0, 5.0), (15.0, 5.0), (35.0, 5.0)]), np.array([2.0, 4.0, 2.0]), 40.0,
+    np.array([[2.0, 4.0, 30.0, 2.0]]), 0.0, 0.0, 10.0, 50.0, 250.0,
+)  # fmt: skip
+
+
+@every(
+    "a, b, height",
+    [
+        ((5.0, 5.0), (15.0, 5.0), 4.0),  # over two low tiles: no higher than the higher of its ends
+        ((15.0, 5.0), (35.0, 5.0), 30.0),  # over the high one
+        ((35.0, 5.0), (35.0, 9.0), 40.0),  # to a place that is none of the holes
+        ((5.0, 20.0), (35.0, 20.0), 40.0),
+    ],
+)
+def test_a_way_is_as_high_as_what_it_crosses(a, b, height: float) -> None:
+    assert way_height(RELIEF, a, b, False) == way_height(RELIEF, b, a, False) == height
+
+
+def test_a_way_over_what_stands_costs_the_rise_and_the_fall() -> None:
+    """From 4 to 30 mm and down to 2: with 50 mm/s and 250 mm/s², 10 mm are needed to speed up and to slow down."""
+    plain, over = travel_metric(machine("linear"), "time"), travel_metric(machine("linear"), "time", relief=RELIEF)
+    a, b = (15.0, 5.0), (35.0, 5.0)
+    rise_and_fall = 26.0 / 50.0 + 50.0 / 250.0 + 28.0 / 50.0 + 50.0 / 250.0
+    assert travel_cost(over, a, b) - travel_cost(plain, a, b) == pytest.approx(rise_and_fall)
+    length = travel_metric(machine("linear"), "distance", relief=RELIEF)
+    assert travel_cost(length, a, b) == pytest.approx(20.0 + 26.0 + 28.0)
+
+
+@given(st.lists(PLACE, min_size=2, max_size=8, unique=True), st.integers(0, 999), st.sampled_from(["linear", "dogleg"]))
+def test_the_compiled_code_goes_as_high_and_costs_as_much_both_ways(places, seed: int, style: str) -> None:
+    """Compared with the plain reference, over random tiles."""
+    xy, random = np.array(places).round(6), np.random.default_rng(seed)
+    tiles = np.where(random.random((9, 11)) < 0.3, random.uniform(0, 50, (9, 11)), -np.inf)
+    relief = Relief(xy[1:], random.uniform(0, 20, len(xy) - 1), 60.0, tiles, -850.0, -700.0, 150.0, 50.0, 200.0)
+    metric = travel_metric(machine(style), "time", relief=relief)
+    leave, arrive = (side.ravel().astype(np.int32) for side in np.meshgrid(np.arange(len(xy)), np.arange(len(xy))))
+    model = cost_model(metric, xy)
+    heights, costs = np.zeros(len(leave)), np.zeros(len(leave))
+    way_heights(model, leave, arrive, heights)
+    edge_costs(model, leave, arrive, costs)
+    pairs = [(tuple(xy[i]), tuple(xy[j])) for i, j in zip(leave, arrive, strict=True)]
+    assert heights.tolist() == [way_height(relief, a, b, style == "dogleg") for a, b in pairs]
+    assert costs == pytest.approx([travel_cost(metric, a, b) for a, b in pairs], rel=1e-12, abs=1e-12)
+    assert np.array_equal(costs.reshape(len(xy), -1), costs.reshape(len(xy), -1).T)

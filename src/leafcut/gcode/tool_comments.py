@@ -26,6 +26,12 @@ _DIAMETERS = (
         rf"(?:diameter|\bdia\b\.?|drill size|bit size|\bD\s?=|Ø)\s?[:=]?\s?{_NUMBER}{_UNIT}",
         re.IGNORECASE,
     ),
+    # Drill {3 mm}, Drill, 5 mm: with its unit, or the number may be that of an operation.
+    re.compile(rf"\bdrill(?:\s?bit)?\s?[,{{]?\s?{_NUMBER}\s?(mm|inch|\")(?!\s*(?:deep|depth))", re.IGNORECASE),
+    # T1 | 6. DRILL | H1
+    re.compile(rf"\|\s*{_NUMBER}{_UNIT}\s?(?:[a-z]{{1,20}}[\s-]{{1,3}}){{0,2}}?drill\s*\|", re.IGNORECASE),
+    # ( T1 : 3.0 )
+    re.compile(rf"\(\s*T[0-9]{{1,9}}\s*:\s*{_NUMBER}()\s*\)"),
     # End Mill {6 mm}
     re.compile(rf"{_MILL}\s?\{{\s?{_NUMBER}{_UNIT}\s?\}}", re.IGNORECASE),
     # 1/2 FLAT ENDMILL

@@ -23,19 +23,27 @@ GEO_PI, GEO_RADIUS = 3.141592, 6378.388
 TIED = -(2.0**20)
 
 
+#: Where ways have heights, the matrix holds them: a field more would slow down every kernel. Its first row: lower left
+#: corner and side of the tiles, mm; velocity and acceleration of z; rows of the places' heights; columns of the tiles.
+#: Then come the heights of the places, mm, row by row, and then those at which tiles may be crossed, −∞ where nothing
+#: stands.
+RELIEF = 7
+
+
 class CostModel(NamedTuple):
     """All that `travel` needs. Few arrays: a kernel that is not inlined gets a copy of every field.
 
     ============== ============== ==========================================================================
     code           int            which metric, see the constants above
-    plain          bool           no node is free or tied, no zones, no matrix: the metric is all
+    plain          bool           no node is free or tied, no zones, no matrix, no relief: the metric is all
     xy             float64[n, 2]  places of the nodes, mm (degrees and minutes for GEO)
     vx, vy         float          highest velocity of x and y, mm/s
     ax, ay         float          acceleration of x and y, mm/s²
     per_mm         float          what a millimetre costs besides, s/mm, in LINEAR and DOGLEG
     zones          float64[k, 4]  rectangles x0, y0, x1, y1 over which a move is lifted
     lift           float          cost of a lift
-    matrix         float64[n, n]  costs of EXPLICIT, else shape (0, 0)
+    matrix         float64[n, n]  costs of EXPLICIT; heights of places and tiles, where ways have heights (`RELIEF`);
+                                  else shape (0, 0)
     tied_a, tied_b int            the two nodes whose edge must stay, or -1
     free           int            a node that every node is at cost 0 of, or -1: the free end of an open path
     ============== ============== ==========================================================================
@@ -170,6 +178,79 @@ def distance(
 
 
 @part
+def highest_of_box(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
+    """Return the highest safe height of the tiles that the box between two places touches, −∞ for none."""
+    x0, y0, side, above = table[0, 0], table[0, 1], table[0, 2], 1 + int(table[0, 5])
+    first_c = max(math.floor((min(xi, xj) - x0) / side), 0)
+    last_c = min(math.floor((max(xi, xj) - x0) / side), int(table[0, 6]) - 1)
+    first_r = max(math.floor((min(yi, yj) - y0) / side), 0)
+    last_r = min(math.floor((max(yi, yj) - y0) / side), len(table) - above - 1)
+    best = -math.inf
+    for r in range(first_r, last_r + 1):
+        for c in range(first_c, last_c + 1):
+            best = max(best, table[above + r, c])
+    return best
+
+
+@part
+def highest_of_line(table: NDArray, xi: float, yi: float, xj: float, yj: float) -> float:
+    """Return the highest safe height of the tiles that a straight way touches, −∞ for none.
+
+    Row by row: in each the way takes the columns between where it enters and where it leaves the row. These are taken
+    a little too wide, so that rounding loses no tile.
+    """
+    x0, y0, side, above = table[0, 0], table[0, 1], table[0, 2], 1 + int(table[0, 5])
+    rows, columns = len(table) - above, int(table[0, 6])
+    if yj < yi or (yj == yi and xj < xi):
+        xi, yi, xj, yj = xj, yj, xi, yi
+    room = 1e-6 * side
+    first_r = max(math.floor((yi - room - y0) / side), 0)
+    last_r = min(math.floor((yj + room - y0) / side), rows - 1)
+    best = -math.inf
+    for r in range(first_r, last_r + 1):
+        left, right = xi, xj
+        if yj > yi:
+            low = min(max((y0 + r * side - room - yi) / (yj - yi), 0.0), 1.0)
+            high = min(max((y0 + (r + 1) * side + room - yi) / (yj - yi), 0.0), 1.0)
+            left, right = xi + low * (xj - xi), xi + high * (xj - xi)
+        if right < left:
+            left, right = right, left
+        first_c = max(math.floor((left - room - x0) / side), 0)
+        last_c = min(math.floor((right + room - x0) / side), columns - 1)
+        for c in range(first_c, last_c + 1):
+            best = max(best, table[above + r, c])
+    return best
+
+
+@part
+def height_of(table: NDArray, i: int) -> float:
+    """Return the height of a node, mm."""
+    return float(table[1 + i // table.shape[1], i % table.shape[1]])
+
+
+@part
+def way_height(cost: CostModel, i: int, j: int) -> float:
+    """Return the height, mm, at which the tool goes from node i to node j: that of the higher node, or more."""
+    xi, yi, xj, yj = cost.xy[i, 0], cost.xy[i, 1], cost.xy[j, 0], cost.xy[j, 1]
+    if cost.code == DOGLEG:
+        over = highest_of_box(cost.matrix, xi, yi, xj, yj)
+    else:
+        over = highest_of_line(cost.matrix, xi, yi, xj, yj)
+    return float(max(over, height_of(cost.matrix, i), height_of(cost.matrix, j)))
+
+
+@part
+def _rise_and_fall(cost: CostModel, i: int, j: int) -> float:
+    """Return what it costs to rise from node i to the height of the way to node j, and to go down there."""
+    height = way_height(cost, i, j)
+    up, down = height - height_of(cost.matrix, i), height - height_of(cost.matrix, j)
+    if cost.code < LINEAR:
+        return float(up + down)
+    vz, az = cost.matrix[0, 3], cost.matrix[0, 4]
+    return rest_to_rest(up, vz, az) + rest_to_rest(down, vz, az)
+
+
+@part
 def _special(cost: CostModel, i: int, j: int) -> float:
     """As `travel`, with free and tied nodes, zones and matrices."""
     if (i == cost.tied_a and j == cost.tied_b) or (i == cost.tied_b and j == cost.tied_a):
@@ -180,6 +261,8 @@ def _special(cost: CostModel, i: int, j: int) -> float:
         return float(cost.matrix[i, j])
     xi, yi, xj, yj = cost.xy[i, 0], cost.xy[i, 1], cost.xy[j, 0], cost.xy[j, 1]
     base = distance(cost.code, xi, yi, xj, yj, cost.vx, cost.vy, cost.ax, cost.ay, cost.per_mm)
+    if len(cost.matrix) > 0:
+        base += _rise_and_fall(cost, i, j)
     if xj < xi or (xj == xi and yj < yi):
         # Always the same way round: rounding decides whether a move just touches a zone.
         xi, yi, xj, yj = xj, yj, xi, yi
@@ -210,6 +293,13 @@ def tour_cost(cost: CostModel, tour: NDArray) -> float:
         if step != TIED:
             total += step
     return total
+
+
+@kernel
+def way_heights(cost: CostModel, leave: NDArray, arrive: NDArray, heights: NDArray) -> None:
+    """Fill in how high the ways from leave[e] to arrive[e] are, int32[m] each. Changes: heights float64[m], mm."""
+    for e in range(len(leave)):
+        heights[e] = way_height(cost, leave[e], arrive[e])
 
 
 @kernel

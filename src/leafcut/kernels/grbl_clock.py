@@ -63,7 +63,7 @@ class Board(NamedTuple):
     pace    float            what the processor takes, of what it takes
     ring    float64[16, 7]   blocks
     state   float64[7]
-    count   int64[7]
+    counts  int64[7]
     ends    float64[5]       when the last segments end, s
     unit    float64[2, 3]    direction of the last block and of the next
     steps   float64[3]       where the last block ends
@@ -75,7 +75,7 @@ class Board(NamedTuple):
     pace: float
     ring: NDArray
     state: NDArray
-    count: NDArray
+    counts: NDArray
     ends: NDArray
     unit: NDArray
     steps: NDArray
@@ -93,13 +93,14 @@ def new_board(n_items: int, byte_s: float, lock_s: float, pace: float) -> Board:
 @part
 def _spend(board: Board, seconds: float) -> None:
     """Let the main program work for some time; while the motors run it is slower."""
-    board.state[NOW] += board.pace * seconds / (board.state[SHARE] if board.count[RUNNING] else 1.0)
+    board.state[NOW] += board.pace * seconds / (board.state[SHARE] if board.counts[RUNNING] else 1.0)
 
 
 @part
 def _next_room(board: Board) -> float:
     """Return when there is room for another segment, s."""
-    return board.ends[board.count[MADE] % SEGMENTS]
+    when: float = board.ends[board.counts[MADE] % SEGMENTS]
+    return when
 
 
 @part
@@ -110,7 +111,7 @@ def _run_segment(board: Board, left: float, speed: float, time: float) -> None:
     speed  float   at its end, mm/s
     time   float   how long it should last, s
     """
-    ring, state, count = board.ring, board.state, board.count
+    ring, state, count = board.ring, board.state, board.counts
     at = count[DONE] % PLACES
     exact = ring[at, PER_MM] * left
     whole = math.ceil(exact - 1e-6)
@@ -133,7 +134,7 @@ def _run_segment(board: Board, left: float, speed: float, time: float) -> None:
 @part
 def _cut_segment(board: Board) -> None:
     """Make the next segment of the oldest block."""
-    ring, state, count = board.ring, board.state, board.count
+    ring, state, count = board.ring, board.state, board.counts
     at = count[DONE] % PLACES
     left, rate, per_mm = ring[at, LEFT], ring[at, RATE], ring[at, PER_MM]
     if not count[BEGUN]:
@@ -178,7 +179,7 @@ def _cut_segment(board: Board) -> None:
 @part
 def _fill(board: Board) -> None:
     """Make segments while there is room; find that the motors have run out of them."""
-    state, count = board.state, board.count
+    state, count = board.state, board.counts
     while count[RUNNING]:
         if state[NOW] > state[ENDS]:
             count[RUNNING] = 0
@@ -195,7 +196,7 @@ def _fill(board: Board) -> None:
 @part
 def _start(board: Board) -> None:
     """Begin a motion if there is one and the machine stands."""
-    count = board.count
+    count = board.counts
     if not count[RUNNING] and count[DONE] < count[PLANNED]:
         count[RUNNING] = 1
         board.ends[:] = -1.0
@@ -208,7 +209,7 @@ def _start(board: Board) -> None:
 @part
 def _run_until(board: Board, until: float) -> None:
     """Let the main program wait, and make segments meanwhile."""
-    state, count = board.state, board.count
+    state, count = board.state, board.counts
     _fill(board)
     while count[RUNNING] and state[NOW] < until:
         room = _next_room(board) if count[DONE] < count[PLANNED] else state[ENDS] + 1e-9
@@ -220,7 +221,7 @@ def _run_until(board: Board, until: float) -> None:
 @part
 def _stand(board: Board) -> None:
     """Wait until all that is planned is done and the machine stands."""
-    state, count = board.state, board.count
+    state, count = board.state, board.counts
     while count[DONE] < count[PLANNED]:
         _start(board)
         if count[RUNNING] and count[DONE] < count[PLANNED]:
@@ -234,7 +235,7 @@ def _stand(board: Board) -> None:
 @part
 def _wait_for_room(board: Board) -> None:
     """Wait until the planner has room for a block."""
-    state, count = board.state, board.count
+    state, count = board.state, board.counts
     _fill(board)
     while count[PLANNED] - count[DONE] >= BLOCKS:
         _start(board)
@@ -249,7 +250,7 @@ def _plan(board: Board) -> int:
 
     From the last, which ends at rest, back to the first that the new one may change, and from there on.
     """
-    ring, state, count = board.ring, board.state, board.count
+    ring, state, count = board.ring, board.state, board.counts
     first, last = max(count[FIXED], count[DONE]), count[PLANNED] - 1
     count[FIXED] = first
     out2 = 0.0
@@ -268,7 +269,8 @@ def _plan(board: Board) -> int:
             count[FIXED] = i + 1
         if ring[after, ENTRY2] == ring[after, MOST2]:
             count[FIXED] = i + 1
-    return last - first
+    visited: int = last - first
+    return visited
 
 
 @part
@@ -310,7 +312,7 @@ def _add_block(board: Board, end: NDArray, feed: float, limits: NDArray, deviati
     end     float64[3]      mm
     limits  float64[3, 3]   steps per mm, highest speed, acceleration of each axis
     """
-    ring, count, unit = board.ring, board.count, board.unit
+    ring, count, unit = board.ring, board.counts, board.unit
     most, length2 = 0.0, 0.0
     for axis in range(3):
         steps = math.floor(end[axis] * limits[0, axis] + 0.5 + 1e-7)

@@ -102,6 +102,19 @@ def row_stretch(y: float, dx: float, dy: float, radius: float) -> tuple[float, f
 
 
 @part
+def rows_under(y: float, dy: float, radius: float, first: int, last: int, cell: float) -> tuple[int, int]:
+    """Return the first and the last row, of first … last − 1, that a disc reaches which goes from y by dy."""
+    low, high = min(y, y + dy) - radius, max(y, y + dy) + radius
+    return max(first, math.ceil(low / cell)), min(last - 1, math.floor(high / cell))
+
+
+@part
+def columns_under(low: float, high: float, columns: int, cell: float) -> tuple[int, int]:
+    """Return the first and the last column whose middles lie in low … high, an edge that touches included."""
+    return max(0, math.ceil(low / cell - 1e-9)), min(columns - 1, math.floor(high / cell + 1e-9))
+
+
+@part
 def lowest_height(
     shape: ToolShape, margin: float, along: float, d: float, length: float, grade: float, enough: float
 ) -> float:
@@ -141,15 +154,13 @@ def standing_over(
     ux, uy = (dx / length, dy / length) if length > 1e-9 else (1.0, 0.0)
     radius = shape.radius + margin
     over = -math.inf
-    row_low = max(first, math.ceil((min(ya, ya + dy) - radius) / grid.cell))
-    row_high = min(last - 1, math.floor((max(ya, ya + dy) + radius) / grid.cell))
+    row_low, row_high = rows_under(ya, dy, radius, first, last, grid.cell)
     for row in range(row_low, row_high + 1):
         y = row * grid.cell - ya
         low, high = row_stretch(y, dx, dy, radius)
         if low > high:
             continue
-        column_low = max(0, math.ceil((low + xa) / grid.cell - 1e-9))
-        column_high = min(heights.shape[1] - 1, math.floor((high + xa) / grid.cell + 1e-9))
+        column_low, column_high = columns_under(low + xa, high + xa, heights.shape[1], grid.cell)
         for column in range(column_low, column_high + 1):
             h = float(heights[row, column]) - z_low
             if h <= over:
@@ -160,6 +171,101 @@ def standing_over(
             away = math.sqrt(d * d + beyond * beyond)
             over = max(over, h - surface(shape, min(max(away - margin, 0.0), shape.radius)))
     return over
+
+
+@part
+def met_by_body(
+    heights: NDArray,
+    first: int,
+    last: int,
+    grid: CellGrid,
+    radius: float,
+    body: ToolShape,
+    above: float,
+    move: NDArray,
+    film: float,
+) -> tuple[float, float]:
+    """Return how deep a part of a tool above its flutes is in the material at most on a move, and in how many cells.
+
+    radius  what the tool cuts, mm: a place that comes under it is cut, and no longer in the way of what is above
+    body    the part's underside, as a surface over its lower end
+    above   how far that lower end is above the tip, mm
+
+    The part is taken smaller by a cell all round, or it would meet each wall that its tool has just cut. One that is
+    no wider than its tool meets only what the tool runs into deeper than its flutes are long.
+    """
+    xa, ya, za = move[0] - grid.x, move[1] - grid.y, move[2] + above
+    dx, dy, dz = move[3] - move[0], move[4] - move[1], move[5] - move[2]
+    length = math.sqrt(dx * dx + dy * dy)
+    wide = body.radius - grid.cell
+    deepest, cells = 0.0, 0.0
+    if wide <= 0.0:
+        return deepest, cells
+    ux, uy, grade, lowest = 1.0, 0.0, 0.0, min(za, za + dz)
+    if length < 1e-9:
+        length, za = 0.0, lowest
+    else:
+        ux, uy, grade = dx / length, dy / length, dz / length
+    # What runs into the material ahead does so at the tool's own edge.
+    ahead = max(wide, radius)
+    row_low, row_high = rows_under(ya, dy, ahead, first, last, grid.cell)
+    for row in range(row_low, row_high + 1):
+        y = row * grid.cell - ya
+        low, high = row_stretch(y, dx, dy, ahead)
+        if low > high:
+            continue
+        column_low, column_high = columns_under(low + xa, high + xa, heights.shape[1], grid.cell)
+        for column in range(column_low, column_high + 1):
+            h = float(heights[row, column])
+            if h <= lowest + film:
+                continue
+            x = column * grid.cell - xa
+            along, d = x * ux + y * uy, y * ux - x * uy
+            if abs(d) > wide or along * along + d * d <= radius * radius:
+                continue
+            until = length
+            if abs(d) < radius and along > 0.0:
+                until = min(length, along - math.sqrt(radius * radius - d * d))
+            else:
+                beyond = max(-along, along - length, 0.0)
+                if beyond * beyond + d * d > wide * wide:
+                    continue
+            depth = h - za - lowest_height(body, grid.cell, along, d, until, grade, h - za)
+            if depth > film:
+                deepest = max(deepest, depth)
+                cells += 1.0
+    return deepest, cells
+
+
+@part
+def meet_bodies(
+    heights: NDArray,
+    first: int,
+    last: int,
+    grid: CellGrid,
+    shape: ToolShape,
+    move: NDArray,
+    film: float,
+    top: float,
+    bodies: NDArray,
+    found: NDArray,
+) -> None:
+    """Look where all that is above a tool's flutes meets the material on a move; see `sweep`.
+
+    Changes: found[6], found[7], found[8].
+    """
+    for b in range(len(bodies)):
+        above = bodies[b, 6]
+        if min(move[2], move[5]) + above >= top:
+            continue
+        body = ToolShape(bodies[b, 0], bodies[b, 1], bodies[b, 2], bodies[b, 3], bodies[b, 4], bodies[b, 5])
+        deepest, cells = met_by_body(heights, first, last, grid, shape.radius, body, above, move, film)
+        at = 6 if bodies[b, 7] == 0.0 else 7
+        found[at] = max(found[at], deepest)
+        if at == 6 and body.radius - grid.cell <= shape.radius:
+            found[8] += cells
+        elif at == 6 and cells > 0.0:
+            found[8] = math.inf
 
 
 @kernel
@@ -175,6 +281,8 @@ def sweep(
     inset: NDArray,
     margin: float,
     film: float,
+    top: float,
+    bodies: NDArray,
     found: NDArray,
 ) -> int:
     """Cut some rows of a height field by moves, one after the other; return how often a cell was lowered.
@@ -187,9 +295,14 @@ def sweep(
     inset        float64[m]              mm by which the tool of a rapid is taken smaller all round; of others 0
     margin       how much wider all round the tool is for `found[:, 5]`, mm; negative: it is not asked for
     film         what is thinner, mm, is rounding and no cut: it goes, but only its volume is told
-    found        float64[k, 6]           of every move: heights taken off, mm summed over cells; cells cut; the
+    top          no material is higher, mm
+    bodies       float64[b, 8]           parts of the tool above its flutes: the six numbers of a `ToolShape`, how far
+                                         its lower end is above the tip, mm, and 0 for a shank, 1 for a holder
+    found        float64[k, 9]           of every move: heights taken off, mm summed over cells; cells cut; the
                                          deepest cut, mm; the least and the greatest distance to the left of the way
-                                         where it cut, mm; how high material stood over the wider tool, mm
+                                         where it cut, mm; how high material stood over the wider tool, mm; how deep
+                                         the shank and the holder are in it, mm; in how many cells a shank is that is
+                                         no wider than the tool
 
     Changes: heights, room, found.
     Source: the swept volume of a convex tool along a line, seen from above: at every place the lowest of the tool's
@@ -200,8 +313,11 @@ def sweep(
         i = which[k]
         found[k, 0], found[k, 1], found[k, 2] = 0.0, 0.0, 0.0
         found[k, 3], found[k, 4], found[k, 5] = math.inf, -math.inf, -math.inf
+        found[k, 6], found[k, 7], found[k, 8] = 0.0, 0.0, 0.0
         if margin >= 0.0:
             found[k, 5] = standing_over(heights, first, last, grid, shape, moves[i], margin)
+        if len(bodies):
+            meet_bodies(heights, first, last, grid, shape, moves[i], film, top, bodies, found[k])
         xa, ya, za = moves[i, 0] - grid.x, moves[i, 1] - grid.y, moves[i, 2]
         dx, dy, dz = moves[i, 3] - moves[i, 0], moves[i, 4] - moves[i, 1], moves[i, 5] - za
         length = math.sqrt(dx * dx + dy * dy)
@@ -215,15 +331,13 @@ def sweep(
             ux, uy, grade = dx / length, dy / length, dz / length
         z_start = z_low if length == 0.0 else za
         level = grade == 0.0 and shape.flat >= shape.radius
-        row_low = max(first, math.ceil((min(ya, ya + dy) - radius) / grid.cell))
-        row_high = min(last - 1, math.floor((max(ya, ya + dy) + radius) / grid.cell))
+        row_low, row_high = rows_under(ya, dy, radius, first, last, grid.cell)
         for row in range(row_low, row_high + 1):
             y = row * grid.cell - ya
             low, high = row_stretch(y, dx, dy, radius)
             if low > high:
                 continue
-            column_low = max(0, math.ceil((low + xa) / grid.cell - 1e-9))
-            column_high = min(heights.shape[1] - 1, math.floor((high + xa) / grid.cell + 1e-9))
+            column_low, column_high = columns_under(low + xa, high + xa, heights.shape[1], grid.cell)
             for column in range(column_low, column_high + 1):
                 h = float(heights[row, column])
                 if h <= z_low:

@@ -1,12 +1,14 @@
-"""What a tool cuts: its shape from the tip up."""
+"""What a tool cuts, its shape from the tip up, and what is above its flutes and cuts nothing."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from enum import StrEnum
 
 from leafcut.errors import OptionError
-from leafcut.model.tool import CONES, Tool, ToolKind
+from leafcut.model.tool import CONES, BodySegment, Tool, ToolKind
 
 
 @dataclass(frozen=True)
@@ -104,3 +106,63 @@ def cutter_of(tool: Tool) -> Cutter:
     if tool.kind in (ToolKind.DRILL, ToolKind.CENTRE_DRILL, *CONES):
         return pointed(tool.diameter, tool.point_angle, tool.tip_diameter)
     return flat_mill(tool.diameter)
+
+
+class Body(StrEnum):
+    """What is above the flutes of a tool."""
+
+    SHANK = "shank"
+    HOLDER = "holder"
+
+
+@dataclass(frozen=True)
+class BodyPart:
+    """A piece of a tool above its flutes, as far as it matters from below: a flat, then a cone, mm.
+
+    Attributes
+    ----------
+    body
+        Whether it is of the shank or of the holder.
+    above
+        How far its lower end is above the tip.
+    flat, radius
+        Radius at its lower end, and the largest; the same of a cylinder, or of what gets narrower upwards.
+    slope
+        Rise of the cone per mm outwards; infinite: a cylinder.
+    """
+
+    body: Body
+    above: float
+    flat: float
+    radius: float
+    slope: float = math.inf
+
+
+def body_of(tool: Tool) -> tuple[BodyPart, ...]:
+    """Return what is above the flutes of a tool of a library, as far as that says it; nothing where it says nothing.
+
+    What is narrower than the tool follows it through what it has cut, and is left out.
+    """
+    return tuple(part for part in _parts(tool) if part.radius >= 0.5 * tool.diameter * (1.0 - 1e-9))
+
+
+def _parts(tool: Tool) -> Iterator[BodyPart]:
+    at = tool.flute_length
+    if at is not None:
+        for segment in tool.shaft:
+            yield _part(Body.SHANK, at, segment)
+            at += segment.length
+        if tool.shank_diameter is not None and (tool.stickout is None or at < tool.stickout):
+            yield BodyPart(Body.SHANK, at, 0.5 * tool.shank_diameter, 0.5 * tool.shank_diameter)
+    at = tool.stickout
+    if at is not None:
+        for segment in tool.holder:
+            yield _part(Body.HOLDER, at, segment)
+            at += segment.length
+
+
+def _part(body: Body, above: float, segment: BodySegment) -> BodyPart:
+    low, high = 0.5 * segment.lower, 0.5 * segment.upper
+    if high <= low:
+        return BodyPart(body, above, low, low)
+    return BodyPart(body, above, low, high, segment.length / (high - low))

@@ -37,6 +37,8 @@ CODES: dict[str, str] = {
     "L214": "a spot of a picture was ignored as dirt",
     "L215": "a clip path or a mask was ignored",
     "L216": "a text has letters that cannot be engraved",
+    "L217": "a hole has a counterbore or a countersink",
+    "L218": "a hole is not open from above",
     "L301": "holes drawn on top of each other were merged",
     "L302": "concentric circles: one of them was used",
     "L303": "arcs that close a circle were joined into a hole",
@@ -57,6 +59,7 @@ CODES: dict[str, str] = {
     "L412": "the chart has other ways to cut this thickness",
     "L413": "cutting data are uncertain",
     "L414": "a height of the torch was assumed",
+    "L415": "lines come too slowly for the moves in them",
     "L421": "a layer's kind was taken from its name",
     "L422": "an outline around everything may be the sheet",
     "L423": "parts touch each other",
@@ -69,6 +72,10 @@ CODES: dict[str, str] = {
     "L434": "nesting was stopped by the time limit or by the user",
     "L435": "a nest's sheet is larger than the machine's table",
     "L436": "parts do not fit on the sheets given",
+    "L440": "no speeds were chosen for a tool",
+    "L441": "a hole begins on uneven ground",
+    "L442": "a hole is drawn at another height than the surface has",
+    "L443": "the mesh of a surface is not closed",
     "L501": "blocks of a program keep their place",
     "L502": "nothing in a program can be reordered",
     "L503": "tool changes were saved",
@@ -110,6 +117,10 @@ CODES: dict[str, str] = {
     "L806": "a program asks for something that the machine cannot do",
     "L807": "a program drives a laser or a torch",
     "L808": "the position of the tool is unknown",
+    "L809": "the shank or the holder of a tool meets the material",
+    "L810": "cuts of a program go beyond the stock that is given",
+    "L811": "the stock has undercuts, which count as material",
+    "L812": "the cells of the stock model are coarse for a tool",
 }
 
 

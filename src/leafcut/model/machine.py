@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from leafcut.kinds import Head
@@ -64,7 +65,7 @@ class Machine:
     max_feed
         Highest programmed feed, mm/s.
     travel_min, travel_max
-        Machine coordinates.
+        Machine coordinates; -inf and inf where the end of an axis is not known, and nothing is checked against it.
     work_offset
         Program zero in machine coordinates where it is known, else None: then only the size of the job can be checked.
     home
@@ -76,6 +77,8 @@ class Machine:
         Time of one change, chip to chip where the machine does it.
     tool_change_position
         Machine coordinates (x, y) to which the table goes for a change, or None: it stays where it is.
+    spindle_power, spindle_torque, max_thrust
+        What the spindle gives at most, W and N·mm, and with how much force z goes down, N; 0 where that is not known.
     spindle_start_s
         Dwell that lets the spindle reach its speed.
     safe_z
@@ -107,6 +110,9 @@ class Machine:
     work_offset: XYZ | None = None
     spindle_min_rpm: float = 0.0
     spindle_max_rpm: float = 10_000.0
+    spindle_power: float = 0.0
+    spindle_torque: float = 0.0
+    max_thrust: float = 0.0
     tool_changer: bool = True
     tool_change_s: float = 10.0
     tool_change_position: tuple[float, float] | None = None
@@ -122,6 +128,15 @@ class Machine:
     family: str = ""
     sources: dict[str, str] = field(default_factory=dict)
     assumed: dict[str, str] = field(default_factory=dict)
+
+    def reach(self, axis: int) -> float:
+        """Return how far an axis goes, mm; inf where that is not known."""
+        return self.travel_max[axis] - self.travel_min[axis]
+
+    @property
+    def table_known(self) -> bool:
+        """Whether both ends of x and of y are known."""
+        return all(math.isfinite(self.reach(axis)) for axis in (0, 1))
 
     @property
     def control(self) -> str:

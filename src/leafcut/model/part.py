@@ -17,6 +17,8 @@ class Hole:
     """A round hole seen from above: centre and diameter in mm, with the drawing's layer and entity handle.
 
     A diameter of 0 means a bare point: the drawing says where, not how wide. `z` is the height at which it is drawn.
+    `depth` is how deep its full diameter goes below that, mm, where a solid says it, else None; then `through` says
+    whether it is open below, and `flat` that its floor is flat and not the cone of a drill's point.
     """
 
     x: float
@@ -25,6 +27,9 @@ class Hole:
     layer: str = ""
     handle: str = ""
     z: float = 0.0
+    depth: float | None = None
+    through: bool = False
+    flat: bool = False
 
 
 @dataclass(frozen=True, slots=True)

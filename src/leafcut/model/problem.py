@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +25,48 @@ METRICS = (
 
 #: No coordinate may be as large: long before the square of a distance is too large for a number, which is at 1e154.
 FARTHEST = 1e100
+
+
+@dataclass(frozen=True, eq=False)
+class Relief:
+    """How high the tool is at its places, and how high it must be over what lies between them, mm.
+
+    Attributes
+    ----------
+    places, heights
+        float64[k, 2] and float64[k]: places, and the height at which the tool is there before and after its work.
+    otherwise
+        Its height at any other place, such as the first one.
+    safe
+        float64[rows, columns]: square tiles, row by row from the lowest y, and the height at which each may be crossed;
+        −∞ where nothing stands.
+    x, y, side
+        The lower left corner of the first tile, and the side of a tile.
+    velocity, acceleration
+        Of z, mm/s and mm/s².
+    """
+
+    places: NDArray[np.float64]
+    heights: NDArray[np.float64]
+    otherwise: float
+    safe: NDArray[np.float64]
+    x: float
+    y: float
+    side: float
+    velocity: float
+    acceleration: float
+
+    def at(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the tool's height at places float64[n, 2], float64[n]; of two at one place the higher counts."""
+        known, otherwise = self._known, self.otherwise
+        return np.array([known.get((x, y), otherwise) for x, y in xy.tolist()], dtype=np.float64)
+
+    @cached_property
+    def _known(self) -> dict[tuple[float, float], float]:
+        known: dict[tuple[float, float], float] = {}
+        for (x, y), height in zip(self.places.tolist(), self.heights.tolist(), strict=True):
+            known[x, y] = max(height, known.get((x, y), height))
+        return known
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +88,9 @@ class Metric:
         What one lift costs, in the unit of the metric.
     matrix
         float64[n, n] for ``EXPLICIT``.
+    relief
+        Heights of places and of ways, for metrics of places: a way costs in addition what it takes to rise to its
+        height and to go down again, in seconds of z or in mm; None: all lie at one height.
     """
 
     name: str = "euclidean"
@@ -54,6 +100,7 @@ class Metric:
     zones: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 4)))
     lift: float = 0.0
     matrix: NDArray[np.float64] | None = None
+    relief: Relief | None = None
 
     def __post_init__(self) -> None:
         if self.name not in METRICS:

@@ -8,6 +8,7 @@ from typing import Any, Literal, Protocol
 
 from leafcut.model.cutting import CutPlan
 from leafcut.model.measure import Measure
+from leafcut.model.shown_stock import ShownStock
 from leafcut.model.toolpath import Toolpath
 
 #: Which of the two paths of an outcome.
@@ -99,3 +100,6 @@ class ProcessReport(Protocol):
 
     def plan(self, which: Which) -> CutPlan | None:
         """Return the plan of a sheet's cuts ``before`` or ``after``; None for other work."""
+
+    def stock(self) -> ShownStock:
+        """Return the stock that is worked on, or why it cannot be shown."""

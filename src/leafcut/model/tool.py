@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import NamedTuple
+
+from leafcut.kinds import ToolMaterial
 
 
 class ToolKind(StrEnum):
@@ -26,6 +29,14 @@ class ToolKind(StrEnum):
 MILLS = (ToolKind.END_MILL, ToolKind.BALL_MILL, ToolKind.CHAMFER_MILL, ToolKind.V_BIT)
 #: What mills with a cone.
 CONES = (ToolKind.CHAMFER_MILL, ToolKind.V_BIT)
+
+
+class BodySegment(NamedTuple):
+    """A piece of what is above a tool's flutes: its length and its lower and upper diameter, mm."""
+
+    length: float
+    lower: float
+    upper: float
 
 
 @dataclass(frozen=True)
@@ -53,6 +64,15 @@ class Tool:
         Of an end mill: mm; 0 for sharp corners.
     tip_diameter
         Of `CONES`: of the flat at the tip, mm; 0 for a sharp one.
+    material, life_cost
+        What its cutting edges are made of, and what one life of it costs, in any currency; None where the library does
+        not say it.
+    shank_diameter
+        Above the flutes and the `shaft`, mm; None when the library does not say.
+    stickout
+        From the tip to the holder, mm; None when the library does not say.
+    shaft, holder
+        Pieces from the flutes up, and of what holds the tool, each from below.
     assumed
         True for a tool that stands in no library.
     """
@@ -74,6 +94,12 @@ class Tool:
     teeth: int | None = None
     corner_radius: float = 0.0
     tip_diameter: float = 0.0
+    material: ToolMaterial | None = None
+    life_cost: float | None = None
+    shank_diameter: float | None = None
+    stickout: float | None = None
+    shaft: tuple[BodySegment, ...] = ()
+    holder: tuple[BodySegment, ...] = ()
     assumed: bool = False
 
     @property

@@ -24,6 +24,7 @@ from leafcut.options.search import (
     SolveOptions,
 )
 from leafcut.options.settings import Settings
+from leafcut.options.speeds import SpeedOptions
 from leafcut.options.stock import StockOptions
 
 #: The groups that processes share, in the order in which they are told.
@@ -39,6 +40,7 @@ SHARED: tuple[type[OptionGroup], ...] = (
     FireflyOptions,
     PostOptions,
     StockOptions,
+    SpeedOptions,
 )
 
 __all__ = [
@@ -61,6 +63,7 @@ __all__ = [
     "Settings",
     "SheetOptions",
     "SolveOptions",
+    "SpeedOptions",
     "StockOptions",
     "flag_name",
 ]

@@ -23,7 +23,7 @@ class MachineOptions(OptionGroup):
         "text",
         "linuxcnc-mill",
         "machine name (see `leafcut machines`), or path of a TOML profile",
-        may_be_path=True,
+        may_be_path=".toml",
     )
     work_offset: tuple[float, ...] | None = option(
         "point",
@@ -45,7 +45,7 @@ class JobOptions(OptionGroup):
     tools: Path | None = option(
         "path",
         None,
-        "tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl",
+        "tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, a table .csv",
         default_words="one assumed drill per diameter",
     )
     depth: float | None = option(
@@ -124,7 +124,9 @@ class JobOptions(OptionGroup):
     material: str = option(
         "text",
         "mild_steel",
-        "material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill",
+        "material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for "
+        "cutting-data a name of `leafcut materials`, or a TOML file",
+        may_be_path=".toml",
     )
     start_point: tuple[float, ...] | None = option(
         "point",

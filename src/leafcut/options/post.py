@@ -20,7 +20,7 @@ class PostOptions(OptionGroup):
         None,
         "dialect of the controller (see `leafcut dialects`), or path of a TOML file",
         default_words="the machine's",
-        may_be_path=True,
+        may_be_path=".toml",
     )
     output_units: str = option("text", "mm", "units of the program", choices=("mm", "inch"))
     line_numbers: bool = option("flag", False, "number the blocks N10, N20, …")

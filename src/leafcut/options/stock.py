@@ -18,18 +18,20 @@ class StockOptions(OptionGroup):
     workpiece: str | None = option(
         "text",
         None,
-        "block of material before the first cut: x,y,z of its lower and of its upper corner, in program coordinates",
+        "material before the first cut, in program coordinates: x,y,z of the lower and of the upper corner of a block, "
+        "or an STL file in mm",
         default_words="as the program shows: just around the cuts below Z0 (stock), or where no rapid has been "
         "(reorder --air)",
+        may_be_path=".stl",
     )
     cell: float | None = option(
         "quantity",
         None,
-        "side of a cell of the stock model",
+        "side of a cell of the stock model: 4 bytes each, at most 64 million (256 MB)",
         unit="mm",
         minimum=0.001,
         maximum=100,
-        default_words="a fortieth of the smallest tool, larger for a large stock",
+        default_words="a fortieth of the smallest tool, up to a fifth of it for a large stock",
     )
     mill_diameter: float | None = option(
         "quantity",

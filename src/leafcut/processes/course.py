@@ -140,9 +140,12 @@ def machine_issues(machine: Machine) -> list[Issue]:
         message = f"the profile of {machine.name} is incomplete; assumed: {values}"
         issues.append(Issue("L408", f"{message}; see leafcut machines --show", severity=Severity.NOTE))
     if machine.work_offset is None:
+        # Where an axis has no known end, that is told with what the profile does not say.
+        checked = ": only its size was checked against the travel"
+        if not any(math.isfinite(machine.reach(axis)) for axis in range(3)):
+            checked = ", and so is the travel: nothing was checked against it"
         message = (
-            f"the position of the part on {machine.name} is unknown: only its size was checked against the travel; "
-            "give --work-offset to check its place"
+            f"the position of the part on {machine.name} is unknown{checked}; give --work-offset to check its place"
         )
         issues.append(Issue("L403", message, severity=Severity.NOTE))
     return issues

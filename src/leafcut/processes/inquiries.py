@@ -2,7 +2,19 @@
 
 from __future__ import annotations
 
-from leafcut.options import JobOptions, MachineOptions, ReadOptions, SolveOptions, StockOptions
+from collections.abc import Mapping
+
+from leafcut.options import (
+    AcoOptions,
+    FireflyOptions,
+    JobOptions,
+    MachineOptions,
+    PostOptions,
+    ReadOptions,
+    SolveOptions,
+    SpeedOptions,
+    StockOptions,
+)
 from leafcut.processes.base import COLONIES, LOOKED_UP, ORDERED, PLACE, Work, use
 
 
@@ -37,3 +49,27 @@ class CuttingStock(Work):
     name = "stock"
     title = "cutting stock by a program"
     uses = use(ReadOptions, "units", "strict") | use(MachineOptions) | use(JobOptions, "tools") | use(StockOptions)
+
+
+class ChoosingSpeeds(Work):
+    """Spindle speeds and feeds of the tools of a part, by time, cost and tool life.
+
+    Parameters
+    ----------
+    drilling
+        The options of drilling: for a drawing its program is planned, with the usual search, though not written.
+    """
+
+    name = "cutting-data"
+    title = "choosing speeds and feeds"
+    uses = use(MachineOptions) | use(SpeedOptions)
+    uses |= use(JobOptions, "tools", "depth", "thickness", "break_through", "retract_height", "material")
+
+    def __init__(self, drilling: Mapping[str, str]) -> None:
+        unused = {name for group in (PostOptions, SolveOptions, AcoOptions, FireflyOptions) for name in group.specs()}
+        unused -= {"preset", "time_limit", "seed", "threads"}
+        self.drilling = {name: need for name, need in drilling.items() if name not in unused}
+
+    def used(self) -> Mapping[str, str]:
+        """Return its own options, and those of drilling for a drawing."""
+        return {name: f"input=drawing {need}".strip() for name, need in self.drilling.items()} | dict(self.uses)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Polyline
+from leafcut.model.mesh import Mesh
 from leafcut.model.part import Part
 from leafcut.options import ORIGINS, ReadOptions, SheetOptions
 from leafcut.processes.layers import kinds_of
@@ -44,6 +45,18 @@ def placed(part: Part, options: ReadOptions, counted: Sequence[bool] | None = No
         there = replace(turned, contours=tuple(c for c, yes in zip(turned.contours, counted, strict=True) if yes))
     x, y = _zero(options.origin, there.extents)
     return _moved(turned, np.eye(2), (-x, -y))
+
+
+def placed_mesh(mesh: Mesh, part: Part, options: ReadOptions) -> Mesh:
+    """Return a mesh as `placed` places the part that it is the surface of; `part` is as it was read."""
+    matrix = _matrix(options)
+    by = (0.0, 0.0)
+    if options.origin is not None:
+        x, y = _zero(options.origin, _moved(part, matrix, (0.0, 0.0)).extents)
+        by = (-x, -y)
+    triangles = mesh.triangles.copy()
+    triangles[:, :, :2] = triangles[:, :, :2] @ matrix.T + by
+    return replace(mesh, triangles=triangles)
 
 
 def placed_sheet(part: Part, options: ReadOptions, sheet: SheetOptions) -> Part:

@@ -13,7 +13,7 @@ from leafcut.option_spec import OptionGroup, flag_name
 from leafcut.options import SHARED, CutDataOptions, Settings
 from leafcut.plugins import PluginKind
 from leafcut.processes.base import Process, Work
-from leafcut.processes.inquiries import CuttingStock, Simulating, Solving, Verifying
+from leafcut.processes.inquiries import ChoosingSpeeds, CuttingStock, Simulating, Solving, Verifying
 
 if TYPE_CHECKING:
     from leafcut.kinds import Head
@@ -38,7 +38,11 @@ OTHER_COMMANDS = (
     "simulate",
     "stock",
     "verify",
+    "cutting-data",
     "machines",
+    "machine",
+    "tools",
+    "materials",
     "dialects",
     "algorithms",
     "formats",
@@ -48,10 +52,13 @@ OTHER_COMMANDS = (
 )
 #: What other commands than `optimize` do, each in the package of the process that it belongs to.
 COMMANDS = {
+    "cutting_data": "leafcut.processes.cutting_data.run:cutting_data",
+    "cutting_data_library": "leafcut.processes.cutting_data.saving:library_text",
     "nest_answer": "leafcut.processes.nesting.report:nest_as_json",
     "nest_summary": "leafcut.processes.nesting.report:print_nests",
     "nest": "leafcut.processes.nesting.command:nest",
     "simulate": "leafcut.processes.program.simulate:simulate",
+    "shown_stock": "leafcut.processes.program.shown:stock_of_file",
     "stock": "leafcut.processes.program.stock:cut_stock",
     "verify": "leafcut.processes.program.verify:verify",
 }
@@ -142,7 +149,14 @@ def groups() -> tuple[type[OptionGroup], ...]:
 
 def works() -> tuple[Work, ...]:
     """Return all kinds of work: the processes, and what leafcut does besides."""
-    return (*processes(), Solving(), Simulating(), CuttingStock(), Verifying())
+    return (
+        *processes(),
+        Solving(),
+        Simulating(),
+        CuttingStock(),
+        Verifying(),
+        ChoosingSpeeds(_built_in("drill").used()),
+    )
 
 
 def work(name: str) -> Work:

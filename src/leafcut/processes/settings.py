@@ -172,7 +172,7 @@ def placed_in(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:
     found = dict(options)
     for name, value in options.items():
         spec = group_of(name).specs()[name]
-        is_file = spec.kind == "path" or (spec.may_be_path and str(value).lower().endswith(".toml"))
+        is_file = spec.names_file(str(value))
         if is_file and isinstance(value, str):
             found[name] = str(folder / os.path.expanduser(value))  # noqa: PTH111  # without a home it stays as it is
     return found

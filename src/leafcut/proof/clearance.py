@@ -29,6 +29,7 @@ def check_clearance(
     torch: bool = False,
     milled: bool = False,
     tops: NDArray[np.float64] | None = None,
+    level: bool = True,
 ) -> list[Difference]:
     """Return every move that could crash, with its line and place; nothing when the program is safe by these rules.
 
@@ -42,7 +43,8 @@ def check_clearance(
        rapid in x or y; over the sheet with the torch off a feed does no harm.
     Drilling cycles are taken as the moves that they make. Where holes begin at different heights, `tops` has their
     places and these heights, float64[n, 3]: the highest is the surface of the first rule, and of the second one
-    everywhere but over a hole.
+    everywhere but over a hole. Where the surface is not `level`, how low a rapid in x or y may be is looked at
+    elsewhere (`proof.surface`): the first rule asks only that its height is known.
     """
     path = expand(path)
     before = path.before
@@ -51,6 +53,8 @@ def check_clearance(
     if tops is not None and len(tops):
         surface_z = float(tops[:, 2].max())
         under = _surface_under(path, tops, surface_z)
+    if not level:
+        surface_z = -np.inf
     heights = height_checks(path, before, surface_z, clearance, safe_z, milled, under)
     checks = [*heights, torch_check(path, before, turning) if torch else spindle_check(path, turning)]
     wrong = [(int(row), what, text) for what, mask, text in checks for row in np.flatnonzero(mask)[:100]]

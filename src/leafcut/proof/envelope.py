@@ -59,7 +59,7 @@ def _places(path: Toolpath, machine: Machine, margin: float) -> list[Difference]
             offset = machine.work_offset[axis]
             wrong += _outside(path, rows, places[:, axis] + offset, (low, high), f"{name} in machine coordinates")
         else:
-            wrong += _too_large(places[:, axis], machine.travel_max[axis] - machine.travel_min[axis] - 2 * margin, name)
+            wrong += _too_large(places[:, axis], machine.reach(axis) - 2 * margin, name)
         in_machine = np.flatnonzero(path.kind == Kind.MACHINE)
         values = path.end[in_machine, axis]
         wrong += _outside(path, in_machine, values, (low - margin, high + margin), f"{name} in machine coordinates")

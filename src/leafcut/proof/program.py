@@ -20,6 +20,7 @@ from leafcut.proof.clearance import check_clearance
 from leafcut.proof.envelope import check_envelope
 from leafcut.proof.obstacles import check_obstacles
 from leafcut.proof.read_back import compare_motion
+from leafcut.proof.surface import check_surface
 from leafcut.units import MM_PER_INCH
 
 
@@ -46,6 +47,7 @@ def check_program(
     tool_radii: Mapping[int, float] = MappingProxyType({}),
     milled: bool = False,
     tops: NDArray[np.float64] | None = None,
+    surface: NDArray[np.float64] | None = None,
 ) -> list[Difference]:
     """Return all that is wrong with a program that was `read_back`; an empty list is the proof.
 
@@ -53,7 +55,7 @@ def check_program(
     above the work and over the keep-out zones. `units` are those of the program, mm or inch: places
     may differ by half of the last decimal. Of a program that is `milled` the rapids down below the surface are left to
     `processes.pocket.proof.pocket`. `tops` has the places and the heights of holes that begin at different ones,
-    float64[n, 3].
+    float64[n, 3]. `surface` has the triangles of what is not flat, float64[n, 3, 3]: every rapid must be clear of them.
     """
     half = 0.5 * 10.0**-dialect.decimals_mm
     if units == "inch":
@@ -75,6 +77,12 @@ def check_program(
             torch=machine.head is not Head.SPINDLE,
             milled=milled,
             tops=tops,
+            level=surface is None,
+        ),
+        *(
+            []
+            if surface is None
+            else check_surface(written, surface, tool_radii, dogleg=machine.rapid_style == "dogleg")
         ),
         *check_obstacles(
             written,

@@ -23,6 +23,7 @@ from leafcut.read.machine_keys import (
     RAPID_STYLES,
     SOURCE_KEYS,
     TOP_KEYS,
+    UNKNOWN,
     profile_template,
     with_defaults,
 )
@@ -31,6 +32,8 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 #: LinuxCNC and others check the limits of an axis to about this, mm.
 _ROOM = 1e-6
+#: No motor makes more steps per mm.
+_MOST_STEPS = 1e5
 #: No nozzle is wider, mm.
 _WIDEST_NOZZLE = 200.0
 
@@ -101,6 +104,30 @@ def machine_template(name_or_path: str) -> str:
     return profile_template(data, machine.name)
 
 
+def machine_of_profile(data: dict[str, Any], place: str) -> Machine:
+    """Return the machine of a profile that stands in no file yet; `place` is what messages begin with.
+
+    Raises
+    ------
+    OptionError
+        A key is unknown, missing, of the wrong kind or out of range.
+    """
+    return _machine_of(data, place)
+
+
+def profile_of(name_or_path: str) -> dict[str, Any]:
+    """Return the keys of the profile of a machine, as they stand there.
+
+    Raises
+    ------
+    OptionError
+        As `load_machine` does.
+    """
+    data, place = _profile(name_or_path)
+    _machine_of(data, place)
+    return data
+
+
 def _profile(name_or_path: str) -> tuple[dict[str, Any], str]:
     """Return the contents of a profile, and the name of its file for messages."""
     if name_or_path.lower().endswith(".toml"):
@@ -126,8 +153,8 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
     said = TomlTable(data, place, TOP_KEYS)
     filled, told = with_defaults(data)
     top = TomlTable(filled, place, TOP_KEYS)
-    rapid, corners, travel, spindle, change = (
-        top.table(name, KEYS[name]) for name in ("rapid", "corners", "travel", "spindle", "tool_change")
+    rapid, corners, motors, travel, spindle, change = (
+        top.table(name, KEYS[name]) for name in ("rapid", "corners", "motors", "travel", "spindle", "tool_change")
     )
     velocity = _xyz(rapid.vector("velocity", "mm/s"))
     name = top.text("name", Path(place).stem)
@@ -145,14 +172,20 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
         acceleration_factor=top.number("acceleration_factor", 1.0),
         corners=corners.text("style", "", ("", *CORNERS)),
         corner_deviation=corners.quantity("deviation", "mm"),
+        arc_tolerance=corners.quantity("arc_tolerance", "mm"),
+        steps_per_mm=_xyz(motors.vector("steps_per_mm", "steps/mm")),
+        motor_lock_s=motors.quantity("lock_time", "s"),
         max_feed=top.quantity("max_feed", "mm/s", min(velocity[:2])),
-        travel_min=_xyz(travel.vector("min", "mm")),
-        travel_max=_xyz(travel.vector("max", "mm")),
+        travel_min=_limits(travel, "min", -math.inf),
+        travel_max=_limits(travel, "max", math.inf),
         home=_xyz(top.vector("home", "mm")),
         work_offset=top.optional("work_offset", lambda key: _xyz(top.vector(key, "mm"))),
         safe_z=top.optional("safe_z", lambda key: top.quantity(key, "mm")),
         spindle_min_rpm=spindle.quantity("min_speed", "rpm"),
         spindle_max_rpm=spindle.quantity("max_speed", "rpm"),
+        spindle_power=spindle.quantity("power", "W", 0.0),
+        spindle_torque=spindle.quantity("torque", "N·mm", 0.0),
+        max_thrust=spindle.quantity("max_thrust", "N", 0.0),
         spindle_start_s=spindle.quantity("start_time", "s"),
         tool_changer=change.flag("automatic", True),
         tool_change_s=change.quantity("time", "s"),
@@ -163,6 +196,9 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
     )
     if "max_feed" not in said:
         told["max_feed"] = f"{machine.max_feed * SECONDS_PER_MINUTE:g} mm/min (the slower of the rapids of x and y)"
+    unlimited = [axis for axis, name in enumerate("xyz") if not math.isfinite(machine.reach(axis))]
+    if unlimited:
+        told["travel"] = f"unknown in {', '.join('xyz'[axis] for axis in unlimited)} (nothing is checked against it)"
     machine = replace(machine, assumed=told)
     _check(machine, place, top)
     return machine
@@ -184,6 +220,19 @@ def _controller(top: TomlTable, place: str) -> tuple[str, str]:
         name = str(Path(place).parent / file)
         return name, dialect(name).family
     return name, DIALECTS.load(name).family if name in DIALECTS.names() else ""
+
+
+def _limits(travel: TomlTable, key: str, unlimited: float) -> XYZ:
+    """Return one end of the travel of each axis; `unlimited` where it is not known."""
+    if not travel.values:
+        return (unlimited,) * 3
+    value = travel.values.get(key)
+    if value == UNKNOWN:
+        return (unlimited,) * 3
+    if not isinstance(value, list) or UNKNOWN not in value or len(value) != 3:
+        return _xyz(travel.vector(key, "mm"))
+    known = travel.with_value(key, ["0 mm" if one == UNKNOWN else one for one in value]).vector(key, "mm")
+    return _xyz(tuple(unlimited if one == UNKNOWN else place for one, place in zip(value, known, strict=True)))
 
 
 def _probe(top: TomlTable) -> Probe:
@@ -231,6 +280,7 @@ def _check(machine: Machine, place: str, top: TomlTable) -> None:
     if not 0 < machine.acceleration_factor <= 1:
         raise refuse("acceleration_factor", f"is {machine.acceleration_factor:g}, but must be above 0 and at most 1")
     _check_positive(machine, top, refuse)
+    _check_loads(machine, refuse)
     if machine.probe is not None:
         _check_probe(machine.probe, machine.max_feed, refuse)
     if not 0 <= machine.spindle_min_rpm <= machine.spindle_max_rpm or not machine.spindle_max_rpm > 0:
@@ -238,6 +288,16 @@ def _check(machine: Machine, place: str, top: TomlTable) -> None:
     for key, seconds in (("spindle.start_time", machine.spindle_start_s), ("tool_change.time", machine.tool_change_s)):
         if seconds < 0:
             raise refuse(key, f"is {seconds:g} s, but must not be negative")
+
+
+def _check_loads(machine: Machine, refuse: Callable[[str, str], OptionError]) -> None:
+    for key, value in (
+        ("spindle.power", machine.spindle_power),
+        ("spindle.torque", machine.spindle_torque),
+        ("spindle.max_thrust", machine.max_thrust),
+    ):
+        if value < 0:
+            raise refuse(key, "must not be negative")
 
 
 def _check_probe(probe: Probe, max_feed: float, refuse: Callable[[str, str], OptionError]) -> None:
@@ -251,6 +311,15 @@ def _check_positive(machine: Machine, top: TomlTable, refuse: Callable[[str, str
     if not machine.corner_deviation > 0:
         shown = top.table("corners", KEYS["corners"]).typed("deviation")
         raise refuse("corners.deviation", f"is {shown}, but must be above 0")
+    if not machine.arc_tolerance > 0:
+        shown = top.table("corners", KEYS["corners"]).typed("arc_tolerance")
+        raise refuse("corners.arc_tolerance", f"is {shown}, but must be above 0")
+    motors = top.table("motors", KEYS["motors"])
+    for axis, steps in zip("xyz", machine.steps_per_mm, strict=True):
+        if not 0 < steps <= _MOST_STEPS:
+            raise refuse("motors.steps_per_mm", f"of {axis} is {steps:g}, but must be above 0, {_MOST_STEPS:g} at most")
+    if not 0 <= machine.motor_lock_s < 1:
+        raise refuse("motors.lock_time", f"is {motors.typed('lock_time')}, but must be 0 or more, below 1 s")
     if not 0 <= machine.nozzle_diameter <= _WIDEST_NOZZLE:
         raise refuse("nozzle_diameter", f"is {top.typed('nozzle_diameter')}, but must be 0 to {_WIDEST_NOZZLE:g} mm")
     if not machine.max_feed > 0:

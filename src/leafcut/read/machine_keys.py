@@ -14,6 +14,8 @@ from leafcut.kinds import Head
 
 RAPID_STYLES = ("linear", "dogleg")
 CORNERS = ("linuxcnc", "grbl", "round")
+#: What stands for the end of the travel of one axis where it is not known.
+UNKNOWN = "unknown"
 
 
 @dataclass(frozen=True)
@@ -192,9 +194,47 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
         unit="mm",
         bounds="above 0",
     ),
-    ProfileKey("travel.min", "lowest machine coordinates", required=True, unit="mm", size=3),
     ProfileKey(
-        "travel.max", "highest machine coordinates", required=True, unit="mm", size=3, bounds="above the lowest"
+        "corners.arc_tolerance",
+        "how far a GRBL board's chords may be from an arc",
+        "0.002 mm",
+        "GRBL's own $12",
+        unit="mm",
+        bounds="above 0",
+    ),
+    ProfileKey(
+        "motors.steps_per_mm",
+        "steps of a GRBL board's motors: one for all axes, or a list of three",
+        "250 steps/mm",
+        "GRBL's own $100 to $102",
+        unit="steps/mm",
+        size=3,
+        bounds="above 0",
+    ),
+    ProfileKey(
+        "motors.lock_time",
+        "how long a GRBL board holds its motors after every stop, before it goes on; 0 where they stay on ($1=255)",
+        "25 ms",
+        "GRBL's own $1",
+        unit="s",
+        bounds="0 or more, below 1 s",
+    ),
+    ProfileKey(
+        "travel.min",
+        "lowest machine coordinates",
+        why="unknown: nothing is checked against them",
+        example=["-400 mm", "-200 mm", UNKNOWN],
+        unit="mm",
+        size=3,
+    ),
+    ProfileKey(
+        "travel.max",
+        "highest machine coordinates",
+        why="unknown: nothing is checked against them",
+        example=["0 mm", "0 mm", UNKNOWN],
+        unit="mm",
+        size=3,
+        bounds="above the lowest",
     ),
     ProfileKey("spindle.min_speed", "lowest spindle speed", "0 rpm", "no lower limit", unit="rpm", bounds="0 or more"),
     ProfileKey(
@@ -205,6 +245,30 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
         told=True,
         unit="rpm",
         bounds="above 0, not below the lowest speed",
+    ),
+    ProfileKey(
+        "spindle.power",
+        "power of the spindle, a limit for `leafcut cutting-data`",
+        why="unknown: no limit",
+        example="7.5 kW",
+        unit="W",
+        bounds="0 or more",
+    ),
+    ProfileKey(
+        "spindle.torque",
+        "torque of the spindle, a limit for `leafcut cutting-data`",
+        why="unknown: no limit",
+        example="40 N·m",
+        unit="N·mm",
+        bounds="0 or more",
+    ),
+    ProfileKey(
+        "spindle.max_thrust",
+        "force with which z can push, a limit for `leafcut cutting-data`",
+        why="unknown: no limit",
+        example="5 kN",
+        unit="N",
+        bounds="0 or more",
     ),
     ProfileKey(
         "spindle.start_time",

@@ -12,7 +12,7 @@ from leafcut.model import Part
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.options import ReadOptions
 from leafcut.plugins import Plugin, PluginKind
-from leafcut.read import csvmap, dxf, examples, excellon, gcode, gtsp, picture, sirius, svg, tsplib, wkt, xmlmap
+from leafcut.read import csvmap, dxf, examples, excellon, gcode, gtsp, picture, sirius, step, svg, tsplib, wkt, xmlmap
 from leafcut.read.format import SNIFF_BYTES, Format, Match, Source, load
 
 #: What can be read: a file, the name of an example, what came through standard input, or what was read already.
@@ -21,6 +21,7 @@ Input = str | Path | StandardInput | Source
 BUILT_IN = (
     dxf.FORMAT,
     svg.FORMAT,
+    step.FORMAT,
     sirius.FORMAT,
     wkt.FORMAT,
     picture.FORMAT,

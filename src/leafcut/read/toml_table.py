@@ -81,6 +81,10 @@ class TomlTable:
         """Return a number with its unit, written as text ("25.4 m/min"), in the inner `unit`."""
         return default if default is not None and key not in self else self._quantity(key, unit, self._get(key, None))
 
+    def with_value(self, key: str, value: Any) -> TomlTable:
+        """Return the same table with another value of one key."""
+        return TomlTable({**self.values, key: value}, self.place, {*self.values, key})
+
     def optional(self, key: str, read: Callable[[str], T]) -> T | None:
         """Return what `read` makes of `key`, or None when the key is absent."""
         return read(key) if key in self else None

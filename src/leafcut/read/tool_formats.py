@@ -1,13 +1,15 @@
-"""Tool libraries of other programs, each as rows with the keys of leafcut's own: LinuxCNC, Fusion, FreeCAD.
+"""Tool libraries of other programs, each as rows with the keys of leafcut's own: LinuxCNC, Fusion, FreeCAD, tables.
 
 LinuxCNC's table (``tool.tbl``: user manual, "Tool Table Format") has the machine's units and no kinds: its comments say
 what a tool is. A Fusion library (``.json``, or ``.tools``: the same, zipped) says the units of every tool and has feeds
 in its presets. A FreeCAD library (``.fctl`` with a ``.fctb`` for every tool) carries units in its texts, and no feeds.
+A table (``.csv``: `leafcut.read.tool_table`) says in its first row what its columns are, as Fusion's own does.
 """
 
 from __future__ import annotations
 
 import io
+import math
 import re
 import zipfile
 import zlib
@@ -19,32 +21,19 @@ from typing import Any
 from leafcut.errors import OptionError, shown
 from leafcut.model.tool import CONES, MILLS
 from leafcut.read.format import parse_json
+from leafcut.read.tool_kinds import FUSION_KINDS, ToolRow, kind_in
+from leafcut.read.tool_table import rows_of_table
 
 #: A library larger than this is none, bytes; so is what it unpacks to.
 MAX_BYTES = 16 * 1024 * 1024
 
-#: A tool as the values of a ``[[tool]]``, or why it is left out: what it is called, and values or a reason.
-ToolRow = tuple[str, dict[str, Any] | str]
-
 #: What `zipfile` and what it unpacks with raise of a file that is none, or is torn.
 _TORN = (zipfile.BadZipFile, zlib.error, LZMAError, EOFError, OSError, ValueError, NotImplementedError, RuntimeError)
 
-#: What a comment calls a tool, the first that fits.
-_IN_WORDS = (
-    ("centre-drill", r"\b(centre|center|spot)[\s-]*drill|\bspot(ting)?\b"),
-    ("reamer", r"\bream"),
-    ("slot-mill", r"\bslot[\s-]*(mill|drill|cutter)|\brouter\b"),
-    ("ball-mill", r"\bball[\s-]*(nose|end)"),
-    ("end-mill", r"\b(flat\s*)?end[\s-]*mill"),
-    ("drill", r"\bdrill\b"),
-)
-#: What cuts otherwise than by its words: no flat end, no hole of its width.
-_OTHER_WORDS = re.compile(r"\b(tap|bull|chamfer|v-?bit|engrav|face|fly|thread|probe|dove)(?!\s*drill)", re.IGNORECASE)
-_FUSION_KINDS = {
-    "drill": "drill", "center drill": "centre-drill", "spot drill": "centre-drill", "reamer": "reamer",
-    "flat end mill": "end-mill", "bull nose end mill": "end-mill", "ball end mill": "ball-mill",
-    "chamfer mill": "chamfer-mill", "slot mill": "slot-mill", "tap right hand": "tap",
-}  # fmt: skip
+_FUSION_UNITS = {"millimeters": "mm", "inches": "in"}
+#: What a piece of a shaft or of a holder says.
+_SEGMENT = ("height", "lower-diameter", "upper-diameter")
+_WIDE = "shoulder-diameter"
 _FREECAD_KINDS = {
     "drill": "drill", "endmill": "end-mill", "bullnose": "end-mill", "ballend": "ball-mill", "chamfer": "chamfer-mill",
     "v-bit": "v-bit", "vbit": "v-bit", "reamer": "reamer", "tap": "tap", "slotmill": "slot-mill",
@@ -66,14 +55,15 @@ def rows_of(path: Path, units: str) -> tuple[list[ToolRow], bool] | None:
     OptionError
         The file cannot be read, or is not what its name says.
     """
-    reader = _READERS.get(path.suffix.lower())
+    reader = READERS.get(path.suffix.lower())
     if reader is None:
         return None
     try:
         data = path.read_bytes()
         if len(data) > MAX_BYTES:
             raise OptionError(f"{path}: a tool library of {len(data) >> 20} MiB; the limit is {MAX_BYTES >> 20} MiB")
-        return list(reader(path, data, units)), path.suffix.lower() in (".tbl", ".fctl", ".fctb")
+        rows = list(reader(path, data, units))
+        return rows, not any("feed" in row for _, row in rows if isinstance(row, dict))
     except OSError as problem:
         raise OptionError(f"{path}: cannot be read ({problem.strerror})") from None
 
@@ -87,7 +77,7 @@ def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[ToolRow]:
         if "T" not in values or not re.fullmatch(r"[0-9]{1,9}", values["T"]):
             raise OptionError(f"{path}: line {number}: '{shown(line, 40)}' is not a line of a LinuxCNC tool table")
         name = f"T{values['T']}"
-        kind = _kind_in(comment)
+        kind = kind_in(comment)
         if kind is None:
             said = f"its comment '{shown(comment.strip(), 30)}'" if comment.strip() else "no comment"
             yield name, f"{said} does not say that it is a drill, centre drill, reamer, end mill or slot mill"
@@ -96,12 +86,6 @@ def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[ToolRow]:
         else:
             row = {"number": int(values["T"]), "kind": kind, "diameter": f"{values['D']} {units}"}
             yield name, {**row, "name": _name(comment)}
-
-
-def _kind_in(comment: str) -> str | None:
-    if _OTHER_WORDS.search(comment):
-        return None
-    return next((kind for kind, words in _IN_WORDS if re.search(words, comment, re.IGNORECASE)), None)
 
 
 def _fusion(path: Path, data: bytes, _: str) -> Iterator[ToolRow]:
@@ -115,8 +99,8 @@ def _fusion(path: Path, data: bytes, _: str) -> Iterator[ToolRow]:
             continue
         number = _inner(tool, "post-process").get("number")
         name = f"T{number}" if isinstance(number, int) else f"tool {count}"
-        kind = _FUSION_KINDS.get(str(tool.get("type", "")).lower())
-        unit = {"millimeters": "mm", "inches": "in"}.get(str(tool.get("unit", "")))
+        kind = FUSION_KINDS.get(str(tool.get("type", "")).lower())
+        unit = _FUSION_UNITS.get(str(tool.get("unit", "")))
         if kind is None:
             yield name, f"leafcut has no tool of type '{shown(str(tool.get('type')), 30)}'"
         elif unit is None:
@@ -148,8 +132,49 @@ def _fusion_row(tool: dict[str, Any], kind: str, unit: str, number: object) -> d
         "feed": None if kind == "tap" else _with(preset.get("v_f") if mill else down, f"{unit}/min"),
         "plunge_feed": _with(preset.get("v_f_plunge"), f"{unit}/min") if mill else None,
         "teeth": geometry.get("NOF") if mill else None,
+        **_fusion_body(tool, geometry, unit),
     }
     return {key: value for key, value in given.items() if value is not None}
+
+
+def _fusion_body(tool: dict[str, Any], geometry: dict[str, Any], unit: str) -> dict[str, str | None]:
+    """Return what is above the flutes, as far as the tool says it.
+
+    A shaft begins above the shoulder, and a holder where the tool stands out of it (LB); both list their pieces from
+    below, those of a holder in its own unit.
+    """
+    flutes, shoulder, wide, out = (_length(geometry.get(key)) for key in ("LCF", "shoulder-length", _WIDE, "LB"))
+    pieces = _pieces(_inner(tool, "shaft"), unit)
+    wide = wide or _length(geometry.get("DC"))
+    if 0 < flutes < shoulder and wide:
+        neck = dict(zip(_SEGMENT, (shoulder - flutes, wide, wide), strict=True))
+        pieces = [*_pieces({"segments": [neck]}, unit), *pieces]
+    holder = _inner(tool, "holder")
+    other = _FUSION_UNITS.get(str(holder.get("unit", "")), unit)
+    return {
+        "shank_diameter": _with(geometry.get("SFDM"), unit) if flutes else None,
+        "stickout": _with(out, unit),
+        "shaft": ", ".join(pieces) or None if flutes else None,
+        "holder": ", ".join(_pieces(holder, other)) or None if out else None,
+    }
+
+
+def _pieces(body: dict[str, Any], unit: str) -> list[str]:
+    """Return the pieces of a shaft or holder as a ``[[tool]]`` has them; none where one is no piece."""
+    segments = body.get("segments")
+    found = []
+    for one in segments if isinstance(segments, list) else []:
+        length, lower, upper = (_length(one.get(key) if isinstance(one, dict) else None) for key in _SEGMENT)
+        if not (length and lower and upper):
+            return []
+        found.append(f"{lower:.6f} {unit}-{upper:.6f} {unit} x {length:.6f} {unit}")
+    return found
+
+
+def _length(value: object) -> float:
+    """Return a length of a file; 0 where it is none."""
+    plain = isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < math.inf
+    return float(value) if plain and isinstance(value, int | float) else 0.0
 
 
 def _freecad(path: Path, data: bytes, _: str) -> Iterator[ToolRow]:
@@ -195,6 +220,7 @@ def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
         "tip_diameter": values.get("TipDiameter") if kind in _CONES and _above_0(values.get("TipDiameter")) else None,
         "pitch": values.get("Pitch") if kind == "tap" else None,
         "teeth": int(flutes) if kind in _MILLS and re.fullmatch(r"[0-9]{1,9}", flutes) else None,
+        "shank_diameter": values.get("ShankDiameter") if _above_0(values.get("CuttingEdgeHeight")) else None,
     }
     return {key: value for key, value in given.items() if value is not None}
 
@@ -240,4 +266,11 @@ def _name(text: str) -> str:
     return shown(text.strip(), 40)
 
 
-_READERS = {".tbl": _linuxcnc, ".json": _fusion, ".tools": _fusion, ".fctl": _freecad, ".fctb": _freecad}
+READERS = {
+    ".csv": rows_of_table,
+    ".tbl": _linuxcnc,
+    ".json": _fusion,
+    ".tools": _fusion,
+    ".fctl": _freecad,
+    ".fctb": _freecad,
+}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from leafcut.kinds import ToolMaterial
 from leafcut.model.tool import ToolKind
 from leafcut.options import CYCLES
 from leafcut.read.machine_keys import ProfileKey
@@ -50,6 +51,41 @@ TOOL_KEYS: tuple[ProfileKey, ...] = (
         why="a sharp tip",
         unit="mm",
         bounds="above 0 and below the diameter",
+    ),
+    ProfileKey(
+        "material",
+        "what its cutting edges are made of, for `leafcut cutting-data`",
+        why="as --tool-material says",
+        example=ToolMaterial.HSS.value,
+        choices=tuple(ToolMaterial),
+    ),
+    ProfileKey(
+        "life_cost",
+        "cost of one life of it, a new tool or a regrind, for `leafcut cutting-data`",
+        why="as --tool-cost says",
+        example=12.5,
+        bounds="0 or more",
+    ),
+    ProfileKey(
+        "shank_diameter",
+        "diameter above its flutes; with flute_length",
+        why="not known, so that no collision of it is seen",
+        unit="mm",
+        bounds=_LENGTH,
+    ),
+    ProfileKey("stickout", "from its tip to its holder", why="not known", unit="mm", bounds=_LENGTH),
+    ProfileKey(
+        "shaft",
+        "what is between its flutes and its shank, from the flutes up: diameter x length of each piece, of a cone "
+        "lower-upper x length, in mm; with flute_length",
+        why="nothing",
+        example="4-6 x 3",
+    ),
+    ProfileKey(
+        "holder",
+        "its holder, from below: diameter x length of each piece, of a cone lower-upper x length, in mm; with stickout",
+        why="not known, so that no collision of it is seen",
+        example="20-28 x 5, 28 x 40",
     ),
 )
 HOLE_KEYS: tuple[ProfileKey, ...] = (

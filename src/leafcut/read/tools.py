@@ -7,12 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import OptionError
-from leafcut.model.tool import CONES, MILLS, Recipe, Tool, ToolKind, ToolLibrary
+from leafcut.errors import OptionError, shown
+from leafcut.kinds import ToolMaterial
+from leafcut.model.tool import CONES, MILLS, BodySegment, Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.options import CYCLES
 from leafcut.read.toml_table import TomlTable, read_toml
-from leafcut.read.tool_formats import ToolRow, rows_of
+from leafcut.read.tool_formats import rows_of
 from leafcut.read.tool_keys import HOLE_KEYS, NO_TOOLS, TOOL_KEYS
+from leafcut.read.tool_kinds import ToolRow
+from leafcut.units import parse_quantity
 
 _TOOL_KEYS, _HOLE_KEYS = (tuple(key.name for key in keys) for keys in (TOOL_KEYS, HOLE_KEYS))
 
@@ -26,6 +29,9 @@ _MOST_TEETH = 100
 
 #: The full angle of the point where a tool does not say it: 118° is the common twist drill; the others end flat.
 _POINT_ANGLE = {ToolKind.DRILL: math.radians(118), ToolKind.CENTRE_DRILL: math.radians(118)}
+
+#: A tool has at most so many pieces above its flutes: more is a drawing, and each is looked for in the material.
+_MOST_SEGMENTS = 40
 
 #: How far the feed of a tap may be from pitch × speed: the rounding of the numbers in a catalogue.
 _TAP_FEED = 0.005
@@ -46,7 +52,7 @@ def load_tools(path: str | Path, units: str = "mm") -> ToolLibrary:
     place = str(path)
     foreign = rows_of(Path(path), units)
     if foreign is not None:
-        return _foreign_library(*foreign, place)
+        return _foreign_library(*foreign, place)[1]
     top = TomlTable(read_toml(Path(path)), place, ("tool", "hole"))
     tools: dict[int, Tool] = {}
     for count, values in enumerate(_tables(top, "tool"), start=1):
@@ -67,9 +73,24 @@ def load_tools(path: str | Path, units: str = "mm") -> ToolLibrary:
     return ToolLibrary(tuple(tools.values()), tuple(recipes.values()), place)
 
 
-def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> ToolLibrary:
+def foreign_rows(path: Path, units: str) -> tuple[list[dict[str, Any]], ToolLibrary]:
+    """Return the tools of another program's library that can be used, as values of a ``[[tool]]`` each, and read.
+
+    Raises
+    ------
+    OptionError
+        The file cannot be read, is no such library, or has no tool that can be used.
+    """
+    foreign = rows_of(path, units)
+    if foreign is None:
+        raise OptionError(f"{path}: is no tool library of another program")
+    return _foreign_library(*foreign, str(path))
+
+
+def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> tuple[list[dict[str, Any]], ToolLibrary]:
     """Return the tools of another program's library that can be used; the others are told, and why."""
     tools: dict[int, Tool] = {}
+    kept: list[dict[str, Any]] = []
     left_out: list[str] = []
     for name, values in rows:
         try:
@@ -82,10 +103,11 @@ def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> To
             left_out.append(f"{name}: {str(problem).removeprefix(': ')}")
         else:
             tools[tool.number] = tool
+            kept.append(values)
     if not tools:
         why = f": {left_out[0]}" if left_out else ""
         raise OptionError(f"{place}: no tool of this library can be used{why}")
-    return ToolLibrary(tuple(tools.values()), (), place, tuple(left_out), without_feeds)
+    return kept, ToolLibrary(tuple(tools.values()), (), place, tuple(left_out), without_feeds)
 
 
 def _tables(top: TomlTable, key: str) -> list[Any]:
@@ -118,10 +140,41 @@ def _tool(table: TomlTable) -> Tool:
         teeth=table.optional("teeth", lambda key: table.whole(key, 1, _MOST_TEETH)),
         corner_radius=_positive(table, "corner_radius", "mm") if "corner_radius" in table else 0.0,
         tip_diameter=_positive(table, "tip_diameter", "mm") if "tip_diameter" in table else 0.0,
+        material=table.optional("material", lambda key: ToolMaterial(table.text(key, choices=tuple(ToolMaterial)))),
+        life_cost=table.optional("life_cost", lambda key: _cost(table, key)),
+        shank_diameter=table.optional("shank_diameter", lambda key: _positive(table, key, "mm")),
+        stickout=table.optional("stickout", lambda key: _positive(table, key, "mm")),
+        shaft=_segments(table, "shaft"),
+        holder=_segments(table, "holder"),
     )
     _check_mill(tool, table)
+    for key, needs in (("shank_diameter", "flute_length"), ("shaft", "flute_length"), ("holder", "stickout")):
+        if key in table and needs not in table:
+            raise table.problem(key, f"needs '{needs}': where it begins above the tip")
     _check_cycle(tool, table)
     return _tapping(tool, table) if kind is ToolKind.TAP else tool
+
+
+def _segments(table: TomlTable, key: str) -> tuple[BodySegment, ...]:
+    """Return the pieces of a shaft or a holder, written as ``20-28 x 5, 28 x 40``."""
+    pieces = [piece.strip() for piece in table.text(key, "").split(",")] if key in table else []
+    if len(pieces) > _MOST_SEGMENTS:
+        raise table.problem(key, f"has {len(pieces)} pieces; the limit is {_MOST_SEGMENTS}")
+    found = []
+    for piece in pieces:
+        wide, times, length = piece.lower().partition("x")
+        lower, dash, upper = wide.partition("-")
+        try:
+            lengths = [parse_quantity(text.strip(), "mm") for text in (length, lower, upper if dash else lower)]
+        except OptionError:
+            lengths = []
+        if not times or not lengths or not all(0.0 < value <= _LARGEST for value in lengths):
+            raise table.problem(
+                key,
+                f"has the piece '{shown(piece, 40)}', but must be such as '28 x 40', or '20-28 x 5' for a cone, in mm",
+            )
+        found.append(BodySegment(*lengths))
+    return tuple(found)
 
 
 def _positive(table: TomlTable, key: str, unit: str) -> float:
@@ -136,6 +189,13 @@ def _seconds(table: TomlTable, key: str) -> float:
     value = table.quantity(key, "s")
     if not 0 <= value <= 100:
         raise table.problem(key, f"is {table.typed(key)}, but must be from 0 to 100 s")
+    return value
+
+
+def _cost(table: TomlTable, key: str) -> float:
+    value = table.number(key, 0.0)
+    if not 0 <= value <= 1e6:
+        raise table.problem(key, f"is {value:g}, but must be from 0 to 1000000")
     return value
 
 

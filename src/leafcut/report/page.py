@@ -11,6 +11,7 @@ from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import ProcessReport, Which
 from leafcut.report import views
 from leafcut.report.colours import drawing_css, style_sheet
+from leafcut.report.stock_pictures import stock_pictures
 from leafcut.report.svg import element
 from leafcut.report.wording import algorithm_words, clean, time_words
 
@@ -19,7 +20,7 @@ _FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]")
 
 
 def write_page(outcome: Outcome) -> str:
-    """Return the report as one HTML page that needs nothing else: no script, no request, styles and drawings inside.
+    """Return the report as one HTML page that needs nothing else: no script, no request, styles and pictures inside.
 
     Everything from files is escaped by the template or by `svg.element`; a content security policy lets nothing run.
     """
@@ -90,4 +91,5 @@ def _content(outcome: Outcome, shown: ProcessReport) -> dict[str, Any]:
         "workers": views.workers(outcome) if shown.ordered else {"rows": []},
         "issues": views.issues(outcome),
         "program": views.program(outcome),
+        "stock": stock_pictures(outcome, shown),
     }

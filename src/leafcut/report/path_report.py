@@ -9,6 +9,7 @@ from leafcut.model.cutting import CutPlan
 from leafcut.model.measure import Measure
 from leafcut.model.outcome import Detail, Outcome
 from leafcut.model.process_report import Fact, SummaryTable, Which
+from leafcut.model.shown_stock import ShownStock
 from leafcut.model.toolpath import Toolpath
 from leafcut.report import views
 from leafcut.report.drawing import RAMP, Scene, build_scene, cut_tools, drawing, tool_class
@@ -189,6 +190,10 @@ class PathReport(Generic[D]):
     def plan(self, which: Which) -> CutPlan | None:
         """Return nothing: there are no cuts of a sheet."""
         return None
+
+    def stock(self) -> ShownStock:
+        """Return the tools of the operations, and a block around the cuts."""
+        return ShownStock({o.tool.number: o.tool for o in self.outcome.operations})
 
     def _path_words(self, which: Which) -> str:
         order = f"the {self.came_in}’s order" if which == "before" else "leafcut’s order"

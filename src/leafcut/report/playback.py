@@ -47,6 +47,8 @@ class Playback:
         int32[n]: line of the program, from 1; 0 where no program is known.
     source
         int32[n]: row of the toolpath that it was made of.
+    of
+        int64[n]: row of the toolpath with its cycles written out.
     feed, tool
         float64[n], 0 for what has none; int32[n], 0 before the first tool.
     arc_row
@@ -62,6 +64,7 @@ class Playback:
     seconds: NDArray[np.float64]
     line: NDArray[np.int32]
     source: NDArray[np.int32]
+    of: NDArray[np.int64]
     feed: NDArray[np.float64]
     tool: NDArray[np.int32]
     arc_row: NDArray[np.int64]
@@ -117,6 +120,7 @@ def playback(path: Toolpath, machine: Machine, beam: bool = False, written: Tool
         seconds=timed.seconds,
         line=rows.line if written is None else written_lines(rows, written),
         source=timed.source,
+        of=np.arange(len(rows)),
         feed=np.where(feeds, rows.value, 0.0),
         tool=rows.tool.astype(np.int32),
         arc_row=arc_row,
@@ -188,6 +192,7 @@ def _with_chords(whole: Playback, path: Toolpath, before: NDArray[np.float64]) -
         seconds=(whole.seconds / count)[source],
         line=whole.line[source],
         source=whole.source[source],
+        of=source,
         feed=whole.feed[source],
         tool=whole.tool[source],
         arc_row=first[whole.arc_row],

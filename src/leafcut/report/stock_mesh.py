@@ -18,20 +18,20 @@ _ROW = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("attribute", 
 def stock_stl(field: HeightField) -> tuple[bytes, int]:
     """Return a height field as binary STL, mm, and of how many cells in a row one corner was made.
 
-    The corners lie over the middles of cells, the outer ones on the sides of the stock; the surface is closed by walls
-    and a floor, and open where the stock is cut through. Of more than `MOST_CELLS` cells every second, third … counts.
+    The corners lie over the middles of cells, so that who reads the file has the heights back, and those of outer cells
+    again on the sides of the stock; the surface is closed by walls and a floor, and there is nothing where the stock is
+    cut through. Of more than `MOST_CELLS` cells every second, third … counts.
     """
     step = 1
     while (field.heights.shape[0] // step) * (field.heights.shape[1] // step) > MOST_CELLS:
         step += 1
     heights = np.maximum(field.heights[::step, ::step].astype(np.float64), field.floor)
-    heights = np.repeat(np.repeat(heights, 1 + (heights.shape[0] == 1), axis=0), 1 + (heights.shape[1] == 1), axis=1)
     y, x = (
         _corners(start, field.cell, step, cells, many)
         for start, cells, many in zip((field.y, field.x), field.heights.shape, heights.shape, strict=True)
     )
     # A ring of corners on the floor all round makes the walls.
-    top = np.pad(heights, 1, constant_values=field.floor)
+    top = np.pad(np.pad(heights, 1, mode="edge"), 1, constant_values=field.floor)
     corners = np.stack([*np.broadcast_arrays(x[None, :], y[:, None]), top], axis=-1)
     upper = _triangles(corners)
     lower = _triangles(np.concatenate([corners[..., :2], np.full_like(top, field.floor)[..., None]], axis=-1))
@@ -48,10 +48,10 @@ def stock_stl(field: HeightField) -> tuple[bytes, int]:
 
 
 def _corners(start: float, cell: float, step: int, cells: int, many: int) -> NDArray[np.float64]:
-    """Return where corners lie along an axis, mm: every `step`-th cell's middle, the outer ones twice, at the sides."""
+    """Return where corners lie along an axis, mm: over every `step`-th cell's middle, and twice at each side."""
     places = start + step * cell * np.arange(many, dtype=np.float64)
-    places[0], places[-1] = start - 0.5 * cell, start + (cells - 0.5) * cell
-    return np.concatenate([places[:1], places, places[-1:]])
+    low, high = start - 0.5 * cell, start + (cells - 0.5) * cell
+    return np.concatenate([[low, low], places, [high, high]])
 
 
 def _triangles(corners: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""A height field as a picture: coloured by depth, with light from the upper left, and a scale."""
+"""A height field as a picture: seen from above, coloured by depth, with its walls in shadow, axes and a scale."""
 
 from __future__ import annotations
 
@@ -9,80 +9,141 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.report.colours import RGB
+from leafcut.report.svg import nice_step, tick_words, ticks
 
 if TYPE_CHECKING:
+    from PIL.Image import Image as Picture
+
     from leafcut.stock.height_field import HeightField
 
-#: From the top of the stock down to its deepest place: lightness falls all the way, so that any colour vision reads it.
-_DEPTHS: tuple[RGB, ...] = (
-    (238, 240, 236),
-    (168, 212, 189),
-    (77, 166, 173),
-    (42, 108, 150),
-    (38, 50, 108),
-    (30, 14, 56),
+#: From the top of the stock down to its deepest place: lightness falls all the way, so that any colour vision reads it,
+#: and never so far that a shadow would not be seen.
+DEPTHS: tuple[RGB, ...] = (
+    (240, 241, 237),
+    (184, 219, 200),
+    (104, 181, 183),
+    (62, 135, 170),
+    (54, 90, 150),
+    (60, 50, 118),
 )
-#: What is cut through, the paper, what is written, and the edge of the scale.
-_THROUGH, _PAPER, _INK, _EDGE = (255, 196, 92), (255, 255, 255), (40, 44, 48), (150, 154, 158)
-#: The longer side of the picture of the field, pixels: at least and at most.
-_LEAST, _MOST = 900, 1800
-#: Margin, and room for the scale on the right, pixels.
-_MARGIN, _SCALE = 28, 150
-#: How strongly slopes are shaded.
-_SHADE = 0.55
+#: What is cut through, the paper, what is written, and the edges.
+THROUGH, _PAPER, _INK, _EDGE = (255, 190, 84), (255, 255, 255), (40, 44, 48), (150, 154, 158)
+#: The longer side of the picture of the field, and the least of its shorter one, pixels.
+LONGER, _SHORTER = 1400, 8
+#: So many cells along the longer side are looked at, at most: more would be thinned out, and only take memory.
+_MOST = 2 * LONGER
+#: Room for what is written around the field, pixels: numbers of Y, the scale, and numbers of X.
+LEFT, RIGHT, TOP, BOTTOM = 96, 190, 30, 76
+#: The scale is so long at most, and the page has room for so long a one.
+_SCALE, _LEAST_SCALE = 460, 220
+#: How strongly slopes are shaded, and places below others near them: at most, so wide, and at which share of the depth.
+_SHADE, _SHADOW, _NEAR, _FULL = 0.4, 0.45, 0.012, 0.35
+_SIZE, _TICK = 22, 8
+#: Steps of the colours.
+_STEPS = 1024
 
 
 def stock_png(field: HeightField, top: float) -> bytes:
     """Return a height field as a PNG, seen from above, y upwards; `top` is the height of the uncut stock, mm."""
     from PIL import Image, ImageDraw, ImageFont
 
-    heights, through = _at_size(field)
+    step = max(-(-max(field.heights.shape) // _MOST), 1)
+    heights = field.heights[::step, ::step].astype(np.float32)
+    through = heights <= field.floor + 1e-6
     lowest = float(heights[~through].min()) if (~through).any() else field.floor
     bottom = min(lowest, top - 1e-6)
-    colours = _coloured(heights, top, bottom) * _light(heights, field, heights.shape[0])[..., None]
-    colours[through] = _THROUGH
-    picture = Image.fromarray(np.clip(colours, 0, 255).astype(np.uint8)[::-1])
+    picture = _sized(_coloured(heights, through, top, bottom, field.cell * step))
     width, height = picture.size
-    page = Image.new("RGB", (width + 2 * _MARGIN + _SCALE, height + 2 * _MARGIN), _PAPER)
-    page.paste(picture, (_MARGIN, _MARGIN))
-    draw, font = ImageDraw.Draw(page), ImageFont.load_default(20)
-    draw.rectangle((_MARGIN - 1, _MARGIN - 1, _MARGIN + width, _MARGIN + height), outline=_EDGE)
-    _draw_scale(draw, font, (2 * _MARGIN + width, _MARGIN), min(height - 40, 420), top, bottom, bool(through.any()))
+    page = Image.new(
+        "RGB", (width + LEFT + RIGHT, max(height, _LEAST_SCALE + 40 * bool(through.any())) + TOP + BOTTOM), _PAPER
+    )
+    page.paste(picture, (LEFT, TOP))
+    draw, font = ImageDraw.Draw(page), ImageFont.load_default(_SIZE)
+    draw.rectangle((LEFT - 1, TOP - 1, LEFT + width, TOP + height), outline=_EDGE)
+    _draw_axes(draw, font, field, (width, height))
+    room = page.size[1] - TOP - BOTTOM - (40 if through.any() else 0)
+    _draw_scale(draw, font, (LEFT + width + 36, TOP), min(room, _SCALE), top, bottom, bool(through.any()))
     out = io.BytesIO()
     page.save(out, "PNG", optimize=True)
     return out.getvalue()
 
 
-def _at_size(field: HeightField) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return the heights, one a pixel, and which pixels are cut through: few cells are enlarged, many thinned out."""
-    heights = field.heights.astype(np.float64)
-    longer = max(heights.shape)
-    if longer < _LEAST:
-        times = -(-_LEAST // longer)
-        heights = np.repeat(np.repeat(heights, times, axis=0), times, axis=1)
-    elif longer > _MOST:
-        step = longer / _MOST
-        rows, columns = ((np.arange(max(int(n / step), 1)) * step).astype(np.int64) for n in heights.shape)
-        heights = heights[np.ix_(rows, columns)]
-    return heights, heights <= field.floor + 1e-6
+def _coloured(
+    heights: NDArray[np.float32], through: NDArray[np.bool_], top: float, bottom: float, cell: float
+) -> Picture:
+    """Return one pixel a cell, the highest y first."""
+    from PIL import Image
 
-
-def _coloured(heights: NDArray[np.float64], top: float, bottom: float) -> NDArray[np.float64]:
     place = np.clip((top - heights) / (top - bottom), 0.0, 1.0)
-    stops = np.linspace(0.0, 1.0, len(_DEPTHS))
-    colours = [np.interp(place, stops, [colour[k] for colour in _DEPTHS]) for k in range(3)]
-    return np.stack(colours, axis=-1)
+    colours = _ramp(_STEPS)[(place * (_STEPS - 1)).astype(np.int64)].astype(np.float32)
+    colours *= (_light(heights, cell) * _shadow(heights, through, top, bottom))[..., None]
+    colours[through] = THROUGH
+    return Image.fromarray(np.clip(colours, 0, 255).astype(np.uint8)[::-1])
 
 
-def _light(heights: NDArray[np.float64], field: HeightField, rows: int) -> NDArray[np.float64]:
-    """Return how light every pixel is for its slope, about 1 where it is flat."""
-    size = field.cell * field.heights.shape[0] / rows
+def _sized(picture: Picture) -> Picture:
+    """Return a picture at its size: few cells are enlarged, and many thinned out, with smooth edges."""
+    from PIL import Image
+
+    share = LONGER / max(picture.size)
+    width, height = (max(round(n * share), _SHORTER) for n in picture.size)
+    return picture.resize((width, height), Image.Resampling.LANCZOS if share < 1 else Image.Resampling.BICUBIC)
+
+
+def _ramp(steps: int) -> NDArray[np.float64]:
+    """Return the colours from the top down, float64[steps, 3]."""
+    place, stops = np.linspace(0.0, 1.0, steps), np.linspace(0.0, 1.0, len(DEPTHS))
+    return np.stack([np.interp(place, stops, [colour[k] for colour in DEPTHS]) for k in range(3)], axis=-1)
+
+
+def _light(heights: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
+    """Return how light every cell is for its slope, 1 where it is flat; light comes from the upper left."""
     if min(heights.shape) < 2:
         return np.ones_like(heights)
-    rise_y, rise_x = np.gradient(heights, size)
+    rise_y, rise_x = np.gradient(heights, cell)
     lean = (rise_x - rise_y) / np.sqrt(1.0 + rise_x**2 + rise_y**2)
-    light: NDArray[np.float64] = 1.0 + _SHADE * np.clip(lean, -1.0, 0.6)
-    return light
+    return np.asarray(1.0 + _SHADE * np.clip(lean, -1.0, 0.5), dtype=np.float32)
+
+
+def _shadow(heights: NDArray[np.float32], through: NDArray[np.bool_], top: float, bottom: float) -> NDArray[np.float32]:
+    """Return how light every cell is under what stands higher around it, 1 where nothing does."""
+    high = np.where(through, np.float32(bottom), heights)
+    near = max(round(_NEAR * max(heights.shape)), 1)
+    around = _mean(_mean(high, near, 0), near, 1)
+    deep = np.clip((around - high) / (_FULL * (top - bottom)), 0.0, 1.0)
+    return np.asarray(1.0 - _SHADOW * deep, dtype=np.float32)
+
+
+def _mean(values: NDArray[np.float32], near: int, axis: int) -> NDArray[np.float32]:
+    """Return the mean of every place and of so many before and behind it along an axis; the edges go on outside."""
+    wide = [(near + 1, near) if k == axis else (0, 0) for k in range(2)]
+    sums = np.cumsum(np.pad(values, wide, mode="edge"), axis=axis, dtype=np.float64)
+    count = 2 * near + 1
+    length = values.shape[axis]
+    last = np.take(sums, range(count, count + length), axis=axis)
+    return np.asarray((last - np.take(sums, range(length), axis=axis)) / count, dtype=np.float32)
+
+
+def _draw_axes(draw: Any, font: Any, field: HeightField, size: tuple[int, int]) -> None:
+    """Draw ticks with round coordinates along the lower and the left side."""
+    width, height = size
+    rows, columns = field.heights.shape
+    low_x, low_y = field.x - 0.5 * field.cell, field.y - 0.5 * field.cell
+    step = nice_step(max(rows, columns) * field.cell, 8)
+    for value in ticks(low_x, low_x + columns * field.cell, step):
+        x = LEFT + (value - low_x) / (columns * field.cell) * width
+        draw.line((x, TOP + height + 1, x, TOP + height + _TICK), fill=_INK)
+        draw.text((x, TOP + height + _TICK + 4), _words(value, step), fill=_INK, font=font, anchor="mt")
+    for value in ticks(low_y, low_y + rows * field.cell, step):
+        y = TOP + height - (value - low_y) / (rows * field.cell) * height
+        draw.line((LEFT - _TICK, y, LEFT - 2, y), fill=_INK)
+        draw.text((LEFT - _TICK - 6, y), _words(value, step), fill=_INK, font=font, anchor="rm")
+    draw.text((LEFT + width / 2, TOP + height + BOTTOM - 6), "X, Y and Z in mm", fill=_INK, font=font, anchor="mb")
+
+
+def _words(value: float, step: float) -> str:
+    """Return a tick's number; the font has no minus but the hyphen."""
+    return tick_words(value, step).replace("−", "-")
 
 
 def _draw_scale(
@@ -90,13 +151,17 @@ def _draw_scale(
 ) -> None:
     """Draw the colours of the heights from top to bottom, with their numbers, and what cut through looks like."""
     x, y = at
-    ramp = _coloured(np.linspace(top, bottom, max(length, 2)), top, bottom)
-    for row, colour in enumerate(ramp.astype(int).tolist()):
-        draw.line((x, y + row, x + 22, y + row), fill=tuple(colour))
-    draw.rectangle((x - 1, y - 1, x + 23, y + length), outline=_EDGE)
+    for row, colour in enumerate(_ramp(max(length, 2)).astype(int).tolist()):
+        draw.line((x, y + row, x + 26, y + row), fill=tuple(colour))
+    draw.rectangle((x - 1, y - 1, x + 27, y + length), outline=_EDGE)
+    # The numbers of two decimals say where the colours are, as long as there are hundredths between them.
+    decimals = 2 if top - bottom >= 0.2 else 3
     for share in (0.0, 0.25, 0.5, 0.75, 1.0):
-        height = top + share * (bottom - top)
-        draw.text((x + 32, y + share * length), f"{height:.2f} mm", fill=_INK, font=font, anchor="lm")
+        height = top + share * (bottom - top) + 0.0
+        draw.text(
+            (x + 38, y + share * length), f"{height:.{decimals}f}", fill=_INK, font=font,
+            anchor="lt" if share == 0.0 else "lm",
+        )  # fmt: skip
     if through:
-        draw.rectangle((x - 1, y + length + 18, x + 23, y + length + 38), fill=_THROUGH, outline=_EDGE)
-        draw.text((x + 32, y + length + 28), "through", fill=_INK, font=font, anchor="lm")
+        draw.rectangle((x - 1, y + length + 22, x + 27, y + length + 44), fill=THROUGH, outline=_EDGE)
+        draw.text((x + 38, y + length + 33), "through", fill=_INK, font=font, anchor="lm")

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 #: What a file of what is left may be, by its ending.
 _FILES = (".png", ".stl")
 _MM3_PER_CM3 = 1000.0
+_BYTES_PER_MB = 1e6
 #: So many places that differ are told one by one.
 _MOST_PLACES = 10
 
@@ -55,6 +56,8 @@ def stock_as_json(found: StockCut, output: str | None = None) -> dict[str, Any]:
             "high": list(found.block.high),
             "derived": found.derived,
             "cell": found.field.cell,
+            "cells": found.field.heights.size,
+            "bytes": found.field.heights.nbytes,
         },
         "removed_mm3": found.removed_mm3,
         "left_mm3": found.field.volume,
@@ -72,6 +75,10 @@ def stock_as_json(found: StockCut, output: str | None = None) -> dict[str, Any]:
             for one in found.tools
         ],
         "rapids": [{"line": one.line, "depth_mm": one.depth_mm} for one in found.rapids],
+        "collisions": [
+            {"line": one.line, "tool": one.tool, "part": one.body.value, "depth_mm": one.depth_mm}
+            for one in found.collisions
+        ],
         **({"same_as": found.same_as, "same": not found.differences} if found.same_as else {}),
         "differences": [one._asdict() for one in found.differences],
         "issues": issues_as_json(found.issues),
@@ -91,7 +98,8 @@ def print_stock(found: StockCut, output: str | None, console: Console) -> None:
     whence = "block around the cuts" if found.derived else "block"
     console.print(
         f"{found.program}: {found.removed_mm3 / _MM3_PER_CM3:.2f} cm³ off a {whence} of {sides} mm, in cells of "
-        f"{found.field.cell:g} mm",
+        f"{found.field.cell:g} mm ({found.field.heights.size:,} of them, "
+        f"{max(found.field.heights.nbytes / _BYTES_PER_MB, 0.1):.1f} MB)",
         markup=False, highlight=False, soft_wrap=True,
     )  # fmt: skip
     table = Table(box=None, pad_edge=False, header_style="bold")

@@ -83,7 +83,10 @@ def lower_bound(instance: Instance, upper: float, *, stop: StopAsked | None = No
     problem, cost, n = instance.problem, instance.cost, instance.n
     if problem.n_nodes > problem.n_clusters or not np.array_equal(problem.entry, problem.exit):
         return None
-    if not np.array_equal(cost.matrix, cost.matrix.T) or n > (MOST_NODES if in_the_plane(cost) else DENSE_LIMIT):
+    explicit = cost.code == codes.EXPLICIT
+    if (explicit and not np.array_equal(cost.matrix, cost.matrix.T)) or n > (
+        MOST_NODES if in_the_plane(cost) else DENSE_LIMIT
+    ):
         return None
     if n <= 3:
         only = float(tour_cost(cost, np.arange(n, dtype=np.int32)))

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels import greedy as greedy_kernels
-from leafcut.kernels.cost import CostModel
-from leafcut.solve.instance import Instance, candidate_lists, plant_tree
+from leafcut.kernels.cost import EXPLICIT, CostModel
+from leafcut.solve.instance import Instance, candidate_lists, matrix_of, plant_tree
 
 if TYPE_CHECKING:
     from leafcut.kernels.construct import Unvisited
@@ -141,11 +141,10 @@ def _lists_of_ends(
     cost: CostModel, ends: NDArray[np.int32]
 ) -> tuple[NDArray[np.int32], NDArray[np.float64], NDArray[np.int32]]:
     """Return candidate lists of some nodes among themselves, the costs, and which node each row stands for."""
-    m, explicit = len(ends), len(cost.matrix) > 0
+    m, explicit = len(ends), cost.code == EXPLICIT
     tree, order = plant_tree(np.zeros((0, 2)) if explicit else cost.xy[ends])
     nodes = ends if explicit else ends[order]
-    matrix = np.ascontiguousarray(cost.matrix[np.ix_(nodes, nodes)]) if explicit else cost.matrix
-    among = cost._replace(xy=cost.xy[nodes], matrix=matrix, tied_a=-1, tied_b=-1, free=-1)
+    among = cost._replace(xy=cost.xy[nodes], matrix=matrix_of(cost, nodes), tied_a=-1, tied_b=-1, free=-1)
     lists, lengths = candidate_lists(among, tree, m, m, min(END_NEIGHBOURS, m - 1))
     return lists, lengths, nodes
 

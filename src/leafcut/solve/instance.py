@@ -47,7 +47,7 @@ def cost_model(metric: Metric, xy: NDArray[np.float64], tied: tuple[int, int] = 
     zones = np.ascontiguousarray(metric.zones, dtype=np.float64).reshape(-1, 4)
     return CostModel(
         code=_CODES[metric.name],
-        plain=tied == (-1, -1) and free < 0 and not len(zones) and metric.name != "EXPLICIT",
+        plain=tied == (-1, -1) and free < 0 and not len(zones) and metric.name != "EXPLICIT" and metric.relief is None,
         xy=np.ascontiguousarray(xy, dtype=np.float64),
         vx=float(metric.velocity[0]),
         vy=float(metric.velocity[1]),
@@ -56,11 +56,46 @@ def cost_model(metric: Metric, xy: NDArray[np.float64], tied: tuple[int, int] = 
         per_mm=float(metric.per_mm),
         zones=zones,
         lift=float(metric.lift),
-        matrix=np.zeros((0, 0)) if metric.matrix is None else np.ascontiguousarray(metric.matrix, dtype=np.float64),
+        matrix=_table(metric, xy),
         tied_a=tied[0],
         tied_b=tied[1],
         free=free,
     )
+
+
+def _table(metric: Metric, xy: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the costs of an EXPLICIT metric, or the heights of places and tiles (`kernels.cost.RELIEF`)."""
+    if metric.matrix is not None:
+        return np.ascontiguousarray(metric.matrix, dtype=np.float64)
+    relief = metric.relief
+    if relief is None:
+        return np.zeros((0, 0))
+    rows, columns = relief.safe.shape
+    width = max(columns, codes.RELIEF)
+    above = -(-len(xy) // width)
+    table = np.zeros((1 + above + rows, width))
+    table[0, : codes.RELIEF] = (
+        relief.x, relief.y, relief.side, relief.velocity, relief.acceleration, above, columns,
+    )  # fmt: skip
+    table[1 : 1 + above].reshape(-1)[: len(xy)] = relief.at(xy)
+    table[1 + above :, :columns] = relief.safe
+    return table
+
+
+def matrix_of(cost: CostModel, nodes: NDArray[np.int32]) -> NDArray[np.float64]:
+    """Return the matrix of a cost model over some nodes, int32[m]: their costs, or their heights and the tiles."""
+    if cost.code == codes.EXPLICIT:
+        return np.ascontiguousarray(cost.matrix[np.ix_(nodes, nodes)])
+    if not len(cost.matrix):
+        return cost.matrix
+    first, width = 1 + int(cost.matrix[0, 5]), cost.matrix.shape[1]
+    heights = cost.matrix[1:first].reshape(-1)[nodes]
+    above = -(-len(nodes) // width)
+    table = np.zeros((1 + above + len(cost.matrix) - first, width))
+    table[0], table[1 + above :] = cost.matrix[0], cost.matrix[first:]
+    table[0, 5] = above
+    table[1 : 1 + above].reshape(-1)[: len(nodes)] = heights
+    return table
 
 
 def plant_tree(xy: NDArray[np.float64], apart: int = 0) -> tuple[Tree, NDArray[np.int32]]:

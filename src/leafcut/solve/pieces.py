@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.kicks import kick_and_mend
 from leafcut.solve.construction import random_words
-from leafcut.solve.instance import Instance
+from leafcut.solve.instance import Instance, matrix_of
 from leafcut.solve.kicks import BREADTH, choices, work_tour
 from leafcut.solve.statistics import Best
 from leafcut.solve.stop import Stop
@@ -86,7 +86,7 @@ def instance_of(instance: Instance, nodes: NDArray[np.int32]) -> tuple[Instance,
     own = cost._replace(
         plain=False,
         xy=cost.xy[label],
-        matrix=np.ascontiguousarray(cost.matrix[np.ix_(label, label)]) if len(cost.matrix) else cost.matrix,
+        matrix=matrix_of(cost, label),
         tied_a=int(tour[0]),
         tied_b=int(tour[-1]),
         free=int(number[cost.free]) if cost.free >= 0 else -1,

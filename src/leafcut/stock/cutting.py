@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats
-from leafcut.model.cutter import Cutter
+from leafcut.model.cutter import Body, BodyPart, Cutter
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.stock.height_field import HeightField
 from leafcut.stock.straight_moves import StraightMoves
@@ -24,6 +24,9 @@ _AT_ONCE = 200_000
 FILM = 1e-3
 #: A rapid is looked at with a tool that is smaller by so many cells all round: it may go along a wall that was cut.
 RAPID_INSET = 1.0
+#: A shank no wider than its tool runs into material where, one after the other, so many diameters of cells stand
+#: higher than the flutes, with no longer gap than so many cells: single ones stand where a tool comes back to a wall.
+_SHANK_CELLS, _SHANK_GAP = 0.5, 2.0
 
 
 class Removed(NamedTuple):
@@ -43,6 +46,8 @@ class Removed(NamedTuple):
     over
         How high material stood over the tool, taken wider all round by a margin, just before the move, mm: negative
         where it stayed so far below it. −∞ without a margin.
+    shank, holder
+        How deep what is above the flutes is in the material, mm; 0: not at all, or of no known shape.
     """
 
     volume: Floats
@@ -51,6 +56,8 @@ class Removed(NamedTuple):
     left: Floats
     right: Floats
     over: Floats
+    shank: Floats
+    holder: Floats
 
     @property
     def cuts(self) -> NDArray[np.bool_]:
@@ -68,6 +75,7 @@ def cut(
     margin: float | None = None,
     beside: float | None = None,
     room: HeightField | None = None,
+    bodies: Mapping[int, Sequence[BodyPart]] | None = None,
 ) -> Removed:
     """Cut material by the moves of a program, in their order; the field is changed.
 
@@ -84,13 +92,15 @@ def cut(
         How high material stands beside the field for `Removed.over`, mm; None: up to the field's floor.
     room
         A field of the same cells: where a rapid lowers the material, it gets the height that it is lowered to.
+    bodies
+        What is above the flutes, by the number of the tool; of tools that are not there it is not known.
     """
     from leafcut.kernels.sweep import CellGrid, ToolShape, sweep
 
     rows = field.heights.shape[0]
     edges = np.linspace(0, rows, min(_STRIPS, rows) + 1).astype(np.int64)
     grid = CellGrid(field.x, field.y, field.cell)
-    table = np.zeros((len(moves), 6))
+    table = np.zeros((len(moves), 9))
     table[:, 3], table[:, 4], table[:, 5] = math.inf, -math.inf, -math.inf
     if margin is not None:
         reach = margin + np.array([cutters[number].radius for number in moves.tool.tolist()])
@@ -101,33 +111,68 @@ def cut(
     wider = -1.0 if margin is None else margin
     lowered = np.empty((0, 0), dtype=np.float32) if room is None else room.heights
     shapes = {number: ToolShape(*_shape(cutter)) for number, cutter in cutters.items()}
+    above = {number: _rows(parts) for number, parts in (bodies or {}).items()}
+    none, top = np.zeros((0, 8)), float(field.heights.max(initial=-math.inf)) - FILM
     middle = [field.y + 0.5 * (edges[k] + edges[k + 1] - 1) * field.cell for k in range(len(edges) - 1)]
     with ThreadPoolExecutor(max(threads, 1)) as pool:
         for begin, end, tool in _stretches(moves.tool):
             look()
-            shape = shapes[tool]
-            low = np.minimum(moves.ends[begin:end, 1], moves.ends[begin:end, 4]) - shape.radius - max(wider, 0.0)
-            high = np.maximum(moves.ends[begin:end, 1], moves.ends[begin:end, 4]) + shape.radius + max(wider, 0.0)
+            shape, body = shapes[tool], above.get(tool, none)
+            around = max(shape.radius + max(wider, 0.0), float(body[:, 0].max(initial=0.0)))
+            low = np.minimum(moves.ends[begin:end, 1], moves.ends[begin:end, 4]) - around
+            high = np.maximum(moves.ends[begin:end, 1], moves.ends[begin:end, 4]) + around
 
             def strip(
-                number: int, begin: int = begin, shape: ToolShape = shape, low: Floats = low, high: Floats = high
-            ) -> tuple[NDArray[np.int64], Floats]:
+                number: int, begin: int = begin, shape: ToolShape = shape, body: Floats = body, low: Floats = low,
+                high: Floats = high,
+            ) -> tuple[NDArray[np.int64], Floats]:  # fmt: skip
                 first, last = int(edges[number]), int(edges[number + 1])
                 reach = 0.5 * (last - first) * field.cell
                 which = begin + np.flatnonzero((low <= middle[number] + reach) & (high >= middle[number] - reach))
-                found = np.empty((len(which), 6))
+                found = np.empty((len(which), 9))
                 sweep(
-                    field.heights, lowered, first, last, grid, shape, moves.ends, which, inset, wider, FILM, found
+                    field.heights, lowered, first, last, grid, shape, moves.ends, which, inset, wider, FILM, top, body,
+                    found,
                 )  # fmt: skip
                 return which, found
 
             for which, found in pool.map(strip, range(len(middle))):
                 table[which, :2] += found[:, :2]
                 table[which, 3] = np.minimum(table[which, 3], found[:, 3])
-                for column in (2, 4, 5):
+                for column in (2, 4, 5, 6, 7):
                     table[which, column] = np.maximum(table[which, column], found[:, column])
+                table[which, 8] += found[:, 8]
     area = field.cell**2
-    return Removed(table[:, 0] * area, table[:, 1] * area, table[:, 2], table[:, 4], -table[:, 3], table[:, 5])
+    shank = np.where(_runs_in(moves, table[:, 8], cutters, field.cell), table[:, 6], 0.0)
+    return Removed(
+        table[:, 0] * area, table[:, 1] * area, table[:, 2], table[:, 4], -table[:, 3], table[:, 5], shank, table[:, 7]
+    )  # fmt: skip
+
+
+def _rows(parts: Sequence[BodyPart]) -> Floats:
+    """Return what is above the flutes as the kernel takes it, float64[b, 8]."""
+    rows = [
+        (one.radius, one.flat, 0.0, one.flat, 0.0, 0.0 if math.isinf(one.slope) else one.slope, one.above,
+         float(one.body is Body.HOLDER))
+        for one in parts
+    ]  # fmt: skip
+    return np.array(rows, dtype=np.float64).reshape(-1, 8)
+
+
+def _runs_in(moves: StraightMoves, cells: Floats, cutters: Mapping[int, Cutter], cell: float) -> NDArray[np.bool_]:
+    """Return on which moves a shank is in the material, by the cells in which each is: one after the other, enough."""
+    met = np.zeros(len(moves), dtype=np.bool_)
+    hits = np.flatnonzero(cells > 0)
+    if not len(hits):
+        return met
+    way = np.cumsum(np.hypot(*(moves.ends[:, 3:5] - moves.ends[:, :2]).T))
+    length = np.diff(way, prepend=0.0)[hits]
+    gap = np.diff(way[hits]) - length[1:] > _SHANK_GAP * cell
+    apart = np.concatenate([[True], gap | (np.diff(moves.tool[hits]) != 0)])
+    group = np.cumsum(apart) - 1
+    enough = np.array([_SHANK_CELLS * 2.0 * cutters[number].radius / cell for number in moves.tool[hits].tolist()])
+    met[hits] = np.bincount(group, cells[hits])[group] > enough
+    return met
 
 
 def _shape(cutter: Cutter) -> tuple[float, ...]:

@@ -15,8 +15,10 @@ from leafcut.geometry.arrays import Floats
 MOST_CELLS = 64_000_000
 #: So many cells are aimed at where nobody names their size.
 USUAL_CELLS = 4_000_000
-#: A cell is at most this share of the smallest tool's diameter where nobody names its size.
+#: A cell is at most this share of the smallest tool's diameter where nobody names its size …
 SHARE_OF_TOOL = 0.025
+#: … on a stock that is too large for that this one, as long as so many cells fit: coarser ones miss its cuts.
+COARSEST = 0.2
 #: … and need not be finer than this, mm.
 FINEST = 0.01
 
@@ -93,14 +95,12 @@ class HeightField:
         return inside
 
     @property
-    def standing(self) -> NDArray[np.float64]:
-        """How much stands on the floor in every cell, mm, float64[rows, columns]; 0 where it is cut through."""
-        return np.maximum(self.heights.astype(np.float64) - self.floor, 0.0)
-
-    @property
     def volume(self) -> float:
         """How much material there is, mm³."""
-        return float(self.standing.sum()) * self.cell**2
+        # Row by row: all cells in double precision would be twice as large as the field.
+        return sum(float(np.maximum(row.astype(np.float64) - self.floor, 0.0).sum()) for row in self.heights) * (
+            self.cell**2
+        )
 
     def at(self, x: float, y: float) -> float:
         """Return the height at a place, mm; the floor beside the field."""
@@ -109,11 +109,19 @@ class HeightField:
         return float(self.heights[row, column]) if 0 <= row < rows and 0 <= column < columns else self.floor
 
 
-def usual_cell(block: StockBlock, smallest: float) -> float:
+def usual_cell(
+    block: StockBlock,
+    smallest: float,
+    share: float = SHARE_OF_TOOL,
+    cells: int = USUAL_CELLS,
+    most_cells: int = MOST_CELLS,
+) -> float:
     """Return the side of a cell for a block and the diameter of the smallest tool, mm, where nobody names it.
 
-    A fortieth of the tool, larger where that would be more than `USUAL_CELLS`, in steps of a hundredth.
+    That share of the tool's diameter, larger where it would be more than so many cells, up to a fifth of the diameter;
+    still larger only where that is too many to be kept. In steps of a hundredth.
     """
     area = (block.high[0] - block.low[0]) * (block.high[1] - block.low[1])
-    wanted = max(SHARE_OF_TOOL * smallest, math.sqrt(area / USUAL_CELLS), FINEST)
-    return math.ceil(wanted / FINEST - 1e-9) * FINEST
+    usual = max(share * smallest, math.sqrt(area / cells))
+    most = max(COARSEST * smallest, 1.01 * math.sqrt(area / most_cells))
+    return math.ceil(max(min(usual, most), FINEST) / FINEST - 1e-9) * FINEST

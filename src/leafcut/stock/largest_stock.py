@@ -40,14 +40,8 @@ def largest_stock(
     PlanError
         There would be too many cells.
     """
-    fed = ~moves.rapid
-    radius = np.array([cutters[number].radius for number in moves.tool[fed].tolist()])[:, None]
-    begin, end = moves.ends[fed, :3], moves.ends[fed, 3:]
-    low, high = (
-        (np.minimum(begin, end)[:, :2] - radius).min(axis=0),
-        (np.maximum(begin, end)[:, :2] + radius).max(axis=0),
-    )
-    bottom = float(min(begin[:, 2].min(), end[:, 2].min())) - _ABOVE
+    low, high = moves.extent(~moves.rapid, cutters)
+    bottom = float(low[2]) - _ABOVE
     top = float(np.maximum(moves.ends[:, 2], moves.ends[:, 5]).max()) + _ABOVE
     field = HeightField.of_block(
         StockBlock((float(low[0]), float(low[1]), bottom), (float(high[0]), float(high[1]), top)), cell

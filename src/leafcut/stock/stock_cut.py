@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from leafcut.model.cutter import Body
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
@@ -43,6 +44,16 @@ class RapidCut:
     depth_mm: float
 
 
+@dataclass(frozen=True)
+class BodyCut:
+    """A move on which the shank or the holder of a tool is in the material: its line, the tool, how deep, mm."""
+
+    line: int
+    tool: int
+    body: Body
+    depth_mm: float
+
+
 @dataclass(frozen=True, eq=False)
 class StockCut:
     """What a program takes off its stock, and what it leaves.
@@ -59,8 +70,8 @@ class StockCut:
         What is left.
     tools
         In the order in which they are first used.
-    rapids
-        Rapids in the material, by line.
+    rapids, collisions
+        Rapids in the material, by line, and shanks and holders in it, by tool and line.
     same_as, differences
         The other program, None without one, and where that leaves something else, the largest places first: `before`
         is what the other one leaves.
@@ -77,6 +88,7 @@ class StockCut:
     field: HeightField
     tools: tuple[ToolCut, ...]
     rapids: tuple[RapidCut, ...]
+    collisions: tuple[BodyCut, ...] = ()
     same_as: str | None = None
     differences: tuple[StockDifference, ...] = ()
     issues: tuple[Issue, ...] = ()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Floats
+from leafcut.model.cutter import Cutter
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, Toolpath, plane_axes
 
@@ -55,6 +57,17 @@ class StraightMoves:
         return replace(
             self, ends=self.ends[mine], row=self.row[mine], rapid=self.rapid[mine], tool=self.tool[mine]
         )  # fmt: skip
+
+    def extent(self, which: NDArray[np.bool_], cutters: Mapping[int, Cutter]) -> tuple[Floats, Floats]:
+        """Return the lowest and the highest corner of what tools sweep on some moves, at least one, mm.
+
+        Z is that of the tip.
+        """
+        numbers, mine = np.unique(self.tool[which], return_inverse=True)
+        radius = np.array([[cutters[number].radius] * 2 + [0.0] for number in numbers.tolist()])[mine.ravel()]
+        begin, end = self.ends[which, :3], self.ends[which, 3:]
+        low, high = np.minimum(begin, end) - radius, np.maximum(begin, end) + radius
+        return low.min(axis=0), high.max(axis=0)
 
 
 def straight_moves(path: Toolpath, strays: float, longest: float) -> StraightMoves:

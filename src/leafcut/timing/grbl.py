@@ -55,7 +55,7 @@ def stops_of(path: Toolpath, machine: Machine) -> Mask:
     return stops
 
 
-class Lines(NamedTuple):
+class SentLines(NamedTuple):
     """The lines of a text as they are sent, without blanks and comments: bytes and words of each, int64[n].
 
     Of rows: what the line has that begins with the row, 0 where none does.
@@ -65,15 +65,15 @@ class Lines(NamedTuple):
     words: NDArray[np.int64]
 
 
-def lines_of(text: Iterable[str]) -> Lines:
+def sent_lines(text: Iterable[str]) -> SentLines:
     """Return how long the lines of a program are, from line 1 on."""
     sent = [_COMMENT.sub("", line).upper() for line in text]
     size = [len(line) + 1 if line else 0 for line in sent]
     words = [len(_WORD.findall(line)) for line in sent]
-    return Lines(np.array(size, dtype=np.int64), np.array(words, dtype=np.int64))
+    return SentLines(np.array(size, dtype=np.int64), np.array(words, dtype=np.int64))
 
 
-def lines_by_row(path: Toolpath, lines: Lines | None) -> Lines:
+def lines_by_row(path: Toolpath, lines: SentLines | None) -> SentLines:
     """Return the lines that begin with the rows of a path.
 
     Without the text each row is taken as a line of its own as our posts write it, with three decimals.
@@ -83,7 +83,7 @@ def lines_by_row(path: Toolpath, lines: Lines | None) -> Lines:
         begins = np.append(True, path.line[1:] != path.line[:-1])[:n]
         begins &= (path.line > 0) & (path.line <= len(lines.size))
         at = np.clip(path.line - 1, 0, len(lines.size) - 1)
-        return Lines(*(np.where(begins, column[at], 0) for column in lines))
+        return SentLines(*(np.where(begins, column[at], 0) for column in lines))
     begins = np.append(True, (path.line[1:] != path.line[:-1]) | (path.line[1:] == 0))[:n]
     moving = (path.kind <= Kind.ARC_CCW) | (path.kind == Kind.MACHINE)
     arc = (path.kind == Kind.ARC_CW) | (path.kind == Kind.ARC_CCW)
@@ -91,7 +91,7 @@ def lines_by_row(path: Toolpath, lines: Lines | None) -> Lines:
     digits = 5 + np.floor(np.log10(np.maximum(np.abs(np.nan_to_num(path.end)), 1.0))) + (path.end < 0)
     size = 4 + np.where(said, digits, 0).sum(axis=1).astype(np.int64) + np.where(arc, 16, 0)
     words = 1 + said.sum(axis=1) + np.where(arc, 2, 0)
-    return Lines(np.where(begins, size, 0), np.where(begins, words, 0))
+    return SentLines(np.where(begins, size, 0), np.where(begins, words, 0))
 
 
 def grbl_seconds(
@@ -100,7 +100,7 @@ def grbl_seconds(
     delta: Floats,
     moves: Moves,
     waits: Floats,
-    lines: Lines | None = None,
+    lines: SentLines | None = None,
     pace: float = 1.0,
 ) -> Floats:
     """Return the seconds of every move, float64[m], what is lost at a stop before it included, but no wait.

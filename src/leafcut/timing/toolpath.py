@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from leafcut.model.cycles import expand
 from leafcut.model.machine import Machine
 from leafcut.model.measure import Measure
 from leafcut.model.toolpath import MOTIONS, PLACES, STILL, Kind, Toolpath, last_rows
-from leafcut.timing.grbl import DWELL_STEP, Lines, grbl_seconds
+from leafcut.timing.grbl import DWELL_STEP, SentLines, grbl_seconds
 from leafcut.timing.linuxcnc import CYCLE
 from leafcut.timing.lookahead import move_seconds
 from leafcut.timing.moves import BLEND, EXACT, REST, Moves, moves_of
@@ -22,6 +23,9 @@ from leafcut.timing.turns import Turns, turns_of
 #: How controllers take corners whose machine does not say it.
 _STYLES = {"linuxcnc": "linuxcnc", "grbl": "grbl"}
 
+#: A move is late for want of lines if it loses this part of its time.
+LATE_PART = 0.1
+
 #: Kinds that say where the tool is without moving it.
 _RESTATED = [int(k) for k in PLACES if k not in MOTIONS]
 
@@ -30,6 +34,11 @@ _FIRST_FRAME = 540
 
 #: Ends of moves by `ref` of a BLENDING row.
 _MODES = {610: EXACT, 611: REST, 640: BLEND}
+
+
+def corner_style(machine: Machine) -> str:
+    """Return how a machine takes corners: linuxcnc, grbl or round."""
+    return machine.corners or _STYLES.get(machine.control, "round")
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +65,7 @@ def measure(
     machine: Machine,
     off: NDArray[np.bool_] | None = None,
     start: tuple[float, float] | None = None,
-    lines: Lines | None = None,
+    lines: SentLines | None = None,
 ) -> Measure:
     """Return lengths (mm) and machine time (s) of a toolpath.
 
@@ -75,7 +84,7 @@ def measure(
 
     A coordinate that is not known costs nothing. A move between program and machine coordinates is exact where the
     machine's `work_offset` is known; elsewhere half of the axis' travel is taken for its time, as an estimate, and
-    nothing for its length.
+    nothing for its length; nothing at all where the travel is not known.
 
     Raises
     ------
@@ -85,7 +94,7 @@ def measure(
     path, source, delta, turns, moves, each = _timed(path, machine, start, lines)
     dark = (path.kind == Kind.FEED) & (off[source] if off is not None else False)
     rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE) | dark
-    standing = _standing(path, machine, _style(machine))
+    standing = _standing(path, machine, corner_style(machine))
     seconds = {
         "rapid": float(each[moves.rapid].sum()),
         "feed": float(each[~moves.rapid].sum()),
@@ -101,6 +110,27 @@ def measure(
     )
 
 
+def starved_rows(path: Toolpath, machine: Machine, lines: SentLines | None = None) -> tuple[NDArray[np.int32], Floats]:
+    """Return the rows that a GRBL board runs more slowly for want of lines, and what each loses, s.
+
+    The same moves are run by a board whose serial line and processor take no time; what the first move after a stop
+    loses, when lines are read before it can begin, is not among them. Of other controllers there are none.
+
+    Raises
+    ------
+    PlanError
+        The cycles come to more moves than can be meant.
+    """
+    if corner_style(machine) != "grbl":
+        return np.zeros(0, dtype=np.int32), np.zeros(0)
+    _, source, _, _, moves, each = _timed(path, machine, None, lines)
+    fastest = _timed(path, machine, None, lines, pace=0.0)[-1]
+    lost = each - fastest
+    follows = np.append(False, ~moves.flushed[:-1])[: len(lost)]
+    late = follows & (lost > LATE_PART * fastest)
+    return source[moves.row[late]], lost[late]
+
+
 def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
     """Return the time of every row that moves, s, float64[n], as `measure` adds them up; 0 for the others.
 
@@ -110,7 +140,7 @@ def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
     return np.bincount(moves.row, weights=each, minlength=len(path)).astype(np.float64)
 
 
-def clock(path: Toolpath, machine: Machine, lines: Lines | None = None) -> PathTimes:
+def clock(path: Toolpath, machine: Machine, lines: SentLines | None = None) -> PathTimes:
     """Return the time of every row, whatever takes it; together they are the time that `measure` states.
 
     Raises
@@ -120,21 +150,21 @@ def clock(path: Toolpath, machine: Machine, lines: Lines | None = None) -> PathT
     """
     path, source, _, _, moves, each = _timed(path, machine, None, lines)
     moving = np.bincount(moves.row, weights=each, minlength=len(path))
-    return PathTimes(path, source, moving + _standing(path, machine, _style(machine)))
+    return PathTimes(path, source, moving + _standing(path, machine, corner_style(machine)))
 
 
 def _timed(
     path: Toolpath,
     machine: Machine,
     start: tuple[float, float] | None = None,
-    lines: Lines | None = None,
+    lines: SentLines | None = None,
     pace: float = 1.0,
 ) -> tuple[Toolpath, NDArray[np.int32], Floats, Turns, Moves, Floats]:
     """Return the path with its cycles written out and the rows they come from, then what is known of these rows.
 
     That is how far they move, their arcs, their moves and the seconds of these.
     """
-    style = _style(machine)
+    style = corner_style(machine)
     path, source, mode, tolerance, joining = _expanded(path, style)
     path, touching = _touched(path)
     delta, estimate = _displacements(path, machine, start, 3 if style == "grbl" else 2)
@@ -152,11 +182,6 @@ def _timed(
     if machine.rapid_style == "dogleg":
         each[moves.rapid] = move_time((delta + estimate)[moves.row[moves.rapid]], machine)
     return path, source, delta, turns, moves, each
-
-
-def _style(machine: Machine) -> str:
-    """Return the machine's way with corners: linuxcnc, grbl or round."""
-    return machine.corners or _STYLES.get(machine.control, "round")
 
 
 def _touched(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
@@ -230,8 +255,8 @@ def _displacements(
         crossing = moves[1:] & (last >= 0) & (frame[1:] != frame[last])
         known = moves[1:] & ~crossing
         delta[rows[1:], axis] = np.where(known, np.nan_to_num(np.diff(place)), 0.0)
-        half_travel = 0.5 * (machine.travel_max[axis] - machine.travel_min[axis])
-        estimate[rows[1:], axis] = np.where(crossing, half_travel, 0.0)
+        half_travel = 0.5 * machine.reach(axis)
+        estimate[rows[1:], axis] = np.where(crossing, half_travel if math.isfinite(half_travel) else 0.0, 0.0)
         if start is not None and axis < n_started and len(rows) and path.kind[rows[0]] in (Kind.RAPID, Kind.FEED):
             delta[rows[0], axis] = place[0] - (*start, 0.0)[axis]
     return delta, estimate

@@ -13,7 +13,7 @@ from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.zones import touches_any_zone
 from leafcut.model.machine import Machine
-from leafcut.model.problem import Metric
+from leafcut.model.problem import Metric, Relief
 from leafcut.timing.profile import trapezoid_time
 
 #: What it costs to go from one place to another: s or mm, as the search counts.
@@ -30,12 +30,14 @@ def travel_metric(
     *,
     zones: ArrayLike | None = None,
     lift_height_mm: float = 0.0,
+    relief: Relief | None = None,
 ) -> Metric:
     """Return the cost of travel between holes on `machine`.
 
     ``time``: seconds of a rapid in x and y, with the acceleration factor already in the accelerations; a move over one
     of `zones` (float64[k, 4]: x0, y0, x1, y1 in mm) costs in addition the Z rapids up and down by `lift_height_mm`,
-    each from rest to rest. ``distance``: millimetres, and twice the height for a lift.
+    each from rest to rest. ``distance``: millimetres, and twice the height for a lift. With a `relief` a move costs
+    what it takes to rise to its height and to go down, too.
 
     Raises
     ------
@@ -46,14 +48,20 @@ def travel_metric(
     if not (math.isfinite(lift_height_mm) and lift_height_mm >= 0):
         raise PlanError(f"a lift of {lift_height_mm} mm is out of range; the height must be 0 or more")
     if objective == "distance":
-        return Metric("euclidean", zones=rectangles, lift=2.0 * lift_height_mm)
+        return Metric("euclidean", zones=rectangles, lift=2.0 * lift_height_mm, relief=relief)
     if objective != "time":
         raise PlanError(f"unknown objective '{objective}'; choose one of time, distance")
     (vx, vy, vz), factor = machine.rapid_velocity, machine.acceleration_factor
     ax, ay, az = (a * factor for a in machine.acceleration)
     lift = 2.0 * trapezoid_time(float(lift_height_mm), vz, az)
     return Metric(
-        machine.rapid_style, velocity=(vx, vy), acceleration=(ax, ay), per_mm=TIE_BREAK, zones=rectangles, lift=lift
+        machine.rapid_style,
+        velocity=(vx, vy),
+        acceleration=(ax, ay),
+        per_mm=TIE_BREAK,
+        zones=rectangles,
+        lift=lift,
+        relief=relief,
     )
 
 
@@ -78,8 +86,46 @@ def travel_cost(metric: Metric, a: Point, b: Point) -> float:
     if metric.name == "EXPLICIT":
         raise PlanError("the metric EXPLICIT has costs by index, not by place")
     cost = _COSTS[metric.name](metric, a, b)
+    if metric.relief is not None:
+        cost += _rise_and_fall(metric, metric.relief, a, b)
     lifted = touches_any_zone([a], [b], metric.zones, dogleg=metric.name == "dogleg")[0]
     return cost + metric.lift if lifted else cost
+
+
+def way_height(relief: Relief, a: Point, b: Point, dogleg: bool) -> float:
+    """Return the height at which the tool goes from one place to another, mm: that of the higher place, or more.
+
+    Of a straight way the tiles that it touches count, with a little room for rounding; where axes do not arrive
+    together (`dogleg`), all of the box between the places.
+    """
+    ends = relief.at(np.array([a, b], dtype=np.float64))
+    (x0, y0), (x1, y1) = sorted([a, b], key=lambda place: (place[1], place[0]))
+    rows, columns = relief.safe.shape
+    room = 0.0 if dogleg else 1e-6 * relief.side
+    first = max(math.floor((y0 - room - relief.y) / relief.side), 0)
+    last = min(math.floor((y1 + room - relief.y) / relief.side), rows - 1)
+    best = float(ends.max())
+    for row in range(first, last + 1):
+        left, right = x0, x1
+        if not dogleg and y1 > y0:
+            low, high = (relief.y + row * relief.side - room - y0), (relief.y + (row + 1) * relief.side + room - y0)
+            low, high = (min(max(edge / (y1 - y0), 0.0), 1.0) for edge in (low, high))
+            left, right = x0 + low * (x1 - x0), x0 + high * (x1 - x0)
+        left, right = min(left, right), max(left, right)
+        begin = max(math.floor((left - room - relief.x) / relief.side), 0)
+        end = min(math.floor((right + room - relief.x) / relief.side), columns - 1)
+        if end >= begin:
+            best = max(best, float(relief.safe[row, begin : end + 1].max()))
+    return best
+
+
+def _rise_and_fall(metric: Metric, relief: Relief, a: Point, b: Point) -> float:
+    """Return what it takes to rise at `a` to the height of the way to `b`, and to go down there."""
+    height = way_height(relief, a, b, metric.name == "dogleg")
+    ways = height - relief.at(np.array([a, b], dtype=np.float64))
+    if metric.unit == "mm":
+        return float(ways.sum())
+    return float(sum(trapezoid_time(way, relief.velocity, relief.acceleration) for way in ways.tolist()))
 
 
 def _linear(metric: Metric, a: Point, b: Point) -> float:

@@ -185,6 +185,16 @@ def test_a_sheet_larger_than_the_table_is_refused_before_anything_is_nested_or_t
     assert [i.code for i in found.issues if "plasma-table" in i.message] == ["L435"]
 
 
+def test_a_table_of_unknown_travel_needs_a_size_and_takes_any(drawings: Path, tmp_path: Path) -> None:
+    file = tmp_path / "my.toml"
+    file.write_text('controller = "qtplasmac"\nprocess = "torch"\nrapid.velocity = "9 m/min"\n')
+    given = {"machine": str(file), "nester": "rectangles"}
+    with pytest.raises(OptionError, match="--sheet: the travel of my is unknown"):
+        api.nest([f"{drawings}/plate.dxf:2"], **given)
+    found = api.nest([f"{drawings}/plate.dxf:2"], sheet="9000x5000", **given).nests[0]
+    assert (found.stocks[0].length, found.stocks[0].width) == (9000, 5000)
+
+
 @pytest.mark.parametrize(("threads", "variants", "shares"), [(1, 3, [30]), (2, 3, [30, 15, 15]), (3, 3, [30] * 3)])
 def test_of_a_time_limit_the_first_variant_has_all_however_many_there_are(
     threads: int, variants: int, shares: list[int], drawings: Path, monkeypatch: pytest.MonkeyPatch

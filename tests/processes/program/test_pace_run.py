@@ -200,7 +200,6 @@ def test_a_librarys_feed_and_speed_are_the_limit_and_what_is_above_it_goes_down(
             "a cut reaches X60.00, but this stock ends at X42",
         ),
         ({"air": True, "workpiece": "0,0,-5,100,50,-3"}, "never touches this stock"),
-        ({"workpiece": BLOCK}, "--workpiece: only used with --air, --feeds or --low-retracts"),
         ({"air_clearance": 2}, "--air-clearance: only used with --air or --low-retracts"),
         ({"air": True, "workpiece": "0,0,0,70,50,0"}, "has no volume"),
         ({"feeds": True, "workpiece": BLOCK, "feed_increase": 900}, "feed.increase"),

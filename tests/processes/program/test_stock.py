@@ -10,6 +10,7 @@ import pytest
 
 import leafcut
 from leafcut.cli import run
+from leafcut.stock.height_field import StockBlock, usual_cell
 
 #: A slot 20 long and 2 deep with a flat mill of 6, gone back at feed; 100 mm/s² is the default machine's business.
 SLOT = """G21 G90
@@ -194,3 +195,59 @@ def test_what_leaves_something_else_is_found_and_what_is_fed_in_the_air_is_not(
     assert (status, answer["same"]) == ((0, True) if x is None else (1, False))
     if x is not None and y is not None:
         assert min(math.dist((one["x"], one["y"]), (x, y)) for one in answer["differences"]) < 12.0
+
+
+LIBRARY = """[[tool]]
+number = 1
+kind = "end-mill"
+diameter = "6 mm"
+flute_length = "5 mm"
+shank_diameter = "6 mm"
+stickout = "9 mm"
+holder = "20-28 x 5, 28 x 40"
+"""
+
+
+@pytest.mark.parametrize("z", [4, 7, 10])
+def test_a_shank_and_a_holder_in_the_stock_are_dangers_and_with_strict_status_1(
+    z: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Flutes of 5 mm, the holder from 9 mm on, of 20 mm: 4 deep is free, 7 deep the shank, 10 deep both are in it."""
+    (tmp_path / "tools.toml").write_text(LIBRARY)
+    program = made(tmp_path, SLOT.replace("Z-2", f"Z-{z}"))
+    given = ["--tools", str(tmp_path / "tools.toml"), "--workpiece", "-20,-20,-20,60,40,0"]
+    assert run(["stock", program, *given, "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    found = {(one["line"], one["part"]): one["depth_mm"] for one in answer["collisions"]}
+    # The holder on the way down, in the slot, on the way back and where it goes up; the shank in the slot alone.
+    expected = {**{(line, "holder"): 1.0 for line in (5, 6, 7, 8)}, (6, "shank"): 5.0}
+    assert found == pytest.approx({4: {}, 7: {(6, "shank"): 2.0}, 10: expected}[z])
+    assert {one["severity"] for one in answer["issues"] if one["code"] == "L809"} == ({"danger"} if found else set())
+    assert run(["stock", program, *given, "--strict"]) == (1 if found else 0)
+    if z == 10:
+        out = capsys.readouterr().out
+        assert "danger: L809 the shank of T1 is in the stock, 5.00 mm deep (line 6)" in out
+        assert "the holder of T1 is in the stock, 1.00 mm deep at most, on 4 lines from here on (line 5)" in out
+
+
+def test_a_body_that_the_library_does_not_know_meets_nothing(tmp_path: Path) -> None:
+    (tmp_path / "tools.toml").write_text('[[tool]]\nnumber = 1\nkind = "end-mill"\ndiameter = "6 mm"\n')
+    found = leafcut.cut_stock(made(tmp_path, SLOT.replace("Z-2", "Z-19")), tools=tmp_path / "tools.toml")
+    assert found.collisions == ()
+
+
+def test_a_large_stock_keeps_cells_that_see_the_smallest_tool_and_says_what_they_take(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """1 × 1 m and a tool of 1 mm: a fifth of it, 5,000 × 5,000 cells of 4 bytes. Of 3 × 3 m no such cells fit."""
+    text = SLOT.replace("D=6.", "D=1.").replace("X30", "X{end}").replace("X10 Y10", "X1 Y1")
+    program = made(tmp_path, text.replace("X{end}", "X999"))
+    assert run(["stock", program, "--workpiece", "0,0,-5,1000,1000,0", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["stock"]["cell"], answer["stock"]["cells"], answer["stock"]["bytes"]) == (
+        0.2,
+        25_000_000,
+        100_000_000,
+    )
+    assert answer["removed_mm3"] == pytest.approx(2 * 998 + math.pi / 2, rel=0.01)
+    assert usual_cell(StockBlock((0, 0, -5), (3000, 3000, 0)), 1.0) == pytest.approx(0.38)

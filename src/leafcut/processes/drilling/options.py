@@ -33,6 +33,33 @@ class DrillOptions(OptionGroup):
         "--clearance-height over the highest; Z0 is then that of the drawing",
         choices=("one", "drawn"),
     )
+    surface: Path | None = option(
+        "path",
+        None,
+        "STL file of the part or its blank, with the zero of the drawing: each hole begins on it, and ways between "
+        "holes are as low as it allows",
+        default_words="flat",
+    )
+    surface_unit: str = option("text", "mm", "unit of the STL file", choices=("mm", "in", "cm", "m"), needs="surface")
+    surface_clearance: float = option(
+        "quantity",
+        2.0,
+        "how far ways stay from the surface and from fixtures, above and aside",
+        unit="mm",
+        minimum=0.1,
+        maximum=1000,
+        needs="surface",
+    )
+    through: bool = option(
+        "flag", False, "drill each hole through the part, as thick as the surface is there", needs="surface"
+    )
+    fixture: tuple[str, ...] = option(
+        "names",
+        (),
+        "boxes that stand on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; ways go over",
+        default_words="none",
+        needs="surface",
+    )
     tool_change_height: float = option(
         "quantity",
         25.0,

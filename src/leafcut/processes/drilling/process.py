@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 _MAIN = ("machine", "thickness", "depth", "tools", "retract", "peck")
 #: What the form shows of the job below its main group, around the options of drilling.
 _DEPTHS = (
-    "depth_to", "break_through", "hole_heights", "clearance_height", "retract_height", "tool_change_height", "keep_out",
+    "depth_to", "break_through", "hole_heights", "surface", "surface_unit", "surface_clearance", "through", "fixture",
+    "clearance_height", "retract_height", "tool_change_height", "keep_out",
 )  # fmt: skip
 _REST = ("cycle", "dwell", "feed", "spindle_speed", "diameter_tolerance", "centre_drill")
 #: Layers of holes to drill, and how sure that makes it.
@@ -84,8 +85,9 @@ class Drilling(Process):
         return drill(run, *sources)
 
     def reads_besides(self, settings: Settings) -> list[Path]:
-        """Return the tool library and the order file."""
-        return [file for file in (settings.job.tools, settings.of(DrillOptions).hole_order) if file is not None]
+        """Return the tool library, the order file and the surface."""
+        ours = settings.of(DrillOptions)
+        return [file for file in (settings.job.tools, ours.hole_order, ours.surface) if file is not None]
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Return the holes and slots, as they are placed."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from leafcut._version import __version__
 from leafcut.errors import OptionError
 from leafcut.model.measure import Measure
+from leafcut.model.mesh import Mesh
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
@@ -31,17 +32,30 @@ if TYPE_CHECKING:
 
 def _plan(run: Run, sources: Sequence[Source]) -> DrillPlan:
     from leafcut.processes.drilling.plan.drilling import plan_drilling
-    from leafcut.processes.placing import placed
+    from leafcut.processes.placing import placed, placed_mesh
     from leafcut.read import read
     from leafcut.read.joining import join_drill_files
+    from leafcut.read.meshes import load_mesh
+    from leafcut.read.step import step_mesh
     from leafcut.read.tools import load_tools
 
     parts = [read(source, run.settings.read, run.looking("reading")) for source in sources]
     part = parts[0] if len(parts) == 1 else join_drill_files(parts, run.settings.read)
+    job, ours = run.settings.job, run.settings.of(DrillOptions)
+    mesh = None
+    solid = any(hole.depth is not None for hole in part.holes)
+    if ours.surface is not None:
+        run.tell("reading the surface")
+        mesh = placed_mesh(load_mesh(ours.surface, ours.surface_unit), part, run.settings.read)
+    elif solid:
+        # What stands between the holes of a solid is known.
+        run.tell("reading the surface")
+        mesh = placed_mesh(Mesh(step_mesh(sources[0].path, sources[0].data), part.name), part, run.settings.read)
+    if solid and "hole_heights" in run.settings.asked and ours.hole_heights == "one":
+        raise OptionError("--hole-heights one: the holes of a solid have heights of their own; leave it out")
     part = placed(part, run.settings.read)
-    job = run.settings.job
     library = load_tools(job.tools, run.machine.units) if job.tools else None
-    plan = plan_drilling(part, run.machine, library, job, run.settings.of(DrillOptions))
+    plan = plan_drilling(part, run.machine, library, job, ours, mesh)
     if "retract" in run.settings.asked and plan.always_initial and job.retract != "initial":
         raise OptionError(
             "--retract r: what stands between holes of different heights is not known, so the tool rises over the "
@@ -78,7 +92,7 @@ def _order(run: Run, plan: DrillPlan) -> Outcome[DrillingDetail]:
 
     post = run.settings.post
 
-    def lay(orders: list[NDArray[np.int32]]) -> Toolpath:
+    def lay(orders: list[NDArray[np.int32]], plan: DrillPlan = plan) -> Toolpath:
         return lay_toolpath(
             plan, run.machine, orders, coolant=post.coolant, pause=pause, optional_stop=post.optional_stop
         )
@@ -122,8 +136,25 @@ def _order(run: Run, plan: DrillPlan) -> Outcome[DrillingDetail]:
         issues=(*plan.part.issues, *plan.issues, *machine_issues(run.machine)),
         options=run.settings.changed(),
         version=__version__,
-        detail=DrillingDetail(),
+        detail=DrillingDetail(
+            _saved_by_low_ways(run, plan, lay, [s.nodes for s in solutions], measures[2]),
+            run.settings.job.thickness,
+            plan.ground is None,
+        ),
     )
+
+
+def _saved_by_low_ways(
+    run: Run, plan: DrillPlan, lay: Callable[..., Toolpath], orders: list[NDArray[np.int32]], after: Measure
+) -> float | None:
+    """Return how much longer the same order takes with all ways over the highest place, s; None where all is flat."""
+    from leafcut.timing.toolpath import measure
+
+    if not plan.reliefs:
+        return None
+    over = tuple(replace(o, cycle=replace(o.cycle, to_initial=True)) for o in plan.operations)
+    high = replace(plan, operations=over, always_initial=True, reliefs=())
+    return measure(lay(orders, high), run.machine, start=plan.start).time_s - after.time_s
 
 
 def _problems(run: Run, plan: DrillPlan) -> list[RoutingProblem]:
@@ -133,9 +164,13 @@ def _problems(run: Run, plan: DrillPlan) -> list[RoutingProblem]:
 
     height = 0.0 if plan.always_initial else plan.clearance_height - plan.retract_height
     problems = []
-    for operation in plan.operations:
-        zones = plan.zones_for(operation.tool)
-        metric = travel_metric(run.machine, run.settings.solve.objective, zones=zones, lift_height_mm=height)
+    for number, operation in enumerate(plan.operations):
+        objective = run.settings.solve.objective
+        if plan.reliefs:
+            metric = travel_metric(run.machine, objective, relief=plan.reliefs[number])
+        else:
+            zones = plan.zones_for(operation.tool)
+            metric = travel_metric(run.machine, objective, zones=zones, lift_height_mm=height)
         end = plan.end if operation is plan.operations[-1] else None
         problems.append(build_problem(plan, operation, metric, None, end))
     return problems
@@ -261,9 +296,11 @@ def _verify(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, text: str
     run.tell("verifying")
     written = read_back(text, words)
     tops = None
-    if run.settings.of(DrillOptions).hole_heights == "drawn":
+    if run.settings.of(DrillOptions).hole_heights == "drawn" or plan.solid:
         # Of the drawing, not of the plan.
         tops = np.array([(hole.x, hole.y, hole.z) for hole in plan.part.holes], dtype=np.float64).reshape(-1, 3)
+    elif plan.ground is not None:
+        tops = np.column_stack([plan.part.hole_xy, plan.tops])
     problems = check_program(
         path,
         written,
@@ -274,6 +311,7 @@ def _verify(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, text: str
         zone_height=plan.clearance_height,
         tool_radii={tool.number: 0.5 * tool.diameter for tool in plan.tools},
         tops=tops,
+        surface=None if plan.ground is None else plan.ground.triangles,
     )
     refuse(problems)
     return written

@@ -251,8 +251,12 @@ def _sheets_at_hand(
     from leafcut.read.machine import load_machine
 
     options, machine = settings.of(NestOptions), load_machine(for_cutting(settings).machine.machine)
-    reach = [high - low for low, high in zip(machine.travel_min[:2], machine.travel_max[:2], strict=True)]
+    reach = [machine.reach(axis) for axis in (0, 1)]
     if "sheet" not in settings.given:
+        if not machine.table_known:
+            raise OptionError(
+                f"--sheet: the travel of {machine.name} is unknown, and with it the largest sheet; give a size"
+            )
         sides = [SHEET_STEP * max(math.floor(side / SHEET_STEP), 1) for side in reach]
         size = "x".join(f"{side:g}" for side in sides)
         options = replace(options, sheet=(size,))

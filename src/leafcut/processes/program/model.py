@@ -8,6 +8,31 @@ from typing import ClassVar
 from leafcut.model.certificate import Certificate
 from leafcut.model.pace_change import PaceChange
 from leafcut.model.sequence import Staying
+from leafcut.model.shown_stock import ShownStock
+
+
+@dataclass(frozen=True)
+class StockProof:
+    """How a program in a new order was judged by what it leaves of the stock.
+
+    Attributes
+    ----------
+    cells, cell
+        How many cells were compared, and their side, mm; 0 where none were.
+    given
+        Whether the stock was described; else it is a block around the cuts.
+    flat, unknown
+        Tools that count as flat mills, and those that were left out, as nothing is known of their shape.
+    reason
+        Why nothing was compared, in words.
+    """
+
+    cells: int = 0
+    cell: float = 0.0
+    given: bool = False
+    flat: tuple[int, ...] = ()
+    unknown: tuple[int, ...] = ()
+    reason: str = ""
 
 
 @dataclass(frozen=True)
@@ -24,6 +49,10 @@ class ProgramDetail:
         How many pieces of work it has (holes, cuts, strokes …), and why some of them keep their place.
     pace
         What new speeds did, where they were asked for.
+    stock
+        How it was judged by what it leaves of the stock; None of what a beam does.
+    shown
+        What of its stock and its tools is known.
     """
 
     report: ClassVar[str] = "leafcut.processes.program.report:ProgramReport"
@@ -33,3 +62,5 @@ class ProgramDetail:
     pieces: int = 0
     staying: tuple[Staying, ...] = field(default=())
     pace: PaceChange | None = None
+    stock: StockProof | None = None
+    shown: ShownStock = field(default_factory=ShownStock)

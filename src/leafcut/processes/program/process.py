@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from leafcut.files import check_is_text
@@ -26,9 +27,8 @@ class ForeignProgram(Process):
     title = "reordering a program"
     options = (ResequenceOptions,)
     uses = use(ReadOptions, "units", "strict") | use(MachineOptions) | LOOKED_UP | ORDERED
-    uses |= use(JobOptions, "keep_out", "start_point", "keep_order")
-    uses |= use(JobOptions, tools="keep_out,air,feeds,low_retracts", clearance_height="keep_out")
-    uses |= use(StockOptions, **dict.fromkeys(StockOptions.specs(), "air,feeds,low_retracts"))
+    uses |= use(JobOptions, "keep_out", "start_point", "keep_order", "tools", clearance_height="keep_out")
+    uses |= use(StockOptions)
     uses |= use(PostOptions, "dialect", "header")
     otherwise = {  # noqa: RUF012  # the protocol says that it is of the class
         "output_units": "a program keeps its own units",
@@ -70,6 +70,12 @@ class ForeignProgram(Process):
         (source,) = sources
         check_is_text(source.path, source.data)
         return resequence(run, source.path, source.data, "auto" if asked == self.command else asked)
+
+    def reads_besides(self, settings: Settings) -> list[Path]:
+        """Return the solid of the stock, and the tool library."""
+        stock = settings.stock.workpiece
+        solid = [Path(stock)] if stock and StockOptions.specs()["workpiece"].names_file(stock) else []
+        return [*solid, *([settings.job.tools] if settings.job.tools else [])]
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Refuse: a program has motions, and no drawing."""

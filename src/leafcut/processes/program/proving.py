@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
     from leafcut.gcode.program import Program
     from leafcut.model.certificate import Certificate
+    from leafcut.processes.program.proof.stock_judge import StockJudge
 
 #: The order of the pieces of every section; None: as it is.
 SectionOrders = list[NDArray[np.int32] | None]
@@ -61,18 +62,20 @@ def write_proved(
     orders: SectionOrders,
     source: str,
     obstacles: Obstacles | None = None,
+    judge: StockJudge | None = None,
 ) -> Proved:
     """Return the program with its sections in their orders, and the proof that it does the same work.
 
     A section whose new order cannot be written, or not be proved, keeps its own one; where that does not help, all
-    sections do, and at last the program stays as it is. In the end nothing in it meets any of the `obstacles`.
+    sections do, and at last the program stays as it is. In the end nothing in it meets any of the `obstacles`, and
+    what it leaves of the stock has a `judge` of its own.
 
     Raises
     ------
     PostError, VerifyError
         Not even the program as it is can be written so, or proved to be safe.
     """
-    writer = _OrderWriter(run, words, original, sequence, source, obstacles)
+    writer = _OrderWriter(run, words, original, sequence, source, obstacles, judge)
     free = {number for number, order in enumerate(orders) if order is not None}
     kept: dict[int, str] = {}
     trials = 0
@@ -113,9 +116,10 @@ class _OrderWriter:
         sequence: Sequence,
         source: str,
         obstacles: Obstacles | None,
+        judge: StockJudge | None,
     ) -> None:
         self.run, self.words, self.original = run, words, original
-        self.sequence, self.source, self.obstacles = sequence, source, obstacles
+        self.sequence, self.source, self.obstacles, self.judge = sequence, source, obstacles, judge
 
     def in_order(self, orders: SectionOrders) -> str:
         """Return the text with the sections in their orders."""
@@ -164,6 +168,11 @@ class _OrderWriter:
             raise _Refused(said, guilty - {-1})
         if self.obstacles is not None and (met := meetings(self.run, self.obstacles, new.path)):
             raise _Refused(f"{met[0]}{f' (and {len(met) - 1} more)' if len(met) > 1 else ''}", set())
+        if self.judge is not None and text != "".join(self.original.lines):
+            try:
+                self.judge.check(new, look)
+            except VerifyError as problem:
+                raise _Refused(str(problem), set()) from None
         if settings.post.header and text != "".join(self.original.lines):
             text = with_comments(text, proof_lines(certificate, Path(self.source).name), self.words)
             new = read_new(self.run, self.words, text)

@@ -11,7 +11,8 @@ from leafcut.model.outcome import Outcome
 from leafcut.model.pace_change import PaceChange, ToolPace
 from leafcut.model.process_report import Fact
 from leafcut.model.saving import plain
-from leafcut.processes.program.model import ProgramDetail
+from leafcut.model.shown_stock import ShownStock
+from leafcut.processes.program.model import ProgramDetail, StockProof
 from leafcut.report import views
 from leafcut.report.drawing import Scene
 from leafcut.report.json_answer import certificate_as_json
@@ -57,15 +58,18 @@ class ProgramReport(PathReport[ProgramDetail]):
         detail = self.outcome.detail
         proof = certificate_as_json(detail.certificate)
         answer = {"certificate": proof, "staying": [asdict(group) for group in detail.staying]}
-        return answer if detail.pace is None else {**answer, "pace": plain(detail.pace)}
+        stock = {} if detail.stock is None else {"stock": plain(detail.stock)}
+        return {**answer, **stock, **({} if detail.pace is None else {"pace": plain(detail.pace)})}
 
     def facts(self) -> list[Fact]:
-        """Return the gap, what stays, and how the order was sought."""
+        """Return the gap, what stays, what the stock shows, and how the order was sought."""
         head, *reasons = staying_words(self.outcome.detail, MOST_REASONS) or [""]
         stays = [Fact("stays", f"{head}: {'; '.join(reasons)}")] if head else []
         facts = super().facts()
         at = next((k for k, fact in enumerate(facts) if fact.name == "method"), len(facts))
-        return [*facts[:at], *stays, *self.pace(), *facts[at:]]
+        stock = self.outcome.detail.stock
+        left = [Fact("stock", stock_words(stock))] if stock else []
+        return [*facts[:at], *stays, *self.pace(), *left, *facts[at:]]
 
     def pace(self) -> list[Fact]:
         """Return what new heights and speeds saved, where they were asked for."""
@@ -82,9 +86,24 @@ class ProgramReport(PathReport[ProgramDetail]):
         """Return all that keeps its place, and why."""
         return staying_words(self.outcome.detail)
 
+    def stock(self) -> ShownStock:
+        """Return what of the stock is known."""
+        return self.outcome.detail.shown
+
     def size(self, scene: Scene) -> str:
         """Return how large the work is that was drawn."""
         return f"{scene.extent[0]:.4g} × {scene.extent[1]:.4g} mm"
+
+
+def stock_words(stock: StockProof) -> str:
+    """Return how a program was judged by what it leaves, or why it was not."""
+    if stock.reason:
+        return f"what is left was not compared: {stock.reason}"
+    words = f"what is left is the same, in {stock.cells:,} cells of {stock.cell:g} mm"
+    for tools, said in ((stock.flat, "as flat mills"), (stock.unknown, "left out, as their shape is unknown")):
+        if tools:
+            words += f"; {', '.join(f'T{number}' for number in tools)} {said}"
+    return words
 
 
 def pace_facts(pace: PaceChange) -> list[Fact]:

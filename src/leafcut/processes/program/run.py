@@ -17,6 +17,7 @@ from leafcut.files import decoded
 from leafcut.geometry.arrays import Point
 from leafcut.kinds import BEAMS
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.measure import Measure
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.part import Hole, Part
@@ -31,6 +32,8 @@ from leafcut.processes.program.model import ProgramDetail
 from leafcut.processes.program.options import ResequenceOptions
 from leafcut.processes.program.pace import wants_pace, with_new_pace
 from leafcut.processes.program.proving import SectionOrders, write_proved
+from leafcut.processes.program.shown import shown_stock
+from leafcut.processes.program.stock_proof import stock_judge
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
@@ -68,6 +71,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
     from leafcut.processes.program.plan.sections.program_rows import dark_rows
     from leafcut.processes.program.reading import read_foreign
     from leafcut.solve.compiling import announced
+    from leafcut.timing.grbl import sent_lines
     from leafcut.timing.toolpath import measure
 
     words = dialect(run.settings.post.dialect or run.machine.controller)
@@ -75,6 +79,8 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
     read = read_foreign(text, source, run.settings, run.machine, words, run.looking("reading"), process=process)
     original, words, run = read.program, read.words, replace(run, machine=read.machine)
     dangers = read.dangers
+    judge, stock, met = stock_judge(run, original, source, read.process)
+    dangers = [*dangers, *met]
     _refuse_dangers(run, source, dangers)
     began = time.monotonic()
     sequence = _planned(run, original, read.process, began)
@@ -82,22 +88,27 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
     obstacles, noticed = obstacles_of(run, original, sequence.process in BEAMS)
     with announced(run.tell):
         stands, begins = _stands(run, original, sequence)
+
+        def timed_as_run(program: Program) -> Measure:
+            dark = dark_rows(program, sequence.process)
+            return measure(program.path, run.machine, dark, stands, sent_lines(program.lines))
+
         solutions = _solve_sections(searching, sequence, obstacles, begins)
         solutions = [
             None if found is None else _with_few_speeds(original, section, found)
             for section, found in zip(sequence.sections, solutions, strict=True)
         ]
-        measures = [measure(original.path, run.machine, dark_rows(original, sequence.process), stands)]
-        proved = write_proved(run, words, original, sequence, _orders(sequence, solutions), source, obstacles)
-        measures.append(measure(proved.program.path, run.machine, dark_rows(proved.program, sequence.process), stands))
+        measures = [timed_as_run(original)]
+        proved = write_proved(run, words, original, sequence, _orders(sequence, solutions), source, obstacles, judge)
+        measures.append(timed_as_run(proved.program))
         timed = run.settings.solve.objective == "time"
         before, after = (m.time_s if timed else m.travel_mm for m in measures)
         stay, refused = frozenset(proved.kept), proved.kept
         if after > before:
             # The solver's cost leaves out what the look-ahead knows; what is no better is not written. Of a program
             # that crosses obstacles its own order is the measure once it goes over or round them.
-            own = write_proved(run, words, original, sequence, [None for _ in solutions], source, obstacles)
-            measured = measure(own.program.path, run.machine, dark_rows(own.program, sequence.process), stands)
+            own = write_proved(run, words, original, sequence, [None for _ in solutions], source, obstacles, judge)
+            measured = timed_as_run(own.program)
             if obstacles is None or (measured.time_s if timed else measured.travel_mm) <= after:
                 stay, proved, measures[1] = frozenset(range(len(solutions))), own, measured
         solutions = [_unchanged(s) if s is not None and k in stay else s for k, s in enumerate(solutions)]
@@ -106,7 +117,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
         paced = None
         if wants_pace(run):
             paced = with_new_pace(run, words, original, proved.program, source, sequence.process, obstacles)
-            found = measure(paced.program.path, run.machine, dark_rows(paced.program, sequence.process), stands)
+            found = timed_as_run(paced.program)
             proved, measures[1] = replace(proved, text=paced.text, program=paced.program), found
     part, operations = _work_of(source, original, sequence, solutions)
     return Outcome(
@@ -141,6 +152,8 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
             pieces=count_pieces(sequence),
             staying=grouped(sequence, refused, run.settings.job.keep_order),
             pace=paced.change if paced else None,
+            stock=stock,
+            shown=shown_stock(original, source, run.settings, run.machine, sequence.process),
         ),
         encoding=encoding,
         options=run.settings.changed(),

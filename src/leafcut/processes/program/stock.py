@@ -12,17 +12,17 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError, count_of
 from leafcut.files import read_program
 from leafcut.kinds import BEAMS
-from leafcut.model.cutter import Cutter, cutter_of
+from leafcut.model.cutter import Body, BodyPart, Cutter, body_of, cutter_of
 from leafcut.model.heartbeat import Progress, looking_for
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
-from leafcut.options import Settings
+from leafcut.options import Settings, StockOptions
 from leafcut.processes.course import machine_of
-from leafcut.processes.program.workpiece import block_of, tools_of
-from leafcut.stock.height_field import HeightField, StockBlock, usual_cell
+from leafcut.processes.program.workpiece import block_around, block_of, field_of, told_of, tools_of
+from leafcut.stock.height_field import COARSEST, HeightField, StockBlock, usual_cell
 from leafcut.stock.same_stock import stock_differences
-from leafcut.stock.stock_cut import RapidCut, StockCut, ToolCut
+from leafcut.stock.stock_cut import BodyCut, RapidCut, StockCut, ToolCut
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -36,8 +36,6 @@ if TYPE_CHECKING:
 _STRAYS = 0.05
 #: Cuts are looked at in pieces of this share of the smallest tool's diameter, and of some cells.
 _PIECE, _PIECE_CELLS = 0.5, 2.0
-#: A block that is derived goes so far below the deepest cut, mm.
-_BELOW = 1.0
 #: So many rapids in the material are told one by one.
 _MOST_TOLD = 10
 
@@ -53,6 +51,7 @@ class _Cuts(NamedTuple):
     read: ProgramRead
     tools: dict[int, Tool]
     cutters: dict[int, Cutter]
+    bodies: dict[int, tuple[BodyPart, ...]]
     whole: StraightMoves
 
     @property
@@ -84,13 +83,14 @@ def cut_stock(
     block = block_of(given) if given else _around(every)
     cell = settings.stock.cell or usual_cell(block, min(one.smallest for one in every))
     look = looking_for(progress, "cutting the stock")
-    field, moves, removed = _cut(mine, block, cell, look)
+    stock = field_of(settings.stock, block, cell)
+    field, moves, removed = _cut(mine, stock.copy() if same_as is not None else stock, look)
     if not removed.cuts.any():
         sides = ", ".join(f"{a} {block.low[k]:g} to {block.high[k]:g}" for k, a in enumerate("XYZ"))
         raise PlanError(
             f"{mine.source}: the program never touches the stock, {sides} mm; give --workpiece in its coordinates"
         )
-    rapids = _rapids(moves, removed)
+    rapids, collisions = _rapids(moves, removed), _collisions(moves, removed)
     return StockCut(
         mine.source,
         mine.read.machine,
@@ -99,11 +99,17 @@ def cut_stock(
         field,
         _by_tool(moves, removed, mine.tools, mine.read.machine),
         rapids,
+        collisions,
         None if same_as is None else str(same_as),
-        tuple(
-            one for other in every[1:] for one in stock_differences(_cut(other, block, cell, look)[0], field, TOLERANCE)
+        tuple(one for other in every[1:] for one in stock_differences(_cut(other, stock, look)[0], field, TOLERANCE)),
+        (
+            *_told(rapids),
+            *_bodies_told(collisions),
+            *_told_of_stock(mine, settings.stock, block, cell),
+            *mine.read.dangers,
+            *mine.read.issues,
+            *_not_known(mine.whole),
         ),
-        (*_told(rapids), *mine.read.dangers, *mine.read.issues, *_not_known(mine.whole)),
         settings.from_defaults(),
     )
 
@@ -124,18 +130,18 @@ def _read(program: Input, settings: Settings, machine: Machine, words: Dialect, 
     smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
     # What is not fed, such as a probe, has no tool here.
     whole = straight_moves(read.program.path, 0.01 * smallest, np.inf).of_tools(cutters)
-    return _Cuts(source, read, tools, cutters, whole)
+    bodies = {number: body_of(tool) for number, tool in tools.items()}
+    return _Cuts(source, read, tools, cutters, bodies, whole)
 
 
-def _cut(one: _Cuts, block: StockBlock, cell: float, look: Heartbeat) -> tuple[HeightField, StraightMoves, Removed]:
-    """Return what a program leaves of a block, its moves in pieces, and what each takes off."""
+def _cut(one: _Cuts, field: HeightField, look: Heartbeat) -> tuple[HeightField, StraightMoves, Removed]:
+    """Cut a stock by a program; return it, the program's moves in pieces, and what each takes off."""
     from leafcut.stock.cutting import cut
     from leafcut.stock.straight_moves import straight_moves
 
-    field = HeightField.of_block(block, cell)
-    longest = max(_PIECE * one.smallest, _PIECE_CELLS * cell)
-    moves = straight_moves(one.read.program.path, _STRAYS * cell, longest).of_tools(one.cutters)
-    return field, moves, cut(field, moves, one.cutters, os.cpu_count() or 1, look)
+    longest = max(_PIECE * one.smallest, _PIECE_CELLS * field.cell)
+    moves = straight_moves(one.read.program.path, _STRAYS * field.cell, longest).of_tools(one.cutters)
+    return field, moves, cut(field, moves, one.cutters, os.cpu_count() or 1, look, bodies=one.bodies)
 
 
 def _around(programs: Sequence[_Cuts]) -> StockBlock:
@@ -146,20 +152,17 @@ def _around(programs: Sequence[_Cuts]) -> StockBlock:
     PlanError
         There is none: where the stock's top is cannot be known.
     """
-    low, high = np.full(3, np.inf), np.full(2, -np.inf)
+    blocks = []
     for one in programs:
-        ends = one.whole.ends
-        deep = ~one.whole.rapid & (np.minimum(ends[:, 2], ends[:, 5]) < 0.0)
-        if not deep.any():
+        block = block_around(one.whole, one.cutters)
+        if block is None:
             raise PlanError(
                 f"{one.source}: nothing is cut below Z0, so the top of the stock is not known; give --workpiece"
             )
-        radius = np.array([one.cutters[number].radius for number in one.whole.tool[deep].tolist()])[:, None]
-        begin, end = ends[deep, :3], ends[deep, 3:]
-        low = np.minimum(low, np.minimum(begin, end).min(axis=0))
-        low[:2] = np.minimum(low[:2], (np.minimum(begin, end)[:, :2] - radius).min(axis=0))
-        high = np.maximum(high, (np.maximum(begin, end)[:, :2] + radius).max(axis=0))
-    return StockBlock((float(low[0]), float(low[1]), float(low[2]) - _BELOW), (float(high[0]), float(high[1]), 0.0))
+        blocks.append(block)
+    low, high = zip(*(one.low for one in blocks), strict=True), zip(*(one.high for one in blocks), strict=True)
+    (x, y, z), (right, rear, top) = map(min, low), map(max, high)
+    return StockBlock((x, y, z), (right, rear, top))
 
 
 def _rapids(moves: StraightMoves, removed: Removed) -> tuple[RapidCut, ...]:
@@ -168,6 +171,44 @@ def _rapids(moves: StraightMoves, removed: Removed) -> tuple[RapidCut, ...]:
         line = int(moves.path.line[moves.row[at]])
         deepest[line] = max(deepest.get(line, 0.0), float(removed.depth[at]))
     return tuple(RapidCut(line, depth) for line, depth in sorted(deepest.items()))
+
+
+def _told_of_stock(one: _Cuts, options: StockOptions, block: StockBlock, cell: float) -> list[Issue]:
+    """Return what has to be said of the stock, and that its cells are coarse for a tool."""
+    found = told_of(options, one.read.program, one.cutters, block)
+    if cell > COARSEST * one.smallest * (1.0 + 1e-9):
+        message = f"cells of {cell:g} mm are coarse for a tool of {one.smallest:g} mm; give a smaller stock or --cell"
+        found.append(Issue("L812", message))
+    return found
+
+
+def _collisions(moves: StraightMoves, removed: Removed) -> tuple[BodyCut, ...]:
+    deepest: dict[tuple[int, int, Body], float] = {}
+    for body, depths in ((Body.SHANK, removed.shank), (Body.HOLDER, removed.holder)):
+        for at in np.flatnonzero(depths > 0.0).tolist():
+            key = int(moves.path.line[moves.row[at]]), int(moves.tool[at]), body
+            deepest[key] = max(deepest.get(key, 0.0), float(depths[at]))
+    return tuple(BodyCut(*key, depth) for key, depth in sorted(deepest.items()))
+
+
+def _bodies_told(collisions: tuple[BodyCut, ...]) -> list[Issue]:
+    """Return shanks and holders in the material as dangers: of each tool and each of these the first line, how often.
+
+    A pocket too deep for its tool has a line for each of its cuts.
+    """
+    groups: dict[tuple[int, Body], list[BodyCut]] = {}
+    for one in collisions:
+        groups.setdefault((one.tool, one.body), []).append(one)
+    return [
+        Issue(
+            "L809",
+            f"the {body} of T{tool} is in the stock, {max(one.depth_mm for one in found):.2f} mm deep"
+            + (f" at most, on {len(found)} lines from here on" if len(found) > 1 else ""),
+            f"line {found[0].line}",
+            Severity.DANGER,
+        )
+        for (tool, body), found in groups.items()
+    ]
 
 
 def _told(rapids: tuple[RapidCut, ...]) -> list[Issue]:

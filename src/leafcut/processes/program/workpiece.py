@@ -5,47 +5,117 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from leafcut.errors import OptionError, PlanError
+from leafcut.errors import OptionError, PlanError, ReadError, count_of, shown
+from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool, ToolKind
-from leafcut.options import Settings
+from leafcut.options import Settings, StockOptions
 from leafcut.stock.height_field import HeightField, StockBlock, usual_cell
 from leafcut.stock.loads import StockBefore
 from leafcut.units import parse_quantity
 
 #: Leads into a cut begin so far beside the material at most, besides the tool's diameter, mm.
 _LEAD = 5.0
+#: A block that is derived goes so far below the deepest cut, mm.
+_BELOW = 1.0
+#: Undercuts of less are rounding, mm².
+_SMALL_AREA = 0.1
 #: Lengths that differ by less are the same, mm.
 _SAME = 1e-6
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
     from leafcut.model.cutter import Cutter
+    from leafcut.model.mesh import Mesh
     from leafcut.processes.course import Run
+    from leafcut.stock.straight_moves import StraightMoves
 
 
 def block_of(text: str) -> StockBlock:
-    """Return the block that ``--workpiece`` says.
+    """Return the block that ``--workpiece`` says, or the box around the solid of its file.
 
     Raises
     ------
     OptionError
-        Six lengths are expected, the lower corner first.
+        Six lengths are expected, the lower corner first, or the path of an STL file.
+    ReadError
+        The file is no closed solid.
     """
+    if _is_file(text):
+        from leafcut.stock.mesh_field import block_of_mesh
+
+        return block_of_mesh(_solid(text))
     parts = text.replace(";", ",").split(",")
     if len(parts) != 6:
         raise OptionError(
-            f"--workpiece: '{text}' has {len(parts)} numbers; give six: x,y,z of the lower and of the upper corner"
+            f"--workpiece: '{shown(text, 60)}' has {count_of(len(parts), 'number')}; give six: x,y,z of the lower and "
+            "of the upper corner, or an STL file"
         )
     try:
         lengths = [parse_quantity(part.strip(), "mm") for part in parts]
         return StockBlock((lengths[0], lengths[1], lengths[2]), (lengths[3], lengths[4], lengths[5]))
     except (OptionError, PlanError) as problem:
         raise OptionError(f"--workpiece {text}: {problem}") from None
+
+
+def field_of(options: StockOptions, block: StockBlock, cell: float) -> HeightField:
+    """Return the material before the first cut as cells, within its block.
+
+    Raises
+    ------
+    PlanError
+        There would be too many.
+    """
+    if not options.workpiece or not _is_file(options.workpiece):
+        return HeightField.of_block(block, cell)
+    from leafcut.stock.mesh_field import field_of_mesh
+
+    return field_of_mesh(_solid(options.workpiece), cell)
+
+
+def told_of(options: StockOptions, program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> list[Issue]:
+    """Return what has to be said of the stock that is given: cuts beyond it, and undercuts, which are filled."""
+    if not options.workpiece:
+        return []
+    outside = beyond(program, cutters, block)
+    found = [outside.issue()] if outside else []
+    if _is_file(options.workpiece):
+        from leafcut.stock.mesh_field import overhang
+
+        area = overhang(_solid(options.workpiece))
+        if area > _SMALL_AREA:
+            message = f"the stock has undercuts, {area:.1f} mm² seen from below: they count as full of material"
+            found.append(Issue("L811", message))
+    return found
+
+
+def _is_file(text: str) -> bool:
+    return StockOptions.specs()["workpiece"].names_file(text)
+
+
+def _solid(path: str) -> Mesh:
+    """Return the closed solid of a file, in mm."""
+    try:
+        return _loaded(path, Path(path).stat().st_mtime_ns)
+    except OSError:
+        return _loaded(path, 0)  # says what is wrong
+
+
+@lru_cache(maxsize=1)
+def _loaded(path: str, _changed: int) -> Mesh:
+    """Return the solid of a file, which each step of a run asks for: it is kept as long as it is the last one."""
+    from leafcut.read.meshes import load_mesh
+
+    mesh = load_mesh(path, "mm", "save it in mm")
+    if not mesh.closed:
+        raise ReadError(path, "has holes in its surface, so that it is not known where material is; mend it in CAD")
+    return mesh
 
 
 def tools_of(program: Program, source: str, settings: Settings, machine: Machine) -> dict[int, Tool]:
@@ -56,7 +126,25 @@ def tools_of(program: Program, source: str, settings: Settings, machine: Machine
     OptionError
         The shape of one is not known.
     """
-    from leafcut.gcode.tool_comments import tool_in_comments
+    found, unknown = known_tools(program, settings, machine)
+    for number, block in unknown.items():
+        line = int(program.text_line[block])
+        raise OptionError(
+            f"{source}:{line}: the shape of tool T{number} is unknown; give a library that has it with --tools, or "
+            "--mill-diameter for a flat mill"
+        )
+    return found
+
+
+def known_tools(
+    program: Program, settings: Settings, machine: Machine, *, flat: bool = False
+) -> tuple[dict[int, Tool], dict[int, int]]:
+    """Return the tools that a program cuts with, and of those whose shape is not known the first blocks with cuts.
+
+    Both are by number, in the order of their use. With `flat` a tool whose comment gives no more than a diameter counts
+    as a flat mill.
+    """
+    from leafcut.gcode.tool_comments import tool_in_comments, tool_width
     from leafcut.model.toolpath import Kind
     from leafcut.read.tools import load_tools
 
@@ -66,21 +154,29 @@ def tools_of(program: Program, source: str, settings: Settings, machine: Machine
     works = np.flatnonzero((kind >= Kind.FEED) & (kind <= Kind.DRILL))
     blocks = np.searchsorted(program.first, works, side="right") - 1
     found: dict[int, Tool] = {}
+    unknown: dict[int, int] = {}
     number_of = program.path.tool[works]
-    for number in dict.fromkeys(number_of.tolist()):
-        tool = library.get(number)
-        first = int(blocks[np.flatnonzero(number_of == number)[0]])
-        tool = tool or tool_in_comments(program, first)
-        if tool is None and (diameter := settings.stock.mill_diameter):
+    _, first_of = np.unique(number_of, return_index=True)
+    for at in np.sort(first_of).tolist():
+        number, first = int(number_of[at]), int(blocks[at])
+        tool = library.get(number) or tool_in_comments(program, first)
+        diameter = 0.0 if tool else settings.stock.mill_diameter or (tool_width(program, first) if flat else 0.0)
+        if diameter:
             tool = Tool(number, diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
         if tool is None:
-            line = int(program.text_line[first])
-            raise OptionError(
-                f"{source}:{line}: the shape of tool T{number} is unknown; give a library that has it with --tools, or "
-                "--mill-diameter for a flat mill"
-            )
-        found[number] = tool
-    return found
+            unknown[number] = first
+        else:
+            found[number] = tool
+    return found, unknown
+
+
+def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBlock | None:
+    """Return a block just around what is cut below Z0; None where nothing is: its top cannot be known."""
+    deep = ~moves.rapid & (np.minimum(moves.ends[:, 2], moves.ends[:, 5]) < 0.0)
+    if not deep.any():
+        return None
+    low, high = moves.extent(deep, cutters)
+    return StockBlock((float(low[0]), float(low[1]), float(low[2]) - _BELOW), (float(high[0]), float(high[1]), 0.0))
 
 
 def stock_before(run: Run, program: Program, cutters: Mapping[int, Cutter]) -> StockBefore:
@@ -92,13 +188,13 @@ def stock_before(run: Run, program: Program, cutters: Mapping[int, Cutter]) -> S
     smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
     if options.workpiece:
         block = block_of(options.workpiece)
-        return StockBefore(HeightField.of_block(block, options.cell or usual_cell(block, smallest)), block.low[2], True)
+        field = field_of(options, block, options.cell or usual_cell(block, smallest))
+        return StockBefore(field, block.low[2], True)
     whole = straight_moves(program.path, 0.01 * smallest, np.inf).of_tools(cutters)
-    fed = whole.ends[~whole.rapid]
-    low, high = np.minimum(fed[:, :3], fed[:, 3:]).min(axis=0), np.maximum(fed[:, :3], fed[:, 3:]).max(axis=0)
+    low, high = whole.extent(~whole.rapid, cutters)
     cell = options.cell or usual_cell(
-        StockBlock((float(low[0]) - smallest, float(low[1]) - smallest, float(low[2]) - 1.0),
-                   (float(high[0]) + smallest, float(high[1]) + smallest, float(high[2]) + 1.0)), smallest
+        StockBlock((float(low[0]), float(low[1]), float(low[2]) - _BELOW),
+                   (float(high[0]), float(high[1]), float(high[2]) + _BELOW)), smallest
     )  # fmt: skip
     moves = straight_moves(program.path, 0.05 * cell, np.inf).of_tools(cutters)
     field = largest_stock(
@@ -110,12 +206,39 @@ def stock_before(run: Run, program: Program, cutters: Mapping[int, Cutter]) -> S
 def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBlock, source: str) -> None:
     """Check that no cut below the top of a block is far beside it: there is more material than was said.
 
-    A tool may come in from outside, by its own diameter and a little more.
-
     Raises
     ------
     OptionError
         One is.
+    """
+    found = beyond(program, cutters, block)
+    if found is not None:
+        line, axis, place, edge = found
+        raise OptionError(
+            f"--workpiece: {source}:{line}: a cut reaches {axis}{place:.2f}, but this stock ends at {axis}{edge:g}; "
+            "give all of the material"
+        )
+
+
+class Beyond(NamedTuple):
+    """A cut that reaches far beside a block: its line, the axis, its place there and the edge of the block, mm."""
+
+    line: int
+    axis: str
+    place: float
+    edge: float
+
+    def issue(self) -> Issue:
+        """Return it as a warning."""
+        place, edge = f"{self.axis}{self.place:.2f}", f"{self.axis}{self.edge:g}"
+        message = f"a cut reaches {place}, but the stock that was given ends at {edge}"
+        return Issue("L810", message, f"line {self.line}")
+
+
+def beyond(program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> Beyond | None:
+    """Return a cut below the top of a block that is far beside it, None where there is none.
+
+    A tool may come in from outside, by its own diameter and a little more.
     """
     from leafcut.stock.straight_moves import straight_moves
 
@@ -124,7 +247,7 @@ def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBloc
     across = np.abs(moves.ends[:, 3:5] - moves.ends[:, :2]).max(axis=1) > 0
     fed = ~moves.rapid & across & (np.maximum(moves.ends[:, 2], moves.ends[:, 5]) < block.high[2])
     if not fed.any():
-        return
+        return None
     ends, tool = moves.ends[fed], moves.tool[fed]
     room = _LEAD + 2.0 * np.array([cutters[number].radius for number in tool.tolist()])
     for axis, letter in enumerate("XY"):
@@ -136,7 +259,5 @@ def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBloc
                 line = int(moves.path.line[moves.row[fed][at]])
                 reach = ends[at, [axis, axis + 3]]
                 place = float(reach.min() if spare is low else reach.max())
-                raise OptionError(
-                    f"--workpiece: {source}:{line}: a cut reaches {letter}{place:.2f}, but this stock ends at "
-                    f"{letter}{edge:g}; give all of the material"
-                )
+                return Beyond(line, letter, place, edge)
+    return None

@@ -26,14 +26,18 @@ from leafcut.studio.drawing.serving import Serving
 
 STATIC = Path(__file__).parents[1] / "static"
 
+#: The stock with the moves before and after (`studio.drawing.solid`): fetched only when it is to be seen.
+SOLIDS = ("solid_before", "solid_after")
 #: What can be shown; ``whole`` is all of the drawing, faintly; ``live`` is a path that moves, or an order that is
 #: changed by hand; ``differences`` are those of two programs (`studio.drawing.differences`).
-LAYERS = ("whole", "part", "before", "after", "pheromone", "live", "differences")
+LAYERS = ("whole", "part", "before", "after", "pheromone", "live", "differences", *SOLIDS)
 
 #: Seconds between two events of the pointer or of playing.
 _PACE = 0.1
 
 Handler = Callable[[GenericEventArguments], Any]
+#: A scene, or what makes it when the browser asks for it.
+Shown = bytes | Callable[[], bytes]
 
 # With the newest file's time in their address, so that browsers keep the modules and still notice new ones.
 register_esm("leafcut-canvas", STATIC, max_time=max(file.stat().st_mtime for file in STATIC.glob("*.*")))
@@ -73,7 +77,7 @@ class Canvas(Serving, component="../static/canvas_element.js"):
         super().__init__()
         #: The scenes by layer, the number of each, and the address where the browser fetches it. The address of a layer
         #: stays: a browser that is late gets what is newest.
-        self._scenes: dict[str, bytes] = {}
+        self._scenes: dict[str, Shown] = {}
         self._numbers: dict[str, int] = {}
         self._addresses: dict[str, str] = {}
         self._props.update(
@@ -86,8 +90,8 @@ class Canvas(Serving, component="../static/canvas_element.js"):
             if handler is not None:
                 self.on(name, handler, throttle=_PACE)
 
-    def show(self, scene: bytes, layer: str) -> None:
-        """Show a scene as one of `LAYERS`, in place of what was there.
+    def show(self, scene: Shown, layer: str) -> None:
+        """Show a scene as one of `LAYERS`, in place of what was there; a callable is called in a thread.
 
         Raises
         ------
@@ -97,10 +101,14 @@ class Canvas(Serving, component="../static/canvas_element.js"):
         if layer not in LAYERS:
             raise OptionError(f"the drawing has no layer '{layer}'; there are: {', '.join(LAYERS)}")
         if layer not in self._addresses:
-            self._addresses[layer] = self.serve(layer, lambda: self._scenes.get(layer))
+            self._addresses[layer] = self.serve(layer, lambda: self._bytes(layer))
         self._scenes[layer] = scene
         self._numbers[layer] = self._numbers.get(layer, 0) + 1
         self._tell()
+
+    def _bytes(self, layer: str) -> bytes | None:
+        scene = self._scenes.get(layer)
+        return scene() if callable(scene) else scene
 
     def clear(self) -> Self:
         """Take everything off."""

@@ -9,12 +9,12 @@ A scene is
 
 All numbers are little-endian. The header has
 
-- ``kind``: ``part``, ``toolpath``, ``path``, ``pheromone``, ``differences`` (`studio.drawing.differences`) or
-  ``program`` (`studio.drawing.program_text`), and ``name`` for people;
+- ``kind``: ``part``, ``toolpath``, ``path``, ``pheromone``, ``differences`` (`studio.drawing.differences`), ``solid``
+  (`studio.drawing.solid`) or ``program`` (`studio.drawing.program_text`), and ``name`` for people;
 - ``origin``: x and y in mm that were taken off all float32 places, so that what lies far away stays exact;
 - ``extents``: smallest x and y, largest x and y, mm, with the origin; null where there is nothing;
 - ``blocks``: name → [type, offset from the first block in bytes, number of items, items in a row]; types are
-  ``f4``, ``i4``, ``u4`` and ``u1``.
+  ``f8``, ``f4``, ``i4``, ``u4`` and ``u1``.
 
 Blocks of a ``part``:
 

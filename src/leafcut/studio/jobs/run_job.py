@@ -17,6 +17,7 @@ from leafcut import api
 from leafcut.files import read_program
 from leafcut.lab.tables import iterations_as_csv
 from leafcut.model.heartbeat import Progress, looking_for
+from leafcut.model.shown_stock import CUT_THROUGH
 from leafcut.model.snapshot import Observer
 from leafcut.model.study import Study
 from leafcut.studio.drawing.line_match import line_pairs
@@ -221,6 +222,7 @@ def _pages(outcome: Outcome, output: str) -> dict[str, Artefact]:
     """Return the report, the pictures, and what the studio's drawing shows."""
     from leafcut.report.page import path_svg, write_page
     from leafcut.studio.drawing.scene import outcome_part_scene, outcome_scene, toolpath_scene
+    from leafcut.studio.drawing.solid import outcome_solid_scene
 
     stem = Path(output).stem
     pictures = {
@@ -228,6 +230,8 @@ def _pages(outcome: Outcome, output: str) -> dict[str, Artefact]:
     }
     scenes = {f"scene-{which}": _scene(outcome_scene(outcome, which)) for which in _BOTH}
     scenes["scene-part"] = _scene(outcome_part_scene(outcome))
+    if outcome.shown.stock() != CUT_THROUGH:
+        scenes |= {f"scene-solid_{which}": _scene(outcome_solid_scene(outcome, which)) for which in _BOTH}
     for name, path in outcome.shown.ways():
         cleared = outcome.shown.cleared
         scenes[f"way-{name}"] = _scene(toolpath_scene(path, outcome.machine, name=name, cleared=cleared))

@@ -180,8 +180,9 @@ def _resolved(name: str, value: Any, folder: Folder) -> Any:
         if not path.is_file():
             raise OptionError(f"{flag}: '{value.removeprefix(OWN)}' is no longer in your library")
         return str(path)
-    if spec.may_be_path and not value.lower().endswith(".toml") and "/" not in value and "\\" not in value:
-        return value  # the name of a shipped one, checked where it is loaded
+    named = spec.may_be_path == ".toml"
+    if spec.may_be_path and not spec.names_file(value) and not (named and ("/" in value or "\\" in value)):
+        return value  # the name of a shipped one, checked where it is loaded, or no name
     try:
         return str(folder.input_path(value))
     except OptionError:

@@ -181,8 +181,7 @@ class View:
             raise OptionError(self.studio.folder.without_paths(str(problem))) from None
         for name, value in found.items():
             spec = group_of(name).specs()[name]
-            path = isinstance(value, str) and spec.may_be_path and value.lower().endswith(".toml")
-            if spec.kind == "path" or path:
+            if spec.names_file(value):
                 raise OptionError(f"{flag_name(name)}: choose a file opened in the studio, not a path")
         self.for_study = None  # what the file says holds
         for name, value in found.items():
@@ -276,6 +275,9 @@ _ALSO_READ = {
     "invert",
     "pocket_layers",
     "island_layers",
+    "tools",
+    "workpiece",
+    "mill_diameter",
 }
 #: What of the options changes how a file is read.
 OF_READING = frozenset(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
@@ -9,7 +10,8 @@ from nicegui.events import GenericEventArguments
 
 from leafcut.errors import OptionError
 from leafcut.option_spec import flag_name
-from leafcut.studio.drawing.canvas import LAYERS, Canvas
+from leafcut.studio.drawing.canvas import LAYERS, SOLIDS, Canvas, Shown
+from leafcut.studio.drawing.solid import in_words
 from leafcut.studio.jobs.history import JobRecord, JobState
 from leafcut.studio.jobs.jobs import line_of
 from leafcut.studio.page.elements import box, button, text
@@ -221,7 +223,7 @@ class RunPanel:
             return {}
         return {"whole": view.seen.scenes["whole"]} if "whole" in view.seen.scenes else {}
 
-    def _scenes(self) -> tuple[object, dict[str, bytes]]:
+    def _scenes(self) -> tuple[object, dict[str, Shown]]:
         """Return what is to be drawn, and its scenes by layer."""
         view = self.view
         history = view.studio.history
@@ -233,7 +235,17 @@ class RunPanel:
             return f"{view.job}/{name}", {} if kept_one is None else {"part": kept_one.data}
         if "scene-after" in names:
             kept = {layer: history.artefact(view.job or "", f"scene-{layer}") for layer in _STILL}
-            scenes = {layer: found.data for layer, found in kept.items() if found is not None}
+            scenes: dict[str, Shown] = {layer: found.data for layer, found in kept.items() if found is not None}
+            for layer in SOLIDS:
+                if (found := kept[layer]) is not None:
+                    scenes[layer] = in_words(found.data, view.words.plain)
             beneath = self._beneath()
             return f"{view.job}{'/whole' if beneath else ''}", scenes | beneath
-        return view.seen, view.seen.scenes if view.seen is not None else {}
+        seen = view.seen
+        if seen is None:
+            return seen, {}
+        return seen, {**seen.scenes, "solid_after": self._said(seen.stock)} if seen.stock else dict(seen.scenes)
+
+    def _said(self, make: Callable[[], bytes]) -> Callable[[], bytes]:
+        """Return what makes a scene of the stock, with the reason for none in the language of the page."""
+        return lambda: in_words(make(), self.view.words.plain)

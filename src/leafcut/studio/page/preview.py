@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 from leafcut import api
 from leafcut.errors import LeafcutError, ReadError
 from leafcut.model.part import Part
+from leafcut.model.simulation import Simulation
 from leafcut.options import Settings
 from leafcut.processes import registry
 from leafcut.processes.settings import collect
@@ -37,6 +38,8 @@ class Seen:
         As the JSON answers have them.
     scenes
         What the drawing shows of it: layer → scene.
+    stock
+        Makes the scene of the stock that a program cuts (`studio.drawing.solid`), or says why it is not shown.
     error
         Why it cannot be read in this way; another kind of work, or other options, may be able to.
     work
@@ -56,6 +59,7 @@ class Seen:
     facts: tuple[tuple[str, str], ...] = ()
     issues: tuple[dict[str, str], ...] = ()
     scenes: dict[str, bytes] = field(default_factory=dict)
+    stock: Callable[[], bytes] | None = field(default=None, compare=False)
     error: str = ""
     work: str = ""
     whole: Whole = field(default_factory=Whole)
@@ -172,4 +176,17 @@ def _program(source: Source, options: Mapping[str, Any]) -> Seen:
         ("feed", format_length(found.measure.cut_mm)),
         ("size", f"{_size(right - left, high - low)} mm"),
     )
-    return Seen("gcode", _PROGRAM, facts, tuple(issues_as_json(found.issues)), shown)
+    return Seen("gcode", _PROGRAM, facts, tuple(issues_as_json(found.issues)), shown, _stock(source, found, options))
+
+
+def _stock(source: Source, found: Simulation, options: Mapping[str, Any]) -> Callable[[], bytes]:
+    """Return what makes the scene of the stock, when somebody wants to see it."""
+
+    def make() -> bytes:
+        from leafcut.studio.drawing.solid import solid_scene
+
+        used = registry.work("stock").used()
+        settings = collect({name: value for name, value in options.items() if name in used})
+        return solid_scene(found.run, found.machine, registry.command("shown_stock")(source, settings))
+
+    return make

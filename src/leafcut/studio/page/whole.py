@@ -117,15 +117,16 @@ class MachineTravel:
 
 
 def travel_of(settings: Settings, extents: tuple[float, float, float, float]) -> MachineTravel | None:
-    """Return how far the machine goes around a part with these extents; None where the machine cannot be read."""
+    """Return how far the machine goes around a part with these extents; None where that is not known."""
     try:
         machine = load_machine(settings.machine.machine, settings.machine.work_offset)
     except LeafcutError:
         return None
+    if not machine.table_known:
+        return None
     x0, y0, x1, y1 = extents
     left, low = _lower_left(machine, extents)
-    right = left + machine.travel_max[0] - machine.travel_min[0]
-    high = low + machine.travel_max[1] - machine.travel_min[1]
+    right, high = left + machine.reach(0), low + machine.reach(1)
     fits = left <= x0 and x1 <= right and low <= y0 and y1 <= high
     return MachineTravel((left, low, right, high), machine.work_offset is not None, fits, machine.name)
 

@@ -4,8 +4,8 @@
 //   drawing.show(await (await fetch(url)).arrayBuffer(), "after");
 //   drawing.on("select", ({ row, line, hole }) => …);
 //
-// Layers of `show`: whole, part, before, after, pheromone, live, differences. Events of `on`: hover, select, time, drag,
-// mode, layers, and main when there is another toolpath to select in, or another program.
+// Layers of `show`: whole, part, before, after, pheromone, live, differences, solid_before, solid_after. Events of `on`:
+// hover, select, time, drag, mode, layers, and main when there is another toolpath to select in, or another program.
 
 import { describe, mm } from "./describe.js";
 import { droppedOn, grab } from "./dragging.js";
@@ -17,6 +17,7 @@ import { WholePaths, layersOf } from "./whole.js";
 import { Placement } from "./placement.js";
 import { Player } from "./player.js";
 import { readScene } from "./scene.js";
+import { Solid } from "./solid.js";
 import { watchTheme } from "./theme.js";
 import { Toolbar } from "./toolbar.js";
 import { View } from "./view.js";
@@ -29,9 +30,12 @@ const NUMBER_ROOM = 18; // pixels of a number beside the stop that is furthest r
 const ROOM_LEFT = 56, ROOM_BELOW = 32, ROOM_LEAST = 200, ROOM_BESIDE = 44;
 
 export const MODES = ["before", "after", "side", "overlay"];
+/** What is seen: the plan, the stock in three dimensions, or both side by side. */
+export const SPACES = ["plan", "solid", "both"];
+const SOLID = "solid_";
 
 export class Drawing {
-  constructor(host, { words = {}, layers = {}, editable = false } = {}) {
+  constructor(host, { words = {}, layers = {}, editable = false, renderer = "" } = {}) {
     this.words = { ...WORDS, ...words };
     this.view = new View();
     this.layers = {
@@ -45,6 +49,8 @@ export class Drawing {
     this.scenes = { whole: null, part: null, before: null, after: null, pheromone: null, live: null, differences: null };
     this.tracks = { before: null, after: null };
     this.mode = "after";
+    this.space = "plan";
+    this._renderer = renderer;
     this._listeners = new Map();
     this.measure = new Measure(this);
     this.placement = new Placement(this);
@@ -79,6 +85,7 @@ export class Drawing {
       new Input(pane, this);
       return pane;
     });
+    this.solid = new Solid(this.stage, this, this._renderer);
     this.legend = make("div", "lc-caption lc-legend", {}, make("i", "lc-swatch lc-before"), words.before, make("i", "lc-swatch lc-rapids"), words.after);
     this.stage.append(this.empty, this.legend, this.readout);
     this.toolbar = new Toolbar(this.bar, this);
@@ -96,6 +103,10 @@ export class Drawing {
 
   /** Show a scene (ArrayBuffer) as one of the layers that are named above. */
   show(bytes, layer) {
+    if (layer.startsWith(SOLID)) {
+      this.offerSolid(layer.slice(SOLID.length), async () => bytes);
+      return;
+    }
     const scene = readScene(bytes);
     const first = !Object.values(this.scenes).some(Boolean);
     if (this._renew(scene, layer)) return;
@@ -117,6 +128,24 @@ export class Drawing {
     if (first || this.view.fitted) this.fit();
   }
 
+  /** Say what returns the bytes of the stock with the moves "before" or "after", asked for when it is to be seen; null:
+   *  there is none. */
+  offerSolid(which, load) {
+    this.solid.offer(which, load);
+    this._arrange();
+  }
+
+  /** See the "plan", the "solid", or "both". */
+  setSpace(space) {
+    if (!SPACES.includes(space)) return;
+    this.space = space;
+    if (this.measure.on) this.measure.toggle(false);
+    if (this.solid.marks.on) this.solid.marks.measure(false);
+    this._arrange();
+    if (this.view.fitted) this.view.fit(this._extents(), this._insets());
+    this.emit("space", { space });
+  }
+
   /** Show a newer state of what moves while a search goes on; return whether the scene was one of those. */
   _renew(scene, layer) {
     if (!this.scenes[layer] || !["path", "pheromone"].includes(scene.kind)) return false;
@@ -132,6 +161,11 @@ export class Drawing {
 
   /** Take everything off, or one layer. */
   clear(layer = null) {
+    if (layer?.startsWith(SOLID)) {
+      this.offerSolid(layer.slice(SOLID.length), null);
+      return;
+    }
+    if (!layer) for (const which of ["before", "after"]) this.solid.offer(which, null);
     for (const name of layer ? [layer] : Object.keys(this.scenes)) {
       this.scenes[name] = null;
       if (name in this.tracks) this.tracks[name] = null;
@@ -143,7 +177,25 @@ export class Drawing {
     this._arrange();
   }
 
-  fit() { this.view.fit(this._extents(), this._insets()); }
+  fit() {
+    this.view.fit(this._extents(), this._insets());
+    this.solid.fit();
+  }
+
+  /** Zoom what is seen. */
+  zoom(factor) {
+    if (this.sees !== "solid") this.view.zoom(factor);
+    if (this.sees !== "plan") this.solid.zoom(factor);
+  }
+
+  /** Begin or end measuring: on the stock where it is seen, else in the plan. */
+  toggleMeasure() {
+    if (this.sees === "plan") this.measure.toggle(); else this.solid.marks.measure();
+    this.toolbar.update();
+  }
+
+  /** What is seen: the "plan", the "solid", or "both". */
+  get sees() { return this.solid?.offered ? this.space : "plan"; }
 
   setMode(mode) {
     if (!MODES.includes(mode) || !this.modes.includes(mode)) return;
@@ -241,6 +293,7 @@ export class Drawing {
   destroy() {
     this._observer.disconnect();
     this._endTheme();
+    this.solid.destroy();
     cancelAnimationFrame(this._request);
     this._request = -1;
     this.root.remove();
@@ -359,7 +412,10 @@ export class Drawing {
   _arrange() {
     if (!this.modes.includes(this.mode)) this.mode = this.modes[0];
     const { before, after } = this.tracks, [left, right] = this.panes, side = this.mode === "side";
-    left.host.hidden = !side;
+    const seen = this.sees;
+    left.host.hidden = !side || seen !== "plan";
+    right.host.hidden = seen === "solid";
+    this.solid.host.hidden = seen === "plan";
     this._givePart();
     for (const pane of this.panes) {
       pane.setPheromone(this.scenes.pheromone);
@@ -368,7 +424,7 @@ export class Drawing {
       pane.caption.hidden = !side;
     }
     this.measure.renew();
-    this.legend.hidden = this.mode !== "overlay";
+    this.legend.hidden = this.mode !== "overlay" || seen === "solid";
     this._say([]);
     [before, after].forEach((track) => { if (track) track.pale = false; });
     left.setTracks(side ? [before] : [], side ? before : null);
@@ -385,6 +441,7 @@ export class Drawing {
     this.empty.hidden = this.shows;
     this.toolbar.update();
     this._resize();
+    this.solid.follow();
     this._wake();
   }
 
@@ -404,17 +461,20 @@ export class Drawing {
   _resize() {
     const shown = this.panes.filter((pane) => !pane.host.hidden);
     const sizes = shown.map((pane) => pane.resize());
-    this.view.resize(...sizes[sizes.length - 1]);
+    if (sizes.length) this.view.resize(...sizes[sizes.length - 1]);
+    this.solid.resize();
     this._wake();
   }
 
   _restyle() {
     this.panes.forEach((pane) => pane.restyle());
+    this.solid.restyle();
     this._wake();
   }
 
   _time(detail) {
     this.panes.forEach((pane) => pane.setTime(detail.time));
+    this.solid.setTime(detail.time);
     this._wake();
     this.emit("time", detail);
   }

@@ -41,6 +41,15 @@ export default {
         delete this.shown[layer];
         this.drawing.clear(layer);
       }
+      for (const layer of ["solid_before", "solid_after"].filter((name) => scenes[name] && scenes[name] !== this.shown[name])) {
+        // The stock is only fetched when somebody wants to see it.
+        const address = (window.path_prefix ?? "") + scenes[layer];
+        this.shown[layer] = scenes[layer];
+        this.drawing.offerSolid(layer.slice("solid_".length), async () => {
+          const answer = await fetch(address, { cache: "no-store" });
+          return answer.status === 200 ? answer.arrayBuffer() : null;
+        });
+      }
       const order = ["whole", "part", "before", "after", "pheromone", "live", "differences"];
       for (const layer of order.filter((name) => scenes[name] && scenes[name] !== this.shown[name])) {
         if (this.gone) return;

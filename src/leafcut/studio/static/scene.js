@@ -1,7 +1,7 @@
 // Scenes as they come from the server (studio/drawing/scene.py tells the bytes), and what can be asked of them.
 
 const MAGIC = "LCSCENE1";
-const TYPES = { f4: Float32Array, i4: Int32Array, u4: Uint32Array, u1: Uint8Array };
+const TYPES = { f8: Float64Array, f4: Float32Array, i4: Int32Array, u4: Uint32Array, u1: Uint8Array };
 
 export const RAPID = 0, CUT = 1, ARC_CW = 2, ARC_CCW = 3, STAND = 4, DARK = 5;
 export const OUTLINES = ["cut", "mark", "sheet", "pocket", "island"];

@@ -17,14 +17,20 @@ export class Toolbar {
       button.addEventListener("click", () => drawing.setMode(mode));
       this.modes.append(button);
     }
-    this.modes.addEventListener("keydown", (event) => this._arrow(event));
+    this.spaces = make("div", "lc-modes", { role: "radiogroup", "aria-label": words.space, hidden: "" });
+    for (const space of ["plan", "solid", "both"]) {
+      const button = make("button", "lc-mode", { type: "button", role: "radio", "data-space": space }, words[`space_${space}`]);
+      button.addEventListener("click", () => drawing.setSpace(space));
+      this.spaces.append(button);
+    }
+    for (const group of [this.modes, this.spaces]) group.addEventListener("keydown", (event) => this._arrow(event, group));
     this.menu = this._layers(drawing);
-    const zoom = (name, factor) => iconButton(name, words[name], () => drawing.view.zoom(factor));
+    const zoom = (name, factor) => iconButton(name, words[name], () => drawing.zoom(factor));
     const group = make(
       "div", "lc-group", {}, zoom("zoomOut", 1 / 1.4), zoom("zoomIn", 1.4), iconButton("fit", words.fit, () => drawing.fit()),
     );
-    this.measure = iconButton("measure", words.measureTip, () => drawing.measure.toggle());
-    host.append(this.modes, make("span", "lc-room"), make("div", "lc-group", {}, this.measure), this.menu, group);
+    this.measure = iconButton("measure", words.measureTip, () => drawing.toggleMeasure());
+    host.append(this.modes, this.spaces, make("span", "lc-room"), make("div", "lc-group", {}, this.measure), this.menu, group);
     this.update();
   }
 
@@ -55,11 +61,11 @@ export class Toolbar {
     return menu;
   }
 
-  _arrow(event) {
+  _arrow(event, group) {
     const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
     if (!step) return;
     event.preventDefault();
-    const buttons = [...this.modes.children], at = buttons.findIndex((b) => b.dataset.mode === this.drawing.mode);
+    const buttons = [...group.children].filter((b) => !b.hidden), at = buttons.findIndex((b) => b.getAttribute("aria-checked") === "true");
     const next = buttons[(at + step + buttons.length) % buttons.length];
     next.click();
     next.focus();
@@ -74,7 +80,14 @@ export class Toolbar {
       button.setAttribute("aria-checked", on);
       button.tabIndex = on ? 0 : -1;
     }
-    this.measure.setAttribute("aria-pressed", drawing.measure.on);
+    this.spaces.hidden = !drawing.solid?.offered;
+    for (const button of this.spaces.children) {
+      const on = button.dataset.space === drawing.space;
+      button.setAttribute("aria-checked", on);
+      button.tabIndex = on ? 0 : -1;
+    }
+    this.menu.hidden = drawing.sees === "solid"; // layers are of the plan
+    this.measure.setAttribute("aria-pressed", drawing.measure.on || Boolean(drawing.solid?.marks.on));
     this.legend.update();
     const has = {
       whole: scenes.whole, travel: drawing.placement.travel, origin: !drawing.unitless,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +14,14 @@ from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.zones import touches_any_zone
 from leafcut.model.machine import Machine
-from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.model.tool import Tool
+from leafcut.model.problem import Metric, Relief, RoutingProblem
+from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.processes.drilling.plan.drilling import DrillOperation, DrillPlan
+from leafcut.timing.travel import way_height
+
+#: Heights that differ by less are one, mm.
+_SAME_HEIGHT = 1e-6
 
 
 def build_problem(
@@ -102,7 +107,10 @@ def lay_toolpath(
             builder.dwell(machine.spindle_start_s)
         if coolant:
             builder.coolant(2)
-        (_rout if operation.slots else _drill)(builder, plan, machine, operation, nodes)
+        if operation.slots:
+            _rout(builder, plan, machine, operation, nodes)
+        else:
+            _drill(builder, plan, machine, operation, nodes, plan.reliefs[number] if plan.reliefs else None)
     _finish(builder, plan, machine, coolant)
     return builder.build()
 
@@ -135,29 +143,52 @@ def _leave_for_tool_change(builder: ToolpathBuilder, plan: DrillPlan, machine: M
 
 
 def _drill(
-    builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, operation: DrillOperation, nodes: NDArray[np.int32]
+    builder: ToolpathBuilder,
+    plan: DrillPlan,
+    machine: Machine,
+    operation: DrillOperation,
+    nodes: NDArray[np.int32],
+    relief: Relief | None,
 ) -> None:
     targets = targets_in_order(operation, nodes)
-    xy, tops = plan.part.hole_xy[targets], plan.tops[targets].tolist()
-    lifted = np.zeros(len(xy), dtype=bool)
-    if len(plan.zones) and not plan.always_initial:
-        zones = plan.zones_for(operation.tool)
-        lifted[1:] = touches_any_zone(xy[:-1], xy[1:], zones, dogleg=machine.rapid_style == "dogleg")
+    # A centre drill goes as deep everywhere.
+    deeper = plan.deeper if operation.tool.kind is not ToolKind.CENTRE_DRILL else 0.0
+    xy, bottoms = plan.part.hole_xy[targets], (plan.tops - deeper)[targets].tolist()
+    heights = _way_heights(plan, machine, operation, xy, relief)
     for k, (x, y) in enumerate(xy.tolist()):
         if k == 0:
             _approach(builder, plan, x, y)
-        elif lifted[k]:
-            builder.rapid(z=plan.clearance_height)
+        elif heights[k] > float(builder.position[2]) + _SAME_HEIGHT:
+            builder.rapid(z=heights[k])
             builder.rapid(x, y)
-        builder.drill(x, y, _at_height(operation.cycle, tops[k]), feed=operation.tool.feed)
+        r_plane = float(plan.r_planes[targets[k]])
+        builder.drill(x, y, _at_height(operation.cycle, r_plane, bottoms[k]), feed=operation.tool.feed)
     builder.rapid(z=plan.clearance_height)
 
 
-def _at_height(cycle: DrillCycle, top: float) -> DrillCycle:
-    """Return a cycle for a hole that begins at another height."""
-    if not top:
+def _way_heights(
+    plan: DrillPlan, machine: Machine, operation: DrillOperation, xy: NDArray[np.float64], relief: Relief | None
+) -> list[float]:
+    """Return the least height of the way to each hole from the one before, mm; −∞ where any will do."""
+    heights = np.full(len(xy), -np.inf)
+    dogleg = machine.rapid_style == "dogleg"
+    if relief is not None:
+        places = [(x, y) for x, y in xy.round(6).tolist()]
+        ways = [way_height(relief, a, b, dogleg) for a, b in pairwise(places)]
+        # Rounded up to what is written: the way is nowhere lower than it must be.
+        heights[1:] = np.ceil(np.array(ways) * 1000.0 - 1e-6) / 1000.0
+    elif len(plan.zones) and not plan.always_initial:
+        lifted = touches_any_zone(xy[:-1], xy[1:], plan.zones_for(operation.tool), dogleg=dogleg)
+        heights[1:][lifted] = plan.clearance_height
+    found: list[float] = heights.tolist()
+    return found
+
+
+def _at_height(cycle: DrillCycle, r_plane: float, lower: float) -> DrillCycle:
+    """Return a cycle for a hole with an R plane of its own, whose bottom is at another height."""
+    if r_plane == cycle.r_plane and not lower:
         return cycle
-    return replace(cycle, r_plane=round(cycle.r_plane + top, 6), bottom=round(cycle.bottom + top, 6))
+    return replace(cycle, r_plane=r_plane, bottom=round(cycle.bottom + lower, 6))
 
 
 def _rout(

@@ -13,12 +13,15 @@ from leafcut.geometry.zones import touches_any_zone, widened
 from leafcut.model.heights import SAME_HEIGHT, HeightCount
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
+from leafcut.model.mesh import Mesh
 from leafcut.model.part import Part
+from leafcut.model.problem import Relief
 from leafcut.model.tool import Tool, ToolKind, ToolLibrary
 from leafcut.model.toolpath import DrillCycle
 from leafcut.options import JobOptions
 from leafcut.processes.drilling.options import DrillOptions
 from leafcut.processes.drilling.plan.depths import DepthRule, depth_rule, tap_lead_issue
+from leafcut.processes.drilling.plan.ground import Ground, fixture_boxes, tops_of
 from leafcut.processes.drilling.plan.tooling import Step, ToolChooser
 from leafcut.processes.spindle_heights import check_spindle_heights
 from leafcut.processes.zones import parse_zones
@@ -41,8 +44,10 @@ class DrillOperation:
 class DrillPlan:
     """Operations in the order of machining, and what they have in common (mm).
 
-    `zones` is float64[k, 4]: rectangles that are crossed at the clearance height only, as they were given. `tops` is
-    float64[n]: the height at which each hole begins, from which its depth and its R plane are counted.
+    `zones` is float64[k, 4]: rectangles that are crossed at the clearance height only, as they were given. Of each
+    hole, float64[n]: `tops`, the height at which it begins and from which its depth is counted; `r_planes`; and
+    `deeper`, how much deeper it goes than its operation's cycle. `reliefs` says for each operation how high its ways
+    are where there is a surface (`ground`), and is empty elsewhere.
     """
 
     part: Part
@@ -55,7 +60,16 @@ class DrillPlan:
     start: tuple[float, float] | None
     end: tuple[float, float] | None
     tops: NDArray[np.float64]
+    r_planes: NDArray[np.float64]
+    deeper: NDArray[np.float64]
     issues: tuple[Issue, ...]
+    ground: Ground | None = None
+    reliefs: tuple[Relief, ...] = ()
+
+    @property
+    def solid(self) -> bool:
+        """Whether a solid says the heights and depths of the holes."""
+        return any(hole.depth is not None for hole in self.part.holes)
 
     @property
     def tools(self) -> tuple[Tool, ...]:
@@ -68,12 +82,18 @@ class DrillPlan:
 
 
 def plan_drilling(
-    part: Part, machine: Machine, library: ToolLibrary | None, job: JobOptions, options: DrillOptions
+    part: Part,
+    machine: Machine,
+    library: ToolLibrary | None,
+    job: JobOptions,
+    options: DrillOptions,
+    mesh: Mesh | None = None,
 ) -> DrillPlan:
     """Return the operations that make every hole and slot of `part`.
 
     Holes that need several tools (centre drill, drill, tap) meet them in their recipe's order, every tool is taken up
-    once where the recipes allow it, and the tools follow each other by kind and then by diameter.
+    once where the recipes allow it, and the tools follow each other by kind and then by diameter. With a `mesh` each
+    hole begins on it, and ways between holes are as low as it allows.
 
     Raises
     ------
@@ -82,20 +102,37 @@ def plan_drilling(
     """
     if not part.holes and not part.slots:
         raise PlanError(f"{part.name}: no holes to drill")
-    tops, heights = _tops(part, options)
-    highest = float(tops.max(initial=0.0))
+    ground = _ground(part, mesh, job, options)
+    chooser = ToolChooser(library, machine, job, options)
+    deeper = np.zeros(len(part.holes))
+    own = any(hole.depth is not None for hole in part.holes)
+    if ground is None:
+        tops, heights = _tops(part, options)
+        surface = tops
+        work = _collect(part, chooser)
+    else:
+        work = _collect(part, chooser)
+        drawn = options.hole_heights == "drawn" or own
+        found = tops_of(part, ground, _radii(part, work), drawn)
+        tops, surface, heights = found.tops, np.maximum(found.tops, found.surface), found.issues
+        if options.through:
+            thickness = tops - found.under
+            job = replace(job, thickness=float(thickness.min()))
+            deeper = thickness - thickness.min()
+        elif own and job.depth is None and job.thickness is None:
+            job, deeper = _own_depths(part, work, job)
+    highest = float(tops.max(initial=0.0)) if ground is None else max(ground.highest, 0.0)
     over = replace(
         job, clearance_height=job.clearance_height + highest, retract_height=job.retract_height + highest
     )  # fmt: skip
     check_spindle_heights(machine, over, "drill")
-    # What stands between holes of different heights is not known: no way is lower than over the highest.
-    initial = job.retract == "initial" or bool(len(tops) and np.ptp(tops))
+    # What stands between holes of different heights is not known without a surface: no way is lower than the highest.
+    initial = job.retract == "initial" or (ground is None and bool(len(tops) and np.ptp(tops)))
     rule = depth_rule(job, options)
-    chooser = ToolChooser(library, machine, job, options)
-    work = _collect(part, chooser)
     groups = _order_tools(list(work), chooser.sequences)
     operations = tuple(_operation(step, work[step], rule, job, options, initial) for step in groups)
     _check_speeds(operations, machine)
+    _check_flutes(operations, deeper)
     plan = DrillPlan(
         part=part,
         operations=operations,
@@ -104,13 +141,93 @@ def plan_drilling(
         tool_change_height=options.tool_change_height + highest,
         always_initial=initial,
         tops=tops,
+        r_planes=(surface + job.retract_height).round(6),
+        deeper=deeper,
         zones=parse_zones(job.keep_out),
         start=_xy(job.start_point, "--start-point"),
         end=_xy(job.end_point, "--end-point"),
         issues=(*heights, *rule.issues, *chooser.issues(), *_tap_lead_issues(operations, rule)),
+        ground=ground,
     )
     _check_zones(plan)
-    return plan
+    if ground is None or initial:
+        return plan
+    return replace(plan, reliefs=tuple(_relief(plan, ground, machine, one) for one in operations))
+
+
+def _own_depths(part: Part, work: dict[Step, list[int]], job: JobOptions) -> tuple[JobOptions, NDArray[np.float64]]:
+    """Return the job with the least depth of a solid's holes as its thickness, and how much deeper each goes, mm.
+
+    Through holes go as far below the part as those of a plate. The full diameter of a blind one ends where it does in
+    the solid; of a drill on a flat floor, the point does.
+    """
+    depths = np.array([hole.depth or 0.0 for hole in part.holes])
+    points = np.zeros(len(depths))
+    for step, targets in work.items():
+        if step.tool.kind is ToolKind.DRILL:
+            points[targets] = np.maximum(points[targets], step.tool.point_length)
+    through = np.array([hole.through for hole in part.holes])
+    flat = np.array([hole.flat for hole in part.holes])
+    deeper = depths - np.where(through, 0.0, job.break_through) - np.where(flat, points, 0.0)
+    shallow = int(np.argmin(deeper))
+    least = float(deeper[shallow])
+    if least <= 0.0:
+        hole = part.holes[shallow]
+        raise PlanError(
+            f"the hole at {hole.x:g}, {hole.y:g} is {hole.depth:.3g} mm deep with a flat floor, and the point of its "
+            "drill is longer; give --depth, or leave the hole out (--max-diameter, --min-diameter)"
+        )
+    return replace(job, thickness=least), deeper - least
+
+
+def _ground(part: Part, mesh: Mesh | None, job: JobOptions, options: DrillOptions) -> Ground | None:
+    """Return what lies under the tool, None where all is flat.
+
+    Raises
+    ------
+    PlanError
+        The part has slots, or a thickness is given and was to be found.
+    """
+    if mesh is None:
+        return None
+    if part.slots:
+        raise PlanError(f"{part.name}: slots are not routed on a surface; leave --surface out, or the slots (--layers)")
+    if options.through and (job.thickness is not None or job.depth is not None):
+        given = "--thickness" if job.thickness is not None else "--depth"
+        raise OptionError(f"--through and {given}: both say how deep the holes are; leave one out")
+    return Ground(mesh, fixture_boxes(options.fixture), options.surface_clearance)
+
+
+def _radii(part: Part, work: dict[Step, list[int]]) -> NDArray[np.float64]:
+    """Return the radius of the widest tool that makes each hole, float64[n], mm."""
+    radii = np.zeros(len(part.holes))
+    for step, targets in work.items():
+        if not step.slots:
+            radii[targets] = np.maximum(radii[targets], 0.5 * step.tool.diameter)
+    return radii
+
+
+def _relief(plan: DrillPlan, ground: Ground, machine: Machine, operation: DrillOperation) -> Relief:
+    """Return how high the ways of an operation are."""
+    return ground.relief(
+        machine,
+        0.5 * operation.tool.diameter,
+        plan.part.hole_xy[operation.targets].round(6),
+        plan.r_planes[operation.targets],
+        plan.clearance_height,
+        plan.zones_for(operation.tool),
+    )
+
+
+def _check_flutes(operations: tuple[DrillOperation, ...], deeper: NDArray[np.float64]) -> None:
+    """Refuse a tool that is too short for the thickest place that it goes through."""
+    for one in operations:
+        deepest = float(deeper[one.targets].max(initial=0.0)) - one.cycle.bottom if not one.slots else 0.0
+        if one.tool.flute_length is not None and deepest > one.tool.flute_length + 1e-9:
+            raise PlanError(
+                f"{one.tool.label} cuts {one.tool.flute_length:g} mm deep at most, but the thickest place needs "
+                f"{deepest:.3g} mm; use a longer tool"
+            )
 
 
 def _tops(part: Part, options: DrillOptions) -> tuple[NDArray[np.float64], list[Issue]]:

@@ -9,6 +9,7 @@ from leafcut.model.cutting import CutMeasures, CutPlan
 from leafcut.model.measure import Measure
 from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import Fact, Which
+from leafcut.model.shown_stock import CUT_THROUGH, ShownStock
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.report import sheet_page
 from leafcut.processes.sheet.report.cut_words import cut_counts, cut_counts_words, cutting_as_json, norm_facts
@@ -32,6 +33,10 @@ class SheetReport(PathReport[SheetDetail]):
         super().__init__(outcome)
         if "--plan" in outcome.options:
             self.came_in = "plan"
+
+    def stock(self) -> ShownStock:
+        """Return that a sheet is cut through."""
+        return CUT_THROUGH
 
     def stated(self) -> tuple[Measure, Measure | None, Measure]:
         """Return the three measures with the lengths of the plans: along the cuts, and between them in X and Y.

@@ -1,0 +1,341 @@
+"""The commands `leafcut machine` and `leafcut tools`: profiles and libraries from what a shop has already."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import App, Parameter
+
+from leafcut.errors import OptionError, count_of
+from leafcut.usage import DASH, HELD
+
+if TYPE_CHECKING:
+    from leafcut.read.controllers.importing import ImportedMachine
+    from leafcut.timing.fitting import Fitted
+
+_Json = Annotated[bool, Parameter(name="--json", negative="", help="print the result as JSON")]
+_Output = Annotated[
+    str | None, Parameter(name=["--output", "-o"], help="profile to write (.toml); without it, it is printed")
+]
+_Units = Annotated[
+    str | None, Parameter(name="--units", help="units of lengths, mm or in, where the file does not say them")
+]
+
+
+def machine_app() -> App:
+    """Return the command with its own commands."""
+    made = App(name="machine", help="Make a machine profile, and check it with a stop-watch.", help_format="plaintext")
+    made.command(_import, name="import")
+    made.command(_new, name="new")
+    made.command(_check, name="check")
+    return made
+
+
+def tools_app() -> App:
+    """Return the command with its own command."""
+    made = App(name="tools", help="Make a tool library from one of another program.", help_format="plaintext")
+    made.command(_import_tools, name="import")
+    return made
+
+
+def _import(
+    file: Annotated[
+        str,
+        Parameter(
+            name="FILE",
+            help="settings of a controller: GRBL ($$) and Marlin (M503) as saved text, LinuxCNC .ini, Mach3 .xml, "
+            "Mach4 Machine.ini, FluidNC .yaml, RepRapFirmware config.g; - for standard input",
+        ),
+    ],
+    /,
+    *,
+    output: _Output = None,
+    kind: Annotated[
+        str | None, Parameter(name="--kind", help="what kind of settings it is (default: by its contents)")
+    ] = None,
+    units: _Units = None,
+    as_json: _Json = False,
+) -> int:
+    """Make a machine profile from the settings of its controller; each value is told with where it comes from."""
+    from leafcut.files import StandardInput
+    from leafcut.read.controllers.importing import imported, read_settings, settings_text
+
+    name = DASH if file == HELD else file
+    _check_output(output, [name])
+    if name == DASH:
+        text, name = settings_text(StandardInput.read().data, "standard input"), "standard input"
+    else:
+        text = read_settings(name)
+    _write_or_print(imported(text, name, kind, units), output, as_json=as_json)
+    return 0
+
+
+def _new(
+    *,
+    output: _Output = None,
+    answers: Annotated[
+        str | None, Parameter(name="--answers", help="a TOML file of answers, with the names of the flags as keys")
+    ] = None,
+    base: Annotated[
+        str | None,
+        Parameter(name="--base", help="a profile to complete, such as an imported one: only its estimates are asked"),
+    ] = None,
+    name: Annotated[str | None, Parameter(name="--name", help="name of the machine")] = None,
+    controller: Annotated[
+        str | None, Parameter(name="--controller", help="haas, centroid, or any of `leafcut dialects`")
+    ] = None,
+    process: Annotated[
+        str | None, Parameter(name="--process", help="what does the work: spindle, torch, laser, flame or water")
+    ] = None,
+    units: Annotated[
+        str | None, Parameter(name="--units", help="of a program that does not state them: mm or in")
+    ] = None,
+    rapid: Annotated[str | None, Parameter(name="--rapid", help="speed of rapids, one or x,y,z: 1000ipm")] = None,
+    acceleration: Annotated[
+        str | None, Parameter(name="--acceleration", help="one or x,y,z: 0.25g (default: that of a like machine)")
+    ] = None,
+    travel: Annotated[
+        str | None, Parameter(name="--travel", help="of x,y,z: 30in,16in,20in (default: unknown, nothing is checked)")
+    ] = None,
+    max_feed: Annotated[str | None, Parameter(name="--max-feed", help="highest feed rate (default: the rapid)")] = None,
+    spindle_speed: Annotated[
+        str | None, Parameter(name="--spindle-speed", help="highest (default: that of a like machine)")
+    ] = None,
+    tool_changer: Annotated[
+        str | None, Parameter(name="--tool-changer", help="whether the machine changes tools: yes or no")
+    ] = None,
+    tool_change_time: Annotated[str | None, Parameter(name="--tool-change-time", help="of one change")] = None,
+    as_json: _Json = False,
+) -> int:
+    """Make a machine profile by a few questions, for controllers that have no file of settings (Haas, Centroid …).
+
+    On a terminal what is not given by a flag or by --answers is asked, with a likely answer; elsewhere the likely one
+    is taken, and told.
+    """
+    from leafcut.files import read_toml
+    from leafcut.read.controllers.questions import questioned
+
+    files = [answers, base if base and base.lower().endswith(".toml") else None]
+    _check_output(output, files)
+    given: dict[str, Any] = {}
+    if answers is not None:
+        given |= read_toml(Path(answers))
+    flags = {
+        "name": name,
+        "controller": controller,
+        "process": process,
+        "units": units,
+        "rapid": rapid,
+        "acceleration": acceleration,
+        "travel": travel,
+        "max-feed": max_feed,
+        "spindle-speed": spindle_speed,
+        "tool-changer": tool_changer,
+        "tool-change-time": tool_change_time,
+    }
+    given |= {key: value for key, value in flags.items() if value is not None}
+    terminal = sys.stdin is not None and sys.stdin.isatty() and not as_json
+    _write_or_print(questioned(given, _ask if terminal else None, base), output, as_json=as_json)
+    return 0
+
+
+def _ask(question: str, likely: str) -> str:
+    """Ask a person on the terminal; where the answers end, so does the asking."""
+    print(f"{question}{f' [{likely}]' if likely else ''}: ", end="", file=sys.stderr, flush=True)
+    line = sys.stdin.readline()
+    if not line:
+        print(file=sys.stderr)
+        raise OptionError("the answers ended before the questions; nothing was written")
+    return line
+
+
+def _check(
+    *programs: Annotated[str, Parameter(name="PROGRAM", help="programs that ran on the machine")],
+    measured: Annotated[
+        list[str] | None,
+        Parameter(
+            name="--measured",
+            negative="",
+            help="time of a program by a stop-watch, 12:34 or 754s; once for each, in order",
+        ),
+    ] = None,
+    times: Annotated[
+        str | None, Parameter(name="--times", help="a table instead (CSV): program,seconds in each row")
+    ] = None,
+    machine: Annotated[str, Parameter(name="--machine", help="the machine, by name or profile file")],
+    output: Annotated[
+        str | None, Parameter(name=["--output", "-o"], help="profile to write with what was fitted (.toml)")
+    ] = None,
+    dialect: Annotated[
+        str | None, Parameter(name="--dialect", help="dialect of the programs (default: the machine's)")
+    ] = None,
+    units: Annotated[
+        Literal["mm", "in"] | None, Parameter(name="--units", help="of programs that do not state them")
+    ] = None,
+    as_json: _Json = False,
+) -> int:
+    """Compare leafcut's times with a stop-watch; by several programs, fit accelerations and the corner value."""
+    from leafcut import api
+    from leafcut.files import write_whole
+    from leafcut.report.fit_report import fit_as_json, print_fit
+
+    pairs = _pairs(programs, measured or [], times)
+    files = [machine if machine.lower().endswith(".toml") else None, times, *(program for program, _ in pairs)]
+    _check_output(output, files)
+    if output and len(pairs) < 2:
+        raise OptionError("-o: one program cannot tell what to change; measure at least two")
+    fitted, found = api.check_times(pairs, machine, dialect=dialect, units=units)
+    written = ""
+    if output and (fitted.acceleration is not None or fitted.corner is not None):
+        write_whole(output, _fitted_profile(machine, fitted, len(pairs), output))
+        written = output
+    if as_json:
+        _print_json(fit_as_json(fitted, found, [seconds for _, seconds in pairs], written))
+    else:
+        from rich.console import Console
+
+        print_fit(fitted, found, [seconds for _, seconds in pairs], Console())
+        if written:
+            print(f"wrote {written}")
+        elif output:
+            print(f"{output} was not written: nothing could be fitted")
+    return 0 if written or not output else 1
+
+
+def _fitted_profile(machine: str, fitted: Fitted, programs: int, output: str) -> str:
+    from leafcut.read.controllers.importing import changed_profile
+    from leafcut.read.controllers.values import texts
+
+    changes: dict[str, tuple[Any, str]] = {}
+    if fitted.acceleration is not None:
+        words = f"fitted to {programs} measured programs: {fitted.acceleration:.3g} times that of {machine}"
+        numbers = [round(one, 3) for one in fitted.machine.acceleration]
+        changes["rapid.acceleration"] = (texts(numbers, "mm/s2"), words)
+    if fitted.corner is not None:
+        value = f"{fitted.machine.corner_deviation:.4g} mm"
+        changes["corners.deviation"] = (value, f"fitted to {programs} measured programs")
+    return changed_profile(machine, changes, output)
+
+
+def _pairs(programs: Sequence[str], measured: Sequence[str], times: str | None) -> list[tuple[str, float]]:
+    """Return each program with its seconds.
+
+    Raises
+    ------
+    OptionError
+        There are more programs than times, or fewer; a time is none; or they are given twice.
+    """
+    from leafcut.read.time_table import parse_clock, read_times
+
+    if times is not None:
+        if programs or measured:
+            raise OptionError("--times: the table has the programs and their times; leave the others out")
+        return read_times(times)
+    if not programs:
+        raise OptionError("machine check needs programs with --measured, or --times")
+    if len(programs) != len(measured):
+        raise OptionError(
+            f"--measured: {len(measured)} times for {len(programs)} programs; give one for each, in their order"
+        )
+    return [(program, _clock(parse_clock, time)) for program, time in zip(programs, measured, strict=True)]
+
+
+def _clock(parse: Any, time: str) -> float:
+    try:
+        return float(parse(time))
+    except OptionError as problem:
+        raise OptionError(f"--measured: {problem}; write it as 12:34 or 754s") from None
+
+
+def _import_tools(
+    file: Annotated[
+        str,
+        Parameter(
+            name="FILE",
+            help="a tool library: LinuxCNC .tbl, Fusion .json, .tools or .csv, FreeCAD .fctl or .fctb, a table .csv",
+        ),
+    ],
+    /,
+    *,
+    output: Annotated[
+        str | None, Parameter(name=["--output", "-o"], help="library to write (.toml); without it, it is printed")
+    ] = None,
+    units: Annotated[
+        str, Parameter(name="--units", help="units of lengths, mm or in, where the file does not say them")
+    ] = "mm",
+    as_json: _Json = False,
+) -> int:
+    """Make a tool library of leafcut's own from one of another program; tools that cannot be used are told, and why."""
+    from leafcut.files import write_whole
+    from leafcut.read.tool_text import imported_tools
+
+    _check_output(output, [file])
+    if units not in ("mm", "in"):
+        raise OptionError(f"--units: '{units}' is not mm or in")
+    text, library = imported_tools(file, units)
+    if output:
+        write_whole(output, text)
+    if as_json:
+        answer = {"tools": len(library.tools), "left_out": list(library.left_out), "output": output or ""}
+        _print_json(answer if output else {**answer, "library": text})
+        return 0
+    if not output:
+        print(text, end="")
+    stream = sys.stdout if output else sys.stderr
+    for line in library.left_out:
+        print(f"left out: {line}", file=stream)
+    if output:
+        print(f"wrote {output}: {count_of(len(library.tools), 'tool')}")
+    return 0
+
+
+def _check_output(output: str | None, inputs: Sequence[str | None]) -> None:
+    from leafcut.files import check_output
+
+    if output in (DASH, HELD):
+        raise OptionError("-o -: without -o it is printed; name a file")
+    if output is not None and not output.lower().endswith(".toml"):
+        raise OptionError(f"-o {output}: a profile or library is TOML; name a file that ends in .toml")
+    check_output(output, [one for one in inputs if one not in (None, DASH)])
+
+
+def _write_or_print(made: ImportedMachine, output: str | None, *, as_json: bool) -> None:
+    from leafcut.files import write_whole
+
+    if output:
+        write_whole(output, made.text)
+    if as_json:
+        _print_json(_as_answer(made, output))
+        return
+    if not output:
+        print(made.text, end="")
+        for note in made.notes:
+            print(f"note: {note}", file=sys.stderr)
+        return
+    from rich.console import Console
+
+    from leafcut.report.profile_summary import print_profile
+
+    print_profile(made.title, [(v.key, v.value, v.how.value, v.source) for v in made.values], made.notes, Console())
+    print(f"wrote {output}; use it with --machine {output}")
+
+
+def _as_answer(made: ImportedMachine, output: str | None) -> Mapping[str, Any]:
+    values = [{"key": v.key, "value": v.value, "how": v.how.value, "source": v.source} for v in made.values]
+    answer = {
+        "kind": made.kind,
+        "title": made.title,
+        "name": made.machine.name,
+        "values": values,
+        "notes": [*made.notes],
+    }
+    return {**answer, "output": output} if output else {**answer, "output": "", "profile": made.text}
+
+
+def _print_json(answer: Any) -> None:
+    import json
+
+    print(json.dumps(answer, indent=2, ensure_ascii=False, allow_nan=False))

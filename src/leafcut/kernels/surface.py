@@ -1,0 +1,150 @@
+"""A mesh seen from above: the highest place of its triangles in every cell, and what is highest within a reach."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.kernels import kernel, part
+
+
+@part
+def _highest_in_column(
+    x0: float, y0: float, z0: float, x1: float, y1: float, z1: float, left: float, right: float, low: float, high: float
+) -> float:
+    """Return the highest place of an edge inside of a rectangle, −∞ where it has none (Liang–Barsky clipping)."""
+    enter, leave = 0.0, 1.0
+    for axis in range(2):
+        begin = x0 if axis == 0 else y0
+        step = (x1 - x0) if axis == 0 else (y1 - y0)
+        a = left if axis == 0 else low
+        b = right if axis == 0 else high
+        if step == 0.0:
+            if begin < a or begin > b:
+                return -math.inf
+        else:
+            t0, t1 = (a - begin) / step, (b - begin) / step
+            if t0 > t1:
+                t0, t1 = t1, t0
+            enter, leave = max(enter, t0), min(leave, t1)
+            if enter > leave:
+                return -math.inf
+    return max(z0 + enter * (z1 - z0), z0 + leave * (z1 - z0))
+
+
+@kernel
+def raise_cells(triangles: NDArray, x: float, y: float, cell: float, heights: NDArray) -> None:
+    """Raise every cell to the highest place that a triangle has in it.
+
+    On a rectangle a plane is highest at a corner, and a triangle within it where the rectangle's corner lies under the
+    triangle, or on one of the triangle's own edges: both are looked at, so the height is exact.
+
+    ========= ================ ==================================================================
+    triangles float64[n, 3, 3] corners, mm
+    x, y      float            lower left corner of the first cell, mm
+    cell      float            side of a cell, mm
+    heights   float64[r, c]    row by row from the lowest y; −∞ where there is nothing
+    ========= ================ ==================================================================
+
+    Changes: heights.
+    """
+    rows, columns = heights.shape
+    for k in range(len(triangles)):
+        ax, ay, az = triangles[k, 0, 0], triangles[k, 0, 1], triangles[k, 0, 2]
+        bx, by, bz = triangles[k, 1, 0], triangles[k, 1, 1], triangles[k, 1, 2]
+        cx, cy, cz = triangles[k, 2, 0], triangles[k, 2, 1], triangles[k, 2, 2]
+        top = max(az, bz, cz)
+        first_c = max(math.floor((min(ax, bx, cx) - x) / cell), 0)
+        last_c = min(math.floor((max(ax, bx, cx) - x) / cell), columns - 1)
+        first_r = max(math.floor((min(ay, by, cy) - y) / cell), 0)
+        last_r = min(math.floor((max(ay, by, cy) - y) / cell), rows - 1)
+        area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+        for r in range(first_r, last_r + 1):
+            low, high = y + r * cell, y + (r + 1) * cell
+            for c in range(first_c, last_c + 1):
+                if heights[r, c] >= top:
+                    continue
+                left, right = x + c * cell, x + (c + 1) * cell
+                best = _highest_in_column(ax, ay, az, bx, by, bz, left, right, low, high)
+                best = max(best, _highest_in_column(bx, by, bz, cx, cy, cz, left, right, low, high))
+                best = max(best, _highest_in_column(cx, cy, cz, ax, ay, az, left, right, low, high))
+                if area != 0.0:
+                    for corner in range(4):
+                        px = left if corner % 2 == 0 else right
+                        py = low if corner < 2 else high
+                        u = ((px - ax) * (cy - ay) - (cx - ax) * (py - ay)) / area
+                        v = ((bx - ax) * (py - ay) - (px - ax) * (by - ay)) / area
+                        if u >= 0.0 and v >= 0.0 and u + v <= 1.0:
+                            best = max(best, az + u * (bz - az) + v * (cz - az))
+                heights[r, c] = max(heights[r, c], best)
+
+
+@kernel
+def raise_around(heights: NDArray, reach: NDArray, widest: NDArray) -> None:
+    """Give every cell the highest of the cells within a reach of it.
+
+    ======= ============= ====================================================================
+    heights float64[r, c] of the cells
+    reach   int64[2d + 1] by row from −d to d: how many columns to both sides are within reach
+    widest  float64[r, c] the answer
+    ======= ============= ====================================================================
+
+    Changes: widest.
+    """
+    rows, columns = heights.shape
+    d = len(reach) // 2
+    for r in range(rows):
+        for c in range(columns):
+            best = -math.inf
+            for k in range(max(r - d, 0), min(r + d, rows - 1) + 1):
+                wide = reach[k - r + d]
+                for j in range(max(c - wide, 0), min(c + wide, columns - 1) + 1):
+                    best = max(best, heights[k, j])
+            widest[r, c] = best
+
+
+@kernel
+def heights_at(triangles: NDArray, x: NDArray, y: NDArray, top: NDArray, under: NDArray) -> None:
+    """Find the highest and the lowest place of triangles over places; walls, which stand upright, are left out.
+
+    ========= ================ =====================================================
+    triangles float64[n, 3, 3] corners, mm
+    x, y      float64[m]       places, mm, sorted by x
+    top       float64[m]       −∞ where no triangle is
+    under     float64[m]       ∞ where no triangle is
+    ========= ================ =====================================================
+
+    Changes: top, under.
+    """
+    for k in range(len(triangles)):
+        ax, ay, az = triangles[k, 0, 0], triangles[k, 0, 1], triangles[k, 0, 2]
+        bx, by, bz = triangles[k, 1, 0], triangles[k, 1, 1], triangles[k, 1, 2]
+        cx, cy, cz = triangles[k, 2, 0], triangles[k, 2, 1], triangles[k, 2, 2]
+        area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
+        if area == 0.0:
+            continue
+        low, high = min(ay, by, cy), max(ay, by, cy)
+        last = max(ax, bx, cx)
+        for i in range(np.searchsorted(x, min(ax, bx, cx)), len(x)):
+            if x[i] > last:
+                break
+            if y[i] < low or y[i] > high:
+                continue
+            u = ((x[i] - ax) * (cy - ay) - (cx - ax) * (y[i] - ay)) / area
+            v = ((bx - ax) * (y[i] - ay) - (x[i] - ax) * (by - ay)) / area
+            # Where two triangles meet, rounding must not leave a gap.
+            if u >= -1e-9 and v >= -1e-9 and u + v <= 1.0 + 1e-9:
+                z = az + u * (bz - az) + v * (cz - az)
+                top[i] = max(top[i], z)
+                under[i] = min(under[i], z)
+
+
+def reach_in_cells(radius: float, cell: float) -> NDArray[np.int64]:
+    """Return the `reach` of `raise_around` for a radius, mm: cells of which any place is as near to any of ours."""
+    d = math.floor(radius / cell) + 1
+    apart = np.maximum(np.abs(np.arange(-d, d + 1)) - 1, 0) * cell
+    wide = np.sqrt(np.maximum(radius**2 - apart**2, 0.0))
+    reach: NDArray[np.int64] = np.floor(wide / cell + 1e-12).astype(np.int64) + 1
+    return reach

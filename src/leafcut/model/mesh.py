@@ -1,0 +1,45 @@
+"""`Mesh`: the surface of a solid as triangles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import PlanError
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles in mm.
+
+    Attributes
+    ----------
+    triangles
+        float64[n, 3, 3]: corner by corner, x, y, z.
+    name
+        For people: the file's name.
+    closed
+        Whether every edge is shared by two triangles, so that there is an inside.
+    """
+
+    triangles: NDArray[np.float64]
+    name: str = ""
+    closed: bool = True
+
+    def __post_init__(self) -> None:
+        if self.triangles.ndim != 3 or self.triangles.shape[1:] != (3, 3) or not len(self.triangles):
+            raise PlanError(f"{self.name or 'a mesh'}: a mesh needs triangles of shape (n, 3, 3)")
+        if not np.isfinite(self.triangles).all():
+            raise PlanError(f"{self.name or 'a mesh'}: a corner is not a number")
+
+    @property
+    def low(self) -> NDArray[np.float64]:
+        """Lowest x, y, z, float64[3]."""
+        return np.asarray(self.triangles.min(axis=(0, 1)))
+
+    @property
+    def high(self) -> NDArray[np.float64]:
+        """Highest x, y, z, float64[3]."""
+        return np.asarray(self.triangles.max(axis=(0, 1)))

@@ -1,0 +1,118 @@
+"""`WorkMaterial`: what cutting force and tool life depend on in the material that is cut."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from leafcut.geometry.arrays import Floats
+from leafcut.kinds import CuttingWork, ToolMaterial
+
+
+@dataclass(frozen=True)
+class ToolLife:
+    """Extended Taylor life of one kind of tool in one material.
+
+    The speed that a tool stands for a life T is v = C D^q / (T^m f^y ae^x ap^u z^p); so T = (C D^q / (v f^y ae^x ap^u
+    z^p))^(1/m). With all exponents but m at 0 it is Taylor's own v T^n = C, n = m.
+
+    Source: F. W. Taylor, On the Art of Cutting Metals (1907); in this form, with D for drills and mills, A. G. Kosilova
+    and R. K. Meshcheryakov, Handbook of the Manufacturing Engineer, vol. 2 (1986), Drilling and Milling.
+
+    Attributes
+    ----------
+    work, tool_material
+        What it is of.
+    constant
+        C: mm/s, for a life of 1 s, where every length is 1 mm.
+    life, diameter, feed, width, depth, teeth
+        The exponents m, q, y, x, u and p. The feed is that of one revolution of a drill, of one tooth of a mill.
+    least_feed
+        Its range begins at this feed, mm; it ends where the next one's begins.
+    source
+        Where it is from, or "estimate: …".
+    """
+
+    work: CuttingWork
+    tool_material: ToolMaterial
+    constant: float
+    life: float
+    diameter: float = 0.0
+    feed: float = 0.0
+    width: float = 0.0
+    depth: float = 0.0
+    teeth: float = 0.0
+    least_feed: float = 0.0
+    source: str = ""
+
+    def seconds(
+        self,
+        speed: Floats | float,
+        feed: Floats | float,
+        diameter: float,
+        width: float = 1.0,
+        depth: float = 1.0,
+        teeth: int = 1,
+    ) -> Floats:
+        """Return the life, s, at a cutting speed, mm/s; lengths in mm."""
+        stood = self.constant * diameter**self.diameter / (width**self.width * depth**self.depth * teeth**self.teeth)
+        return np.asarray((stood / (np.asarray(speed) * np.asarray(feed) ** self.feed)) ** (1.0 / self.life))
+
+
+@dataclass(frozen=True)
+class DrillLoad:
+    """Torque and thrust of a twist drill as power laws: M = C_M D^q f^y, F = C_F D^q f^y; N·mm, N, mm.
+
+    Source: the form of most handbooks, such as Kosilova and Meshcheryakov, vol. 2 (1986), Drilling.
+    """
+
+    torque: float
+    torque_diameter: float
+    torque_feed: float
+    thrust: float
+    thrust_diameter: float
+    thrust_feed: float
+
+
+@dataclass(frozen=True)
+class WorkMaterial:
+    """A material to be cut: N/mm², kg/m³, mm, s.
+
+    Attributes
+    ----------
+    name, description, also
+        `also` are other names of it.
+    kc11, mc
+        Kienzle: kc = kc11 h^-mc, N/mm², with the chip thickness h in mm.
+    tensile_strength, hardness, density
+        N/mm², HB, kg/m³; 0 where not said.
+    lives
+        Of each kind of work and tool material in order of their feeds; none where no source is known.
+    drill_load
+        Measured torque and thrust of twist drills; None: they follow from `kc11` and `mc`.
+    drill_feed
+        Highest feed of a drill per revolution as a share of its diameter; 0 where not said.
+    mill_feed
+        Highest feed of a carbide mill per tooth as a share of its diameter; 0 where not said.
+    sources
+        Where each value is from, by key, or "estimate: …".
+    """
+
+    name: str
+    kc11: float
+    mc: float
+    description: str = ""
+    also: tuple[str, ...] = ()
+    tensile_strength: float = 0.0
+    hardness: float = 0.0
+    density: float = 0.0
+    lives: tuple[ToolLife, ...] = ()
+    drill_load: DrillLoad | None = None
+    drill_feed: float = 0.0
+    mill_feed: float = 0.0
+    sources: dict[str, str] = field(default_factory=dict)
+
+    def lives_of(self, work: CuttingWork, tool_material: ToolMaterial) -> tuple[ToolLife, ...]:
+        """Return what is known of the life of such tools, by feed; nothing where no constants are known."""
+        return tuple(one for one in self.lives if one.work is work and one.tool_material is tool_material)

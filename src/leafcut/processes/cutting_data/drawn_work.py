@@ -1,0 +1,67 @@
+"""What each tool has to do for a drawing: its holes, how far it is fed, and what its moves take besides."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from leafcut.errors import PlanError
+from leafcut.model.heartbeat import Progress
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.machine import Machine
+from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.toolpath import Kind
+from leafcut.options import Settings
+from leafcut.processes.course import Run
+
+if TYPE_CHECKING:
+    from leafcut.read import Input
+
+
+def drawn_works(
+    drawing: Input, settings: Settings, machine: Machine, issues: list[Issue], progress: Progress | None
+) -> list[tuple[Tool, int, float, float, float]]:
+    """Return the tools that drill a drawing, in their order: holes, mm fed, mm cut, and s besides the feed.
+
+    The drawing is planned and ordered as `leafcut drill` does it. A tool is in the cut from the surface on; what it is
+    fed above it, from the R plane, wears nothing.
+
+    Raises
+    ------
+    ReadError, OptionError, PlanError, PostError, VerifyError
+        As drilling it would.
+    """
+    from leafcut.processes import registry
+    from leafcut.read.registry import read_source
+    from leafcut.timing.toolpath import clock
+
+    format_, source = read_source(drawing)
+    process = registry.process("drill")
+    if "drill" not in format_.processes:
+        raise PlanError(f"{drawing}: is a {format_.name}; speeds and feeds are chosen for a drawing with holes")
+    outcome = process.run(Run(settings, machine, progress), [source], "drill")
+    issues += [issue for issue in outcome.issues if issue.severity is not Severity.NOTE]
+    times = clock(outcome.path_after, machine)
+    path = times.path
+    at_work = path.latest(Kind.TOOL, path.ref)
+    fed = path.kind == Kind.FEED
+    length = np.zeros(len(path))
+    length[1:] = np.abs(np.diff(path.end[:, 2]))
+    holes: dict[int, int] = {}
+    tools: dict[int, Tool] = {}
+    for operation in outcome.operations:
+        tools[operation.tool.number] = operation.tool
+        drilled = 0 if operation.slots else len(operation.holes)
+        holes[operation.tool.number] = holes.get(operation.tool.number, 0) + drilled
+    works = []
+    for number, tool in tools.items():
+        if tool.kind is not ToolKind.DRILL or not holes[number]:
+            works.append((tool, 0, 0.0, 0.0, 0.0))
+            continue
+        mine = at_work == number
+        moved = float(length[mine & fed].sum())
+        # The change to the tool and its spindle's start are not changed by its speed, but they are the part's.
+        idle = float(times.seconds[mine].sum()) - moved / tool.feed
+        works.append((tool, holes[number], moved, moved - holes[number] * settings.job.retract_height, max(idle, 0.0)))
+    return works

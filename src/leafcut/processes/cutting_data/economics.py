@@ -1,0 +1,153 @@
+"""Time, cost and tool life of a speed and a feed.
+
+Sources: W. W. Gilbert, Economics of Machining, in Machining Theory and Practice (ASM, 1950); in the form of M. P.
+Groover, Fundamentals of Modern Manufacturing, section 23.3: Tc = Th + Tm + Tt/np (eq. 23.3) and Cc = Co Th + Co Tm +
+Co Tt/np + Ct/np (eq. 23.11), np = T/Tm parts by one tool. Here the moves between holes stand for Th. A tool may wear
+out within a part: np is no whole number, as in Groover's eq. 23.6 and 23.12.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from leafcut.geometry.arrays import Floats, Indices, Mask
+from leafcut.kinds import CuttingWork
+from leafcut.model.cutting_front import CuttingPoint
+from leafcut.model.tool import Tool
+from leafcut.model.work_material import ToolLife, WorkMaterial
+from leafcut.stock.cutting_force import (
+    drilling_power,
+    drilling_thrust,
+    drilling_torque,
+    mean_chip,
+    milling_power,
+    spindle_torque,
+)
+from leafcut.units import SECONDS_PER_MINUTE
+
+#: How much slower a drill goes in a deep hole: depth by diameter, and share of the speed. Source: Kosilova and
+#: Meshcheryakov, Handbook of the Manufacturing Engineer, vol. 2 (1986), table 31, from memory.
+_DEEP = ((3.0, 4.0, 5.0, 6.0, 8.0), (1.0, 0.85, 0.75, 0.7, 0.6))
+
+
+@dataclass(frozen=True)
+class ToolWork:
+    """What one tool does for one part: mm, s.
+
+    Attributes
+    ----------
+    lives
+        The laws of its life, by their least feeds.
+    fed, cut
+        How far it is fed, and how far of that in the material.
+    idle
+        What its moves take besides.
+    hole_depth
+        Of a drill.
+    width, depth, teeth
+        Of a mill's cut; of a drill one tooth.
+    holes
+    """
+
+    tool: Tool
+    work: CuttingWork
+    lives: tuple[ToolLife, ...]
+    fed: float
+    cut: float
+    idle: float = 0.0
+    hole_depth: float = 0.0
+    width: float = 1.0
+    depth: float = 1.0
+    teeth: int = 1
+    holes: int = 0
+
+
+class Prices(NamedTuple):
+    """Currency by s, currency and s by worn tool, and the longest life that is counted on, s."""
+
+    rate: float
+    tool: float
+    change: float
+    longest: float
+
+
+class Yields(NamedTuple):
+    """What comes of speeds and feeds, an array each; see `CuttingPoint`."""
+
+    rpm: Floats
+    feed: Floats
+    chip: Floats
+    speed: Floats
+    time: Floats
+    cost: Floats
+    life: Floats
+    worn: Floats
+    power: Floats
+    torque: Floats
+    thrust: Floats
+
+    def taken(self, which: Mask | Indices) -> Yields:
+        """Return some of them."""
+        return Yields(*(column[which] for column in self))
+
+    def points(self) -> tuple[CuttingPoint, ...]:
+        """Return all of them, one by one."""
+        return tuple(CuttingPoint(*row) for row in zip(*(column.tolist() for column in self), strict=True))
+
+
+def deep_hole_share(depth: float, diameter: float) -> float:
+    """Return which part of its speed a drill stands in a hole so deep: 1 up to three diameters, 0.6 from eight."""
+    return float(np.interp(depth / diameter, *_DEEP))
+
+
+def tool_life(work: ToolWork, speed: Floats, chip: Floats) -> Floats:
+    """Return the life, s, by the law of whose range each chip, mm, is; below the first range by the first law."""
+    stood = deep_hole_share(work.hole_depth, work.tool.diameter) if work.work is CuttingWork.DRILL else 1.0
+    seconds = np.empty_like(speed)
+    least = np.array([life.least_feed for life in work.lives])
+    which = np.maximum(np.searchsorted(least, chip * (1.0 + 1e-9), side="right") - 1, 0)
+    for number, life in enumerate(work.lives):
+        mine = which == number
+        seconds[mine] = life.seconds(
+            speed[mine] / stood, chip[mine], work.tool.diameter, work.width, work.depth, work.teeth
+        )
+    return seconds
+
+
+def yields(
+    work: ToolWork, material: WorkMaterial, prices: Prices, rpm: Floats, feed: Floats, efficiency: float
+) -> Yields:
+    """Return what comes of speeds, 1/min, and feeds, mm/s, for one part."""
+    diameter = work.tool.diameter
+    speed = math.pi * diameter * rpm / SECONDS_PER_MINUTE
+    chip = SECONDS_PER_MINUTE * feed / (rpm * work.teeth)
+    life = np.minimum(tool_life(work, speed, chip), prices.longest)
+    worn = work.cut / feed / life
+    time = work.idle + work.fed / feed + worn * prices.change
+    if work.work is CuttingWork.DRILL:
+        torque = drilling_torque(material, diameter, chip, work.tool.point_angle)
+        power = drilling_power(torque, rpm, efficiency)
+        thrust = drilling_thrust(material, diameter, chip, work.tool.point_angle)
+    else:
+        cutting = milling_power(material, work.width * work.depth * feed, mean_chip(chip, work.width, diameter))
+        power, torque, thrust = cutting / efficiency, spindle_torque(cutting, rpm), np.zeros_like(rpm)
+    cost = prices.rate * time + worn * prices.tool
+    return Yields(rpm, feed, chip, speed, time, cost, life, worn, power, torque, thrust)
+
+
+def best_of(found: Yields, objective: str) -> int:
+    """Return the number of the best for an objective.
+
+    Equals are told apart by the other objectives, then by the lower spindle speed: time before cost before life; cost
+    before time before life; life before cost before time.
+    """
+    keys = {
+        "time": (found.time, found.cost, -found.life),
+        "cost": (found.cost, found.time, -found.life),
+        "life": (-found.life, found.cost, found.time),
+    }[objective]
+    return int(np.lexsort((found.rpm, *reversed(keys)))[0])

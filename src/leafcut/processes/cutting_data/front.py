@@ -1,0 +1,52 @@
+"""The Pareto front of three quantities that are all to be small."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+
+import numpy as np
+
+from leafcut.geometry.arrays import Floats, Indices, Mask
+
+
+def non_dominated(values: Floats) -> Mask:
+    """Return which rows no other row dominates: is no larger in all three numbers, and smaller in one.
+
+    Equal rows do not dominate each other: all of them are on the front, or none. O(n log n): rows in the order of their
+    first number, those found so far as a staircase of the other two.
+
+    Source: H. T. Kung, F. Luccio and F. P. Preparata, On Finding the Maxima of a Set of Vectors, J. ACM 22 (1975), for
+    three dimensions.
+
+    Parameters
+    ----------
+    values
+        float64[n, 3], finite.
+    """
+    order: Indices = np.lexsort(values.T[::-1])
+    rows = values[order]
+    new = np.append(True, (rows[1:] != rows[:-1]).any(axis=1))[: len(rows)]
+    kept = np.array(_staircase(rows[new].tolist()), dtype=bool)
+    found = np.zeros(len(values), dtype=bool)
+    if len(rows):
+        found[order] = kept[np.cumsum(new) - 1]
+    return found
+
+
+def _staircase(rows: list[list[float]]) -> list[bool]:
+    """Return which of some rows, all different and in lexical order, no row before them dominates."""
+    seconds: list[float] = []  # rising
+    thirds: list[float] = []  # falling: the least third number of all rows whose second is no larger
+    kept: list[bool] = []
+    for _, second, third in rows:
+        at = bisect_right(seconds, second)
+        dominated = at > 0 and thirds[at - 1] <= third
+        kept.append(not dominated)
+        if dominated:
+            continue
+        begin = at - 1 if at > 0 and seconds[at - 1] == second else at
+        end = at
+        while end < len(thirds) and thirds[end] >= third:
+            end += 1
+        seconds[begin:end], thirds[begin:end] = [second], [third]
+    return kept

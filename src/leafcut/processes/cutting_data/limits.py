@@ -1,0 +1,144 @@
+"""The speeds and feeds that a machine has, and which of them are within all limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Floats, Mask
+from leafcut.processes.cutting_data.economics import Yields
+from leafcut.units import SECONDS_PER_MINUTE
+
+#: So many speeds and feeds are looked at together, and so many in all at most; so many speeds.
+_TOGETHER, _MOST, _MOST_SPEEDS = 200_000, 20_000_000, 1_000_000
+#: Numbers of the grid are rounded by so much.
+_ROUNDED = 1e-9
+
+
+class SpeedGrid(NamedTuple):
+    """The speeds and feeds of a machine that give a chip within bounds.
+
+    Attributes
+    ----------
+    lowest_rpm, highest_rpm, rpm_step
+    highest_feed, feed_step
+        mm/s.
+    least_chip, largest_chip, teeth
+        Feed by revolution and tooth, mm.
+    """
+
+    lowest_rpm: float
+    highest_rpm: float
+    rpm_step: float
+    highest_feed: float
+    feed_step: float
+    least_chip: float
+    largest_chip: float
+    teeth: int = 1
+
+    def blocks(self) -> Iterator[tuple[Floats, Floats]]:
+        """Yield all speeds, 1/min, with their feeds, mm/s, some thousands at a time.
+
+        Raises
+        ------
+        PlanError
+            There are too many.
+        """
+        speeds = self._steps(self.lowest_rpm, self.highest_rpm, self.rpm_step)
+        by_rpm = self.teeth / SECONDS_PER_MINUTE
+        first = np.maximum(np.ceil(self.least_chip * by_rpm * speeds / self.feed_step - _ROUNDED), 1.0)
+        highest = np.minimum(self.largest_chip * by_rpm * speeds, self.highest_feed)
+        counts = np.maximum(np.floor(highest / self.feed_step + _ROUNDED) - first + 1.0, 0.0)
+        if not counts.sum() <= _MOST:
+            raise PlanError(
+                f"{counts.sum():.3g} speeds and feeds are too many (at most {_MOST:g}); give a larger --speed-step or "
+                "--feed-step"
+            )
+        ends = np.cumsum(counts)
+        begin = 0
+        while begin < len(speeds):
+            before = ends[begin - 1] if begin else 0.0
+            end = max(int(np.searchsorted(ends, before + _TOGETHER, side="right")), begin + 1)
+            each = counts[begin:end].astype(np.int64)
+            rpm = np.repeat(speeds[begin:end], each)
+            number = np.arange(len(rpm)) - np.repeat(np.cumsum(each) - each, each)
+            yield rpm, np.asarray(self.feed_step * (np.repeat(first[begin:end], each) + number), dtype=np.float64)
+            begin = end
+
+    @staticmethod
+    def _steps(low: float, high: float, step: float) -> Floats:
+        """Return the multiples of a step from `low` to `high`; `high` itself where none lies between."""
+        first, last = max(math.ceil(low / step - _ROUNDED), 1), math.floor(high / step + _ROUNDED)
+        if last - first >= _MOST_SPEEDS:
+            raise PlanError(f"{last - first:.3g} spindle speeds are too many; give a larger --speed-step")
+        return step * np.arange(first, last + 1, dtype=float) if last >= first else np.array([high])
+
+
+@dataclass
+class CuttingLimit:
+    """One limit of speeds and feeds, and what it did to all that were tried.
+
+    Attributes
+    ----------
+    words, flag
+        What is limited, and the option that sets it.
+    value, shown
+        The limit, and how a number is told.
+    of
+        The limited quantity of each.
+    at_least
+        It is the least that is allowed, not the most.
+    alone
+        Whether anything is within it, whatever the other limits are.
+    nearest
+        The best that was found.
+    """
+
+    words: str
+    flag: str
+    value: float
+    shown: Callable[[float], str]
+    of: Callable[[Yields], Floats]
+    at_least: bool = False
+    alone: bool = False
+    nearest: float = field(default=math.nan)
+
+    def holds(self, found: Yields) -> Mask:
+        """Return which are within the limit."""
+        quantity = self.of(found)
+        within: Mask = quantity >= self.value if self.at_least else quantity <= self.value
+        best = float(quantity.max() if self.at_least else quantity.min())
+        self.nearest = (np.fmax if self.at_least else np.fmin)(self.nearest, best)
+        return within
+
+
+def within(limits: list[CuttingLimit], found: Yields) -> Mask:
+    """Return which speeds and feeds are within all limits, and let the limits know what they did."""
+    allowed = np.ones(len(found.rpm), dtype=bool)
+    for limit in limits:
+        mask = limit.holds(found)
+        limit.alone |= bool(mask.any())
+        allowed &= mask
+    return allowed
+
+
+def refusal(label: str, limits: list[CuttingLimit]) -> PlanError:
+    """Return the error that says which limit leaves no speed and feed, after `within` left none.
+
+    A slower spindle with a smaller chip is further within every limit, so one of them is too narrow by itself, but for
+    the steps of the grid.
+    """
+    for limit in limits:
+        if not limit.alone:
+            least, most = ("at least", "at most") if limit.at_least else ("at most", "at least")
+            return PlanError(
+                f"{label}: no speed and feed has a {limit.words} of {least} {limit.shown(limit.value)}: it is {most} "
+                f"{limit.shown(limit.nearest)}; change {limit.flag}"
+            )
+    flags = ", ".join(dict.fromkeys(limit.flag for limit in limits))
+    return PlanError(f"{label}: no speed and feed is within all limits together; change {flags}")

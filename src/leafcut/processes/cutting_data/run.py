@@ -1,0 +1,334 @@
+"""Speeds and feeds for a part: its work by tool, the grid of the machine, the front of each tool, and the choice."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from leafcut.errors import OptionError, PlanError, nearest
+from leafcut.kinds import CuttingWork, Head, ToolMaterial
+from leafcut.model.cutting_front import OBJECTIVES, CuttingData, CuttingPoint, ToolFront
+from leafcut.model.heartbeat import Progress
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.machine import Machine
+from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.work_material import WorkMaterial
+from leafcut.options import Settings
+from leafcut.options.speeds import SpeedOptions
+from leafcut.processes.course import machine_of
+from leafcut.processes.cutting_data.economics import Prices, ToolWork, Yields, best_of, yields
+from leafcut.processes.cutting_data.front import non_dominated
+from leafcut.processes.cutting_data.limits import CuttingLimit, SpeedGrid, refusal, within
+from leafcut.units import format_time
+
+if TYPE_CHECKING:
+    from leafcut.read import Input
+
+#: The least chip is this part of the largest one: less rubs more than it cuts (estimate).
+_LEAST_CHIP = 0.25
+#: Catalogues have the chips of carbide mills; those of high-speed steel bend and break sooner (estimate).
+_HSS_MILL_CHIP = 0.5
+_SECONDS_PER_HOUR = 3600.0
+#: A mill without a cut of its own cuts so deep, in diameters.
+_DEPTH = 0.5
+
+
+def cutting_data(
+    drawing: Input | None, settings: Settings, objective: str, progress: Progress | None = None
+) -> CuttingData:
+    """Return the best speeds and feeds of the tools of a part, and the one of each that is chosen for an objective.
+
+    Raises
+    ------
+    ReadError, OptionError, PlanError
+        No material is named, or an unknown one; there is no tool whose life is known in it; or no speed and feed is
+        within the limits, and which of them leaves none.
+    """
+    from leafcut.read.work_materials import load_material
+
+    if objective not in OBJECTIVES:
+        raise OptionError(f"--objective: unknown value '{objective}'{nearest(objective, OBJECTIVES)}")
+    if "material" not in settings.given:
+        raise OptionError("no material given; name what is cut with --material (leafcut materials lists them)")
+    options = settings.of(SpeedOptions)
+    if options.min_life > options.max_life:
+        raise OptionError(
+            f"--min-life: {format_time(options.min_life)} is longer than --max-life, {format_time(options.max_life)}"
+        )
+    machine = machine_of(settings)
+    if machine.head is not Head.SPINDLE:
+        raise OptionError(f"--machine {machine.name}: has no spindle; speeds and feeds are for drills and mills")
+    material = load_material(settings.job.material)
+    issues: list[Issue] = []
+    works = list(_works(drawing, settings, machine, material, issues, progress))
+    if not works:
+        told = "; ".join(issue.message for issue in issues[:3])
+        raise PlanError(f"no tool is left to choose speeds for{f': {told}' if told else ''}")
+    fronts = _fronts(works, settings, machine, material, objective, issues)
+    return CuttingData(
+        source="" if drawing is None else str(drawing),
+        machine=machine,
+        material=material,
+        objective=objective,
+        shop_rate=options.shop_rate,
+        tools=tuple(fronts),
+        issues=tuple(issues),
+        defaults=settings.from_defaults(),
+    )
+
+
+def _fronts(
+    works: list[tuple[ToolWork, ToolMaterial]], settings: Settings, machine: Machine, material: WorkMaterial,
+    objective: str, issues: list[Issue],
+) -> list[ToolFront]:  # fmt: skip
+    """Return the fronts of all tools that have one; the others become issues.
+
+    Raises
+    ------
+    PlanError
+        There is none, or one of a tool that was asked for by its number is missing.
+    """
+    fronts: list[ToolFront] = []
+    refused: list[PlanError] = []
+    for work, kind in works:
+        try:
+            _check_known(work.tool, kind, work.work, material)
+            _check_tool(work)
+            fronts.append(_front(work, settings, machine, material, objective, kind))
+        except PlanError as problem:
+            if settings.of(SpeedOptions).tool_numbers:
+                raise
+            refused.append(problem)
+    if not fronts:
+        raise refused[0]
+    issues += [Issue("L440", f"no speeds chosen: {problem}", severity=Severity.WARNING) for problem in refused]
+    return fronts
+
+
+def _works(
+    drawing: Input | None, settings: Settings, machine: Machine, material: WorkMaterial, issues: list[Issue],
+    progress: Progress | None,
+) -> Iterator[tuple[ToolWork, ToolMaterial]]:  # fmt: skip
+    """Yield what each tool has to do, with what it is made of; tools that have no speeds chosen become issues."""
+    from leafcut.processes.cutting_data.drawn_work import drawn_works
+
+    options = settings.of(SpeedOptions)
+    wanted = _wanted(options.tool_numbers)
+    if drawing is None:
+        found = list(_stated(settings, machine))
+    else:
+        found = drawn_works(drawing, settings, machine, issues, progress)
+        if options.cut_length is not None:
+            found += _end_mills(settings, machine)
+    for number in wanted:
+        if all(tool.number != number for tool, *_ in found):
+            known = ", ".join(str(tool.number) for tool, *_ in found)
+            raise OptionError(f"--tool-numbers: no tool {number} at work here; there are {known}")
+    left_out: dict[str, list[str]] = {}
+    for tool, holes, fed, cut, idle in found:
+        if wanted and tool.number not in wanted:
+            continue
+        kind = tool.material or ToolMaterial(options.tool_material)
+        if tool.kind is ToolKind.DRILL and holes:
+            lives = material.lives_of(CuttingWork.DRILL, kind)
+            yield ToolWork(tool, CuttingWork.DRILL, lives, fed, cut, idle, cut / holes, holes=holes), kind
+        elif tool.kind is ToolKind.END_MILL and options.cut_length is not None:
+            yield _mill(tool, options, options.cut_length, material, kind), kind
+        else:
+            why = "give --cut-length" if tool.kind is ToolKind.END_MILL else "only drills and end mills have them"
+            left_out.setdefault(why, []).append(f"T{tool.number}")
+    for why, labels in left_out.items():
+        issues.append(Issue("L440", f"no speeds chosen for {', '.join(labels)}: {why}", severity=Severity.NOTE))
+
+
+def _end_mills(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
+    """Yield the end mills of the library, which a drawing of holes has no work for."""
+    from leafcut.read.tools import load_tools
+
+    assert settings.job.tools is not None  # an option's need
+    for tool in load_tools(settings.job.tools, machine.units).tools:
+        if tool.kind is ToolKind.END_MILL:
+            yield tool, 0, 0.0, 0.0, 0.0
+
+
+def _wanted(words: tuple[str, ...]) -> tuple[int, ...]:
+    for word in words:
+        if not word.isdecimal():
+            raise OptionError(f"--tool-numbers: '{word}' is not the number of a tool, such as 3")
+    return tuple(int(word) for word in words)
+
+
+def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: WorkMaterial) -> None:
+    """Refuse a tool of which no law of its life is known.
+
+    Raises
+    ------
+    PlanError
+        Says what is known.
+    """
+    if material.lives_of(work, kind):
+        return
+    known = [one.value for one in ToolMaterial if material.lives_of(work, one)]
+    words = {CuttingWork.DRILL: "drills", CuttingWork.MILL: "end mills"}[work]
+    others = f"there are those of {' and '.join(known)} {words}" if known else f"there are none of {words} at all"
+    raise PlanError(
+        f"{tool.label}: {material.name} has no tool-life constants of {kind.value} {words}; {others}; add a [[life]] "
+        "in a material file of your own, or set --tool-material"
+    )
+
+
+def _check_tool(work: ToolWork) -> None:
+    """Refuse a drill for holes that are deeper than its flutes, and a mill whose teeth nobody has counted.
+
+    Raises
+    ------
+    PlanError
+        Says which it is.
+    """
+    if not work.teeth:
+        raise PlanError(f"{work.tool.label}: the number of its teeth is unknown; add 'teeth' in the tool library")
+    most = work.tool.flute_length
+    if most is not None and work.hole_depth > most:
+        raise PlanError(
+            f"{work.tool.label}: its flutes are {most:g} mm long, but with its point the holes are "
+            f"{work.hole_depth:.4g} mm deep; choose other tools with --tool-numbers"
+        )
+
+
+def _stated(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
+    """Yield every tool of the library, or the one drill, with its holes, mm fed, mm cut, and s besides, as stated."""
+    from leafcut.read.tools import load_tools
+
+    job, options = settings.job, settings.of(SpeedOptions)
+    if job.tools is not None:
+        tools = list(load_tools(job.tools, machine.units).tools)
+    elif options.drill_diameter is not None:
+        tools = [Tool(1, options.drill_diameter, assumed=True)]
+    else:
+        raise OptionError("no tool given: give a drawing, --tools or --drill-diameter")
+    drills = [tool for tool in tools if tool.kind is ToolKind.DRILL]
+    wanted = _wanted(options.tool_numbers)
+    at_work = [tool for tool in drills if not wanted or tool.number in wanted]
+    deep = None
+    if at_work:
+        if options.holes is None:
+            raise OptionError("no number of holes: give a drawing or --holes")
+        deep = job.thickness + job.break_through if job.thickness is not None else job.depth
+        if deep is None:
+            raise OptionError("no depth of holes: give --depth or --thickness")
+    for tool in tools:
+        if tool.kind is ToolKind.DRILL and deep is not None and options.holes is not None:
+            cut = options.holes * (deep + tool.point_length)
+            approach = options.holes * job.retract_height
+            yield tool, options.holes, cut + approach, cut, options.holes * options.move_time
+        else:
+            yield tool, 0, 0.0, 0.0, 0.0
+
+
+def _mill(tool: Tool, options: SpeedOptions, length: float, material: WorkMaterial, kind: ToolMaterial) -> ToolWork:
+    width = min(options.cut_width or tool.diameter, tool.diameter)
+    depth = options.cut_depth or _DEPTH * tool.diameter
+    lives, teeth = material.lives_of(CuttingWork.MILL, kind), tool.teeth or 0
+    return ToolWork(tool, CuttingWork.MILL, lives, fed=length, cut=length, width=width, depth=depth, teeth=teeth)
+
+
+def _front(
+    work: ToolWork, settings: Settings, machine: Machine, material: WorkMaterial, objective: str, kind: ToolMaterial
+) -> ToolFront:
+    """Return the front of one tool, from all speeds and feeds that the machine has."""
+    options, tool = settings.of(SpeedOptions), work.tool
+    own = tool.life_cost if tool.life_cost is not None else options.tool_cost
+    prices = Prices(options.shop_rate / _SECONDS_PER_HOUR, own, options.worn_change, options.max_life)
+    grid = _grid(work, kind, options, machine, material)
+    limits = _limits(work, options, machine)
+    found: list[Yields] = []
+    candidates = allowed = 0
+    for rpm, feed in grid.blocks():
+        candidates += len(rpm)
+        if len(rpm):
+            tried = yields(work, material, prices, rpm, feed, options.drive_efficiency)
+            kept = tried.taken(within(limits, tried))
+            allowed += len(kept.rpm)
+            found.append(_front_of(kept))  # what a part of all dominates, all dominate
+    if not candidates:
+        raise PlanError(
+            f"{tool.label}: no feed of the machine gives a chip of {grid.least_chip:.3g} to {grid.largest_chip:.3g} "
+            "mm; change --min-chip, --max-chip, --speed-step or --feed-step"
+        )
+    if not allowed:
+        raise refusal(tool.label, limits)
+    best = _front_of(Yields(*(np.concatenate(columns) for columns in zip(*found, strict=True))))
+    best = best.taken(np.lexsort((best.rpm, -best.life, best.cost, best.time)))
+    given = None
+    if not tool.assumed or {"feed", "spindle_speed"} & settings.given:
+        given = _given(work, material, prices, options)
+    return ToolFront(
+        tool=tool,
+        tool_material=kind,
+        work=work.work,
+        holes=work.holes,
+        points=best.points(),
+        chosen=best_of(best, objective),
+        candidates=candidates,
+        allowed=allowed,
+        given=given,
+        sources=tuple(dict.fromkeys(life.source for life in work.lives)),
+    )
+
+
+def _front_of(found: Yields) -> Yields:
+    return found.taken(non_dominated(np.column_stack((found.time, found.cost, -found.life))))
+
+
+def _given(work: ToolWork, material: WorkMaterial, prices: Prices, options: SpeedOptions) -> CuttingPoint | None:
+    """Return what comes of the tool's own speed and feed, if it has them."""
+    tool = work.tool
+    if not (tool.feed > 0 and tool.spindle_rpm > 0):
+        return None
+    rpm, feed = np.array([tool.spindle_rpm]), np.array([tool.feed])
+    return yields(work, material, prices, rpm, feed, options.drive_efficiency).points()[0]
+
+
+def _grid(
+    work: ToolWork, kind: ToolMaterial, options: SpeedOptions, machine: Machine, material: WorkMaterial
+) -> SpeedGrid:
+    share = material.drill_feed if work.work is CuttingWork.DRILL else material.mill_feed
+    if work.work is CuttingWork.MILL and kind is ToolMaterial.HSS:
+        share *= _HSS_MILL_CHIP
+    largest = options.max_chip or share * work.tool.diameter
+    if not largest:
+        raise OptionError(f"{material.name} does not say how large a chip may be; give --max-chip")
+    least = options.min_chip or _LEAST_CHIP * largest
+    if least > largest:
+        raise OptionError(
+            f"--min-chip: {least:g} mm is more than the highest chip of {work.tool.label}, {largest:.3g} mm "
+            "(--max-chip)"
+        )
+    return SpeedGrid(
+        lowest_rpm=machine.spindle_min_rpm,
+        highest_rpm=machine.spindle_max_rpm,
+        rpm_step=options.speed_step,
+        highest_feed=machine.max_feed,
+        feed_step=options.feed_step,
+        least_chip=least,
+        largest_chip=largest,
+        teeth=work.teeth,
+    )
+
+
+def _limits(work: ToolWork, options: SpeedOptions, machine: Machine) -> list[CuttingLimit]:
+    limits = [CuttingLimit("tool life", "--min-life", options.min_life, format_time, lambda y: y.life, at_least=True)]
+    power = options.max_power or machine.spindle_power
+    torque = options.max_torque or machine.spindle_torque
+    thrust = options.max_thrust or machine.max_thrust
+    if power:
+        limits.append(CuttingLimit("power", "--max-power", power, lambda w: f"{w / 1000.0:.3g} kW", lambda y: y.power))
+    if torque:
+        limits.append(
+            CuttingLimit("torque", "--max-torque", torque, lambda m: f"{m / 1000.0:.3g} N·m", lambda y: y.torque)
+        )
+    if thrust and work.work is CuttingWork.DRILL:
+        limits.append(CuttingLimit("thrust", "--max-thrust", thrust, lambda f: f"{f:.3g} N", lambda y: y.thrust))
+    return limits

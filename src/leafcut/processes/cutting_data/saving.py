@@ -1,0 +1,96 @@
+"""A tool library with the chosen speeds and feeds: the user's own with these values changed, or a new one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from leafcut.errors import OptionError
+from leafcut.model.cutting_front import CuttingData, CuttingPoint
+from leafcut.model.tool import CONES, Tool, ToolKind
+from leafcut.options import Settings
+from leafcut.units import SECONDS_PER_MINUTE
+
+
+def library_text(found: CuttingData, settings: Settings, file: str | Path) -> str:
+    """Return the library as TOML. Comments, order and all else of the user's own TOML stay as they are.
+
+    Raises
+    ------
+    OptionError
+        The name of the file is not that of a TOML file.
+    """
+    from leafcut.read.tools import load_tools
+
+    if Path(file).suffix.lower() != ".toml":
+        raise OptionError(
+            f"--save {Path(file).name}: a tool library is written as TOML; name a file that ends in .toml"
+        )
+    chosen = {one.tool.number: one.best for one in found.tools}
+    library = settings.job.tools
+    if library is not None and library.suffix.lower() == ".toml":
+        return _changed(library, chosen)
+    tools = [one.tool for one in found.tools]
+    if library is not None:
+        tools = list(load_tools(library, found.machine.units).tools)
+    return _written(tools, chosen)
+
+
+def _changed(library: Path, chosen: dict[int, CuttingPoint]) -> str:
+    import tomlkit
+
+    document = tomlkit.parse(library.read_text(encoding="utf-8-sig"))
+    for table in document.get("tool", []):
+        point = chosen.get(int(table["number"]))
+        if point is not None:
+            for key, value in _speeds(point).items():
+                table[key] = value
+    return tomlkit.dumps(document)
+
+
+def _written(tools: list[Tool], chosen: dict[int, CuttingPoint]) -> str:
+    import tomlkit
+
+    document, rows = tomlkit.document(), tomlkit.aot()
+    for tool in tools:
+        row = tomlkit.table()
+        for key, value in _values(tool):
+            row.add(key, value)
+        for key, value in _speeds(chosen[tool.number]).items() if tool.number in chosen else ():
+            row[key] = value
+        rows.append(row)
+    document.add("tool", rows)
+    return tomlkit.dumps(document)
+
+
+def _speeds(point: CuttingPoint) -> dict[str, str]:
+    return {
+        "feed": f"{point.feed * SECONDS_PER_MINUTE:.10g} mm/min",
+        "spindle_speed": f"{point.rpm:.10g} rpm",
+    }
+
+
+def _values(tool: Tool) -> Iterator[tuple[str, Any]]:
+    """Yield the keys of a tool that say what it is, as `leafcut.read.tools` reads them."""
+    yield "number", tool.number
+    yield "kind", tool.kind.value
+    if tool.name:
+        yield "name", tool.name
+    yield "diameter", f"{tool.diameter:.10g} mm"
+    if tool.kind in (ToolKind.DRILL, ToolKind.CENTRE_DRILL, *CONES):
+        yield "point_angle", f"{math.degrees(tool.point_angle):.10g} deg"
+    if tool.feed and tool.kind is not ToolKind.TAP:
+        yield "feed", f"{tool.feed * SECONDS_PER_MINUTE:.10g} mm/min"
+    if tool.spindle_rpm:
+        yield "spindle_speed", f"{tool.spindle_rpm:.10g} rpm"
+    lengths = {"peck": tool.peck, "pitch": tool.pitch, "flute_length": tool.flute_length, "depth": tool.depth}
+    lengths |= {"corner_radius": tool.corner_radius or None, "tip_diameter": tool.tip_diameter or None}
+    for key, length in lengths.items():
+        if length is not None:
+            yield key, f"{length:.10g} mm"
+    if tool.plunge_feed:
+        yield "plunge_feed", f"{tool.plunge_feed * SECONDS_PER_MINUTE:.10g} mm/min"
+    if tool.teeth is not None:
+        yield "teeth", tool.teeth

@@ -1,0 +1,207 @@
+"""A surface that is not flat: where each hole begins on it, how thick the part is there, and how low ways may be."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import OptionError, PlanError, count_of
+from leafcut.model.heights import SAME_HEIGHT
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.machine import Machine
+from leafcut.model.mesh import Mesh
+from leafcut.model.part import Part
+from leafcut.model.problem import Relief
+from leafcut.stock.surface import TILES, TILES_DOGLEG, rims_of, safe_tiles
+
+#: A rim that is more uneven than this is told, mm.
+UNEVEN = 0.2
+#: A drawing that is so many times as long as the surface, or nearly, has another unit.
+_OTHER_UNITS, _NEARLY = (1 / 25.4, 25.4, 1 / 1000.0, 1000.0), 0.5
+
+
+class Tops(NamedTuple):
+    """Of each hole, float64[n], mm: where it begins, the surface there, and where the part ends below; what is odd."""
+
+    tops: NDArray[np.float64]
+    surface: NDArray[np.float64]
+    under: NDArray[np.float64]
+    issues: list[Issue]
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """What lies under the tool.
+
+    Attributes
+    ----------
+    mesh
+        The surface, as the drawing is placed.
+    fixtures
+        float64[k, 6]: boxes that stand on it: lower corner, upper corner, mm.
+    clearance
+        How far ways stay from all of it, above and aside, mm.
+    """
+
+    mesh: Mesh
+    fixtures: NDArray[np.float64]
+    clearance: float
+
+    @property
+    def triangles(self) -> NDArray[np.float64]:
+        """The surface and the fixtures, float64[n, 3, 3]."""
+        return np.concatenate([self.mesh.triangles, *(_box(box) for box in self.fixtures)])
+
+    @property
+    def highest(self) -> float:
+        """The highest place of all, mm."""
+        return float(max([float(self.mesh.high[2]), *self.fixtures[:, 5].tolist()]))
+
+    def relief(
+        self,
+        machine: Machine,
+        radius: float,
+        places: NDArray[np.float64],
+        heights: NDArray[np.float64],
+        otherwise: float,
+        zones: NDArray[np.float64],
+    ) -> Relief:
+        """Return how high a tool of this radius goes between places, with keep-out zones crossed at `otherwise`."""
+        most = TILES_DOGLEG if machine.rapid_style == "dogleg" else TILES
+        bars = [_box(np.array([*zone[:2], 0.0, *zone[2:], otherwise - self.clearance])) for zone in zones]
+        tiles = safe_tiles(np.concatenate([self.triangles, *bars]), radius + self.clearance, self.clearance, most)
+        acceleration = machine.acceleration[2] * machine.acceleration_factor
+        return Relief(
+            places, heights, otherwise, np.minimum(tiles.heights, otherwise), tiles.x, tiles.y, tiles.side,
+            machine.rapid_velocity[2], acceleration,
+        )  # fmt: skip
+
+
+def fixture_boxes(words: Sequence[str]) -> NDArray[np.float64]:
+    """Return boxes of ``x0 y0 z0 x1 y1 z1``, float64[k, 6], the lower corner first.
+
+    Raises
+    ------
+    OptionError
+        Not six numbers, or a box without height or width.
+    """
+    boxes = []
+    for word in words:
+        parts = word.replace(",", " ").split()
+        try:
+            numbers = [float(part) for part in parts]
+        except ValueError:
+            numbers = []
+        if len(numbers) != 6 or not np.isfinite(numbers).all():
+            raise OptionError(f'--fixture "{word}": needs six numbers, x0 y0 z0 x1 y1 z1, in mm')
+        low, high = np.minimum(numbers[:3], numbers[3:]), np.maximum(numbers[:3], numbers[3:])
+        if not (high > low).all():
+            raise OptionError(f'--fixture "{word}": has no volume; give two opposite corners')
+        boxes.append([*low, *high])
+    return np.array(boxes, dtype=np.float64).reshape(-1, 6)
+
+
+def tops_of(part: Part, ground: Ground, radius: NDArray[np.float64], drawn: bool) -> Tops:
+    """Return where each hole begins, and where the part ends under it.
+
+    Parameters
+    ----------
+    radius
+        float64[n]: of the widest tool that makes each hole, mm.
+    drawn
+        Each hole begins where it is drawn; the surface is compared.
+
+    Raises
+    ------
+    PlanError
+        A hole lies beside the surface or under a fixture, or the surface has another unit than the drawing.
+    """
+    xy = part.hole_xy
+    rims = rims_of(ground.mesh.triangles, xy, radius)
+    beside = np.flatnonzero(~np.isfinite(rims.lowest))
+    if len(beside):
+        _refuse_other_unit(part, ground.mesh)
+        x, y = xy[beside[0]]
+        (x0, y0, _), (x1, y1, _) = ground.mesh.low.tolist(), ground.mesh.high.tolist()
+        raise PlanError(
+            f"the hole at {x:g}, {y:g} is beside the surface {ground.mesh.name}, or on its edge "
+            f"({count_of(len(beside), 'hole')} in all); it goes from {x0:g}, {y0:g} to {x1:g}, {y1:g}: "
+            "both must have the same zero"
+        )
+    _check_fixtures(part, ground, radius)
+    issues, tops = [], rims.top
+    uneven = np.flatnonzero(rims.top - rims.lowest > UNEVEN)
+    if len(uneven):
+        worst = int(uneven[np.argmax((rims.top - rims.lowest)[uneven])])
+        x, y = xy[worst]
+        issues.append(
+            Issue(
+                "L441",
+                f"{count_of(len(uneven), 'hole')} on uneven ground: at {x:g}, {y:g} the rim is between Z"
+                f"{rims.lowest[worst]:.3f} and Z{rims.top[worst]:.3f}; the higher place counts",
+            )
+        )
+    if drawn:
+        heights = np.array([hole.z for hole in part.holes], dtype=np.float64)
+        # The surface of a solid is that of the finished part: below a counterbore it is lower than where a hole begins.
+        of_solid = np.array([hole.depth is not None for hole in part.holes])
+        other = np.flatnonzero((np.abs(heights - rims.top) > max(UNEVEN, SAME_HEIGHT)) & ~of_solid)
+        if len(other):
+            worst = int(other[np.argmax(np.abs(heights - rims.top)[other])])
+            x, y = xy[worst]
+            issues.append(
+                Issue(
+                    "L442",
+                    f"{count_of(len(other), 'hole')} drawn at another height than the surface has: at {x:g}, {y:g} the "
+                    f"drawing says Z{heights[worst]:.3f} and the surface Z{rims.top[worst]:.3f}; depths count from the "
+                    "drawing, R planes from the higher one",
+                )
+            )
+        tops = heights
+    if not ground.mesh.closed:
+        issues.append(
+            Issue(
+                "L443",
+                f"{ground.mesh.name} is not closed; what is missing of it is taken for air",
+                severity=Severity.WARNING,
+            )
+        )
+    return Tops(tops, rims.top, rims.under, issues)
+
+
+def _check_fixtures(part: Part, ground: Ground, radius: NDArray[np.float64]) -> None:
+    for box in ground.fixtures:
+        away = np.maximum(np.maximum(box[:2] - part.hole_xy, part.hole_xy - box[3:5]), 0.0)
+        under = np.flatnonzero(np.hypot(*away.T) < radius)
+        if len(under):
+            x, y = part.hole_xy[under[0]]
+            raise PlanError(
+                f"the hole at {x:g}, {y:g} is under a fixture, or closer to it than the radius of its tool "
+                f"({count_of(len(under), 'hole')} in all); move the fixture, or leave the holes out"
+            )
+
+
+def _refuse_other_unit(part: Part, mesh: Mesh) -> None:
+    x0, y0, x1, y1 = part.extents
+    drawing, surface = max(x1 - x0, y1 - y0), float(max((mesh.high - mesh.low)[:2]))
+    if drawing <= 0.0 or surface <= 0.0:
+        return
+    for times in _OTHER_UNITS:
+        # Holes take up half of the part or more, and no more than all of it.
+        if _NEARLY <= drawing / (surface * times) <= 1.1:
+            raise PlanError(
+                f"{mesh.name} is {surface:.4g} mm long and the holes lie over {drawing:.4g} mm: its unit is another "
+                "one; give --surface-unit"
+            )
+
+
+def _box(box: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the twelve triangles of a box, float64[12, 3, 3]."""
+    corners = np.array([(x, y, z) for x in box[[0, 3]] for y in box[[1, 4]] for z in box[[2, 5]]])
+    quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+    triangles: NDArray[np.float64] = corners[np.array([(q[0], q[k], q[k + 1]) for q in quads for k in (1, 2)])]
+    return triangles

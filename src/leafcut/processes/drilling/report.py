@@ -1,0 +1,40 @@
+"""What is told of holes that are drilled: of their path, of their plate, and of what low ways save."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from leafcut.model.process_report import Fact
+from leafcut.model.shown_stock import ShownStock
+from leafcut.processes.drilling.model import DrillingDetail
+from leafcut.report.part_edge import near_edge
+from leafcut.report.path_report import PathReport
+from leafcut.report.wording import time_words
+
+
+class DrillingReport(PathReport[DrillingDetail]):
+    """What holes show."""
+
+    def answer(self) -> dict[str, Any]:
+        """Return what the ways over a surface save."""
+        saved = self.outcome.detail.low_ways_saved_s
+        return {} if saved is None else {"low_ways_saved_s": saved}
+
+    def facts(self) -> list[Fact]:
+        """Return what every path tells, and what the ways over a surface save."""
+        saved = self.outcome.detail.low_ways_saved_s
+        low = [] if saved is None else [Fact("low ways", f"save {time_words(saved)} against all ways over the highest")]
+        return [*low, *super().facts()]
+
+    def stock(self) -> ShownStock:
+        """Return the tools, the edge of the plate as far as it is drawn, and its thickness as far as it is given."""
+        outcome, found = self.outcome, super().stock()
+        if not outcome.detail.level:
+            return ShownStock(refused="a block is shown alone, and this part is not flat")
+        thickness, part = outcome.detail.thickness, outcome.part
+        x0, y0, x1, y1 = part.extents
+        edge = near_edge(part, np.array([x0, y0]), np.array([x1, y1]))
+        around = (*edge.min(axis=0).tolist(), *edge.max(axis=0).tolist()) if len(edge) else None
+        return ShownStock(found.tools, around=around, floor=None if thickness is None else -thickness)

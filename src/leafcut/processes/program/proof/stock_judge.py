@@ -1,0 +1,154 @@
+"""The second proof of a program in a new order: it leaves the same of the stock, seen from above.
+
+It shares nothing with the first one (`certificate`) but the reading of the programs: that one compares their cuts, this
+one what these leave, and whether a rapid, a shank or a holder meets more than it did.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from leafcut.errors import VerifyError, count_of
+from leafcut.gcode.program import Program
+from leafcut.model.cutter import Body, BodyPart, Cutter
+from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.tool import Tool
+from leafcut.stock.cutting import Removed, cut
+from leafcut.stock.height_field import HeightField
+from leafcut.stock.same_stock import stock_differences
+from leafcut.stock.straight_moves import StraightMoves, straight_moves
+
+#: Heights that differ by less are the same, mm: cuts in another order are rounded otherwise.
+TOLERANCE = 0.01
+#: Chords of arcs lie so many cells off at most.
+_STRAYS = 0.05
+#: What may be in the material and should not: what it is called, and the code of its issue.
+_KINDS = {"rapid": "L802", "shank": "L809", "holder": "L809"}
+
+
+@dataclass(frozen=True)
+class _Met:
+    """What of a tool is in the material and should not: the deepest, mm, the line of the first, and how many moves."""
+
+    deepest: float
+    line: int
+    count: int
+
+
+@dataclass(frozen=True, eq=False)
+class StockJudge:
+    """Judges programs by what they leave of a stock.
+
+    Attributes
+    ----------
+    tools
+        Of the original, by number: those whose shape is known, or is taken to be flat.
+    stock
+        The material before the first cut.
+    given
+        Whether somebody described it; else it is a block around the cuts.
+    left, met
+        What the original leaves, and what of it meets material and should not, by tool and kind.
+    """
+
+    tools: Mapping[int, Tool]
+    cutters: Mapping[int, Cutter]
+    bodies: Mapping[int, tuple[BodyPart, ...]]
+    stock: HeightField
+    given: bool
+    left: HeightField
+    met: Mapping[tuple[int, str], _Met]
+    touched: bool
+
+    @classmethod
+    def of(
+        cls,
+        original: Program,
+        tools: Mapping[int, Tool],
+        cutters: Mapping[int, Cutter],
+        bodies: Mapping[int, tuple[BodyPart, ...]],
+        stock: HeightField,
+        given: bool,
+        look: Heartbeat = unseen,
+    ) -> StockJudge:  # fmt: skip
+        """Return the judge that knows what a program leaves.
+
+        Raises
+        ------
+        PlanError
+            The program comes to too many pieces.
+        """
+        left, met, touched = _cut(original, cutters, bodies, stock, look)
+        return cls(tools, cutters, bodies, stock, given, left, met, touched)
+
+    def check(self, new: Program, look: Heartbeat = unseen) -> None:
+        """Check that a program leaves the same, and that nothing of it meets more than in the original.
+
+        Raises
+        ------
+        VerifyError
+            It does not.
+        """
+        left, met, _ = _cut(new, self.cutters, self.bodies, self.stock, look)
+        differences = stock_differences(self.left, left, TOLERANCE)
+        if differences:
+            one = differences[0]
+            more = f" (and {count_of(len(differences) - 1, 'more place')})" if len(differences) > 1 else ""
+            raise VerifyError(
+                f"at X{one.x:.3f} Y{one.y:.3f} it leaves the stock at Z{one.after:.3f}, not at Z{one.before:.3f}{more}"
+            )
+        for (tool, kind), found in met.items():
+            before = self.met.get((tool, kind))
+            if found.deepest > (before.deepest if before else 0.0) + TOLERANCE:
+                what = f"a rapid of T{tool} goes" if kind == "rapid" else f"the {kind} of T{tool} gets"
+                raise VerifyError(
+                    f"{what} {found.deepest:.2f} mm deep into the stock, from line {found.line} of the new program on"
+                )
+
+    def issues(self) -> Iterator[Issue]:
+        """Yield what of the original is in the material and should not, each kind of each tool once."""
+        for (tool, kind), found in self.met.items():
+            deep = f"up to {found.deepest:.2f} mm deep"
+            if kind == "rapid":
+                message = f"{count_of(found.count, 'rapid')} of T{tool} in the stock, {deep}"
+            else:
+                message = f"the {kind} of T{tool} is in the stock on {count_of(found.count, 'move')}, {deep}"
+            if not self.given:
+                message = f"{message}, if that is a block around the cuts; give --workpiece"
+            severity = Severity.DANGER if self.given else Severity.WARNING
+            yield Issue(_KINDS[kind], message, f"line {found.line}", severity)
+
+
+def _cut(
+    program: Program,
+    cutters: Mapping[int, Cutter],
+    bodies: Mapping[int, tuple[BodyPart, ...]],
+    stock: HeightField,
+    look: Heartbeat,
+) -> tuple[HeightField, dict[tuple[int, str], _Met], bool]:
+    """Return what a program leaves, what of it meets material and should not, and whether it cuts anything."""
+    field = stock.copy()
+    moves = straight_moves(program.path, _STRAYS * field.cell, np.inf).of_tools(cutters)
+    removed = cut(field, moves, cutters, os.cpu_count() or 1, look, bodies=bodies)
+    return field, _met(moves, removed), bool(removed.cuts.any())
+
+
+def _met(moves: StraightMoves, removed: Removed) -> dict[tuple[int, str], _Met]:
+    found: dict[tuple[int, str], _Met] = {}
+    depths = {
+        "rapid": np.where(moves.rapid & removed.cuts, removed.depth, 0.0),
+        Body.SHANK.value: removed.shank,
+        Body.HOLDER.value: removed.holder,
+    }
+    for kind, depth in depths.items():
+        there = np.flatnonzero(depth > 0.0)
+        for tool in np.unique(moves.tool[there]).tolist():
+            mine = there[moves.tool[there] == tool]
+            line = int(moves.path.line[moves.row[mine[0]]])
+            found[tool, kind] = _Met(float(depth[mine].max()), line, len(mine))
+    return found

@@ -1,0 +1,53 @@
+"""The stock of a program as it can be shown: its tools and its block, or why they are not known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from leafcut.errors import LeafcutError, OptionError
+from leafcut.files import read_program
+from leafcut.kinds import BEAMS
+from leafcut.model.heartbeat import unseen
+from leafcut.model.machine import Machine
+from leafcut.model.shown_stock import CUT_THROUGH, ShownStock
+from leafcut.options import Settings
+from leafcut.processes.course import machine_of
+from leafcut.processes.program.workpiece import block_of, tools_of
+
+if TYPE_CHECKING:
+    from leafcut.gcode.program import Program
+    from leafcut.read import Input
+
+
+def shown_stock(program: Program, source: str, settings: Settings, machine: Machine, process: str) -> ShownStock:
+    """Return what of a program's stock is known; `process` is what it does.
+
+    Raises
+    ------
+    ReadError, OptionError
+        The library of tools cannot be read; ``--workpiece`` is no block.
+    """
+    if process in BEAMS:
+        return CUT_THROUGH
+    given = settings.stock.workpiece
+    block = block_of(given) if given else None
+    try:
+        tools = tools_of(program, Path(source).name, settings, machine)
+    except OptionError as problem:
+        return ShownStock(refused=str(problem))
+    return ShownStock(tools, None if block is None else (block.low, block.high))
+
+
+def stock_of_file(program: Input, settings: Settings) -> ShownStock:
+    """Return what of the stock of a program in a file is known."""
+    from leafcut.gcode import dialects
+    from leafcut.processes.program.reading import read_foreign
+
+    machine = machine_of(settings)
+    try:
+        words = dialects.dialect(machine.controller)
+        read = read_foreign(read_program(program), str(program), settings, machine, words, unseen)
+        return shown_stock(read.program, str(program), settings, read.machine, read.process)
+    except LeafcutError as problem:
+        return ShownStock(refused=str(problem))

@@ -1,0 +1,82 @@
+"""What a program in a new order is judged by besides its cuts: what it leaves of the stock, as far as that is known."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from leafcut.errors import OptionError, PlanError
+from leafcut.kinds import BEAMS
+from leafcut.model.cutter import body_of, cutter_of
+from leafcut.model.issue import Issue
+from leafcut.processes.program.model import StockProof
+from leafcut.processes.program.workpiece import block_around, block_of, field_of, known_tools, told_of
+from leafcut.stock.height_field import usual_cell
+
+if TYPE_CHECKING:
+    from leafcut.gcode.program import Program
+    from leafcut.processes.course import Run
+    from leafcut.processes.program.proof.stock_judge import StockJudge
+
+#: Cells for a proof that every run makes: so many, each this share of the smallest tool's diameter; more where that
+#: tool would be missed, at most so many.
+_CELLS, _SHARE, _MOST = 2_000_000, 0.05, 8_000_000
+
+
+class Judging(NamedTuple):
+    """What judges programs by what they leave, how finely or why there is none, and what has to be said first."""
+
+    judge: StockJudge | None = None
+    proof: StockProof | None = None
+    issues: tuple[Issue, ...] = ()
+
+
+def stock_judge(run: Run, program: Program, source: str, process: str) -> Judging:
+    """Return what judges new orders of a program by what they leave of its stock.
+
+    Without ``--workpiece`` the stock is a block around what is cut below Z0. A tool whose comment gives no more than a
+    diameter counts as flat; what tools of unknown diameter do is left out. A beam leaves no heights: there is neither.
+
+    Raises
+    ------
+    OptionError
+        The stock that is given is no block, or is never touched.
+    PlanError
+        It has too many cells.
+    """
+    from leafcut.processes.program.proof.stock_judge import StockJudge
+    from leafcut.stock.straight_moves import straight_moves
+
+    if process in BEAMS:
+        return Judging()
+    tools, unknown = known_tools(program, run.settings, run.machine, flat=True)
+    left_out = tuple(unknown)
+    if not tools:
+        why = "the shapes of its tools are unknown; give --tools or --mill-diameter" if unknown else "nothing is cut"
+        return Judging(proof=StockProof(unknown=left_out, reason=why))
+    cutters = {number: cutter_of(tool) for number, tool in tools.items()}
+    smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
+    options = run.settings.stock
+    try:
+        whole = straight_moves(program.path, 0.01 * smallest, np.inf).of_tools(cutters)
+        block = block_of(options.workpiece) if options.workpiece else block_around(whole, cutters)
+        if block is None:
+            why = "nothing is cut below Z0, so that its top is unknown; give --workpiece"
+            return Judging(proof=StockProof(unknown=left_out, reason=why))
+        stock = field_of(options, block, options.cell or usual_cell(block, smallest, _SHARE, _CELLS, _MOST))
+        bodies = {number: body_of(tool) for number, tool in tools.items()}
+        judge = StockJudge.of(
+            program, tools, cutters, bodies, stock, bool(options.workpiece), run.looking("cutting the stock")
+        )
+    except PlanError as problem:
+        if options.workpiece or options.cell:
+            raise
+        return Judging(proof=StockProof(unknown=left_out, reason=str(problem)))
+    if options.workpiece and not judge.touched:
+        raise OptionError(
+            f"--workpiece: {source} never touches this stock; give the material in the program's coordinates"
+        )
+    flat = tuple(number for number, tool in tools.items() if tool.assumed)
+    issues = (*judge.issues(), *told_of(options, program, cutters, block))
+    return Judging(judge, StockProof(stock.heights.size, stock.cell, judge.given, flat, left_out), issues)

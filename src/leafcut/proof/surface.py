@@ -1,0 +1,114 @@
+"""No rapid meets a surface that is not flat: every one of them against the triangles themselves, with shapes of GEOS.
+
+It shares no geometry with what plans how low ways may be (`leafcut.stock.surface`, which looks at tiles).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from leafcut.model.cycles import expand
+from leafcut.model.difference import Difference
+from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.proof.clearance import LEAST_CLEARANCE
+from leafcut.proof.difference import place, shorten
+
+#: Room for the rounding of written places and heights, mm (0.0001 inch is 0.00254 mm).
+_ROOM = 0.003
+#: So many rapids are looked at together: bounds the memory.
+_AT_ONCE = 500
+
+
+def check_surface(
+    path: Toolpath, triangles: NDArray[np.float64], tool_radii: Mapping[int, float], *, dogleg: bool = False
+) -> list[Difference]:
+    """Return every rapid that comes into a surface, or nearer above it than `LEAST_CLEARANCE`; nothing when none does.
+
+    Parameters
+    ----------
+    path
+        What a program does; drilling cycles are taken as the moves that they make. A rapid straight up or down is in
+        the way of nothing but what stands beside the hole, within the tool's radius; up out of a hole it is free.
+    triangles
+        float64[n, 3, 3], mm.
+    tool_radii
+        By number, mm.
+    dogleg
+        A rapid may go anywhere in the rectangle between its ends.
+    """
+    path = expand(path)
+    before = path.before
+    known = np.isfinite(before).all(axis=1) & np.isfinite(path.end).all(axis=1)
+    rises = (path.end[:, :2] == before[:, :2]).all(axis=1) & (path.end[:, 2] >= before[:, 2])
+    rows = np.flatnonzero((path.kind == Kind.RAPID) & known & ~rises)
+    if not len(rows):
+        return []
+    lowest = np.minimum(before[rows, 2], path.end[rows, 2])
+    high = triangles[triangles[:, :, 2].max(axis=1) > lowest.min() - LEAST_CLEARANCE]
+    if not len(high):
+        return []
+    # Walls stand upright: seen from above they are lines.
+    tree = shapely.STRtree(shapely.convex_hull(shapely.multipoints(high[:, :, :2])))
+    radius = np.array([tool_radii.get(int(tool), 0.0) for tool in path.tool[rows]])
+    wrong = []
+    for first in range(0, len(rows), _AT_ONCE):
+        some = slice(first, first + _AT_ONCE)
+        wrong += [
+            first + int(k)
+            for k in _meeting(
+                tree, high, before[rows[some]], path.end[rows[some]], lowest[some] - LEAST_CLEARANCE + _ROOM,
+                np.maximum(radius[some] - _ROOM, 0.0), dogleg,
+            )
+        ]  # fmt: skip
+    found = []
+    for k in wrong:
+        row = int(rows[k])
+        came, goes = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
+        text = f"the tool meets the surface, or comes nearer than {LEAST_CLEARANCE:g} mm above it"
+        found.append(
+            Difference("rapid into the part", 0, int(path.line[row]), f"{text}; this move goes from {came} to {goes}")
+        )
+    return shorten(found)
+
+
+def _meeting(
+    tree: shapely.STRtree, triangles: NDArray[np.float64], begin: NDArray[np.float64], end: NDArray[np.float64],
+    height: NDArray[np.float64], radius: NDArray[np.float64], dogleg: bool,
+) -> NDArray[np.int64]:  # fmt: skip
+    """Return which of some moves have something of a triangle above their height within their radius."""
+    shapes: Any
+    if dogleg:
+        low, high = np.minimum(begin, end), np.maximum(begin, end)
+        shapes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
+    else:
+        shapes = shapely.linestrings(np.stack([begin[:, :2], end[:, :2]], axis=1))
+    move, which = tree.query(shapes, predicate="dwithin", distance=radius)
+    tops, bottoms = triangles[which, :, 2].max(axis=1), triangles[which, :, 2].min(axis=1)
+    above = tops > height[move]
+    whole = above & (bottoms > height[move])
+    meets = set(move[whole].tolist())
+    for one, triangle in zip(move[above & ~whole].tolist(), which[above & ~whole].tolist(), strict=True):
+        if one in meets:
+            continue
+        part = _above(triangles[triangle], float(height[one]))
+        if shapely.dwithin(shapes[one], shapely.convex_hull(shapely.MultiPoint(part)), float(radius[one])):
+            meets.add(one)
+    return np.array(sorted(meets), dtype=np.int64)
+
+
+def _above(triangle: NDArray[np.float64], height: float) -> list[tuple[float, float]]:
+    """Return the corners, seen from above, of the part of a triangle that lies at a height or above."""
+    found = []
+    for k in range(3):
+        (x0, y0, z0), (x1, y1, z1) = triangle[k].tolist(), triangle[(k + 1) % 3].tolist()
+        if z0 >= height:
+            found.append((x0, y0))
+        if (z0 >= height) != (z1 >= height):
+            share = (height - z0) / (z1 - z0)
+            found.append((x0 + share * (x1 - x0), y0 + share * (y1 - y0)))
+    return found

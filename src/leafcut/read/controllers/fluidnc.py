@@ -1,0 +1,220 @@
+"""FluidNC: its ``config.yaml``.
+
+Source: FluidNC's wiki, "Config file" (axes, homing, spindles, kinematics), and bdring/FluidNC, Machine/Axis.h (what it
+takes where a key is missing) and Machine/Axes.cpp `limitsMinPosition` (where the travel lies). FluidNC knows no
+anchors, so a file that has some is refused: a few lines of them can stand for gigabytes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from leafcut.errors import ReadError, shown
+from leafcut.kinds import Head
+from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number
+
+#: A real file has some kilobytes; a thousandth of a second for each.
+MOST_BYTES = 262_144
+#: Mappings within mappings: a real file has six.
+_DEEPEST = 40
+
+#: What FluidNC takes where a key is missing: rate, acceleration, travel, junction deviation.
+_RATE, _ACCELERATION, _TRAVEL, _DEVIATION = 1000.0, 25.0, 1000.0, 0.01
+#: Sections of spindles; of a laser alone.
+_SPINDLES = ("pwm", "10v", "besc", "dac", "hbridge", "relay", "onoff", "huanyang", "h2a", "h100", "yl620", "siemensv20",
+             "danfossvlt2800", "nowforever", "modbusvfd")  # fmt: skip
+_LASER = "laser"
+
+
+@dataclass(frozen=True)
+class _Scalar:
+    text: str
+    line: int
+
+
+#: A mapping of FluidNC's file, its keys in small letters: FluidNC does not tell them apart.
+_Tree = dict[str, "_Scalar | _Tree"]
+
+
+def read(text: str, file: str) -> Values:
+    """Return what the configuration of FluidNC says.
+
+    Raises
+    ------
+    ReadError
+        It is no YAML, or has anchors; it has no axes x and y; a value is no number, or one that no machine has.
+    """
+    tree = _parsed(text, file)
+    values = Values(file, "FluidNC")
+    for key in ("name", "board"):
+        entry = tree.get(key)
+        if isinstance(entry, _Scalar) and entry.text.strip():
+            values.take("name", shown(entry.text, 40), f"{key}, {in_lines([entry.line])}")
+            break
+    axes = _inner(tree, "axes")
+    parts = [_inner(axes, axis) for axis in "xyz"]
+    for axis, part in zip("xy", parts, strict=False):
+        if not part:
+            raise values.refusal(f"has no axis {axis} in 'axes'; is the file whole?")
+    values.motion(
+        _of_axes(values, parts, "max_rate_mm_per_min", _RATE, "mm/min"),
+        _of_axes(values, parts, "acceleration_mm_per_sec2", _ACCELERATION, "mm/s2"),
+    )
+    _travel(values, parts)
+    _work(values, tree)
+    values.derive("rapid.style", "linear", "FluidNC plans as GRBL: all axes together on a straight line")
+    values.derive("corners.style", "grbl", "FluidNC plans as GRBL, by junction deviation")
+    deviation = tree.get("junction_deviation_mm")
+    if isinstance(deviation, _Scalar):
+        found = number(values, deviation.text, "junction_deviation_mm", deviation.line)
+        values.take("corners.deviation", f"{found:.10g} mm", f"junction_deviation_mm, {in_lines([deviation.line])}")
+    else:
+        values.assume("corners.deviation", f"{_DEVIATION} mm", "FluidNC's default of junction_deviation_mm")
+    other = [name for name in _inner(tree, "kinematics") if name != "cartesian"]
+    if other:
+        values.note(f"its kinematics are {shown(other[0], 20)}: limits are those of motors, so times are estimates")
+    return values
+
+
+def _travel(values: Values, parts: list[_Tree]) -> None:
+    lowest, highest, homes, lines = [], [], [], []
+    for axis, part in zip("xyz", parts, strict=True):
+        entry = part.get("max_travel_mm")
+        if not isinstance(entry, _Scalar):
+            lowest.append(-math.inf)
+            highest.append(math.inf)
+            homes.append(0.0)
+            continue
+        length = number(values, entry.text, f"max_travel_mm of {axis}", entry.line)
+        homing = _inner(part, "homing")
+        place = homing.get("mpos_mm")
+        home = number(values, place.text, f"mpos_mm of {axis}", place.line) if isinstance(place, _Scalar) else 0.0
+        upwards = homing.get("positive_direction")
+        # Without homing it counts down from machine zero, as after homing in positive direction, which is the default.
+        down = not homing or not isinstance(upwards, _Scalar) or upwards.text.strip().lower() != "false"
+        if not length > 0:
+            raise values.refusal(f"max_travel_mm of {axis} is {length:g}, but must be above 0", entry.line)
+        lowest.append(home - length if down else home)
+        highest.append(home if down else home + length)
+        homes.append(home)
+        lines.append(entry.line)
+    if not lines:
+        values.note("the file has no max_travel_mm: nothing is checked against the travel")
+    else:
+        words = f"max_travel_mm and homing, {in_lines(lines)}"
+        values.travel(Axes(tuple(lowest), "mm", words, derived=True), Axes(tuple(highest), "mm", words, derived=True))
+    homed = any(_inner(part, "homing") for part in parts)
+    words = "mpos_mm of homing" if homed else "no homing: machine zero is where it was switched on"
+    values.home_at(Axes(tuple(homes), "mm", words, derived=homed, assumed=not homed))
+
+
+def _work(values: Values, tree: _Tree) -> None:
+    spindle = next((name for name in _SPINDLES if name in tree), None)
+    laser = _LASER in tree
+    only_laser = laser and spindle is None
+    values.derive("controller", "grbl-laser" if only_laser else "grbl", "FluidNC takes the language of GRBL")
+    if only_laser:
+        values.work(Head.LASER, f"section '{_LASER}' and no spindle")
+    else:
+        values.assume("process", Head.SPINDLE.value, f"section '{spindle}'" if spindle else "the file names no spindle")
+        if laser:
+            values.note('it has a laser, too: give that a profile of its own, with process = "laser"')
+    section = _inner(tree, spindle or _LASER)
+    speeds = section.get("speed_map")
+    if isinstance(speeds, _Scalar):
+        _speeds(values, speeds)
+    start = section.get("spinup_ms")
+    if isinstance(start, _Scalar):
+        seconds = number(values, start.text, "spinup_ms", start.line) / 1000.0
+        values.take("spindle.start_time", f"{max(seconds, 0.0):.10g} s", f"spinup_ms, {in_lines([start.line])}")
+    elif not only_laser:
+        values.assume("spindle.start_time", *SPINDLE_START)
+    else:
+        values.assume("spindle.start_time", "0 s", "a laser is there at once")
+    values.tools_by_hand("FluidNC changes tools by macros, which are not read")
+
+
+def _speeds(values: Values, entry: _Scalar) -> None:
+    """Keep the slowest and the highest speed of a map such as ``0=0% 6000=25% 24000=100%``."""
+    speeds = []
+    for pair in entry.text.split():
+        speed, equals, power = pair.partition("=")
+        if not equals:
+            raise values.refusal(f"speed_map is '{shown(entry.text, 40)}', but must be speeds such as 0=0%", entry.line)
+        share = number(values, power, "a share of speed_map", entry.line)
+        speeds.append((number(values, speed, "a speed of speed_map", entry.line), share))
+    turning = [speed for speed, power in speeds if power > 0 and speed > 0]
+    if turning:
+        several = len(turning) > 1
+        values.spindle(max(turning), min(turning) if several else 0.0, f"speed_map, {in_lines([entry.line])}")
+
+
+def _of_axes(values: Values, parts: list[_Tree], key: str, otherwise: float, unit: str) -> Axes:
+    numbers, lines, missing = [], [], []
+    for axis, part in zip("xyz", parts, strict=True):
+        entry = part.get(key)
+        if isinstance(entry, _Scalar):
+            numbers.append(number(values, entry.text, f"{key} of {axis}", entry.line))
+            lines.append(entry.line)
+        else:
+            numbers.append(otherwise)
+            missing.append(axis)
+    words = f"{key}, {in_lines(lines)}" if lines else key
+    if missing:
+        words += f"; of {', '.join(missing)} FluidNC's default, {otherwise:g}"
+    return Axes(tuple(numbers), unit, words, assumed=bool(missing))
+
+
+def _inner(tree: Mapping[str, Any], key: str) -> _Tree:
+    found = tree.get(key)
+    return found if isinstance(found, dict) else {}
+
+
+def _parsed(text: str, file: str) -> _Tree:
+    """Return the mappings and scalars of a YAML text; its lists and tags are left out."""
+    import yaml
+
+    if len(text.encode()) > MOST_BYTES:
+        raise ReadError(file, f"has more than {MOST_BYTES >> 10} KiB; a configuration of FluidNC has some")
+    root: _Tree = {}
+    #: Where we are: the mapping (None: something that is left out) and the key that waits for its value.
+    stack: list[tuple[_Tree | None, str | None]] = []
+
+    def put(value: _Scalar | _Tree) -> bool:
+        """Put a value where it belongs, and return whether it is a value of a mapping that counts."""
+        if not stack:
+            return isinstance(value, dict)
+        tree, key = stack[-1]
+        if tree is None:
+            return False
+        if key is None:
+            stack[-1] = (tree, value.text.strip().lower() if isinstance(value, _Scalar) else "")
+            return False
+        tree.setdefault(key, value)
+        stack[-1] = (tree, None)
+        return True
+
+    try:
+        for event in yaml.parse(text, Loader=yaml.SafeLoader):
+            if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None):
+                raise ReadError(file, "has an anchor (& or *), which FluidNC does not know", event.start_mark.line + 1)
+            if len(stack) > _DEEPEST:
+                raise ReadError(file, "is nested too deep", event.start_mark.line + 1)
+            if isinstance(event, yaml.ScalarEvent):
+                put(_Scalar(event.value, event.start_mark.line + 1))
+            elif isinstance(event, yaml.MappingStartEvent):
+                made: _Tree = root if not stack else {}
+                stack.append((made if put(made) else None, None))
+            elif isinstance(event, yaml.SequenceStartEvent):
+                put({})
+                stack.append((None, None))
+            elif isinstance(event, yaml.MappingEndEvent | yaml.SequenceEndEvent):
+                stack.pop()
+    except yaml.YAMLError as problem:
+        mark = getattr(problem, "problem_mark", None)
+        reason = shown(str(getattr(problem, "problem", None) or problem), 80)
+        raise ReadError(file, f"is no YAML ({reason})", mark.line + 1 if mark is not None else None) from None
+    return root

@@ -1,0 +1,167 @@
+"""GRBL and grblHAL: the answer to ``$$``, as it was saved from a terminal.
+
+Source: GRBL 1.1 wiki, "Grbl v1.1 Configuration" (what each number means; all in mm, mm/min and mm/s², whatever ``$13``
+says), and gnea/grbl 1.1, system.c `system_check_travel_limits` (the travel counts down from 0). grblHAL/core,
+settings.h (the numbers that it adds).
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from leafcut.kinds import Head
+from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number
+
+#: ``$110=500.000``, ``$110 = 500 (x max rate, mm/min)``, also behind what a terminal writes before a line.
+SETTING = re.compile(r"^[^$\[]{0,40}\$(\d{1,4})\s*=\s*([^\s(;]+)", re.MULTILINE)
+_VERSION = re.compile(r"\[VER:\s*([^:\]]{1,40})|Grbl(?:HAL)?\s+([0-9][^\s'\[]{0,20})", re.IGNORECASE)
+_HAL = re.compile(r"grblHAL", re.IGNORECASE)
+
+_TRAVELS, _ACCELERATIONS, _RATES = (130, 131, 132), (120, 121, 122), (110, 111, 112)
+_STEPS, _LOCK, _ARC_TOLERANCE = (100, 101, 102), 1, 12
+#: ``$1`` of motors that stay on.
+_ALWAYS_ON = 255
+_DEVIATION, _HOMING, _HOME_TO_MIN, _FASTEST_RPM, _SLOWEST_RPM, _LASER, _SPINDLE_ON = 11, 22, 23, 30, 31, 32, 394
+#: grblHAL: homing sets machine zero where the switch is; it is a bit of ``$22``.
+_ZERO_AT_SWITCH = 8
+
+
+@dataclass(frozen=True)
+class _Setting:
+    text: str
+    line: int
+
+
+def read(text: str, file: str) -> Values:
+    """Return what the settings of GRBL say.
+
+    Raises
+    ------
+    ReadError
+        A setting that is needed is missing, is no number, or is one that no machine has.
+    """
+    settings = {}
+    for count, line in enumerate(text.splitlines(), 1):
+        found = SETTING.match(line)
+        if found:
+            settings[int(found[1])] = _Setting(found[2], count)
+    hal = _HAL.search(text) is not None
+    version = _VERSION.search(text)
+    name = (version[1] or version[2]) if version else ""
+    values = Values(file, " ".join(filter(None, ["grblHAL" if hal else "GRBL", name])))
+    values.motion(_axes(values, settings, _RATES, "mm/min"), _axes(values, settings, _ACCELERATIONS, "mm/s2"))
+    laser = bool(_flags(values, settings, _LASER))
+    _controller(values, settings, laser)
+    _travel(values, settings, hal)
+    values.derive("rapid.style", "linear", "GRBL moves all axes together on a straight line")
+    values.derive("corners.style", "grbl", "GRBL plans by junction deviation")
+    if _DEVIATION in settings:
+        values.take(
+            "corners.deviation", f"{_number(values, settings, _DEVIATION):.10g} mm", _place(settings, _DEVIATION)
+        )
+    else:
+        values.assume("corners.deviation", "0.01 mm", "GRBL's own default of $11; the file does not have it")
+    _board(values, settings)
+    return values
+
+
+def _board(values: Values, settings: dict[int, _Setting]) -> None:
+    """Keep what the board's clock depends on besides; what the file does not have is GRBL's own default."""
+    if _ARC_TOLERANCE in settings:
+        place = _place(settings, _ARC_TOLERANCE)
+        values.take("corners.arc_tolerance", f"{_number(values, settings, _ARC_TOLERANCE):.10g} mm", place)
+    if all(key in settings for key in _STEPS):
+        steps = [f"{_number(values, settings, key):.10g} steps/mm" for key in _STEPS]
+        values.take("motors.steps_per_mm", steps, _places(settings, _STEPS))
+    if _LOCK in settings:
+        held = _number(values, settings, _LOCK)
+        place = _place(settings, _LOCK)
+        values.take("motors.lock_time", f"{0.0 if held == _ALWAYS_ON else held:.10g} ms", place)
+
+
+def _controller(values: Values, settings: dict[int, _Setting], laser: bool) -> None:
+    values.derive("controller", "grbl-laser" if laser else "grbl", "the settings are those of GRBL")
+    if laser:
+        values.work(Head.LASER, f"{_place(settings, _LASER)}: laser mode")
+    else:
+        values.assume("process", Head.SPINDLE.value, "laser mode is off ($32); the file cannot say more")
+    highest = _number(values, settings, _FASTEST_RPM) if _FASTEST_RPM in settings else 0.0
+    lowest = _number(values, settings, _SLOWEST_RPM) if _SLOWEST_RPM in settings else 0.0
+    if highest > 0:
+        which = [key for key in (_FASTEST_RPM, _SLOWEST_RPM) if key in settings]
+        values.spindle(highest, lowest, _places(settings, which))
+        if highest == 1000.0 and not laser:
+            values.note("$30 is 1000 rpm, GRBL's own default: set it to what the spindle turns at full voltage")
+    if _SPINDLE_ON in settings:
+        values.take(
+            "spindle.start_time", f"{_number(values, settings, _SPINDLE_ON):.10g} s", _place(settings, _SPINDLE_ON)
+        )
+    elif laser:
+        values.assume("spindle.start_time", "0 s", "a laser is there at once")
+    else:
+        values.assume("spindle.start_time", *SPINDLE_START)
+    values.tools_by_hand("GRBL has no tool changer of its own")
+
+
+def _travel(values: Values, settings: dict[int, _Setting], hal: bool) -> None:
+    homing = _flags(values, settings, _HOMING)
+    to_min = _flags(values, settings, _HOME_TO_MIN)
+    if any(key in settings for key in _TRAVELS):
+        lengths = _axes(values, settings, _TRAVELS, "mm")
+        for length, axis in zip(lengths.numbers, "xyz", strict=True):
+            if not length > 0:
+                raise values.refusal(f"the travel of {axis} is {length:g} mm, but must be above 0 ({lengths.source})")
+        # grblHAL may count from the switch: up from 0 where that is at the lower end.
+        up = [bool(hal and homing & _ZERO_AT_SWITCH and to_min >> axis & 1) for axis in range(3)]
+        words = f"{lengths.source}; " + (
+            "counted from the switches ($22, $23)" if any(up) else "GRBL counts down from 0"
+        )
+        ends = list(zip(up, lengths.numbers, strict=True))
+        lowest = Axes(tuple(0.0 if rises else -length for rises, length in ends), "mm", words, derived=True)
+        highest = Axes(tuple(length if rises else 0.0 for rises, length in ends), "mm", words, derived=True)
+        values.travel(lowest, highest)
+        places = [
+            low if to_min >> axis & 1 else high
+            for axis, (low, high) in enumerate(zip(lowest.numbers, highest.numbers, strict=True))
+        ]
+    else:
+        places = [0.0, 0.0, 0.0]
+        values.note("the file has no travel ($130 to $132): nothing is checked against it")
+    if homing & 1:
+        where = _places(settings, [key for key in (_HOMING, _HOME_TO_MIN) if key in settings])
+        values.home_at(Axes(tuple(places), "mm", f"{where}: the ends where its switches are", derived=True))
+    else:
+        why = "no homing ($22): machine zero is where the machine was switched on"
+        values.home_at(Axes((0.0, 0.0, 0.0), "mm", why, assumed=True))
+        values.note("homing is off ($22=0): the travel counts from where the machine stands when it is switched on")
+
+
+def _axes(values: Values, settings: dict[int, _Setting], keys: tuple[int, ...], unit: str) -> Axes:
+    for key in keys:
+        if key not in settings:
+            raise values.refusal(f"has no ${key}; save the whole answer to $$")
+    return Axes(tuple(_number(values, settings, key) for key in keys), unit, _places(settings, keys))
+
+
+def _number(values: Values, settings: dict[int, _Setting], key: int) -> float:
+    setting = settings[key]
+    return number(values, setting.text, f"${key}", setting.line)
+
+
+def _flags(values: Values, settings: dict[int, _Setting], key: int) -> int:
+    if key not in settings:
+        return 0
+    found = _number(values, settings, key)
+    if not 0 <= found < 1 << 16:
+        raise values.refusal(f"${key} is {found:g}, but must be a whole number from 0", settings[key].line)
+    return int(found)
+
+
+def _place(settings: dict[int, _Setting], key: int) -> str:
+    return f"${key} = {settings[key].text}, {in_lines([settings[key].line])}"
+
+
+def _places(settings: dict[int, _Setting], keys: tuple[int, ...] | list[int]) -> str:
+    each = ", ".join(f"${key} = {settings[key].text}" for key in keys)
+    return f"{each}, {in_lines(settings[key].line for key in keys)}"

@@ -1,0 +1,281 @@
+"""A file of a controller's settings → a machine profile: what kind it is, what it says, and the profile as text.
+
+A controller at a port would be asked for the same text (``$$``, ``M503``), which `imported` takes as it is.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from leafcut.errors import OptionError, ReadError, nearest, shown
+from leafcut.files import decoded
+from leafcut.model.machine import Machine
+from leafcut.read.controllers import fluidnc, grbl, linuxcnc, mach, reprap
+from leafcut.read.controllers.values import How, Value, Values
+from leafcut.read.machine import machine_of_profile, profile_of
+from leafcut.read.machine_keys import PROFILE_KEYS, toml_value
+
+#: A file of settings larger than this is none, bytes: the largest seen are a tenth of it.
+MOST_BYTES = 4 * 1024 * 1024
+
+
+@dataclass(frozen=True)
+class SettingsKind:
+    """A kind of file: its name, what it is in words, and how it is read: text, file, units → values."""
+
+    name: str
+    help: str
+    read: Callable[[str, str, str | None], Values]
+
+
+def _in_mm(read: Callable[[str, str], Values]) -> Callable[[str, str, str | None], Values]:
+    """Return a reader that refuses units, since its files say them or have one alone."""
+
+    def reader(text: str, file: str, units: str | None) -> Values:
+        if units is not None:
+            raise OptionError("--units: this file says its units itself; leave it out")
+        return read(text, file)
+
+    return reader
+
+
+KINDS: dict[str, SettingsKind] = {
+    kind.name: kind
+    for kind in (
+        SettingsKind("grbl", "the answer of GRBL or grblHAL to $$, saved as text", _in_mm(grbl.read)),
+        SettingsKind("linuxcnc", "the .ini of LinuxCNC", linuxcnc.read),
+        SettingsKind("mach3", "the .xml of Mach3", mach.read_mach3),
+        SettingsKind("mach4", "the Machine.ini of Mach4", mach.read_mach4),
+        SettingsKind("fluidnc", "the config.yaml of FluidNC", _in_mm(fluidnc.read)),
+        SettingsKind("marlin", "the answer of Marlin to M503, saved as text", _in_mm(reprap.read_marlin)),
+        SettingsKind("rrf", "the config.g of RepRapFirmware (Duet)", _in_mm(reprap.read_rrf)),
+    )
+}
+
+_SECTION = re.compile(r"^\s*\[\w[^\]\n]{0,40}\]\s*$", re.MULTILINE)
+_LINUXCNC = re.compile(r"^(\s*\[(TRAJ|KINS|EMC|RS274NGC|JOINT_0|AXIS_X|AXIS_0)\]|#INCLUDE )", re.MULTILINE)
+_MACH4 = re.compile(r"^\s*\[Motor0\]", re.MULTILINE)
+_AXES = re.compile(r"^axes\s*:", re.MULTILINE | re.IGNORECASE)
+#: Words that only Marlin has in its answer, and that only RepRapFirmware has in its file.
+_MARLIN_WORDS, _RRF_WORDS = {"M205", "M206", "M301"}, {"M208", "M550", "M566", "M569", "M584", "M669", "M950"}
+
+
+@dataclass(frozen=True)
+class ImportedMachine:
+    """A machine as the settings of its controller have it.
+
+    Attributes
+    ----------
+    kind, title
+        The kind of file, and what it is in words: ``GRBL 1.1h``.
+    machine
+        What the profile says, read as any other.
+    values
+        Each value with how it was come by, in the order of the profile.
+    notes
+        What a person should know.
+    text
+        The profile as TOML.
+    """
+
+    kind: str
+    title: str
+    machine: Machine
+    values: tuple[Value, ...]
+    notes: tuple[str, ...]
+    text: str
+
+
+def read_settings(path: str | Path) -> str:
+    """Return the text of a file of settings.
+
+    Raises
+    ------
+    ReadError
+        It is missing, no file, empty, too large, or no text.
+    """
+    file = Path(path)
+    try:
+        if not file.is_file():
+            raise ReadError(path, "this is a folder; name a file in it" if file.is_dir() else "file not found")
+        with file.open("rb") as stream:
+            data = stream.read(MOST_BYTES + 1)
+    except ValueError:
+        raise ReadError(shown(str(path)), "not a valid file name") from None
+    except OSError as problem:
+        raise ReadError(path, f"cannot be read ({problem.strerror})") from None
+    return settings_text(data, str(path))
+
+
+def settings_text(data: bytes, path: str) -> str:
+    """Return the text of settings that were read already; `path` names them in messages.
+
+    Raises
+    ------
+    ReadError
+        They are empty, too large, or no text.
+    """
+    if len(data) > MOST_BYTES:
+        raise ReadError(path, f"is larger than {MOST_BYTES >> 20} MiB; settings of a controller have some kilobytes")
+    if not data.strip():
+        raise ReadError(path, "is empty")
+    if data.startswith(b"PK"):
+        raise ReadError(path, "is a zip file; unpack it, and import the file of settings in it")
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise ReadError(path, "is UTF-16; save it as UTF-8")
+    if b"\0" in data:
+        raise ReadError(path, "is a binary file; settings of a controller are text")
+    return decoded(data)[0]
+
+
+def kind_of(text: str, file: str) -> str:
+    """Return what kind of settings a text is, by its contents.
+
+    Raises
+    ------
+    ReadError
+        It is of no known kind, or may be of two.
+    """
+    start = text.lstrip("\ufeff \t\r\n")
+    if start.startswith("<"):
+        if "<Preferences" in text or "<profile" in text[:2000]:
+            return "mach3"
+        raise ReadError(file, "is XML, but no profile of Mach3: <profile> with <Preferences> was expected")
+    if _MACH4.search(text) and "CountsPerUnit" in text:
+        return "mach4"
+    if _LINUXCNC.search(text):
+        return "linuxcnc"
+    if sum(1 for _ in grbl.SETTING.finditer(text)) >= 3:
+        return "grbl"
+    if _AXES.search(text):
+        return "fluidnc"
+    found = {match[1].upper() for line in text.splitlines() if (match := reprap.word_of(line))}
+    if found & {"M201", "M203"}:
+        marlin = "echo:" in text or bool(found & _MARLIN_WORDS)
+        duet = bool(found & _RRF_WORDS)
+        if marlin is duet:
+            both = "words of both Marlin and RepRapFirmware" if marlin else "M201 and M203 only"
+            raise ReadError(
+                file, f"has {both}, so M203 may be in mm/s or in mm/min; say which with --kind marlin or rrf"
+            )
+        return "marlin" if marlin else "rrf"
+    raise ReadError(file, f"{_guess(text)}; importable are {', '.join(kind.help for kind in KINDS.values())}")
+
+
+def _guess(text: str) -> str:
+    """Return what an unknown text seems to be."""
+    if _SECTION.search(text):
+        return "is an INI file of no controller that leafcut knows"
+    if len(re.findall(r"^\s*[NGM]\d+\b", text[:5000], re.MULTILINE)) > 1:
+        return "is a program, not the settings of a controller"
+    return "is of no kind that leafcut knows"
+
+
+def imported(text: str, file: str, kind: str | None = None, units: str | None = None) -> ImportedMachine:
+    """Return the machine that a text of settings describes.
+
+    Parameters
+    ----------
+    file
+        Its name, for messages, for the profile, and for the name of a machine that has none.
+    kind
+        One of `KINDS`; by the contents where it is None.
+    units
+        ``mm`` or ``in``, where the file may be in either and does not say it.
+
+    Raises
+    ------
+    ReadError
+        The text is of no known kind, lacks a value that is needed, or has one that no machine has.
+    OptionError
+        The kind is unknown, or units are given where the file says them.
+    """
+    if kind is not None and kind not in KINDS:
+        raise OptionError(f"--kind: unknown kind '{shown(kind, 30)}'{nearest(kind[:80], KINDS)}")
+    if units not in (None, "mm", "in"):
+        raise OptionError(f"--units: '{shown(str(units), 20)}' is not mm or in")
+    which = kind or kind_of(text, file)
+    values = KINDS[which].read(text, file, units)
+    if "name" not in values.found:
+        values.derive("name", shown(Path(file).stem, 40) or which, "the name of the file")
+    values.derive("description", f"{values.found['name'].value}, from settings of {values.title}", "the file")
+    origin = f"settings of {values.title}, {shown(Path(file).name, 60)}"
+    return _made(which, values, origin)
+
+
+def _made(kind: str, values: Values, origin: str) -> ImportedMachine:
+    for key in PROFILE_KEYS:
+        if key.told and key.default is not None and key.name not in values.found:
+            values.assume(key.name, key.default, key.why.removeprefix("estimate: ") or "leafcut's own default")
+    order = {key.name: place for place, key in enumerate(PROFILE_KEYS)}
+    each = tuple(sorted(values.found.values(), key=lambda value: order[value.key]))
+    text = profile_text(each, f"Machine profile from {origin}.")
+    machine = machine_of_profile(tomllib.loads(text), values.file)
+    return ImportedMachine(kind, values.title, machine, each, tuple(values.notes), text)
+
+
+def profile_text(values: tuple[Value, ...], title: str) -> str:
+    """Return a profile as TOML: over each value how it was come by, in ``[sources]`` from what."""
+    lines = [
+        f"# {title}",
+        "# taken: it was said so; derived: it follows from that, or from how the controller works;",
+        "# assumed: not known, and only likely; check it.",
+    ]
+    tables = dict.fromkeys(value.key.rpartition(".")[0] for value in values)
+    for table in sorted(tables, key=bool):  # what stands in no table comes first
+        lines.append("")
+        if table:
+            lines.append(f"[{table}]")
+        for value in values:
+            if value.key.rpartition(".")[0] == table:
+                lines.append(f"# {value.how}: {_comment(value.source)}")
+                lines.append(f"{value.key.rpartition('.')[2]} = {toml_value(value.value)}")
+    told = [value for value in values if value.key not in ("name", "description")]
+    lines += ["", "[sources]", *(f"{toml_value(value.key)} = {toml_value(_comment(value.words))}" for value in told)]
+    return "\n".join(lines) + "\n"
+
+
+def _comment(words: str) -> str:
+    return "".join(c if c.isprintable() else "?" for c in words)
+
+
+def values_of(data: Mapping[str, Any]) -> tuple[Value, ...]:
+    """Return the values of a profile that was read already, each with the source that it has there."""
+    sources = data.get("sources", {})
+    found = []
+    for key in PROFILE_KEYS:
+        table = data.get(key.table, {}) if key.table else data
+        if key.key in table:
+            source = str(sources.get(key.name, "the profile"))
+            estimate = source.startswith("estimate")
+            words = source.removeprefix("estimate").lstrip(": ") or "no source"
+            found.append(
+                Value(key.name, table[key.key], How.ASSUMED if estimate else How.TAKEN, words if estimate else source)
+            )
+    return tuple(found)
+
+
+def changed_profile(name_or_path: str, changes: Mapping[str, tuple[Any, str]], place: str) -> str:
+    """Return the profile of a machine as TOML with other values, each with the source that it gets.
+
+    `place` is the file that it will be, for messages.
+
+    Raises
+    ------
+    OptionError
+        There is no such machine, or a value cannot be.
+    """
+    data = profile_of(name_or_path)
+    values = {value.key: value for value in values_of(data)}
+    for key, (value, source) in changes.items():
+        values[key] = Value(key, value, How.DERIVED, source)
+    order = {key.name: number for number, key in enumerate(PROFILE_KEYS)}
+    each = tuple(sorted(values.values(), key=lambda value: order[value.key]))
+    text = profile_text(each, f"Machine profile {data.get('name', name_or_path)}, fitted by leafcut machine check.")
+    machine_of_profile(tomllib.loads(text), place)
+    return text

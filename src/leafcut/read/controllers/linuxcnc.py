@@ -1,0 +1,223 @@
+"""LinuxCNC: the ``.ini`` of a machine, and what it includes.
+
+Source: LinuxCNC 2.9, "INI Configuration" (sections EMC, DISPLAY, RS274NGC, KINS, TRAJ, AXIS_letter, JOINT_num,
+SPINDLE_num, EMCIO; ``#INCLUDE``). Configurations before 2.8 have the limits of axes in ``[AXIS_0]`` and on.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+from leafcut.errors import shown
+from leafcut.kinds import Head
+from leafcut.read.controllers.ini_text import Entry, Ini, read_ini
+from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, number
+
+#: Without a limit LinuxCNC takes 1e99; what is beyond this is none, in units of the machine.
+_NO_LIMIT = 1e6
+#: Share of the acceleration that is kept for a corner where the file does not say it (ARC_BLEND_KINK_RATIO).
+_KINK_RATIO = 0.1
+_UNITS = {"mm": "mm", "metric": "mm", "in": "in", "inch": "in", "imperial": "in"}
+_PLASMA = re.compile(r"qtplasmac|plasmac", re.IGNORECASE)
+
+
+def read(text: str, file: str, units: str | None = None) -> Values:
+    """Return what the file of a machine says; `units` are those of lengths, mm or in, where it does not say them.
+
+    Raises
+    ------
+    ReadError
+        It has no axis x, y or z, no units, or no velocity or acceleration of an axis; a value is no number, or one that
+        no machine has; what it includes cannot be read, or lies outside its folder.
+    """
+    ini = read_ini(text, file, include=True)
+    values = Values(file, "LinuxCNC")
+    reader = _Reader(ini, values, _units(ini, values, units), _joints(ini, values), _is_trivial(ini))
+    name = ini.get("MACHINE", "EMC")
+    if name is not None and name.text:
+        values.take("name", shown(name.text, 40), f"[EMC]MACHINE, {name.place}")
+    reader.motion()
+    reader.travel()
+    reader.work()
+    reader.spindle()
+    reader.tool_change()
+    return values
+
+
+def _units(ini: Ini, values: Values, given: str | None) -> str:
+    entry = ini.get("LINEAR_UNITS", "TRAJ")
+    if entry is None:
+        if given is None:
+            raise values.refusal("[TRAJ] has no LINEAR_UNITS, so its lengths may be mm or inches; set --units")
+        values.assume("units", given, "--units; the file does not say it")
+        return given
+    word = entry.text.split()[0].lower() if entry.text.split() else ""
+    found = _UNITS.get(word)
+    if found is None and re.fullmatch(r"[0-9.]+", word):
+        found = "mm" if float(word or 0) == 1.0 else "in" if abs(float(word) - 1 / 25.4) < 1e-4 else None
+    if found is None:
+        raise values.refusal(f"LINEAR_UNITS is '{shown(entry.text, 20)}', but must be mm or inch ({entry.place})")
+    if given not in (None, found):
+        raise values.refusal(f"its LINEAR_UNITS are {found} ({entry.place}), not {given}; leave --units out")
+    values.take("units", found, f"[TRAJ]LINEAR_UNITS, {entry.place}")
+    return found
+
+
+def _joints(ini: Ini, values: Values) -> str:
+    """Return the letter of the axis of each joint: ``xyz``."""
+    kinematics = ini.get("KINEMATICS", "KINS")
+    words = kinematics.text.lower() if kinematics else "trivkins"
+    if kinematics is not None and not _is_trivial(ini):
+        values.note(
+            f"its kinematics are {shown(kinematics.text, 40)} ({kinematics.place}): limits of joints are "
+            "not those of axes, so times are estimates"
+        )
+    said = re.search(r"coordinates\s*=\s*([a-z]+)", words)
+    coordinates = ini.get("COORDINATES", "TRAJ")
+    letters = said[1] if said else re.sub(r"[^a-z]", "", coordinates.text.lower()) if coordinates else "xyz"
+    missing = [axis for axis in "xyz" if axis not in letters]
+    if missing:
+        raise values.refusal(f"has no axis {', '.join(missing)}, but leafcut's machines have x, y and z")
+    return letters
+
+
+def _is_trivial(ini: Ini) -> bool:
+    """Return whether each joint moves one axis."""
+    kinematics = ini.get("KINEMATICS", "KINS")
+    return kinematics is None or kinematics.text.lower().startswith("trivkins")
+
+
+@dataclass
+class _Reader:
+    ini: Ini
+    values: Values
+    units: str
+    joints: str
+    trivial: bool
+
+    def motion(self) -> None:
+        """Velocities and accelerations: those of axes, or of their joints, at most those of the path."""
+        limits = []
+        for key, name, unit in (("MAX_VELOCITY", "VELOCITY", "s"), ("MAX_ACCELERATION", "ACCELERATION", "s2")):
+            found = [self._needed(key, axis) for axis in "xyz"]
+            each = [one for one, _ in found]
+            words = _joined([place for _, place in found], key)
+            top = self.ini.get(f"MAX_LINEAR_{name}", "TRAJ") or self.ini.get(key, "TRAJ")
+            bound = math.inf if top is None else self._number(top, f"[TRAJ]MAX_LINEAR_{name}")
+            if top is not None and bound <= 0:
+                raise self.values.refusal(f"[TRAJ]MAX_LINEAR_{name} is {bound:g}, but must be above 0 ({top.place})")
+            clipped = [min(one, bound) for one in each]
+            if top is not None and clipped != each:
+                words += f"; at most [TRAJ]MAX_LINEAR_{name}, {top.place}"
+            limits.append(Axes(tuple(clipped), f"{self.units}/{unit}", words, derived=clipped != each))
+        self.values.motion(*limits)
+        ratio = self.ini.get("ARC_BLEND_KINK_RATIO", "TRAJ")
+        kept = _KINK_RATIO if ratio is None else self._number(ratio, "[TRAJ]ARC_BLEND_KINK_RATIO")
+        if not 0 <= kept < 1:
+            raise self.values.refusal(f"[TRAJ]ARC_BLEND_KINK_RATIO is {kept:g}, but must be 0 or more, and below 1")
+        where = "LinuxCNC's default" if ratio is None else ratio.place
+        self.values.derive("acceleration_factor", round(1.0 - kept, 6), f"1 - [TRAJ]ARC_BLEND_KINK_RATIO, {where}")
+        self.values.derive("rapid.style", "linear", "LinuxCNC moves all axes together on a straight line")
+        self.values.derive("corners.style", "linuxcnc", "LinuxCNC's own planner")
+
+    def travel(self) -> None:
+        """Limits of axes, or of their joints; where the joints stand after homing."""
+        ends = []
+        for key, unlimited in (("MIN_LIMIT", -math.inf), ("MAX_LIMIT", math.inf)):
+            numbers, places = [], []
+            for axis in "xyz":
+                entry = self._entry(key, axis)
+                found = unlimited if entry is None else self._number(entry[0], f"{entry[1]}{key}")
+                numbers.append(unlimited if abs(found) >= _NO_LIMIT else found)
+                places += [] if entry is None else [f"{entry[1]} {entry[0].place}"]
+            ends.append(Axes(tuple(numbers), self.units, _joined(places, key)))
+        if any(math.isfinite(one) for end in ends for one in end.numbers):
+            self.values.travel(*ends)
+        else:
+            self.values.note("the file has no MIN_LIMIT and MAX_LIMIT: nothing is checked against the travel")
+        homes, places = [], []
+        for axis in "xyz":
+            joint, old = f"JOINT_{self.joints.index(axis)}", f"AXIS_{'xyz'.index(axis)}"
+            home = self.ini.get("HOME", joint, old)
+            section = joint if self.ini.get("HOME", joint) is not None else old
+            homes.append(0.0 if home is None else self._number(home, f"[{section}]HOME"))
+            places += [] if home is None else [f"[{section}] {home.place}"]
+        words = _joined(places, "HOME") if places else "LinuxCNC's default of HOME"
+        self.values.home_at(Axes(tuple(homes), self.units, words, assumed=not places))
+
+    def work(self) -> None:
+        """What does the work: a plasma torch where the screen is one for that."""
+        screens = [self.ini.get("DISPLAY", "DISPLAY"), self.ini.get("MACHINE", "EMC")]
+        plasma = next((one for one in screens if one is not None and _PLASMA.search(one.text)), None)
+        if "QTPLASMAC" in self.ini.sections or "PLASMAC" in self.ini.sections or plasma is not None:
+            where = plasma.place if plasma is not None else "its section"
+            self.values.derive("controller", "qtplasmac", f"the file is set up for QtPlasmaC, {where}")
+            self.values.work(Head.TORCH, f"QtPlasmaC, {where}")
+            return
+        self.values.derive("controller", "linuxcnc", "the file is one of LinuxCNC")
+        self.values.assume("process", Head.SPINDLE.value, "the file does not say what does the work")
+
+    def spindle(self) -> None:
+        """The range of the spindle, where the file has it."""
+        places = (
+            ("MAX_FORWARD_VELOCITY", "SPINDLE_0"),
+            ("MAX_VELOCITY", "SPINDLE_0"),
+            ("MAX_SPINDLE_SPEED", "DISPLAY"),
+            ("MAX_SPINDLE_0_SPEED", "DISPLAY"),
+        )
+        for key, section in places:
+            entry = self.ini.get(key, section)
+            if entry is None:
+                continue
+            lowest = self.ini.get(key.replace("MAX", "MIN"), section)
+            slow = 0.0 if lowest is None else self._number(lowest, f"[{section}]{key.replace('MAX', 'MIN')}")
+            highest = self._number(entry, f"[{section}]{key}")
+            self.values.spindle(highest, max(slow, 0.0), f"[{section}]{key}, {entry.place}")
+            break
+        if self.values.found["controller"].value == "linuxcnc":
+            self.values.assume("spindle.start_time", *SPINDLE_START)
+
+    def tool_change(self) -> None:
+        """Whether tools are changed by the machine, and where."""
+        random = self.ini.get("RANDOM_TOOLCHANGER", "EMCIO")
+        if random is not None and random.text.strip().lower() in ("1", "yes", "true"):
+            where = f"[EMCIO]RANDOM_TOOLCHANGER, {random.place}"
+            self.values.derive("tool_change.automatic", True, where)
+            self.values.assume("tool_change.time", "10 s", "between a carousel and a hand")
+        else:
+            self.values.tools_by_hand("LinuxCNC's HAL files decide, which are not read")
+        entry = self.ini.get("TOOL_CHANGE_POSITION", "EMCIO")
+        if entry is not None:
+            words = entry.text.split()
+            if len(words) < 2:
+                raise self.values.refusal(
+                    f"TOOL_CHANGE_POSITION is '{shown(entry.text, 30)}', but must be x, y and z ({entry.place})"
+                )
+            places = [number(self.values, word, f"[EMCIO]TOOL_CHANGE_POSITION ({entry.place})") for word in words[:2]]
+            written = [f"{place:.10g} {self.units}" for place in places]
+            self.values.take("tool_change.position", written, f"[EMCIO]TOOL_CHANGE_POSITION, {entry.place}")
+
+    def _entry(self, key: str, axis: str) -> tuple[Entry, str] | None:
+        """Return the entry of an axis, or of its joint, and the section it stands in."""
+        letter, old, joint = f"AXIS_{axis.upper()}", f"AXIS_{'xyz'.index(axis)}", f"JOINT_{self.joints.index(axis)}"
+        for section in (letter, joint, old) if self.trivial else (letter,):
+            entry = self.ini.get(key, section)
+            if entry is not None:
+                return entry, f"[{section}]"
+        return None
+
+    def _needed(self, key: str, axis: str) -> tuple[float, str]:
+        found = self._entry(key, axis)
+        if found is None:
+            places = f"[AXIS_{axis.upper()}]" + (f" or [JOINT_{self.joints.index(axis)}]" if self.trivial else "")
+            raise self.values.refusal(f"has no {key} in {places}; is the file whole?")
+        return self._number(found[0], f"{found[1]}{key}"), f"{found[1]} {found[0].place}"
+
+    def _number(self, entry: Entry, what: str) -> float:
+        return number(self.values, entry.text, f"{what} ({entry.place})")
+
+
+def _joined(places: list[str], key: str) -> str:
+    return f"{key} of {', '.join(places)}"

@@ -1,0 +1,219 @@
+"""Mach3 (``Mach3Mill.xml``) and Mach4 (``Machine.ini``): the profile of a machine.
+
+Sources. Mach3: profiles that owners of machines have published, and LinuxCNC's import of them
+(stepconf/import_mach.py), say the same: ``VelN`` and ``AccN`` are in native units a second, ``MNMin`` and ``MNMax`` the
+soft limits of axis N, ``Units`` 0 for mm and 1 for inches; "Using Mach3Mill", 5.5 (motor tuning) and 5.6 (soft limits,
+pulleys). Mach4: "Software Installation and Configuration Guide", chapter 4; in its file velocity, acceleration and soft
+limits are in counts, ``CountsPerUnit`` of them in one of ``SetupUnits``, which are 200 for inches and 210 for mm, as
+G20 and G21.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from leafcut.errors import ReadError, shown
+from leafcut.kinds import Head
+from leafcut.read.controllers.ini_text import Ini, read_ini
+from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, number
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+#: Soft limits that nobody has set.
+_MACH3_UNSET = (-100.0, 100.0)
+#: How Mach takes corners: said of neither by its file.
+_DEVIATION = "0.05 mm", "constant velocity rounds corners; how far is not in the file"
+
+
+def read_mach3(text: str, file: str, units: str | None = None) -> Values:
+    """Return what a profile of Mach3 says.
+
+    Raises
+    ------
+    ReadError
+        It is no XML, has entities, or lacks the tuning of a motor; a value is no number, or one that no machine has.
+    """
+    tags = _preferences(text, file)
+    values = Values(file, "Mach3")
+
+    def said(tag: str) -> str:
+        if tag not in tags:
+            raise values.refusal(f"has no <{tag}>; is the file whole?")
+        return tags[tag]
+
+    def each(stem: str) -> tuple[float, ...]:
+        return tuple(number(values, said(stem.format(axis)), f"<{stem.format(axis)}>") for axis in range(3))
+
+    unit = _given(
+        values, {"0": "mm", "1": "in"}.get(said("Units").strip()), f"<Units> is {shown(said('Units'), 10)}", units
+    )
+    name = tags.get("Profile", "").strip()
+    if name:
+        values.take("name", shown(name, 40), "<Profile>")
+    values.derive("controller", "mach3", "the file is one of Mach3")
+    values.take("units", unit, "<Units>")
+    values.motion(
+        Axes(each("Vel{}"), f"{unit}/s", "motor tuning, <Vel0> to <Vel2>"),
+        Axes(each("Acc{}"), f"{unit}/s2", "motor tuning, <Acc0> to <Acc2>"),
+    )
+    steps = [number(values, tags[f"Steps{k}"], f"<Steps{k}>") for k in range(3) if f"Steps{k}" in tags]
+    if any(not one > 0 for one in steps):
+        raise values.refusal("steps per unit (<Steps0> to <Steps2>) must be above 0; is the motor tuning done?")
+    lowest, highest = each("M{}Min"), each("M{}Max")
+    _mach3_travel(values, unit, lowest, highest, off=tags.get("SoftLimit", "1").strip() == "0")
+    values.home_at(Axes((0.0, 0.0, 0.0), unit, "Mach3 leaves it to the owner where zero is", assumed=True))
+    _mach3_work(values, tags)
+    return values
+
+
+def _mach3_travel(values: Values, unit: str, lowest: tuple[float, ...], highest: tuple[float, ...], off: bool) -> None:
+    unset = off and all(pair == _MACH3_UNSET for pair in zip(lowest, highest, strict=True))
+    if unset:
+        values.note("soft limits are off and were never set: nothing is checked against the travel")
+        return
+    words = "soft limits, <M{}Min> to <M{}Max>"
+    if off:
+        values.note("soft limits are off in Mach3 (<SoftLimit>0): the travel is taken from them nevertheless")
+    places = words.format(0, 2)
+    values.travel(Axes(lowest, unit, places), Axes(highest, unit, places))
+
+
+def _mach3_work(values: Values, tags: Mapping[str, str]) -> None:
+    values.assume("process", Head.SPINDLE.value, "the file does not say what does the work")
+    if tags.get("PlasmaMode", "0").strip() == "1":
+        values.note('PlasmaMode is on: if this is a plasma table, set process = "torch" and controller = "plasma"')
+    pulley = int(number(values, tags.get("PULLEY", "0"), "<PULLEY>")) + 1
+    fastest, slowest = tags.get(f"SPEED{pulley}"), tags.get(f"LSPEED{pulley}", "0")
+    if fastest is not None and number(values, fastest, f"<SPEED{pulley}>") > 0:
+        highest, lowest = number(values, fastest, f"<SPEED{pulley}>"), number(values, slowest, f"<LSPEED{pulley}>")
+        values.spindle(highest, max(lowest, 0.0), f"pulley in use, <SPEED{pulley}>")
+    if "SpinDelayCW" in tags:
+        delay = number(values, tags["SpinDelayCW"], "<SpinDelayCW>")
+        values.take("spindle.start_time", f"{max(delay, 0.0):.10g} s", "<SpinDelayCW>")
+    else:
+        values.assume("spindle.start_time", *SPINDLE_START)
+    _mach_moves(values)
+
+
+def read_mach4(text: str, file: str, units: str | None = None) -> Values:
+    """Return what a profile of Mach4 says.
+
+    Raises
+    ------
+    ReadError
+        It lacks the motor of an axis or its tuning; a value is no number, or one that no machine has.
+    """
+    ini = read_ini(text, file)
+    values = Values(file, "Mach4")
+    setup = ini.get("SetupUnits", "Preferences")
+    found = {"200": "in", "210": "mm"}.get(setup.text if setup else "")
+    place = f"SetupUnits is {shown(setup.text, 10)}" if setup else "[Preferences] has no SetupUnits"
+    unit = _given(values, found, place, units)
+    name = ini.get("Profile", "Preferences")
+    if name is not None and name.text:
+        values.take("name", shown(name.text, 40), f"[Preferences]Profile, {name.place}")
+    values.derive("controller", "mach4", "the file is one of Mach4")
+    values.take("units", unit, f"[Preferences]{place}")
+    motors = [_motor(ini, values, axis) for axis in range(3)]
+    values.motion(
+        Axes(*_of_motors(ini, values, motors, "MaxVelocity", f"{unit}/s"), derived=True),
+        Axes(*_of_motors(ini, values, motors, "MaxAccel", f"{unit}/s2"), derived=True),
+    )
+    _mach4_travel(ini, values, motors, unit)
+    values.home_at(Axes((0.0, 0.0, 0.0), unit, "Mach4's file says the way of homing, not where it ends", assumed=True))
+    values.assume("process", Head.SPINDLE.value, "the file does not say what does the work")
+    fastest = ini.get("MaxRPM", "SpindleRange0")
+    if fastest is not None and number(values, fastest.text, f"MaxRPM ({fastest.place})") > 0:
+        slowest = ini.get("MinRPM", "SpindleRange0")
+        low = number(values, slowest.text, f"MinRPM ({slowest.place})") if slowest else 0.0
+        high = number(values, fastest.text, f"MaxRPM ({fastest.place})")
+        values.spindle(high, max(low, 0.0), f"[SpindleRange0], {fastest.place}")
+    delay = ini.get("SpindleDelay", "Preferences")
+    if delay is not None:
+        seconds = number(values, delay.text, f"SpindleDelay ({delay.place})")
+        values.take("spindle.start_time", f"{max(seconds, 0.0):.10g} s", f"[Preferences]SpindleDelay, {delay.place}")
+    else:
+        values.assume("spindle.start_time", *SPINDLE_START)
+    _mach_moves(values)
+    return values
+
+
+def _mach4_travel(ini: Ini, values: Values, motors: list[str], unit: str) -> None:
+    low, _, _ = _of_motors(ini, values, motors, "SoftMinLimit", unit)
+    high, _, words = _of_motors(ini, values, motors, "SoftMaxLimit", unit)
+    was_set = [top > bottom for bottom, top in zip(low, high, strict=True)]
+    if not any(was_set):
+        values.note("soft limits were never set: nothing is checked against the travel")
+        return
+    flags = [ini.get("SoftLimitUsed", f"Axis{axis}") for axis in range(3)]
+    off = [n for n, flag, there in zip("xyz", flags, was_set, strict=True) if there and flag and flag.text == "0"]
+    if off:
+        values.note(f"soft limits of {', '.join(off)} are off in Mach4: the travel is taken from them nevertheless")
+    lowest = tuple(one if there else -math.inf for one, there in zip(low, was_set, strict=True))
+    highest = tuple(one if there else math.inf for one, there in zip(high, was_set, strict=True))
+    values.travel(Axes(lowest, unit, words, derived=True), Axes(highest, unit, words, derived=True))
+
+
+def _motor(ini: Ini, values: Values, axis: int) -> str:
+    """Return the section of the motor that moves an axis."""
+    child = ini.get("ChildMotor0", f"Axis{axis}")
+    section = child.text if child is not None else f"Motor{axis}"
+    if section not in ini.sections:
+        raise values.refusal(
+            f"has no section [{shown(section, 20)}], the motor of axis {'xyz'[axis]}; is the file whole?"
+        )
+    return section
+
+
+def _of_motors(ini: Ini, values: Values, motors: list[str], key: str, unit: str) -> tuple[tuple[float, ...], str, str]:
+    """Return a value of each motor, which the file has in counts, in `unit`; then the unit, and the places in words."""
+    numbers, places = [], []
+    for motor in motors:
+        entry, counts = ini.get(key, motor), ini.get("CountsPerUnit", motor)
+        if entry is None or counts is None:
+            raise values.refusal(f"has no {key if entry is None else 'CountsPerUnit'} in [{motor}]; is the file whole?")
+        scale = number(values, counts.text, f"[{motor}]CountsPerUnit ({counts.place})")
+        if not scale > 0:
+            raise values.refusal(f"[{motor}]CountsPerUnit is {scale:g}, but must be above 0 ({counts.place})")
+        numbers.append(float(f"{number(values, entry.text, f'[{motor}]{key} ({entry.place})') / scale:.8g}"))
+        places.append(f"[{motor}] {entry.place}")
+    return tuple(numbers), unit, f"{key} ÷ CountsPerUnit of {', '.join(places)}"
+
+
+def _mach_moves(values: Values) -> None:
+    values.derive("rapid.style", "linear", "Mach moves all axes together on a straight line")
+    values.assume("corners.style", "round", "constant velocity (G64) rounds corners of feed moves")
+    values.assume("corners.deviation", *_DEVIATION)
+    values.tools_by_hand("macros decide (M6), which are not read")
+
+
+def _given(values: Values, found: str | None, what: str, given: str | None) -> str:
+    """Return the units of a file, or those that were given where it does not say them."""
+    if found is None and given is None:
+        raise values.refusal(f"{what}, so its lengths may be mm or inches; set --units")
+    if found is not None and given not in (None, found):
+        raise values.refusal(f"{what}: its units are {found}, not {given}; leave --units out")
+    return found or given or "mm"
+
+
+def _preferences(text: str, file: str) -> dict[str, str]:
+    """Return the texts of the tags in ``<Preferences>`` by their names; of a tag that is there twice the last one."""
+    from defusedxml.common import DefusedXmlException
+    from defusedxml.ElementTree import ParseError, fromstring
+
+    try:
+        root: Element = fromstring(re.sub(r"^﻿?\s*<\?xml[^>]*\?>", "", text))
+    except DefusedXmlException:
+        raise ReadError(file, "has entities of its own, which Mach3 does not write; not read") from None
+    except (ParseError, ValueError) as problem:
+        raise ReadError(file, f"is no whole XML file ({shown(str(problem), 60)})") from None
+    tags: dict[str, Any] = {}
+    for section in [root] if root.tag == "Preferences" else root.findall("Preferences"):
+        tags |= {one.tag: one.text or "" for one in section}
+    if not tags:
+        raise ReadError(file, "is XML, but no profile of Mach3: <profile> with <Preferences> was expected")
+    return tags

@@ -1,0 +1,340 @@
+"""A machine profile by a few questions: for controllers that keep their settings to themselves, as Haas and Centroid
+do.
+
+Each question has an answer that is likely for the controller, from a machine that leafcut knows; what is not answered
+is written as an estimate. A profile that was imported can be completed: then only what is missing or estimated there is
+asked.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from leafcut.errors import OptionError, nearest, shown
+from leafcut.gcode.dialects import dialects
+from leafcut.kinds import Head
+from leafcut.read.controllers.importing import ImportedMachine, profile_text, values_of
+from leafcut.read.controllers.values import FASTEST, HARDEST, LONGEST, How, Value, Values, texts
+from leafcut.read.machine import machine_of_profile, profile_of
+from leafcut.read.machine_keys import PROFILE_KEYS, UNKNOWN
+from leafcut.units import parse_quantity, with_unit
+
+#: A controller → the machine whose values are its likely answers.
+_LIKE = {
+    "haas": "haas-vf2", "fanuc": "haas-vf2", "grbl": "grbl-3018", "linuxcnc": "linuxcnc-mill", "mach3": "mach3-router",
+    "mach4": "mach3-router", "fagor8055": "fagor-8055", "qtplasmac": "plasma-table", "plasma": "plasma-table",
+    "fanuc-laser": "laser-table", "grbl-laser": "grbl-laser-20w", "flame": "flame-table", "waterjet": "water-table",
+}  # fmt: skip
+_LIKE_OTHERS = "linuxcnc-mill"
+#: Controllers that leafcut has no dialect of, and the nearest one.
+_NEAREST = {"centroid": "fanuc"}
+#: Asks a person: what, and the likely answer, "" for none; returns what was typed.
+Ask = Callable[[str, str], str]
+#: A travel that ends above this counts up from machine zero, mm: some centimetres are room beyond the switches.
+_UPWARDS = 50.0
+#: So many wrong answers to one question end the asking.
+_MOST_TRIES = 5
+
+
+@dataclass(frozen=True)
+class Question:
+    """A question about a machine.
+
+    Attributes
+    ----------
+    name
+        Of its flag, and of its key in a file of answers.
+    keys
+        The keys of the profile that it answers.
+    text
+        What is asked, and for the help of the flag.
+    unit
+        Of the answer: a key of `units.FACTORS`, else "".
+    required
+        Where nobody can be asked, it must be given: nothing is likely.
+    """
+
+    name: str
+    keys: tuple[str, ...]
+    text: str
+    unit: str = ""
+    required: bool = False
+
+
+QUESTIONS: tuple[Question, ...] = (
+    Question("name", ("name",), "name of the machine", required=True),
+    Question(
+        "controller", ("controller",), "its controller, such as haas, centroid, fanuc, linuxcnc, grbl", required=True
+    ),
+    Question("process", ("process",), f"what does the work: {', '.join(Head)}"),
+    Question("units", ("units",), "units of a program that does not state them: mm or in"),
+    Question(
+        "rapid",
+        ("rapid.velocity",),
+        "speed of rapids, one or x,y,z: 25 m/min or 1000 ipm (its data sheet)",
+        "mm/s",
+        True,
+    ),
+    Question("acceleration", ("rapid.acceleration",), "acceleration, one or x,y,z: 0.25 g or 500 mm/s2", "mm/s²"),
+    Question("travel", ("travel.min", "travel.max"), "travel of x,y,z: 762 mm, 406 mm, 508 mm, or unknown", "mm"),
+    Question("max-feed", ("max_feed",), "highest feed rate", "mm/s"),
+    Question("spindle-speed", ("spindle.max_speed",), "highest spindle speed", "rpm"),
+    Question("tool-changer", ("tool_change.automatic",), "whether the machine changes tools itself: yes or no"),
+    Question("tool-change-time", ("tool_change.time",), "time of one tool change", "s"),
+)
+_BY_NAME = {question.name: question for question in QUESTIONS}
+
+
+def questioned(given: Mapping[str, Any], ask: Ask | None = None, base: str | None = None) -> ImportedMachine:
+    """Return the machine that the answers describe.
+
+    Parameters
+    ----------
+    given
+        Answers by the names of `QUESTIONS`; texts, or true and false.
+    ask
+        Asks a person for the others; where nobody can be asked, what is likely is taken.
+    base
+        A profile to complete, by name or path: what it says, other than by estimate, is not asked.
+
+    Raises
+    ------
+    OptionError
+        An answer is unknown, wrong or missing, or the base cannot be read.
+    """
+    for name in given:
+        if name not in _BY_NAME:
+            raise OptionError(f"unknown answer '{shown(name, 40)}'{nearest(name[:80], _BY_NAME)}")
+    answers = _Answers(dict(given), ask, base)
+    if ask is None:
+        missing = [f"--{one.name}" for one in QUESTIONS if one.required and not answers.is_answered(one)]
+        if missing:
+            raise OptionError(f"machine new needs {' and '.join(missing)} where nobody can be asked (no terminal)")
+    for question in QUESTIONS:
+        answers.answer(question)
+    return answers.made()
+
+
+class _Answers:
+    """The values that were answered, and what is likely for the others."""
+
+    def __init__(self, given: dict[str, Any], ask: Ask | None, base: str | None) -> None:
+        self.given, self.ask = given, ask
+        known = values_of(profile_of(base)) if base is not None else ()
+        self.values = Values("machine new", "", {value.key: value for value in known})
+        self.likely: dict[str, Any] = {}
+        self.like = self.typed_controller = ""
+
+    def is_answered(self, question: Question) -> bool:
+        """Return whether there is an answer without asking: given, or of the base, be it by estimate."""
+        return question.name in self.given or self._is_there(question)
+
+    def _is_said(self, question: Question) -> bool:
+        said = [self.values.found.get(key) for key in question.keys]
+        return all(one is not None and one.how is not How.ASSUMED for one in said)
+
+    def _is_there(self, question: Question) -> bool:
+        return all(key in self.values.found for key in question.keys)
+
+    def answer(self, question: Question) -> None:
+        """Take an answer as it was given, ask for it, or take what is likely."""
+        if question.name in self.given:
+            value = self.given[question.name]
+            said = value if isinstance(value, str) else {True: "yes", False: "no"}.get(value) or str(value)
+            self._keep(question, said, "answered")
+        elif not self._is_said(question):
+            self._asked(question)
+        if question.name == "controller":
+            self._compare()
+
+    def _asked(self, question: Question) -> None:
+        likely, why = self._likely(question)
+        for _ in range(_MOST_TRIES if self.ask else 0):
+            typed = self.ask(question.text, likely).strip() if self.ask else ""
+            if not typed and likely:
+                break
+            try:
+                self._keep(question, typed, "answered")
+                return
+            except OptionError as problem:
+                # The next question begins with what was wrong.
+                question = Question(question.name, question.keys, f"{problem}; {question.text}", question.unit)
+        else:
+            if self.ask:
+                raise OptionError(f"--{question.name}: {_MOST_TRIES} wrong answers; nothing was written")
+        if likely and not self._is_there(question):  # what the base has by estimate stays as it is
+            self._keep(question, likely, why, assumed=True)
+
+    def _likely(self, question: Question) -> tuple[str, str]:
+        """Return the likely answer to a question, and why."""
+        before = [self.values.found.get(key) for key in question.keys]
+        if question.name == "travel":
+            return "as it is" if self._is_there(question) else UNKNOWN, "not known"
+        if before[0] is not None:
+            return _as_answer(before[0].value), before[0].source
+        if question.name == "max-feed":
+            rapid = self.values.found.get("rapid.velocity")
+            if rapid is not None:
+                words = [rapid.value] * 2 if isinstance(rapid.value, str) else rapid.value[:2]
+                slower = min(words, key=lambda word: parse_quantity(word, "mm/s"))
+                return slower, "the slower rapid of x and y"
+        table, _, key = question.keys[0].rpartition(".")
+        value = (self.likely.get(table, {}) if table else self.likely).get(key)
+        if value is None:
+            default = next(one for one in PROFILE_KEYS if one.name == question.keys[0])
+            return _as_answer(default.default), default.why
+        source = str(self.likely.get("sources", {}).get(question.keys[0], "")).removeprefix("estimate: ")
+        return _as_answer(value), f"as {self.like}" + (f": {source}" if source else "")
+
+    def _compare(self) -> None:
+        """Take the likely answers from a machine with the same controller, else from any, but for how it moves."""
+        said = self.typed_controller or str(self.values.found["controller"].value)
+        self.like = _LIKE.get(said, _LIKE_OTHERS)
+        self.likely = {key: value for key, value in profile_of(self.like).items() if key not in ("name", "description")}
+        for key in (
+            ()
+            if said not in _LIKE
+            else ("rapid.style", "corners.style", "corners.deviation", "acceleration_factor", "spindle.start_time")
+        ):
+            table, _, inner = key.rpartition(".")
+            value = (self.likely.get(table, {}) if table else self.likely).get(inner)
+            if value is not None and key not in self.values.found:
+                source = str(self.likely.get("sources", {}).get(key, "")).removeprefix("estimate: ")
+                self.values.assume(key, value, f"as {self.like}: {source}")
+
+    def _keep(self, question: Question, typed: str, why: str, assumed: bool = False) -> None:
+        """Keep an answer in the values of the profile.
+
+        Raises
+        ------
+        OptionError
+            It is no answer to that question.
+        """
+        try:
+            kept = _TAKERS.get(question.name, _as_it_is)(question, typed)
+            kept = self._travel(kept) if question.name == "travel" else kept
+        except OptionError as problem:
+            raise OptionError(f"--{question.name}: {problem}") from None
+        if question.name == "controller":
+            self.typed_controller = typed.strip().lower()
+        for key, value in kept.items():
+            how = How.ASSUMED if assumed else How.TAKEN
+            source = why
+            if key == "controller" and self.typed_controller != value:
+                how, source = (
+                    How.ASSUMED,
+                    f"leafcut has no dialect of {self.typed_controller} yet; {value} is the nearest",
+                )
+            self.values.found[key] = Value(key, value, how, source)
+        if not kept:
+            for key in question.keys:
+                self.values.found.pop(key, None)
+
+    def _travel(self, kept: dict[str, Any]) -> dict[str, Any]:
+        """Return the ends of the travel of some lengths: from 0 up or down, as that of the machine to compare with."""
+        lengths = kept.get("travel.max")
+        if lengths is None:
+            return {}
+        likely = self.likely.get("travel", {}).get("max", ["0 mm"] * 3)
+        up = [parse_quantity(likely if isinstance(likely, str) else likely[axis], "mm") > _UPWARDS for axis in range(3)]
+        each = list(zip(up, lengths, strict=True))
+        return {
+            "travel.min": texts([0.0 if rises else -one for rises, one in each], "mm"),
+            "travel.max": texts([one if rises else 0.0 for rises, one in each], "mm"),
+        }
+
+    def made(self) -> ImportedMachine:
+        """Return the machine, with what the profile would take by default written in it."""
+        found = self.values.found
+        if "description" not in found:
+            controller = self.typed_controller or found["controller"].value
+            self.values.derive("description", f"{found['name'].value} ({controller})", "answered")
+        order = {key.name: place for place, key in enumerate(PROFILE_KEYS)}
+        each = tuple(sorted(found.values(), key=lambda value: order[value.key]))
+        text = profile_text(each, "Machine profile by answers (leafcut machine new).")
+        machine = machine_of_profile(tomllib.loads(text), "machine new")
+        return ImportedMachine("new", "answers", machine, each, tuple(self.values.notes), text)
+
+
+def _as_answer(value: Any) -> str:
+    """Return a value of a profile as it would be typed."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return ", ".join(map(str, value)) if isinstance(value, list | tuple) else "" if value is None else str(value)
+
+
+def _as_it_is(question: Question, typed: str) -> dict[str, Any]:
+    if not typed.strip() or not typed.isprintable():
+        raise OptionError(f"'{shown(typed, 30)}' is no answer")
+    words = typed.strip()
+    if question.unit:
+        value = parse_quantity(words, question.unit)
+        if not (value > 0 or (question.unit == "s" and value == 0)):
+            raise OptionError(f"{shown(words, 30)} is not above 0")
+        return {question.keys[0]: with_unit(words, question.unit)}
+    return {question.keys[0]: words}
+
+
+def _one_of(known: Sequence[str]) -> Callable[[Question, str], dict[str, Any]]:
+    def take(question: Question, typed: str) -> dict[str, Any]:
+        word = typed.strip().lower()
+        if word not in known:
+            raise OptionError(f"'{shown(typed, 30)}' is not known{nearest(word[:80], known)}")
+        return {question.keys[0]: word}
+
+    return take
+
+
+def _controller(question: Question, typed: str) -> dict[str, Any]:
+    word = typed.strip().lower()
+    known = [*dialects(), *(name for name in _NEAREST if name not in dialects())]
+    _one_of(known)(question, typed)
+    return {question.keys[0]: word if word in dialects() else _NEAREST[word]}
+
+
+def _axes(question: Question, typed: str) -> dict[str, Any]:
+    parts = [part.strip() for part in typed.split(",")]
+    if len(parts) not in (1, 3):
+        raise OptionError(f"'{shown(typed, 40)}' is {len(parts)} values, but must be one, or x,y,z")
+    written = [with_unit(part, question.unit) for part in parts]
+    numbers = [parse_quantity(part, question.unit) for part in written]
+    if not all(one > 0 for one in numbers):
+        raise OptionError(f"{shown(typed, 40)}: must be above 0")
+    most = HARDEST if question.unit == "mm/s²" else FASTEST
+    if max(numbers) > most:
+        raise OptionError(f"{shown(typed, 40)}: no machine has more than {most:g} {question.unit}")
+    return {question.keys[0]: written[0] if len(written) == 1 else written}
+
+
+def _lengths(question: Question, typed: str) -> dict[str, Any]:
+    """Lengths of x, y and z, mm, for `_Answers._travel`."""
+    if typed.strip().lower() == UNKNOWN:
+        return {}
+    parts = [part.strip() for part in typed.split(",")]
+    if len(parts) != 3:
+        raise OptionError(f"'{shown(typed, 40)}' must be lengths of x,y,z, or {UNKNOWN}")
+    lengths = [parse_quantity(part, question.unit) for part in parts]
+    if not all(0 < one <= LONGEST for one in lengths):
+        raise OptionError(f"{shown(typed, 40)}: lengths must be above 0 and at most {LONGEST / 1000:g} m")
+    return {"travel.max": lengths}
+
+
+def _yes_no(question: Question, typed: str) -> dict[str, Any]:
+    word = typed.strip().lower()
+    if word not in ("yes", "y", "no", "n"):
+        raise OptionError(f"'{shown(typed, 30)}' is not yes or no")
+    return {question.keys[0]: word.startswith("y")}
+
+
+_TAKERS: dict[str, Callable[[Question, str], dict[str, Any]]] = {
+    "controller": _controller,
+    "process": _one_of(tuple(Head)),
+    "units": _one_of(("mm", "in")),
+    "rapid": _axes,
+    "acceleration": _axes,
+    "travel": _lengths,
+    "tool-changer": _yes_no,
+}

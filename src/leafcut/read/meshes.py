@@ -1,0 +1,123 @@
+"""Meshes of solids: STL, as text or binary, and STEP.
+
+Libraries read STL too (trimesh, numpy-stl); with the bounds and refusals that a stranger's file needs, nothing of this
+would be less, and they take a second to import.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+
+from leafcut.errors import OptionError, ReadError, parsing
+from leafcut.model.mesh import Mesh
+from leafcut.read.format import Match
+from leafcut.read.step import LARGEST as LARGEST_STEP
+from leafcut.read.step import sniff, step_mesh
+
+#: More triangles than this are refused: 72 bytes each, and some more while they are read.
+MOST_TRIANGLES = 2_000_000
+#: A binary STL has a header of 80 bytes, the number of its triangles, and 50 bytes for each.
+_HEADER, _TRIANGLE = 84, 50
+#: Text takes some 250 bytes for a triangle.
+_LONGEST_TEXT = 300 * MOST_TRIANGLES
+#: A part is not smaller and not larger than this, mm: its unit is another one.
+SMALLEST, LARGEST = 0.5, 20_000.0
+
+_VERTEX = re.compile(rb"vertex\s+(\S{1,40})\s+(\S{1,40})\s+(\S{1,40})", re.IGNORECASE)
+
+#: Millimetres in one unit of length.
+UNITS = {"mm": 1.0, "in": 25.4, "cm": 10.0, "m": 1000.0}
+
+
+def load_mesh(path: str | Path, unit: str = "mm", mend: str = "") -> Mesh:
+    """Return the mesh of a file.
+
+    Parameters
+    ----------
+    unit
+        Of the numbers of an STL file, one of `UNITS`; STEP says its own.
+    mend
+        What to do about a part of a size that none has; else to say its unit is proposed.
+
+    Raises
+    ------
+    ReadError
+        The file cannot be read, is no mesh, is empty, is too large, or of a size that no part has.
+    """
+    file = Path(path)
+    try:
+        with file.open("rb") as opened:
+            head = opened.read(_HEADER)
+        size = file.stat().st_size
+    except OSError as problem:
+        raise ReadError(file, f"cannot be read ({problem.strerror})") from None
+    if sniff(head) == Match.YES:
+        if unit != "mm":
+            raise OptionError("--surface-unit: a STEP file says its own unit; leave it out")
+        triangles = step_mesh(str(file), _step_bytes(file, size))
+    else:
+        triangles = _stl(file, head, size) * UNITS[unit]
+    return _checked(triangles, file, mend or f"say its unit (--surface-unit {', '.join(UNITS)})")
+
+
+def _step_bytes(file: Path, size: int) -> bytes:
+    if size > LARGEST_STEP:
+        raise ReadError(file, f"has {size >> 20} MiB; STEP files up to {LARGEST_STEP >> 20} MiB are read")
+    return file.read_bytes()
+
+
+def _stl(file: Path, head: bytes, size: int) -> np.ndarray:
+    """Return the triangles of an STL file, float64[n, 3, 3]."""
+    if size < _HEADER and not head.lstrip().startswith(b"solid"):
+        raise ReadError(file, "is no STL file: it is too short")
+    binary = size >= _HEADER and size == _HEADER + _TRIANGLE * int.from_bytes(head[80:84], "little")
+    if not binary and not head.lstrip().lower().startswith(b"solid"):
+        told = int.from_bytes(head[80:84], "little")
+        raise ReadError(
+            file,
+            f"is no STL file, or is cut off: by its header it has {told:,} triangles, which take "
+            f"{_HEADER + _TRIANGLE * told:,} bytes, and it has {size:,}",
+        )
+    count = int.from_bytes(head[80:84], "little") if binary else 0
+    if count > MOST_TRIANGLES or (not binary and size > _LONGEST_TEXT):
+        found = f"{count:,} triangles" if binary else f"{size >> 20} MiB of text"
+        raise ReadError(file, f"has {found}; at most {MOST_TRIANGLES:,} triangles are read: save it coarser")
+    data = file.read_bytes()
+    if binary:
+        # Three numbers of the normal, nine of the corners, and two bytes that mean nothing.
+        rows = np.frombuffer(
+            data, dtype=np.dtype([("n", "<f4", 3), ("corners", "<f4", (3, 3)), ("a", "<u2")]), offset=_HEADER
+        )
+        return rows["corners"].astype(np.float64)
+    corners = _VERTEX.findall(data)
+    if len(corners) % 3:
+        raise ReadError(file, f"is cut off: its {len(corners):,} corners do not make whole triangles")
+    with parsing(file, "a corner is not a number"):
+        return np.array(corners, dtype=np.float64).reshape(-1, 3, 3)
+
+
+def _checked(triangles: np.ndarray, file: Path, mend: str) -> Mesh:
+    if not len(triangles):
+        raise ReadError(file, "has no triangles")
+    if not np.isfinite(triangles).all():
+        number = int(np.flatnonzero(~np.isfinite(triangles).all(axis=(1, 2)))[0]) + 1
+        raise ReadError(file, f"triangle {number} has a corner that is not a number")
+    longest = float(np.ptp(triangles.reshape(-1, 3), axis=0).max())
+    if not SMALLEST <= longest <= LARGEST:
+        words = f"{longest:.3g} mm" if math.isfinite(longest) else "more than any number"
+        raise ReadError(file, f"is {words} long, which no part is; {mend}")
+    return Mesh(triangles, file.name, is_closed(triangles))
+
+
+def is_closed(triangles: np.ndarray) -> bool:
+    """Return whether every edge of a mesh belongs to two triangles; corners that are the same number are one."""
+    _, corner = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
+    faces = corner.reshape(-1, 3).astype(np.int64)
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    edges = edges[edges[:, 0] != edges[:, 1]]
+    _, times = np.unique(edges[:, 0] * (corner.max() + 1) + edges[:, 1], return_counts=True)
+    return bool((times % 2 == 0).all())

@@ -1,0 +1,82 @@
+"""Times by a stop-watch: as one types them, and as a CSV table of programs and what each took."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from pathlib import Path
+
+from leafcut.errors import OptionError, ReadError, shown
+from leafcut.files import decoded
+from leafcut.units import parse_quantity
+
+#: A table larger than this is none, bytes; nor has anybody stopped more programs.
+_MOST_BYTES, _MOST_ROWS = 1_000_000, 1000
+
+_CLOCK = re.compile(r"\s*(?:(\d{1,3}):)?(\d{1,4}):(\d{1,2}(?:\.\d{1,6})?)\s*\Z")
+
+
+def parse_clock(text: str) -> float:
+    """Return the seconds of a time as a stop-watch shows it (``12:34``, ``1:02:03``), or of a quantity (``754 s``).
+
+    Raises
+    ------
+    OptionError
+        It is neither, or not above 0.
+    """
+    match = _CLOCK.match(text)
+    if match:
+        hours, minutes, seconds = int(match[1] or 0), int(match[2]), float(match[3])
+        if seconds >= 60 or (match[1] and minutes >= 60):
+            raise OptionError(f"'{text}' is no time of a clock: no more than 59 minutes and seconds")
+        found = 3600.0 * hours + 60.0 * minutes + seconds
+    else:
+        found = parse_quantity(text, "s")
+    if not found > 0:
+        raise OptionError(f"'{text}' is not above 0 s")
+    return found
+
+
+def read_times(path: str | Path) -> list[tuple[str, float]]:
+    """Return the program of each row, by its path from the table's folder on, and its seconds.
+
+    Columns are parted by commas, or by semicolons where there is one in the first line. A first row without a time is a
+    head.
+
+    Raises
+    ------
+    ReadError
+        The table cannot be read, is too large, has no rows, or a row has no program or no time.
+    """
+    file = Path(path)
+    try:
+        with file.open("rb") as stream:
+            data = stream.read(_MOST_BYTES + 1)
+    except OSError as problem:
+        raise ReadError(path, f"cannot be read ({problem.strerror})") from None
+    if len(data) > _MOST_BYTES:
+        raise ReadError(path, f"is larger than {_MOST_BYTES // 1000} kB; a table of times is not")
+    if b"\0" in data:
+        raise ReadError(path, "is a binary file; a table of program,seconds was expected")
+    text = decoded(data)[0]
+    parted = ";" if ";" in text.partition("\n")[0] else ","
+    found: list[tuple[str, float]] = []
+    for count, row in enumerate(csv.reader(io.StringIO(text), delimiter=parted), 1):
+        cells = [cell.strip() for cell in row]
+        if not any(cells):
+            continue
+        if len(cells) < 2 or not cells[0]:
+            raise ReadError(path, f"'{shown(','.join(cells), 40)}' is not program,seconds", count)
+        try:
+            seconds = parse_clock(cells[1])
+        except OptionError as problem:
+            if not found and count == 1:
+                continue  # the head
+            raise ReadError(path, str(problem), count) from None
+        found.append((str(file.parent / cells[0]), seconds))
+        if len(found) > _MOST_ROWS:
+            raise ReadError(path, f"has more than {_MOST_ROWS} rows")
+    if not found:
+        raise ReadError(path, "has no row of program,seconds")
+    return found

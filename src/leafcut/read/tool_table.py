@@ -1,0 +1,170 @@
+"""Tool libraries as tables (CSV): one's own, or what Fusion exports.
+
+The first row names the columns, in any order: leafcut's own keys, the words that shops write, or Fusion's names
+(``Diameter (tool_diameter)``). Lengths are in the unit of the cell, of the head (``Diameter [in]``), of the column
+``unit``, else in those that the caller says.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from leafcut.errors import OptionError, shown
+from leafcut.files import decoded
+from leafcut.model.tool import CONES, MILLS, ToolKind
+from leafcut.read.tool_kinds import FUSION_KINDS, ToolRow, kind_in
+
+#: No shop has more tools.
+_MOST_ROWS = 10_000
+
+#: What a column is called → the key of a tool.
+_COLUMNS = {
+    "number": "number", "t": "number", "tool": "number", "no": "number", "nr": "number",
+    "toolnumber": "number",
+    "kind": "kind", "type": "kind", "tooltype": "kind",
+    "diameter": "diameter", "dia": "diameter", "d": "diameter", "ø": "diameter", "tooldiameter": "diameter",
+    "name": "name", "description": "name", "comment": "name", "remark": "name", "tooldescription": "name",
+    "feed": "feed", "feedrate": "feed", "cuttingfeedrate": "feed", "toolfeedcutting": "feed",
+    "plungefeed": "plunge_feed", "plunge": "plunge_feed", "plungefeedrate": "plunge_feed", "plungerate": "plunge_feed",
+    "toolfeedplunge": "plunge_feed",
+    "spindlespeed": "spindle_speed", "speed": "spindle_speed", "rpm": "spindle_speed", "s": "spindle_speed",
+    "toolspindlespeed": "spindle_speed",
+    "teeth": "teeth", "flutes": "teeth", "numberofflutes": "teeth", "toolnumberofflutes": "teeth",
+    "flutelength": "flute_length", "cuttinglength": "flute_length", "toolflutelength": "flute_length",
+    "pointangle": "point_angle", "tipangle": "point_angle", "angle": "point_angle", "tooltipangle": "point_angle",
+    "tooltaperangle": "taper_angle", "taperangle": "taper_angle",
+    "cornerradius": "corner_radius", "toolcornerradius": "corner_radius",
+    "tipdiameter": "tip_diameter", "tooltipdiameter": "tip_diameter",
+    "pitch": "pitch", "threadpitch": "pitch", "toolthreadpitch": "pitch",
+    "peck": "peck", "dwell": "dwell", "cycle": "cycle", "unit": "unit", "units": "unit", "toolunit": "unit",
+}  # fmt: skip
+_LENGTHS = ("diameter", "flute_length", "corner_radius", "tip_diameter", "pitch", "peck")
+_FEEDS = ("feed", "plunge_feed")
+_UNIT_WORDS = {"mm": "mm", "millimeters": "mm", "millimetres": "mm", "in": "in", "inch": "in", "inches": "in"}
+_HEAD = re.compile(r"^(.*?)\s*[\(\[]\s*([^\)\]]*?)\s*[\)\]]\s*$")
+_PLAIN = re.compile(r"[-+]?[0-9.,]+(e[-+]?[0-9]+)?", re.IGNORECASE)
+
+
+def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[ToolRow]:
+    """Yield each tool of a table as the values of a ``[[tool]]``, or why it is left out.
+
+    Raises
+    ------
+    OptionError
+        It is no text, has too many rows, or no column that says a number or a diameter.
+    """
+    if b"\0" in data:
+        raise OptionError(f"{path}: is a binary file; a table of tools was expected")
+    text = decoded(data)[0]
+    first = text.partition("\n")[0]
+    parted = max(",;\t", key=first.count)
+    try:
+        rows = list(csv.reader(io.StringIO(text), delimiter=parted))
+    except csv.Error as problem:
+        raise OptionError(f"{path}: is no table ({shown(str(problem), 60)})") from None
+    if len(rows) > _MOST_ROWS:
+        raise OptionError(f"{path}: has more than {_MOST_ROWS} rows")
+    columns = [_column(cell) for cell in rows[0]] if rows else []
+    keys = [key for key, _ in columns]
+    if "number" not in keys or "diameter" not in keys:
+        missing = " or ".join(key for key in ("number", "diameter") if key not in keys)
+        raise OptionError(f"{path}: line 1: no column is called {missing}; the first row must name the columns")
+    for count, row in enumerate(rows[1:], 2):
+        if not any(cell.strip() for cell in row):
+            continue
+        said: dict[str, tuple[str, str]] = {}
+        for (key, unit), cell in zip(columns, row, strict=False):
+            if key and cell.strip():
+                said.setdefault(key, (cell.strip(), unit))
+        number = said.get("number", ("", ""))[0].upper().removeprefix("T").strip()
+        yield (f"T{number}" if number.isdigit() else f"line {count}"), _tool(said, number, units)
+
+
+def _column(cell: str) -> tuple[str, str]:
+    """Return the key of a column, "" for none, and the unit that its head says."""
+    head, unit = cell.strip(), ""
+    found = _HEAD.match(head)
+    if found:
+        head, inner = found[1], found[2]
+        if inner.lower().startswith("tool_"):
+            head = inner
+        else:
+            unit = inner
+    return _COLUMNS.get(re.sub(r"[^a-z0-9ø]", "", head.lower()), ""), unit
+
+
+def _tool(said: Mapping[str, tuple[str, str]], number: str, units: str) -> dict[str, Any] | str:
+    if not re.fullmatch(r"[0-9]{1,9}", number):
+        return f"its number '{shown(number, 20)}' is no whole number"
+    unit = units
+    if "unit" in said:
+        word = said["unit"][0].lower()
+        if word not in _UNIT_WORDS:
+            return f"its unit '{shown(word, 20)}' is not mm or in"
+        unit = _UNIT_WORDS[word]
+    name = said.get("name", ("", ""))[0]
+    word = said.get("kind", ("", ""))[0]
+    kind = _kind(word, name)
+    if kind is None:
+        return f"'{shown(word or name, 30)}' does not say what kind of tool it is"
+    row: dict[str, Any] = {"number": int(number), "kind": kind}
+    if name:
+        row["name"] = shown(name, 40)
+    for key in _LENGTHS:
+        _put(row, said, key, unit)
+    for key in _FEEDS:
+        _put(row, said, key, f"{unit}/min")
+    for key, plain in (("spindle_speed", "rpm"), ("point_angle", "deg"), ("dwell", "s")):
+        _put(row, said, key, plain)
+    if "cycle" in said:
+        row["cycle"] = said["cycle"][0].upper()
+    teeth = said.get("teeth", ("", ""))[0].partition(".")[0]
+    if teeth.isdigit() and int(teeth[:9]) > 0:
+        row["teeth"] = int(teeth[:9])
+    taper = said.get("taper_angle", ("", ""))[0]
+    if kind in CONES and "point_angle" not in row and _PLAIN.fullmatch(taper):
+        row["point_angle"] = f"{2 * float(taper.replace(',', '.')):g} deg"  # Fusion has the angle of one side
+    return _fitting(row, ToolKind(kind))
+
+
+def _put(row: dict[str, Any], said: Mapping[str, tuple[str, str]], key: str, unit: str) -> None:
+    """Put a quantity where it is said; a number without a unit gets that of its head, or `unit`; 0 says nothing."""
+    cell, head = said.get(key, ("", ""))
+    if _PLAIN.fullmatch(cell):
+        if not re.search(r"[1-9]", cell):
+            return
+        cell = f"{cell} {head or unit}"
+    if cell:
+        row[key] = cell
+
+
+def _kind(word: str, name: str) -> str | None:
+    plain = word.strip().lower()
+    own = re.sub(r"[\s_]+", "-", plain)
+    if own in tuple(ToolKind):
+        return own
+    return FUSION_KINDS.get(plain) or kind_in(word) or (kind_in(name) if not plain else None)
+
+
+def _fitting(row: dict[str, Any], kind: ToolKind) -> dict[str, Any]:
+    """Return a row without what other programs write for every tool and this kind does not have."""
+    mill = kind in MILLS
+    gone = {"plunge_feed", "teeth"} if not mill else {"cycle", "peck", "dwell", "pitch"}
+    if kind is not ToolKind.TAP:
+        gone.add("pitch")
+    if kind is not ToolKind.END_MILL:
+        gone.add("corner_radius")
+    if kind not in CONES:
+        gone.add("tip_diameter")
+        if mill or kind not in (ToolKind.DRILL, ToolKind.CENTRE_DRILL):
+            gone.add("point_angle")
+    if not mill and "plunge_feed" in row:
+        row = {**row, "feed": row["plunge_feed"]}  # a drill goes down alone
+    if kind is ToolKind.TAP:
+        gone.add("feed")
+    return {key: value for key, value in row.items() if key not in gone}

@@ -1,0 +1,214 @@
+"""Materials to be cut: TOML → `WorkMaterial`.
+
+Those shipped are found by name, or by another name of theirs; others by the path of their file.
+"""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from leafcut.errors import OptionError, nearest
+from leafcut.kinds import CuttingWork, ToolMaterial
+from leafcut.model.work_material import DrillLoad, ToolLife, WorkMaterial
+from leafcut.read.toml_table import TomlTable, parse_toml, read_toml
+from leafcut.units import SECONDS_PER_MINUTE
+
+_LOAD_KEYS = ("torque", "torque_diameter", "torque_feed", "thrust", "thrust_diameter", "thrust_feed")
+_EXPONENTS = ("diameter", "feed", "width", "depth", "teeth")
+#: The keys of a material's file, by table.
+MATERIAL_KEYS: dict[str, tuple[str, ...]] = {
+    "": ("name", "description", "also", "tensile_strength", "hardness", "density"),
+    "cutting_force": ("kc11", "mc"),
+    "feed": ("drill", "mill"),
+    "drill_load": (*_LOAD_KEYS, "factor"),
+    "life": ("work", "tool", "constant", "factor", "speed", "at_life", "life", *_EXPONENTS, "least_feed", "source"),
+}
+_TOP_KEYS = (*MATERIAL_KEYS[""], *(table for table in MATERIAL_KEYS if table), "sources")
+_SOURCE_KEYS = ("tensile_strength", "hardness", "density", "cutting_force", "feed.drill", "feed.mill", "drill_load")
+
+#: No exponent of a law of tool life or of a load is larger.
+_STEEPEST = 4.0
+#: Handbooks have C in m/min for a life of 1 min: in mm/s for 1 s it is this × 60^m.
+_MM_PER_S = 1000.0 / SECONDS_PER_MINUTE
+
+
+def material_names() -> list[str]:
+    """Return the names of the shipped materials, sorted."""
+    files = resources.files("leafcut.materials").iterdir()
+    return sorted(file.name.removesuffix(".toml") for file in files if file.name.endswith(".toml"))
+
+
+def load_material(name_or_path: str) -> WorkMaterial:
+    """Return a material by one of its names, or by the path of its file, ``.toml``.
+
+    Raises
+    ------
+    OptionError
+        There is no material of that name (the nearest name is suggested); the file cannot be read; or a key of it is
+        unknown, missing, of the wrong kind or out of range.
+    """
+    if name_or_path.lower().endswith(".toml"):
+        return _material(read_toml(Path(name_or_path)), name_or_path)
+    wanted = name_or_path.strip().lower().replace("_", "-").replace(" ", "-")
+    if wanted in material_names():
+        return _shipped(wanted)
+    also = {other: name for name in material_names() for other in _shipped(name).also}
+    if wanted in also:
+        return _shipped(also[wanted])
+    known = [*material_names(), *also] if nearest(wanted, also).startswith("; did") else material_names()
+    raise OptionError(f"unknown material '{name_or_path}'{nearest(wanted, known)}")
+
+
+def material_list() -> list[tuple[str, str]]:
+    """Return each shipped material's name, and its description with its other names."""
+    found = [_shipped(name) for name in material_names()]
+    return [(one.name, f"{one.description} ({', '.join(one.also)})") for one in found]
+
+
+def material_text(name_or_path: str) -> str:
+    """Return the file of a material, with the source of every value, to save and change.
+
+    Raises
+    ------
+    OptionError
+        As `load_material` does.
+    """
+    material = load_material(name_or_path)
+    if name_or_path.lower().endswith(".toml"):
+        return Path(name_or_path).read_text(encoding="utf-8-sig")
+    return (resources.files("leafcut.materials") / f"{material.name}.toml").read_text(encoding="utf-8")
+
+
+def _shipped(name: str) -> WorkMaterial:
+    file = resources.files("leafcut.materials") / f"{name}.toml"
+    return _material(parse_toml(file.read_bytes(), file.name), file.name)
+
+
+def _material(data: dict[str, Any], place: str) -> WorkMaterial:
+    top = TomlTable(data, place, _TOP_KEYS)
+    force, feed = (top.table(name, MATERIAL_KEYS[name]) for name in ("cutting_force", "feed"))
+    sources = top.table("sources", _SOURCE_KEYS)
+    kc11 = force.quantity("kc11", "N/mm²")
+    mc = _exponent(force, "mc")
+    if not 0 < kc11 < 100_000:
+        raise force.problem("kc11", f"is {force.typed('kc11')}, but must be above 0 and below 100000 N/mm²")
+    if not mc < 1:
+        raise force.problem("mc", f"is {mc:g}, but must be below 1")
+    return WorkMaterial(
+        name=top.text("name", Path(place).stem),
+        kc11=kc11,
+        mc=mc,
+        description=top.text("description", ""),
+        also=_names(top),
+        tensile_strength=_not_negative(top, "tensile_strength", "N/mm²"),
+        hardness=_share(top, "hardness", 1000.0),
+        density=_not_negative(top, "density", "kg/m³"),
+        lives=_lives(top),
+        drill_load=_drill_load(top),
+        drill_feed=_share(feed, "drill", 1.0),
+        mill_feed=_share(feed, "mill", 1.0),
+        sources={key: sources.text(key) for key in sources.values},
+    )
+
+
+def _names(top: TomlTable) -> tuple[str, ...]:
+    value = top.values.get("also", [])
+    if not isinstance(value, list) or not all(isinstance(one, str) and one.isprintable() for one in value):
+        raise top.problem("also", 'must be a list of other names, such as ["1045", "ck45"]')
+    return tuple(value)
+
+
+def _not_negative(table: TomlTable, key: str, unit: str) -> float:
+    value = table.quantity(key, unit, 0.0)
+    if value < 0:
+        raise table.problem(key, f"is {table.typed(key)}, but must not be negative")
+    return value
+
+
+def _share(table: TomlTable, key: str, most: float) -> float:
+    value = table.number(key, 0.0)
+    if not 0 <= value <= most:
+        raise table.problem(key, f"is {value:g}, but must be from 0 to {most:g}")
+    return value
+
+
+def _above_0(table: TomlTable, key: str, default: float | None = None) -> float:
+    if key not in table and default is None:
+        raise OptionError(f"{table.place}: the key '{key}' is missing")
+    value = table.number(key, default or 0.0)
+    if not value > 0:
+        raise table.problem(key, f"is {value:g}, but must be above 0")
+    return value
+
+
+def _exponent(table: TomlTable, key: str, default: float | None = None) -> float:
+    if key not in table and default is None:
+        raise OptionError(f"{table.place}: the key '{key}' is missing")
+    value = table.number(key, default or 0.0)
+    if not 0 <= value <= _STEEPEST:
+        raise table.problem(key, f"is {value:g}, but an exponent must be from 0 to {_STEEPEST:g}")
+    return value
+
+
+def _drill_load(top: TomlTable) -> DrillLoad | None:
+    if "drill_load" not in top:
+        return None
+    table = top.table("drill_load", MATERIAL_KEYS["drill_load"])
+    factor = _above_0(table, "factor", 1.0)
+    return DrillLoad(
+        torque=1000.0 * factor * _above_0(table, "torque"),  # N·m → N·mm
+        torque_diameter=_exponent(table, "torque_diameter"),
+        torque_feed=_exponent(table, "torque_feed"),
+        thrust=factor * _above_0(table, "thrust"),
+        thrust_diameter=_exponent(table, "thrust_diameter"),
+        thrust_feed=_exponent(table, "thrust_feed"),
+    )
+
+
+def _lives(top: TomlTable) -> tuple[ToolLife, ...]:
+    found = top.values.get("life", [])
+    if not isinstance(found, list):
+        raise OptionError(f"{top.place}: 'life' must be written as [[life]], once for each")
+    lives: list[ToolLife] = []
+    for count, values in enumerate(found, start=1):
+        table = TomlTable(values, f"{top.place}: [[life]] {count}", MATERIAL_KEYS["life"])
+        life = _life(table)
+        if any((one.work, one.tool_material, one.least_feed) == _where(life) for one in lives):
+            raise table.problem("work", "is given twice for such tools; only 'least_feed' may part several")
+        lives.append(life)
+    return tuple(sorted(lives, key=_where))
+
+
+def _where(life: ToolLife) -> tuple[CuttingWork, ToolMaterial, float]:
+    return life.work, life.tool_material, life.least_feed
+
+
+def _life(table: TomlTable) -> ToolLife:
+    exponent = _exponent(table, "life")
+    if not 0 < exponent < 1:
+        raise table.problem("life", f"is {exponent:g}, but Taylor's exponent must be above 0 and below 1")
+    others = {key: _exponent(table, key, 0.0) for key in _EXPONENTS}
+    if "constant" in table and "speed" in table:
+        raise table.problem("speed", "and 'constant' are two ways to say the same; leave one out")
+    if "speed" in table:
+        if any(others.values()):
+            raise table.problem("speed", "is that of one tool at one feed: exponents but 'life' need 'constant'")
+        speed, life = table.quantity("speed", "mm/s"), table.quantity("at_life", "s")
+        if not (speed > 0 and life > 0):
+            raise table.problem("speed", "and 'at_life' must be above 0")
+        constant = speed * life**exponent
+    else:
+        if "at_life" in table:
+            raise table.problem("at_life", "belongs to 'speed'")
+        constant = _above_0(table, "constant") * _MM_PER_S * SECONDS_PER_MINUTE**exponent
+    return ToolLife(
+        work=CuttingWork(table.text("work", choices=tuple(CuttingWork))),
+        tool_material=ToolMaterial(table.text("tool", choices=tuple(ToolMaterial))),
+        constant=_above_0(table, "factor", 1.0) * constant,
+        life=exponent,
+        **others,
+        least_feed=_not_negative(table, "least_feed", "mm"),
+        source=table.text("source", ""),
+    )

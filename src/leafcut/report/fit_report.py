@@ -1,0 +1,93 @@
+"""What is told of times beside a stop-watch: each program before and after the fit, and what the fit is worth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from leafcut.model.simulation import Simulation
+from leafcut.timing.fitting import Fitted
+from leafcut.units import format_time
+
+#: A tool change that takes this part of a program is told: its time is the profile's, and may be the error.
+_MUCH = 0.1
+
+
+def print_fit(fitted: Fitted, found: Sequence[Simulation], measured: Sequence[float], console: Console) -> None:
+    """Print the times of all programs, and what was fitted."""
+    is_fitted = fitted.acceleration is not None or fitted.corner is not None
+    table = Table("Program", box=None, pad_edge=False)
+    for head in ("Measured", "leafcut", "Off", *(("Fitted", "Off") if is_fitted else ())):
+        table.add_column(head, justify="right")
+    for row, one in enumerate(found):
+        before, after = float(fitted.before[row]), float(fitted.after[row])
+        cells = [format_time(measured[row]), format_time(before), _off(before, measured[row])]
+        cells += [format_time(after), _off(after, measured[row])] if is_fitted else []
+        table.add_row(one.program, *cells)
+    console.print(table, markup=False)
+    for line in fit_lines(fitted, found, measured):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
+
+
+def fit_lines(fitted: Fitted, found: Sequence[Simulation], measured: Sequence[float]) -> list[str]:
+    """Return what there is to say of a fit beside its table."""
+    lines = []
+    if len(measured) > 1:
+        lines.append(
+            f"root mean square of the differences: {_rms(fitted.before, measured):.2f} s before, "
+            f"{_rms(fitted.after, measured):.2f} s after"
+        )
+    if fitted.acceleration is not None:
+        error = 100.0 * fitted.error["acceleration"]
+        lines.append(f"accelerations: {fitted.acceleration:.3g} times those of the profile (± {error:.0f} %)")
+    if fitted.corner is not None:
+        lines.append(f"corner value: {fitted.corner:.3g} mm (± {100.0 * fitted.error['corner']:.0f} %)")
+    if fitted.acceleration is not None and fitted.corner is not None:
+        lines.append(f"the programs tell the two apart: condition {fitted.condition:.1f}")
+    if sum(one is not None for one in (fitted.acceleration, fitted.corner)) == len(measured):
+        lines.append(
+            "as many values as programs: the fit is exact by itself; measure one more to see how well it holds"
+        )
+    titles = {"acceleration": "accelerations", "corner": "corner value"}
+    lines += [f"{titles[name]} kept: {why}" for name, why in fitted.held.items()]
+    for one, seconds in zip(found, measured, strict=True):
+        change = one.measure.by_kind.get("tool_change", 0.0)
+        if change > _MUCH * seconds:
+            lines.append(f"{one.program}: {format_time(change)} of it are tool changes, as the profile has them")
+    return lines
+
+
+def fit_as_json(fitted: Fitted, found: Sequence[Simulation], measured: Sequence[float], written: str) -> dict[str, Any]:
+    """Return the same as plain values."""
+    programs = [
+        {"program": one.program, "measured_s": seconds, "before_s": float(before), "after_s": float(after)}
+        for one, seconds, before, after in zip(found, measured, fitted.before, fitted.after, strict=True)
+    ]
+    return {
+        "machine": found[0].machine.name,
+        "programs": programs,
+        "rms_before_s": _rms(fitted.before, measured),
+        "rms_after_s": _rms(fitted.after, measured),
+        "acceleration": fitted.acceleration,
+        "corner_mm": fitted.corner,
+        "error": {name: _plain(value) for name, value in fitted.error.items()},
+        "condition": _plain(fitted.condition),
+        "held": dict(fitted.held),
+        "output": written,
+    }
+
+
+def _off(seconds: float, measured: float) -> str:
+    return f"{100.0 * (seconds / measured - 1.0):+.1f} %"
+
+
+def _rms(seconds: Any, measured: Sequence[float]) -> float:
+    return math.sqrt(sum((float(a) - b) ** 2 for a, b in zip(seconds, measured, strict=True)) / len(measured))
+
+
+def _plain(value: float) -> float | None:
+    return value if math.isfinite(value) else None

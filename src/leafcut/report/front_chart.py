@@ -1,0 +1,318 @@
+"""The fronts of time, cost and tool life as a picture: of every tool, and where on the machine they lie."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from leafcut.errors import OptionError
+from leafcut.geometry.arrays import Point
+from leafcut.model.cutting_front import CuttingData, CuttingPoint, ToolFront
+from leafcut.report.colours import drawing_css
+from leafcut.report.drawing import RAMP
+from leafcut.report.svg import element, nice_step, short, text, text_within, tick_words, ticks, title
+from leafcut.units import SECONDS_PER_MINUTE, format_time
+
+#: A panel with its margins, and the head over the two of a tool, in user units.
+_WIDE, _HIGH, _HEAD = 430.0, 290.0, 46.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 62.0, 16.0, 14.0, 44.0
+_FOOT = 58.0
+#: Room around what is drawn, in parts of it.
+_MARGIN = 0.07
+_MOST_POINTS = 600
+#: What lies farther from the front than this many times its own spread is not drawn.
+_FAR = 2.0
+#: Where names stand beside their marks, the best first: to the right or not, and how far down; how far off.
+_BESIDE = tuple((right, float(up)) for up in (0, -13, 13, -26, 26) for right in (True, False))
+_OFF, _LETTER = 11.0, 6.3
+_SECONDS_PER_HOUR = 3600.0
+_STYLE = """
+svg.front { background: var(--page); }
+.front .card { fill: var(--card); stroke: var(--line); }
+.front .gridline { stroke: var(--line); stroke-width: 1; }
+.front .dots { stroke-width: 5; }
+.front .swatch { stroke-width: 9; stroke-linecap: butt; }
+.front .ring { fill: var(--card); stroke: var(--ink); stroke-width: 1.8; }
+.front .chosen { fill: var(--cut); stroke: var(--card); stroke-width: 2; }
+.front .own { fill: var(--card); stroke: var(--ink-2); stroke-width: 1.6; }
+.front .name { fill: var(--ink); font-weight: 700; font-size: 14px; }
+.front .label { fill: var(--ink); font-weight: 600; paint-order: stroke; stroke: var(--card); stroke-width: 4;
+  stroke-linejoin: round; }
+"""
+
+
+def check_name(file: str | Path | None) -> None:
+    """Refuse a name that is not that of a picture of lines.
+
+    Raises
+    ------
+    OptionError
+        It does not end in ``.svg``.
+    """
+    if file is not None and Path(file).suffix.lower() != ".svg":
+        raise OptionError(
+            f"--plot: '{Path(file).name}' is not a picture that can be written; name a file ending in .svg"
+        )
+
+
+#: Left, top, right, bottom.
+_Box = tuple[float, float, float, float]
+
+
+#: What the axes of the panels show.
+_SHOWN: tuple[Callable[[CuttingPoint], float], ...] = (
+    lambda point: point.time,
+    lambda point: point.cost,
+    lambda point: point.rpm,
+    lambda point: point.feed,
+)
+
+
+@dataclass(frozen=True)
+class _Axis:
+    """Numbers to user units along one side of a panel."""
+
+    low: float
+    high: float
+    begin: float
+    end: float
+
+    @classmethod
+    def over(cls, values: Sequence[float], begin: float, end: float) -> _Axis:
+        """Return an axis with room around some values, which are not negative."""
+        low, high = min(values), max(values)
+        room = _MARGIN * ((high - low) or abs(high) or 1.0)
+        return cls(max(low - room, 0.0), high + room, begin, end)
+
+    def at(self, value: float) -> float:
+        """Return where a number lies."""
+        return self.begin + (value - self.low) / (self.high - self.low) * (self.end - self.begin)
+
+    def marks(self) -> list[tuple[float, str]]:
+        """Return round numbers on the axis with their words."""
+        step = nice_step(self.high - self.low, 5)
+        return [(value, tick_words(value, step)) for value in ticks(self.low, self.high, step)]
+
+
+def front_svg(found: CuttingData) -> str:
+    """Return the fronts of all tools as a stand-alone SVG, two panels for each.
+
+    On the left what one part costs against how long it takes; on the right which spindle speeds and feed rates these
+    are. The colour is the tool's life, violet for the shortest and teal for the longest.
+    """
+    lives = [point.life for one in found.tools for point in one.points]
+    shade = _shade(min(lives), max(lives))
+    width, each = 2 * _WIDE, _HEAD + _HIGH
+    rows = [element("g", _tool(one, found, shade), transform=f"translate(0 {short(k * each)})")
+            for k, one in enumerate(found.tools)]  # fmt: skip
+    bottom = len(rows) * each
+    height = bottom + _FOOT
+    words = f"Speeds and feeds for {found.material.name} on {found.machine.name}"
+    return (
+        element(
+            "svg",
+            title(words),
+            element("style", drawing_css() + _STYLE),
+            element("rect", x=0.0, y=0.0, width=width, height=height, fill="var(--page)"),
+            *rows,
+            _legend(min(lives), max(lives), bottom, any(map(_own, found.tools))),
+            xmlns="http://www.w3.org/2000/svg",
+            viewBox=f"0 0 {short(width)} {short(height)}",
+            width=width,
+            height=height,
+            class_="drawing front",
+            role="img",
+        )
+        + "\n"
+    )
+
+
+def _shade(shortest: float, longest: float) -> Callable[[float], int]:
+    """Return what gives a life its colour: the number of a class of the ramp."""
+    span = math.log(longest / shortest) if longest > shortest else 1.0
+    return lambda life: round((RAMP - 1) * math.log(life / shortest) / span)
+
+
+def _tool(one: ToolFront, found: CuttingData, shade: Callable[[float], int]) -> str:
+    made = f"{one.holes} hole{'s' * (one.holes != 1)}" if one.holes else "milling"
+    head = text(one.tool.label, 16, 30, class_="name")
+    about = f"{one.tool_material.value} · {made} · {found.material.name} on {found.machine.name}"
+    if one.given is not None:
+        about += f" · as given {format_time(one.given.time)}, {one.given.cost:.2f}"
+    beside = text(about, 2 * _WIDE - 16, 30, text_anchor="end")
+    points = _thinned(one.points, one.chosen)
+    left = _panel(
+        one, points, shade, 0.0, lambda p: p.time / _unit(points)[0], lambda p: p.cost,
+        (f"time of one part, {_unit(points)[1]}", "cost of one part"),
+    )  # fmt: skip
+    right = _panel(
+        one, points, shade, _WIDE, lambda p: p.rpm, lambda p: p.feed * SECONDS_PER_MINUTE,
+        ("spindle speed, rpm", "feed rate, mm/min"),
+    )  # fmt: skip
+    return head + beside + left + right
+
+
+def _unit(points: Sequence[CuttingPoint]) -> tuple[float, str]:
+    longest = max(point.time for point in points)
+    if longest >= 2 * _SECONDS_PER_HOUR:
+        return _SECONDS_PER_HOUR, "h"
+    return (SECONDS_PER_MINUTE, "min") if longest >= 4 * SECONDS_PER_MINUTE else (1.0, "s")
+
+
+def _thinned(points: tuple[CuttingPoint, ...], chosen: int) -> list[CuttingPoint]:
+    """Return some of the points, the ends and the chosen one among them."""
+    last = len(points) - 1
+    if last < _MOST_POINTS:
+        return list(points)
+    kept = {i * last // (_MOST_POINTS - 1) for i in range(_MOST_POINTS)} | {chosen}
+    return [points[i] for i in sorted(kept)]
+
+
+def _panel(
+    one: ToolFront, points: list[CuttingPoint], shade: Callable[[float], int], left: float,
+    across: Callable[[CuttingPoint], float], up: Callable[[CuttingPoint], float], names: tuple[str, str],
+) -> str:  # fmt: skip
+    """Return one panel: axes, the front, the best of each objective, and what was given."""
+    begin, end = left + _LEFT, left + _WIDE - _RIGHT
+    bottom, top = _HEAD + _HIGH - _BOTTOM, _HEAD + _TOP
+    own = _own(one)
+    shown = points if own is None else [*points, own]
+    x = _Axis.over([across(point) for point in shown], begin, end)
+    y = _Axis.over([up(point) for point in shown], bottom, top)
+    card = element("rect", x=begin, y=top, width=end - begin, height=bottom - top, class_="card")
+    grid, numbers = [], []
+    for value, words in y.marks():
+        grid.append(f"M{short(begin)} {short(y.at(value))}H{short(end)}")
+        numbers.append(text(words, begin - 7, y.at(value), text_anchor="end", dy="0.34em"))
+    for value, words in x.marks():
+        grid.append(f"M{short(x.at(value))} {short(top)}V{short(bottom)}")
+        numbers.append(text_within(words, x.at(value), bottom + 16, left + _WIDE))
+    middle = (top + bottom) / 2
+    axes = text(names[0], (begin + end) / 2, bottom + 34, text_anchor="middle") + text(
+        names[1], left + 16, middle, text_anchor="middle", transform=f"rotate(-90 {short(left + 16)} {short(middle)})"
+    )
+
+    def place(point: CuttingPoint) -> Point:
+        return x.at(across(point)), y.at(up(point))
+
+    frame = _Frame(begin, end, top, bottom)
+    return (
+        card
+        + element("path", d="".join(grid), class_="gridline")
+        + "".join(numbers)
+        + axes
+        + _dots(points, place, shade)
+        + _marks(one, [place(point) for point in points], place, frame)
+    )
+
+
+def _own(one: ToolFront) -> CuttingPoint | None:
+    """Return what was given, unless it is far from the front: that would be left no room."""
+    if one.given is None:
+        return None
+    for of in _SHOWN:
+        values = [of(point) for point in one.points]
+        room = _FAR * ((max(values) - min(values)) or max(values))
+        if not min(values) - room <= of(one.given) <= max(values) + room:
+            return None
+    return one.given
+
+
+def _dots(points: list[CuttingPoint], place: Callable[[CuttingPoint], Point], shade: Callable[[float], int]) -> str:
+    """Return the points, in one path of each colour."""
+    by_colour: dict[int, list[str]] = {}
+    for point in points:
+        px, py = place(point)
+        by_colour.setdefault(shade(point.life), []).append(f"M{short(px)} {short(py)}h0")
+    return "".join(element("path", d="".join(d), class_=f"dots r{c}") for c, d in sorted(by_colour.items()))
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """The inside of a panel, in user units."""
+
+    left: float
+    right: float
+    top: float
+    bottom: float
+
+    def leaves(self, box: _Box) -> bool:
+        """Return whether a box is not all inside."""
+        return box[0] < self.left or box[2] > self.right or box[1] < self.top or box[3] > self.bottom
+
+
+def _marks(one: ToolFront, dots: list[Point], place: Callable[[CuttingPoint], Point], frame: _Frame) -> str:
+    """Return the quickest, the cheapest and the longest-lived point, and what was given, with their names."""
+    points = one.points
+    named = {
+        "quickest": place(min(points, key=lambda p: (p.time, p.cost))),
+        "cheapest": place(min(points, key=lambda p: (p.cost, p.time))),
+        "longest life": place(min(points, key=lambda p: (-p.life, p.cost))),
+    }
+    own = _own(one)
+    if own is not None:
+        named["as given"] = place(own)
+    places: dict[Point, list[str]] = {}
+    for name, where in named.items():
+        places.setdefault(where, []).append(name)
+    chosen = place(one.best)
+    drawn, labels, boxes = list[str](), list[str](), list[_Box]()
+    for (x, y), names in sorted(places.items(), key=lambda item: item[0][1]):
+        kind = "chosen" if (x, y) == chosen else "own" if names == ["as given"] else "ring"
+        drawn.append(_diamond(x, y) if kind == "own" else element("circle", cx=x, cy=y, r=5.0, class_=kind))
+        words = ", ".join(names)
+        box, label = _label(words, (x, y), dots, [*boxes, *(_around(other) for other in places)], frame)
+        boxes.append(box)
+        labels.append(label)
+    if chosen not in places:
+        drawn.append(element("circle", cx=chosen[0], cy=chosen[1], r=5.0, class_="chosen"))
+    return "".join((*drawn, *labels))
+
+
+def _around(place: Point) -> _Box:
+    return place[0] - 6, place[1] - 6, place[0] + 6, place[1] + 6
+
+
+def _label(words: str, at: Point, dots: list[Point], boxes: list[_Box], frame: _Frame) -> tuple[_Box, str]:
+    """Return a name beside its mark, where it hides the least: the box that it fills, and the text."""
+    wide = _LETTER * len(words)
+    best: tuple[float, _Box, str] | None = None
+    for number, (right, up) in enumerate(_BESIDE):
+        x, y = at[0] + (_OFF if right else -_OFF), at[1] + 4 + up
+        box = (x, y - 11, x + wide, y + 3) if right else (x - wide, y - 11, x, y + 3)
+        hidden = sum(box[0] < dx < box[2] and box[1] < dy < box[3] for dx, dy in dots)
+        crossed = sum(box[0] < b[2] and b[0] < box[2] and box[1] < b[3] and b[1] < box[3] for b in boxes)
+        cost = number + 5.0 * hidden + 100.0 * crossed + 1000.0 * frame.leaves(box)
+        if best is None or cost < best[0]:
+            label = text(words, x, y, text_anchor="start" if right else "end", class_="label")
+            best = (cost, box, label)
+    assert best is not None
+    return best[1], best[2]
+
+
+def _diamond(x: float, y: float) -> str:
+    return element("path", d=f"M{short(x)} {short(y - 6)}l6 6l-6 6l-6 -6z", class_="own")
+
+
+def _legend(shortest: float, longest: float, top: float, own: bool) -> str:
+    """Return what the colours and the marks are."""
+    begin, wide = 16.0 + 110.0, 180.0
+    y = top + 20
+    step = wide / (RAMP - 1)
+    places = [f"M{short(begin + i * step)} {short(y)}h{short(step)}" for i in range(RAMP - 1)]
+    steps = [element("path", d=place, class_=f"swatch r{i}") for i, place in enumerate(places)]
+    words = (
+        text("tool life in the cut", 16, y + 4)
+        + text(format_time(shortest), begin, y + 21, text_anchor="start")
+        + text(format_time(longest), begin + wide, y + 21, text_anchor="end")
+    )
+    x = begin + wide + 40
+    marks = element("circle", cx=x, cy=y, r=5.0, class_="chosen") + text("chosen", x + 12, y + 4)
+    x += 82
+    marks += element("circle", cx=x, cy=y, r=5.0, class_="ring") + text("best for one objective", x + 12, y + 4)
+    if own:
+        x += 168
+        marks += _diamond(x, y) + text("as given", x + 12, y + 4)
+    return "".join(steps) + words + marks

@@ -1,0 +1,56 @@
+"""What a run leaves of its stock, in pictures for its page: of a program before and after, and whether they differ."""
+
+from __future__ import annotations
+
+import base64
+import io
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from leafcut.errors import LeafcutError
+from leafcut.model.outcome import Outcome
+from leafcut.model.process_report import ProcessReport
+
+if TYPE_CHECKING:
+    from leafcut.stock.solid import Solid
+
+#: Heights that differ by less are the same, mm.
+_TOLERANCE = 0.01
+#: Colours of a picture: more would only make the page larger.
+_COLOURS = 160
+
+
+def stock_pictures(outcome: Outcome[Any], shown: ProcessReport) -> dict[str, Any] | None:
+    """Return what a page shows of the stock; None where it is not known.
+
+    That is ``pictures``, (title, address of the picture, size) of each, and ``same``, whether they differ, in words.
+    """
+    from leafcut.stock.same_stock import stock_differences
+    from leafcut.stock.solid import solid_of
+
+    stock = shown.stock()
+    try:
+        if shown.came_in != "program":
+            return {"pictures": [_picture("After: leafcut", solid_of(outcome.path_after, stock))], "same": ""}
+        before = solid_of(outcome.path_before, stock)
+        after = solid_of(outcome.path_after, replace(stock, block=(before.block.low, before.block.high)))
+    except LeafcutError:
+        return None
+    wrong = sum(one.cells for one in stock_differences(before.after, after.after, _TOLERANCE))
+    cells = f"{after.after.heights.size:,} cells of {after.after.cell:.3g} mm"
+    return {
+        "pictures": [_picture("Before: the program’s order", before), _picture("After: leafcut", after)],
+        "same": f"{wrong:,} of {cells} differ." if wrong else f"No difference, in {cells}.",
+    }
+
+
+def _picture(title: str, solid: Solid) -> tuple[str, str, str]:
+    from PIL import Image
+
+    from leafcut.report.stock_picture import stock_png
+
+    drawn = Image.open(io.BytesIO(stock_png(solid.after, solid.block.high[2])))
+    out = io.BytesIO()
+    drawn.quantize(_COLOURS).save(out, "PNG", optimize=True)
+    size = " × ".join(f"{b - a:.1f}" for a, b in zip(solid.block.low, solid.block.high, strict=True))
+    return title, f"data:image/png;base64,{base64.b64encode(out.getvalue()).decode()}", f"{size} mm"

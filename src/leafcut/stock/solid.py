@@ -1,0 +1,182 @@
+"""`Solid`: the stock of a run as it is shown to people: few cells, and every move that cuts them."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Floats
+from leafcut.model.cutter import Cutter, cutter_of
+from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.shown_stock import ShownStock
+from leafcut.model.tool import Tool
+from leafcut.model.toolpath import Toolpath
+from leafcut.stock.chip_thickness import chip_share, cut_width
+from leafcut.stock.cutting import Removed, cut
+from leafcut.stock.height_field import FINEST, HeightField, StockBlock
+from leafcut.stock.straight_moves import StraightMoves, straight_moves
+
+#: Cells along the longer side.
+CELLS = 512
+#: Cuts are looked at in pieces of this share of the smallest tool's diameter, as long as there are not too many.
+_PIECE, _PIECES = 0.5, 400_000
+#: A program of more moves is not shown.
+_MOST_MOVES = 1_000_000
+#: Chords of arcs lie so many cells off at most.
+_STRAYS = 0.05
+#: A block around the cuts is wider by this share of its longer side, mm at least and at most, and goes so far below.
+_BESIDE, _LEAST_BESIDE, _MOST_BESIDE, _BELOW = 0.06, 1.0, 12.0, 1.0
+#: … by this share of its longer side at least, so that it is no foil.
+_THICK = 0.03
+#: So many collisions are shown.
+_MOST_COLLISIONS = 500
+#: A rapid is looked at in so many places for where it is in the block.
+_PLACES = 65
+
+
+class Collision(NamedTuple):
+    """Where a tool meets material that it must not: what meets it, the row of the moves' path, and how deep, mm."""
+
+    kind: str
+    row: int
+    place: tuple[float, float, float]
+    depth: float
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """The stock of a run before and after it, and what cut it.
+
+    Places are relative to `origin`, and rounded to single precision, as they are drawn: who cuts `before` by `moves`
+    gets `after`.
+
+    Attributes
+    ----------
+    origin
+        x and y, mm.
+    block
+        The block, where it lies in the program.
+    before, after
+        The stock.
+    moves
+        The pieces of the program's motions.
+    width, chip
+        float64[m]: how wide every move cuts and its thickest chip, as shares of the tool's diameter and of the feed
+        per tooth.
+    """
+
+    origin: tuple[float, float]
+    block: StockBlock
+    before: HeightField
+    after: HeightField
+    moves: StraightMoves
+    tools: dict[int, Tool]
+    cutters: dict[int, Cutter]
+    width: Floats
+    chip: Floats
+    collisions: tuple[Collision, ...]
+
+
+def solid_of(path: Toolpath, stock: ShownStock, look: Heartbeat = unseen) -> Solid:
+    """Return the stock of a run, cut by a toolpath in cells of a size for pictures.
+
+    Raises
+    ------
+    PlanError
+        It is not known, or nothing is cut of it, or there are too many moves.
+    OptionError
+        A tool has no diameter.
+    """
+    if stock.refused:
+        raise PlanError(stock.refused)
+    if not stock.tools:
+        raise PlanError("no tool is known that cuts")
+    tools = dict(stock.tools)
+    cutters = {number: cutter_of(tool) for number, tool in tools.items()}
+    smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
+    whole = straight_moves(path, 0.01 * smallest, np.inf).of_tools(cutters)
+    block = StockBlock(*stock.block) if stock.block else _around(whole, cutters, stock)
+    sides = [block.high[k] - block.low[k] for k in range(2)]
+    cell = max(max(sides) / CELLS, FINEST)
+    moves = straight_moves(path, _STRAYS * cell, max(_PIECE * smallest, 2.0 * cell)).of_tools(cutters)
+    if len(moves) > _PIECES:
+        moves = straight_moves(path, _STRAYS * cell, np.inf).of_tools(cutters)
+    if len(moves) > _MOST_MOVES:
+        raise PlanError(f"{len(moves):,} moves are more than can be shown, {_MOST_MOVES:,}")
+    origin = (0.5 * (block.low[0] + block.high[0]), 0.5 * (block.low[1] + block.high[1]))
+    shift = np.array([*origin, 0.0, *origin, 0.0])
+    moves = replace(moves, ends=(moves.ends - shift).astype(np.float32).astype(np.float64))
+    before = HeightField.of_block(_moved(block, origin), cell)
+    after = before.copy()
+    removed = cut(after, moves, cutters, os.cpu_count() or 1, look)
+    if not removed.cuts.any():
+        raise PlanError("the program never touches the stock")
+    radius = np.array([cutters[number].radius for number in moves.tool.tolist()])
+    return Solid(
+        origin, block, before, after, moves, tools, cutters,
+        cut_width(removed, radius, cell) / (2.0 * radius),
+        np.where(removed.cuts, chip_share(removed, radius, cell), 0.0),
+        _rapids(moves, removed, block, origin),
+    )  # fmt: skip
+
+
+def _moved(block: StockBlock, origin: tuple[float, float]) -> StockBlock:
+    (x0, y0, z0), (x1, y1, z1) = block.low, block.high
+    return StockBlock((x0 - origin[0], y0 - origin[1], z0), (x1 - origin[0], y1 - origin[1], z1))
+
+
+def _around(moves: StraightMoves, cutters: dict[int, Cutter], stock: ShownStock) -> StockBlock:
+    """Return a block around the cuts below Z0, and somewhat wider.
+
+    Raises
+    ------
+    PlanError
+        There is none.
+    """
+    ends = moves.ends
+    deep = ~moves.rapid & (np.minimum(ends[:, 2], ends[:, 5]) < 0.0)
+    if not deep.any():
+        raise PlanError("nothing is cut below Z0, so the top of the stock is not known; give --workpiece")
+    radius = np.array([cutters[number].radius for number in moves.tool[deep].tolist()])[:, None]
+    begin, end = ends[deep, :3], ends[deep, 3:]
+    low = (np.minimum(begin, end)[:, :2] - radius).min(axis=0)
+    high = (np.maximum(begin, end)[:, :2] + radius).max(axis=0)
+    deepest = float(np.minimum(begin, end)[:, 2].min())
+    beside = min(max(_BESIDE * float((high - low).max()), _LEAST_BESIDE), _MOST_BESIDE)
+    low, high = low - beside, high + beside
+    if stock.around:
+        low, high = np.minimum(low, stock.around[:2]), np.maximum(high, stock.around[2:])
+    floor = min(deepest - _BELOW, -_THICK * float((high - low).max()))
+    floor = stock.floor if stock.floor is not None and stock.floor < 0.0 else floor
+    return StockBlock((float(low[0]), float(low[1]), floor), (float(high[0]), float(high[1]), 0.0))
+
+
+def _rapids(
+    moves: StraightMoves, removed: Removed, block: StockBlock, origin: tuple[float, float]
+) -> tuple[Collision, ...]:
+    """Return the rapids in the material, the deepest piece of every row."""
+    deepest: dict[int, tuple[float, int]] = {}
+    for at in np.flatnonzero(moves.rapid & removed.cuts).tolist():
+        row, depth = int(moves.row[at]), float(removed.depth[at])
+        if depth > deepest.get(row, (0.0, 0))[0]:
+            deepest[row] = (depth, at)
+    return tuple(
+        Collision("rapid", row, _place_in(moves.ends[at], block, origin), depth)
+        for row, (depth, at) in sorted(deepest.items())[:_MOST_COLLISIONS]
+    )
+
+
+def _place_in(move: NDArray[np.float64], block: StockBlock, origin: tuple[float, float]) -> tuple[float, float, float]:
+    """Return the middle of what of a move lies in a block, relative to the origin; else its lower end."""
+    share = np.linspace(0.0, 1.0, _PLACES)[:, None]
+    places = move[:3] + share * (move[3:] - move[:3])
+    low, high = np.array(block.low) - (*origin, math.inf), np.array(block.high) - (*origin, 0.0)
+    inside = places[((places >= low) & (places <= high)).all(axis=1)]
+    x, y, z = (inside[len(inside) // 2] if len(inside) else min(move[:3], move[3:], key=lambda end: end[2])).tolist()
+    return x, y, z

@@ -1,0 +1,132 @@
+"""The stock of a run for the browser, which cuts it again, move by move, in step with the playing.
+
+A scene (`studio.drawing.scene`) of the kind ``solid``. Its header has
+
+- ``refused``: why the stock cannot be shown; then there is nothing else;
+- ``origin``: x and y, mm, taken off all places;
+- ``grid``: ``x`` and ``y`` of the middle of the first cell and ``cell``, its side, mm; ``rows`` and ``columns``;
+- ``of``: how many rows the toolpath's scene has that it belongs to;
+- ``top`` and ``floor`` of the block, mm;
+- ``tools``: number → ``words``, ``shape`` (radius, flat, corner, reach, rise, slope: `kernels.sweep.ToolShape`) and
+  ``length`` of what cuts, mm;
+- ``collisions``: kind and line of each.
+
+Blocks, a row for each straight move but in the last one:
+
+=============== ======= =============================================================================================
+``move``        f4 × 6  begin and end of the tip, mm
+``since``       f8      when it begins, s
+``until``       f8      when it ends, s
+``row``         u4      row of the toolpath's scene
+``cutter``      u4      number of the tool
+``rapid``       u1      1 for a rapid
+``width``       u1      how wide it cuts, of the tool's diameter; 255: all of it
+``chip``        u1      its thickest chip, of the feed per tooth; 255: all of it
+``collision``   f4 × 4  place and depth of each collision, mm
+=============== ======= =============================================================================================
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import LeafcutError
+from leafcut.model.cutter import Cutter
+from leafcut.model.machine import Machine
+from leafcut.model.outcome import Outcome
+from leafcut.model.process_report import Which
+from leafcut.model.shown_stock import ShownStock
+from leafcut.model.tool import Tool
+from leafcut.model.toolpath import Toolpath
+from leafcut.report.playback import Playback, outcome_playback, playback
+from leafcut.report.wording import clean
+from leafcut.stock.solid import Solid, solid_of
+from leafcut.studio.drawing.scene import Columns, packed
+
+#: So long is what of a tool is seen as its cutting part, in diameters, where its library does not say it.
+_FLUTES = 3.0
+
+
+def outcome_solid_scene(outcome: Outcome, which: Which) -> bytes:
+    """Return the stock that an outcome works on, with the moves ``before`` or ``after``, or why it is not shown."""
+    path = outcome.path_before if which == "before" else outcome.path_after
+    return _scene_or_reason(path, outcome.shown.stock(), lambda: outcome_playback(outcome, which))
+
+
+def solid_scene(path: Toolpath, machine: Machine, stock: ShownStock) -> bytes:
+    """Return the stock that any toolpath cuts, or why it is not shown."""
+    return _scene_or_reason(path, stock, lambda: playback(path, machine))
+
+
+def _scene_or_reason(path: Toolpath, stock: ShownStock, rows: Callable[[], Playback]) -> bytes:
+    try:
+        solid = solid_of(path, stock)
+    except LeafcutError as problem:
+        return packed({**_HEAD, "refused": clean(str(problem))}, {})
+    return _packed(solid, rows())
+
+
+def in_words(scene: bytes, say: Callable[[str], str]) -> bytes:
+    """Return a scene with the reason why there is no stock, if there is one, in words of another language."""
+    size = int.from_bytes(scene[8:12], "little")
+    header = json.loads(scene[16 : 16 + size])
+    return packed({**_HEAD, "refused": say(header["refused"])}, {}) if header["refused"] else scene
+
+
+_HEAD: dict[str, Any] = {"kind": "solid", "name": "solid", "origin": [0.0, 0.0], "extents": None, "refused": ""}
+
+
+def _packed(solid: Solid, rows: Playback) -> bytes:
+    moves, field = solid.moves, solid.before
+    first, since, until = _times(solid, rows)
+    columns: Columns = {
+        "move": ("f4", moves.ends),
+        "since": ("f8", since),
+        "until": ("f8", until),
+        "row": ("u4", first[moves.row]),
+        "cutter": ("u4", moves.tool),
+        "rapid": ("u1", moves.rapid),
+        "width": ("u1", np.rint(255.0 * np.clip(solid.width, 0.0, 1.0))),
+        "chip": ("u1", np.rint(255.0 * np.clip(solid.chip, 0.0, 1.0))),
+        "collision": ("f4", np.array([(*one.place, one.depth) for one in solid.collisions]).reshape(-1, 4)),
+    }
+    header = {
+        "origin": list(solid.origin),
+        "grid": {
+            "x": field.x, "y": field.y, "cell": field.cell, "rows": len(field.heights),
+            "columns": field.heights.shape[1],
+        },
+        "of": len(rows.of),
+        "top": solid.block.high[2],
+        "floor": field.floor,
+        "tools": {str(n): _tool(solid.tools[n], cutter) for n, cutter in solid.cutters.items()},
+        "collisions": [[one.kind, int(rows.line[first[one.row]])] for one in solid.collisions],
+    }  # fmt: skip
+    return packed({**_HEAD, **header}, columns)
+
+
+def _times(solid: Solid, rows: Playback) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the scene's first row of every row of the moves' path, and when every move begins and ends, s."""
+    whole, count = np.arange(len(solid.moves.path)), len(solid.moves.path)
+    first = np.searchsorted(rows.of, whole)
+    seconds = np.bincount(rows.of, weights=rows.seconds, minlength=count)
+    begins = np.cumsum(seconds) - seconds
+    row = solid.moves.row
+    pieces = np.bincount(row, minlength=count)
+    step = np.arange(len(row)) - np.searchsorted(row, row)
+    since, until = (begins[row] + (step + end) / pieces[row] * seconds[row] for end in (0, 1))
+    return np.minimum(first, max(len(rows.of) - 1, 0)), since, until
+
+
+def _tool(tool: Tool, cutter: Cutter) -> dict[str, Any]:
+    slope = 0.0 if math.isinf(cutter.slope) else cutter.slope
+    length = tool.flute_length or _FLUTES * tool.diameter
+    shape = [cutter.radius, cutter.flat, cutter.corner, *cutter.tangent, slope]
+    return {"words": clean(tool.label), "shape": shape, "length": max(length, cutter.height(cutter.radius))
+            if math.isfinite(cutter.height(cutter.radius)) else length}  # fmt: skip

@@ -1,0 +1,48 @@
+// How the stock is coloured: as metal, by depth, by how much a cut engages, or by its feed.
+
+/** Colours from one end of a scale to the other, 0xRRGGBB. Lightness falls all the way, so that any colour vision reads it. */
+const SCALES = {
+  depth: [0xeef0ec, 0xa8d4bd, 0x4da6ad, 0x2a6c96, 0x263270, 0x241344],
+  engagement: [0xfdf0c4, 0xf9c873, 0xee8a4a, 0xcf4a4a, 0x912a62, 0x4f1a56],
+  feed: [0xd9e4f8, 0x94c4e8, 0x4d9fc9, 0x35739f, 0x344a80, 0x2b1f55],
+};
+/** What was not cut, and what was, in light and dark. */
+const METAL = { light: { raw: 0xbcc4cb, cut: 0xe9e6dd, section: 0xd9774a }, dark: { raw: 0x7d8891, cut: 0xc9cfd1, section: 0xd0703f } };
+/** Of a tool: its shank and what cuts. */
+export const TOOL = { shank: 0xb9c0c8, cuts: 0x8f98a3 };
+
+export const COLOURINGS = ["metal", "depth", "engagement", "feed"];
+
+/** Return the 256 colours of a colouring; the first is that of what was not cut. */
+export function paletteOf(colouring, dark) {
+  const { raw, cut } = METAL[dark ? "dark" : "light"], scale = SCALES[colouring];
+  const out = new Array(256).fill(cut);
+  if (scale) for (let k = 0; k < 256; k++) out[k] = mixed(scale, k / 255);
+  if (colouring !== "depth") out[0] = raw;
+  return out;
+}
+
+export function sectionColour(dark) { return METAL[dark ? "dark" : "light"].section; }
+
+/** Return a scale as CSS, from left to right. */
+export function scaleCss(colouring) {
+  return `linear-gradient(to right, ${SCALES[colouring].map((c) => `#${c.toString(16).padStart(6, "0")}`).join(", ")})`;
+}
+
+/** Return the tone (0 … 255) of every move from 1, and of what was not cut; `most` is the fastest feed, mm/s. */
+export function tonesOf(colouring, blocks, scene) {
+  const { row, width, rapid } = blocks, tones = new Uint8Array(row.length + 1);
+  let most = 0;
+  for (let k = 0; k < row.length; k++) if (!rapid[k]) most = Math.max(most, scene?.feed[row[k]] ?? 0);
+  for (let k = 0; k < row.length; k++) {
+    const share = colouring === "engagement" ? width[k] / 255 : colouring === "feed" && most > 0 ? (scene?.feed[row[k]] ?? 0) / most : 0;
+    tones[k + 1] = 1 + Math.round(254 * Math.min(share, 1));
+  }
+  return { tones, most };
+}
+
+function mixed(scale, share) {
+  const at = share * (scale.length - 1), k = Math.min(Math.floor(at), scale.length - 2), part = at - k, [a, b] = [scale[k], scale[k + 1]];
+  const channel = (shift) => Math.round(((a >> shift) & 255) * (1 - part) + ((b >> shift) & 255) * part) << shift;
+  return channel(16) | channel(8) | channel(0);
+}

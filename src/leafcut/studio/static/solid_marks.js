@@ -1,0 +1,211 @@
+// What is marked in the solid view: collisions, what is measured, and the place that was chosen.
+
+import { mm } from "./describe.js";
+import { iconButton, make } from "./icons.js";
+import { FONT, haloed } from "./marks.js";
+
+const REACH = 12; // pixels
+
+export class SolidMarks {
+  constructor(solid) {
+    this.solid = solid;
+    this.forget();
+  }
+
+  forget() {
+    this.collisions = [];
+    this.current = -1;
+    this.on = false;
+    this.from = this.to = this.at = this.chosen = null;
+    this._list();
+  }
+
+  /** Take the collisions of the scene that is shown: places, depths, what meets the stock, and lines. */
+  take() {
+    const { blocks, header } = this.solid;
+    this.collisions = header.collisions.map(([kind, line], k) => {
+      const [x, y, z, depth] = blocks.collision.subarray(4 * k, 4 * k + 4);
+      return { kind, line, x, y, z, depth };
+    });
+    this._list();
+  }
+
+  /** Show how many collisions there are, and buttons to go from one to the next. */
+  _list() {
+    const { solid, collisions } = this, { words } = solid, place = solid.collisions;
+    place.hidden = !collisions.length;
+    if (!collisions.length) return;
+    const count = make("span", "", {}, words.collisions.replace("{number}", collisions.length));
+    const next = iconButton("down", words.collisionNext, () => this.go(1)), before = iconButton("up", words.collisionPrevious, () => this.go(-1));
+    place.replaceChildren(count, before, next);
+  }
+
+  /** Go to the next collision, or the one before. */
+  go(step) {
+    const { length } = this.collisions;
+    if (!length) return;
+    this.choose((this.current + step + length + (this.current < 0 && step < 0 ? 1 : 0)) % length);
+  }
+
+  choose(index) {
+    const one = this.collisions[index], { solid } = this, { words, drawing } = solid;
+    this.current = index;
+    this.chosen = null;
+    drawing.selectLine(one.line);
+    const kind = words[`collision_${one.kind}`] ?? one.kind;
+    drawing._say([kind, `${mm(one.depth)} mm`, `${words.line} ${one.line}`]);
+    solid.wake();
+  }
+
+  /** Begin or end measuring; with the keys it is measured in the middle of the view. */
+  measure(on = !this.on, byKey = false) {
+    this.on = on;
+    this.from = this.to = this.at = null;
+    this.byKey = byKey;
+    this.solid.drawing.toolbar?.update();
+    if (on && byKey) this.aim();
+    this._tell();
+  }
+
+  aim() {
+    const { camera } = this.solid;
+    this.at = this.solid.placeAt(camera.width / 2, camera.height_px / 2);
+    this._tell(true);
+  }
+
+  /** The pointer is at a pixel, or nowhere. */
+  move(px, py) {
+    const { solid } = this, found = solid.placeAt(px, py);
+    if (this.on) {
+      this.byKey = false;
+      this.at = found;
+      this._tell(true);
+    } else solid.drawing._say(found ? this._words(found) : [], true);
+  }
+
+  /** A pixel was clicked, or Enter pressed: measure, or choose what is there. */
+  press(px, py) {
+    const { solid } = this;
+    if (this.on) {
+      if (!this.byKey) this.at = solid.placeAt(px, py);
+      if (!this.at) return;
+      if (!this.from || this.to) [this.from, this.to] = [this.at, null];
+      else this.to = this.at;
+      this._tell();
+      return;
+    }
+    const mark = this.near(px, py);
+    if (mark >= 0) {
+      this.choose(mark);
+      return;
+    }
+    const found = solid.placeAt(px, py);
+    this.chosen = found;
+    this.current = -1;
+    if (found?.path >= 0) solid.drawing.select(found.path);
+    solid.drawing._say(found ? this._words(found) : []);
+    solid.wake();
+  }
+
+  near(px, py) {
+    const { camera } = this.solid;
+    let best = -1, least = REACH;
+    this.collisions.forEach((one, k) => {
+      const [x, y] = camera.project(one.x, one.y, one.z), away = Math.hypot(x - px, y - py);
+      if (away <= least) [least, best] = [away, k];
+    });
+    return best;
+  }
+
+  _words({ x, y, z, line }) {
+    const [ox, oy] = this.solid.header.origin, { words } = this.solid;
+    return [`X ${mm(x + ox)}  Y ${mm(y + oy)}  Z ${mm(z)}`, line ? `${words.line} ${line}` : words.solidUncut];
+  }
+
+  /** Return what is measured, in words. */
+  get words() {
+    const { words } = this.solid, { from } = this, to = this.to ?? this.at;
+    if (!from) return [words.measure, words.measureFrom];
+    if (!to) return [words.measure, words.measureTo];
+    const d = ["x", "y", "z"].map((axis) => to[axis] - from[axis]);
+    return [`${mm(Math.hypot(...d))} mm`, `ΔX ${mm(d[0])}  ΔY ${mm(d[1])}  ΔZ ${mm(d[2])}`];
+  }
+
+  _tell(quiet = false) {
+    this.solid.drawing._say(this.on ? this.words : [], quiet);
+    this.solid.wake();
+  }
+
+  /** Let go of what is measured, else of what is chosen; return whether there was any of it. */
+  escape() {
+    if (this.on) this.measure(false);
+    else if (this.chosen || this.current >= 0) {
+      this.chosen = null;
+      this.current = -1;
+      this.solid.wake();
+    } else return false;
+    return true;
+  }
+
+  draw(ctx, camera, theme) {
+    this.collisions.forEach((one, k) => warning(ctx, camera.project(one.x, one.y, one.z), theme, k === this.current));
+    if (this.chosen) ring(ctx, camera.project(this.chosen.x, this.chosen.y, this.chosen.z), theme.accent, theme.card);
+    if (!this.on) return;
+    const { from, at } = this, to = this.to ?? (from ? at : null);
+    if (from && to) {
+      const corner = { x: to.x, y: to.y, z: from.z }, turn = { x: to.x, y: from.y, z: from.z };
+      line(ctx, camera, [from, turn, corner, to], theme["ink-2"], 1.2, [4, 4]);
+      for (const [colour, width] of [[theme.card, 4.5], [theme.accent, 2]]) line(ctx, camera, [from, to], colour, width);
+      const [ax, ay] = camera.project(from.x, from.y, from.z), [bx, by] = camera.project(to.x, to.y, to.z);
+      ctx.font = FONT;
+      ctx.textAlign = "center";
+      ctx.textBaseline = "bottom";
+      haloed(ctx, this.words[0], (ax + bx) / 2, (ay + by) / 2 - 8, theme.ink, theme.card);
+    }
+    for (const place of [from, to, this.to ? null : at]) if (place) ring(ctx, camera.project(place.x, place.y, place.z), theme.accent, theme.card);
+  }
+}
+
+function line(ctx, camera, places, colour, width, dash = []) {
+  ctx.strokeStyle = colour;
+  ctx.lineWidth = width;
+  ctx.setLineDash(dash);
+  ctx.beginPath();
+  places.forEach(({ x, y, z }, k) => {
+    const [px, py] = camera.project(x, y, z);
+    if (k) ctx.lineTo(px, py); else ctx.moveTo(px, py);
+  });
+  ctx.stroke();
+  ctx.setLineDash([]);
+}
+
+function ring(ctx, [x, y], colour, card) {
+  for (const [stroke, width] of [[card, 5], [colour, 2.2]]) {
+    ctx.strokeStyle = stroke;
+    ctx.lineWidth = width;
+    ctx.beginPath();
+    ctx.arc(x, y, 6, 0, 2 * Math.PI);
+    ctx.stroke();
+  }
+}
+
+/** A triangle with an exclamation mark: a sign that does not need its colour. */
+function warning(ctx, [x, y], theme, chosen) {
+  const size = chosen ? 13 : 10;
+  ctx.beginPath();
+  ctx.moveTo(x, y - size);
+  ctx.lineTo(x + size, y + 0.75 * size);
+  ctx.lineTo(x - size, y + 0.75 * size);
+  ctx.closePath();
+  ctx.lineJoin = "round";
+  ctx.strokeStyle = theme.card;
+  ctx.lineWidth = 4;
+  ctx.stroke();
+  ctx.fillStyle = theme.bad;
+  ctx.fill();
+  ctx.fillStyle = theme.card;
+  ctx.font = `700 ${size + 2}px system-ui, sans-serif`;
+  ctx.textAlign = "center";
+  ctx.textBaseline = "middle";
+  ctx.fillText("!", x, y + 0.15 * size);
+}

@@ -1,0 +1,184 @@
+// The stock at any time of a program: cut move by move, kept now and then so that it can go back, and its relief.
+//
+// Kept are SNAPSHOTS states of 8 bytes a cell; with fields, relief and what it is made of a stock of 512 × 512 cells
+// takes 45 MB at most, besides 44 bytes a move.
+
+import { sweep } from "./sweep.js";
+
+const SNAPSHOTS = 16;
+/** A rapid is looked at with a tool that is smaller by so many cells all round (stock/cutting.py). */
+const RAPID_INSET = 1;
+/** How far the relief of a cell is looked for: for the way a wall faces, and for the shade near by and further off. */
+const FACING = 3, RIM = 1, NEAR = 5, FAR = 18;
+/** Steeper than so many mm per mm is a cliff, which belongs to no slope. */
+const CLIFF = 2.5;
+
+/** The stock that a scene of the kind "solid" is about. */
+export class SolidStock {
+  constructor(header, blocks) {
+    const { rows, columns } = header.grid;
+    Object.assign(this, { header, grid: header.grid, rows, columns, ...blocks });
+    this.moves = this.row.length;
+    this.heights = new Float32Array(rows * columns).fill(header.top);
+    this.by = new Uint32Array(rows * columns);
+    this.shapes = Object.fromEntries(Object.entries(header.tools).map(([number, tool]) => [number, Float64Array.from(tool.shape)]));
+    this.done = 0; // moves that are cut whole
+    this.share = 0; // how much of the next one is
+    this.dirty = [0, 0, columns, rows];
+    this.kept = new Map();
+    this._planSnapshots();
+  }
+
+  /** Decide before which moves a state is kept: as much work lies between each two. */
+  _planSnapshots() {
+    const { moves, move, cutter, grid } = this, work = new Float64Array(moves + 1);
+    for (let k = 0; k < moves; k++) {
+      const at = 6 * k, radius = this.shapes[cutter[k]][0], length = Math.hypot(move[at + 3] - move[at], move[at + 4] - move[at + 1]);
+      work[k + 1] = work[k] + 50 + (2 * radius * (length + 1.6 * radius)) / grid.cell ** 2;
+    }
+    this.keepAt = new Set();
+    for (let k = 1, piece = work[moves] / (SNAPSHOTS + 1), next = piece; k <= moves && piece > 0; k++) {
+      if (work[k] < next) continue;
+      this.keepAt.add(k);
+      while (next <= work[k]) next += piece;
+    }
+  }
+
+  /** Return how many moves are over at a time, and how much of the next one is done. */
+  at(time) {
+    let low = 0, high = this.moves;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.until[middle] <= time) low = middle + 1; else high = middle;
+    }
+    if (low === this.moves) return [low, 0];
+    const begins = this.since[low], takes = this.until[low] - begins;
+    return [low, takes > 0 ? Math.min(Math.max((time - begins) / takes, 0), 1) : 0];
+  }
+
+  /** Go to a time, for so many ms at most; return whether it is there. `time` may be earlier than where it is. */
+  seek(time, budget = Infinity) {
+    const [count, share] = this.at(time), ends = performance.now() + budget;
+    if (count < this.done || (count === this.done && share < this.share)) this._back(count);
+    while (this.done < count) {
+      this._cut(this.done, 1);
+      this.done++;
+      this.share = 0;
+      if (this.keepAt.has(this.done) && !this.kept.has(this.done)) {
+        this.kept.set(this.done, { heights: this.heights.slice(), by: this.by.slice() });
+      }
+      if ((this.done & 31) === 0 && performance.now() > ends) return false;
+    }
+    if (share > this.share) {
+      this._cut(this.done, share);
+      this.share = share;
+    }
+    return true;
+  }
+
+  /** Go back to the last state that is kept before a number of moves. */
+  _back(count) {
+    const from = Math.max(0, ...[...this.kept.keys()].filter((k) => k <= count)), state = this.kept.get(from);
+    if (state) {
+      this.heights.set(state.heights);
+      this.by.set(state.by);
+    } else {
+      this.heights.fill(this.header.top);
+      this.by.fill(0);
+    }
+    this.done = from;
+    this.share = 0;
+    this.dirty = [0, 0, this.columns, this.rows];
+  }
+
+  _cut(k, share) {
+    const { move, grid } = this, at = 6 * k, [x, y, z] = [move[at], move[at + 1], move[at + 2]];
+    const to = (axis) => (share === 1 ? move[at + 3 + axis] : move[at + axis] + share * (move[at + 3 + axis] - move[at + axis]));
+    const inset = this.rapid[k] ? RAPID_INSET * grid.cell : 0;
+    sweep(this.heights, this.by, grid, this.shapes[this.cutter[k]], x, y, z, to(0), to(1), to(2), inset, k + 1, this.dirty);
+  }
+
+  /** Return what has changed since the last time: `rect` (first and last column and row, the last ones excluded) with
+   *  `heights`, `by` and `relief` of its cells; null for nothing. */
+  changes() {
+    const [c0, r0, c1, r1] = this.dirty;
+    this.dirty = [this.columns, this.rows, 0, 0];
+    if (c1 <= c0 || r1 <= r0) return null;
+    const rect = [Math.max(c0 - FAR, 0), Math.max(r0 - FAR, 0), Math.min(c1 + FAR, this.columns), Math.min(r1 + FAR, this.rows)];
+    return { rect, heights: this._part(this.heights, rect), by: this._part(this.by, rect), relief: this._relief(rect) };
+  }
+
+  _part(from, [c0, r0, c1, r1]) {
+    const width = c1 - c0, out = new from.constructor(width * (r1 - r0));
+    for (let row = r0; row < r1; row++) out.set(from.subarray(row * this.columns + c0, row * this.columns + c1), (row - r0) * width);
+    return out;
+  }
+
+  /** Return of every cell, a byte each: its normal's x and y, which way a wall there faces, and how light it is by what
+   *  stands around it. */
+  _relief([c0, r0, c1, r1]) {
+    const { columns, rows, grid, header } = this, { cell } = grid, width = c1 - c0, height = r1 - r0;
+    const wide = [Math.max(c0 - FAR - 1, 0), Math.max(r0 - FAR - 1, 0), Math.min(c1 + FAR + 1, columns), Math.min(r1 + FAR + 1, rows)];
+    const part = this._part(this.heights, wide), w = wide[2] - wide[0], h = wide[3] - wide[1];
+    for (let k = 0; k < part.length; k++) if (part[k] < header.floor) part[k] = header.floor;
+    const sums = summed(part, w, h), facing = blurred(sums, w, h, FACING), rim = blurred(sums, w, h, RIM), near = blurred(sums, w, h, NEAR), far = blurred(sums, w, h, FAR);
+    const out = new Uint32Array(width * height), edge = (v, most) => (v < 0 ? 0 : v > most ? most : v);
+    for (let row = 0; row < height; row++) {
+      const y = row + r0 - wide[1], up = edge(y + 1, h - 1) * w, down = edge(y - 1, h - 1) * w, mid = y * w;
+      for (let column = 0; column < width; column++) {
+        const x = column + c0 - wide[0], right = edge(x + 1, w - 1), left = edge(x - 1, w - 1), here = part[mid + x];
+        const sx = slope((here - part[mid + left]) / cell, (part[mid + right] - here) / cell, (facing[mid + right] - facing[mid + left]) / (2 * cell));
+        const sy = slope((here - part[down + x]) / cell, (part[up + x] - here) / cell, (facing[up + x] - facing[down + x]) / (2 * cell));
+        const long = 1 / Math.sqrt(1 + sx * sx + sy * sy);
+        const further = edge(x + 2, w - 1), before = edge(x - 2, w - 1), above = edge(y + 2, h - 1) * w, below = edge(y - 2, h - 1) * w;
+        const gx = facing[mid + further] - facing[mid + before], gy = facing[above + x] - facing[below + x];
+        const turn = Math.atan2(-gy, -gx) / (2 * Math.PI);
+        const light = lightness(here - rim[mid + x], here - near[mid + x], here - far[mid + x], cell);
+        out[row * width + column] = (Math.round(-sx * long * 127) & 255) | ((Math.round(-sy * long * 127) & 255) << 8)
+          | ((Math.round(turn * 256) & 255) << 16) | (Math.round(light * 200) << 24);
+      }
+    }
+    return out;
+  }
+}
+
+/** Return the slope of a place from those to both sides: the mean, but of a cliff at one side that of the other.
+ *  Where no cliff is near, `smooth` is it: ridges that are finer than the cells make no pattern then. */
+function slope(before, after, smooth) {
+  const one = Math.abs(before), other = Math.abs(after), mean = 0.5 * (before + after);
+  if (one >= CLIFF || other >= CLIFF) return one < other ? before : after;
+  return Math.abs(smooth - mean) < 0.25 + Math.abs(mean) ? smooth : mean;
+}
+
+/** Return how light a cell is, 0 … 1.2: dark at the foot of a wall, a little lighter at an upper edge. */
+function lightness(over, overNear, overFar, cell) {
+  const under = (v, reach) => (v < 0 ? -v / (-v + 1.3 * reach * cell) : 0);
+  const rim = over > 0 ? over / (over + 3 * cell) : 0;
+  return Math.max(1 - 0.34 * under(overNear, NEAR) - 0.3 * under(overFar, FAR) - 0.1 * under(over, RIM) + 0.09 * rim, 0.12);
+}
+
+/** Return the sums of all cells before each in both directions. */
+function summed(values, width, height) {
+  const sums = new Float64Array((width + 1) * (height + 1));
+  for (let y = 0; y < height; y++) {
+    let row = 0;
+    for (let x = 0, at = (y + 1) * (width + 1) + 1; x < width; x++, at++) {
+      row += values[y * width + x];
+      sums[at] = sums[at - width - 1] + row;
+    }
+  }
+  return sums;
+}
+
+/** Return the mean of the cells around each, a square. */
+function blurred(sums, width, height, reach) {
+  const out = new Float32Array(width * height), long = width + 1;
+  for (let y = 0; y < height; y++) {
+    const y0 = Math.max(y - reach, 0) * long, y1 = Math.min(y + reach + 1, height) * long;
+    for (let x = 0; x < width; x++) {
+      const x0 = Math.max(x - reach, 0), x1 = Math.min(x + reach + 1, width);
+      out[y * width + x] = (sums[y1 + x1] - sums[y1 + x0] - sums[y0 + x1] + sums[y0 + x0]) / (((y1 - y0) / long) * (x1 - x0));
+    }
+  }
+  return out;
+}

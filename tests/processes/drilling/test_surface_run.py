@@ -1,0 +1,250 @@
+"""Plates that are not flat: every hole at its height, every way clear of what stands, and as low as that allows."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from leafcut import api
+from leafcut.cli import run
+from leafcut.errors import LeafcutError, VerifyError
+from leafcut.model.toolpath import Kind, ToolpathBuilder
+from leafcut.proof.surface import check_surface
+from meshes import binary_stl, box_triangles
+from rs274_moves import moves_of_rs274, run_rs274
+
+#: Three steps, and four bosses on them.
+STEPS = [(0, 0, -20, 40, 80, 0), (40, 0, -20, 80, 80, -6), (80, 0, -20, 120, 80, -12)]
+BOSSES = [(15, 30, 0, 25, 50, 18), (55, 20, -6, 65, 35, 15), (55, 50, -6, 65, 62, 15), (95, 35, -12, 108, 48, 10)]
+RADIUS = 2.5
+HOLES = [
+    (x, y)
+    for x in range(5, 120, 10)
+    for y in range(5, 80, 10)
+    if not any(b[0] - 4 < x < b[3] + 4 and b[1] - 4 < y < b[4] + 4 for b in BOSSES) and abs(x - 40) > 4 < abs(x - 80)
+]
+FAST: dict[str, Any] = {"preset": "fast", "threads": 1}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with the plate as STL, and its holes in a shuffled table."""
+    made = tmp_path_factory.mktemp("plate")
+    boxes = np.concatenate([box_triangles(*box) for box in (*STEPS, *BOSSES)])
+    (made / "plate.stl").write_bytes(binary_stl(boxes))
+    (made / "inches.stl").write_bytes(binary_stl(boxes / 25.4))
+    order = np.random.default_rng(3).permutation(len(HOLES))[:40]
+    rows = "".join(f"{HOLES[k][0]},{HOLES[k][1]},{2 * RADIUS:g}\n" for k in order)
+    (made / "holes.csv").write_text("x,y,diameter\n" + rows)
+    return made
+
+
+def drilled(folder: Path, **options: Any) -> Any:
+    common = {"surface": str(folder / "plate.stl"), "through": True, "machine": "linuxcnc-mill", **FAST}
+    return api.optimize(folder / "holes.csv", process="drill", **{**common, **options})
+
+
+def top_at(x: float, y: float) -> float:
+    return max(z for x0, y0, _, x1, y1, z in STEPS if x0 <= x <= x1 and y0 <= y <= y1)
+
+
+def nearest_above(x: float, y: float, z: float) -> float:
+    """Return how far the nearest of what is higher than z is from a place, seen from above: of boxes that is exact."""
+    higher = [box for box in (*STEPS, *BOSSES) if box[5] > z]
+    away = [math.hypot(max(b[0] - x, x - b[3], 0.0), max(b[1] - y, y - b[4], 0.0)) for b in higher]
+    return min(away, default=math.inf)
+
+
+def test_every_hole_begins_at_its_height_and_goes_through_the_part(folder: Path) -> None:
+    """R 2 mm over the step that it stands on, the full diameter 0.5 mm below the part's underside."""
+    outcome = drilled(folder)
+    path = outcome.path_after
+    point = RADIUS / math.tan(math.radians(59))
+    found = {
+        tuple(path.end[row, :2].tolist()): (path.cycles[path.ref[row]].r_plane, path.cycles[path.ref[row]].bottom)
+        for row in np.flatnonzero(path.kind == Kind.DRILL)
+    }
+    assert len(found) == 40
+    for (x, y), (r_plane, bottom) in found.items():
+        assert r_plane == top_at(x, y) + 2.0
+        assert bottom == pytest.approx(-20.0 - 0.5 - point, abs=1e-5)
+
+
+@pytest.mark.external
+@pytest.mark.parametrize("machine", ["linuxcnc-mill", "haas-vf2"])
+def test_no_rapid_that_linuxcnc_makes_comes_near_to_what_stands(
+    folder: Path, machine: str, rs274: str, tmp_path: Path
+) -> None:
+    """The tool at places 0.2 mm apart along each rapid that rs274 prints, against the boxes of which the plate is made.
+
+    On a machine whose axes do not arrive together rs274 tells the ends alone: there all of the box between them is.
+    """
+    text = drilled(folder, machine=machine, dialect="linuxcnc").text
+    status, output = run_rs274(rs274, text, tmp_path)
+    assert status == 0, output
+    place, rapids = (0.0, 0.0, 100.0), 0
+    # The last one goes to Z0 of the machine, which rs274 takes for that of the program.
+    for move in moves_of_rs274(output)[:-1]:
+        if move[0] not in ("rapid", "feed"):
+            continue
+        end = move[1:4]
+        if move[0] == "rapid" and place[2] < 99.0:
+            rapids += 1
+            up = place[:2] == end[:2] and end[2] >= place[2]
+            n = max(int(math.dist(place, end) / 0.2), 1)
+            spots = [tuple(a + k / n * (b - a) for a, b in zip(place, end, strict=True)) for k in range(n + 1)]
+            if machine == "haas-vf2":
+                low = min(place[2], end[2])
+                xs, ys = (np.linspace(place[axis], end[axis], 12) for axis in range(2))
+                spots += [(x, y, low) for x in xs for y in ys]
+            for x, y, z in spots:
+                assert up or nearest_above(x, y, z - 0.5) > RADIUS, (place, end)
+        place = end
+    assert rapids > 100
+
+
+def test_low_ways_take_less_time_than_ways_over_the_highest_and_the_gap_is_told(folder: Path) -> None:
+    low, high = drilled(folder), drilled(folder, retract="initial")
+    assert low.after.time_s < 0.95 * high.after.time_s
+    assert low.operations[0].solution.lower_bound is not None
+    assert 0.0 <= low.gap < 0.05
+    assert low.verified
+
+
+def test_the_search_knows_what_ways_cost(folder: Path) -> None:
+    """The order found with the heights is faster, run with them, than the one that is found as if all were flat."""
+    flat = drilled(folder, retract="initial").operations[0].hole_order
+    one = {"operation": 1, "holes": [int(k) + 1 for k in flat]}
+    (folder / "order.json").write_text(json.dumps({"leafcut_order": 1, "operations": [one]}))
+    low, as_flat = drilled(folder), drilled(folder, hole_order=str(folder / "order.json"))
+    assert as_flat.operations[0].hole_order == flat
+    assert low.after.time_s < as_flat.after.time_s
+
+
+def test_the_proof_finds_what_meets_a_boss_and_nothing_else(folder: Path) -> None:
+    """Ways at random heights between random places, against the distance to the boxes of which the plate is made."""
+    triangles = np.concatenate([box_triangles(*box) for box in (*STEPS, *BOSSES)])
+    random, met, clear = np.random.default_rng(8), 0, 0
+    for _ in range(400):
+        (x0, y0), (x1, y1) = random.uniform((-10, -10), (130, 90), (2, 2)).tolist()
+        z = float(random.uniform(-14, 20))
+        path = ToolpathBuilder()
+        path.tool(1)
+        path.rapid(x0, y0, z)
+        path.rapid(x1, y1)
+        steps = np.linspace(0, 1, 800)
+        nearest = min(nearest_above(x0 + s * (x1 - x0), y0 + s * (y1 - y0), z - 0.05) for s in steps.tolist())
+        heights = {box[5] for box in (*STEPS, *BOSSES)}
+        if abs(nearest - RADIUS) < 0.2 or any(abs(z - 0.05 - height) < 0.01 for height in heights):
+            continue  # as near as the rounding of written places
+        found = check_surface(path.build(), triangles, {1: RADIUS})
+        assert bool(found) == (nearest < RADIUS), (x0, y0, x1, y1, z)
+        met, clear = met + bool(found), clear + (not found)
+    assert met > 50 < clear
+
+
+def test_what_is_planned_too_low_is_not_written(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("leafcut.processes.drilling.plan.drill_toolpath.way_height", lambda *_: -50.0)
+    with pytest.raises(VerifyError, match="meets the surface"):
+        drilled(folder, algorithm="none")
+
+
+@pytest.mark.parametrize("algorithm", ["acs", "firefly", "nn"])
+def test_other_algorithms_find_safe_ways_too(folder: Path, algorithm: str) -> None:
+    outcome = drilled(folder, algorithm=algorithm, iterations=2 if algorithm != "nn" else None)
+    assert outcome.verified
+
+
+def test_the_unit_of_the_surface_is_asked_for_and_obeyed(folder: Path) -> None:
+    with pytest.raises(LeafcutError, match="its unit is another one; give --surface-unit"):
+        drilled(folder, surface=str(folder / "inches.stl"))
+    inches = drilled(folder, surface=str(folder / "inches.stl"), surface_unit="in")
+    planes = [sorted(cycle.r_plane for cycle in one.path_after.cycles) for one in (inches, drilled(folder))]
+    assert planes[0] == pytest.approx(planes[1], abs=1e-4)
+
+
+def test_the_surface_is_placed_as_the_drawing_is(folder: Path) -> None:
+    """Turned by 90 degrees about zero, with the lower left hole as the origin: the same heights at the same holes."""
+    outcome = drilled(folder, rotate=90, origin="lower-left")
+    path = outcome.path_after
+    x0, y0 = min(-y for _, y in HOLES), min(x for x, _ in HOLES)
+    for row in np.flatnonzero(path.kind == Kind.DRILL):
+        x, y = path.end[row, :2]
+        assert path.cycles[path.ref[row]].r_plane == top_at(y + y0, -(x + x0)) + 2.0
+
+
+def test_ways_go_over_a_fixture_and_a_hole_under_one_is_refused(folder: Path) -> None:
+    low = drilled(folder)
+    high = drilled(folder, fixture="48 0 -6 52 12 30,30 38 0 36 42 25")
+    assert float(high.path_after.end[:, 2][np.isfinite(high.path_after.end[:, 2])].max()) == 30.0 + 10.0
+    assert high.after.time_s > low.after.time_s
+    x, y = next(iter(HOLES))
+    with pytest.raises(LeafcutError, match="under a fixture"):
+        drilled(folder, fixture=f"{x + 1} {y + 1} 0 {x + 9} {y + 9} 5")
+
+
+def test_a_keep_out_zone_is_crossed_at_the_clearance_height(folder: Path) -> None:
+    outcome = drilled(folder, keep_out="0 9 120 11")
+    path = outcome.path_after
+    before = path.before
+    for row in np.flatnonzero(np.isin(path.kind, (int(Kind.RAPID), int(Kind.DRILL)))):
+        y0, y1 = before[row, 1], path.end[row, 1]
+        if np.isfinite(y0) and (y0 < 9.0) != (y1 < 9.0):
+            assert max(before[row, 2], 0.0) >= 28.0
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"thickness": 6}, "--through and --thickness"),
+        ({"fixture": "1 2 3"}, "needs six numbers"),
+        ({"fixture": "1 2 3 1 5 6"}, "has no volume"),
+        ({"surface": None}, "--through"),
+        ({"surface": "nothing.stl"}, "nothing.stl"),
+        ({"surface_clearance": 0}, "--surface-clearance"),
+    ],
+)
+def test_what_cannot_be_obeyed_is_refused_in_one_line(folder: Path, options: dict[str, Any], told: str) -> None:
+    with pytest.raises(LeafcutError) as refused:
+        drilled(folder, **options)
+    assert told in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_hole_beside_the_surface_is_refused_with_its_place(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "holes.csv").write_text("x,y,diameter\n5,5,5\n119,40,5\n60,70,5\n100,10,5\n")
+    with pytest.raises(LeafcutError, match=r"the hole at 119, 40 is beside the surface plate\.stl"):
+        api.optimize(tmp_path / "holes.csv", process="drill", surface=str(folder / "plate.stl"), through=True, **FAST)
+
+
+def test_uneven_rims_and_other_drawn_heights_are_told(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "holes.csv").write_text("x,y,z,diameter\n5,5,0,5\n40,10,0,5\n60,70,-7,5\n")
+    given = {"surface": str(folder / "plate.stl"), "through": True, "hole_heights": "drawn", **FAST}
+    outcome = api.optimize(tmp_path / "holes.csv", process="drill", **given)
+    told = {issue.code: str(issue) for issue in outcome.issues}
+    assert "at 40, 10 the rim is between Z-6.000 and Z0.000" in told["L441"]
+    assert "at 60, 70 the drawing says Z-7.000 and the surface Z-6.000" in told["L442"]
+
+
+def test_the_command_line_says_the_same(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = [
+        "drill",
+        str(folder / "holes.csv"),
+        "--surface",
+        str(folder / "plate.stl"),
+        "--through",
+        "--preset",
+        "fast",
+    ]
+    assert run([*words, "--machine", "linuxcnc-mill", "-o", str(tmp_path / "out.ngc"), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["verified"]
+    assert answer["after"]["time_s"] == pytest.approx(drilled(folder).after.time_s)
+    assert answer["low_ways_saved_s"] > 10.0
+    assert run([*words, "--machine", "linuxcnc-mill", "-o", str(tmp_path / "out.ngc")]) == 0
+    assert "against all ways over the highest" in capsys.readouterr().out

@@ -1,0 +1,469 @@
+"""Settings of controllers: what each file says, worked out by hand; profiles that are read as written; refusals."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from every import every
+from leafcut.errors import LeafcutError, OptionError, ReadError
+from leafcut.kinds import Head
+from leafcut.read.controllers.importing import (
+    KINDS,
+    ImportedMachine,
+    changed_profile,
+    imported,
+    kind_of,
+    read_settings,
+    settings_text,
+)
+from leafcut.read.controllers.questions import QUESTIONS, questioned
+from leafcut.read.controllers.values import How
+from leafcut.read.machine import load_machine
+
+HERE = Path(__file__).parent / "settings"
+INCH = 25.4
+NO = math.inf
+LOW = -math.inf
+
+#: File → kind, rapids (mm/s), accelerations (mm/s²), travel (mm), and more values of the machine.
+EXPECTED: dict[str, tuple[str, Any, Any, Any, dict[str, Any]]] = {
+    "grbl_3018.txt": ("grbl", (2000 / 60, 2000 / 60, 800 / 60), (30, 30, 20), ((-300, -180, -45), (0, 0, 0)),
+        {"controller": "grbl", "corner_deviation": 0.01, "spindle_max_rpm": 10000, "tool_changer": False}),
+    "grbl_laser.txt": ("grbl", (200, 10000 / 60, 500 / 60), (1000, 800, 200), ((-400, -410, -80), (0, 0, 0)),
+        {"controller": "grbl-laser", "head": Head.LASER, "home": (-400, -410, 0), "corner_deviation": 0.02}),
+    "grblhal_router.txt": ("grbl", (10000 / 60, 10000 / 60, 4000 / 60), (750, 750, 400),
+        ((0, 0, -150), (1260, 1250, 0)),
+        {"spindle_min_rpm": 6000, "spindle_max_rpm": 24000, "spindle_start_s": 4.0, "home": (0, 0, 0)}),
+    "linuxcnc_mm.ini": ("linuxcnc", (120, 100, 50), (900, 700, 400), ((-0.01, -0.01, -120), (1200, 800, 0.01)),
+        {"name": "shop-router", "home": (5, 6, 0), "acceleration_factor": 0.95, "tool_change_position": (10, 20),
+         "spindle_min_rpm": 6000, "corners": "linuxcnc", "max_feed": 100}),
+    "linuxcnc_inch_old.ini": ("linuxcnc", (1.5 * INCH, 1.4 * INCH, INCH), (15 * INCH, 15 * INCH, 10 * INCH),
+        ((-12 * INCH, -6 * INCH, -5 * INCH), (0.0254, 0.0254, 0.0254)),
+        {"units": "in", "acceleration_factor": 0.9, "tool_changer": True}),
+    "linuxcnc_plasma.ini": ("linuxcnc", (400, 400, 100), (3000, 3000, 1200), ((0, 0, -10), (2500, 1250, 90)),
+        {"controller": "qtplasmac", "head": Head.TORCH, "home": (0, 0, 80), "name": "plasma-table"}),
+    "mach3_mm.xml": ("mach3", (83.33, 83.33, 50), (450, 450, 300), ((-593, -890, -160), (0, 0, 0)),
+        {"name": "Router", "spindle_min_rpm": 6000, "spindle_max_rpm": 24000, "spindle_start_s": 3.0}),
+    "mach3_inch.xml": ("mach3", (1.5 * INCH, 1.5 * INCH, 0.75 * INCH), (10 * INCH, 10 * INCH, 8 * INCH),
+        ((LOW,) * 3, (NO,) * 3), {"units": "in", "spindle_max_rpm": 1000}),
+    "mach3_plasma.xml": ("mach3", (200, 200, 66), (1500, 1500, 500), ((0, 0, -50), (2500, 1250, 50)), {"units": "mm"}),
+    # 33866.67 counts/s ÷ 4064 counts/in = 8.333 in/s, which is 500 in/min
+    "mach4_inch.ini": ("mach4", (500 * INCH / 60, 500 * INCH / 60, 250 * INCH / 60), (25 * INCH, 25 * INCH, 20 * INCH),
+        ((0, 0, 0), (50 * INCH, 50 * INCH, 6 * INCH)),
+        {"units": "in", "spindle_max_rpm": 24000, "spindle_start_s": 1.5}),
+    # X is moved by Motor1, Y by Motor0: 400000 ÷ 160 = 2500, 208000 ÷ 160 = 1300
+    "mach4_mm.ini": ("mach4", (200, 200, 50), (1000, 1000, 250), ((0, 0, -150), (2500, 1300, 0)),
+        {"units": "mm", "spindle_min_rpm": 4000, "name": "Gantry"}),
+    "mach4_unset.ini": ("mach4", (100 * INCH / 60, 100 * INCH / 60, 50 * INCH / 60), (2 * INCH,) * 3,
+        ((LOW,) * 3, (NO,) * 3), {"name": "New"}),
+    # Y homes upwards to 5 mm, X downwards to 0, Z not at all
+    "fluidnc_router.yaml": ("fluidnc", (5000 / 60, 4000 / 60, 800 / 60), (150, 150, 25),
+        ((0, -405, -100), (750, 5, 0)), {"home": (0, 5, 0), "spindle_min_rpm": 6000, "spindle_max_rpm": 24000,
+        "spindle_start_s": 2.5, "corner_deviation": 0.02, "name": "Small router"}),
+    "fluidnc_laser.yaml": ("fluidnc", (16000 / 60, 200, 1000 / 60), (500, 500, 25), ((0, 0, LOW), (370, 295, NO)),
+        {"controller": "grbl-laser", "head": Head.LASER}),
+    "fluidnc_corexy.yaml": ("fluidnc", (150, 150, 50), (800, 700, 300), ((-300, -200, -20), (0, 0, 0)),
+        {"spindle_max_rpm": 12000, "spindle_min_rpm": 0}),
+    "marlin_deviation.txt": ("marlin", (50, 40, 30), (200, 200, 100), ((0, 0, -5), (300, 200, 80)),
+        {"corner_deviation": 0.02, "corners": "grbl"}),
+    # 90° at 10 mm/s: v² = a δ s/(1 - s), s = √½: 100 = 500 δ 2.4142
+    "marlin_jerk.txt": ("marlin", (500, 500, 10), (500, 500, 100), ((LOW,) * 3, (NO,) * 3),
+        {"corner_deviation": pytest.approx(100 / (500 * 2.41421), rel=1e-3)}),
+    "marlin_old_inch.txt": ("marlin", (4 * INCH, 4 * INCH, 0.5 * INCH), (10 * INCH, 10 * INCH, 4 * INCH),
+        ((LOW,) * 3, (NO,) * 3), {"units": "in"}),
+    # M203 in mm/min; of two motors the slower; 15 mm/s of jerk
+    "rrf_router.g": ("rrf", (250, 200, 2000 / 60), (500, 400, 150), ((0, 0, -10), (770, 745, 85)),
+        {"name": "OX router", "spindle_max_rpm": 24000,
+         "corner_deviation": pytest.approx(225 / (500 * 2.41421), rel=1e-3)}),
+    "rrf_minmax.g": ("rrf", (250, 250, 100 / 60), (800, 800, 15), ((-18, 0, 0), (214, 210, 120)), {"units": "mm"}),
+    "rrf_delta_laser.g": ("rrf", (300,) * 3, (2000,) * 3, ((LOW,) * 3, (NO,) * 3), {"head": Head.LASER}),
+}  # fmt: skip
+
+
+def of_file(name: str) -> ImportedMachine:
+    return imported(read_settings(HERE / name), str(HERE / name))
+
+
+def test_there_are_three_files_of_each_kind() -> None:
+    assert set(EXPECTED) == {f.name for f in HERE.iterdir() if f.is_file() and f.suffix != ".md"}
+    assert {kind: sum(row[0] == kind for row in EXPECTED.values()) for kind in KINDS} == dict.fromkeys(KINDS, 3)
+
+
+@every("name", EXPECTED)
+def test_a_file_of_settings_says_what_was_worked_out_by_hand(name: str) -> None:
+    kind, velocity, acceleration, (low, high), more = EXPECTED[name]
+    found = of_file(name)
+    machine = found.machine
+    assert found.kind == kind
+    assert machine.rapid_velocity == pytest.approx(velocity, rel=1e-6)
+    assert machine.acceleration == pytest.approx(acceleration, rel=1e-6)
+    assert machine.travel_min == pytest.approx(low, abs=1e-6)
+    assert machine.travel_max == pytest.approx(high, abs=1e-6)
+    for key, value in more.items():
+        exact = isinstance(value, str | bool) or not isinstance(value, int | float | tuple)
+        assert getattr(machine, key) == (value if exact else pytest.approx(value, abs=1e-9)), key
+
+
+@every("name", EXPECTED)
+def test_a_profile_is_read_again_as_the_machine_it_was_written_from(name: str, tmp_path: Path) -> None:
+    """Each value has its source and, over it, how it was come by; what was not known says that it is an estimate."""
+    found = of_file(name)
+    file = tmp_path / "my.toml"
+    file.write_text(found.text, encoding="utf-8")
+    assert load_machine(str(file)) == found.machine
+    told = {value.key for value in found.values} - {"name", "description"}
+    assert set(found.machine.sources) == told
+    for value in found.values:
+        assert f"# {value.how}: {value.source}" in found.text
+        if value.key in told:
+            assert found.machine.sources[value.key].startswith("estimate: ") is (value.how is How.ASSUMED)
+    assert all(key in ("travel",) for key in found.machine.assumed)
+
+
+@every("name", EXPECTED)
+def test_each_value_that_is_taken_names_its_line_or_its_tag(name: str) -> None:
+    for value in of_file(name).values:
+        if value.how is How.TAKEN and value.key not in ("name", "units"):
+            assert any(word in value.source for word in ("line", "<", "homing")), value
+
+
+def test_what_a_profile_cannot_hold_is_told() -> None:
+    assert any("corexy" in note for note in of_file("fluidnc_corexy.yaml").notes)
+    assert any("three straight axes" in note for note in of_file("rrf_delta_laser.g").notes)
+    assert any("soft limits of z are off" in note for note in of_file("mach4_inch.ini").notes)
+    assert any("PlasmaMode" in note for note in of_file("mach3_plasma.xml").notes)
+    assert any("homing is off" in note for note in of_file("grbl_3018.txt").notes)
+    text = (HERE / "linuxcnc_mm.ini").read_text().replace("trivkins coordinates=XYYZ", "genserkins coordinates=XYYZ")
+    assert any("genserkins" in note for note in imported(text, "x.ini").notes)
+
+
+@every("name", ["linuxcnc_mm.ini", "mach3_mm.xml", "mach4_mm.ini"])
+def test_units_are_asked_for_where_the_file_does_not_say_them_and_refused_where_it_does(name: str) -> None:
+    text = read_settings(HERE / name)
+    for there in ("LINEAR_UNITS = mm\n", "<Units>0</Units>", "SetupUnits=210\n"):
+        unclear = text.replace(there, "<Units>7</Units>" if there.startswith("<") else "")
+        if unclear != text:
+            with pytest.raises(ReadError, match="mm or inches; set --units"):
+                imported(unclear, name)
+            metric, inch = (imported(unclear, name, units=unit).machine for unit in ("mm", "in"))
+            assert inch.rapid_velocity == pytest.approx([INCH * one for one in metric.rapid_velocity])
+    with pytest.raises(ReadError, match="leave --units out"):
+        imported(text, name, units="in")
+    assert imported(text, name, units="mm").machine == of_file(name).machine
+
+
+def test_grbl_has_one_unit_and_refuses_another() -> None:
+    with pytest.raises(OptionError, match="leave it out"):
+        imported(read_settings(HERE / "grbl_3018.txt"), "x", units="in")
+
+
+def grbl(**changed: str) -> str:
+    lines = (HERE / "grbl_3018.txt").read_text().splitlines()
+    return "\n".join(f"${line[1:4]}={changed[line[1:4]]}" if line[1:4] in changed else line for line in lines)
+
+
+BOMB = "a: &a [x,x,x,x,x,x,x,x,x]\n" + "".join(
+    f"{b}: &{b} [*{a},*{a},*{a},*{a},*{a},*{a}]\n" for a, b in zip("abcdefgh", "bcdefghi", strict=True)
+)
+ENTITIES = (
+    '<?xml version="1.0"?><!DOCTYPE p [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;">]>'
+    "<profile><Preferences><Units>&b;</Units></Preferences></profile>"
+)
+OUTSIDE = '<!DOCTYPE p [<!ENTITY a SYSTEM "file:///etc/passwd">]><profile><Preferences><Profile>&a;</Profile></Preferences></profile>'
+AXES = "axes:\n  x: {max_rate_mm_per_min: 9000}\n  y: {max_rate_mm_per_min: 9000}\n"
+MACH3 = (HERE / "mach3_mm.xml").read_text()
+INI = (HERE / "linuxcnc_mm.ini").read_text()
+MACH4 = (HERE / "mach4_mm.ini").read_text()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("hello\nworld\n", "of no kind that leafcut knows; importable are the answer of GRBL"),
+        ("%\nO1\nG0 X1\nM30\n%\n", "is a program, not the settings"),
+        ("[a]\nb = 1\n", "an INI file of no controller"),
+        ("<svg></svg>", "is XML, but no profile of Mach3"),
+        (grbl(**{"110": "1e9"}), r"more than any machine has.*\$110"),
+        (grbl(**{"110": "-2000"}), "rapid.velocity of x is -2000 mm/min, but must be above 0"),
+        (grbl(**{"122": "0"}), "rapid.acceleration of z is 0 mm/s2, but must be above 0"),
+        (grbl(**{"122": "fast"}), r":35: \$122 is 'fast', but must be a number"),
+        (grbl(**{"110": "1e999"}), r"\$110 is 1e999, which no machine has"),
+        (grbl(**{"130": "-5"}), "the travel of x is -5 mm, but must be above 0"),
+        (grbl().partition("$121")[0], r"has no \$121; save the whole answer to \$\$"),
+        (INI.replace("[AXIS_Z]", "[AXIS_W]"), "has no MAX_VELOCITY in"),
+        (INI.partition("[AXIS_Y]")[0], "has no MAX_VELOCITY in .AXIS_Y. or .JOINT_1."),
+        (INI.replace("coordinates=XYYZ", "coordinates=XZ"), "has no axis y"),
+        (INI.replace("= mm", "= furlong"), "LINEAR_UNITS is 'furlong', but must be mm or inch"),
+        (INI.replace("MAX_LIMIT = 800.0", "MAX_LIMIT = -800"), "the travel of y ends at -800 mm"),
+        (INI.replace("KINK_RATIO = 0.05", "KINK_RATIO = 1.5"), "ARC_BLEND_KINK_RATIO is 1.5"),
+        (INI + "\n#INCLUDE /etc/passwd\n", "includes '/etc/passwd', which is not in its folder"),
+        (INI + "\n#INCLUDE ../test_controllers.py\n", "which is not in its folder"),
+        (INI + "\n#INCLUDE ~/x\n", "which is not in its folder"),
+        (INI + "\n#INCLUDE none.inc\n", "which is not there"),
+        (MACH3[: len(MACH3) // 2], "is no whole XML file"),
+        (MACH3.replace("<Vel1>", "<Vol1>").replace("</Vel1>", "</Vol1>"), "has no <Vel1>"),
+        (MACH3.replace("<Steps0>200.", "<Steps0>0."), "steps per unit"),
+        (ENTITIES, "has entities of its own"),
+        (OUTSIDE, "has entities of its own"),
+        (BOMB + AXES, ":1: has an anchor"),
+        ("axes: " + "{a: " * 5000, "is nested too deep"),
+        ("axes:\n  x: [1\n", "is no YAML"),
+        ("axes:\n  x:\n    max_rate_mm_per_min: 100\n", "has no axis y"),
+        (AXES.replace("9000", "quick", 1), ":2: max_rate_mm_per_min of x is 'quick'"),
+        ("axes:\n" + " " * 300_000, "has more than 256 KiB"),
+        ("M203 X1 Y1 Z1\nM201 X1 Y1 Z1\n", "may be in mm/s or in mm/min; say which with --kind"),
+        ("M566 X1\nM205 J1\nM203 X1 Y1 Z1\n", "words of both"),
+        ("echo:  M203 X1 Y1\necho:  M201 X1 Y1 Z1\n", "M203 has no Z; is the file whole"),
+        ("echo:  M203 X1 Y1 Z1\n", "has no M201"),
+        ("M566 X1\nM203 X{a} Y1 Z1\nM201 X1 Y1 Z1", "M203 X is '.a.', but must be a number"),
+        (MACH4.replace("CountsPerUnit=160.0", "CountsPerUnit=0", 1), "CountsPerUnit is 0"),
+        (MACH4.partition("[Motor2]")[0], "has no section .Motor2."),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_used_is_refused_in_one_line_with_its_place(text: str, words: str) -> None:
+    file = str(HERE / "bad.ini")
+    with pytest.raises(ReadError, match=words) as caught:
+        imported(text, file)
+    message = str(caught.value)
+    assert message.startswith(file) and "\n" not in message and len(message) < 600
+
+
+def test_an_ini_that_includes_itself_ends(tmp_path: Path) -> None:
+    (tmp_path / "a.ini").write_text("[EMC]\n#INCLUDE a.ini\n")
+    with pytest.raises(ReadError, match="does it include itself"):
+        imported("[EMC]\n#INCLUDE a.ini\n", str(tmp_path / "b.ini"))
+
+
+def test_files_that_each_include_several_others_end(tmp_path: Path) -> None:
+    """Nine times nine times nine …: they would be 43 million."""
+    for k in range(8):
+        (tmp_path / f"{k}.inc").write_text(f"#INCLUDE {k + 1}.inc\n" * 9)
+    (tmp_path / "8.inc").write_text("[EMC]\n")
+    with pytest.raises(ReadError, match="more than 200 files"):
+        imported("#INCLUDE 1.inc\n", str(tmp_path / "a.ini"))
+
+
+def test_standard_input_has_the_bounds_of_a_file() -> None:
+    with pytest.raises(ReadError, match="standard input: is larger than 4 MiB"):
+        settings_text(b"$" * (5 << 20), "standard input")
+
+
+def test_lines_and_tags_that_only_cost_time_are_refused_or_left_out() -> None:
+    """Each would take hours if every way to read it were tried."""
+    for text in ("M203 " + "B{" * 500_000, "M205 J1\n" + "Min: X1 Y1 Z1\n" * 50_000, "Recv" + " " * 2_000_000):
+        with pytest.raises(ReadError):
+            imported(text, "a")
+    deep = "<a>" * 200_000 + "</a>" * 200_000
+    assert imported(MACH3.replace("<PulseSpeed>0</PulseSpeed>", deep), "a").kind == "mach3"
+
+
+def test_a_link_out_of_the_folder_is_not_followed(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    (tmp_path / "secret.inc").write_text("[TRAJ]\n")
+    (tmp_path / "in" / "link.inc").symlink_to(tmp_path / "secret.inc")
+    with pytest.raises(ReadError, match="not in its folder"):
+        imported("[EMC]\n#INCLUDE link.inc\n", str(tmp_path / "in" / "a.ini"))
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (b"", "is empty"),
+        (b" \n", "is empty"),
+        (b"PK\x03\x04", "is a zip file"),
+        ("$110=5\n".encode("utf-16"), "is UTF-16"),
+        (b"\x7fELF\0\0", "is a binary file"),
+        (b"x" * (5 << 20), "is larger than 4 MiB"),
+    ],
+)
+def test_what_is_no_text_of_settings_is_refused(data: bytes, words: str, tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(data)
+    with pytest.raises(ReadError, match=words):
+        read_settings(tmp_path / "a")
+
+
+def test_a_large_file_is_not_read_to_its_end(tmp_path: Path) -> None:
+    """A hundred MB that take no room on the disk: what is read of it is the limit and a byte."""
+    with (tmp_path / "large").open("wb") as file:
+        file.truncate(100 << 20)
+    with pytest.raises(ReadError, match="larger than 4 MiB"):
+        read_settings(tmp_path / "large")
+    for name, words in ((tmp_path, "a folder"), (tmp_path / "none", "not found"), ("a\0b", "not found|not a valid")):
+        with pytest.raises(ReadError, match=words):
+            read_settings(name)
+
+
+def test_a_kind_can_be_said_where_the_contents_do_not_tell_it() -> None:
+    """The same numbers are mm/s for Marlin and mm/min for RepRapFirmware."""
+    text = "M203 X6000 Y6000 Z600\nM201 X500 Y500 Z100\n"
+    assert imported(text, "a", "marlin").machine.rapid_velocity == (6000, 6000, 600)
+    assert imported(text, "a", "rrf").machine.rapid_velocity == (100, 100, 10)
+    with pytest.raises(OptionError, match="did you mean 'marlin'"):
+        imported(text, "a", "marlim")
+    with pytest.raises(ReadError):
+        kind_of(text, "a")
+
+
+def test_names_from_a_file_cannot_break_the_profile(tmp_path: Path) -> None:
+    text = INI.replace("shop-router", 'x" \\u0000 \x1b[31m # [rapid]')
+    found = imported(text, str(tmp_path / 'odd "name".ini'))
+    assert tomllib.loads(found.text)["rapid"]["velocity"] == ["120 mm/s", "100 mm/s", "50 mm/s"]
+    assert "\x1b" not in found.text
+
+
+FOUR = 'name = "mine"\ncontroller = "grbl"\nrapid.velocity = "3 m/min"\nrapid.acceleration = "0.2 m/s2"\n'
+
+
+def test_a_profile_of_four_lines_is_a_machine_and_its_unknown_travel_is_told(tmp_path: Path) -> None:
+    import leafcut
+
+    file = tmp_path / "four.toml"
+    file.write_text(FOUR)
+    machine = load_machine(str(file))
+    assert (machine.rapid_velocity, machine.acceleration) == ((50, 50, 50), (200, 200, 200))
+    assert machine.travel_min == (LOW,) * 3 and machine.reach(0) == NO and not machine.table_known
+    outcome = leafcut.optimize("example:plate-10", machine=str(file), thickness=5)
+    told = {issue.code: issue.message for issue in outcome.issues}
+    assert "travel unknown in x, y, z" in told["L408"] and "nothing was checked" in told["L403"]
+    assert outcome.verified and math.isfinite(outcome.after.time_s)
+
+
+def test_an_axis_whose_travel_is_unknown_leaves_the_others_checked(tmp_path: Path) -> None:
+    import leafcut
+    from leafcut.errors import VerifyError
+
+    file = tmp_path / "small.toml"
+    file.write_text(FOUR + '[travel]\nmin = ["0 mm", "0 mm", "unknown"]\nmax = ["9 mm", "9 mm", "unknown"]\n')
+    assert load_machine(str(file)).travel_max == (9, 9, NO)
+    with pytest.raises(VerifyError, match=r"the machine's travel is 9\.000 mm"):
+        leafcut.optimize("example:plate-10", machine=str(file), thickness=5)
+    file.write_text(FOUR + '[travel]\nmin = "0 mm"\nmax = ["1 m", "1 m", "unknwon"]\n')
+    with pytest.raises(OptionError, match="'max' is wrong"):
+        load_machine(str(file))
+
+
+def answered(**more: Any) -> ImportedMachine:
+    return questioned({"name": "Mill", "controller": "haas", "rapid": "1000 ipm", **more})
+
+
+def test_a_few_answers_make_a_machine_and_the_rest_is_an_estimate_of_a_like_one(tmp_path: Path) -> None:
+    """1000 in/min is 25.4 m/min; what is not said is that of the Haas VF-2."""
+    found = answered(travel="30in,16in,20in")
+    vf2 = load_machine("haas-vf2")
+    assert found.machine.rapid_velocity == pytest.approx((25400 / 60,) * 3)
+    assert found.machine.travel_min == pytest.approx((-762, -406.4, -508)) and found.machine.travel_max == (0, 0, 0)
+    for key in ("rapid_style", "acceleration", "corners", "spindle_max_rpm", "tool_changer", "tool_change_s"):
+        assert getattr(found.machine, key) == getattr(vf2, key)
+    assert {v.key for v in found.values if v.how is How.TAKEN} == {
+        "name", "controller", "rapid.velocity", "travel.min", "travel.max",
+    }  # fmt: skip
+    (tmp_path / "a.toml").write_text(found.text, encoding="utf-8")
+    assert load_machine(str(tmp_path / "a.toml")) == found.machine
+
+
+def test_a_centroid_has_the_nearest_dialect_and_that_is_told() -> None:
+    found = questioned({"name": "Knee mill", "controller": "centroid", "rapid": "300ipm"})
+    assert found.machine.controller == "fanuc" and "no dialect of centroid" in found.machine.sources["controller"]
+
+
+def test_questions_are_asked_in_order_until_each_has_an_answer() -> None:
+    """A wrong answer is asked again, with what is wrong; Enter takes what is likely."""
+    asked: list[str] = []
+    replies = iter(
+        ["Old mill", "hass", "haas", "", "in", "fast", "10 m/min", "", "500mm,400mm,300mm", "", "", "maybe", "no", ""]
+    )
+
+    def ask(question: str, likely: str) -> str:
+        asked.append(question)
+        return next(replies)
+
+    machine = questioned({}, ask).machine
+    assert (machine.name, machine.controller, machine.units, machine.tool_changer) == ("Old mill", "haas", "in", False)
+    assert machine.rapid_velocity == pytest.approx((1000 / 6,) * 3) and machine.travel_min == (-500, -400, -300)
+    assert [any(one.text in words for words in asked) for one in QUESTIONS] == [True] * len(QUESTIONS)
+    assert "did you mean 'haas'" in asked[2] and "is not a number" in asked[6] and "not yes or no" in asked[12]
+
+
+def test_an_imported_profile_is_completed_by_its_estimates_alone(tmp_path: Path) -> None:
+    file = tmp_path / "imported.toml"
+    file.write_text(of_file("linuxcnc_mm.ini").text, encoding="utf-8")
+    asked: list[str] = []
+
+    def ask(question: str, likely: str) -> str:
+        asked.append(question)
+        return {"whether the machine changes tools itself: yes or no": "yes", "time of one tool change": "6 s"}.get(
+            question, ""
+        )
+
+    before, machine = load_machine(str(file)), questioned({}, ask, str(file)).machine
+    assert (machine.tool_changer, machine.tool_change_s) == (True, 6.0)
+    assert not any("rapids" in words or "travel" in words for words in asked)
+    for key in ("rapid_velocity", "acceleration", "travel_min", "home", "acceleration_factor", "name", "corners"):
+        assert getattr(machine, key) == getattr(before, key)
+
+
+def test_what_a_base_has_by_estimate_stays_where_nobody_answers(tmp_path: Path) -> None:
+    """The router's travel is an estimate, and better than none."""
+    base, made = load_machine("mach3-router"), questioned({"name": "mine"}, None, "mach3-router").machine
+    for key in ("travel_min", "travel_max", "rapid_velocity", "acceleration", "tool_change_s", "corner_deviation"):
+        assert getattr(made, key) == getattr(base, key)
+    enter = questioned({"name": "mine"}, lambda question, likely: "", "mach3-router")
+    assert enter.machine == made
+    assert questioned({"travel": "1m,2m,0.1m"}, None, "mach3-router").machine.travel_max == (1000, 2000, 0)
+
+
+def test_a_controller_that_is_typed_is_compared_as_it_was_typed() -> None:
+    replies = iter(["Knee", "Centroid", "", "", "300 ipm"])
+    asked = questioned({}, lambda question, likely: next(replies, "")).machine
+    given = questioned({"name": "Knee", "controller": "Centroid", "rapid": "300 ipm"}).machine
+    assert asked == given and "linuxcnc-mill" in asked.sources["rapid.acceleration"]
+    assert asked.rapid_style == "linear" and asked.description == "Knee (centroid)"
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"rapid": "0"}, "--rapid: .*above 0"),
+        ({"rapid": "1,2"}, "2 values, but must be one, or x,y,z"),
+        ({"rapid": "1e9"}, "no machine has more than"),
+        ({"rapid": "soon"}, "--rapid: 'soon' is not a number"),
+        ({"acceleration": "1000 g"}, "no machine has more"),
+        ({"travel": "5,5"}, "lengths of x,y,z"),
+        ({"travel": "5,5,-1"}, "must be above 0"),
+        ({"controller": "hass"}, "did you mean 'haas'"),
+        ({"process": "hammer"}, "--process: 'hammer' is not known"),
+        ({"tool-changer": "maybe"}, "not yes or no"),
+        ({"spindle-speed": "-1"}, "not above 0"),
+        ({"name": ""}, "is no answer"),
+        ({"velocity": "1"}, "unknown answer 'velocity'"),
+    ],
+)
+def test_a_wrong_answer_is_refused_by_its_name(given: dict[str, str], words: str) -> None:
+    with pytest.raises(OptionError, match=words):
+        answered(**given)
+
+
+def test_where_nobody_can_be_asked_what_has_no_likely_answer_is_named() -> None:
+    with pytest.raises(OptionError, match="needs --controller and --rapid"):
+        questioned({"name": "x"})
+
+    def ask(question: str, likely: str) -> str:
+        return "nonsense?"
+
+    with pytest.raises(LeafcutError, match="5 wrong answers"):
+        questioned({"name": "x"}, ask)
+
+
+def test_a_changed_profile_keeps_all_else() -> None:
+    text = changed_profile("mach3-router", {"corners.deviation": ("0.2 mm", "fitted")}, "new.toml")
+    data = tomllib.loads(text)
+    assert data["corners"] == {"style": "round", "deviation": "0.2 mm"}
+    assert data["sources"]["corners.deviation"] == "fitted"
+    assert data["rapid"]["velocity"] == ["10 m/min", "10 m/min", "4 m/min"]
+    with pytest.raises(OptionError, match="deviation"):
+        changed_profile("mach3-router", {"corners.deviation": ("0 mm", "")}, "new.toml")

@@ -1,0 +1,214 @@
+"""STEP: the holes of solids that are made here by formula, other sides and steps told, and what is no solid refused."""
+
+from __future__ import annotations
+
+import json
+import math
+import runpy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCone, BRepPrimAPI_MakeCylinder
+from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+from OCP.Interface import Interface_Static
+from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
+
+from leafcut import api
+from leafcut.cli import run
+from leafcut.errors import LeafcutError, ReadError
+from leafcut.model.toolpath import Kind
+from leafcut.read import read
+from leafcut.read.meshes import load_mesh
+from leafcut.read.step_solid import RoundWall, columns, hole_of, joined
+
+FAST: dict[str, Any] = {"preset": "fast", "threads": 1}
+
+
+def box(*corners: float) -> Any:
+    return BRepPrimAPI_MakeBox(gp_Pnt(*corners[:3]), gp_Pnt(*corners[3:])).Shape()
+
+
+def cylinder(at: tuple[float, float, float], way: tuple[float, float, float], radius: float, length: float) -> Any:
+    return BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(*at), gp_Dir(*way)), radius, length).Shape()
+
+
+def cone(at: tuple[float, float, float], below: float, above: float, length: float) -> Any:
+    return BRepPrimAPI_MakeCone(gp_Ax2(gp_Pnt(*at), gp_Dir(0, 0, 1)), below, above, length).Shape()
+
+
+def cut(solid: Any, *tools: Any) -> Any:
+    for tool in tools:
+        solid = BRepAlgoAPI_Cut(solid, tool).Shape()
+    return solid
+
+
+def saved(file: Path, *solids: Any, unit: str = "MM") -> Path:
+    writer = STEPControl_Writer()
+    Interface_Static.SetCVal_s("write.step.unit", unit)
+    for solid in solids:
+        writer.Transfer(solid, STEPControl_AsIs)
+    writer.Write(str(file))
+    Interface_Static.SetCVal_s("write.step.unit", "MM")
+    return file
+
+
+DOWN = (0.0, 0.0, -1.0)
+
+
+def test_through_blind_flat_and_pointed_holes_have_their_heights_and_depths(tmp_path: Path) -> None:
+    block = cut(
+        box(0, 0, -30, 80, 40, 5),
+        cylinder((10, 10, 5), DOWN, 2.5, 35),
+        cylinder((30, 10, 5), DOWN, 3, 12),
+        cylinder((50, 10, 5), DOWN, 4, 20),
+        cone((50, 10, -15 - 4 / math.tan(math.radians(59))), 0, 4, 4 / math.tan(math.radians(59))),
+    )
+    part = read(saved(tmp_path / "block.step", block))
+    told = [(h.x, h.y, h.z, h.diameter, h.depth, h.through, h.flat) for h in part.holes]
+    assert told == [
+        (10.0, 10.0, 5.0, 5.0, 35.0, True, False),
+        (30.0, 10.0, 5.0, 6.0, 12.0, False, True),
+        (50.0, 10.0, 5.0, 8.0, 20.0, False, False),
+    ]
+
+
+def test_counterbores_and_countersinks_are_steps_of_one_hole(tmp_path: Path) -> None:
+    block = cut(
+        box(0, 0, -20, 80, 40, 0),
+        cylinder((10, 10, 0), DOWN, 3, 20),
+        cylinder((10, 10, 0), DOWN, 5, 6),
+        cylinder((40, 10, 0), DOWN, 2, 20),
+        cone((40, 10, -3), 2, 5, 3),
+    )
+    part = read(saved(tmp_path / "block.step", block))
+    assert [(h.x, h.z, h.diameter, h.depth, h.through) for h in part.holes] == [
+        (10.0, 0.0, 6.0, 20.0, True),
+        (40.0, 0.0, 4.0, 20.0, True),
+    ]
+    told = next(issue for issue in part.issues if issue.code == "L217")
+    assert "2 holes with a counterbore or countersink, as at 10, 10 (Ø 10, 6.000 mm deep)" in str(told)
+
+
+def test_bosses_fillets_and_slot_ends_are_no_holes(tmp_path: Path) -> None:
+    block = BRepAlgoAPI_Fuse(box(0, 0, -10, 80, 40, 0), cylinder((60, 20, 0), (0, 0, 1), 8, 12)).Shape()
+    slot = BRepAlgoAPI_Fuse(box(10, 7, -10, 25, 13, 0), cylinder((10, 10, 0), DOWN, 3, 10)).Shape()
+    slot = BRepAlgoAPI_Fuse(slot, cylinder((25, 10, 0), DOWN, 3, 10)).Shape()
+    part = read(saved(tmp_path / "block.step", cut(block, slot, cylinder((60, 20, 12), DOWN, 2, 22))))
+    assert [(h.x, h.y, h.z, h.depth, h.through) for h in part.holes] == [(60.0, 20.0, 12.0, 22.0, True)]
+
+
+def test_holes_from_below_and_from_the_sides_are_told_and_not_drilled(tmp_path: Path) -> None:
+    block = cut(
+        box(0, 0, -20, 80, 40, 0),
+        cylinder((10, 10, -20), (0, 0, 1), 3, 8),
+        cylinder((30, 0, -10), (0, 1, 0), 2, 40),
+        cylinder((50, 0, -10), (0, 1, 0), 2, 15),
+        cylinder((70, 20, 0), DOWN, 3, 20),
+    )
+    part = read(saved(tmp_path / "block.step", block))
+    assert [(h.x, h.y) for h in part.holes] == [(70.0, 20.0)]
+    told = [str(issue) for issue in part.issues if issue.code == "L218"]
+    assert any("1 hole open from below alone" in line for line in told)
+    assert any("2 holes along 0, 1, 0, not drilled" in line for line in told)
+
+
+def test_walls_in_halves_make_one_hole_and_a_wider_part_below_another() -> None:
+    halves = [RoundWall(5, 5, -10, 0, 2, 2, math.pi), RoundWall(5, 5, -10, 0, 2, 2, math.pi)]
+    quarter = RoundWall(9, 9, -10, 0, 2, 2, math.pi / 2)
+    assert joined([*halves, quarter]) == [halves[0]._replace(turn=math.tau)]
+    above, below = RoundWall(5, 5, -10, 0, 2, 2, math.tau), RoundWall(5, 5, -20, -10, 4, 4, math.tau)
+    assert list(columns([below, above])) == [[above], [below]]
+    assert hole_of([RoundWall(5, 5, -10, 0, 0, 4, math.tau)]) is None
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("INCH", 1.0), ("M", 1.0)])
+def test_the_unit_of_the_file_is_obeyed(tmp_path: Path, unit: str, factor: float) -> None:
+    """OpenCASCADE writes the same solid with other numbers."""
+    block = cut(box(0, 0, -20, 80, 40, 0), cylinder((10, 10, 0), DOWN, 3, 20))
+    file = saved(tmp_path / "block.step", block, unit=unit)
+    hole = read(file).holes[0]
+    assert (hole.x, hole.y, hole.diameter, hole.depth) == pytest.approx((10.0, 10.0, 6.0, 20.0), abs=1e-4)
+
+
+def test_the_example_has_the_holes_that_it_was_made_with(examples: Path) -> None:
+    made = runpy.run_path(str(examples / "make_stepped_plate.py"))
+    part = read(examples / "stepped_plate.step")
+    wanted = {(x, y): (z, through) for x, y, z, through in made["holes"]()}
+    assert {(h.x, h.y): (h.z, h.through) for h in part.holes} == {k: (float(z), t) for k, (z, t) in wanted.items()}
+    assert {h.depth for h in part.holes if not h.through} == {6.0}
+    assert all(h.depth == h.z + 20.0 for h in part.holes if h.through)
+
+
+def test_a_solid_is_drilled_at_its_own_heights_and_depths_with_low_ways(examples: Path) -> None:
+    outcome = api.optimize(examples / "stepped_plate.step", process="drill", machine="linuxcnc-mill", **FAST)
+    point = 2.5 / math.tan(math.radians(59))
+    path, holes = outcome.path_after, {(h.x, h.y): h for h in outcome.part.holes}
+    for row in np.flatnonzero(path.kind == Kind.DRILL):
+        hole, cycle = holes[tuple(path.end[row, :2].tolist())], path.cycles[path.ref[row]]
+        assert cycle.r_plane == hole.z + 2.0
+        assert cycle.bottom == pytest.approx(hole.z - hole.depth - (0.5 if hole.through else 0.0) - point, abs=1e-5)
+    assert outcome.detail.low_ways_saved_s > 20.0
+    over = api.optimize(
+        examples / "stepped_plate.step", process="drill", machine="linuxcnc-mill", retract="initial", **FAST
+    )
+    assert outcome.after.time_s < 0.95 * over.after.time_s
+
+
+def test_step_and_stl_are_the_same_surface(examples: Path) -> None:
+    step, stl = load_mesh(examples / "stepped_plate.step"), load_mesh(examples / "stepped_plate.stl")
+    assert step.low.tolist() == pytest.approx(stl.low.tolist(), abs=1e-4)
+    assert step.high.tolist() == pytest.approx(stl.high.tolist(), abs=1e-4)
+    assert step.closed == stl.closed
+    given = {"process": "drill", "hole_heights": "drawn", "depth": 4, "machine": "linuxcnc-mill", **FAST}
+    programs = [
+        api.optimize(examples / "stepped_plate.step", surface=str(examples / f"stepped_plate.{kind}"), **given)
+        for kind in ("step", "stl")
+    ]
+    assert programs[0].after.time_s == pytest.approx(programs[1].after.time_s, rel=1e-6)
+
+
+def test_the_point_of_a_drill_ends_at_a_flat_floor(tmp_path: Path) -> None:
+    block = cut(box(0, 0, -20, 80, 40, 0), cylinder((10, 10, 0), DOWN, 3, 12), cylinder((40, 10, 0), DOWN, 3, 20))
+    outcome = api.optimize(saved(tmp_path / "block.step", block), process="drill", **FAST)
+    point = 3.0 / math.tan(math.radians(59))
+    bottoms = sorted(cycle.bottom for cycle in outcome.path_after.cycles)
+    assert bottoms == pytest.approx([-20.5 - point, -12.0], abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda data: data[: len(data) // 2], "is cut off"),
+        (lambda data: b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n", "STEP file"),
+        (lambda data: data.replace(b"CYLINDRICAL_SURFACE", b"NOTHING_AT_ALL____X"), "has no solid"),
+        (lambda data: data.replace(b"MANIFOLD_SOLID_BREP", b"GEOMETRIC_CURVE_SET"), "STEP file"),
+    ],
+)
+def test_a_damaged_file_is_refused_in_one_line(tmp_path: Path, change: Any, told: str) -> None:
+    block = cut(box(0, 0, -20, 80, 40, 0), cylinder((10, 10, 0), DOWN, 3, 12))
+    file = saved(tmp_path / "block.step", block)
+    file.write_bytes(change(file.read_bytes()))
+    with pytest.raises(ReadError, match=told) as refused:
+        read(file)
+    assert "\n" not in str(refused.value)
+
+
+def test_an_assembly_is_refused(tmp_path: Path) -> None:
+    file = saved(tmp_path / "two.step", box(0, 0, 0, 9, 9, 9), box(20, 0, 0, 29, 9, 9))
+    with pytest.raises(ReadError, match="2 solids; export one part alone"):
+        read(file)
+
+
+def test_a_unit_or_one_height_for_all_cannot_be_asked_for(examples: Path) -> None:
+    for options, told in (({"units": "in"}, "says its own unit"), ({"hole_heights": "one"}, "heights of their own")):
+        with pytest.raises(LeafcutError, match=told):
+            api.optimize(examples / "stepped_plate.step", process="drill", **options, **FAST)
+
+
+def test_json_stays_whole_whatever_opencascade_says(examples: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    words = ["drill", str(examples / "stepped_plate.step"), "--machine", "linuxcnc-mill", "--preset", "fast", "--json"]
+    assert run(words) == 0
+    assert json.loads(capfd.readouterr().out)["counts"]["holes"] == 36

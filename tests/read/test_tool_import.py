@@ -1,0 +1,124 @@
+"""Tool libraries of other programs written as one of leafcut's own: the same tools when they are read again."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from every import every
+from leafcut.errors import OptionError
+from leafcut.model.tool import ToolKind
+from leafcut.read.tool_text import imported_tools
+from leafcut.read.tools import load_tools
+
+TABLE = """Tool;Type;Ø [mm];Description;Feed (mm/min);RPM;Flutes;Tip angle
+1;drill;3,2;HSS;120;3000;2;118
+T2;end mill;6;2 flute;600;12000;2;0
+3;;10 mm;spot drill 90;100;2000;;90
+4;tapping head;6;;;;;
+5;drill;0,125 in;inch;100;900;;
+"""
+FUSION = """\
+"Type (tool_type)","Number (tool_number)","Description (tool_description)","Diameter (tool_diameter)",\
+"Unit (tool_unit)","Corner Radius (tool_cornerRadius)","Number of Flutes (tool_numberOfFlutes)",\
+"Cutting Feedrate (tool_feedCutting)","Plunge Feedrate (tool_feedPlunge)","Spindle Speed (tool_spindleSpeed)",\
+"Taper Angle (tool_taperAngle)","Thread Pitch (tool_threadPitch)","Tip Diameter (tool_tipDiameter)"
+"flat end mill","1","quarter inch","0.25","inches","0","3","40","10","15000","0","0","0"
+"bull nose end mill","2","bull","8","millimeters","1","4","900","300","12000","0","0","0"
+"chamfer mill","3","90 deg","10","millimeters","0","2","500","200","10000","45","0","0.2"
+"drill","4","M5 core","4.2","millimeters","0","2","100","90","2500","0","0","0"
+"tap right hand","5","M5","5","millimeters","0","1","400","400","500","0","0.8","0"
+"probe","6","touch","2","millimeters","0","0","0","0","0","0","0","0"
+"""
+LINUXCNC = "T1 P1 D3.0 Z-10 ;3 mm drill\nT2 P2 D6.0 ;6 mm end mill, 2 flutes\nT9 P9 D5 ;probe\n"
+FUSION_JSON = {
+    "data": [
+        {"type": "flat end mill", "unit": "millimeters", "description": "6 flat", "post-process": {"number": 7},
+         "geometry": {"DC": 6.0, "LCF": 18.0, "NOF": 2},
+         "start-values": {"presets": [{"n": 10000, "v_f": 600, "v_f_plunge": 200}]}},
+    ],
+    "version": 36,
+}  # fmt: skip
+FREECAD = {
+    "shape": "drill.fcstd",
+    "name": "Drill 5",
+    "parameter": {"Diameter": "5.00 mm", "TipAngle": "118.00 °", "Flutes": "2"},
+}
+FILES = {
+    "shop.csv": TABLE,
+    "fusion.csv": FUSION,
+    "tool.tbl": LINUXCNC,
+    "library.json": json.dumps(FUSION_JSON),
+    "drill.fctb": json.dumps(FREECAD),
+}
+
+
+@every("name", FILES)
+def test_a_library_is_read_again_with_the_same_tools(name: str, tmp_path: Path) -> None:
+    file = tmp_path / name
+    file.write_text(FILES[name], encoding="utf-8")
+    text, library = imported_tools(str(file))
+    out = tmp_path / f"{name}.toml"
+    out.write_text(text, encoding="utf-8")
+    again = load_tools(out)
+    assert again.tools == library.tools == load_tools(file).tools and again.tools
+    assert all(f"# left out: {line}" in text for line in library.left_out)
+    assert ("has no feeds" in text) is library.without_feeds is (name in ("tool.tbl", "drill.fctb"))
+
+
+def test_a_table_of_ones_own_has_units_in_its_cells_and_in_its_head(tmp_path: Path) -> None:
+    (tmp_path / "shop.csv").write_text(TABLE, encoding="utf-8")
+    library = load_tools(tmp_path / "shop.csv")
+    one, two, three, five = library.tools
+    assert (one.kind, one.diameter, one.feed, one.spindle_rpm) == (ToolKind.DRILL, 3.2, 2.0, 3000)
+    assert one.point_angle == pytest.approx(math.radians(118))
+    assert (two.kind, two.diameter, two.teeth, two.point_angle) == (ToolKind.END_MILL, 6.0, 2, math.pi)
+    assert (three.kind, three.diameter, three.number) == (ToolKind.CENTRE_DRILL, 10.0, 3)
+    assert five.diameter == pytest.approx(3.175)
+    assert library.left_out == ("T4: 'tapping head' does not say what kind of tool it is",)
+
+
+def test_a_table_of_fusion_has_the_unit_of_each_tool(tmp_path: Path) -> None:
+    """Feeds are in the tool's unit a minute; a drill goes down at its plunge rate; 45° of a side is a cone of 90°."""
+    (tmp_path / "fusion.csv").write_text(FUSION, encoding="utf-8")
+    flat, bull, chamfer, drill, tap = load_tools(tmp_path / "fusion.csv").tools
+    assert flat.diameter == pytest.approx(6.35) and flat.feed == pytest.approx(40 * 25.4 / 60)
+    assert (bull.corner_radius, bull.teeth, bull.plunge_feed) == (1.0, 4, 5.0)
+    assert chamfer.point_angle == pytest.approx(math.pi / 2) and chamfer.tip_diameter == 0.2
+    assert (drill.feed, drill.diameter) == (1.5, 4.2)
+    assert tap.pitch == 0.8 and tap.feed == pytest.approx(0.8 * 500 / 60)
+
+
+def test_lengths_without_a_unit_are_those_that_are_said(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("T,D,kind\n1,0.5,drill\n")
+    assert load_tools(tmp_path / "a.csv", "in").tools[0].diameter == pytest.approx(12.7)
+    assert "0.5 in" in imported_tools(str(tmp_path / "a.csv"), "in")[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "words"),
+    [
+        ("a.csv", b"a,b\n1,2\n", "no column is called number or diameter"),
+        ("a.csv", b"T,kind\n1,drill\n", "no column is called diameter"),
+        ("a.csv", b"T,D,kind\nx,1,drill\n", "no tool of this library can be used: line 2: its number 'X'"),
+        ("a.csv", b"T,D,kind\n1,-1,drill\n", "'diameter' is -1 mm, but must be above 0"),
+        ("a.csv", b"T,D,kind\n1,0,drill\n", "the key 'diameter' is missing"),
+        ("a.csv", b"T,D,kind,unit\n1,1,drill,furlong\n", "its unit 'furlong' is not mm or in"),
+        ("a.csv", b"\0\0", "is a binary file"),
+        ("a.csv", b"T,D\n" + b"1,1\n" * 10_001, "has more than 10000 rows"),
+        ("a.csv", b"x" * (17 << 20), "a tool library of 17 MiB"),
+        ("a.csv", b"", "no column is called"),
+        ("a.toml", b"", "is a library of leafcut's own; importable are .csv"),
+        ("a.txt", b"", "is no tool library; importable are"),
+        ("none.csv", None, "file not found"),
+    ],
+)
+def test_what_is_no_library_is_refused_in_one_line(name: str, data: bytes | None, words: str, tmp_path: Path) -> None:
+    if data is not None:
+        (tmp_path / name).write_bytes(data)
+    with pytest.raises(OptionError) as caught:
+        imported_tools(str(tmp_path / name))
+    assert words in str(caught.value) and "\n" not in str(caught.value)
