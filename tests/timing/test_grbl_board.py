@@ -7,7 +7,10 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from benchmarked import benchmark
 from leafcut.errors import OptionError
@@ -181,3 +184,31 @@ def test_the_same_moves_of_a_laser_are_slower_without_laser_mode() -> None:
     spindle = replace(machine, head=Head.SPINDLE, controller="grbl")
     lines = lines_of()
     assert grbl_time.our_seconds(lines, spindle) > grbl_time.our_seconds(lines, machine) + 40 * 0.025
+
+
+@given(
+    ends=st.lists(
+        st.tuples(*[st.integers(-9000, 9000)] * 2, st.sampled_from([0, 0, 5, -700])), min_size=1, max_size=30
+    ),
+    steps=st.sampled_from([40.0, 80.0, 250.0, 800.0]),
+    acceleration=st.sampled_from([10.0, 50.0, 200.0, 3000.0]),
+)
+def test_no_path_is_faster_than_its_feed_nor_slower_than_with_every_move_from_rest(ends, steps, acceleration) -> None:
+    """Places in µm; what a stop costs, reading and holding, is less than 0.05 s."""
+    machine = replace(MILL, steps_per_mm=(steps,) * 3, acceleration=(acceleration,) * 3)
+    builder = ToolpathBuilder()
+    builder.rapid(0.0, 0.0, 0.0)
+    for x, y, z in ends:
+        builder.feed(x / 1000, y / 1000, z / 1000, feed=20.0)
+    found = measure(builder.build(), machine)
+    lengths = np.linalg.norm(np.diff([(0, 0, 0), *ends], axis=0), axis=1) / 1000
+    # Each end is up to half a step away from where it should be, in each axis.
+    away = math.sqrt(3) / steps
+    longest = [trapezoid_time(length + away, 20.0, acceleration) + 0.05 for length in lengths.tolist()]
+    assert (lengths - away).sum() / 20.0 - 1e-9 <= found.time_s <= sum(longest)
+
+
+def test_a_move_of_a_kilometre_is_timed_as_a_short_one_is() -> None:
+    far = replace(MILL, travel_min=(-1e7, 0.0, 0.0))
+    assert seconds(line(1e6), far) == pytest.approx(trapezoid_time(1e6, 50.0, 500.0), rel=2e-3)
+    assert seconds(line(1e6, 1e6 + 30.0), far) == pytest.approx(trapezoid_time(1e6 + 30.0, 50.0, 500.0), rel=2e-3)

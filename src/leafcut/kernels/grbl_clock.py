@@ -26,6 +26,8 @@ BLOCKS, SEGMENTS = 15, 5
 PLACES = 16
 #: A segment lasts so long, s (ACCELERATION_TICKS_PER_SECOND), and goes at least so many steps.
 SEGMENT_S, SEGMENT_STEPS = 0.01, 1.25
+#: Of a long move at one speed all segments are one but for those of its end, which lasts so long, s.
+SOON_S = 1.0
 #: The processor's clock, Hz, and the longest tick of its timer; slow steps are 2, 4 or 8 ticks.
 CLOCK, LONGEST_TICK = 16e6, 65535
 #: Bytes that a sender may have on the way: the receive buffer holds 128.
@@ -148,6 +150,9 @@ def _cut_segment(board: Board) -> None:
     slow_from = 0.5 * (peak * peak - out2) / rate
     enough = max(left - SEGMENT_STEPS / per_mm, 0.0)
     time, limit, need = 0.0, SEGMENT_S, 0.0
+    cruise_s = (left - slow_from) / peak - SOON_S
+    if cruise_s > SOON_S and speed >= peak * (1.0 - 1e-9):
+        limit = math.floor(cruise_s / SEGMENT_S) * SEGMENT_S
     while left > 0.0:
         span = limit - time
         if speed < peak * (1.0 - 1e-9) and left > slow_from:
@@ -162,7 +167,7 @@ def _cut_segment(board: Board) -> None:
             need = (left - slow_from) / peak
             left = slow_from if need <= span else left - peak * span
         else:
-            need = 2.0 * left / (speed + out)
+            need = 2.0 * left / (speed + out) if speed + out > 0.0 else 0.0
             if need <= span:
                 left, speed = 0.0, out
             else:

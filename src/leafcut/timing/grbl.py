@@ -25,6 +25,9 @@ BYTES_PER_SECOND = 11_520
 #: A dwell is a whole number of these, s (DWELL_TIME_STEP).
 DWELL_STEP = 0.05
 
+#: GRBL counts the chords of an arc in 16 bits.
+MOST_CHORDS = 65535
+
 _COMMENT = re.compile(r"\([^)]*\)|;.*|\s+")
 _WORD = re.compile(r"[A-Z]")
 
@@ -149,7 +152,7 @@ def _arcs(moves: Moves, tolerance: float) -> tuple[NDArray[np.int64], Floats, Fl
     turn = moves.turn
     radius, sweep = turn.radius, turn.sweep
     flat = np.sqrt(np.maximum(tolerance * (2.0 * radius - tolerance), 1e-12))
-    chords = np.maximum(np.floor(0.5 * sweep * radius / flat), 1.0)
+    chords = np.clip(np.floor(0.5 * sweep * radius / flat), 1.0, MOST_CHORDS)
     out = turn.out * radius[:, None]
     across = np.cross(turn.normal, out)
     rise = np.abs(turn.normal) * (turn.rise / chords)[:, None]
