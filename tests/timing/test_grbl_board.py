@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarked import benchmark
+from leafcut.api import simulate
 from leafcut.errors import OptionError
 from leafcut.kinds import Head
 from leafcut.model.machine import Machine
@@ -212,3 +213,17 @@ def test_a_move_of_a_kilometre_is_timed_as_a_short_one_is() -> None:
     far = replace(MILL, travel_min=(-1e7, 0.0, 0.0))
     assert seconds(line(1e6), far) == pytest.approx(trapezoid_time(1e6, 50.0, 500.0), rel=2e-3)
     assert seconds(line(1e6, 1e6 + 30.0), far) == pytest.approx(trapezoid_time(1e6 + 30.0, 50.0, 500.0), rel=2e-3)
+
+
+def test_simulate_says_in_which_lines_a_program_waits_for_lines_and_of_others_nothing(tmp_path: Path) -> None:
+    """A lead of 40 mm, then moves of 0.05 mm at 100 mm/s from line 4 on."""
+    file = tmp_path / "part.nc"
+    file.write_text(
+        "\n".join(["G21 G90 G94", "G0 X0 Y0", "G1 X40 F6000", *(f"X{40 + 0.05 * i:.2f}" for i in range(300))])
+    )
+    told = [i for i in simulate(file, machine="grbl-laser-5w").issues if i.code == "L415"]
+    assert len(told) == 1
+    first = int(told[0].place.removeprefix("line "))
+    assert 4 <= first <= 40
+    file.write_text("\n".join(["G21 G90 G94", "G0 X0 Y0", *(f"G1 X{10 * i} F6000" for i in range(1, 20))]))
+    assert not [i for i in simulate(file, machine="grbl-laser-5w").issues if i.code == "L415"]
