@@ -61,6 +61,7 @@ FACTORS: dict[str, dict[str, float]] = {
         "in/s²": MM_PER_INCH,
     },
     "rad": {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0},
+    "steps/mm": {"steps/mm": 1.0, "1/mm": 1.0, "/mm": 1.0},
     "rpm": {"rpm": 1.0, "1/min": 1.0, "/min": 1.0, "krpm": 1000.0},
     "N": {"N": 1.0, "kN": 1000.0, "lbf": NEWTON_PER_POUND},
     "N·mm": {
@@ -91,6 +92,7 @@ BARE_UNIT = {
     "mm/s²": "mm/s²",
     "rad": "deg",
     "rpm": "rpm",
+    "steps/mm": "steps/mm",
     "N": "N",
     "N·mm": "N·m",
     "W": "kW",

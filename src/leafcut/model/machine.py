@@ -56,6 +56,12 @@ class Machine:
         the controllers of that name do, and ``round`` for the others.
     corner_deviation
         How far from the corner the path may be thought to pass, mm, where corners are ``grbl`` or ``round``.
+    arc_tolerance
+        How far the chords may be from the arcs that GRBL cuts into them, mm ($12).
+    steps_per_mm
+        Per axis, of a GRBL board ($100 to $102): its moves end at whole steps.
+    motor_lock_s
+        For how long GRBL holds its motors after every motion and does nothing else, s ($1; 255 is 0).
     max_feed
         Highest programmed feed, mm/s.
     travel_min, travel_max
@@ -114,6 +120,9 @@ class Machine:
     safe_z: float | None = None
     corners: str = ""
     corner_deviation: float = 0.01
+    arc_tolerance: float = 0.002
+    steps_per_mm: XYZ = (250.0, 250.0, 250.0)
+    motor_lock_s: float = 0.025
     nozzle_diameter: float = 0.0
     probe: Probe | None = None
     family: str = ""

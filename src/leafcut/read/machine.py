@@ -32,6 +32,8 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 #: LinuxCNC and others check the limits of an axis to about this, mm.
 _ROOM = 1e-6
+#: No motor makes more steps per mm.
+_MOST_STEPS = 1e5
 #: No nozzle is wider, mm.
 _WIDEST_NOZZLE = 200.0
 
@@ -151,8 +153,8 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
     said = TomlTable(data, place, TOP_KEYS)
     filled, told = with_defaults(data)
     top = TomlTable(filled, place, TOP_KEYS)
-    rapid, corners, travel, spindle, change = (
-        top.table(name, KEYS[name]) for name in ("rapid", "corners", "travel", "spindle", "tool_change")
+    rapid, corners, motors, travel, spindle, change = (
+        top.table(name, KEYS[name]) for name in ("rapid", "corners", "motors", "travel", "spindle", "tool_change")
     )
     velocity = _xyz(rapid.vector("velocity", "mm/s"))
     name = top.text("name", Path(place).stem)
@@ -170,6 +172,9 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
         acceleration_factor=top.number("acceleration_factor", 1.0),
         corners=corners.text("style", "", ("", *CORNERS)),
         corner_deviation=corners.quantity("deviation", "mm"),
+        arc_tolerance=corners.quantity("arc_tolerance", "mm"),
+        steps_per_mm=_xyz(motors.vector("steps_per_mm", "steps/mm")),
+        motor_lock_s=motors.quantity("lock_time", "s"),
         max_feed=top.quantity("max_feed", "mm/s", min(velocity[:2])),
         travel_min=_limits(travel, "min", -math.inf),
         travel_max=_limits(travel, "max", math.inf),
@@ -306,6 +311,15 @@ def _check_positive(machine: Machine, top: TomlTable, refuse: Callable[[str, str
     if not machine.corner_deviation > 0:
         shown = top.table("corners", KEYS["corners"]).typed("deviation")
         raise refuse("corners.deviation", f"is {shown}, but must be above 0")
+    if not machine.arc_tolerance > 0:
+        shown = top.table("corners", KEYS["corners"]).typed("arc_tolerance")
+        raise refuse("corners.arc_tolerance", f"is {shown}, but must be above 0")
+    motors = top.table("motors", KEYS["motors"])
+    for axis, steps in zip("xyz", machine.steps_per_mm, strict=True):
+        if not 0 < steps <= _MOST_STEPS:
+            raise refuse("motors.steps_per_mm", f"of {axis} is {steps:g}, but must be above 0, {_MOST_STEPS:g} at most")
+    if not 0 <= machine.motor_lock_s < 1:
+        raise refuse("motors.lock_time", f"is {motors.typed('lock_time')}, but must be 0 or more, below 1 s")
     if not 0 <= machine.nozzle_diameter <= _WIDEST_NOZZLE:
         raise refuse("nozzle_diameter", f"is {top.typed('nozzle_diameter')}, but must be 0 to {_WIDEST_NOZZLE:g} mm")
     if not machine.max_feed > 0:

@@ -1,8 +1,7 @@
 """Where one move meets the next: how fast the machine goes through, and what its controller does to get round.
 
-Here are the terms, and the corners of controllers that only slow down for them: ``grbl``, the junction deviation of
-GRBL 1.1, for all moves, whatever G61 or G64 says; ``round``, the same for feed moves of other controls under G64, whose
-rapids end in position.
+Here are the terms, and the corners of controllers that only slow down for them: ``round``, the junction deviation of
+feed moves under G64; rapids end in position. GRBL's own corners are part of `kernels.grbl_clock`.
 """
 
 from __future__ import annotations
@@ -14,12 +13,6 @@ import numpy as np
 from leafcut.geometry.arrays import Floats, Mask
 from leafcut.model.machine import Machine
 from leafcut.timing.moves import BLEND, Moves
-
-#: Tolerance of the chords that GRBL cuts arcs into, mm ($12). Source: gnea/grbl 1.1, defaults.h.
-GRBL_ARC_TOLERANCE = 0.002
-
-#: Blocks that GRBL looks ahead: 16, of which one is always empty. Source: gnea/grbl 1.1, planner.h.
-GRBL_BLOCKS = 15
 
 #: Cosine from which on a bend is none, or a reversal. Source: gnea/grbl 1.1, planner.c.
 _STRAIGHT = 0.999999
@@ -55,11 +48,11 @@ def plain_corners(speed: Floats) -> Corners:
     return Corners(speed, none, none, none, none, none, np.zeros(len(speed), dtype=np.bool_))
 
 
-def deviation_corners(before: Moves, after: Moves, machine: Machine, rapids: bool) -> Corners:
+def deviation_corners(before: Moves, after: Moves, machine: Machine) -> Corners:
     """Return the corners of a controller that goes through them as if on a circle that passes so near.
 
     The circle that touches both moves and stays within δ of the corner allows v² = a δ s / (1 - s), where s is the sine
-    of half the angle between them. `rapids`: rapids are joined too, and G61 changes nothing.
+    of half the angle between them.
     Source: S. K. Jeon, "Improving Grbl: cornering algorithm" (2011).
     """
     cosine = -(before.end * after.start).sum(axis=1)
@@ -70,22 +63,5 @@ def deviation_corners(before: Moves, after: Moves, machine: Machine, rapids: boo
     acceleration = np.where(size > 0, size / (bend / allowed).max(axis=1), 0.0)
     speed = np.sqrt(acceleration * machine.corner_deviation * sine / (1.0 - sine))
     speed = np.where(cosine < -_STRAIGHT, np.inf, np.where(cosine > _STRAIGHT, 0.0, speed))
-    joined = ~before.flushed
-    if not rapids:
-        joined &= (before.mode == BLEND) & ~before.rapid & ~after.rapid
+    joined = ~before.flushed & (before.mode == BLEND) & ~before.rapid & ~after.rapid
     return plain_corners(np.where(joined, speed, 0.0))
-
-
-def chorded_arcs(moves: Moves, machine: Machine) -> Floats:
-    """Return how fast GRBL runs arcs, which it cuts into chords with a corner between, mm/s; no limit if straight.
-
-    The chords' own look-ahead is the last limit: the tool must be able to stop within the blocks that are known.
-    Source: gnea/grbl 1.1, motion_control.c (the number of chords).
-    """
-    radius, sweep = moves.turn.radius, moves.turn.sweep
-    within = np.sqrt(np.maximum(GRBL_ARC_TOLERANCE * (2.0 * radius - GRBL_ARC_TOLERANCE), 0.0))
-    chords = np.maximum(np.floor(np.where(within > 0, 0.5 * sweep * radius / within, 1.0)), 1.0)
-    sine = np.cos(0.5 * sweep / chords)
-    corner = np.sqrt(moves.acceleration * machine.corner_deviation * sine / (1.0 - sine))
-    seen = np.sqrt(2.0 * moves.acceleration * moves.length * np.minimum(GRBL_BLOCKS / chords, 1.0))
-    return np.where((radius > 0) & (chords > 1), np.minimum(corner, seen), np.inf)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats
 from leafcut.model.machine import Machine
-from leafcut.timing.corners import GRBL_BLOCKS, Corners, chorded_arcs, deviation_corners
+from leafcut.timing.corners import Corners, deviation_corners
 from leafcut.timing.linuxcnc import (
     CYCLE,
     DEPTH,
@@ -53,7 +53,7 @@ class Pieces(NamedTuple):
 def move_seconds(moves: Moves, machine: Machine, style: str) -> Floats:
     """Return the seconds of every move, float64[m]; an arc in a corner counts to the move before it.
 
-    `style` is the machine's way with corners: linuxcnc, grbl or round.
+    `style` is the machine's way with corners: linuxcnc or round. GRBL's moves are `timing.grbl`'s.
     """
     if not len(moves):
         return np.zeros(0)
@@ -67,10 +67,9 @@ def _seconds(moves: Moves, machine: Machine, style: str) -> Floats:
     if style == "linuxcnc":
         return _linuxcnc_seconds(moves, corners)
     acceleration = moves.acceleration * machine.acceleration_factor
-    around = chorded_arcs(moves, machine) if style == "grbl" else round_speed(moves, acceleration)
-    velocity = np.minimum(moves.velocity, around)
+    velocity = np.minimum(moves.velocity, round_speed(moves, acceleration))
     pieces = Pieces(moves.length, velocity, acceleration, corners.speed, np.arange(len(moves)))
-    return travel_seconds(pieces, GRBL_BLOCKS if style == "grbl" else _FAR)
+    return travel_seconds(pieces, _FAR)
 
 
 def round_speed(moves: Moves, acceleration: Floats) -> Floats:
@@ -89,7 +88,7 @@ def _in_blocks(moves: Moves, machine: Machine, style: str) -> Corners:
         if style == "linuxcnc":
             blocks.append(linuxcnc_corners(before, after, machine))
         else:
-            blocks.append(deviation_corners(before, after, machine, rapids=style == "grbl"))
+            blocks.append(deviation_corners(before, after, machine))
     return Corners(*(np.concatenate(column) for column in zip(*blocks, strict=True)))
 
 

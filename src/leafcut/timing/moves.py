@@ -128,14 +128,14 @@ def _steps(
     row = np.flatnonzero((straight & (np.abs(delta) > SHORTEST).any(axis=1)) | (arc_of >= 0))
     halts = ~(rapid | (path.kind <= Kind.ARC_CCW) | np.isin(path.kind, _FLOWING))
     if machine.control.startswith("grbl") and machine.head is Head.LASER:
-        halts &= ~_changes_power(path)
+        halts &= ~changes_power(path)
     halted = np.cumsum(halts)[row]
     flushed = np.append(halted[1:] != halted[:-1], True)[: len(row)]
     columns = (mode[row], tolerance[row], joining[row])
     return MovingRows(row, delta[row], arc_of[row], path.value[row], rapid[row], *columns, flushed)
 
 
-def _changes_power(path: Toolpath) -> Mask:
+def changes_power(path: Toolpath) -> Mask:
     """Return which rows only change the power of a beam in the block of a move: no reason to stop in laser mode.
 
     M3, M4 and M5 wait for the machine to stand, and so does an S without a move. Source: GRBL 1.1, laser mode ($32=1),

@@ -13,6 +13,7 @@ from leafcut.model.cycles import expand
 from leafcut.model.machine import Machine
 from leafcut.model.measure import Measure
 from leafcut.model.toolpath import MOTIONS, PLACES, STILL, Kind, Toolpath, last_rows
+from leafcut.timing.grbl import DWELL_STEP, SentLines, grbl_seconds
 from leafcut.timing.linuxcnc import CYCLE
 from leafcut.timing.lookahead import move_seconds
 from leafcut.timing.moves import BLEND, EXACT, REST, Moves, moves_of
@@ -21,6 +22,9 @@ from leafcut.timing.turns import Turns, turns_of
 
 #: How controllers take corners whose machine does not say it.
 _STYLES = {"linuxcnc": "linuxcnc", "grbl": "grbl"}
+
+#: A move is late for want of lines if it loses this part of its time.
+LATE_PART = 0.1
 
 #: Kinds that say where the tool is without moving it.
 _RESTATED = [int(k) for k in PLACES if k not in MOTIONS]
@@ -61,6 +65,7 @@ def measure(
     machine: Machine,
     off: NDArray[np.bool_] | None = None,
     start: tuple[float, float] | None = None,
+    lines: SentLines | None = None,
 ) -> Measure:
     """Return lengths (mm) and machine time (s) of a toolpath.
 
@@ -86,10 +91,10 @@ def measure(
     PlanError
         The cycles come to more moves than can be meant.
     """
-    path, source, delta, turns, moves, each = _timed(path, machine, start)
+    path, source, delta, turns, moves, each = _timed(path, machine, start, lines)
     dark = (path.kind == Kind.FEED) & (off[source] if off is not None else False)
     rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE) | dark
-    standing = _standing(path, machine)
+    standing = _standing(path, machine, corner_style(machine))
     seconds = {
         "rapid": float(each[moves.rapid].sum()),
         "feed": float(each[~moves.rapid].sum()),
@@ -105,6 +110,27 @@ def measure(
     )
 
 
+def starved_rows(path: Toolpath, machine: Machine, lines: SentLines | None = None) -> tuple[NDArray[np.int32], Floats]:
+    """Return the rows that a GRBL board runs more slowly for want of lines, and what each loses, s.
+
+    The same moves are run by a board whose serial line and processor take no time; what the first move after a stop
+    loses, when lines are read before it can begin, is not among them. Of other controllers there are none.
+
+    Raises
+    ------
+    PlanError
+        The cycles come to more moves than can be meant.
+    """
+    if corner_style(machine) != "grbl":
+        return np.zeros(0, dtype=np.int32), np.zeros(0)
+    _, source, _, _, moves, each = _timed(path, machine, None, lines)
+    fastest = _timed(path, machine, None, lines, pace=0.0)[-1]
+    lost = each - fastest
+    follows = np.append(False, ~moves.flushed[:-1])[: len(lost)]
+    late = follows & (lost > LATE_PART * fastest)
+    return source[moves.row[late]], lost[late]
+
+
 def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
     """Return the time of every row that moves, s, float64[n], as `measure` adds them up; 0 for the others.
 
@@ -114,7 +140,7 @@ def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
     return np.bincount(moves.row, weights=each, minlength=len(path)).astype(np.float64)
 
 
-def clock(path: Toolpath, machine: Machine) -> PathTimes:
+def clock(path: Toolpath, machine: Machine, lines: SentLines | None = None) -> PathTimes:
     """Return the time of every row, whatever takes it; together they are the time that `measure` states.
 
     Raises
@@ -122,13 +148,17 @@ def clock(path: Toolpath, machine: Machine) -> PathTimes:
     PlanError
         The cycles come to more moves than can be meant.
     """
-    path, source, _, _, moves, each = _timed(path, machine)
+    path, source, _, _, moves, each = _timed(path, machine, None, lines)
     moving = np.bincount(moves.row, weights=each, minlength=len(path))
-    return PathTimes(path, source, moving + _standing(path, machine))
+    return PathTimes(path, source, moving + _standing(path, machine, corner_style(machine)))
 
 
 def _timed(
-    path: Toolpath, machine: Machine, start: tuple[float, float] | None = None
+    path: Toolpath,
+    machine: Machine,
+    start: tuple[float, float] | None = None,
+    lines: SentLines | None = None,
+    pace: float = 1.0,
 ) -> tuple[Toolpath, NDArray[np.int32], Floats, Turns, Moves, Floats]:
     """Return the path with its cycles written out and the rows they come from, then what is known of these rows.
 
@@ -137,14 +167,18 @@ def _timed(
     style = corner_style(machine)
     path, source, mode, tolerance, joining = _expanded(path, style)
     path, touching = _touched(path)
-    delta, estimate = _displacements(path, machine, start)
+    delta, estimate = _displacements(path, machine, start, 3 if style == "grbl" else 2)
     turns = turns_of(path)
     cycle_s = CYCLE if style == "linuxcnc" else 0.0
     moves = moves_of(path, machine, delta + estimate, turns, mode, tolerance, joining, cycle_s)
     estimated = np.asarray(estimate[moves.row].any(axis=1)) | touching[moves.row]
     for at_rest in (estimated, np.append(estimated[1:], False)[: len(moves)]):
         moves.mode[at_rest], moves.flushed[at_rest] = REST, True
-    each = move_seconds(moves, machine, style)
+    standing = _standing(path, machine, style)
+    if style == "grbl":
+        each = grbl_seconds(path, machine, delta + estimate, moves, standing, lines, pace)
+    else:
+        each = move_seconds(moves, machine, style)
     if machine.rapid_style == "dogleg":
         each[moves.rapid] = move_time((delta + estimate)[moves.row[moves.rapid]], machine)
     return path, source, delta, turns, moves, each
@@ -197,12 +231,13 @@ def _length(delta: NDArray[np.float64]) -> float:
 
 
 def _displacements(
-    path: Toolpath, machine: Machine, start: tuple[float, float] | None = None
+    path: Toolpath, machine: Machine, start: tuple[float, float] | None = None, n_started: int = 2
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return how far every row moves each axis, float64[n, 3] mm: as far as it is known, and the estimate where not.
 
     Every axis is followed by itself through the rows that move it, in program coordinates or in the machine's, and
-    those that say anew where it is (a work offset, G92, a block that is not understood).
+    those that say anew where it is (a work offset, G92, a block that is not understood). Of the first row that moves
+    an axis, so many axes from x on are known to begin at `start`, z at 0.
     """
     delta, estimate = np.zeros((len(path), 3)), np.zeros((len(path), 3))
     in_machine = path.kind == Kind.MACHINE
@@ -222,30 +257,32 @@ def _displacements(
         delta[rows[1:], axis] = np.where(known, np.nan_to_num(np.diff(place)), 0.0)
         half_travel = 0.5 * machine.reach(axis)
         estimate[rows[1:], axis] = np.where(crossing, half_travel if math.isfinite(half_travel) else 0.0, 0.0)
-        if start is not None and axis < 2 and len(rows) and path.kind[rows[0]] in (Kind.RAPID, Kind.FEED):
-            delta[rows[0], axis] = place[0] - start[axis]
+        if start is not None and axis < n_started and len(rows) and path.kind[rows[0]] in (Kind.RAPID, Kind.FEED):
+            delta[rows[0], axis] = place[0] - (*start, 0.0)[axis]
     return delta, estimate
 
 
-def _standing(path: Toolpath, machine: Machine) -> Floats:
+def _standing(path: Toolpath, machine: Machine, style: str) -> Floats:
     """Return for how long the machine stands at every row for a dwell, a change of tool or the spindle, s.
 
     Which tool is in the spindle at first is not known: the first one is changed to. A dwell that only waits for the
     spindle counts as the spindle's. A tool change stops the spindle (as M6 does on LinuxCNC and Haas), so the next
-    speed is a start again.
+    speed is a start again. GRBL waits for no spindle, and dwells for whole steps.
     """
     seconds = np.zeros(len(path))
     dwells = (path.kind == Kind.DWELL) & np.isfinite(path.value) & (path.value > 0.0)
     seconds[dwells] = path.value[dwells]
+    if style == "grbl":
+        seconds[dwells] = np.ceil(seconds[dwells] / DWELL_STEP - 1e-6) * DWELL_STEP
     changes = np.flatnonzero(path.kind == Kind.TOOL)
     other = np.append(True, np.diff(path.ref[changes]) != 0)[: len(changes)]
     seconds[changes[other]] = machine.tool_change_s
-    turning = 0.0
+    turning, start_s = 0.0, 0.0 if style == "grbl" else machine.spindle_start_s
     for row in np.flatnonzero((path.kind == Kind.SPINDLE) | (path.kind == Kind.TOOL)).tolist():
         speed = 0.0 if path.kind[row] == Kind.TOOL else float(path.value[row])
         if speed not in (0.0, turning):
             dwell = _dwell_after(path, row)
-            seconds[row] = max(float(seconds[dwell].sum()), machine.spindle_start_s)
+            seconds[row] = max(float(seconds[dwell].sum()), start_s)
             seconds[dwell] = 0.0
         turning = speed
     return seconds

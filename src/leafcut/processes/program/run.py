@@ -17,6 +17,7 @@ from leafcut.files import decoded
 from leafcut.geometry.arrays import Point
 from leafcut.kinds import BEAMS
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.measure import Measure
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.part import Hole, Part
@@ -70,6 +71,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
     from leafcut.processes.program.plan.sections.program_rows import dark_rows
     from leafcut.processes.program.reading import read_foreign
     from leafcut.solve.compiling import announced
+    from leafcut.timing.grbl import sent_lines
     from leafcut.timing.toolpath import measure
 
     words = dialect(run.settings.post.dialect or run.machine.controller)
@@ -86,14 +88,19 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
     obstacles, noticed = obstacles_of(run, original, sequence.process in BEAMS)
     with announced(run.tell):
         stands, begins = _stands(run, original, sequence)
+
+        def timed_as_run(program: Program) -> Measure:
+            dark = dark_rows(program, sequence.process)
+            return measure(program.path, run.machine, dark, stands, sent_lines(program.lines))
+
         solutions = _solve_sections(searching, sequence, obstacles, begins)
         solutions = [
             None if found is None else _with_few_speeds(original, section, found)
             for section, found in zip(sequence.sections, solutions, strict=True)
         ]
-        measures = [measure(original.path, run.machine, dark_rows(original, sequence.process), stands)]
+        measures = [timed_as_run(original)]
         proved = write_proved(run, words, original, sequence, _orders(sequence, solutions), source, obstacles, judge)
-        measures.append(measure(proved.program.path, run.machine, dark_rows(proved.program, sequence.process), stands))
+        measures.append(timed_as_run(proved.program))
         timed = run.settings.solve.objective == "time"
         before, after = (m.time_s if timed else m.travel_mm for m in measures)
         stay, refused = frozenset(proved.kept), proved.kept
@@ -101,7 +108,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
             # The solver's cost leaves out what the look-ahead knows; what is no better is not written. Of a program
             # that crosses obstacles its own order is the measure once it goes over or round them.
             own = write_proved(run, words, original, sequence, [None for _ in solutions], source, obstacles, judge)
-            measured = measure(own.program.path, run.machine, dark_rows(own.program, sequence.process), stands)
+            measured = timed_as_run(own.program)
             if obstacles is None or (measured.time_s if timed else measured.travel_mm) <= after:
                 stay, proved, measures[1] = frozenset(range(len(solutions))), own, measured
         solutions = [_unchanged(s) if s is not None and k in stay else s for k, s in enumerate(solutions)]
@@ -110,7 +117,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
         paced = None
         if wants_pace(run):
             paced = with_new_pace(run, words, original, proved.program, source, sequence.process, obstacles)
-            found = measure(paced.program.path, run.machine, dark_rows(paced.program, sequence.process), stands)
+            found = timed_as_run(paced.program)
             proved, measures[1] = replace(proved, text=paced.text, program=paced.program), found
     part, operations = _work_of(source, original, sequence, solutions)
     return Outcome(

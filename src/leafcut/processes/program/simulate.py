@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from leafcut.errors import OptionError
 from leafcut.files import read_program
 from leafcut.model.heartbeat import Progress, looking_for
@@ -14,9 +16,19 @@ from leafcut.options import Settings
 from leafcut.processes.course import machine_of
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from leafcut.gcode.dialects import Dialect
     from leafcut.gcode.program import Program
+    from leafcut.model.machine import Machine
     from leafcut.read import Input
+    from leafcut.timing.grbl import SentLines
+
+#: Lost seconds are told from this part of a program's time on.
+WORTH_TELLING = 0.01
+
+#: Late moves with no more lines between them are one stretch.
+GAP = 20
 
 
 def simulate(program: Input, settings: Settings, dialect: str | None, progress: Progress | None) -> Simulation:
@@ -26,6 +38,7 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
     """
     from leafcut.gcode import dialects
     from leafcut.processes.program.reading import read_foreign
+    from leafcut.timing.grbl import sent_lines
     from leafcut.timing.toolpath import measure
 
     machine = machine_of(settings)
@@ -35,10 +48,38 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
     _check_lifts(settings, read.words)
     run, unknown = _as_run(read.program, read.words, settings.job.clearance_height)
     # From where `optimize` counts, too, unless `--start-point` says otherwise.
-    cost = measure(run, read.machine, start=(0.0, 0.0))
-    issues = (*read.dangers, *read.issues, *unknown)
+    lines = sent_lines(read.program.lines)
+    cost = measure(run, read.machine, start=(0.0, 0.0), lines=lines)
+    issues = (*read.dangers, *read.issues, *unknown, *_starved(run, read.machine, lines, cost.time_s))
     path, told = read.program.path, settings.from_defaults()
     return Simulation(str(program), read.machine, read.words.name, path, run, cost, issues, told)
+
+
+def _starved(path: Toolpath, machine: Machine, lines: SentLines, seconds: float) -> list[Issue]:
+    """Return where a GRBL board waits for lines, if that costs more than `WORTH_TELLING` of all seconds."""
+    from leafcut.timing.toolpath import starved_rows
+
+    rows, lost = starved_rows(path, machine, lines)
+    if not lost.sum() > WORTH_TELLING * seconds:
+        return []
+    whole = float(lost.sum())
+    first, last, most = _worst_stretch(path.line[rows], lost)
+    message = (
+        f"lines come over the serial line, and are planned, more slowly than their short moves are run: {whole:.1f} s "
+        f"of {seconds:.1f} s are lost, {most:.1f} s of it in lines {first} to {last}; join short moves (arcs, a wider "
+        "tolerance in the CAM) or lower the feed"
+    )
+    return [Issue("L415", message, f"line {first}")]
+
+
+def _worst_stretch(line: NDArray[np.int32], lost: NDArray[np.float64]) -> tuple[int, int, float]:
+    """Return the stretch of lines, with no more than `GAP` of them between late ones, that loses most: s."""
+    ends = np.flatnonzero(np.diff(line) > GAP)
+    begins = np.append(0, ends + 1)
+    ends = np.append(ends, len(line) - 1)
+    sums = np.add.reduceat(lost, begins)
+    worst = int(np.argmax(sums))
+    return int(line[begins[worst]]), int(line[ends[worst]]), float(sums[worst])
 
 
 def _check_lifts(settings: Settings, words: Dialect) -> None:

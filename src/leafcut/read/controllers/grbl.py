@@ -19,6 +19,9 @@ _VERSION = re.compile(r"\[VER:\s*([^:\]]{1,40})|Grbl(?:HAL)?\s+([0-9][^\s'\[]{0,
 _HAL = re.compile(r"grblHAL", re.IGNORECASE)
 
 _TRAVELS, _ACCELERATIONS, _RATES = (130, 131, 132), (120, 121, 122), (110, 111, 112)
+_STEPS, _LOCK, _ARC_TOLERANCE = (100, 101, 102), 1, 12
+#: ``$1`` of motors that stay on.
+_ALWAYS_ON = 255
 _DEVIATION, _HOMING, _HOME_TO_MIN, _FASTEST_RPM, _SLOWEST_RPM, _LASER, _SPINDLE_ON = 11, 22, 23, 30, 31, 32, 394
 #: grblHAL: homing sets machine zero where the switch is; it is a bit of ``$22``.
 _ZERO_AT_SWITCH = 8
@@ -59,7 +62,22 @@ def read(text: str, file: str) -> Values:
         )
     else:
         values.assume("corners.deviation", "0.01 mm", "GRBL's own default of $11; the file does not have it")
+    _board(values, settings)
     return values
+
+
+def _board(values: Values, settings: dict[int, _Setting]) -> None:
+    """Keep what the board's clock depends on besides; what the file does not have is GRBL's own default."""
+    if _ARC_TOLERANCE in settings:
+        place = _place(settings, _ARC_TOLERANCE)
+        values.take("corners.arc_tolerance", f"{_number(values, settings, _ARC_TOLERANCE):.10g} mm", place)
+    if all(key in settings for key in _STEPS):
+        steps = [f"{_number(values, settings, key):.10g} steps/mm" for key in _STEPS]
+        values.take("motors.steps_per_mm", steps, _places(settings, _STEPS))
+    if _LOCK in settings:
+        held = _number(values, settings, _LOCK)
+        place = _place(settings, _LOCK)
+        values.take("motors.lock_time", f"{0.0 if held == _ALWAYS_ON else held:.10g} ms", place)
 
 
 def _controller(values: Values, settings: dict[int, _Setting], laser: bool) -> None:

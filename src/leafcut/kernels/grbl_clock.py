@@ -1,0 +1,437 @@
+"""GRBL 1.1 as a clock: one processor that reads lines, plans blocks and cuts them into segments for the motors.
+
+The main program does one thing at a time. A line is read when its last byte has come over the serial line; its moves
+become blocks of the planner, which holds 15; a full planner makes the line wait. At certain places the main program
+makes segments of the oldest block, up to 5 in advance. A motion begins when the planner is full, when nothing has come
+to be read, or when something waits for the machine to stand. What is planned last ends at rest: with few blocks in the
+planner, because lines come too slowly, the machine goes no faster than it can stop within them.
+
+Facts from the source of GRBL 1.1h (gnea/grbl: planner.c, stepper.c, motion_control.c, protocol.c, config.h), measured
+against that firmware on a simulated board (`benchmarks/grbl_time.py`). mm, s.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.kernels import kernel, part
+
+#: Blocks in the planner (BLOCK_BUFFER_SIZE - 1), and segments made in advance (SEGMENT_BUFFER_SIZE - 1).
+BLOCKS, SEGMENTS = 15, 5
+#: Places in the ring of blocks; a power of two is quick to count round.
+PLACES = 16
+#: A segment lasts so long, s (ACCELERATION_TICKS_PER_SECOND), and goes at least so many steps.
+SEGMENT_S, SEGMENT_STEPS = 0.01, 1.25
+#: Of a long move at one speed all segments are one but for those of its end, which lasts so long, s.
+SOON_S = 1.0
+#: The processor's clock, Hz, and the longest tick of its timer; slow steps are 2, 4 or 8 ticks.
+CLOCK, LONGEST_TICK = 16e6, 65535
+#: Bytes that a sender may have on the way: the receive buffer holds 128.
+ON_THE_WAY = 127
+#: The slowest feed, mm/s (MINIMUM_FEED_RATE).
+SLOWEST = 1.0 / 60.0
+#: Cosine from which on a bend is none, or a reversal.
+STRAIGHT = 0.999999
+
+#: What the processor takes, s: for a line, each word and byte of it, and a chord; …
+#: … for a block, each axis of it that moves, a corner, and each block that is planned again; …
+#: … for a block that is begun or planned anew, a segment, and a tick of the motors' timer.
+LINE_S, WORD_S, BYTE_S, CHORD_S = 0.15e-3, 0.09e-3, 15e-6, 0.13e-3
+BLOCK_S, AXIS_S, CORNER_S, PLAN_S = 0.27e-3, 0.19e-3, 0.37e-3, 55e-6
+LOAD_S, CUT_S, TICK_S = 0.27e-3, 0.33e-3, 22e-6
+#: From an answer to the next line of a sender, s: the answer's own four bytes, and the time to see it.
+ANSWER_S = 0.6e-3
+
+# Columns of the ring of blocks: how much of it is left, mm; acceleration; speed asked for; squares of the highest and
+# of the planned speed at its beginning; steps per mm of its busiest axis; the item that it belongs to.
+LEFT, RATE, NOMINAL, MOST2, ENTRY2, PER_MM, OWNER = range(N_COLUMNS := 7)
+# Numbers of the state: the main program's time; when the last segment ends; speed and steps left at its end; time of
+# the last part of a step; part of the processor's time that the motors leave; when the first motion began.
+NOW, ENDS, SPEED, STEPS, REST, SHARE, BEGAN = range(N_STATE := 7)
+# Counts: blocks that are cut into segments, planned, and planned for good; segments made; whether the motors run;
+# whether the oldest block has been begun, and whether it is planned anew.
+DONE, PLANNED, FIXED, MADE, RUNNING, BEGUN, CHANGED = range(N_COUNT := 7)
+
+
+class Board(NamedTuple):
+    """A board at work: what it is set to, and its memory.
+
+    byte_s  float            a byte over the serial line, s
+    lock_s  float            how long the motors are held after a motion, s ($1)
+    pace    float            what the processor takes, of what it takes
+    ring    float64[16, 7]   blocks
+    state   float64[7]
+    counts  int64[7]
+    ends    float64[5]       when the last segments end, s
+    unit    float64[2, 3]    direction of the last block and of the next
+    steps   float64[3]       where the last block ends
+    done    float64[n]       when each item is over, s
+    """
+
+    byte_s: float
+    lock_s: float
+    pace: float
+    ring: NDArray
+    state: NDArray
+    counts: NDArray
+    ends: NDArray
+    unit: NDArray
+    steps: NDArray
+    done: NDArray
+
+
+def new_board(n_items: int, byte_s: float, lock_s: float, pace: float) -> Board:
+    """Return a board at rest, for so many items."""
+    state, count = np.zeros(N_STATE), np.zeros(N_COUNT, dtype=np.int64)
+    state[SHARE] = 1.0
+    memory = (np.zeros((PLACES, N_COLUMNS)), state, count, np.zeros(SEGMENTS), np.zeros((2, 3)), np.zeros(3))
+    return Board(byte_s, lock_s, pace, *memory, np.full(n_items, -1.0))
+
+
+@part
+def _spend(board: Board, seconds: float) -> None:
+    """Let the main program work for some time; while the motors run it is slower."""
+    board.state[NOW] += board.pace * seconds / (board.state[SHARE] if board.counts[RUNNING] else 1.0)
+
+
+@part
+def _next_room(board: Board) -> float:
+    """Return when there is room for another segment, s."""
+    when: float = board.ends[board.counts[MADE] % SEGMENTS]
+    return when
+
+
+@part
+def _run_segment(board: Board, left: float, speed: float, time: float) -> None:
+    """Put a segment of the oldest block, made whole steps of equal ticks, behind those that the motors run.
+
+    left   float   how much of the block is left after it, mm
+    speed  float   at its end, mm/s
+    time   float   how long it should last, s
+    """
+    ring, state, count = board.ring, board.state, board.counts
+    at = count[DONE] % PLACES
+    exact = ring[at, PER_MM] * left
+    whole = math.ceil(exact - 1e-6)
+    per_step = (time + state[REST]) / max(state[STEPS] - exact, 1e-6)
+    cycles = math.ceil(per_step * CLOCK)
+    ticks = 1 if cycles < 2000 else 2 if cycles < 4000 else 4 if cycles < 8000 else 8
+    tick = min(cycles // ticks, LONGEST_TICK) + 1
+    state[ENDS] += (state[STEPS] - whole) * ticks * tick / CLOCK
+    state[SHARE] = max(1.0 - TICK_S * CLOCK / tick, 0.1)
+    state[SPEED], state[STEPS], state[REST] = speed, whole, (whole - exact) * per_step
+    board.ends[count[MADE] % SEGMENTS] = state[ENDS]
+    count[MADE] += 1
+    ring[at, LEFT] = left
+    if left == 0.0:
+        board.done[int(ring[at, OWNER])] = state[ENDS]
+        count[DONE] += 1
+        count[BEGUN] = 0
+
+
+@part
+def _cut_segment(board: Board) -> None:
+    """Make the next segment of the oldest block."""
+    ring, state, count = board.ring, board.state, board.counts
+    at = count[DONE] % PLACES
+    left, rate, per_mm = ring[at, LEFT], ring[at, RATE], ring[at, PER_MM]
+    if not count[BEGUN]:
+        count[BEGUN] = 1
+        state[SPEED], state[STEPS], state[REST] = math.sqrt(ring[at, ENTRY2]), math.ceil(per_mm * left - 1e-6), 0.0
+    speed = state[SPEED]
+    out2 = ring[(at + 1) % PLACES, ENTRY2] if count[DONE] + 1 < count[PLANNED] else 0.0
+    out = math.sqrt(out2)
+    peak = min(ring[at, NOMINAL], math.sqrt(0.5 * (2.0 * rate * left + speed * speed + out2)))
+    peak = max(peak, speed, out)
+    slow_from = 0.5 * (peak * peak - out2) / rate
+    enough = max(left - SEGMENT_STEPS / per_mm, 0.0)
+    time, limit, need = 0.0, SEGMENT_S, 0.0
+    cruise_s = (left - slow_from) / peak - SOON_S
+    if cruise_s > SOON_S and speed >= peak * (1.0 - 1e-9):
+        limit = math.floor(cruise_s / SEGMENT_S) * SEGMENT_S
+    while left > 0.0:
+        span = limit - time
+        if speed < peak * (1.0 - 1e-9) and left > slow_from:
+            need = min((peak - speed) / rate, 2.0 * left / (peak + speed))
+            if need <= span:
+                left = max(left - 0.5 * (speed + peak) * need, slow_from)
+                speed = peak
+            else:
+                left -= span * (speed + 0.5 * rate * span)
+                speed += rate * span
+        elif left > slow_from * (1.0 + 1e-9) + 1e-12:
+            need = (left - slow_from) / peak
+            left = slow_from if need <= span else left - peak * span
+        else:
+            need = 2.0 * left / (speed + out) if speed + out > 0.0 else 0.0
+            if need <= span:
+                left, speed = 0.0, out
+            else:
+                left -= span * (speed - 0.5 * rate * span)
+                speed -= rate * span
+        time += min(need, span)
+        if time >= limit - 1e-12:
+            if left <= enough:
+                break
+            limit += SEGMENT_S
+    _run_segment(board, left if left > 1e-9 else 0.0, speed, time)
+
+
+@part
+def _fill(board: Board) -> None:
+    """Make segments while there is room; find that the motors have run out of them."""
+    state, count = board.state, board.counts
+    while count[RUNNING]:
+        if state[NOW] > state[ENDS]:
+            count[RUNNING] = 0
+            state[NOW] += board.lock_s
+        elif count[DONE] < count[PLANNED] and _next_room(board) <= state[NOW]:
+            fresh = not count[BEGUN] or count[CHANGED]
+            count[CHANGED] = 0
+            _cut_segment(board)
+            _spend(board, CUT_S + LOAD_S if fresh else CUT_S)
+        else:
+            break
+
+
+@part
+def _start(board: Board) -> None:
+    """Begin a motion if there is one and the machine stands."""
+    count = board.counts
+    if not count[RUNNING] and count[DONE] < count[PLANNED]:
+        count[RUNNING] = 1
+        board.ends[:] = -1.0
+        board.state[ENDS] = board.state[NOW] + SEGMENTS * CUT_S * board.pace
+        if count[MADE] == 0:
+            board.state[BEGAN] = board.state[ENDS]
+        _fill(board)
+
+
+@part
+def _run_until(board: Board, until: float) -> None:
+    """Let the main program wait, and make segments meanwhile."""
+    state, count = board.state, board.counts
+    _fill(board)
+    while count[RUNNING] and state[NOW] < until:
+        room = _next_room(board) if count[DONE] < count[PLANNED] else state[ENDS] + 1e-9
+        state[NOW] = max(state[NOW], min(room, until))
+        _fill(board)
+    state[NOW] = max(state[NOW], until)
+
+
+@part
+def _stand(board: Board) -> None:
+    """Wait until all that is planned is done and the machine stands."""
+    state, count = board.state, board.counts
+    while count[DONE] < count[PLANNED]:
+        _start(board)
+        if count[RUNNING] and count[DONE] < count[PLANNED]:
+            state[NOW] = max(state[NOW], _next_room(board))
+        _fill(board)
+    if count[RUNNING]:
+        state[NOW] = max(state[NOW], state[ENDS]) + board.lock_s
+        count[RUNNING] = 0
+
+
+@part
+def _wait_for_room(board: Board) -> None:
+    """Wait until the planner has room for a block."""
+    state, count = board.state, board.counts
+    _fill(board)
+    while count[PLANNED] - count[DONE] >= BLOCKS:
+        _start(board)
+        if count[RUNNING] and count[PLANNED] - count[DONE] >= BLOCKS:
+            state[NOW] = max(state[NOW], _next_room(board))
+        _fill(board)
+
+
+@part
+def _plan(board: Board) -> int:
+    """Plan again after a block has been added, and return how many blocks that took.
+
+    From the last, which ends at rest, back to the first that the new one may change, and from there on.
+    """
+    ring, state, count = board.ring, board.state, board.counts
+    first, last = max(count[FIXED], count[DONE]), count[PLANNED] - 1
+    count[FIXED] = first
+    out2 = 0.0
+    for i in range(last, first, -1):
+        at = i % PLACES
+        out2 = min(ring[at, MOST2], out2 + 2.0 * ring[at, RATE] * ring[at, LEFT])
+        ring[at, ENTRY2] = out2
+    if first == count[DONE] and count[BEGUN] and last > first:
+        ring[first % PLACES, ENTRY2] = state[SPEED] * state[SPEED]
+        count[CHANGED] = 1
+    for i in range(first, last):
+        at, after = i % PLACES, (i + 1) % PLACES
+        reached2 = ring[at, ENTRY2] + 2.0 * ring[at, RATE] * ring[at, LEFT]
+        if reached2 < ring[after, ENTRY2]:
+            ring[after, ENTRY2] = reached2
+            count[FIXED] = i + 1
+        if ring[after, ENTRY2] == ring[after, MOST2]:
+            count[FIXED] = i + 1
+    visited: int = last - first
+    return visited
+
+
+@part
+def _least_ratio(limits: NDArray, unit: NDArray) -> float:
+    """Return how much there may be along a unit vector so that no axis has more than its limit."""
+    least = math.inf
+    for axis in range(3):
+        if unit[axis] != 0.0:
+            least = min(least, limits[axis] / abs(unit[axis]))
+    return least
+
+
+@part
+def _corner2(board: Board, acceleration: NDArray, deviation: float) -> float:
+    """Return the square of the highest speed from the last block into the next, (mm/s)²."""
+    before, after = board.unit[0], board.unit[1]
+    cosine = -(before[0] * after[0] + before[1] * after[1] + before[2] * after[2])
+    if cosine > STRAIGHT:
+        return 0.0
+    if cosine < -STRAIGHT:
+        return math.inf
+    size = 0.0
+    for axis in range(3):
+        size += (after[axis] - before[axis]) ** 2
+    size = math.sqrt(size)
+    least = math.inf
+    for axis in range(3):
+        bend = abs(after[axis] - before[axis])
+        if bend > 0.0:
+            least = min(least, acceleration[axis] * size / bend)
+    sine = math.sqrt(0.5 * (1.0 - cosine))
+    return least * deviation * sine / (1.0 - sine)
+
+
+@part
+def _add_block(board: Board, end: NDArray, feed: float, limits: NDArray, deviation: float, owner: int) -> None:
+    """Put a straight move to `end` into the planner; one of less than a step is none.
+
+    end     float64[3]      mm
+    limits  float64[3, 3]   steps per mm, highest speed, acceleration of each axis
+    """
+    ring, count, unit = board.ring, board.counts, board.unit
+    most, length2 = 0.0, 0.0
+    for axis in range(3):
+        steps = math.floor(end[axis] * limits[0, axis] + 0.5 + 1e-7)
+        moved = steps - board.steps[axis]
+        most = max(most, abs(moved))
+        unit[1, axis] = moved / limits[0, axis]
+        length2 += unit[1, axis] * unit[1, axis]
+        board.steps[axis] = steps
+    if most == 0.0:
+        return
+    length = math.sqrt(length2)
+    for axis in range(3):
+        unit[1, axis] /= length
+    fastest = _least_ratio(limits[1], unit[1])
+    nominal = max(min(feed, fastest), SLOWEST)
+    at, before = count[PLANNED] % PLACES, (count[PLANNED] - 1) % PLACES
+    corner2, seconds = 0.0, BLOCK_S
+    if count[DONE] < count[PLANNED]:
+        corner2 = _corner2(board, limits[2], deviation)
+        seconds += CORNER_S if corner2 < math.inf else 0.0
+        corner2 = min(corner2, nominal**2, ring[before, NOMINAL] ** 2)
+    ring[at, LEFT] = length
+    ring[at, RATE] = _least_ratio(limits[2], unit[1])
+    ring[at, NOMINAL] = nominal
+    ring[at, MOST2] = corner2
+    ring[at, ENTRY2] = 0.0
+    ring[at, PER_MM] = most / length
+    ring[at, OWNER] = owner
+    for axis in range(3):
+        seconds += AXIS_S if unit[1, axis] != 0.0 else 0.0
+        unit[0, axis] = unit[1, axis]
+    count[PLANNED] += 1
+    _spend(board, seconds + PLAN_S * _plan(board))
+
+
+@kernel
+def grbl_clock(
+    board: Board,
+    move: NDArray,
+    size: NDArray,
+    words: NDArray,
+    stops: NDArray,
+    wait: NDArray,
+    place: NDArray,
+    feed: NDArray,
+    chords: NDArray,
+    spin: NDArray,
+    out: NDArray,
+    across: NDArray,
+    rise: NDArray,
+    limits: NDArray,
+    deviation: float,
+    answered: NDArray,
+    point: NDArray,
+) -> None:
+    """Run items (moves, stops, lines) through the controller and tell when each is over.
+
+    move       int64[n]           the item's move, -1 for none
+    size       int64[n]           bytes of the line that begins with the item, 0 where none does
+    words      int64[n]           words of that line
+    stops      bool[n]            the machine must stand before the item
+    wait       float64[n]         and then waits, s
+    place      float64[m + 1, 3]  move i goes from place i to place i + 1, mm
+    feed       float64[m]         mm/s; inf for a rapid
+    chords     int64[m]           straight parts of the move
+    spin       float64[m]         angle of one part of an arc, rad
+    out        float64[m, 3]      from the centre of an arc to its start, mm
+    across     float64[m, 3]      the same a quarter turn on, mm
+    rise       float64[m, 3]      how far one part of a helix goes along its axis, mm
+    limits     float64[3, 3]      steps per mm, highest speed, acceleration of each axis
+    deviation  float              of corners, mm ($11)
+    answered   float64[n]         scratch: when each line has been answered, s
+    point      float64[3]         scratch
+
+    Changes: board, answered, point.
+    Source: GRBL 1.1h, see above. Differs: numbers of double precision; the processor's times are means.
+    """
+    state = board.state
+    opened, oldest, on_the_way, sent, free = 0, 0, 0, 0.0, 0.0
+    for i in range(len(move)):
+        if size[i] > 0:
+            on_the_way += size[i]
+            while on_the_way > ON_THE_WAY and oldest < i:
+                on_the_way -= size[oldest]
+                if size[oldest] > 0:
+                    free = answered[oldest]
+                oldest += 1
+            opened = i
+            sent = max(sent, free + ANSWER_S * board.pace) + size[i] * board.byte_s
+            if state[NOW] < sent:
+                _start(board)
+                _run_until(board, sent)
+            _fill(board)
+            _spend(board, LINE_S + words[i] * WORD_S + size[i] * BYTE_S)
+        if stops[i]:
+            _stand(board)
+            state[NOW] += wait[i]
+            board.done[i] = state[NOW]
+        k = move[i]
+        if k >= 0:
+            for part_of in range(1, chords[k] + 1):
+                for axis in range(3):
+                    if part_of == chords[k]:
+                        point[axis] = place[k + 1, axis]
+                    else:
+                        turned = spin[k] * part_of
+                        point[axis] = (
+                            place[k, axis]
+                            + out[k, axis] * (math.cos(turned) - 1.0)
+                            + across[k, axis] * math.sin(turned)
+                            + rise[k, axis] * part_of
+                        )
+                _wait_for_room(board)
+                _add_block(board, point, feed[k], limits, deviation, i)
+                _spend(board, CHORD_S if chords[k] > 1 else 0.0)
+        answered[opened] = state[NOW]
+    _stand(board)

@@ -1,0 +1,159 @@
+"""The seconds of moves on GRBL 1.1, whose planner, buffers and serial line are run as the board does it.
+
+`kernels.grbl_clock` is the board. Here the rows of a toolpath become what it is sent: lines with so many bytes, moves,
+and what it stops for.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.arrays import Floats, Mask
+from leafcut.kinds import Head
+from leafcut.model.machine import Machine
+from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.timing.moves import REST, Moves, changes_power
+
+#: Bytes of GRBL's serial line in a second: 115200 baud, ten bits for a byte (BAUD_RATE, the same on every board).
+BYTES_PER_SECOND = 11_520
+
+#: A dwell is a whole number of these, s (DWELL_TIME_STEP).
+DWELL_STEP = 0.05
+
+#: GRBL counts the chords of an arc in 16 bits.
+MOST_CHORDS = 65535
+
+_COMMENT = re.compile(r"\([^)]*\)|;.*|\s+")
+_WORD = re.compile(r"[A-Z]")
+
+#: Rows that GRBL does not stop for, besides those that change nothing.
+_FLOWING = (Kind.BLENDING, Kind.TORCH, Kind.HEIGHT, Kind.RADIUS)
+
+
+def stops_of(path: Toolpath, machine: Machine) -> Mask:
+    """Return before which rows the machine must stand, bool[n].
+
+    M3, M4, M5, M7, M8 and M9 that change something; an S while the spindle turns, but with a beam only where its block
+    has no move; a dwell, a pause, the end, another origin or length; and whatever is not understood.
+    Source: GRBL 1.1h, gcode.c, spindle_control.c, coolant_control.c, system.c.
+    """
+    kind = path.kind
+    moving = (kind <= Kind.ARC_CCW) | (kind == Kind.MACHINE)
+    stops: Mask = ~moving & ~np.isin(kind, _FLOWING)
+    for one, column, at_first in (
+        (Kind.SPINDLE, path.value, 0.0),
+        (Kind.COOLANT, path.ref, 0.0),
+        (Kind.OFFSET, path.ref, 0.0),
+        (Kind.FRAME, path.ref, 540.0),
+    ):
+        rows = np.flatnonzero(kind == one)
+        stops[rows] = np.diff(column[rows], prepend=at_first) != 0
+    if machine.head is Head.LASER:
+        stops &= ~changes_power(path)
+    return stops
+
+
+class SentLines(NamedTuple):
+    """The lines of a text as they are sent, without blanks and comments: bytes and words of each, int64[n].
+
+    Of rows: what the line has that begins with the row, 0 where none does.
+    """
+
+    size: NDArray[np.int64]
+    words: NDArray[np.int64]
+
+
+def sent_lines(text: Iterable[str]) -> SentLines:
+    """Return how long the lines of a program are, from line 1 on."""
+    sent = [_COMMENT.sub("", line).upper() for line in text]
+    size = [len(line) + 1 if line else 0 for line in sent]
+    words = [len(_WORD.findall(line)) for line in sent]
+    return SentLines(np.array(size, dtype=np.int64), np.array(words, dtype=np.int64))
+
+
+def lines_by_row(path: Toolpath, lines: SentLines | None) -> SentLines:
+    """Return the lines that begin with the rows of a path.
+
+    Without the text each row is taken as a line of its own as our posts write it, with three decimals.
+    """
+    n = len(path)
+    if lines is not None and path.line.any():
+        begins = np.append(True, path.line[1:] != path.line[:-1])[:n]
+        begins &= (path.line > 0) & (path.line <= len(lines.size))
+        at = np.clip(path.line - 1, 0, len(lines.size) - 1)
+        return SentLines(*(np.where(begins, column[at], 0) for column in lines))
+    begins = np.append(True, (path.line[1:] != path.line[:-1]) | (path.line[1:] == 0))[:n]
+    moving = (path.kind <= Kind.ARC_CCW) | (path.kind == Kind.MACHINE)
+    arc = (path.kind == Kind.ARC_CW) | (path.kind == Kind.ARC_CCW)
+    said = np.isfinite(path.end) & (path.end != path.before) & moving[:, None]
+    digits = 5 + np.floor(np.log10(np.maximum(np.abs(np.nan_to_num(path.end)), 1.0))) + (path.end < 0)
+    size = 4 + np.where(said, digits, 0).sum(axis=1).astype(np.int64) + np.where(arc, 16, 0)
+    words = 1 + said.sum(axis=1) + np.where(arc, 2, 0)
+    return SentLines(np.where(begins, size, 0), np.where(begins, words, 0))
+
+
+def grbl_seconds(
+    path: Toolpath,
+    machine: Machine,
+    delta: Floats,
+    moves: Moves,
+    waits: Floats,
+    lines: SentLines | None = None,
+    pace: float = 1.0,
+) -> Floats:
+    """Return the seconds of every move, float64[m], what is lost at a stop before it included, but no wait.
+
+    Parameters
+    ----------
+    path, delta, moves
+        Rows without canned cycles; what every row moves, float64[n, 3], mm; its moves.
+    waits
+        For how long the machine stands at every row, float64[n], s.
+    lines
+        The lines of the text, where there is one.
+    pace
+        What the serial line and the processor take, of what they take: 0 is a controller that no move waits for.
+    """
+    from leafcut.kernels.grbl_clock import BEGAN, grbl_clock, new_board
+
+    n, m = len(path), len(moves)
+    if not m:
+        return np.zeros(0)
+    place = np.zeros((m + 1, 3))
+    np.cumsum(delta[moves.row], axis=0, out=place[1:])
+    move = np.full(n, -1, dtype=np.int64)
+    move[moves.row] = np.arange(m)
+    stops = stops_of(path, machine) | (waits > 0)
+    stops[moves.row[1:]] |= moves.mode[:-1] == REST
+    board = new_board(n, pace / BYTES_PER_SECOND, machine.motor_lock_s, pace)
+    limits = np.array([machine.steps_per_mm, machine.rapid_velocity, machine.acceleration])
+    limits[2] *= machine.acceleration_factor
+    asked = path.value[moves.row]
+    feed = np.where(asked > 0.0, np.minimum(asked, machine.max_feed), machine.max_feed)
+    feed[moves.rapid] = np.inf
+    arcs = _arcs(moves, machine.arc_tolerance)
+    sent = lines_by_row(path, lines)
+    scratch = (np.zeros(n), np.zeros(3))
+    grbl_clock(board, move, *sent, stops, waits, place, feed, *arcs, limits, machine.corner_deviation, *scratch)
+    waited = np.cumsum(np.where(stops, waits, 0.0))
+    ends = (np.maximum.accumulate(board.done) - waited)[moves.row]
+    began = board.state[BEGAN] - waited[moves.row[0]]
+    seconds: Floats = np.maximum(np.diff(np.maximum(ends, began), prepend=began), 0.0)
+    return seconds
+
+
+def _arcs(moves: Moves, tolerance: float) -> tuple[NDArray[np.int64], Floats, Floats, Floats, Floats]:
+    """Return how arcs are cut into chords: how many, the angle of one, the vectors of the circle, the rise of one."""
+    turn = moves.turn
+    radius, sweep = turn.radius, turn.sweep
+    flat = np.sqrt(np.maximum(tolerance * (2.0 * radius - tolerance), 1e-12))
+    chords = np.clip(np.floor(0.5 * sweep * radius / flat), 1.0, MOST_CHORDS)
+    out = turn.out * radius[:, None]
+    across = np.cross(turn.normal, out)
+    rise = np.abs(turn.normal) * (turn.rise / chords)[:, None]
+    return chords.astype(np.int64), sweep / chords, out, across, rise
