@@ -13,8 +13,8 @@ from leafcut.geometry.arrays import Floats
 #: Tiles along the longer side of a part; where the axes of a rapid do not arrive together every tile of the box between
 #: two places counts, and there are fewer. 8 bytes each: half a megabyte.
 TILES, TILES_DOGLEG = 256, 64
-#: Tiles are no finer than this, mm.
-FINEST_TILE = 0.2
+#: Tiles are no finer than this, mm, and so many at most lie within the reach of a tool: more take long.
+FINEST_TILE, MOST_IN_REACH = 0.2, 24
 #: The rim of a hole is looked at so far outside of its tool, mm, at so many places.
 RIM, RIM_PLACES = 0.1, 24
 
@@ -73,7 +73,7 @@ def safe_tiles(triangles: NDArray[np.float64], radius: float, above: float, most
     from leafcut.kernels.surface import raise_around, raise_cells, reach_in_cells
 
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
-    side = max(float(max(high[:2] - low[:2])) / most, FINEST_TILE)
+    side = max(float(max(high[:2] - low[:2])) / most, FINEST_TILE, radius / MOST_IN_REACH)
     margin = math.ceil(radius / side) + 1
     x, y = float(low[0]) - margin * side, float(low[1]) - margin * side
     columns, rows = (math.ceil(float(high[k] - low[k]) / side) + 2 * margin + 1 for k in range(2))

@@ -145,8 +145,9 @@ def tops_of(part: Part, ground: Ground, radius: NDArray[np.float64], drawn: bool
                 f"{rims.lowest[worst]:.3f} and Z{rims.top[worst]:.3f}; the higher place counts",
             )
         )
-    if drawn:
-        heights = np.array([hole.z for hole in part.holes], dtype=np.float64)
+    heights = np.array([hole.z for hole in part.holes], dtype=np.float64)
+    # A drawing all of whose holes lie at one height says nothing of the surface.
+    if drawn or np.ptp(heights) > SAME_HEIGHT:
         # The surface of a solid is that of the finished part: below a counterbore it is lower than where a hole begins.
         of_solid = np.array([hole.depth is not None for hole in part.holes])
         other = np.flatnonzero((np.abs(heights - rims.top) > max(UNEVEN, SAME_HEIGHT)) & ~of_solid)
@@ -157,10 +158,13 @@ def tops_of(part: Part, ground: Ground, radius: NDArray[np.float64], drawn: bool
                 Issue(
                     "L442",
                     f"{count_of(len(other), 'hole')} drawn at another height than the surface has: at {x:g}, {y:g} the "
-                    f"drawing says Z{heights[worst]:.3f} and the surface Z{rims.top[worst]:.3f}; depths count from the "
-                    "drawing, R planes from the higher one",
+                    f"drawing says Z{heights[worst]:.3f} and the surface Z{rims.top[worst]:.3f}; "
+                    + (
+                        "depths count from the drawing, R planes from the higher one" if drawn else "the surface counts"
+                    ),
                 )
             )
+    if drawn:
         tops = heights
     if not ground.mesh.closed:
         issues.append(
