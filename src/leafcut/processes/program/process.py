@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.files import check_is_text
 from leafcut.kinds import ProgramKind
-from leafcut.options import JobOptions, MachineOptions, PostOptions, ReadOptions, Settings, StockOptions
+from leafcut.options import FeedOptions, JobOptions, MachineOptions, PostOptions, ReadOptions, Settings, StockOptions
 from leafcut.processes.base import LOOKED_UP, ORDERED, SEARCH, SEARCH_MORE, Process, use
 from leafcut.processes.program.options import ResequenceOptions
 
@@ -28,7 +28,7 @@ class ForeignProgram(Process):
     options = (ResequenceOptions,)
     uses = use(ReadOptions, "units", "strict") | use(MachineOptions) | LOOKED_UP | ORDERED
     uses |= use(JobOptions, "keep_out", "start_point", "keep_order", "tools", clearance_height="keep_out")
-    uses |= use(StockOptions)
+    uses |= use(StockOptions) | use(FeedOptions)
     uses |= use(PostOptions, "dialect", "header")
     otherwise = {  # noqa: RUF012  # the protocol says that it is of the class
         "output_units": "a program keeps its own units",
