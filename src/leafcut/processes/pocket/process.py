@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.kinds import Head
 from leafcut.options import (
+    FeedOptions,
     FireflyOptions,
     JobOptions,
     MachineOptions,
@@ -14,6 +15,7 @@ from leafcut.options import (
     ReadOptions,
     Settings,
     SheetOptions,
+    SpeedOptions,
 )
 from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, all_of, use
 from leafcut.processes.pocket.options import PocketOptions
@@ -39,6 +41,9 @@ class Pocketing(Process):
     title = "milling pockets"
     options = (PocketOptions,)
     uses = use(ReadOptions, "units", "layers", *PLACE, "strict") | use(SheetOptions, "join_tolerance", "open_paths")
+    uses |= use(FeedOptions) | use(
+        SpeedOptions, **dict.fromkeys(("max_power", "max_torque", "drive_efficiency"), "feeds")
+    )
     uses |= use(PocketDrawingOptions) | use(MachineOptions) | use(JobOptions, but=("keep_order",)) | ORDERED | WRITTEN
     #: Whatever the algorithm is, fireflies may order the grid: every strategy is tried.
     uses |= {name: needs.replace("algorithm=firefly", "").strip() for name, needs in use(FireflyOptions).items()}
@@ -55,6 +60,7 @@ class Pocketing(Process):
         ("main", _MAIN),
         ("search", SEARCH),
         ("pocket", ("tools", *all_of(PocketOptions, _MAIN), *all_of(PocketDrawingOptions, _MAIN), "material")),
+        ("pace", ("feeds", "feed_increase", "max_power", "max_torque", "drive_efficiency")),
         ("place", (*PLACE, *_PLACES)),
         ("read", ("units", "layers", "join_tolerance", "strict")),
         ("post", (*POST, "coolant")),

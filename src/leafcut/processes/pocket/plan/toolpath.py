@@ -18,6 +18,7 @@ from leafcut.geometry.zones import touches_any_zone, widened
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import FILM, SAME_PLACE, PocketPath, PocketPiece
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
+from leafcut.processes.pocket.feeds import fed
 from leafcut.processes.pocket.plan.cleared_area import ClearedArea, Opened
 from leafcut.processes.pocket.plan.entries import ABOVE, TOUCH, Descent, come_down, follow, wind_down
 from leafcut.processes.pocket.plan.region import CentreRegion
@@ -236,7 +237,7 @@ class _Layer:
         if self.rounded and not walls:
             builder.blending(640)
         for piece in run.pieces:
-            follow(builder, piece.path, data.air_feed if piece.kind == "air" else data.tool.feed)
+            follow(builder, piece.path, data.air_feed if piece.kind == "air" else fed(piece.feed, data.tool.feed))
         if self.rounded and not walls:
             builder.blending(610)
 

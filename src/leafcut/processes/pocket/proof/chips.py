@@ -1,0 +1,119 @@
+"""The chips of a pocketing program, read back: at what feed each move goes, and what it engages there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from leafcut.geometry.arrays import Floats, Indices
+from leafcut.model.difference import Difference
+from leafcut.model.feed_limits import FeedLimits
+from leafcut.model.pace_change import ToolPace
+from leafcut.model.pocket import PocketRules
+from leafcut.model.tool import Tool
+from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.processes.pocket.proof.pocket import ROOM, Cut, cuts_of, engaged_levels, thinnest
+from leafcut.proof.difference import place, shorten
+from leafcut.stock.chip_feeds import chip_at, power_at, removal_rate
+from leafcut.units import SECONDS_PER_MINUTE
+
+#: Numbers are rounded as they are written: no limit is passed by more than this share.
+_PART = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredChips:
+    """What a program's feeds ask of its mill: figures of the tool, how many cuts have another feed, what is wrong."""
+
+    tool: ToolPace
+    changed: int
+    wrong: tuple[Difference, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Places:
+    """Places at one height where something is cut: the moves that they are on, and what is asked for there."""
+
+    cuts: list[Cut]
+    move: Indices
+    feed: Floats
+    chip: Floats
+    chip_before: Floats
+    power: Floats
+    rate: Floats
+
+
+def measured_chips(written: Toolpath, rules: PocketRules, limits: FeedLimits, tool: Tool) -> MeasuredChips:
+    """Return the chips that a program makes, and where they, its power or a feed are beyond the limits.
+
+    1. No chip is thicker than that of the tool's own feed and speed in a full cut, and no cut needs more power than
+       there is (`stock.chip_feeds`): at every step of what is read back, at the feed and the speed that stand there.
+    2. No move that cuts is faster than the highest feed that was allowed.
+    3. What goes down below the surface is no faster than the tool's own feed.
+
+    A film of `thinnest` is no material.
+    """
+    cuts = list(cuts_of(written, rules.tolerance))
+    rpm = np.abs(written.latest(Kind.SPINDLE, written.value))
+    every = list(_levels(cuts, written, rpm, rules, limits))
+    wrong = [
+        _difference(cut, written, "goes down", f"the mill goes down at {_said(limits.feed)} mm/min at most")
+        for cut in cuts
+        if float(np.ptp(cut.way[:, 2])) > ROOM and written.value[cut.row] > limits.feed * (1.0 + _PART)
+    ]
+    for level in every:
+        wrong += _beyond(level, written, limits)
+    feed, chip, before, rate = (
+        np.concatenate([np.zeros(0), *(getattr(level, name) for level in every)])
+        for name in ("feed", "chip", "chip_before", "rate")
+    )
+    low, high = (float(feed.min()), float(feed.max())) if len(feed) else (limits.feed, limits.feed)
+    rate_before = float((rate * limits.feed / feed).max(initial=0.0)) if len(feed) else 0.0
+    pace = ToolPace(
+        tool.number, tool.label, (limits.feed, limits.feed), (low, high), float(before.max(initial=0.0)),
+        float(chip.max(initial=0.0)), limits.chip, True, rate_before, float(rate.max(initial=0.0)),
+    )  # fmt: skip
+    rows = {level.cuts[k].row for level in every for k in np.unique(level.move).tolist()}
+    changed = sum(abs(float(written.value[row]) - limits.feed) > _PART * limits.feed for row in rows)
+    return MeasuredChips(pace, changed, tuple(shorten(wrong)))
+
+
+def _levels(
+    cuts: list[Cut], written: Toolpath, rpm: Floats, rules: PocketRules, limits: FeedLimits
+) -> Iterator[_Places]:
+    """Yield the places of every height where something is cut."""
+    flat = {cut.row for cut in cuts if np.ptp(cut.way[:, 2]) <= ROOM}
+    for there, way, engaged in engaged_levels(cuts, rules, flat):
+        rows = np.array([cut.row for cut in there], dtype=np.int64)[way.piece]
+        feed, turns = written.value[rows], np.maximum(rpm[rows], 1e-9)
+        chip = chip_at(engaged, feed, turns)
+        met = engaged.width > thinnest(rules)
+        yield _Places(
+            there, way.piece[met], feed[met], chip[met], (chip * limits.feed / feed)[met],
+            power_at(engaged, feed, limits)[met], removal_rate(engaged, feed, limits)[met],
+        )  # fmt: skip
+
+
+def _beyond(level: _Places, written: Toolpath, limits: FeedLimits) -> Iterator[Difference]:
+    """Yield the moves at one height that ask too much of the tool, of the spindle, or are too fast."""
+    at_most = f"{limits.chip:.4g} mm a revolution at most"
+    for too_much, what, most in (
+        (level.chip > limits.chip * (1.0 + _PART), "makes too thick chips", at_most),
+        (level.power > limits.power * (1.0 + _PART), "needs too much power", limits.power_words),
+        (level.feed > limits.most * (1.0 + _PART), "cuts too fast", f"{_said(limits.most)} mm/min at most"),
+    ):
+        yield from (
+            _difference(level.cuts[k], written, what, f"allowed: {most}")
+            for k in np.unique(level.move[too_much]).tolist()
+        )
+
+
+def _difference(cut: Cut, written: Toolpath, what: str, allowed: str) -> Difference:
+    speed = _said(float(written.value[cut.row]))
+    return Difference("feed", 0, cut.line, f"a move at {speed} mm/min {what} near {place(*cut.way[-1])}; {allowed}")
+
+
+def _said(feed: float) -> str:
+    return f"{SECONDS_PER_MINUTE * feed:g}"
