@@ -121,6 +121,9 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         common = {"process": "pocket", "depth": 1, "tool_diameter": 8, **LITTLE}
         api.optimize(at["pocket.dxf"], tools=at["tools.toml"], thickness=5, open_paths="drop", **APART, **common)
         api.optimize(at["pocket.png"], machine="haas-vf2", pixel_size=1, **common)
+        fed = {"feeds": True, "slot_chip": 90, "max_power": "5 kW", "strategy": "zigzag", "step_over": 0.4}
+        (out / "teeth.toml").write_text(TOOLS.replace('kind = "end-mill"', 'kind = "end-mill"\nteeth = 3'))
+        api.optimize(at["pocket.dxf"], tools=out / "teeth.toml", material="c45", open_paths="drop", **fed, **common)
     elif work == "program":
         api.optimize(at["cam.nc"], **APART, **LITTLE)
         api.optimize(at["cam.nc"], algorithm="firefly", **LITTLE)

@@ -24,6 +24,8 @@ class FeedLimits:
     depth, film_depth, film
         How deep a cut is: that of a level; in a strip no wider than `film`, such as a finishing pass takes, all of its
         depth.
+    slot
+        At the full width the chip is this share of `chip`; from half of the width on it falls in proportion.
     power
         What the spindle gives to the cut at this speed, W, by its power and its torque; infinite where that is not
         known.
@@ -40,6 +42,7 @@ class FeedLimits:
     depth: float
     film_depth: float
     film: float
+    slot: float = 1.0
     power: float = math.inf
     power_words: str = ""
     material: WorkMaterial | None = None

@@ -19,13 +19,15 @@ from leafcut.stock.tool_steps import ToolWay
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: No feed is above what comes within this share of the tool's diameter before and behind it.
-AROUND = 0.5
+AROUND = 0.25
 #: Feeds are in steps of this factor.
 STEP = 1.1
+#: A feed that is not this much higher stays, as a share of the tool's.
+LEAST = 1.05
 #: A stretch is no shorter than this share of the tool's diameter …
 SHORTEST = 0.5
 #: … and is faster only where that saves so much, s.
-WORTH = 0.03
+WORTH = 0.05
 #: A feed changes at a vertex of the way where one is so near, tool diameters.
 SNAP = 0.1
 #: Chips are planned thicker than they are, by cuts that are wider by so many tolerances.
@@ -101,7 +103,7 @@ def _shares(pieces: Sequence[PocketPiece], way: ToolWay, engaged: Engaged, limit
     most = limits.most / limits.feed
     down = np.ceil(np.log(most / np.minimum(least, most)) / math.log(STEP) - 1e-9)
     shares: Floats = most / STEP**down
-    return np.where((least >= 1.0) & (shares < 1.0), 1.0, shares)
+    return np.where((least >= 1.0) & (shares < LEAST), 1.0, shares)
 
 
 def _stretches(pieces: Sequence[PocketPiece], way: ToolWay) -> list[Indices]:
@@ -154,10 +156,13 @@ def _merged(runs: list[list[float]], counts: list[int]) -> tuple[list[list[float
 
 
 class _Places:
-    """Where the steps of one piece are along it, mm: `steps` are their rows, `ends` where each ends."""
+    """Where the steps of one piece are along it, mm: `steps` are their rows, `ends` where each ends.
 
-    def __init__(self, steps: Indices, ends: Floats, vertices: Floats) -> None:
-        self.steps, self.ends, self.vertices = steps, ends, vertices
+    `vertices` are where its lines and arcs end; `lifted`: the tool comes down where it begins.
+    """
+
+    def __init__(self, steps: Indices, ends: Floats, vertices: Floats, lifted: bool) -> None:
+        self.steps, self.ends, self.vertices, self.lifted = steps, ends, vertices, lifted
 
     @classmethod
     def of(cls, piece: PocketPiece, way: ToolWay, number: int) -> _Places:
@@ -166,7 +171,8 @@ class _Places:
         ends = np.cumsum(way.step[first:last])
         whole = float(ends[-1]) if len(ends) else 0.0
         scale = piece.path.length / whole if whole > 0.0 else 1.0  # chords of arcs are shorter than these
-        return cls(np.arange(first, last), ends * scale, np.cumsum(piece.path.lengths))
+        lifted = bool(last > first and np.isnan(way.back[first, 0]))
+        return cls(np.arange(first, last), ends * scale, np.cumsum(piece.path.lengths), lifted)
 
     def least_by_segment(self, shares: Floats) -> Floats:
         """Return the least feed of the line or arc that each step is on."""
@@ -183,7 +189,7 @@ class _Places:
         length = piece.path.length
         if not len(shares) or not length > _NOTHING:
             return [piece]
-        if math.dist(piece.path.start, piece.path.end) <= SAME_PLACE:
+        if self.lifted and math.dist(piece.path.start, piece.path.end) <= SAME_PLACE:
             # The tool may come down along a ring: it stays one.
             return [PocketPiece(piece.path, piece.kind, float(shares.min()))]
         changes = np.flatnonzero(np.diff(shares))

@@ -60,7 +60,7 @@ class Pocketing(Process):
         ("main", _MAIN),
         ("search", SEARCH),
         ("pocket", ("tools", *all_of(PocketOptions, _MAIN), *all_of(PocketDrawingOptions, _MAIN), "material")),
-        ("pace", ("feeds", "feed_increase", "max_power", "max_torque", "drive_efficiency")),
+        ("pace", ("feeds", "feed_increase", "slot_chip", "max_power", "max_torque", "drive_efficiency")),
         ("place", (*PLACE, *_PLACES)),
         ("read", ("units", "layers", "join_tolerance", "strict")),
         ("post", (*POST, "coolant")),

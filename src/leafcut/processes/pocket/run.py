@@ -266,7 +266,7 @@ def _fitted(job: PocketJob, clearings: list[Clearing]) -> tuple[list[Clearing], 
     even = (clearings, _laid(job, clearings).measure.time_s)
     if job.limits is None:
         return even
-    acceleration = min(job.run.machine.acceleration[:2])
+    acceleration = min(job.run.machine.acceleration[:2]) * job.run.machine.acceleration_factor
     tried = []
     for anywhere in (True, False):
         found = [

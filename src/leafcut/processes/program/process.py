@@ -28,7 +28,7 @@ class ForeignProgram(Process):
     options = (ResequenceOptions,)
     uses = use(ReadOptions, "units", "strict") | use(MachineOptions) | LOOKED_UP | ORDERED
     uses |= use(JobOptions, "keep_out", "start_point", "keep_order", "tools", clearance_height="keep_out")
-    uses |= use(StockOptions) | use(FeedOptions)
+    uses |= use(StockOptions) | use(FeedOptions, "feeds", "feed_increase")
     uses |= use(PostOptions, "dialect", "header")
     otherwise = {  # noqa: RUF012  # the protocol says that it is of the class
         "output_units": "a program keeps its own units",

@@ -63,7 +63,11 @@ def feed_limits(
     most = max(min(increase * tool.feed, machine.max_feed, data.air_feed), tool.feed)
     depth = -levels[0]
     finish = finishing_levels(-levels[-1], tool.diameter)[0] if options.stock else levels[0]
-    limits = FeedLimits(tool.diameter, tool.feed, tool.spindle_rpm, most, depth, -finish, FILM * tool.diameter)
+    slot = settings.of(FeedOptions).slot_chip
+    limits = FeedLimits(
+        tool.diameter, tool.feed, tool.spindle_rpm, most, depth, -finish, FILM * tool.diameter,
+        1.0 if slot is None else slot / 100.0,
+    )  # fmt: skip
     power = _power(settings, machine, tool)
     if power is None:
         return limits, []
@@ -89,7 +93,7 @@ def _check_slot(limits: FeedLimits, tool: Tool) -> None:
         It has not.
     """
     slot = Engaged(np.array([math.pi]), np.array([tool.diameter]), np.ones(1))
-    slowest = float(allowed_feed(slot, limits)[0])
+    slowest = float(allowed_feed(slot, replace(limits, slot=1.0))[0])
     if slowest < SLOWEST * tool.feed:
         needed = float(power_at(slot, tool.feed, limits)[0])
         raise PlanError(

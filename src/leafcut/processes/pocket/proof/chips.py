@@ -16,7 +16,7 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.pocket.proof.pocket import ROOM, Cut, cuts_of, engaged_levels, thinnest
 from leafcut.proof.difference import place, shorten
-from leafcut.stock.chip_feeds import chip_at, power_at, removal_rate
+from leafcut.stock.chip_feeds import chip_at, chip_limit, power_at, removal_rate
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: Numbers are rounded as they are written: no limit is passed by more than this share.
@@ -40,6 +40,7 @@ class _Places:
     move: Indices
     feed: Floats
     chip: Floats
+    chip_limit: Floats
     chip_before: Floats
     power: Floats
     rate: Floats
@@ -48,8 +49,9 @@ class _Places:
 def measured_chips(written: Toolpath, rules: PocketRules, limits: FeedLimits, tool: Tool) -> MeasuredChips:
     """Return the chips that a program makes, and where they, its power or a feed are beyond the limits.
 
-    1. No chip is thicker than that of the tool's own feed and speed in a full cut, and no cut needs more power than
-       there is (`stock.chip_feeds`): at every step of what is read back, at the feed and the speed that stand there.
+    1. No chip is thicker than that of the tool's own feed and speed, or what a cut so wide may have of it, and no cut
+       needs more power than there is (`stock.chip_feeds`): at every step of what is read back, at the feed and the
+       speed that stand there.
     2. No move that cuts is faster than the highest feed that was allowed.
     3. What goes down below the surface is no faster than the tool's own feed.
 
@@ -91,8 +93,9 @@ def _levels(
         chip = chip_at(engaged, feed, turns)
         met = engaged.width > thinnest(rules)
         yield _Places(
-            there, way.piece[met], feed[met], chip[met], (chip * limits.feed / feed)[met],
-            power_at(engaged, feed, limits)[met], removal_rate(engaged, feed, limits)[met],
+            there, way.piece[met], feed[met], chip[met], chip_limit(engaged, limits)[met],
+            (chip * limits.feed / feed)[met], power_at(engaged, feed, limits)[met],
+            removal_rate(engaged, feed, limits)[met],
         )  # fmt: skip
 
 
@@ -100,7 +103,7 @@ def _beyond(level: _Places, written: Toolpath, limits: FeedLimits) -> Iterator[D
     """Yield the moves at one height that ask too much of the tool, of the spindle, or are too fast."""
     at_most = f"{limits.chip:.4g} mm a revolution at most"
     for too_much, what, most in (
-        (level.chip > limits.chip * (1.0 + _PART), "makes too thick chips", at_most),
+        (level.chip > level.chip_limit * (1.0 + _PART), "makes too thick chips", at_most),
         (level.power > limits.power * (1.0 + _PART), "needs too much power", limits.power_words),
         (level.feed > limits.most * (1.0 + _PART), "cuts too fast", f"{_said(limits.most)} mm/min at most"),
     ):
