@@ -29,8 +29,6 @@ class FeedLimits:
     power
         What the spindle gives to the cut at this speed, W, by its power and its torque; infinite where that is not
         known.
-    power_words
-        Of which limit that is, in words.
     material, teeth
         What is cut and by how many teeth; None and 0 where the power is not known.
     """
@@ -44,7 +42,6 @@ class FeedLimits:
     film: float
     slot: float = 1.0
     power: float = math.inf
-    power_words: str = ""
     material: WorkMaterial | None = None
     teeth: int = 0
 

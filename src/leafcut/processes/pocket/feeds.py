@@ -16,7 +16,6 @@ from leafcut.stock.engagement import Engaged
 from leafcut.stock.least_around import least_around
 from leafcut.stock.removal import engaged_way
 from leafcut.stock.tool_steps import ToolWay
-from leafcut.units import SECONDS_PER_MINUTE
 
 #: No feed is above what comes within this share of the tool's diameter before and behind it.
 AROUND = 0.25
@@ -32,8 +31,6 @@ WORTH = 0.05
 SNAP = 0.1
 #: Chips are planned thicker than they are, by cuts that are wider by so many tolerances.
 WIDER = 2.0
-#: A feed is written in so many digits, mm/min.
-DIGITS = 3
 #: What is shorter is no piece, mm.
 _NOTHING = 1e-3
 
@@ -69,15 +66,6 @@ def with_feeds(
         [piece] if piece.kind == "air" else place.divided(piece, shares[place.steps], snap)
         for piece, place in zip(pieces, places, strict=True)
     ]
-
-
-def fed(share: float, feed: float) -> float:
-    """Return a share of a tool's feed, mm/s, as it is written: rounded down to three digits in mm/min."""
-    if share == 1.0:
-        return feed
-    value = share * feed * SECONDS_PER_MINUTE
-    unit = 10.0 ** (math.floor(math.log10(value)) - DIGITS + 1)
-    return math.floor(value / unit + 1e-9) * unit / SECONDS_PER_MINUTE
 
 
 def _wider(engaged: Engaged, rules: PocketRules) -> Engaged:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from leafcut.kinds import Head
@@ -85,6 +86,11 @@ class Pocketing(Process):
         from leafcut.processes.pocket.run import pocket
 
         return pocket(run, sources[0])
+
+    def reads_besides(self, settings: Settings) -> list[Path]:
+        """Return the file of the material."""
+        named = settings.job.material
+        return [Path(named)] if JobOptions.specs()["material"].names_file(named) else []
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Return the pockets, as they are placed."""

@@ -32,7 +32,8 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.options import FeedOptions
+from leafcut.model.work_material import WorkMaterial
+from leafcut.options import FeedOptions, JobOptions, Settings
 from leafcut.processes.course import Run, check_words_used, machine_issues, refuse
 from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes
 from leafcut.processes.pocket.model import PocketDetail
@@ -133,7 +134,7 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     data, issues = milling_data(options, settings.job, rules, run.machine, mill)
     limits = None
     if settings.of(FeedOptions).feeds:
-        limits, told = feed_limits(settings, run.machine, rules, levels, data, mill)
+        limits, told = feed_limits(settings, run.machine, rules, levels, data, mill, _material(settings))
         issues = [*issues, *told]
     part = read_pockets(source, settings.read, settings.pocket_drawing, settings.sheet, run.looking("reading"))
     part = placed(part, settings.read)
@@ -165,6 +166,27 @@ def _library_mill(run: Run) -> Tool | None:
         job.diameter_tolerance,
         job.depth,
     )
+
+
+def _material(settings: Settings) -> WorkMaterial | None:
+    """Return what is cut, where somebody says it and the force that it needs is known.
+
+    Raises
+    ------
+    OptionError
+        The file of a material cannot be read.
+    """
+    from leafcut.read.work_materials import load_material
+
+    named = settings.job.material
+    if "material" not in settings.given:
+        return None
+    try:
+        return load_material(named)
+    except OptionError:
+        if JobOptions.specs()["material"].names_file(named):
+            raise
+        return None  # a name of the tables of cutting speeds
 
 
 def _xy(point: tuple[float, ...] | None) -> Point | None:

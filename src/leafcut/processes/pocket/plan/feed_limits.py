@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.pocket import FILM, PocketRules
 from leafcut.model.tool import Tool
 from leafcut.model.work_material import WorkMaterial
-from leafcut.options import FeedOptions, Settings, SpeedOptions
+from leafcut.options import FeedOptions, Settings, SpeedOptions, flag_name
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.rules import MillingData, finishing_levels
 from leafcut.stock.chip_feeds import allowed_feed, power_at
@@ -26,13 +25,6 @@ from leafcut.units import SECONDS_PER_MINUTE
 SLOWEST = 0.25
 
 
-class _Power(NamedTuple):
-    """What the spindle gives to a cut, W, and by which limit, in words."""
-
-    watts: float
-    words: str
-
-
 def feed_limits(
     settings: Settings,
     machine: Machine,
@@ -40,6 +32,7 @@ def feed_limits(
     levels: tuple[float, ...],
     data: MillingData,
     mill: Tool | None,
+    material: WorkMaterial | None,
 ) -> tuple[FeedLimits, list[Issue]]:
     """Return within what feeds may change, and what has to be said of it.
 
@@ -47,6 +40,8 @@ def feed_limits(
     ----------
     mill
         The tool of the library; None without one.
+    material
+        What is cut; None where nothing is known of the force that it needs.
 
     Raises
     ------
@@ -71,17 +66,42 @@ def feed_limits(
     power = _power(settings, machine, tool)
     if power is None:
         return limits, []
-    material, why = _material(settings, tool)
-    if material is None:
-        speeds = settings.of(SpeedOptions)
-        if speeds.max_power or speeds.max_torque:
-            flag = "--max-power" if speeds.max_power else "--max-torque"
-            raise OptionError(f"{flag}: what a cut needs is not known, as {why}")
-        words = f"feeds are not compared with the power of the spindle, as {why}"
-        return limits, [Issue("L705", words, severity=Severity.NOTE)]
-    limits = replace(limits, power=power.watts, power_words=power.words, material=material, teeth=tool.teeth or 0)
+    if material is None or not tool.teeth:
+        return limits, [_unlimited(settings, tool, material)]
+    limits = replace(limits, power=power, material=material, teeth=tool.teeth)
     _check_slot(limits, tool)
     return limits, []
+
+
+def _unlimited(settings: Settings, tool: Tool, material: WorkMaterial | None) -> Issue:
+    """Return why the power of the machine's spindle limits no feed.
+
+    Raises
+    ------
+    OptionError
+        A limit of the spindle was given.
+    """
+    asked = [name for name in ("max_power", "max_torque", "drive_efficiency") if name in settings.given]
+    if "material" not in settings.given:
+        if asked:
+            raise OptionError(f"{flag_name(asked[0])}: only used with --material; add --material or leave it out")
+        return Issue("L705", "power and torque do not limit feeds: give --material", severity=Severity.NOTE)
+    if material is None:
+        name = settings.job.material
+        if asked:
+            raise OptionError(
+                f"{flag_name(asked[0])}: the force that '{name}' needs is not known; name a material of "
+                "`leafcut materials` with --material"
+            )
+        words = f"power and torque do not limit feeds: the force that '{name}' needs is not known"
+        return Issue("L705", f"{words}; name a material of `leafcut materials`", severity=Severity.NOTE)
+    if asked:
+        raise OptionError(
+            f"{flag_name(asked[0])}: the number of teeth of {tool.label} is not known; give a library that states it "
+            "with --tools"
+        )
+    words = f"power and torque do not limit feeds of {tool.label}: give the number of teeth with --tools"
+    return Issue("L705", words, severity=Severity.NOTE)
 
 
 def _check_slot(limits: FeedLimits, tool: Tool) -> None:
@@ -98,7 +118,7 @@ def _check_slot(limits: FeedLimits, tool: Tool) -> None:
         needed = float(power_at(slot, tool.feed, limits)[0])
         raise PlanError(
             f"--feeds: a first cut {limits.depth:.4g} mm deep needs {needed / 1000.0:.3g} kW at the feed of "
-            f"{tool.label}, but there are {limits.power_words}; give a smaller --step-down"
+            f"{tool.label}, but the spindle gives {limits.power / 1000.0:.3g} kW to it; give a smaller --step-down"
         )
 
 
@@ -106,44 +126,38 @@ def _check_stated(settings: Settings, tool: Tool, mill: Tool | None) -> None:
     """Check that the chip of the tool is known: that nobody assumed its feed or its speed."""
     feed = settings.of(PocketOptions).milling_feed or (mill.feed if mill else 0.0)
     speed = settings.job.spindle_speed or (mill.spindle_rpm if mill else 0.0)
-    missing = [(feed, "feed", "--milling-feed"), (speed, "spindle speed", "--spindle-speed")]
-    lacking = [(name, flag) for value, name, flag in missing if not value]
-    if lacking:
-        names, flags = (" and ".join(one) for one in zip(*lacking, strict=True))
-        verb = "is" if len(lacking) == 1 else "are"
-        where = settings.job.tools or "a tool library with --tools"
+    if not feed and not speed:
         raise OptionError(
-            f"--feeds: {names} of {tool.label} {verb} not stated, so that its chips are not known; give {flags}, or "
-            f"state them in {where}"
+            f"--feeds: feed and spindle speed of {tool.label} are not stated, so that its chips are not known; give "
+            "--milling-feed and --spindle-speed, or a library that states both with --tools"
+        )
+    if not feed:
+        raise OptionError(
+            f"--feeds: the feed of {tool.label} is not stated, so that its chips are not known; give --milling-feed, "
+            "or a library that states it with --tools"
+        )
+    if not speed:
+        raise OptionError(
+            f"--feeds: the spindle speed of {tool.label} is not stated, so that its chips are not known; give "
+            "--spindle-speed, or a library that states it with --tools"
         )
 
 
-def _power(settings: Settings, machine: Machine, tool: Tool) -> _Power | None:
-    """Return what the spindle gives to a cut at the tool's speed; None where that is not known."""
+def _power(settings: Settings, machine: Machine, tool: Tool) -> float | None:
+    """Return what the spindle gives to a cut at the tool's speed, W; None where that is not known.
+
+    Raises
+    ------
+    OptionError
+        How much of its power reaches the tool is given, and the power is not known.
+    """
     options = settings.of(SpeedOptions)
     power, torque = options.max_power or machine.spindle_power, options.max_torque or machine.spindle_torque
-    found = []
-    if power:
-        words = f"{power / 1000.0:.3g} kW of the spindle, {100.0 * options.drive_efficiency:g} % of them at the tool"
-        found.append(_Power(power * options.drive_efficiency, words))
+    found = [power * options.drive_efficiency] if power else []
     if torque:
-        watts = torque / 1000.0 * math.tau * tool.spindle_rpm / SECONDS_PER_MINUTE
-        found.append(_Power(watts, f"{torque / 1000.0:.3g} N·m of the spindle"))
+        found.append(torque / 1000.0 * math.tau * tool.spindle_rpm / SECONDS_PER_MINUTE)
+    if not power and "drive_efficiency" in settings.given:
+        raise OptionError(
+            "--drive-efficiency: the power of the spindle is not known; give --max-power, or leave it out"
+        )
     return min(found) if found else None
-
-
-def _material(settings: Settings, tool: Tool) -> tuple[WorkMaterial | None, str]:
-    """Return what is cut, where the force that it needs is known; else None and why it is not."""
-    from leafcut.read.work_materials import load_material
-
-    if "material" not in settings.given:
-        return None, "no material is given; name it with --material"
-    name = settings.job.material
-    if not tool.teeth:
-        return None, f"the library does not say how many teeth {tool.label} has; add teeth to it"
-    try:
-        return load_material(name), ""
-    except OptionError:
-        if name.lower().endswith(".toml"):
-            raise
-        return None, f"nothing is known of '{name}'; name one of `leafcut materials`"

@@ -14,7 +14,7 @@ from leafcut.model.pace_change import ToolPace
 from leafcut.model.pocket import PocketRules
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.processes.pocket.proof.pocket import ROOM, Cut, cuts_of, engaged_levels, thinnest
+from leafcut.processes.pocket.proof.pocket import ROOM, PocketCut, cuts_of, engaged_levels, thinnest
 from leafcut.proof.difference import place, shorten
 from leafcut.stock.chip_feeds import chip_at, chip_limit, power_at, removal_rate
 from leafcut.units import SECONDS_PER_MINUTE
@@ -36,7 +36,7 @@ class MeasuredChips:
 class _Places:
     """Places at one height where something is cut: the moves that they are on, and what is asked for there."""
 
-    cuts: list[Cut]
+    cuts: list[PocketCut]
     move: Indices
     feed: Floats
     chip: Floats
@@ -61,7 +61,7 @@ def measured_chips(written: Toolpath, rules: PocketRules, limits: FeedLimits, to
     rpm = np.abs(written.latest(Kind.SPINDLE, written.value))
     every = list(_levels(cuts, written, rpm, rules, limits))
     wrong = [
-        _difference(cut, written, "goes down", f"the mill goes down at {_said(limits.feed)} mm/min at most")
+        Difference("feed", 0, cut.line, _too_fast(cut, written, "goes down", limits.feed))
         for cut in cuts
         if float(np.ptp(cut.way[:, 2])) > ROOM and written.value[cut.row] > limits.feed * (1.0 + _PART)
     ]
@@ -83,7 +83,7 @@ def measured_chips(written: Toolpath, rules: PocketRules, limits: FeedLimits, to
 
 
 def _levels(
-    cuts: list[Cut], written: Toolpath, rpm: Floats, rules: PocketRules, limits: FeedLimits
+    cuts: list[PocketCut], written: Toolpath, rpm: Floats, rules: PocketRules, limits: FeedLimits
 ) -> Iterator[_Places]:
     """Yield the places of every height where something is cut."""
     flat = {cut.row for cut in cuts if np.ptp(cut.way[:, 2]) <= ROOM}
@@ -100,23 +100,42 @@ def _levels(
 
 
 def _beyond(level: _Places, written: Toolpath, limits: FeedLimits) -> Iterator[Difference]:
-    """Yield the moves at one height that ask too much of the tool, of the spindle, or are too fast."""
-    at_most = f"{limits.chip:.4g} mm a revolution at most"
-    for too_much, what, most in (
-        (level.chip > level.chip_limit * (1.0 + _PART), "makes too thick chips", at_most),
-        (level.power > limits.power * (1.0 + _PART), "needs too much power", limits.power_words),
-        (level.feed > limits.most * (1.0 + _PART), "cuts too fast", f"{_said(limits.most)} mm/min at most"),
-    ):
-        yield from (
-            _difference(level.cuts[k], written, what, f"allowed: {most}")
-            for k in np.unique(level.move[too_much]).tolist()
+    """Yield the moves at one height that ask too much of the tool or of the spindle, or are too fast."""
+    thick, strong, fast = (
+        _worst(level, level.chip / level.chip_limit),
+        _worst(level, level.power / limits.power),
+        _worst(level, level.feed / limits.most),
+    )
+    for cut, at in thick:
+        words = (
+            f"{_at(cut, written)} makes a chip of {level.chip[at]:.4g} mm a revolution near {place(*cut.way[-1])}; "
+            f"{level.chip_limit[at]:.4g} mm at most are allowed"
         )
+        yield Difference("feed", 0, cut.line, words)
+    for cut, at in strong:
+        words = (
+            f"{_at(cut, written)} needs {level.power[at] / 1000.0:.4g} kW near {place(*cut.way[-1])}; the spindle "
+            f"gives {limits.power / 1000.0:.4g} kW at most"
+        )
+        yield Difference("feed", 0, cut.line, words)
+    for cut, _ in fast:
+        yield Difference("feed", 0, cut.line, _too_fast(cut, written, "cuts", limits.most))
 
 
-def _difference(cut: Cut, written: Toolpath, what: str, allowed: str) -> Difference:
-    speed = _said(float(written.value[cut.row]))
-    return Difference("feed", 0, cut.line, f"a move at {speed} mm/min {what} near {place(*cut.way[-1])}; {allowed}")
+def _worst(level: _Places, share: Floats) -> Iterator[tuple[PocketCut, int]]:
+    """Yield the moves with a share above 1, each with its worst place."""
+    over = np.flatnonzero(share > 1.0 + _PART)
+    for move in np.unique(level.move[over]).tolist():
+        mine = over[level.move[over] == move]
+        yield level.cuts[move], int(mine[np.argmax(share[mine])])
 
 
-def _said(feed: float) -> str:
-    return f"{SECONDS_PER_MINUTE * feed:g}"
+def _too_fast(cut: PocketCut, written: Toolpath, what: str, most: float) -> str:
+    return (
+        f"{_at(cut, written)} {what} near {place(*cut.way[-1])}; the mill cuts at {SECONDS_PER_MINUTE * most:g} mm/min "
+        "at most"
+    )
+
+
+def _at(cut: PocketCut, written: Toolpath) -> str:
+    return f"a move at {SECONDS_PER_MINUTE * float(written.value[cut.row]):g} mm/min"

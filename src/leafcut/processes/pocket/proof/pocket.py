@@ -34,7 +34,7 @@ _CUTTING = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
 
 
 @dataclass(frozen=True, eq=False)
-class Cut:
+class PocketCut:
     """One feed move: its row and line of the program, and the way of the tool's tip as points (x, y, z) in mm.
 
     `bulge` is that of an arc (`geometry.polyline`), of no more than half a turn; else it goes by its points.
@@ -153,8 +153,8 @@ def thinnest(rules: PocketRules) -> float:
 
 
 def engaged_levels(
-    cuts: Sequence[Cut], rules: PocketRules, rows: Collection[int]
-) -> Iterator[tuple[list[Cut], ToolWay, Engaged]]:
+    cuts: Sequence[PocketCut], rules: PocketRules, rows: Collection[int]
+) -> Iterator[tuple[list[PocketCut], ToolWay, Engaged]]:
     """Yield each height at which one of some rows ends: its moves, the way of all of them, and what that engages.
 
     Where a move comes down it is the place where it ends: there nothing is engaged by it. A height at which the tool
@@ -177,7 +177,7 @@ def as_path(pieces: Sequence[Points]) -> PocketPath:
     return PocketPath("program", tuple(PocketPiece(Polyline(p)) for p in pieces))
 
 
-def _opened(written: Toolpath, cuts: Sequence[Cut], rules: PocketRules) -> Any:
+def _opened(written: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules) -> Any:
     """Return what the tool clears by going round in it once, as on a helix: circles no wider than the tool."""
     turned: dict[tuple[float, ...], float] = {}
     for cut in cuts:
@@ -287,7 +287,7 @@ class _Level:
         return np.concatenate(self.parts)
 
 
-def _levels(cuts: Sequence[Cut]) -> list[_Level]:
+def _levels(cuts: Sequence[PocketCut]) -> list[_Level]:
     """Return the levels in the order in which they are cut; ways down are none."""
     found: list[_Level] = []
     for cut in cuts:
@@ -321,7 +321,7 @@ def _lies_in(points: Points, shape: Any) -> bool:
 # -- moves -----------------------------------------------------------------------------------------------------------
 
 
-def cuts_of(path: Toolpath, tolerance: float) -> Iterator[Cut]:
+def cuts_of(path: Toolpath, tolerance: float) -> Iterator[PocketCut]:
     """Yield the feed moves that reach below the surface; chords leave their arcs by little."""
     before = path.before
     for row in np.flatnonzero(np.isin(path.kind, [int(k) for k in _CUTTING])).tolist():
@@ -330,7 +330,7 @@ def cuts_of(path: Toolpath, tolerance: float) -> Iterator[Cut]:
             continue
         flat = _flat(path, row, begin[:2], end[:2], FINE * tolerance)
         heights = np.linspace(begin[2], end[2], len(flat))
-        yield Cut(row, int(path.line[row]), np.column_stack([flat, heights]), _bulge(path, row, flat))
+        yield PocketCut(row, int(path.line[row]), np.column_stack([flat, heights]), _bulge(path, row, flat))
 
 
 def _bulge(path: Toolpath, row: int, flat: Points) -> float:
@@ -362,7 +362,7 @@ def _flat(path: Toolpath, row: int, begin: Points, end: Points, tolerance: float
     return points
 
 
-def _pieces(cuts: Sequence[Cut], z: float) -> Iterator[Points]:
+def _pieces(cuts: Sequence[PocketCut], z: float) -> Iterator[Points]:
     """Yield the ways that the tool goes at one level, each as long as it goes on from where it comes down.
 
     They are vertices of polylines, float64[n, 3].
@@ -387,7 +387,7 @@ def _joined(run: Sequence[Points]) -> Points:
     return np.concatenate([*(part[:-1] for part in run[:-1]), run[-1]])
 
 
-def _lines(cuts: Sequence[Cut]) -> Any:
+def _lines(cuts: Sequence[PocketCut]) -> Any:
     """Return the ways of some moves in the plane as shapely lines."""
     return shapely.linestrings(
         np.concatenate([cut.way[:, :2] for cut in cuts]),
@@ -398,7 +398,7 @@ def _lines(cuts: Sequence[Cut]) -> Any:
 # -- checks ----------------------------------------------------------------------------------------------------------
 
 
-def _rapids(path: Toolpath, cuts: Sequence[Cut], rules: PocketRules, retract: float) -> list[Difference]:
+def _rapids(path: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules, retract: float) -> list[Difference]:
     """Return the rapids below the R plane that go sideways, or down to what is not cleared."""
     before = path.before
     rapid = path.kind == Kind.RAPID
@@ -423,7 +423,7 @@ def _rapids(path: Toolpath, cuts: Sequence[Cut], rules: PocketRules, retract: fl
 
 
 def _uncleared(
-    path: Toolpath, before: Points, rows: Sequence[int], cuts: Sequence[Cut], rules: PocketRules
+    path: Toolpath, before: Points, rows: Sequence[int], cuts: Sequence[PocketCut], rules: PocketRules
 ) -> list[int]:
     """Return those of some rapids straight down that end lower than `OVER` over what earlier feeds have cleared.
 
@@ -448,7 +448,7 @@ def _uncleared(
     return found
 
 
-def _too_deep(cuts: Sequence[Cut], depth: float) -> list[Difference]:
+def _too_deep(cuts: Sequence[PocketCut], depth: float) -> list[Difference]:
     return [
         Difference("too deep", 0, cut.line, f"the tool goes to Z{low:.3f}; the pocket is {depth:.3f} mm deep")
         for cut in cuts
@@ -456,7 +456,7 @@ def _too_deep(cuts: Sequence[Cut], depth: float) -> list[Difference]:
     ]
 
 
-def _gouges(cuts: Sequence[Cut], pockets: Sequence[Pocket], rules: PocketRules) -> list[Difference]:
+def _gouges(cuts: Sequence[PocketCut], pockets: Sequence[Pocket], rules: PocketRules) -> list[Difference]:
     """Return the moves that bring the tool's edge more than the tolerance beyond a wall, or outside every pocket."""
     if not cuts:
         return []
