@@ -69,10 +69,11 @@ def with_feeds(
 
 
 def _wider(engaged: Engaged, rules: PocketRules) -> Engaged:
-    """Return what is engaged with the nearest edge of each cut nearer to the way by what is not known of it."""
+    """Return what is engaged with each cut wider, and its edge nearer to the way, by what is not known of it."""
     nearest = np.sqrt(np.maximum(1.0 - engaged.chip**2, 0.0)) - WIDER * rules.tolerance / rules.radius
     chip = np.where(engaged.angle > 0.0, np.sqrt(1.0 - np.maximum(nearest, 0.0) ** 2), 0.0)
-    return engaged._replace(chip=chip)
+    wider = np.minimum(engaged.width + 2.0 * WIDER * rules.tolerance, rules.tool_diameter)
+    return engaged._replace(chip=chip, width=np.where(engaged.angle > 0.0, wider, 0.0))
 
 
 def _shares(pieces: Sequence[PocketPiece], way: ToolWay, engaged: Engaged, limits: FeedLimits) -> Floats:
