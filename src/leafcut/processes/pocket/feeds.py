@@ -15,7 +15,7 @@ from leafcut.stock.chip_feeds import allowed_feed
 from leafcut.stock.engagement import Engaged
 from leafcut.stock.least_around import least_around
 from leafcut.stock.removal import engaged_way
-from leafcut.stock.tool_steps import ToolWay
+from leafcut.stock.tool_steps import STRAIGHT_ON, ToolWay
 
 #: No feed is above what comes within this share of the tool's diameter before and behind it.
 AROUND = 0.25
@@ -54,7 +54,7 @@ def with_feeds(
         False: a feed changes at vertices of the way alone, and no move is divided.
     """
     way, engaged = engaged_way(PocketPath("", tuple(pieces)), rules)
-    shares = _shares(pieces, way, _wider(engaged, rules), limits)
+    shares = _shares(pieces, way, _wider(way, engaged, rules), limits)
     places = [_Places.of(piece, way, number) for number, piece in enumerate(pieces)]
     if not anywhere:
         for place in places:
@@ -68,12 +68,23 @@ def with_feeds(
     ]
 
 
-def _wider(engaged: Engaged, rules: PocketRules) -> Engaged:
-    """Return what is engaged with each cut wider, and its edge nearer to the way, by what is not known of it."""
-    nearest = np.sqrt(np.maximum(1.0 - engaged.chip**2, 0.0)) - WIDER * rules.tolerance / rules.radius
-    chip = np.where(engaged.angle > 0.0, np.sqrt(1.0 - np.maximum(nearest, 0.0) ** 2), 0.0)
-    wider = np.minimum(engaged.width + 2.0 * WIDER * rules.tolerance, rules.tool_diameter)
-    return engaged._replace(chip=chip, width=np.where(engaged.angle > 0.0, wider, 0.0))
+def _wider(way: ToolWay, engaged: Engaged, rules: PocketRules) -> Engaged:
+    """Return what is engaged with each cut wider, and its edge nearer to the way, by what is not known of it.
+
+    The proof measures what is written, with its rounding: at a vertex the way ahead may then be that of the line
+    before it, of the one behind, or between them.
+    """
+    cross = np.abs(way.chord[:-1, 0] * way.chord[1:, 1] - way.chord[:-1, 1] * way.chord[1:, 0])
+    turn = np.arctan2(cross, (way.chord[:-1] * way.chord[1:]).sum(axis=1))
+    turn = np.minimum(np.maximum(np.append(turn, 0.0), np.append(0.0, turn)), STRAIGHT_ON)
+    nearest = np.arccos(np.clip(engaged.chip, 0.0, 1.0)) - turn
+    beside = np.sin(np.maximum(nearest, 0.0)) - WIDER * rules.tolerance / rules.radius
+    chip = np.sqrt(1.0 - np.maximum(beside, 0.0) ** 2)
+    wider = engaged.width + rules.tool_diameter * np.sin(turn) + 2.0 * WIDER * rules.tolerance
+    cuts = engaged.angle > 0.0
+    return engaged._replace(
+        chip=np.where(cuts, chip, 0.0), width=np.where(cuts, np.minimum(wider, rules.tool_diameter), 0.0)
+    )
 
 
 def _shares(pieces: Sequence[PocketPiece], way: ToolWay, engaged: Engaged, limits: FeedLimits) -> Floats:
