@@ -174,7 +174,7 @@ def test_no_path_through_targets_of_several_ways_costs_less_than_the_bound(seed:
 def test_slots_far_apart_are_bounded_by_the_gaps_between_them() -> None:
     """Ten slots of 10 mm in a row, 90 mm from one end to the next: the way between them is known by hand."""
     left = np.array([(100.0 * i, 0.0) for i in range(10)])
-    right = left + (10.0, 0.0)
+    right = left + np.array([10.0, 0.0])
     entry, exit_ = np.stack([left, right], 1).reshape(-1, 2), np.stack([right, left], 1).reshape(-1, 2)
     row = RoutingProblem(entry, exit_, np.repeat(np.arange(10, dtype=np.int32), 2), np.zeros(20))
     found = solve(row, SolveOptions(iterations=50))

@@ -14,7 +14,7 @@ from leafcut.model.solution import Solution
 from leafcut.options import SolveOptions
 from leafcut.solve.construction import nearest_neighbour
 from leafcut.solve.directed import is_directed, least_costs
-from leafcut.solve.instance import Instance, build_instance, costs_of_edges
+from leafcut.solve.instance import Instance, build_instance
 from leafcut.solve.observing import MOST_BOUNDED
 from leafcut.solve.statistics import Best
 
