@@ -128,49 +128,6 @@ def test_without_a_bound_none_is_sought(bounding: Bounding) -> None:
     assert asked == []
 
 
-def least_of_all_paths(problem: RoutingProblem) -> float:
-    """Return what the cheapest path costs, of all orders of the clusters and all their nodes."""
-    ways = [np.flatnonzero(problem.cluster == c) for c in range(problem.n_clusters)]
-    start, end = (None if end is None else np.array(end) for end in (problem.start, problem.end))
-    best = math.inf
-    for order in itertools.permutations(range(problem.n_clusters)):
-        if any(order.index(a) > order.index(b) for a, b in problem.precedence.tolist()):
-            continue
-        for nodes in itertools.product(*(ways[c] for c in order)):
-            legs = [problem.entry[b] - problem.exit[a] for a, b in itertools.pairwise(nodes)]
-            if problem.closed:
-                legs.append(problem.entry[nodes[0]] - problem.exit[nodes[-1]])
-            elif start is not None:
-                legs.append(problem.entry[nodes[0]] - start)
-            if not problem.closed and end is not None:
-                legs.append(end - problem.exit[nodes[-1]])
-            cost = sum(math.hypot(*leg) for leg in legs) + float(problem.service[list(nodes)].sum())
-            best = min(best, cost)
-    return best
-
-
-@every("seed", range(24))
-def test_no_path_through_targets_of_several_ways_costs_less_than_the_bound(seed: int) -> None:
-    random = np.random.default_rng(seed)
-    cluster = np.sort(np.concatenate([np.arange(5), random.integers(0, 5, 3)])).astype(np.int32)
-    entry = random.uniform(0, 100, (8, 2))
-    problem = RoutingProblem(
-        entry,
-        entry if seed % 2 else random.uniform(0, 100, (8, 2)),
-        cluster,
-        random.uniform(0, 5, 8),
-        precedence=np.array([(0, 2), (1, 2)][: seed % 3], dtype=np.int32).reshape(-1, 2),
-        start=(0.0, 0.0) if seed % 4 < 2 else None,
-        end=(100.0, 0.0) if seed % 8 < 4 else None,
-        closed=seed % 5 == 0,
-    )
-    least = least_of_all_paths(problem)
-    found = solve(problem, SolveOptions(seed=seed, iterations=50))
-    assert found.lower_bound is not None
-    assert float(problem.service.min()) * 5 < found.lower_bound <= least * (1 + 1e-9)
-    assert least <= found.cost * (1 + 1e-9)
-
-
 def test_slots_far_apart_are_bounded_by_the_gaps_between_them() -> None:
     """Ten slots of 10 mm in a row, 90 mm from one end to the next: the way between them is known by hand."""
     left = np.array([(100.0 * i, 0.0) for i in range(10)])
