@@ -40,7 +40,7 @@ _STANDS_FOR = {"sheets": "sheet", "angles": "rotations"}
 #: What only hands options on, or looks whether their files are in each other's way.
 _HANDS_ON = ("leafcut.option_spec", "dataclasses", "leafcut.options.", "leafcut.processes.settings", __name__)
 WORKS = {work.name: work for work in registry.works()}
-_INPUTS = ("tools", "hole_order", "chart", "plan", "surface", "workpiece")
+_INPUTS = ("tools", "hole_order", "chart", "plan", "surface", "workpiece", "material")
 FAST: dict[str, Any] = {"preset": "fast", "threads": 1}
 LITTLE = {**FAST, "iterations": 1}
 APART: dict[str, Any] = {"algorithm": "acs", "parallel": "exchange", "n_processes": 1}

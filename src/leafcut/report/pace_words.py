@@ -35,7 +35,7 @@ def _saved(seconds: float) -> str:
 def _tool_words(tool: ToolPace) -> str:
     """Return how the feeds of a tool have changed, and its thickest chip."""
     before, after = (_feed_words(*one) for one in (tool.feed_before, tool.feed_after))
-    whose = "by its library" if tool.limit_stated else "the program's own thickest"
+    whose = "by its own feed and speed" if tool.limit_stated else "the program's own thickest"
     return (
         f"{clean(tool.label)}: {before} → {after} mm/min; thickest chip {tool.chip_before:.3g} → "
         f"{tool.chip_after:.3g} mm a revolution, at most {tool.chip_limit:.3g} ({whose})"
