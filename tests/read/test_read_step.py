@@ -12,12 +12,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from OCP.BRepAlgoAPI import BRepAlgoAPI_Common, BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Common, BRepAlgoAPI_Fuse
 from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert, BRepBuilderAPI_Transform
-from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCone, BRepPrimAPI_MakeCylinder
-from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf
-from OCP.Interface import Interface_Static
-from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
+from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
 
 from leafcut import api
 from leafcut.cli import run
@@ -26,39 +23,9 @@ from leafcut.model.toolpath import Kind
 from leafcut.read import read
 from leafcut.read.meshes import load_mesh
 from leafcut.read.step_solid import RoundWall, columns, hole_of, joined
+from made_solids import DOWN, box, cone, cut, cylinder, saved
 
 FAST: dict[str, Any] = {"preset": "fast", "threads": 1}
-
-
-def box(*corners: float) -> Any:
-    return BRepPrimAPI_MakeBox(gp_Pnt(*corners[:3]), gp_Pnt(*corners[3:])).Shape()
-
-
-def cylinder(at: tuple[float, float, float], way: tuple[float, float, float], radius: float, length: float) -> Any:
-    return BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(*at), gp_Dir(*way)), radius, length).Shape()
-
-
-def cone(at: tuple[float, float, float], below: float, above: float, length: float) -> Any:
-    return BRepPrimAPI_MakeCone(gp_Ax2(gp_Pnt(*at), gp_Dir(0, 0, 1)), below, above, length).Shape()
-
-
-def cut(solid: Any, *tools: Any) -> Any:
-    for tool in tools:
-        solid = BRepAlgoAPI_Cut(solid, tool).Shape()
-    return solid
-
-
-def saved(file: Path, *solids: Any, unit: str = "MM") -> Path:
-    writer = STEPControl_Writer()
-    Interface_Static.SetCVal_s("write.step.unit", unit)
-    for solid in solids:
-        writer.Transfer(solid, STEPControl_AsIs)
-    writer.Write(str(file))
-    Interface_Static.SetCVal_s("write.step.unit", "MM")
-    return file
-
-
-DOWN = (0.0, 0.0, -1.0)
 
 
 def test_through_blind_flat_and_pointed_holes_have_their_heights_and_depths(tmp_path: Path) -> None:

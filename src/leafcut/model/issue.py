@@ -39,6 +39,7 @@ CODES: dict[str, str] = {
     "L216": "a text has letters that cannot be engraved",
     "L217": "a hole has a counterbore or a countersink",
     "L218": "a hole is not open from above",
+    "L219": "a part of a solid is not milled or cut",
     "L301": "holes drawn on top of each other were merged",
     "L302": "concentric circles: one of them was used",
     "L303": "arcs that close a circle were joined into a hole",

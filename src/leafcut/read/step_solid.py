@@ -1,9 +1,9 @@
 """What a STEP file holds, found by OpenCASCADE in a process of its own: holes, other sides, and triangles.
 
-    python -m leafcut.read.step_solid FILE OUT.npz MOST_TRIANGLES
+    python -m leafcut.read.step_solid FILE OUT.npz MOST_TRIANGLES holes|pockets|outlines
 
 A damaged file can end OpenCASCADE, or fill the memory: that ends this process alone. It writes nothing but OUT.npz,
-whose `told` is JSON: what is wrong, or the holes.
+whose `told` is JSON: what is wrong, or the holes, the pockets or the outlines.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple
 
@@ -19,10 +19,12 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from leafcut.read.step_shapes import PARALLEL, face_of, part_above, parts_of, triangles_of
+
 #: Triangles leave the solid by at most this, mm, and by this angle, rad.
 DEFLECTION, ANGLE = 0.05, 0.3
-#: Lengths that differ by less are one, mm; directions that differ by less are one.
-SAME, PARALLEL = 1e-3, 1e-6
+#: Lengths that differ by less are one, mm.
+SAME = 1e-3
 #: A round wall that misses no more than this of a full turn is a whole one, degrees.
 WHOLE = 1
 
@@ -173,35 +175,25 @@ def meets_disc(surface: Surface, x: float, y: float, radius: float, low: float, 
         (most[:, 0] > x - radius) & (least[:, 0] < x + radius) & (most[:, 1] > y - radius) & (least[:, 1] < y + radius)
     )
     for triangle in triangles[near]:
-        piece = _above(_above(triangle, low) * (1, 1, -1), -high)
+        piece = part_above(part_above(triangle, low) * (1, 1, -1), -high)
         if len(piece) and shapely.MultiPoint(piece[:, :2]).convex_hull.distance(shapely.Point(x, y)) < radius:
             return True
     return False
 
 
-def _above(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:
-    """Return the part of a flat convex piece that is above a height, its corners in turn."""
-    found = []
-    for here, there in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        if here[2] > height:
-            found.append(here)
-        if (here[2] > height) != (there[2] > height):
-            found.append(here + (there - here) * ((height - here[2]) / (there[2] - here[2])))
-    return np.array(found).reshape(-1, 3)
-
-
 def main(arguments: list[str]) -> int:
     """Read a file and write what it holds."""
-    file, out, most = arguments[0], arguments[1], int(arguments[2])
-    told, triangles = _found(file, most)
+    file, out, most, what = arguments[0], arguments[1], int(arguments[2]), arguments[3]
+    told, triangles = _found(file, most, what)
     np.savez(out, told=np.array(json.dumps(told)), triangles=triangles)
     return 0
 
 
-def _found(file: str, most: int) -> tuple[dict[str, Any], NDArray[np.float64]]:
+def _found(file: str, most: int, what: str) -> tuple[dict[str, Any], NDArray[np.float64]]:
+    from OCP.BRepMesh import BRepMesh_IncrementalMesh
     from OCP.IFSelect import IFSelect_RetDone
     from OCP.STEPControl import STEPControl_Reader
-    from OCP.TopAbs import TopAbs_SOLID
+    from OCP.TopAbs import TopAbs_FACE, TopAbs_SOLID
 
     none = np.zeros((0, 3, 3))
     reader = STEPControl_Reader()
@@ -211,52 +203,36 @@ def _found(file: str, most: int) -> tuple[dict[str, Any], NDArray[np.float64]]:
     if not reader.NbShapes():
         return {"problem": "the STEP file has no solid"}, none
     shape = reader.OneShape()
-    solids = len(list(_parts(shape, TopAbs_SOLID)))
+    solids = len(list(parts_of(shape, TopAbs_SOLID)))
     if solids != 1:
-        what = "no solid" if not solids else f"{solids} solids; export one part alone"
-        return {"problem": f"the STEP file has {what}"}, none
-    triangles = _triangles(shape)
+        found = "no solid" if not solids else f"{solids} solids; export one part alone"
+        return {"problem": f"the STEP file has {found}"}, none
+    BRepMesh_IncrementalMesh(shape, DEFLECTION, False, ANGLE, False)
+    faces = [face_of(one) for one in parts_of(shape, TopAbs_FACE)]
+    triangles = _triangles(faces)
     if len(triangles) > most:
         return {"problem": f"the solid has {len(triangles):,} triangles; at most {most:,} are taken"}, none
+    if what == "holes":
+        return _told_of_holes(shape, triangles), triangles
+    from leafcut.read.step_sections import outlines_of, pockets_of
+
+    if what == "outlines":
+        return outlines_of(shape, triangles, faces), triangles
+
+    def seen(x: float, y: float, z: float) -> bool:
+        return not _meets(shape, x, y, z + DEFLECTION, float(triangles[:, :, 2].max()) + 1.0)
+
+    return pockets_of(shape, triangles, faces, seen), triangles
+
+
+def _told_of_holes(shape: Any, triangles: NDArray[np.float64]) -> dict[str, Any]:
     holes, left, aside = _holes(shape, triangles)
-    return {"holes": [asdict(hole) for hole in holes], **left, "aside": aside}, triangles
+    return {"holes": [asdict(hole) for hole in holes], **left, "aside": aside}
 
 
-def _parts(shape: Any, kind: Any) -> Iterator[Any]:
-    from OCP.TopExp import TopExp_Explorer
-
-    explorer = TopExp_Explorer(shape, kind)
-    while explorer.More():
-        yield explorer.Current()
-        explorer.Next()
-
-
-def _face(shape: Any) -> Any:
-    from OCP.TopoDS import TopoDS
-
-    return TopoDS.Face(shape) if hasattr(TopoDS, "Face") else TopoDS.Face_s(shape)
-
-
-def _triangles(shape: Any) -> NDArray[np.float64]:
-    """Return the triangles of a shape, float64[n, 3, 3]."""
-    from OCP.BRep import BRep_Tool
-    from OCP.BRepMesh import BRepMesh_IncrementalMesh
-    from OCP.TopAbs import TopAbs_FACE
-    from OCP.TopLoc import TopLoc_Location
-
-    BRepMesh_IncrementalMesh(shape, DEFLECTION, False, ANGLE, False)
-    found = []
-    for one in _parts(shape, TopAbs_FACE):
-        location = TopLoc_Location()
-        mesh = BRep_Tool.Triangulation_s(_face(one), location)
-        if mesh is None:
-            continue
-        move = location.Transformation()
-        points = [mesh.Node(k).Transformed(move) for k in range(1, mesh.NbNodes() + 1)]
-        corners = np.array([(p.X(), p.Y(), p.Z()) for p in points])
-        rows = [mesh.Triangle(k) for k in range(1, mesh.NbTriangles() + 1)]
-        index = np.array([(t.Value(1), t.Value(2), t.Value(3)) for t in rows], dtype=np.int64) - 1
-        found.append(corners[index])
+def _triangles(faces: Sequence[Any]) -> NDArray[np.float64]:
+    """Return the triangles of faces, float64[n, 3, 3]."""
+    found = [triangles_of(face) for face in faces]
     return np.concatenate(found) if found else np.zeros((0, 3, 3))
 
 
@@ -311,8 +287,8 @@ def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
 
     forms = (GeomAbs_BezierSurface, GeomAbs_BSplineSurface, GeomAbs_SurfaceOfExtrusion, GeomAbs_SurfaceOfRevolution)
     walls, aside, free = [], dict[tuple[float, ...], float](), 0
-    for one in _parts(shape, TopAbs_FACE):
-        face = _face(one)
+    for one in parts_of(shape, TopAbs_FACE):
+        face = face_of(one)
         surface = BRepAdaptor_Surface(face)
         kind = surface.GetType()
         free += kind in forms
