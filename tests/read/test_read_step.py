@@ -85,6 +85,18 @@ def test_holes_from_below_and_from_the_sides_are_told_and_not_drilled(tmp_path: 
     assert any("2 holes along 0, 1, 0, not drilled" in line for line in told)
 
 
+def test_without_any_hole_to_drill_the_reasons_are_told(tmp_path: Path) -> None:
+    block = cut(
+        box(0, 0, -20, 80, 40, 0), cylinder((10, 10, -20), (0, 0, 1), 3, 8), cylinder((30, 0, -10), (0, 1, 0), 2, 40)
+    )
+    with pytest.raises(LeafcutError) as refused:
+        api.optimize(saved(tmp_path / "block.step", block), process="drill", **FAST)
+    told = str(refused.value)
+    assert told.startswith("block: no holes to drill: 1 hole open from below alone")
+    assert "1 hole along 0, 1, 0, not drilled" in told
+    assert "\n" not in told
+
+
 ALL, WEST, EAST = frozenset(range(-180, 180)), frozenset(range(-180, 0)), frozenset(range(180))
 
 

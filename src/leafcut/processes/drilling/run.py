@@ -53,9 +53,13 @@ def _plan(run: Run, sources: Sequence[Source]) -> DrillPlan:
         mesh = placed_mesh(Mesh(step_mesh(sources[0].path, sources[0].data), part.name), part, run.settings.read)
     if solid and "hole_heights" in run.settings.asked and ours.hole_heights == "one":
         raise OptionError("--hole-heights one: the holes of a solid have heights of their own; leave it out")
+    fixture = None
+    if ours.fixture_file is not None:
+        run.tell("reading the fixture")
+        fixture = placed_mesh(load_mesh(ours.fixture_file, ours.surface_unit), part, run.settings.read)
     part = placed(part, run.settings.read)
     library = load_tools(job.tools, run.machine.units) if job.tools else None
-    plan = plan_drilling(part, run.machine, library, job, ours, mesh)
+    plan = plan_drilling(part, run.machine, library, job, ours, mesh, fixture)
     if "retract" in run.settings.asked and plan.always_initial and job.retract != "initial":
         raise OptionError(
             "--retract r: what stands between holes of different heights is not known, so the tool rises over the "

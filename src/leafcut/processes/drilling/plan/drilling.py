@@ -21,7 +21,7 @@ from leafcut.model.toolpath import DrillCycle
 from leafcut.options import JobOptions
 from leafcut.processes.drilling.options import DrillOptions
 from leafcut.processes.drilling.plan.depths import DepthRule, depth_rule, tap_lead_issue
-from leafcut.processes.drilling.plan.ground import Ground, fixture_boxes, tops_of
+from leafcut.processes.drilling.plan.ground import Ground, check_fixture, checked_fixture, fixture_boxes, tops_of
 from leafcut.processes.drilling.plan.tooling import Step, ToolChooser
 from leafcut.processes.spindle_heights import check_spindle_heights
 from leafcut.processes.zones import parse_zones
@@ -88,12 +88,13 @@ def plan_drilling(
     job: JobOptions,
     options: DrillOptions,
     mesh: Mesh | None = None,
+    fixture: Mesh | None = None,
 ) -> DrillPlan:
     """Return the operations that make every hole and slot of `part`.
 
     Holes that need several tools (centre drill, drill, tap) meet them in their recipe's order, every tool is taken up
     once where the recipes allow it, and the tools follow each other by kind and then by diameter. With a `mesh` each
-    hole begins on it, and ways between holes are as low as it allows.
+    hole begins on it, and ways between holes are as low as it allows; they go over a `fixture`, too.
 
     Raises
     ------
@@ -101,8 +102,9 @@ def plan_drilling(
         No tool fits a hole, a hole is deeper than its tool can go, or the recipes contradict each other.
     """
     if not part.holes and not part.slots:
-        raise PlanError(f"{part.name}: no holes to drill")
-    ground = _ground(part, mesh, job, options)
+        reasons = "; ".join(issue.message for issue in part.issues)
+        raise PlanError(f"{part.name}: no holes to drill{': ' if reasons else ''}{reasons}")
+    ground = _ground(part, mesh, job, options, fixture)
     if ground is not None and ground.clearance > job.clearance_height:
         raise PlanError(
             f"--surface-clearance {ground.clearance:g} mm is more than --clearance-height {job.clearance_height:g} mm, "
@@ -140,6 +142,9 @@ def plan_drilling(
     _check_flutes(operations, deeper)
     if ground is not None:
         _check_bodies(operations, tops - deeper, ground)
+        for one in operations:
+            tips = (tops - deeper)[one.targets] + one.cycle.bottom
+            check_fixture(part.hole_xy[one.targets], tips, 0.5 * one.tool.diameter, ground)
     plan = DrillPlan(
         part=part,
         operations=operations,
@@ -187,7 +192,9 @@ def _own_depths(part: Part, work: dict[Step, list[int]], job: JobOptions) -> tup
     return replace(job, thickness=least), deeper - least
 
 
-def _ground(part: Part, mesh: Mesh | None, job: JobOptions, options: DrillOptions) -> Ground | None:
+def _ground(
+    part: Part, mesh: Mesh | None, job: JobOptions, options: DrillOptions, fixture: Mesh | None
+) -> Ground | None:
     """Return what lies under the tool, None where all is flat.
 
     Raises
@@ -202,7 +209,10 @@ def _ground(part: Part, mesh: Mesh | None, job: JobOptions, options: DrillOption
     if options.through and (job.thickness is not None or job.depth is not None):
         given = "--thickness" if job.thickness is not None else "--depth"
         raise OptionError(f"--through and {given}: both say how deep the holes are; leave one out")
-    return Ground(mesh, fixture_boxes(options.fixture), options.surface_clearance)
+    boxes, issues = fixture_boxes(options.fixture), list[Issue]()
+    if fixture is not None:
+        fixture, issues = checked_fixture(fixture, mesh)
+    return Ground(mesh, boxes, options.surface_clearance, fixture, tuple(issues))
 
 
 def _radii(part: Part, work: dict[Step, list[int]]) -> NDArray[np.float64]:
