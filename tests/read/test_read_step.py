@@ -58,8 +58,12 @@ def test_counterbores_and_countersinks_are_steps_of_one_hole(tmp_path: Path) -> 
         (10.0, 0.0, 6.0, 20.0, True),
         (40.0, 0.0, 4.0, 20.0, True),
     ]
-    told = next(issue for issue in part.issues if issue.code == "L217")
-    assert "2 holes with a counterbore, countersink or undercut, as at 10, 10 (Ø 10, 6.000 mm deep)" in str(told)
+    assert not [issue for issue in part.issues if issue.code == "L217"]
+    bore, sink = part.holes[0].steps[0], part.holes[1].steps[0]
+    assert (bore.diameter, bore.depth, bore.angle, bore.tip, bore.open) == pytest.approx((10, 6, math.pi, 6, True))
+    # The cone of 90 degrees is 4 mm wide 3 mm deep, and would meet its tip 2 mm below.
+    assert (sink.diameter, sink.depth, sink.angle) == pytest.approx((10, 3, math.pi / 2))
+    assert (sink.tip, sink.narrow, sink.open) == pytest.approx((5, 4, True))
 
 
 def test_bosses_fillets_and_slot_ends_are_no_holes(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError, ReadError, count_of
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Hole, Issue, Part, Severity
+from leafcut.model.part import HoleStep
 from leafcut.model.pocket import Pocket
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.filter_holes import sift
@@ -51,6 +52,7 @@ def read_step(source: Source, options: ReadOptions) -> Part:
         Hole(
             round(one["x"], 6), round(one["y"], 6), round(one["diameter"], 6), z=round(one["top"], 6),
             depth=round(one["depth"], 6), through=one["through"], flat=not (one["through"] or one["pointed"]),
+            steps=tuple(HoleStep(**step) for step in one["steps"]),
         )
         for one in told["holes"]
     )  # fmt: skip
@@ -134,19 +136,6 @@ def step_mesh(path: str, data: bytes) -> NDArray[np.float64]:
 
 def _issues(told: dict[str, Any]) -> list[Issue]:
     issues = []
-    stepped = [one for one in told["holes"] if one["steps"]]
-    if stepped:
-        one = stepped[0]
-        (diameter, depth), *_ = one["steps"]
-        issues.append(
-            Issue(
-                "L217",
-                f"{count_of(len(stepped), 'hole')} with a counterbore, countersink or undercut, as at {one['x']:g}, "
-                f"{one['y']:g} (Ø {diameter:g}, {depth:.3f} mm deep): the narrow part is drilled, "
-                "the wide one is not made",
-                severity=Severity.MISSING,
-            )
-        )
     if told["below"]:
         issues.append(
             Issue(

@@ -19,6 +19,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from leafcut.model.part import HoleStep
 from leafcut.read.step_shapes import PARALLEL, face_of, part_above, parts_of, triangles_of
 
 #: Triangles leave the solid by at most this, mm, and by this angle, rad.
@@ -67,7 +68,7 @@ class SolidHole:
     pointed
         Of a blind hole: whether a cone ends it, as the point of a drill leaves it; else its floor is flat.
     steps
-        Wider parts above and below: diameter and depth of the lower end from the top, mm; a cone's largest diameter.
+        Wider parts above and below.
     """
 
     x: float
@@ -77,7 +78,7 @@ class SolidHole:
     depth: float
     through: bool
     pointed: bool
-    steps: tuple[tuple[float, float], ...] = ()
+    steps: tuple[HoleStep, ...] = ()
 
 
 def labels(values: list[float]) -> list[int]:
@@ -150,8 +151,27 @@ def hole_of(column: list[RoundWall]) -> SolidHole | None:
     pointed = last.low < narrow.low - SAME and last.low_radius < SAME
     wider = [wall for wall in column if max(wall.low_radius, wall.high_radius) > radius + SAME and wall.taper >= 0.0]
     wider += [wall for wall in column if wall.taper < 0.0]
-    steps = tuple((2.0 * max(one.low_radius, one.high_radius), top - one.low) for one in wider if one.low_radius > SAME)
+    steps = tuple(_step_of(one, column, top) for one in wider if one.low_radius > SAME)
     return SolidHole(narrow.x, narrow.y, top, 2.0 * radius, top - narrow.low, True, pointed, steps)
+
+
+def _step_of(wall: RoundWall, column: list[RoundWall], top: float) -> HoleStep:
+    """Return a wide part of a column; `open` where what is above it is wider, and a tool's point finds room below."""
+    place = column.index(wall)
+    above = all(one.low_radius > wall.high_radius - SAME and one.taper >= 0.0 for one in column[:place])
+    below = column[place + 1 :]
+    wide, depth = 2.0 * max(wall.low_radius, wall.high_radius), top - wall.low
+    if wall.straight:
+        return HoleStep(wide, depth, math.pi, depth, wide, above and bool(below))
+    if wall.taper < 0.0 or not below:
+        return HoleStep(wide, depth, math.pi, depth, wide)
+    # The cone goes on to its tip below the wall: in a straight hole as wide as its end that is clear.
+    beyond = wall.low_radius / wall.taper
+    following = below[0]
+    clear = following.straight and abs(following.high_radius - wall.low_radius) < SAME
+    clear &= following.high - following.low > beyond - SAME and abs(following.high - wall.low) < SAME
+    angle = 2.0 * math.atan(wall.taper)
+    return HoleStep(wide, depth, angle, depth + beyond, 2.0 * wall.low_radius, above and clear)
 
 
 class Surface(NamedTuple):
@@ -265,8 +285,19 @@ def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole],
         # What a through hole needs below it: the point of its drill, of 118 degrees, and a little more.
         room = hole.diameter / 2.0 / math.tan(math.radians(59.0)) + 1.0
         closed = hole.pointed or meets(bottom - room, bottom + SAME)
-        holes.append(replace(hole, through=not closed))
+        steps = tuple(
+            replace(step, open=step.open and not _covered(surface, hole, step)) if step.open else step
+            for step in hole.steps
+        )
+        holes.append(replace(hole, through=not closed, steps=steps))
     return sorted(holes, key=lambda one: (one.y, one.x, -one.top)), left, aside
+
+
+def _covered(surface: Surface, hole: SolidHole, step: HoleStep) -> bool:
+    """Return whether something is over a wide part of a hole."""
+    cone = 0.5 * (step.diameter - step.narrow) / math.tan(0.5 * step.angle) if step.angle < math.pi else 0.0
+    begin = hole.top - step.depth + cone + SAME
+    return meets_disc(surface, hole.x, hole.y, 0.5 * step.diameter * math.cos(ANGLE), begin, math.inf)
 
 
 def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:

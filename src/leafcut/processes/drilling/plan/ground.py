@@ -71,6 +71,20 @@ class Ground:
         held = [] if self.fixture is None else [float(self.fixture.high[2])]
         return float(max([float(self.mesh.high[2]), *self.fixtures[:, 5].tolist(), *held]))
 
+    def is_free(self, x: float, y: float, radius: float, z: float) -> bool:
+        """Return whether nothing of the surface is above a height within a radius of a place."""
+        import shapely
+
+        corners = self.mesh.triangles
+        near = corners[:, :, 2].max(axis=1) > z + SAME_HEIGHT
+        for axis, at in enumerate((x, y)):
+            near &= (corners[:, :, axis].min(axis=1) < at + radius) & (corners[:, :, axis].max(axis=1) > at - radius)
+        pieces = (_part_above(triangle, z + SAME_HEIGHT) for triangle in corners[near])
+        place = shapely.Point(x, y)
+        return not any(
+            len(piece) and shapely.dwithin(place, shapely.MultiPoint(piece).convex_hull, radius) for piece in pieces
+        )
+
     def relief(
         self,
         machine: Machine,
