@@ -41,7 +41,7 @@ from leafcut.model.motion import Arc, DrillCycle, Kind
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Placement, Remnant, Stock
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.pace_change import PaceChange, ToolPace
-from leafcut.model.part import Grouping, Hole, Part, Slot
+from leafcut.model.part import Grouping, Hole, HoleStep, Part, Slot
 from leafcut.model.pocket import (
     Pocket,
     PocketMeasures,
@@ -101,6 +101,7 @@ __all__ = [
     "Head",
     "HeightField",
     "Hole",
+    "HoleStep",
     "Input",
     "Issue",
     "Kind",

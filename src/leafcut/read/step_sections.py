@@ -38,7 +38,7 @@ MOST_HEIGHTS = 200
 SAME_EDGE = 0.02
 
 
-class Ring(NamedTuple):
+class SectionRing(NamedTuple):
     """A closed curve of a section, and whether some of what it is on does not stand upright."""
 
     path: Polyline
@@ -57,10 +57,10 @@ class Ring(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Section:
+class LevelSection:
     """The rings of a section, how many lie around each, and the one directly around it or −1."""
 
-    rings: list[Ring]
+    rings: list[SectionRing]
     shapes: NDArray[Any]
     depth: NDArray[np.int64]
     parent: NDArray[np.int64]
@@ -85,7 +85,7 @@ class Section:
         return shapely.union_all([self.region(k) for k in np.flatnonzero(self.depth % 2 == 0).tolist()])
 
 
-class Level(NamedTuple):
+class LevelFace(NamedTuple):
     """A level face that looks up: a place on it, and its height, mm."""
 
     x: float
@@ -107,7 +107,7 @@ def pockets_of(
     floors = [one for one in _levels(faces) if one.z < highest - OVER]
     told: dict[str, Any] = {"pockets": [], "highest": highest, "open": 0, "leaning": 0, "covered": 0, "openings": 0}
     told["sloping"] = _sloping(faces, seen)
-    by_height: dict[float, list[Level]] = {}
+    by_height: dict[float, list[LevelFace]] = {}
     for floor in floors:
         by_height.setdefault(round(floor.z, 3), []).append(floor)
     if len(by_height) > MOST_HEIGHTS:
@@ -164,7 +164,7 @@ def outlines_of(shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any]
     return {"outlines": [ring.path.vertices.tolist() for ring in sections[best].rings], "uneven": uneven}
 
 
-def section_at(shape: Any, z: float) -> Section:
+def section_at(shape: Any, z: float) -> LevelSection:
     """Return the section of a solid by a level plane."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Section
     from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
@@ -192,7 +192,7 @@ def section_at(shape: Any, z: float) -> Section:
     points: Any = shapely.points(leaning) if leaning else []
     edges = shapely.boundary(shapes)
     leans = [bool(len(points)) and bool(shapely.dwithin(edge, points, 0.02).any()) for edge in edges]
-    return Section([Ring(path, yes) for path, yes in zip(paths, leans, strict=True)], shapes, depth, parent)
+    return LevelSection([SectionRing(path, yes) for path, yes in zip(paths, leans, strict=True)], shapes, depth, parent)
 
 
 def hangs_over(triangles: NDArray[np.float64], region: Any, z: float) -> bool:
@@ -209,7 +209,7 @@ def hangs_over(triangles: NDArray[np.float64], region: Any, z: float) -> bool:
     return False
 
 
-def _pocket(section: Section, ring: int, z: float) -> dict[str, Any]:
+def _pocket(section: LevelSection, ring: int, z: float) -> dict[str, Any]:
     outline, islands = section.rings[ring], [section.rings[k] for k in section.within(ring)]
     return {
         "z": z,
@@ -225,7 +225,7 @@ def _shadow(triangles: NDArray[np.float64]) -> Any:
     return shapely.union_all(flat[shapely.area(flat) > 1e-9], grid_size=1e-5)
 
 
-def _levels(faces: Sequence[Any], down: bool = False) -> Iterator[Level]:
+def _levels(faces: Sequence[Any], down: bool = False) -> Iterator[LevelFace]:
     """Yield the level faces that look up, or down."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.GeomAbs import GeomAbs_Plane
@@ -240,7 +240,7 @@ def _levels(faces: Sequence[Any], down: bool = False) -> Iterator[Level]:
         up *= -1.0 if face.Orientation() == TopAbs_REVERSED else 1.0
         if abs(up - (-1.0 if down else 1.0)) < PARALLEL:
             x, y, z = _middle(face)
-            yield Level(x, y, z)
+            yield LevelFace(x, y, z)
 
 
 def _middle(face: Any) -> tuple[float, float, float]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError, count_of
@@ -73,8 +74,6 @@ class Ground:
 
     def is_free(self, x: float, y: float, radius: float, z: float) -> bool:
         """Return whether nothing of the surface is above a height within a radius of a place."""
-        import shapely
-
         corners = self.mesh.triangles
         near = corners[:, :, 2].max(axis=1) > z + SAME_HEIGHT
         for axis, at in enumerate((x, y)):
@@ -176,8 +175,6 @@ def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: fl
     xy, tips
         float64[n, 2], float64[n]: the holes, and the lowest place of the tool in each, mm.
     """
-    import shapely
-
     if ground.fixture is None or not len(xy):
         return
     triangles = ground.fixture.triangles
