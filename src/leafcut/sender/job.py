@@ -85,8 +85,9 @@ class Job:
         timed = clock(self.program.path, self.machine, sent_lines(self.program.lines))
         fed = (timed.path.kind >= Kind.FEED) & (timed.path.kind <= Kind.ARC_CCW)
         lines = np.clip(timed.path.line, 0, len(self.program.lines))
+        count = len(self.program.lines) + 1
         each = [
-            np.bincount(lines, weights=np.where(which, timed.seconds, 0.0), minlength=len(self.program.lines) + 1)
+            np.bincount(lines, weights=np.where(which, timed.seconds, 0.0), minlength=count).astype(np.float64)
             for which in (fed, ~fed)
         ]
         return each[0], each[1]

@@ -23,14 +23,15 @@ _REACH = 3
 
 @dataclass(frozen=True)
 class Pause:
-    """A stop of the program at a line: for a tool (its number where it is known), or for what a person shall do."""
+    """A stop of the program at a line: for a change of tool (its number where it is known), or for a person."""
 
     number: int
+    change: bool = False
     tool: int | None = None
     remark: str = ""
 
     def __str__(self) -> str:
-        what = "pause" if self.tool is None else f"put in tool T{self.tool}"
+        what = "pause" if not self.change else "change the tool" if self.tool is None else f"put in tool T{self.tool}"
         return f"line {self.number}: {what}" + (f" ({self.remark})" if self.remark else "")
 
 
@@ -46,48 +47,73 @@ def steps_of(lines: Sequence[str], words: Dialect, file: str, first: int = 1) ->
         A line has a word or a letter that the controller does not have, is a command of the controller itself ($), or
         is too long for it.
     """
+    reader = _LineReader(words)
     steps: list[Step] = []
-    tool: int | None = None
-    chosen, remark, remarked = False, "", 0
     for number, line in enumerate(lines, 1):
         try:
-            body, comments = split_line(line.strip(), nested=True)
-            if body.startswith("%"):
-                if steps:
-                    break
-                continue
-            found = words_of(body.removeprefix("/"))
+            found = reader.read(line, number)
         except BlockError as problem:
             raise ReadError(file, str(problem), number) from None
-        _check(found, words, file, number)
-        if comments:
-            remark, remarked = shown(comments[-1]), number
-        if number > remarked + _REACH:
-            remark = ""
-        codes = {int(word.value) for word in found if word.letter == "M"}
-        for word in found:
-            if word.letter == "T":
-                tool, chosen = int(word.value), True
-        said: list[Step] = []
-        if 6 in codes:
-            said.append(Pause(number, tool, remark))
-            chosen = False
-        text = "".join(_written(word) for word in found if not _is_ours(word))
-        if len(text) > LONGEST_LINE:
-            reason = (
-                f"the line has {len(text)} characters without blanks and comments, {words.name} takes {LONGEST_LINE}"
-            )
-            raise ReadError(file, reason, number)
-        if text:
-            said.append(SentLine(text, number))
-        if 0 in codes:
-            said.append(Pause(number, tool if chosen else None, remark))
-            chosen = False
         if number >= first:
-            steps += said
-        if codes & {2, 30}:
+            steps += found
+        if reader.ended:
             break
     return steps
+
+
+class _LineReader:
+    """What the lines before one tell: the tool that was chosen, and the remark that stands above."""
+
+    def __init__(self, words: Dialect) -> None:
+        self.words, self.ended, self.begun = words, False, False
+        self.tool: int | None = None
+        self.chosen = self.remarked = -_REACH
+        self.remark = ""
+
+    def read(self, line: str, number: int) -> list[Step]:
+        """Return the steps of one line."""
+        body, comments = split_line(line.strip(), nested=True)
+        if body.startswith("%"):
+            self.ended = self.begun
+            return []
+        found = words_of(body.removeprefix("/"))
+        self._check(found)
+        if comments:
+            self.remark, self.remarked = shown(comments[-1]), number
+        for word in found:
+            if word.letter == "T":
+                self.tool, self.chosen = int(word.value), number
+        self.begun |= bool(found)
+        codes = {int(word.value) for word in found if word.letter == "M"}
+        self.ended = bool(codes & {2, 30})
+        text = "".join(_written(word) for word in found if not _is_ours(word))
+        if len(text) > LONGEST_LINE:
+            reason = f"the line has {len(text)} characters without blanks and comments"
+            raise BlockError(f"{reason}, {self.words.name} takes {LONGEST_LINE}")
+        steps: list[Step] = [SentLine(text, number)] if text else []
+        if 6 in codes:
+            steps.insert(0, self._pause(number, change=True))
+        if 0 in codes:
+            # A tool that is chosen right above is put in by hand now.
+            steps.append(self._pause(number, change=number - self.chosen < _REACH))
+        return steps
+
+    def _pause(self, number: int, *, change: bool) -> Pause:
+        self.chosen = -_REACH
+        remark = self.remark if number - self.remarked <= _REACH else ""
+        return Pause(number, change, self.tool if change else None, remark)
+
+    def _check(self, found: Sequence[Word]) -> None:
+        """Refuse what this controller does not have, whatever an interpreter may make of it."""
+        for word in found:
+            known = word.letter in _LETTERS or word.letter == "N"
+            if word.letter == "G":
+                known = round(word.value * 10) in self.words.g_codes
+            elif word.letter == "M":
+                known = word.value in self.words.m_codes or word.value == 6
+            if not known:
+                how = "post the program for this controller, or name its --dialect"
+                raise BlockError(f"{word} is not a word of {self.words.name}; {how}")
 
 
 def _is_ours(word: Word) -> bool:
@@ -96,18 +122,3 @@ def _is_ours(word: Word) -> bool:
 
 def _written(word: Word) -> str:
     return f"{word.letter}{word.text.removeprefix('+')}"
-
-
-def _check(found: Sequence[Word], words: Dialect, file: str, number: int) -> None:
-    """Refuse what this controller does not have, whatever an interpreter may make of it."""
-    for word in found:
-        known = word.letter in _LETTERS or word.letter == "N"
-        if word.letter == "G":
-            known = round(word.value * 10) in words.g_codes
-        elif word.letter == "M":
-            known = word.value in words.m_codes or word.value == 6
-        if not known:
-            reason = (
-                f"{word} is not a word of {words.name}; post the program for this controller, or name its --dialect"
-            )
-            raise ReadError(file, reason, number)

@@ -55,7 +55,7 @@ class SerialPort:
             raise OptionError(f"--baud {baud}: {nearest(str(baud), [str(one) for one in BAUDS])[2:]}")
         self.name = name
         if os.name == "posix" and not os.path.exists(name):  # noqa: PTH110 - a device, and no path of ours
-            raise OptionError(f"--port {name}: there is no such port; {_ports_in_words()}")
+            raise OptionError(f"--port {name}: there is no such port; {ports_in_words()}")
         try:
             self._serial = serial.Serial(
                 name, baud, timeout=0.0, write_timeout=_WRITE_SECONDS, exclusive=True if os.name == "posix" else None
@@ -101,7 +101,7 @@ def _refusal(name: str, problem: Exception) -> SendError:
     if number in (errno.EACCES, errno.EPERM):
         return SendError(f"--port {name}: you may not open it; on Linux become a member of the group 'dialout'")
     if number == errno.ENOENT or "FileNotFound" in text:
-        return SendError(f"--port {name}: there is no such port; {_ports_in_words()}")
+        return SendError(f"--port {name}: there is no such port; {ports_in_words()}")
     return SendError(f"--port {name}: it is no serial port, or does not take this speed")
 
 
@@ -112,6 +112,7 @@ def ports() -> list[tuple[str, str]]:
     return sorted((str(one.device), str(one.description)) for one in comports())
 
 
-def _ports_in_words() -> str:
+def ports_in_words() -> str:
+    """Return which ports there are, as the end of a message."""
     found = [name for name, _ in ports()]
     return f"there are {', '.join(found)}" if found else "no serial port was found; is the machine plugged in?"

@@ -1,8 +1,8 @@
 """How a program goes on from one of its lines after a break: in the state that it would have there, from above.
 
 The tool rises to the highest place of the program, goes over the place, the spindle starts, the tool comes down: as a
-rapid only where the program itself travels at that height, else at the program's feed. The whole is read again, and must
-make the same moves as the program makes from there on.
+rapid only where the program itself travels at that height, else at the program's feed. The whole is read again, and
+must make the same moves as the program makes from there on.
 """
 
 from __future__ import annotations
@@ -164,7 +164,7 @@ def _number(value: float) -> str:
 
 
 def modes_before(job: Job, line: int) -> tuple[int | None, list[SentLine]]:
-    """Return the motion that is active before a line, and what brings a controller into the modes of the program there."""
+    """Return the motion that is active before a line, and what brings a controller into the modes that are."""
     modal = _modal_before(job, line)
     words = [f"G{modal.plane} G{91 if modal.incremental else 90} G94 G40 G49", f"G{modal.frame / 10:g}"]
     if modal.unit is not None:

@@ -367,7 +367,7 @@ class Run:
         A change of tool stops the spindle; it is started again if the program believes that it turns.
         """
         assert self.prompt is not None
-        if pause.tool is not None and not self.job.laser:
+        if pause.change and not self.job.laser:
             self.talk.ask("M5")
         said: list[str] = []
         changed = False
@@ -384,7 +384,7 @@ class Run:
             return
         if changed:
             self._come_back(following)
-        elif pause.tool is not None and not self.job.laser:
+        elif pause.change and not self.job.laser:
             self.left.extendleft(reversed(spindle_words(self.job, following)))
         self._heard_at, self._rests = self.talk.clock(), 0
 
