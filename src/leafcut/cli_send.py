@@ -109,7 +109,7 @@ def send(
             if unlock:
                 talk.unlock()
             if home:
-                talk.home()
+                _home(talk)
             facts, job = _ready(talk, job, accepted, unhomed=unhomed, quiet=quiet)
             steps = _steps(job, facts, from_hole, from_line, quiet=quiet or as_json)
             if dry_run:
@@ -120,6 +120,16 @@ def send(
         finally:
             line.close()
     return _finish(ending, job, port, as_json=as_json, quiet=quiet)
+
+
+def _home(talk: Conversation) -> None:
+    """Home the machine; if that ends in any other way, it is reset, so that nothing goes on moving."""
+    try:
+        talk.home()
+    except (KeyboardInterrupt, SendError):
+        with suppress(SendError):
+            talk.reset()
+        raise
 
 
 def _check_wishes(

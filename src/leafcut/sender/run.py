@@ -51,15 +51,19 @@ class Request(StrEnum):
 
 
 #: The bytes that do it. Source: gnea/grbl wiki, "Grbl v1.1 Commands", real-time commands.
-_BYTES = {
-    Request.HOLD: HOLD,
-    Request.RESUME: RESUME,
-    Request.NORMAL: b"\x90",
-    Request.FASTER: b"\x91",
-    Request.SLOWER: b"\x92",
-    Request.LITTLE_FASTER: b"\x93",
-    Request.LITTLE_SLOWER: b"\x94",
+_BYTES = {Request.HOLD: HOLD, Request.RESUME: RESUME}
+#: By how many percent each changes the feed.
+_CHANGES = {
+    Request.FASTER: 10,
+    Request.SLOWER: -10,
+    Request.LITTLE_FASTER: 1,
+    Request.LITTLE_SLOWER: -1,
 }
+_FEED_NORMAL = b"\x90"
+#: Steps of the override: percent → byte.
+_FEED_STEPS = {10: b"\x91", -10: b"\x92", 1: b"\x93", -1: b"\x94"}
+#: Limits of the feed's override, percent (config.h).
+_SLOWEST, _FASTEST = 10, 200
 
 
 @dataclass(frozen=True)
@@ -189,6 +193,8 @@ class Run:
         self.line = self._first
         self._history: deque[int] = deque(maxlen=_AHEAD)
         self._overrides = (100, 100, 100)
+        self._wanted: int | None = None
+        self._stepping = False
         self._offset = self.facts.status.offset
         self._errors: list[tuple[int, str]] = []
         self._rests = 0
@@ -219,6 +225,7 @@ class Run:
     def _send_all(self) -> None:
         while True:
             self._obey()
+            self._step_override()
             self._fill()
             for answer in self.talk.listen():
                 self._hear(answer)
@@ -231,7 +238,25 @@ class Run:
             request = self.requests.popleft()
             if request is Request.STOP:
                 raise _Asked
-            self.talk.write(_BYTES[request])
+            if request in _BYTES:
+                self.talk.write(_BYTES[request])
+                continue
+            before = self._overrides[0] if self._wanted is None else self._wanted
+            change = _CHANGES.get(request)
+            self._wanted = 100 if change is None else min(max(before + change, _SLOWEST), _FASTEST)
+
+    def _step_override(self) -> None:
+        """Go on towards the feed's override that is wanted, a step at a time: the board takes two at once for one."""
+        if self._wanted is None or self._stepping:
+            return
+        missing = self._wanted - self._overrides[0]
+        if not missing:
+            self._wanted = None
+            return
+        step = (10 if abs(missing) >= 10 else 1) * (1 if missing > 0 else -1)
+        self.talk.write(_FEED_NORMAL if self._wanted == 100 else _FEED_STEPS[step])
+        self._stepping = True
+        self._asked_at = 0.0
 
     def _fill(self) -> None:
         """Send as much as fits; at a pause nothing, until the machine stands."""
@@ -313,7 +338,8 @@ class Run:
         if status.state in ("Alarm", "Sleep"):
             raise _Ended(f"{self._where()}: the machine is {state_in_words(status.state)}")
         self._rests = self._rests + 1 if status.state in ("Idle", "Check") else 0
-        self._overrides = status.overrides or self._overrides
+        if status.overrides is not None:
+            self._overrides, self._stepping = status.overrides, False
         self._offset = status.offset or self._offset
         place = self._program_place(status)
         if not self.check:
