@@ -20,9 +20,9 @@ from leafcut.usage import DASH, HELD
 if TYPE_CHECKING:
     from leafcut.sender.conversation import Conversation
     from leafcut.sender.facts import Facts
-    from leafcut.sender.job import Job
-    from leafcut.sender.lines import Pause, Step
-    from leafcut.sender.run import Ending, Run, View
+    from leafcut.sender.job import SendJob
+    from leafcut.sender.lines import Pause, SentStep
+    from leafcut.sender.run import Ending, RunView, SendRun
 
 _KEYS_HELP = "keys: space or ! hold, ~ or Enter go on, q stop; feed + - (10 %), > < (1 %), = as programmed"
 
@@ -155,7 +155,9 @@ def _codes(accept: str | None) -> tuple[str, ...]:
     return codes
 
 
-def _ready(talk: Conversation, job: Job, accept: Sequence[str], *, unhomed: bool, quiet: bool) -> tuple[Facts, Job]:
+def _ready(
+    talk: Conversation, job: SendJob, accept: Sequence[str], *, unhomed: bool, quiet: bool
+) -> tuple[Facts, SendJob]:
     """Return what the controller says of itself, and the job with its times, after all that is checked."""
     from leafcut.sender.checking import check_program, check_ready
     from leafcut.sender.job import issues_to_tell
@@ -170,7 +172,9 @@ def _ready(talk: Conversation, job: Job, accept: Sequence[str], *, unhomed: bool
     return facts, job.on(facts.timed(job.machine))
 
 
-def _steps(job: Job, facts: Facts, from_hole: int | None, from_line: int | None, *, quiet: bool) -> Sequence[Step]:
+def _steps(
+    job: SendJob, facts: Facts, from_hole: int | None, from_line: int | None, *, quiet: bool
+) -> Sequence[SentStep]:
     """Return what is sent: all, or the rest from a hole or a line on."""
     from leafcut.sender.resuming import line_of_hole, resumed
 
@@ -189,17 +193,17 @@ def _steps(job: Job, facts: Facts, from_hole: int | None, from_line: int | None,
 def _run(
     talk: Conversation,
     facts: Facts,
-    job: Job,
-    steps: Sequence[Step],
+    job: SendJob,
+    steps: Sequence[SentStep],
     *,
     check: bool,
     unhomed: bool,
     yes: bool,
     quiet: bool,
 ) -> Ending:
-    from leafcut.sender.run import Run
+    from leafcut.sender.run import SendRun
 
-    run = Run(talk, facts, job, steps, check=check, unhomed=unhomed)
+    run = SendRun(talk, facts, job, steps, check=check, unhomed=unhomed)
     shown = _Shown(job, quiet=quiet)
     run.observe = shown.show
     keys = Keys(lambda key: _press(run, key))
@@ -221,7 +225,7 @@ def _run(
     return ending
 
 
-def _press(run: Run, key: str) -> None:
+def _press(run: SendRun, key: str) -> None:
     from leafcut.sender.run import Request
 
     meant = {
@@ -244,11 +248,11 @@ def _press(run: Run, key: str) -> None:
 class _Shown:
     """The line of progress on a terminal, and the questions at a pause."""
 
-    def __init__(self, job: Job, *, quiet: bool) -> None:
+    def __init__(self, job: SendJob, *, quiet: bool) -> None:
         self.job, self.width = job, 0
         self.on = not quiet and sys.stderr.isatty()
 
-    def show(self, view: View) -> None:
+    def show(self, view: RunView) -> None:
         """Write the line anew."""
         from leafcut.sender.told import progress_in_words
 
@@ -277,7 +281,7 @@ class _Shown:
         return None if not line or line.strip().lower() == "q" else line.strip()
 
 
-def _finish(ending: Ending | None, job: Job, port: str, *, as_json: bool, quiet: bool) -> int:
+def _finish(ending: Ending | None, job: SendJob, port: str, *, as_json: bool, quiet: bool) -> int:
     from leafcut.sender.told import ending_as_json, ending_in_words
 
     if ending is None:

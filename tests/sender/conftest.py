@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-
 from grbl_board import PROFILE, SETTINGS, ZERO, Board, grbl_time, plate
+
 from leafcut.sender.conversation import Conversation
 from leafcut.sender.port import SerialPort
 

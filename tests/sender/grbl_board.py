@@ -58,7 +58,8 @@ class Board:
         self._ended = threading.Event()
         self._plug: tuple[int, int] | None = None
         self.plug_in()
-        threading.Thread(target=self._carry, daemon=True).start()
+        self._carrier = threading.Thread(target=self._carry, daemon=True)
+        self._carrier.start()
 
     def plug_in(self) -> None:
         """Put the cable in, with a new port."""
@@ -115,5 +116,11 @@ class Board:
     def close(self) -> None:
         """Switch it off."""
         self._ended.set()
+        self._carrier.join()
+        if self._plug:
+            self.pull()
+        os.close(self._line)
         self._process.terminate()
         self._process.wait()
+        assert self._process.stdout is not None
+        self._process.stdout.close()

@@ -8,16 +8,16 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-
 from grbl_board import EACH, HEAD, HOLES, ZERO, Board
+
 from leafcut.cli import run as leafcut
 from leafcut.sender.checking import check_program, check_ready
 from leafcut.sender.conversation import Conversation
 from leafcut.sender.facts import Facts
-from leafcut.sender.job import Job, read_job
+from leafcut.sender.job import SendJob, read_job
 from leafcut.sender.port import SerialPort
 from leafcut.sender.resuming import line_of_hole, resumed
-from leafcut.sender.run import Ending, Request, Run, View
+from leafcut.sender.run import Ending, Request, RunView, SendRun
 
 #: Above the last hole, in machine coordinates.
 END = [ZERO[0] + 13.5, ZERO[1] + 9.0, ZERO[2] + 4.0]
@@ -25,7 +25,7 @@ END = [ZERO[0] + 13.5, ZERO[1] + 9.0, ZERO[2] + 4.0]
 pytestmark = pytest.mark.external
 
 
-def prepared(board: Board, program: Path, machine: str) -> tuple[Conversation, Facts, Job]:
+def prepared(board: Board, program: Path, machine: str) -> tuple[Conversation, Facts, SendJob]:
     job = read_job(str(program), machine)
     talk = Conversation(SerialPort(board.port))
     talk.connect()
@@ -37,14 +37,18 @@ def prepared(board: Board, program: Path, machine: str) -> tuple[Conversation, F
 
 
 def send(
-    board: Board, program: Path, machine: str, hole: int = 1, watch: Callable[[Run, View], None] = lambda run, view: None
-) -> tuple[Ending, list[View], Job]:
+    board: Board,
+    program: Path,
+    machine: str,
+    hole: int = 1,
+    watch: Callable[[SendRun, RunView], None] = lambda run, view: None,
+) -> tuple[Ending, list[RunView], SendJob]:
     talk, facts, job = prepared(board, program, machine)
     steps = job.steps if hole == 1 else resumed(job, line_of_hole(job, hole))[0]
-    run = Run(talk, facts, job, steps)
-    seen: list[View] = []
+    run = SendRun(talk, facts, job, steps)
+    seen: list[RunView] = []
 
-    def observe(view: View) -> None:
+    def observe(view: RunView) -> None:
         seen.append(view)
         watch(run, view)
 
@@ -68,9 +72,9 @@ def line_of(hole: int) -> int:
 def test_a_plate_of_70_holes_is_held_goes_on_and_is_hurried(board: Board, program: Path, machine: str) -> None:
     """Positions are asked all the way; the buffer never holds more than 128 bytes; times are those of the board."""
     stages: list[str] = []
-    held: list[View] = []
+    held: list[RunView] = []
 
-    def watch(run: Run, view: View) -> None:
+    def watch(run: SendRun, view: RunView) -> None:
         match stages:
             case [] if view.hole >= 8:
                 stages.append("hold")
@@ -131,9 +135,9 @@ def test_an_error_in_line_40_stops_the_machine_and_is_told_with_its_line(
 def test_a_reset_in_the_middle_is_noticed_and_the_place_is_not_trusted(
     board: Board, program: Path, machine: str
 ) -> None:
-    pressed: list[View] = []
+    pressed: list[RunView] = []
 
-    def watch(_run: Run, view: View) -> None:
+    def watch(_run: SendRun, view: RunView) -> None:
         if view.hole >= 3 and view.state == "Run" and not pressed:
             pressed.append(view)
             board.press(b"\x18")
@@ -150,7 +154,7 @@ def test_a_pulled_cable_leaves_a_clear_state_and_the_plate_goes_on_at_hole_35(
 ) -> None:
     """The board runs what it has; back on the cable it drills from hole 35 to the end, in the right state."""
 
-    def watch(_run: Run, view: View) -> None:
+    def watch(_run: SendRun, view: RunView) -> None:
         if view.hole >= 34 and view.state == "Run" and board._plug:
             board.pull()
 
@@ -204,7 +208,10 @@ def test_a_dry_run_asks_the_machine_and_sends_nothing(
 @pytest.mark.parametrize(
     "change, told",
     [
-        (("G0 Z4 ; up", "G0 Z31"), r"line 3 goes to Z 1\.000 mm in machine coordinates, outside the travel of -60 to 0"),
+        (
+            ("G0 Z4 ; up", "G0 Z31"),
+            r"line 3 goes to Z 1\.000 mm in machine coordinates, outside the travel of -60 to 0",
+        ),
         (("S5000", "S20000"), r"S20000 in line 4 is above the controller's \$30=10000"),
         (("X1.500", "X-60"), r"line 9 goes to X -210\.000 mm"),
     ],

@@ -81,7 +81,7 @@ class Status:
 
 
 @dataclass(frozen=True)
-class Setting:
+class StoredSetting:
     """One line of the answer to ``$$``."""
 
     number: int
@@ -133,10 +133,23 @@ class Strange:
     text: str
 
 
-Answer = Accepted | Refused | Alarm | Greeting | Status | Setting | Place | Modes | Build | Abilities | Remark | Strange
+ControllerAnswer = (
+    Accepted
+    | Refused
+    | Alarm
+    | Greeting
+    | Status
+    | StoredSetting
+    | Place
+    | Modes
+    | Build
+    | Abilities
+    | Remark
+    | Strange
+)
 
 
-def parse(line: str) -> Answer:
+def parse(line: str) -> ControllerAnswer:
     """Return what a line of a controller means; a line that makes no sense is `Strange`."""
     line = line.strip()
     if line == "ok":
@@ -150,14 +163,14 @@ def parse(line: str) -> Answer:
     if found := _GREETING.match(line):
         return Greeting(found[1], found[2] or "")
     if found := _SETTING.match(line):
-        return Setting(int(found[1]), found[2])
+        return StoredSetting(int(found[1]), found[2])
     # Start-up lines as they are run, and what grblHAL and FluidNC write besides.
     if line.startswith((">", "$N")):
         return Remark(shown(line))
     return Strange(shown(line))
 
 
-def _bracketed(text: str) -> Answer:
+def _bracketed(text: str) -> ControllerAnswer:
     name, _, rest = text.partition(":")
     if name in _PLACES or name == "TLO":
         values = _numbers(rest)

@@ -13,7 +13,7 @@ from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import MOTIONS, Kind, Toolpath, arc_extremes
 from leafcut.sender.explained import state_in_words
 from leafcut.sender.facts import Facts
-from leafcut.sender.job import Job
+from leafcut.sender.job import SendJob
 
 #: Room for the rounding of places, mm.
 _ROOM = 0.005
@@ -44,7 +44,7 @@ def check_ready(facts: Facts, *, unhomed: bool) -> None:
         )
 
 
-def check_program(job: Job, facts: Facts, *, unhomed: bool, accept: Collection[str] = ()) -> list[Issue]:
+def check_program(job: SendJob, facts: Facts, *, unhomed: bool, accept: Collection[str] = ()) -> list[Issue]:
     """Return what a person should know; refuse a program that this machine, as it stands, cannot run.
 
     Raises
@@ -62,7 +62,7 @@ def check_program(job: Job, facts: Facts, *, unhomed: bool, accept: Collection[s
     return _differences(job, facts)
 
 
-def _check_speeds(job: Job, facts: Facts) -> None:
+def _check_speeds(job: SendJob, facts: Facts) -> None:
     path = job.program.path
     rows = np.flatnonzero((path.kind == Kind.SPINDLE) & (np.abs(path.value) > facts.fastest + 0.5))
     if len(rows):
@@ -73,7 +73,7 @@ def _check_speeds(job: Job, facts: Facts) -> None:
         raise SendError(f"{what}; is this the program of another machine?")
 
 
-def machine_places(job: Job, facts: Facts) -> tuple[Floats, Floats]:
+def machine_places(job: SendJob, facts: Facts) -> tuple[Floats, Floats]:
     """Return every place that a program reaches in machine coordinates, float64[n, 3] mm, NaN unknown, and its line."""
     path = job.program.path
     frames = path.latest(Kind.FRAME, path.ref, 540)
@@ -107,7 +107,7 @@ def _extremes(path: Toolpath, row: int) -> list[XYZ]:
         return []
 
 
-def _check_travel(job: Job, facts: Facts, *, unhomed: bool) -> None:
+def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
     """Refuse a program that leaves the travel; of a machine that is not homed only its size is known."""
     places, lines = machine_places(job, facts)
     low, high = facts.travel()
@@ -135,7 +135,7 @@ def _check_travel(job: Job, facts: Facts, *, unhomed: bool) -> None:
             )
 
 
-def _check_start(job: Job, facts: Facts) -> None:
+def _check_start(job: SendJob, facts: Facts) -> None:
     """Refuse a first way in X or Y below the heights of the program, where it does not say Z before."""
     path = job.program.path
     place = facts.machine_place()
@@ -155,7 +155,7 @@ def _check_start(job: Job, facts: Facts) -> None:
         )
 
 
-def _differences(job: Job, facts: Facts) -> list[Issue]:
+def _differences(job: SendJob, facts: Facts) -> list[Issue]:
     """Return in what the machine's profile is not this controller."""
     mine, its = job.machine, facts.timed(job.machine)
     low, high = facts.travel()

@@ -10,7 +10,7 @@ from leafcut.sender.answers import (
     LONGEST_ANSWER,
     Accepted,
     Alarm,
-    Answer,
+    ControllerAnswer,
     Greeting,
     Refused,
     Status,
@@ -56,7 +56,7 @@ class Conversation:
         """Ask what it does now; the answer comes like any other."""
         self.port.write(ASK)
 
-    def listen(self, seconds: float = _READ_SECONDS) -> list[Answer]:
+    def listen(self, seconds: float = _READ_SECONDS) -> list[ControllerAnswer]:
         """Return what it has said, waiting at most so long; the last status is kept."""
         self._rest += self.port.read(seconds)
         *lines, self._rest = self._rest.replace(b"\r", b"").split(b"\n")
@@ -112,7 +112,7 @@ class Conversation:
         if status.state not in ("Idle", "Alarm"):
             raise SendError(f"the machine is {state_in_words(status.state)}; wait until it stands, or use --unlock")
         self._settle()
-        answers: list[Answer] = []
+        answers: list[ControllerAnswer] = []
         for question in ("$I", "$$", "$#", "$G"):
             answers += self.ask(question)
         return gathered(answers, self.fresh_status())
@@ -127,7 +127,7 @@ class Conversation:
                 return
         raise SendError(_not_grbl(self.port.name, []))
 
-    def ask(self, text: str, seconds: float = ANSWER_SECONDS) -> list[Answer]:
+    def ask(self, text: str, seconds: float = ANSWER_SECONDS) -> list[ControllerAnswer]:
         """Return what it says to a line, while nothing else is on its way.
 
         Raises
@@ -136,7 +136,7 @@ class Conversation:
             It refuses the line, gives an alarm, is reset, says what makes no sense, or nothing.
         """
         self.write(text.encode("ascii") + b"\n")
-        found: list[Answer] = []
+        found: list[ControllerAnswer] = []
         until = self.clock() + seconds
         while self.clock() < until:
             for answer in self.listen():
@@ -197,7 +197,7 @@ class Conversation:
         if status.state == "Alarm":
             self.ask("$X")
 
-    def stop(self, heard: Callable[[Answer], None] = lambda _: None) -> Status:
+    def stop(self, heard: Callable[[ControllerAnswer], None] = lambda _: None) -> Status:
         """Hold, wait until it stands, then reset: the spindle is off, and nothing is left in it. Return what it does.
 
         `heard` is told of every answer on the way.
@@ -214,7 +214,7 @@ class Conversation:
             pass  # twice: at once, then
         return self.reset(heard)
 
-    def _wait_for_rest(self, heard: Callable[[Answer], None]) -> None:
+    def _wait_for_rest(self, heard: Callable[[ControllerAnswer], None]) -> None:
         until, again = self.clock() + REST_SECONDS, 0.0
         while self.clock() < until:
             if self.clock() >= again:
@@ -227,7 +227,7 @@ class Conversation:
                 if isinstance(answer, Status) and (answer.state in _AT_REST or at_hold(answer)):
                     return
 
-    def reset(self, heard: Callable[[Answer], None] = lambda _: None) -> Status:
+    def reset(self, heard: Callable[[ControllerAnswer], None] = lambda _: None) -> Status:
         """Reset it, and return what it does then.
 
         Raises

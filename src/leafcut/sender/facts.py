@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from leafcut.errors import SendError
 from leafcut.model.machine import XYZ, Machine
-from leafcut.sender.answers import Abilities, Answer, Build, Modes, Place, Setting, Status
+from leafcut.sender.answers import Abilities, Build, ControllerAnswer, Modes, Place, Status, StoredSetting
 from leafcut.units import MM_PER_INCH
 
 #: Settings by what they say. Source: gnea/grbl wiki, "Grbl v1.1 Configuration".
@@ -138,7 +138,7 @@ class Facts:
         return (found[0], found[1], found[2])
 
 
-def gathered(answers: list[Answer], status: Status) -> Facts:
+def gathered(answers: list[ControllerAnswer], status: Status) -> Facts:
     """Return the facts out of the answers to ``$I``, ``$$``, ``$#`` and ``$G``.
 
     Raises
@@ -148,7 +148,7 @@ def gathered(answers: list[Answer], status: Status) -> Facts:
     """
     build = next((one for one in answers if isinstance(one, Build)), None)
     built = next((one for one in answers if isinstance(one, Abilities)), None)
-    settings = {one.number: one.value for one in answers if isinstance(one, Setting)}
+    settings = {one.number: one.value for one in answers if isinstance(one, StoredSetting)}
     if build is None or built is None or not settings:
         raise SendError("what answers there is not GRBL 1.1, grblHAL or FluidNC (no version, or no settings)")
     modes = next((one.words for one in answers if isinstance(one, Modes)), ())
@@ -156,7 +156,7 @@ def gathered(answers: list[Answer], status: Status) -> Facts:
     return replace(facts, places=_places(answers, facts.unit))
 
 
-def _places(answers: list[Answer], unit: float) -> dict[str, XYZ]:
+def _places(answers: list[ControllerAnswer], unit: float) -> dict[str, XYZ]:
     found: dict[str, XYZ] = {}
     for one in answers:
         if isinstance(one, Place):

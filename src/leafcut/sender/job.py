@@ -22,7 +22,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind
 from leafcut.proof.dangers import find_dangers
 from leafcut.read.machine import load_machine
-from leafcut.sender.lines import Step, steps_of
+from leafcut.sender.lines import SentStep, steps_of
 
 #: What nobody may send without saying so: what is dangerous, what the machine cannot do, what is not known.
 _NEVER = ("L806", "L808")
@@ -44,7 +44,7 @@ class DrilledHole:
 
 
 @dataclass(frozen=True, eq=False)
-class Job:
+class SendJob:
     """A program that is read, and how it was.
 
     Attributes
@@ -63,7 +63,7 @@ class Job:
     machine: Machine
     words: Dialect
     program: Program
-    steps: tuple[Step, ...]
+    steps: tuple[SentStep, ...]
     issues: tuple[Issue, ...] = ()
 
     @property
@@ -92,7 +92,7 @@ class Job:
         ]
         return each[0], each[1]
 
-    def on(self, machine: Machine) -> Job:
+    def on(self, machine: Machine) -> SendJob:
         """Return the same program with the times of another machine."""
         return replace(self, machine=machine)
 
@@ -118,7 +118,7 @@ def read_job(
     dialect_name: str | None = None,
     units: str | None = None,
     accept: Collection[str] = (),
-) -> Job:
+) -> SendJob:
     """Return a program that is right for a machine, as far as that can be seen without it.
 
     Parameters
@@ -145,7 +145,7 @@ def read_job(
 
 def job_of(
     text: str, file: str, machine: Machine, words: Dialect, units: str | None, accept: Collection[str] = ()
-) -> Job:
+) -> SendJob:
     """Return a program's text as a job; see `read_job`."""
     program = interpret_program(text, words, file, units=units or machine.units)
     steps = tuple(steps_of(program.lines, words, file))
@@ -160,7 +160,7 @@ def job_of(
         issues.append(Issue("L102", f"the program does not state its units (G20 or G21): read as {name}"))
     if not (program.path.kind <= Kind.ARC_CCW).any():
         raise ReadError(file, "the program moves nothing")
-    return Job(file, machine, words, program, steps, tuple(issues))
+    return SendJob(file, machine, words, program, steps, tuple(issues))
 
 
 def _check_known(program: Program, file: str) -> None:

@@ -35,10 +35,10 @@ class Pause:
         return f"line {self.number}: {what}" + (f" ({self.remark})" if self.remark else "")
 
 
-Step = SentLine | Pause
+SentStep = SentLine | Pause
 
 
-def steps_of(lines: Sequence[str], words: Dialect, file: str, first: int = 1) -> list[Step]:
+def steps_of(lines: Sequence[str], words: Dialect, file: str, first: int = 1) -> list[SentStep]:
     """Return the lines of a program as they are sent, with its pauses, from line `first` to its end (M2, M30).
 
     Raises
@@ -48,7 +48,7 @@ def steps_of(lines: Sequence[str], words: Dialect, file: str, first: int = 1) ->
         is too long for it.
     """
     reader = _LineReader(words)
-    steps: list[Step] = []
+    steps: list[SentStep] = []
     for number, line in enumerate(lines, 1):
         try:
             found = reader.read(line, number)
@@ -70,7 +70,7 @@ class _LineReader:
         self.chosen = self.remarked = -_REACH
         self.remark = ""
 
-    def read(self, line: str, number: int) -> list[Step]:
+    def read(self, line: str, number: int) -> list[SentStep]:
         """Return the steps of one line."""
         body, comments = split_line(line.strip(), nested=True)
         if body.startswith("%"):
@@ -90,7 +90,7 @@ class _LineReader:
         if len(text) > LONGEST_LINE:
             reason = f"the line has {len(text)} characters without blanks and comments"
             raise BlockError(f"{reason}, {self.words.name} takes {LONGEST_LINE}")
-        steps: list[Step] = [SentLine(text, number)] if text else []
+        steps: list[SentStep] = [SentLine(text, number)] if text else []
         if 6 in codes:
             steps.insert(0, self._pause(number, change=True))
         if 0 in codes:

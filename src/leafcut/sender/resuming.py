@@ -17,8 +17,8 @@ from leafcut.gcode.words import split_line, words_of
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.sender.counting import SentLine
-from leafcut.sender.job import Job, job_of
-from leafcut.sender.lines import Step, steps_of
+from leafcut.sender.job import SendJob, job_of
+from leafcut.sender.lines import SentStep, steps_of
 
 #: Decimals of a place in mm: a step of a fine board is a thousandth.
 _DECIMALS = 4
@@ -28,7 +28,7 @@ _COOLANT = {0: [], 1: ["M7"], 2: ["M8"], 3: ["M7", "M8"]}
 _ROOM = 2e-4
 
 
-def line_of_hole(job: Job, number: int) -> int:
+def line_of_hole(job: SendJob, number: int) -> int:
     """Return the line from which a hole is drilled, holes counted from 1 in the order of the program.
 
     Raises
@@ -42,7 +42,7 @@ def line_of_hole(job: Job, number: int) -> int:
     return job.holes[number - 1].first
 
 
-def resumed(job: Job, line: int, height: float | None = None) -> tuple[tuple[Step, ...], int | None]:
+def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple[SentStep, ...], int | None]:
     """Return what is sent to go on from a line, and the tool that must be in the spindle, None where none is named.
 
     Parameters
@@ -72,7 +72,7 @@ def resumed(job: Job, line: int, height: float | None = None) -> tuple[tuple[Ste
     return (*(SentLine(text.replace(" ", "")) for text in lead), *rest), modal.tool
 
 
-def _place_before(job: Job, row: int, line: int) -> XYZ:
+def _place_before(job: SendJob, row: int, line: int) -> XYZ:
     """Return where the tool is before a row; of a laser that never moves Z, 0."""
     path = job.program.path
     if row >= len(path):
@@ -88,7 +88,7 @@ def _place_before(job: Job, row: int, line: int) -> XYZ:
     return x, y, z
 
 
-def _lead_in(job: Job, modal: Modal, path: Toolpath, row: int, place: XYZ, height: float | None) -> list[str]:
+def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, height: float | None) -> list[str]:
     """Return the lines that bring the machine into the state and to the place before a block.
 
     Raises
@@ -163,7 +163,7 @@ def _number(value: float) -> str:
     return "0" if text in ("-0", "") else text
 
 
-def modes_before(job: Job, line: int) -> tuple[int | None, list[SentLine]]:
+def modes_before(job: SendJob, line: int) -> tuple[int | None, list[SentLine]]:
     """Return the motion that is active before a line, and what brings a controller into the modes that are."""
     modal = _modal_before(job, line)
     words = [f"G{modal.plane} G{91 if modal.incremental else 90} G94 G40 G49", f"G{modal.frame / 10:g}"]
@@ -173,7 +173,7 @@ def modes_before(job: Job, line: int) -> tuple[int | None, list[SentLine]]:
     return modal.motion, [*lines, *spindle_words(job, line)]
 
 
-def spindle_words(job: Job, line: int) -> list[SentLine]:
+def spindle_words(job: SendJob, line: int) -> list[SentLine]:
     """Return what starts the spindle if the program believes that it turns before a line."""
     modal = _modal_before(job, line)
     if not modal.spindle:
@@ -182,12 +182,12 @@ def spindle_words(job: Job, line: int) -> list[SentLine]:
     return [SentLine(f"{_SPINDLE[modal.spindle]}S{modal.rpm:g}"), *wait]
 
 
-def _modal_before(job: Job, line: int) -> Modal:
+def _modal_before(job: SendJob, line: int) -> Modal:
     block = int(np.searchsorted(job.program.line, line))
     return job.program.modal(min(block, job.program.n_blocks))
 
 
-def with_motion(rest: list[Step], motion: int | None) -> list[Step]:
+def with_motion(rest: list[SentStep], motion: int | None) -> list[SentStep]:
     """Return the lines with the active G0 to G3 said in the first one that moves without saying it."""
     done = list(rest)
     for k, step in enumerate(rest):
@@ -207,7 +207,7 @@ def with_motion(rest: list[Step], motion: int | None) -> list[Step]:
     return done
 
 
-def _prove(job: Job, lead: list[str], rest: list[Step], row: int, line: int) -> None:
+def _prove(job: SendJob, lead: list[str], rest: list[SentStep], row: int, line: int) -> None:
     """Read what will be sent, and compare it with the program from the line on.
 
     Raises

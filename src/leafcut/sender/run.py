@@ -13,14 +13,14 @@ from leafcut.errors import LeafcutError, OptionError, SendError
 from leafcut.gcode.words import split_line, words_of
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind
-from leafcut.sender.answers import Accepted, Alarm, Answer, Greeting, Refused, Status, Strange
+from leafcut.sender.answers import Accepted, Alarm, ControllerAnswer, Greeting, Refused, Status, Strange
 from leafcut.sender.checking import check_program
 from leafcut.sender.conversation import HOLD, RESUME, Conversation
 from leafcut.sender.counting import CharacterCounter, SentLine
 from leafcut.sender.explained import alarm_in_words, error_in_words, state_in_words
 from leafcut.sender.facts import Facts
-from leafcut.sender.job import DrilledHole, Job
-from leafcut.sender.lines import Pause, Step
+from leafcut.sender.job import DrilledHole, SendJob
+from leafcut.sender.lines import Pause, SentStep
 from leafcut.sender.place import Tracker
 from leafcut.sender.port import PortLost
 from leafcut.sender.resuming import modes_before, resumed, spindle_words, with_motion
@@ -67,7 +67,7 @@ _SLOWEST, _FASTEST = 10, 200
 
 
 @dataclass(frozen=True)
-class View:
+class RunView:
     """How far a program is.
 
     Attributes
@@ -155,7 +155,7 @@ class _Asked(Exception):
 
 
 @dataclass
-class Run:
+class SendRun:
     """One program on its way to one controller.
 
     Attributes
@@ -165,24 +165,24 @@ class Run:
     prompt
         Asks a person at a pause; None: there is nobody.
     observe
-        Is called with a `View` at every status.
+        Is called with a `RunView` at every status.
     check
         The controller is in check mode: nothing moves, and errors are collected.
     """
 
     talk: Conversation
     facts: Facts
-    job: Job
-    steps: Sequence[Step]
+    job: SendJob
+    steps: Sequence[SentStep]
     prompt: Prompt | None = None
-    observe: Callable[[View], None] | None = None
+    observe: Callable[[RunView], None] | None = None
     check: bool = False
     unhomed: bool = False
     requests: deque[Request] = field(default_factory=deque)
 
     def __post_init__(self) -> None:
         self.counter = CharacterCounter(self.facts.buffer)
-        self.left: deque[Step] = deque(self.steps)
+        self.left: deque[SentStep] = deque(self.steps)
         self.path = self.job.program.path
         self._tracker = Tracker(self.path)
         fed, other = self.job.seconds
@@ -297,7 +297,7 @@ class Run:
             return 0.0
         return sum(word.value for word in words_of(split_line(oldest)[0]) if word.letter == "P")
 
-    def _hear(self, answer: Answer) -> None:
+    def _hear(self, answer: ControllerAnswer) -> None:
         self._heard_at = self.talk.clock()
         match answer:
             case Accepted():
@@ -369,13 +369,13 @@ class Run:
             zero = self.facts.origin(self.facts.frame)
         return (place[0] - zero[0], place[1] - zero[1], place[2] - zero[2])
 
-    def _view(self, status: Status, place: XYZ | None) -> View:
+    def _view(self, status: Status, place: XYZ | None) -> RunView:
         line = self.taken if self.check else max(self.line - 1, 0)
         line = min(line, len(self._fed) - 1)
         feed, rapid = max(self._overrides[0], 1), max(self._overrides[1], 1)
         fed, other = self._fed[-1] - self._fed[line], self._other[-1] - self._other[line]
         hole = self.job.hole_at(self.line)
-        return View(
+        return RunView(
             state=status.state,
             line=self.line,
             taken=self.taken,
@@ -471,7 +471,7 @@ class Run:
             return self._lost(f"{reason}; {problem}")
         return self._ending(reason, status)
 
-    def _hear_late(self, answer: Answer) -> None:
+    def _hear_late(self, answer: ControllerAnswer) -> None:
         """Count what is answered while it comes to rest, and see where it stands."""
         if isinstance(answer, Accepted | Refused):
             line = self.counter.answered()

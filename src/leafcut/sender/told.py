@@ -6,8 +6,8 @@ from typing import Any
 
 from leafcut.errors import brief, count_of
 from leafcut.model.machine import XYZ
-from leafcut.sender.job import Job
-from leafcut.sender.run import Ending, View
+from leafcut.sender.job import SendJob
+from leafcut.sender.run import Ending, RunView
 from leafcut.units import format_time
 
 
@@ -16,7 +16,7 @@ def place_in_words(place: XYZ) -> str:
     return " ".join(f"{axis}{value:.3f}" for axis, value in zip("XYZ", place, strict=True))
 
 
-def progress_in_words(view: View, job: Job) -> str:
+def progress_in_words(view: RunView, job: SendJob) -> str:
     """Return how far a program is, in one line of a terminal."""
     where = f"hole {view.hole}/{len(job.holes)}, line {view.line}" if job.holes else f"line {view.line}"
     place = "" if view.place is None else f"  {place_in_words(view.place)}"
@@ -25,7 +25,7 @@ def progress_in_words(view: View, job: Job) -> str:
     return "  ".join(filter(None, [f"{state}", f"{where}{place}", f"F{view.feed:.0f} at {view.override} %", rest]))
 
 
-def ending_in_words(ending: Ending, job: Job) -> str:
+def ending_in_words(ending: Ending, job: SendJob) -> str:
     """Return how a run ended: why, what the machine does, how far it came, and how to go on, in one line."""
     lines = job.steps[-1].number
     if ending.complete:
@@ -45,7 +45,7 @@ def ending_in_words(ending: Ending, job: Job) -> str:
     return brief("; ".join(parts))
 
 
-def ending_as_json(ending: Ending, job: Job) -> dict[str, Any]:
+def ending_as_json(ending: Ending, job: SendJob) -> dict[str, Any]:
     """Return how a run ended, for programs."""
     return {
         "program": job.file,
