@@ -253,7 +253,7 @@ def at_hold(status: Status) -> bool:
 def _not_grbl(port: str, heard: list[str]) -> str:
     if not heard:
         return f"nothing answers on {port}; is the machine on, and is this its port and its --baud?"
-    text = heard[-1]
+    text = shown(heard[-1], 40)
     if sum(not ("\x20" <= c <= "\x7e") for c in text) > len(text) // 4:
         return f"what comes from {port} makes no sense ('{text}'); is it another --baud, or a bad cable?"
     return f"what answers on {port} is not GRBL ('{text}')"

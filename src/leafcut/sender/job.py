@@ -169,7 +169,9 @@ def _check_known(program: Program, file: str) -> None:
         rows = np.flatnonzero(path.kind == kind)
         if len(rows):
             line = int(path.line[rows[0]])
-            raise ReadError(file, f"'{program.lines[line - 1].strip()}' {what}; take it out, and send it again", line)
+            block = int(np.searchsorted(program.first, rows[0], side="right")) - 1
+            why = program.fixed.get(block, "") or f"'{program.lines[line - 1].strip()}' {what}"
+            raise ReadError(file, f"{why}; take it out, and send it again", line)
 
 
 def _holes(program: Program) -> list[DrilledHole]:

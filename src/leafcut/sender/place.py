@@ -11,8 +11,10 @@ from leafcut.geometry.arrays import Floats
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
 
-#: Points of an arc, per quarter turn.
-_PER_QUARTER = 4
+#: The pieces of an arc are no farther from it, mm; but no arc has more of them.
+_SAGITTA, _MOST_PIECES = 0.02, 360
+#: A place that is farther from every move, mm, is on the way to the first of them.
+_OFF = 0.25
 #: Moves this close to a place, mm, are equally near: of them the first counts, so that nothing is left out.
 _NEAR = 0.02
 
@@ -26,10 +28,10 @@ class Tracker:
         self._lines = path.line[rows].astype(np.int64)
 
     def line_at(self, place: XYZ, first: int, last: int) -> int:
-        """Return the line that is run at a place, mm in program coordinates; `last` where nothing between is near."""
+        """Return the line that is run at a place, mm in program coordinates; `first` where it is on none of the moves."""
         low, high = np.searchsorted(self._lines, [first, last + 1])
         if low >= high:
-            return last
+            return first
         begins, ends = self._begins[low:high], self._ends[low:high]
         along = ends - begins
         length = np.maximum((along**2).sum(axis=1), 1e-18)
@@ -37,8 +39,8 @@ class Tracker:
         share = np.clip((at * along).sum(axis=1) / length, 0.0, 1.0)
         away = np.sqrt(((at - share[:, None] * along) ** 2).sum(axis=1))
         nearest = float(away.min())
-        if math.isnan(nearest):
-            return last
+        if not nearest <= _OFF:
+            return first
         return int(self._lines[low:high][int(np.argmax(away <= nearest + _NEAR))])
 
 
@@ -63,7 +65,8 @@ def _arc_points(path: Toolpath, row: int) -> list[Floats]:
     arc = path.arcs[int(path.ref[row])]
     first, second, normal = plane_axes(arc.plane)
     radius, start, sweep = arc_sweep(path, row)
-    count = max(1, math.ceil(abs(sweep) / (0.5 * math.pi) * _PER_QUARTER))
+    angle = 2.0 * math.acos(max(1.0 - _SAGITTA / radius, 0.0)) if radius > 0.0 else math.pi
+    count = min(max(1, math.ceil(abs(sweep) / angle)), _MOST_PIECES)
     points = []
     for share in np.linspace(0.0, 1.0, count + 1).tolist():
         point = np.zeros(3)

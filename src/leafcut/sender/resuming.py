@@ -118,10 +118,7 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, h
     if len(known):
         lines.append(_way_down(modal, path, row, z))
     # From here on in the program's own words.
-    if modal.feed:
-        lines.append(f"G{20 if modal.unit != 1.0 else 21} F{modal.feed:g}")
-    else:
-        lines.append(f"G{20 if modal.unit != 1.0 else 21}")
+    lines += _units_and_feed(modal)
     lines.append(f"G{modal.plane} G{91 if modal.incremental else 90}")
     if job.laser:
         lines.append(spindle)
@@ -167,10 +164,16 @@ def modes_before(job: SendJob, line: int) -> tuple[int | None, list[SentLine]]:
     """Return the motion that is active before a line, and what brings a controller into the modes that are."""
     modal = _modal_before(job, line)
     words = [f"G{modal.plane} G{91 if modal.incremental else 90} G94 G40 G49", f"G{modal.frame / 10:g}"]
-    if modal.unit is not None:
-        words.append(f"G{21 if modal.unit == 1.0 else 20}" + (f" F{modal.feed:g}" if modal.feed else ""))
+    words += _units_and_feed(modal)
     lines = [SentLine(text.replace(" ", "")) for text in words]
     return modal.motion, [*lines, *spindle_words(job, line)]
+
+
+def _units_and_feed(modal: Modal) -> list[str]:
+    """Return the units of a program and its feed in them: two lines, as one would leave open in which of them F is."""
+    if modal.unit is None:
+        return []
+    return [f"G{21 if modal.unit == 1.0 else 20}", *[f"F{modal.feed:.10g}"] * bool(modal.feed)]
 
 
 def spindle_words(job: SendJob, line: int) -> list[SentLine]:

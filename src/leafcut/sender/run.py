@@ -16,7 +16,7 @@ from leafcut.model.toolpath import Kind
 from leafcut.sender.answers import Accepted, Alarm, ControllerAnswer, Greeting, Refused, Status, Strange
 from leafcut.sender.checking import check_program
 from leafcut.sender.conversation import HOLD, RESUME, Conversation
-from leafcut.sender.counting import CharacterCounter, SentLine
+from leafcut.sender.counting import GRBL_BUFFER, SPARED, CharacterCounter, SentLine
 from leafcut.sender.explained import alarm_in_words, error_in_words, state_in_words
 from leafcut.sender.facts import Facts
 from leafcut.sender.job import DrilledHole, SendJob
@@ -287,8 +287,7 @@ class SendRun:
         if now - self._heard_at > SILENCE_SECONDS:
             raise PortLost(f"nothing answers on {self.talk.port.name} any more")
         if self._rests >= 2 and self.counter.waiting and now - self._owed_since > OWING_SECONDS + self._dwell():
-            line = self.counter.waiting[0].number
-            raise _Ended(f"the answer to line {line} was lost on the way; look at the cable")
+            raise _Ended("an answer was lost on the way, so the lines can no longer be counted; look at the cable")
 
     def _dwell(self) -> float:
         """Return for how long the oldest line that waits for an answer may let the machine stand, s."""
@@ -337,6 +336,9 @@ class SendRun:
         """Take a status: where the machine is, and whether it stands."""
         if status.state in ("Alarm", "Sleep"):
             raise _Ended(f"{self._where()}: the machine is {state_in_words(status.state)}")
+        used = None if status.free_bytes is None else self.facts.buffer - status.free_bytes
+        if self.facts.buffer == GRBL_BUFFER and used is not None and used > self.counter.bytes + SPARED:
+            raise _Ended("there is more in the controller's buffer than was sent: is another program speaking to it?")
         self._rests = self._rests + 1 if status.state in ("Idle", "Check") else 0
         if status.overrides is not None:
             self._overrides, self._stepping = status.overrides, False
@@ -409,7 +411,7 @@ class SendRun:
         if not following:
             return
         if changed:
-            self._come_back(following)
+            self._come_back(pause, following)
         elif pause.change and not self.job.laser:
             self.left.extendleft(reversed(spindle_words(self.job, following)))
         self._heard_at, self._rests = self.talk.clock(), 0
@@ -427,7 +429,7 @@ class SendRun:
         except SendError as problem:
             return [str(problem)]
 
-    def _come_back(self, following: int) -> None:
+    def _come_back(self, pause: Pause, following: int) -> None:
         """Look again at origins and place, and go on from the next line in the state that the program is in there."""
         self._wait_idle()
         self.facts = self.talk.facts()
@@ -440,7 +442,7 @@ class SendRun:
             # Where it has not moved yet there is no place to come back to.
             motion, lines = modes_before(self.job, following)
             steps = (*lines, *with_motion(list(self.left), motion))
-        self.left = deque(steps)
+        self.left = deque(step for step in steps if step != pause)
 
     def _wait_idle(self) -> None:
         for _ in range(2):
