@@ -14,7 +14,15 @@ from leafcut.sender.port import SerialPort
 
 
 @pytest.fixture(scope="module")
-def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Board]:
+def patient() -> Iterator[None]:
+    """Wait longer than a person would: the board runs on a processor that does much else."""
+    before, Conversation.patience = Conversation.patience, 10.0
+    yield
+    Conversation.patience = before
+
+
+@pytest.fixture(scope="module")
+def running(patient: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Board]:
     """Yield the board, set up; skip without the firmware, and without its compiler fail where that is required."""
     if not (grbl_time.BOARD / grbl_time.FIRMWARE).exists():
         pytest.skip("the simulated GRBL board is not here; set LEAFCUT_GRBL")

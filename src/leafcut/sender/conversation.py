@@ -39,13 +39,24 @@ Log = Callable[[str, str], None]
 
 
 class Conversation:
-    """A controller at a port."""
+    """A controller at a port.
+
+    Attributes
+    ----------
+    patience
+        How many times longer than usual is waited for anything: for a computer that does much else.
+    """
+
+    patience = 1.0
 
     def __init__(self, port: Port, log: Log | None = None, clock: Callable[[], float] = time.monotonic) -> None:
         self.port, self.clock = port, clock
         self.log = log or (lambda _way, _text: None)
         self.status: Status | None = None
         self._rest = b""
+
+    def _until(self, seconds: float) -> float:
+        return self.clock() + seconds * self.patience
 
     def write(self, data: bytes) -> None:
         """Send bytes."""
@@ -85,7 +96,7 @@ class Conversation:
             Nothing answers, or what answers is no GRBL.
         """
         heard: list[str] = []
-        until, again = self.clock() + START_SECONDS, 0.0
+        until, again = self._until(START_SECONDS), 0.0
         while self.clock() < until:
             if self.clock() >= again:
                 self.ask_status()
@@ -120,7 +131,7 @@ class Conversation:
     def _settle(self) -> None:
         """End a line that somebody may have begun, whatever is said to that."""
         self.write(b"\n")
-        until = self.clock() + ANSWER_SECONDS
+        until = self._until(ANSWER_SECONDS)
         while self.clock() < until:
             if any(isinstance(one, Accepted | Refused) for one in self.listen()):
                 self.listen()
@@ -137,7 +148,7 @@ class Conversation:
         """
         self.write(text.encode("ascii") + b"\n")
         found: list[ControllerAnswer] = []
-        until = self.clock() + seconds
+        until = self._until(seconds)
         while self.clock() < until:
             for answer in self.listen():
                 match answer:
@@ -163,7 +174,7 @@ class Conversation:
         SendError
             It does not answer.
         """
-        until, again = self.clock() + seconds, 0.0
+        until, again = self._until(seconds), 0.0
         while self.clock() < until:
             if self.clock() >= again:
                 self.ask_status()
@@ -215,7 +226,7 @@ class Conversation:
         return self.reset(heard)
 
     def _wait_for_rest(self, heard: Callable[[ControllerAnswer], None]) -> None:
-        until, again = self.clock() + REST_SECONDS, 0.0
+        until, again = self._until(REST_SECONDS), 0.0
         while self.clock() < until:
             if self.clock() >= again:
                 self.ask_status()
@@ -236,7 +247,7 @@ class Conversation:
             It does not answer any more.
         """
         self.write(RESET)
-        until = self.clock() + ANSWER_SECONDS
+        until = self._until(ANSWER_SECONDS)
         greeted = False
         while not greeted and self.clock() < until:
             for answer in self.listen():

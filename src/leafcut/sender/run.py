@@ -284,9 +284,13 @@ class SendRun:
         if now - self._asked_at >= STATUS_SECONDS:
             self._asked_at = now
             self.talk.ask_status()
-        if now - self._heard_at > SILENCE_SECONDS:
+        if now - self._heard_at > SILENCE_SECONDS * self.talk.patience:
             raise PortLost(f"nothing answers on {self.talk.port.name} any more")
-        if self._rests >= 2 and self.counter.waiting and now - self._owed_since > OWING_SECONDS + self._dwell():
+        if (
+            self._rests >= 2
+            and self.counter.waiting
+            and now - self._owed_since > OWING_SECONDS * self.talk.patience + self._dwell()
+        ):
             raise _Ended("an answer was lost on the way, so the lines can no longer be counted; look at the cable")
 
     def _dwell(self) -> float:
