@@ -70,6 +70,10 @@ def send(
             help="the machine has no homing ($22=0): only the size of the program is checked against its travel",
         ),
     ] = False,
+    zero_here: Annotated[
+        bool,
+        Parameter(name="--zero-here", negative="", help="the tool stands at the program's zero (G10 L20 P1 X0 Y0 Z0)"),
+    ] = False,
     accept: Annotated[
         str | None,
         Parameter(name="--accept", help="codes of dangers that you have looked at and want sent, such as L801,L806"),
@@ -106,17 +110,20 @@ def send(
         try:
             talk = Conversation(line, add)
             talk.connect()
-            if unlock:
-                talk.unlock()
+            locked = unlock and talk.unlock()
             if home:
                 _home(talk)
-            facts, job = _ready(talk, job, accepted, unhomed=unhomed, quiet=quiet)
+            if zero_here:
+                talk.zero_here()
+            if locked and not (home or zero_here or unhomed):
+                raise SendError("it was locked by an alarm, and may not be where it thinks: add --home, or --unhomed")
+            facts, job = _ready(talk, job, accepted, unhomed=unhomed or zero_here, quiet=quiet)
             steps = _steps(job, facts, from_hole, from_line, quiet=quiet or as_json)
             if dry_run:
                 _tell(f"{program}: can be sent to {port}; nothing was sent", quiet=quiet or as_json)
                 ending = None
             else:
-                ending = _run(talk, facts, job, steps, check=check, unhomed=unhomed, yes=yes, quiet=quiet)
+                ending = _run(talk, facts, job, steps, check=check, unhomed=unhomed or zero_here, yes=yes, quiet=quiet)
         finally:
             line.close()
     return _finish(ending, job, port, as_json=as_json, quiet=quiet)
@@ -163,7 +170,7 @@ def _ready(
     from leafcut.sender.job import issues_to_tell
 
     facts = talk.facts()
-    check_ready(facts, unhomed=unhomed)
+    check_ready(facts, unhomed=unhomed, restarted=talk.restarted)
     differences = check_program(job, facts, unhomed=unhomed, accept=accept)
     for issue in issues_to_tell([*job.issues, *differences]):
         print(f"leafcut: {issue.severity}: {issue}", file=sys.stderr)

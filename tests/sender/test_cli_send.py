@@ -95,7 +95,7 @@ def test_keys_of_a_terminal_come_one_by_one_and_lines_whole() -> None:
 
 
 def test_where_there_is_no_terminal_no_keys_are_read() -> None:
-    with Keys(lambda key: pytest.fail(key)) as keys:
+    with Keys(pytest.fail) as keys:
         assert not keys.terminal
         with keys.lines():
             pass

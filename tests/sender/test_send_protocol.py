@@ -237,6 +237,20 @@ def test_a_machine_that_is_set_otherwise_is_refused(change: dict[int, float], to
         checked()
 
 
+def test_a_board_that_restarts_when_its_port_is_opened_and_is_never_homed_asks_for_its_zero() -> None:
+    """It counts from where it stands then, while its work offset is that of before."""
+    board = FakeGrbl()
+    board.settings[22] = 0
+    board.say("Grbl 1.1h ['$' for help]")
+    talk = Conversation(board, clock=board.clock)
+    talk.connect()
+    with pytest.raises(SendError, match="started anew .* add --zero-here"):
+        check_ready(talk.facts(), unhomed=True, restarted=talk.restarted)
+    talk.zero_here()
+    assert board.taken == ["G10 L20 P1 X0 Y0 Z0"]
+    check_ready(talk.facts(), unhomed=True, restarted=talk.restarted)
+
+
 def test_reports_in_inches_are_understood() -> None:
     board = FakeGrbl()
     board.settings[13] = 1

@@ -21,8 +21,15 @@ _ROOM = 0.005
 _APART = 0.01
 
 
-def check_ready(facts: Facts, *, unhomed: bool) -> None:
+def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False) -> None:
     """Refuse a machine that is not at rest, or does not know where it is.
+
+    Parameters
+    ----------
+    unhomed
+        A person has said that its place is right although it was not homed.
+    restarted
+        The board has just started, so that without homing its place cannot be right.
 
     Raises
     ------
@@ -40,7 +47,12 @@ def check_ready(facts: Facts, *, unhomed: bool) -> None:
     if not facts.homing and not unhomed:
         raise SendError(
             "homing is off ($22=0): the machine does not know where it is, and nothing keeps it inside its travel; "
-            "set its zero and its place by hand and add --unhomed, or turn homing on"
+            "set its zero by hand and add --unhomed, or turn homing on"
+        )
+    if not facts.homing and restarted:
+        raise SendError(
+            "the board started anew when its port was opened, and has forgotten where it was: bring the tool to the "
+            "program's zero by hand, and add --zero-here"
         )
 
 

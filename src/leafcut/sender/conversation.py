@@ -45,6 +45,11 @@ class Conversation:
     ----------
     patience
         How many times longer than usual is waited for anything: for a computer that does much else.
+    status
+        What it said last of what it does.
+    restarted
+        It has started anew since it was connected, as many boards do when their port is opened: without homing it
+        counts its place from where it stands.
     """
 
     patience = 1.0
@@ -53,6 +58,7 @@ class Conversation:
         self.port, self.clock = port, clock
         self.log = log or (lambda _way, _text: None)
         self.status: Status | None = None
+        self.restarted = False
         self._rest = b""
 
     def _until(self, seconds: float) -> float:
@@ -105,7 +111,7 @@ class Conversation:
                 if isinstance(answer, Status):
                     return answer
                 if isinstance(answer, Greeting):
-                    again = 0.0
+                    again, self.restarted = 0.0, True
                 elif isinstance(answer, Strange):
                     heard.append(answer.text)
         heard += [shown(self._rest.decode("ascii", "replace"))] * bool(self._rest)
@@ -194,8 +200,19 @@ class Conversation:
         """
         self.ask("$H", HOMING_SECONDS)
 
-    def unlock(self) -> None:
-        """Bring a machine that is on hold, moving or locked to rest, without homing it.
+    def zero_here(self) -> None:
+        """Make the place where the tool is the zero of the first work offset (G54).
+
+        Raises
+        ------
+        SendError
+            It is refused.
+        """
+        self.ask("G10 L20 P1 X0 Y0 Z0")
+        self.restarted = False
+
+    def unlock(self) -> bool:
+        """Bring a machine that is on hold, moving or locked to rest, without homing it; return whether it was locked.
 
         Raises
         ------
@@ -207,6 +224,7 @@ class Conversation:
             status = self.stop()
         if status.state == "Alarm":
             self.ask("$X")
+        return status.state == "Alarm"
 
     def stop(self, heard: Callable[[ControllerAnswer], None] = lambda _: None) -> Status:
         """Hold, wait until it stands, then reset: the spindle is off, and nothing is left in it. Return what it does.
