@@ -28,7 +28,7 @@ class Tracker:
         self._lines = path.line[rows].astype(np.int64)
 
     def line_at(self, place: XYZ, first: int, last: int) -> int:
-        """Return the line that is run at a place, mm in program coordinates; `first` where it is on none of the moves."""
+        """Return the line that is run at a place, mm in program coordinates; `first` where it is on no move."""
         low, high = np.searchsorted(self._lines, [first, last + 1])
         if low >= high:
             return first
