@@ -100,7 +100,7 @@ def test_every_fault_ends_the_run_with_the_machine_stopped_and_its_state_told(fa
     words = ending_in_words(ending, job)
     assert not ending.complete and re.search(told, words), words
     assert "\n" not in words and "go on with --from-hole" in words
-    if fault not in ("lost", "silent"):
+    if fault != "lost":
         assert board.realtime[-2:] == [b"!", b"\x18"] and not board.buffer
     # What was sent behind it was never taken: nothing is run after the stop.
     assert len(board.taken) <= 20 + 24 or fault == "drop"
@@ -171,7 +171,9 @@ def test_what_is_typed_at_a_change_is_undone_and_the_program_goes_on_from_above_
     assert board.taken[at + 8 : at + 13] == ["G21", "F100", "G17G90", "T2", "S500M3"]
 
 
-def test_nobody_to_ask_is_said_before_anything_is_sent() -> None:
+def test_nobody_to_ask_is_said_before_anything_is_sent_but_the_first_tool_is_in() -> None:
+    board = FakeGrbl()
+    assert sent(board, job_with(["M5", "T1 M6", "M3 S900", *drilled(1)])).complete
     board = FakeGrbl()
     with pytest.raises(OptionError, match=r"stops for a person \(line 4: pause\), and nobody can be asked"):
         sent(board, job_with(["M0", *drilled(1)]))

@@ -69,7 +69,10 @@ def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple
     rest = steps_of(program.lines, job.words, job.file, first)
     rest = with_motion(rest, modal.motion)
     _prove(job, lead, rest, row, first)
-    return (*(SentLine(text.replace(" ", "")) for text in lead), *rest), modal.tool
+    return (
+        *(SentLine(text.replace(" ", "")) for text in lead),
+        *rest,
+    ), modal.next_tool if modal.tool is None else modal.tool
 
 
 def _place_before(job: SendJob, row: int, line: int) -> XYZ:

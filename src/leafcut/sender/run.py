@@ -15,7 +15,7 @@ from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind
 from leafcut.sender.answers import Accepted, Alarm, ControllerAnswer, Greeting, Refused, Status, Strange
 from leafcut.sender.checking import check_program
-from leafcut.sender.conversation import HOLD, RESUME, Conversation
+from leafcut.sender.conversation import HOLD, RESET, RESUME, Conversation
 from leafcut.sender.counting import GRBL_BUFFER, SPARED, CharacterCounter, SentLine
 from leafcut.sender.explained import alarm_in_words, error_in_words, state_in_words
 from leafcut.sender.facts import Facts
@@ -31,6 +31,8 @@ STATUS_SECONDS = 0.25
 SILENCE_SECONDS = 5.0
 #: An idle machine that owes an answer for so long has lost it, s.
 OWING_SECONDS = 3.0
+#: So long a machine that is not heard any more has to come to rest before it is reset, s.
+UNHEARD_SECONDS = 3.0
 #: So many lines at most are taken and not run yet: blocks of the planner, and lines between that move nothing.
 _AHEAD = 40
 #: A check does not collect more errors.
@@ -150,6 +152,10 @@ class _Ended(SendError):
     """The run cannot go on; `reached` says whether the controller can still be spoken to."""
 
 
+class _Silent(PortLost):
+    """The port is there, and nothing comes from it any more."""
+
+
 class _Asked(Exception):
     """A person wants to stop."""
 
@@ -206,21 +212,39 @@ class SendRun:
 
     def run(self) -> Ending:
         """Send everything, and return how it ended: stopped, with the machine's state told, whatever happens."""
-        if self.prompt is None and not self.check and any(isinstance(step, Pause) for step in self.steps):
-            pause = next(step for step in self.steps if isinstance(step, Pause))
-            raise OptionError(f"{self.job.file} stops for a person ({pause}), and nobody can be asked; use a terminal")
+        if self.prompt is None and not self.check:
+            self._skip_first_tool()
         try:
             if self.check:
                 self.talk.ask("$C")
             self._heard_at = self._owed_since = self.talk.clock()
             self._send_all()
             return self._leave_check() if self.check else self._ending("", self.talk.status)
+        except _Silent as silent:
+            return self._lost(f"{silent}; {self._stop_unheard()}")
         except PortLost as lost:
             return self._lost(str(lost))
         except (_Asked, KeyboardInterrupt):
             return self._stopped("stopped by you")
         except LeafcutError as problem:
             return self._stopped(str(problem))
+
+    def _skip_first_tool(self) -> None:
+        """Take the first tool for put in where nobody can be asked; refuse a program with any other pause.
+
+        Raises
+        ------
+        OptionError
+            Says which.
+        """
+        fed = self.path.line[(self.path.kind >= Kind.FEED) & (self.path.kind <= Kind.ARC_CCW)]
+        cut = int(fed[0]) if len(fed) else self._first
+        first = next((step for step in self.left if isinstance(step, Pause)), None)
+        if first is not None and first.change and first.number < cut:
+            self.left.remove(first)
+        pause = next((step for step in self.left if isinstance(step, Pause)), None)
+        if pause is not None:
+            raise OptionError(f"{self.job.file} stops for a person ({pause}), and nobody can be asked; use a terminal")
 
     def _send_all(self) -> None:
         while True:
@@ -285,7 +309,7 @@ class SendRun:
             self._asked_at = now
             self.talk.ask_status()
         if now - self._heard_at > SILENCE_SECONDS * self.talk.patience:
-            raise PortLost(f"nothing answers on {self.talk.port.name} any more")
+            raise _Silent(f"nothing answers on {self.talk.port.name} any more")
         if (
             self._rests >= 2
             and self.counter.waiting
@@ -476,6 +500,18 @@ class SendRun:
         except SendError as problem:
             return self._lost(f"{reason}; {problem}")
         return self._ending(reason, status)
+
+    def _stop_unheard(self) -> str:
+        """Send a hold and, when the machine has had time to come to rest, a reset: perhaps it hears them."""
+        try:
+            self.talk.write(HOLD)
+            until = self.talk.clock() + UNHEARD_SECONDS
+            while self.talk.clock() < until:
+                self.talk.listen()
+            self.talk.write(RESET)
+        except LeafcutError:
+            return "a hold could not be sent"
+        return "a hold and a reset were sent all the same"
 
     def _hear_late(self, answer: ControllerAnswer) -> None:
         """Count what is answered while it comes to rest, and see where it stands."""
