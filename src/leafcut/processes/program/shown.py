@@ -13,7 +13,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.shown_stock import CUT_THROUGH, ShownStock
 from leafcut.options import Settings
 from leafcut.processes.course import machine_of
-from leafcut.processes.program.workpiece import block_of, tools_of
+from leafcut.processes.program.workpiece import block_of, solid_of_file, tools_of
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
@@ -36,7 +36,8 @@ def shown_stock(program: Program, source: str, settings: Settings, machine: Mach
         tools = tools_of(program, Path(source).name, settings, machine)
     except OptionError as problem:
         return ShownStock(refused=str(problem))
-    return ShownStock(tools, None if block is None else (block.low, block.high))
+    surface = solid_of_file(given) if given else None
+    return ShownStock(tools, None if block is None else (block.low, block.high), surface=surface)
 
 
 def stock_of_file(program: Input, settings: Settings) -> ShownStock:

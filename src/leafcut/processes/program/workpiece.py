@@ -95,6 +95,17 @@ def told_of(options: StockOptions, program: Program, cutters: Mapping[int, Cutte
     return found
 
 
+def solid_of_file(text: str) -> Mesh | None:
+    """Return the solid that ``--workpiece`` names, None where it says a block.
+
+    Raises
+    ------
+    ReadError
+        The file is no closed solid.
+    """
+    return _solid(text) if _is_file(text) else None
+
+
 def _is_file(text: str) -> bool:
     return StockOptions.specs()["workpiece"].names_file(text)
 

@@ -7,11 +7,11 @@ A scene (`studio.drawing.scene`) of the kind ``solid``. Its header has
 - ``grid``: ``x`` and ``y`` of the middle of the first cell and ``cell``, its side, mm; ``rows`` and ``columns``;
 - ``of``: how many rows the toolpath's scene has that it belongs to;
 - ``top`` and ``floor`` of the block, mm;
-- ``tools``: number → ``words``, ``shape`` (radius, flat, corner, reach, rise, slope: `kernels.sweep.ToolShape`) and
-  ``length`` of what cuts, mm;
+- ``tools``: number → ``words``, ``shape`` (radius, flat, corner, reach, rise, slope: `kernels.sweep.ToolShape`),
+  ``length`` of what cuts, mm, and ``bodies``, what is known of above that: kind, lower end above the tip and radius;
 - ``collisions``: kind and line of each.
 
-Blocks, a row for each straight move but in the last one:
+Blocks, a row for each straight move but in the last ones:
 
 =============== ======= =============================================================================================
 ``move``        f4 × 6  begin and end of the tip, mm
@@ -23,6 +23,8 @@ Blocks, a row for each straight move but in the last one:
 ``width``       u1      how wide it cuts, of the tool's diameter; 255: all of it
 ``chip``        u1      its thickest chip, of the feed per tooth; 255: all of it
 ``collision``   f4 × 4  place and depth of each collision, mm
+``start``       f4      height of every cell before the first move, mm; nothing where all is at the top
+``held``        u1      1 for cells of what holds the material; nothing where there is none
 =============== ======= =============================================================================================
 """
 
@@ -30,14 +32,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import LeafcutError
-from leafcut.model.cutter import Cutter
+from leafcut.model.cutter import BodyPart, Cutter
 from leafcut.model.machine import Machine
 from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import Which
@@ -51,6 +53,8 @@ from leafcut.studio.drawing.scene import Columns, packed
 
 #: So long is what of a tool is seen as its cutting part, in diameters, where its library does not say it.
 _FLUTES = 3.0
+#: So many pieces of a shank and a holder are drawn.
+_MOST_BODIES = 4
 
 
 def outcome_solid_scene(outcome: Outcome, which: Which) -> bytes:
@@ -94,6 +98,8 @@ def _packed(solid: Solid, rows: Playback) -> bytes:
         "rapid": ("u1", moves.rapid),
         "width": ("u1", np.rint(255.0 * np.clip(solid.width, 0.0, 1.0))),
         "chip": ("u1", np.rint(255.0 * np.clip(solid.chip, 0.0, 1.0))),
+        "start": ("f4", field.heights.ravel() if (field.heights < solid.block.high[2]).any() else np.zeros(0)),
+        "held": ("u1", solid.held.ravel() if solid.held.any() else np.zeros(0)),
         "collision": ("f4", np.array([(*one.place, one.depth) for one in solid.collisions]).reshape(-1, 4)),
     }
     header = {
@@ -105,7 +111,9 @@ def _packed(solid: Solid, rows: Playback) -> bytes:
         "of": len(rows.of),
         "top": solid.block.high[2],
         "floor": field.floor,
-        "tools": {str(n): _tool(solid.tools[n], cutter) for n, cutter in solid.cutters.items()},
+        "tools": {
+            str(n): _tool(solid.tools[n], cutter, solid.bodies.get(n, ())) for n, cutter in solid.cutters.items()
+        },
         "collisions": [[one.kind, int(rows.line[first[one.row]])] for one in solid.collisions],
     }  # fmt: skip
     return packed({**_HEAD, **header}, columns)
@@ -124,9 +132,11 @@ def _times(solid: Solid, rows: Playback) -> tuple[NDArray[np.int64], NDArray[np.
     return np.minimum(first, max(len(rows.of) - 1, 0)), since, until
 
 
-def _tool(tool: Tool, cutter: Cutter) -> dict[str, Any]:
+def _tool(tool: Tool, cutter: Cutter, bodies: Sequence[BodyPart]) -> dict[str, Any]:
     slope = 0.0 if math.isinf(cutter.slope) else cutter.slope
     length = tool.flute_length or _FLUTES * tool.diameter
     shape = [cutter.radius, cutter.flat, cutter.corner, *cutter.tangent, slope]
-    return {"words": clean(tool.label), "shape": shape, "length": max(length, cutter.height(cutter.radius))
-            if math.isfinite(cutter.height(cutter.radius)) else length}  # fmt: skip
+    above = [[part.body.value, part.above, part.radius] for part in bodies[:_MOST_BODIES]]
+    point = cutter.height(cutter.radius)
+    seen = max(length, point) if math.isfinite(point) else length
+    return {"words": clean(tool.label), "shape": shape, "bodies": above, "length": seen}

@@ -16,6 +16,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.mesh import Mesh
 from leafcut.model.part import Part
 from leafcut.model.problem import Relief
+from leafcut.model.shown_stock import FixtureBox
 from leafcut.stock.surface import TILES, TILES_DOGLEG, rims_of, safe_tiles
 
 #: A rim that is more uneven than this is told, mm.
@@ -55,6 +56,11 @@ class Ground:
     def triangles(self) -> NDArray[np.float64]:
         """The surface and the fixtures, float64[n, 3, 3]."""
         return np.concatenate([self.mesh.triangles, *(_box(box) for box in self.fixtures)])
+
+    @property
+    def boxes(self) -> tuple[FixtureBox, ...]:
+        """The fixtures as plain numbers."""
+        return tuple((x0, y0, z0, x1, y1, z1) for x0, y0, z0, x1, y1, z1 in self.fixtures.tolist())
 
     @property
     def highest(self) -> float:
