@@ -34,11 +34,7 @@ def stock_differences(before: HeightField, after: HeightField, tolerance: float)
     ValueError
         The fields have other cells.
     """
-    if before.heights.shape != after.heights.shape or (before.x, before.y, before.cell) != (
-        after.x, after.y, after.cell,
-    ):  # fmt: skip
-        raise ValueError("height fields of different cells cannot be compared")
-    wrong = _outside(after.heights, before.heights, tolerance) | _outside(before.heights, after.heights, tolerance)
+    wrong = differing_cells(before, after, tolerance)
     rows, columns = np.nonzero(wrong)
     if not len(rows):
         return []
@@ -59,6 +55,21 @@ def stock_differences(before: HeightField, after: HeightField, tolerance: float)
             )
         )
     return sorted(found, key=lambda one: -one.cells)
+
+
+def differing_cells(before: HeightField, after: HeightField, tolerance: float) -> NDArray[np.bool_]:
+    """Return which cells differ, bool[rows, columns], as `stock_differences` takes it.
+
+    Raises
+    ------
+    ValueError
+        The fields have other cells.
+    """
+    if before.heights.shape != after.heights.shape or (before.x, before.y, before.cell) != (
+        after.x, after.y, after.cell,
+    ):  # fmt: skip
+        raise ValueError("height fields of different cells cannot be compared")
+    return _outside(after.heights, before.heights, tolerance) | _outside(before.heights, after.heights, tolerance)
 
 
 def _outside(one: NDArray[np.float32], other: NDArray[np.float32], tolerance: float) -> NDArray[np.bool_]:

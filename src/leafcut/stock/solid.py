@@ -88,6 +88,34 @@ class Solid:
     collisions: tuple[Collision, ...]
 
 
+def shown_block(path: Toolpath, stock: ShownStock) -> StockBlock:
+    """Return the block of material in which a run is shown.
+
+    Raises
+    ------
+    PlanError
+        It is not known.
+    OptionError
+        A tool has no diameter.
+    """
+    return _begun(path, stock)[1]
+
+
+def _begun(path: Toolpath, stock: ShownStock) -> tuple[dict[int, Cutter], StockBlock]:
+    """Return the shapes of the tools, and the block."""
+    if stock.refused:
+        raise PlanError(stock.refused)
+    if not stock.tools:
+        raise PlanError("no tool is known that cuts")
+    cutters = {number: cutter_of(tool) for number, tool in stock.tools.items()}
+    if stock.surface is not None:
+        return cutters, block_of_surface(stock.surface, stock)
+    if stock.block:
+        return cutters, StockBlock(*stock.block)
+    smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
+    return cutters, _around(straight_moves(path, 0.01 * smallest, np.inf).of_tools(cutters), cutters, stock)
+
+
 def solid_of(path: Toolpath, stock: ShownStock, look: Heartbeat = unseen) -> Solid:
     """Return the stock of a run, cut by a toolpath in cells of a size for pictures.
 
@@ -98,15 +126,9 @@ def solid_of(path: Toolpath, stock: ShownStock, look: Heartbeat = unseen) -> Sol
     OptionError
         A tool has no diameter.
     """
-    if stock.refused:
-        raise PlanError(stock.refused)
-    if not stock.tools:
-        raise PlanError("no tool is known that cuts")
+    cutters, block = _begun(path, stock)
     tools = dict(stock.tools)
-    cutters = {number: cutter_of(tool) for number, tool in tools.items()}
     smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
-    whole = straight_moves(path, 0.01 * smallest, np.inf).of_tools(cutters)
-    block = _block(whole, cutters, stock)
     sides = [block.high[k] - block.low[k] for k in range(2)]
     cell = max(max(sides) / CELLS, FINEST)
     moves = straight_moves(path, _STRAYS * cell, max(_PIECE * smallest, 2.0 * cell)).of_tools(cutters)
@@ -141,12 +163,6 @@ def solid_of(path: Toolpath, stock: ShownStock, look: Heartbeat = unseen) -> Sol
 def _moved(block: StockBlock, origin: tuple[float, float]) -> StockBlock:
     (x0, y0, z0), (x1, y1, z1) = block.low, block.high
     return StockBlock((x0 - origin[0], y0 - origin[1], z0), (x1 - origin[0], y1 - origin[1], z1))
-
-
-def _block(moves: StraightMoves, cutters: dict[int, Cutter], stock: ShownStock) -> StockBlock:
-    if stock.surface is not None:
-        return block_of_surface(stock.surface, stock)
-    return StockBlock(*stock.block) if stock.block else _around(moves, cutters, stock)
 
 
 def _around(moves: StraightMoves, cutters: dict[int, Cutter], stock: ShownStock) -> StockBlock:

@@ -54,8 +54,9 @@ export class Solid {
     this.reason = make("p", "lc-empty lc-refused", { hidden: "" });
     this.legend = make("div", "lc-scale", { hidden: "" }, make("span"), make("i", "lc-ramp"), make("b"), make("b"));
     this.collisions = make("div", "lc-collisions", { hidden: "" });
+    this.differs = make("div", "lc-differs", { hidden: "" });
     this.busy = make("div", "lc-busy", { hidden: "" }, words.solidCutting);
-    this.frame.append(this.over, this.legend, this.collisions, this.busy, this.reason);
+    this.frame.append(this.over, this.legend, this.collisions, this.differs, this.busy, this.reason);
     this._buildBar();
     this.host.append(this.bar, this.frame);
     host.append(this.host);
@@ -70,17 +71,23 @@ export class Solid {
       button.addEventListener("click", () => this.look(from));
       looks.append(button);
     }
-    this.colours = this._select("solidColour", COLOURINGS.map((name) => [name, words[`colour_${name}`]]), (name) => this.colour(name));
-    this.axis = this._select("solidSection", [["", words.section_none], ["x", words.section_x], ["y", words.section_y]], (axis) => this.cutOpen(axis, this.section.share));
+    const chosen = (act) => (value) => {
+      act(value);
+      this.drawing.keepView();
+    };
+    this.colours = this._select("solidColour", COLOURINGS.map((name) => [name, words[`colour_${name}`]]), chosen((name) => this.colour(name)));
+    this.axis = this._select("solidSection", [["", words.section_none], ["x", words.section_x], ["y", words.section_y]], chosen((axis) => this.cutOpen(axis, this.section.share)));
     this.plane = make("input", "lc-slider lc-plane", { type: "range", min: 0, max: 1000, value: 500, "aria-label": words.solidPlane, hidden: "" });
     this.plane.addEventListener("input", () => this.cutOpen(this.section.axis, this.plane.value / 1000));
+    this.plane.addEventListener("change", () => this.drawing.keepView());
+    this.toggles = {};
     const toggle = (name) => {
       const button = make("button", "lc-button", { type: "button", "aria-pressed": String(this.shows[name]) }, words[`solid_${name}`]);
       button.addEventListener("click", () => {
-        this.shows[name] = !this.shows[name];
-        button.setAttribute("aria-pressed", this.shows[name]);
-        this.wake();
+        this.show(name, !this.shows[name]);
+        this.drawing.keepView();
       });
+      this.toggles[name] = button;
       return button;
     };
     bar.append(
@@ -168,6 +175,7 @@ export class Solid {
     this.box = [...box, box[0] + grid.columns * grid.cell, box[1] + grid.rows * grid.cell, header.top];
     this.camera.fit(this.box);
     this._retone();
+    this.cutOpen(this.section.axis, this.section.share); // says where that is
     this.marks.take();
     this.worker = new Worker(new URL("./solid_worker.js", import.meta.url), { type: "module" });
     this.worker.onmessage = ({ data }) => this._hear(data);
@@ -266,6 +274,21 @@ export class Solid {
       this.plane.setAttribute("aria-valuetext", `${axis.toUpperCase()} ${mm(at)}`);
     }
     this.wake();
+  }
+
+  /** Show the "tool" or the "path", or not. */
+  show(name, shown) {
+    this.shows[name] = shown;
+    this.toggles[name].setAttribute("aria-pressed", shown);
+    this.wake();
+  }
+
+  /** See it as it was seen on the page before (solid_kept.js). */
+  restore({ colouring, axis, share, tool, path }) {
+    this.show("tool", tool);
+    this.show("path", path);
+    this.colour(colouring);
+    this.cutOpen(axis, share);
   }
 
   setBusy(busy) {
@@ -465,9 +488,10 @@ function partsOf({ shape, bodies }, point, cuts) {
   return parts.reverse();
 }
 
-/** Draw the directions of the axes in the lower left corner. */
+/** Draw the directions of the axes at the lower left. */
 function axes(ctx, camera, theme) {
-  const x = 46, y = camera.height_px - 46, { right, ahead, sin, cos } = camera.axes, long = 26;
+  const x = 46, y = camera.height_px - 78, // what is told stands under it
+    { right, ahead, sin, cos } = camera.axes, long = 26;
   const ends = [["X", right[0], ahead[0] * sin, theme.bad], ["Y", right[1], ahead[1] * sin, theme.accent], ["Z", 0, cos, theme.rapid]];
   ctx.font = "600 11px system-ui, sans-serif";
   ctx.textAlign = "center";

@@ -29,6 +29,9 @@ export function paletteOf(colouring, dark) {
 
 export function sectionColour(dark) { return METAL[dark ? "dark" : "light"].section; }
 
+/** Return the colour of one of the tones after the scale's as CSS. */
+export function toneCss(tone) { return `#${SPECIAL[tone].toString(16).padStart(6, "0")}`; }
+
 /** Return a scale as CSS, from left to right. */
 export function scaleCss(colouring) {
   return `linear-gradient(to right, ${SCALES[colouring].map((c) => `#${c.toString(16).padStart(6, "0")}`).join(", ")})`;
