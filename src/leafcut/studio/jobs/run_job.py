@@ -107,7 +107,8 @@ def _stocks(call: ReadyTask, runs: Sequence[Simulation]) -> dict[str, Artefact]:
 
     used = registry.work("stock").used()
     settings = collect({name: value for name, value in call.options.items() if name in used})
-    stocks = [registry.command("shown_stock")(source, settings) for source in call.sources]
+    # What compares two programs has no option for tools and stock: their comments tell the tools.
+    stocks = [registry.command("shown_stock")(source, settings, by_options=False) for source in call.sources]
     if CUT_THROUGH in stocks:
         return {}
     one, other = ((run.run, run.machine, stock) for run, stock in zip(runs, stocks, strict=True))
