@@ -250,6 +250,7 @@ def test_what_two_programs_leave_otherwise_is_marked_and_told(page: Any) -> None
     cut(page)
     until(page, "drawing.solid.ready")
     assert page.evaluate(tones) == [0, higher]
+    page.evaluate("drawing.clear()")
     see(page, "same")
     until(page, "drawing.solid.ready && !drawing.solid.differs.hidden")
     assert page.inner_text(".lc-differs") == "Both programs leave the same"
