@@ -115,7 +115,7 @@ def run(page: Page, file: Path) -> None:
 
 
 def solids(page: Page) -> None:
-    """Show stock in three dimensions: a carved relief as a program opened for looking, and a pocket."""
+    """Show stock in three dimensions: of a program that is opened, a pocket, a part that is not flat, two programs."""
     page.wait_for_timeout(2500)
     page.wait_for_function("window.did_handshake")
     relief = {"name": "relief.nc", "mimeType": "text/plain", "buffer": carved().encode()}
@@ -159,12 +159,13 @@ def surface(page: Page) -> None:
     page.set_input_files("#open-file", table)
     page.locator(".about-part .name", has_text="holes.csv").wait_for()
     page.locator(".works input[value=drill]").check()
-    for details in page.locator("form details:not([open]) > summary, .form details:not([open]) > summary").all():
-        details.click()
+    folded = page.locator("form details:not([open]) > summary, .form details:not([open]) > summary")
+    while folded.count():
+        folded.first.click()
     put(page, "Surface", "cover.stl", part_stl())
-    put(page, "Tools", "shop.toml", HELD.encode())
-    page.get_by_label("Through", exact=True).check()
-    fill(page, "Fixture", ", ".join(FIXTURES))
+    put(page, "Tool library", "shop.toml", HELD.encode())
+    page.get_by_label("Drill through", exact=True).check()
+    fill(page, "Fixtures", ", ".join(FIXTURES))
     page.get_by_role("button", name="Run", exact=True).click()
     page.wait_for_selector("#result-panel", timeout=LONG)
     page.get_by_role("tab", name="Program").click()

@@ -245,7 +245,7 @@ def test_what_two_programs_leave_otherwise_is_marked_and_told(page: Any) -> None
     )
     assert lower == 0
     page.get_by_role("button", name="Next difference").click()
-    assert page.inner_text(".lc-readout") == "Z -2.500 here, Z -3.000 in the other program"
+    assert page.inner_text(".lc-readout") == "Z -2.500 here, Z -3.000 in the other one"
     page.evaluate("drawing.setMode('before')")
     cut(page)
     until(page, "drawing.solid.ready")
@@ -253,7 +253,7 @@ def test_what_two_programs_leave_otherwise_is_marked_and_told(page: Any) -> None
     page.evaluate("drawing.clear()")
     see(page, "same")
     until(page, "drawing.solid.ready && !drawing.solid.differs.hidden")
-    assert page.inner_text(".lc-differs") == "Both programs leave the same"
+    assert page.inner_text(".lc-differs") == "Before and after leave the same"
 
 
 def test_a_kept_view_comes_back_and_what_is_not_as_it_should_be_is_as_if_not_chosen(page: Any) -> None:

@@ -112,10 +112,10 @@ export const WORDS = {
   collision_shank: "Shank in the stock",
   collision_holder: "Holder in the stock",
   differs: "Places left otherwise: {number}",
-  differsNone: "Both programs leave the same",
+  differsNone: "Before and after leave the same",
   differsNext: "Next difference",
   differsPrevious: "Previous difference",
   differsMore: "higher here",
   differsLess: "lower here",
-  differsPlace: "Z {here} here, Z {other} in the other program",
+  differsPlace: "Z {here} here, Z {other} in the other one",
 };
