@@ -38,24 +38,24 @@ HELD = """
 [[tool]]
 number = 1
 kind = "drill"
-diameter = 4.0
-point_angle = 118
-flute_length = 36
-stickout = 44
+diameter = "4 mm"
+point_angle = "118 deg"
+flute_length = "36 mm"
+stickout = "44 mm"
 feed = "240 mm/min"
 spindle_speed = "4000 rpm"
-holder = [{ length = 16, lower = 14, upper = 20 }]
+holder = "14-20 x 6, 20 x 14"
 
 [[tool]]
 number = 2
 kind = "drill"
-diameter = 6.0
-point_angle = 118
-flute_length = 40
-stickout = 50
+diameter = "6 mm"
+point_angle = "118 deg"
+flute_length = "40 mm"
+stickout = "50 mm"
 feed = "260 mm/min"
 spindle_speed = "3000 rpm"
-holder = [{ length = 16, lower = 16, upper = 22 }]
+holder = "16-22 x 6, 22 x 14"
 """
 #: A run, ms.
 LONG = 120_000
