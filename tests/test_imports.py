@@ -90,11 +90,15 @@ MAY_IMPORT["batch"] = BASE | {
 }
 MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", "files", "progress", "read", "report"}
 MAY_IMPORT["cli_lab"] = BASE | {"batch", "executors", "lab", "files", "option_spec", "processes", "progress", "several"}
+MAY_IMPORT["sender"] = MODEL | {"files", "gcode", "proof", "read", "timing"}
+MAY_IMPORT["terminal_keys"] = set()
+MAY_IMPORT["cli_send"] = BASE | {"files", "model", "sender", "terminal_keys", "usage"}
 MAY_IMPORT["cli_machine"] = BASE | {"api", "files", "read", "report", "timing", "usage"}
 MAY_IMPORT["cli"] |= {
     "batch",
     "cli_lab",
     "cli_machine",
+    "cli_send",
     "executors",
     "usage",
     "gcode",

@@ -42,6 +42,7 @@ OTHER_COMMANDS = (
     "machines",
     "machine",
     "tools",
+    "send",
     "materials",
     "dialects",
     "algorithms",
