@@ -176,12 +176,12 @@ def surface(page: Page) -> None:
 def compared(page: Page) -> None:
     """Compare two programs; a pocket of the new one is less deep, and a slot is longer."""
     page.goto(page.url.partition("?")[0])
-    old = {"name": "old.nc", "mimeType": "text/plain", "buffer": pockets(6.0, 96.0).encode()}
+    old = {"name": "old.nc", "mimeType": "text/plain", "buffer": pockets(6.0, 106.0).encode()}
     page.set_input_files("#open-file", old)
     page.locator(".about-part .name", has_text="old.nc").wait_for()
     page.locator(".works input[value=verify]").check()
     page.locator(".second input[type=file]").wait_for(state="attached")
-    new = {"name": "new.nc", "mimeType": "text/plain", "buffer": pockets(5.0, 104.0).encode()}
+    new = {"name": "new.nc", "mimeType": "text/plain", "buffer": pockets(5.0, 114.0).encode()}
     page.locator(".second input[type=file]").set_input_files(new)
     page.locator(".second").get_by_text("new.nc").first.wait_for()
     page.get_by_role("button", name="Run", exact=True).click()
@@ -201,14 +201,18 @@ def pockets(depth: float, end: float) -> str:
     """Return a program that mills four pockets, the last one to a depth, and a slot up to an end, mm."""
     rows = ["(T1 D=10. CR=0. - flat end mill)", "(T2 D=6. CR=3. - ball end mill)", "G21 G90 G94 G17", "G0 Z10"]
     rows += ["T1 M6", "S9000 M3"]
-    for x, y, z in ((20, 20, 6.0), (64, 20, 6.0), (20, 60, 6.0), (64, 60, depth)):
+    for x, y, z in ((20, 20, 6.0), (82, 20, 6.0), (20, 58, 6.0), (82, 58, depth)):
         rows += [f"G0 X{x} Y{y}", "G0 Z2", f"G1 Z-{z} F300"]
-        for out in range(4):
-            half = 4 * out
-            rows += [f"G1 X{x + half} Y{y - half} F900", f"X{x + 24 - half + half} Y{y - half}"]
-            rows += [f"X{x + 24} Y{y + half}", f"X{x - half} Y{y + half}", f"X{x - half} Y{y - half}"]
+        for half in (0, 4, 8):
+            rows += [
+                f"G1 X{x - half} Y{y - half} F900",
+                f"X{x + 24 + half}",
+                f"Y{y + half}",
+                f"X{x - half}",
+                f"Y{y - half}",
+            ]
         rows.append("G0 Z10")
-    rows += ["T2 M6", "S12000 M3", "G0 X8 Y84", "G0 Z2", "G1 Z-3 F300", f"X{end} F1200", "G0 Z10", "M30", ""]
+    rows += ["T2 M6", "S12000 M3", "G0 X12 Y80", "G0 Z2", "G1 Z-3 F300", f"X{end} F1200", "G0 Z10", "M30", ""]
     return "\n".join(rows)
 
 

@@ -244,6 +244,7 @@ def test_what_two_programs_leave_otherwise_is_marked_and_told(page: Any) -> None
         10.0 * 50.0 + 25.0 * np.pi, rel=0.1
     )
     assert lower == 0
+    assert page.locator("[data-mode]:visible").all_inner_texts() == ["Before", "After"]
     page.get_by_role("button", name="Next difference").click()
     assert page.inner_text(".lc-readout") == "Z -2.500 here, Z -3.000 in the other one"
     page.evaluate("drawing.setMode('before')")

@@ -52,7 +52,8 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
 from leafcut.report.playback import Playback, outcome_playback, playback
 from leafcut.report.wording import clean
-from leafcut.stock.same_stock import differing_cells, stock_differences
+from leafcut.stock.height_field import HeightField
+from leafcut.stock.same_stock import differing_cells, regions
 from leafcut.stock.solid import Solid, shown_block, solid_of
 from leafcut.studio.drawing.scene import Columns, packed
 
@@ -121,18 +122,14 @@ def _scenes(one: _Shown, other: _Shown) -> tuple[bytes, bytes]:
             return _refusal(problem), _refusal(problem)
     left = [replace(solid.after, heights=np.maximum(solid.after.heights, solid.after.floor)) for solid in solids]
     wrong = differing_cells(left[0], left[1], _TOLERANCE)
-    places = stock_differences(left[0], left[1], _TOLERANCE)
+    groups = regions(wrong)
+    places = [_place_of(group, left) for group in groups[:_MOST_PLACES]]
     scenes = []
     for at, (each, solid) in enumerate(zip((one, other), solids, strict=True)):
         lower = left[1 - at].heights < left[at].heights
         cells = np.where(wrong, np.where(lower, 1, 2), 0)
-        differs = {
-            "count": len(places),
-            "places": [
-                [place.x, place.y, *((place.before, place.after) if at == 0 else (place.after, place.before))]
-                for place in places[:_MOST_PLACES]
-            ],
-        }
+        told = [[x, y, *(heights if at == 0 else heights[::-1])] for x, y, heights in places]
+        differs = {"count": len(groups), "places": told}
         scenes.append(_packed(solid, each.rows(), differs, cells))
     return scenes[0], scenes[1]
 
@@ -145,6 +142,14 @@ def in_words(scene: bytes, say: Callable[[str], str]) -> bytes:
 
 
 _HEAD: dict[str, Any] = {"kind": "solid", "name": "solid", "origin": [0.0, 0.0], "extents": None, "refused": ""}
+
+
+def _place_of(cells: NDArray[np.int64], left: Sequence[HeightField]) -> tuple[float, float, list[float]]:
+    """Return a place of a group of cells: the one nearest to its middle, with the heights of both fields, mm."""
+    row, column = cells[np.argmin(np.hypot(*(cells - cells.mean(axis=0)).T))].tolist()
+    field = left[0]
+    heights = [float(each.heights[row, column]) for each in left]
+    return field.x + column * field.cell, field.y + row * field.cell, heights
 
 
 def _packed(

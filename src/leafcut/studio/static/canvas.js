@@ -206,6 +206,12 @@ export class Drawing {
   /** What is seen: the "plan", the "solid", or "both". */
   get sees() { return this.solid?.offered ? this.space : "plan"; }
 
+  /** Whether toolpaths can be shown so where they are seen: the stock shows one after the other. */
+  offers(mode) { return this.modes.includes(mode) && (this.sees !== "solid" || mode === "before" || mode === "after"); }
+
+  /** How toolpaths are shown where they are seen. */
+  get seenMode() { return this.offers(this.mode) ? this.mode : "after"; }
+
   setMode(mode) {
     if (!MODES.includes(mode) || !this.modes.includes(mode)) return;
     this.mode = this._chosen = mode;
@@ -216,8 +222,8 @@ export class Drawing {
 
   /** Show the next of what can be compared: before, after, side by side, overlaid. */
   nextMode() {
-    const modes = MODES.filter((mode) => this.modes.includes(mode));
-    if (modes.length) this.setMode(modes[(modes.indexOf(this.mode) + 1) % modes.length]);
+    const modes = MODES.filter((mode) => this.offers(mode));
+    if (modes.length) this.setMode(modes[(modes.indexOf(this.seenMode) + 1) % modes.length]);
   }
 
   setLayers(changes) {

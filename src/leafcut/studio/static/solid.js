@@ -173,7 +173,9 @@ export class Solid {
     this.bottom = Math.max(low, header.floor);
     const half = grid.cell / 2, box = [grid.x - half, grid.y - half, header.floor];
     this.box = [...box, box[0] + grid.columns * grid.cell, box[1] + grid.rows * grid.cell, header.top];
-    this.camera.fit(this.box);
+    const place = JSON.stringify([this.box, header.origin]);
+    if (place !== this._place) this.camera.fit(this.box); // else the other program is seen as this one was
+    this._place = place;
     this._retone();
     this.cutOpen(this.section.axis, this.section.share); // says where that is
     this.marks.take();
