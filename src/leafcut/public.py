@@ -46,6 +46,7 @@ from leafcut.model.heartbeat import Progress
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine, Probe
 from leafcut.model.measure import Measure
+from leafcut.model.mesh import Mesh
 from leafcut.model.motion import Arc, DrillCycle, Kind
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Placement, Remnant, Stock
 from leafcut.model.outcome import OperationOutcome, Outcome
@@ -119,6 +120,7 @@ __all__ = [
     "LeafcutError",
     "Machine",
     "Measure",
+    "Mesh",
     "Nest",
     "NestKeywords",
     "NestOutcome",

@@ -143,7 +143,8 @@ def _order(run: Run, plan: DrillPlan) -> Outcome[DrillingDetail]:
         detail=DrillingDetail(
             _saved_by_low_ways(run, plan, lay, [s.nodes for s in solutions], measures[2]),
             run.settings.job.thickness,
-            plan.ground is None,
+            None if plan.ground is None else plan.ground.mesh,
+            () if plan.ground is None else plan.ground.boxes,
         ),
     )
 
