@@ -29,7 +29,7 @@ from leafcut.processes.base import Process, Work
 from leafcut.processes.settings import all_options, used_by, why_unused
 from leafcut.progress import Reporter
 from leafcut.several import all_drill_files, expanded, targets_of
-from leafcut.usage import DASH, HELD, command_in, told
+from leafcut.usage import DASH, HELD, command_in, refuse_dash, told
 from leafcut.user_files import DEFAULTS_VARIABLE, defaults_file, first_time
 
 if TYPE_CHECKING:
@@ -143,6 +143,7 @@ def _warn(issues: Iterable[Any], place: str = "") -> None:
 
 
 def _refuse(line: str, status: int) -> int:
+    line = line.replace(HELD, DASH)  # a word that nobody took for standard input
     shown = "".join(c if c.isprintable() else "?" for c in line)  # names of files may hold anything
     print(f"leafcut: {shown}", file=sys.stderr)
     return status
@@ -268,6 +269,7 @@ def _optimize(
     if output == DASH and as_json:
         raise OptionError("--json and -o - both write to standard output; leave one out")
     _check_file("--report", report)
+    refuse_dash("--options", options_file)
     given: dict[str, Any] = {"process": asked, "options_file": options_file, "defaults_file": _defaults(no_defaults)}
     if each:
         return _optimize_each(inputs, output, report, {**given, **_given(options)}, as_json=as_json, quiet=quiet)
@@ -383,6 +385,7 @@ def _batch(
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
         raise OptionError(f"--workers: choose 1 to {MOST_WORKERS}")
     asked = _given(options)
+    refuse_dash("--options", options_file)
     _check_one_file(asked, "a batch has many")
     given = {"process": process, "options_file": options_file, "defaults_file": _defaults(no_defaults), **asked}
     inputs, _ = expanded(inputs_of(sources), "batch", folder=output)
@@ -498,7 +501,10 @@ def _nest(
     *parts: Annotated[
         str, Parameter(name="PARTS", help="drawings with quantities, such as bracket.dxf:10, or a parts list (CSV)")
     ],
-    output: Annotated[str | None, Parameter(name=["--output", "-o"], help="nested sheet to write (DXF)")] = None,
+    output: Annotated[
+        str | None,
+        Parameter(name=["--output", "-o"], help="nested sheet to write (DXF), - for standard output if it is one"),
+    ] = None,
     options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
     no_defaults: NoDefaults = False,
     as_json: Json = False,
@@ -510,16 +516,27 @@ def _nest(
     """Nest parts on sheets, in several variants, and write the best nest as DXF for cutting."""
     from leafcut import api
 
-    _check_file("-o", output)
-    with _nothing_new_in(output), Reporter(quiet=quiet) as reporter:
+    refuse_dash("nest", *parts)
+    refuse_dash("--options", options_file)
+    to_standard_output = _dashed(output) == DASH
+    if to_standard_output and as_json:
+        raise OptionError("--json and -o - both write to standard output; leave one out")
+    file = None if to_standard_output else output
+    with _nothing_new_in(file), Reporter(quiet=quiet) as reporter:
         outcome = api.nest(
-            [*map(_dashed, parts)],
-            output,
+            [*parts],
+            file,
             options_file=options_file,
             defaults_file=_defaults(no_defaults),
             progress=reporter,
             **_given(options),
         )
+    if to_standard_output:
+        drawings = [drawing for variant in outcome.drawings for drawing in variant]
+        if len(drawings) != 1:
+            raise OptionError(f"-o -: the nest is {len(drawings)} drawings, and one alone can go there; name a file")
+        _write_out(drawings[0].encode())
+        outcome = replace(outcome, files=(("standard output",),))
     if as_json:
         _print_json(registry.command("nest_answer")(outcome))
     elif quiet:
@@ -527,7 +544,7 @@ def _nest(
     else:
         from rich.console import Console
 
-        registry.command("nest_summary")(outcome, Console())
+        registry.command("nest_summary")(outcome, Console(stderr=to_standard_output))
     return INCOMPLETE if any(issue.severity == "missing" for issue in outcome.issues) else DONE
 
 
@@ -631,6 +648,8 @@ def _stock(
     if more:
         raise OptionError(f"stock takes one program, not {1 + len(more)}; run them one by one")
     program = _dashed(program)
+    refuse_dash("--same-as", same_as)
+    _check_file("-o", output)
     check_name(output)
     check_output(
         output, [program if program != DASH else None, same_as, options.get("tools"), options.get("workpiece")]
