@@ -88,6 +88,7 @@ MAY_IMPORT["batch"] = BASE | {
     "several",
     "_version",
 }
+MAY_IMPORT["linuxcnc_filter"] = BASE | {"api", "files", "model", "processes", "read"}
 MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", "files", "progress", "read", "report"}
 MAY_IMPORT["cli_lab"] = BASE | {"batch", "executors", "lab", "files", "option_spec", "processes", "progress", "several"}
 MAY_IMPORT["cli_machine"] = BASE | {"api", "files", "read", "report", "timing", "usage"}
@@ -96,6 +97,7 @@ MAY_IMPORT["cli"] |= {
     "cli_lab",
     "cli_machine",
     "executors",
+    "linuxcnc_filter",
     "usage",
     "gcode",
     "user_files",

@@ -212,6 +212,8 @@ def _working_commands() -> Iterator[tuple[str, Callable[..., int], Sequence[Work
         special["fixed"] = {"command": one.command} | ({} if words else {"process": "auto"})
         special["defaults"] = partial(_usual, one)
         yield one.command, _optimize, [one], special
+    filtered = {**every, "sources": Annotated[str, Parameter(name="FILE", help="a drawing, a drill file or a program")]}
+    yield "filter", _filter, by_optimize, {"annotations": filtered}
     many = {"process": every["process"], "sources": Annotated[str, Parameter(name="INPUT", help=_MANY_INPUTS)]}
     yield "batch", _batch, by_optimize, {"annotations": many}
     for name, function in (("solve", _solve), ("simulate", _simulate), ("stock", _stock), ("verify", _verify)):
@@ -352,6 +354,37 @@ def _optimize_each(
 
         print_programs(rows, output, Console())
     return status
+
+
+def _filter(
+    *sources: str,
+    process: str = "auto",
+    options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
+    no_defaults: NoDefaults = False,
+    options: dict[str, Any],
+) -> int:
+    """Write the program of a file to standard output, as a filter of LinuxCNC: a drawing opens in its own window.
+
+    The machine is that of LinuxCNC, by its .ini, unless --machine or --options names one. A line in [FILTER] of the
+    .ini calls it: dxf = leafcut filter --thickness 6
+    """
+    from leafcut.linuxcnc_filter import check_file, run_filter
+
+    refuse_dash("filter", *sources)
+    refuse_dash("--options", options_file)
+    outcome = run_filter(
+        check_file(sources),
+        _given(options),
+        process=process,
+        options_file=options_file,
+        defaults_file=_defaults(no_defaults),
+    )
+    _warn(outcome.issues)
+    if _status_of(outcome) == INCOMPLETE:
+        line = "something in the drawing would not be done, so it is not opened; leave its layer out, or correct it"
+        return _refuse(line, INCOMPLETE)
+    _write_out(outcome.text.encode(outcome.encoding))
+    return DONE
 
 
 def _batch(

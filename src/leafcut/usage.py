@@ -45,8 +45,6 @@ def refuse_dash(what: str, *words: str | None) -> None:
         raise OptionError(f"{what} -: not taken from standard input; name a file")
 
 
-
-
 def command_in(arguments: Sequence[str]) -> str:
     """Return the command that a command line names, such as ``lab run``; "" for none."""
     words = [word for word in arguments if not word.startswith("-")][:2]

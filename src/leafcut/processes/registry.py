@@ -34,6 +34,7 @@ OTHER_COMMANDS = (
     "auto",
     "optimize",
     "batch",
+    "filter",
     "solve",
     "simulate",
     "stock",
