@@ -88,12 +88,15 @@ MAY_IMPORT["batch"] = BASE | {
     "several",
     "_version",
 }
+MAY_IMPORT["shop_defaults"] = BASE | {"files", "option_spec", "processes"}
+MAY_IMPORT["cli_inside"] = BASE | {"files", "gcode", "processes", "read", "shop_defaults", "usage", "user_files"}
 MAY_IMPORT["linuxcnc_filter"] = BASE | {"api", "files", "model", "processes", "read"}
 MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", "files", "progress", "read", "report"}
 MAY_IMPORT["cli_lab"] = BASE | {"batch", "executors", "lab", "files", "option_spec", "processes", "progress", "several"}
 MAY_IMPORT["cli_machine"] = BASE | {"api", "files", "read", "report", "timing", "usage"}
 MAY_IMPORT["cli"] |= {
     "batch",
+    "cli_inside",
     "cli_lab",
     "cli_machine",
     "executors",

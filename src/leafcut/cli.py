@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import App, CycloptsError, Parameter
 
 from leafcut._version import __version__
+from leafcut.cli_inside import add_commands, type_for_shell
 from leafcut.cli_lab import lab_app
 from leafcut.cli_machine import machine_app, tools_app
 from leafcut.errors import LeafcutError, OptionError
@@ -189,8 +190,11 @@ def app(arguments: Sequence[str] = ()) -> App:
     made.command(_algorithms, name="algorithms")
     made.command(_formats, name="formats")
     made.command(_plugins, name="plugins")
+    add_commands(made, app)
     made.command(_studio, name="studio")
     made.command(lab_app())
+    if "--install-completion" in arguments:
+        type_for_shell(made)
     made.register_install_completion_command(help="install command completion for your shell")
     return made
 
