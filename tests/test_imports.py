@@ -88,6 +88,7 @@ MAY_IMPORT["batch"] = BASE | {
     "several",
     "_version",
 }
+MAY_IMPORT["watch_folder"] = BASE | {"api", "batch", "executors", "files", "read"}
 MAY_IMPORT["shop_defaults"] = BASE | {"files", "option_spec", "processes"}
 MAY_IMPORT["cli_inside"] = BASE | {"files", "gcode", "processes", "read", "shop_defaults", "usage", "user_files"}
 MAY_IMPORT["linuxcnc_filter"] = BASE | {"api", "files", "model", "processes", "read"}
@@ -97,6 +98,7 @@ MAY_IMPORT["cli_machine"] = BASE | {"api", "files", "read", "report", "timing", 
 MAY_IMPORT["cli"] |= {
     "batch",
     "cli_inside",
+    "watch_folder",
     "cli_lab",
     "cli_machine",
     "executors",

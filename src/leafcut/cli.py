@@ -34,6 +34,7 @@ from leafcut.usage import DASH, HELD, command_in, refuse_dash, told
 from leafcut.user_files import DEFAULTS_VARIABLE, defaults_file, first_time
 
 if TYPE_CHECKING:
+    from leafcut.batch import BatchRow
     from leafcut.model.outcome import Outcome
     from leafcut.model.simulation import Simulation
 
@@ -218,8 +219,10 @@ def _working_commands() -> Iterator[tuple[str, Callable[..., int], Sequence[Work
         yield one.command, _optimize, [one], special
     filtered = {**every, "sources": Annotated[str, Parameter(name="FILE", help="a drawing, a drill file or a program")]}
     yield "filter", _filter, by_optimize, {"annotations": filtered}
-    many = {"process": every["process"], "sources": Annotated[str, Parameter(name="INPUT", help=_MANY_INPUTS)]}
-    yield "batch", _batch, by_optimize, {"annotations": many}
+    many_of = {"process": every["process"], "sources": Annotated[str, Parameter(name="INPUT", help=_MANY_INPUTS)]}
+    yield "batch", _batch, by_optimize, {"annotations": many_of}
+    watched = {**many_of, "sources": Annotated[str, Parameter(name="FOLDER", help="the folder that is watched")]}
+    yield "watch", _watch, by_optimize, {"annotations": watched}
     for name, function in (("solve", _solve), ("simulate", _simulate), ("stock", _stock), ("verify", _verify)):
         yield name, function, [registry.work(name)], {}
     yield (
@@ -416,11 +419,10 @@ def _batch(
     """
     from leafcut.batch import PAGE, inputs_of, run_batch
     from leafcut.batch import REFUSED as NOT_WRITTEN
-    from leafcut.executors import MOST_WORKERS, open_executor
+    from leafcut.executors import open_executor
     from leafcut.report.several import print_batch
 
-    if workers is not None and not 1 <= workers <= MOST_WORKERS:
-        raise OptionError(f"--workers: choose 1 to {MOST_WORKERS}")
+    _check_workers(workers)
     asked = _given(options)
     refuse_dash("--options", options_file)
     _check_one_file(asked, "a batch has many")
@@ -443,6 +445,78 @@ def _batch(
     elif not quiet:
         print_batch([row.state for row in rows], str(Path(output) / PAGE))
     return status
+
+
+def _watch(
+    *sources: str,
+    output: Annotated[str, Parameter(name=["--output", "-o"], help="folder to write programs, table and report into")],
+    process: str = "auto",
+    every: Annotated[str, Parameter(name="--every", help="time between two looks at the folder (default: 2s)")] = "2s",
+    executor: Annotated[
+        str, Parameter(name="--executor", help="where inputs are done: threads, processes, or dask://host:port")
+    ] = "processes",
+    workers: Annotated[
+        int | None,
+        Parameter(name="--workers", help="so many inputs at once (default: one per core, all of a cluster)"),
+    ] = None,
+    options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
+    no_defaults: NoDefaults = False,
+    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative="", help="only what is refused")] = False,
+    options: dict[str, Any],
+) -> int:
+    """Make a program of each drawing or program that is put into a folder, or changed there; Ctrl-C ends it.
+
+    One that is refused does not stop it. Files that are still being written are waited for.
+    """
+    from leafcut.executors import open_executor
+    from leafcut.report.wording import count, time_words
+    from leafcut.units import parse_quantity
+    from leafcut.watch_folder import FolderWatch
+
+    refuse_dash("watch", *sources)
+    refuse_dash("-o", output)
+    refuse_dash("--options", options_file)
+    if len(sources) != 1:
+        raise OptionError(f"watch takes one folder; {len(sources)} were given")
+    seconds = parse_quantity(every, "s")
+    if not 0.1 <= seconds <= 3600.0:
+        raise OptionError("--every: choose 0.1s to 1h")
+    _check_workers(workers)
+    asked = _given(options)
+    _check_one_file(asked, "a folder has many programs")
+    given = {"process": process, "options_file": options_file, "defaults_file": _defaults(no_defaults), **asked}
+    numbers = {"written": 0, "refused": 0}
+
+    def written(row: BatchRow) -> None:
+        numbers["written"] += 1
+        worst = f"; the worst of {count(row.issues, 'remark')}: {row.worst}" if row.issues else ""
+        if not quiet:
+            name = "".join(c if c.isprintable() else "?" for c in f"{row.input}: {row.program}")
+            print(f"{name}, {time_words(float(row.after_s or 'nan'))}{worst}", flush=True)
+
+    def refused(line: str) -> None:
+        numbers["refused"] += 1
+        _tell(line)
+
+    # What is being worked on when it is ended is given up; it is done when the folder is watched again.
+    with suppress(KeyboardInterrupt), open_executor(executor, workers or 0) as opened:
+        watch = FolderWatch(Path(sources[0]), Path(output), given, opened, written, refused)
+        watch.check()
+        if not quiet:
+            print(f"watching {sources[0]}; Ctrl-C ends it", flush=True)
+        watch.run(seconds)
+    if not quiet:
+        print(
+            f"ended; {count(numbers['written'], 'program')} written, {numbers['refused']} times something was refused"
+        )
+    return DONE
+
+
+def _check_workers(workers: int | None) -> None:
+    from leafcut.executors import MOST_WORKERS
+
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise OptionError(f"--workers: choose 1 to {MOST_WORKERS}")
 
 
 def _tell(line: str) -> None:
