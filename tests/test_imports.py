@@ -90,7 +90,17 @@ MAY_IMPORT["batch"] = BASE | {
 }
 MAY_IMPORT["watch_folder"] = BASE | {"api", "batch", "executors", "files", "read"}
 MAY_IMPORT["shop_defaults"] = BASE | {"files", "option_spec", "processes"}
-MAY_IMPORT["cli_inside"] = BASE | {"files", "gcode", "processes", "read", "shop_defaults", "usage", "user_files"}
+MAY_IMPORT["addons"] = BASE | {"files"}
+MAY_IMPORT["cli_inside"] = BASE | {
+    "addons",
+    "files",
+    "gcode",
+    "processes",
+    "read",
+    "shop_defaults",
+    "usage",
+    "user_files",
+}
 MAY_IMPORT["linuxcnc_filter"] = BASE | {"api", "files", "model", "processes", "read"}
 MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", "files", "progress", "read", "report"}
 MAY_IMPORT["cli_lab"] = BASE | {"batch", "executors", "lab", "files", "option_spec", "processes", "progress", "several"}

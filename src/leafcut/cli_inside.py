@@ -1,4 +1,4 @@
-"""The commands `leafcut defaults` and `leafcut completion`: what makes leafcut at home in a shop and in a shell."""
+"""The commands `leafcut defaults`, `completion` and `addon`: what makes leafcut at home in a shop."""
 
 from __future__ import annotations
 
@@ -31,6 +31,7 @@ def add_commands(app: App, whole: Callable[[], App]) -> None:
         return _completion(shell, whole)
 
     app.command(_defaults, name="defaults")
+    app.command(_addon, name="addon")
     app.command(completion, name="completion")
 
 
@@ -69,6 +70,40 @@ def _defaults(
     widths = [max((len(cell) for cell in column), default=0) for column in zip(*map(_cells, rows), strict=True)]
     for row in rows:
         print("  ".join(f"{cell:{width}}" for cell, width in zip(_cells(row), widths, strict=True)).rstrip())
+    return 0
+
+
+def _addon(
+    name: Annotated[
+        str | None, Parameter(name="NAME", help="inkscape or freecad; without one, they are listed")
+    ] = None,
+    /,
+    *,
+    to: Annotated[
+        str | None, Parameter(name="--to", help="folder to write the files into, in which the other program looks")
+    ] = None,
+    as_json: _Json = False,
+) -> int:
+    """Write the files of an add-on, with which another program uses leafcut: Inkscape, FreeCAD."""
+    from leafcut.addons import ADDONS, write_addon
+
+    refuse_dash("--to", to)
+    if name is None:
+        if to is not None:
+            raise OptionError("--to: name the add-on, too: leafcut addon inkscape --to FOLDER")
+        if as_json:
+            print(json.dumps([{"name": one.name, "description": one.help} for one in ADDONS.values()], indent=2))
+        else:
+            for one in ADDONS.values():
+                print(f"{one.name:10}{one.help}")
+        return 0
+    if to is None:
+        raise OptionError(f"addon needs a folder: leafcut addon {name} --to FOLDER")
+    files = write_addon(name, to)
+    if as_json:
+        print(json.dumps({"name": name, "files": [str(file) for file in files]}, indent=2))
+    else:
+        print(f"wrote {', '.join(map(str, files))}; {ADDONS[name].then}")
     return 0
 
 
