@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -138,6 +139,8 @@ TYPED = [
 def _shell(name: str) -> str:
     program = shutil.which(name)
     if program is None:
+        if os.environ.get("LEAFCUT_REQUIRE_EXTERNAL") == "1":
+            pytest.fail(f"{name} is required here: apt-get install {name}")
         pytest.skip(f"there is no {name}")
     return program
 
