@@ -296,6 +296,25 @@ def test_one_program_is_made_of_drill_files_only(board: Path, examples: Path) ->
         leafcut.optimize(["board-PTH.drl", examples / "plate_10.dxf"], depth=2)
 
 
+def test_of_several_drill_files_one_may_be_empty_and_one_that_only_lost_its_holes_may_not(tmp_path: Path) -> None:
+    """KiCad writes a file of holes that are not plated for each board."""
+    texts = {
+        "b-PTH.drl": "M48\nMETRIC\nT1C0.8\n%\nG90\nT1\nX10.0Y5.0\nX30.0Y5.0\nM30\n",
+        "b-NPTH.drl": "M48\nFMAT,2\nMETRIC\n%\nG90\nG05\nT0\nM30\n",
+        "lost.drl": "M48\nMETRIC\nT1C0.8\n%\nG90\nT1\nM30\n",
+    }
+    plated, empty, lost = (tmp_path / name for name in texts)
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    outcome = leafcut.optimize([plated, empty], depth=2, preset="fast")
+    assert len(outcome.part.holes) == 2
+    told = [(issue.severity, issue.message) for issue in outcome.issues if issue.code == "L409"]
+    assert told[-1] == ("note", "b-NPTH.drl has no holes and no tools")
+    for files in ([plated, lost], [empty, empty], [empty]):
+        with pytest.raises(leafcut.LeafcutError, match="no holes"):
+            leafcut.optimize(files, depth=2)
+
+
 @pytest.mark.parametrize(
     "words",
     [
