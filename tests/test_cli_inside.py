@@ -165,9 +165,34 @@ def test_fish_completes_commands_options_choices_and_files(folder: Path, script:
     assert [" ".join(sorted(line.split())) for line in done.stdout.splitlines()] == [found for _, found in TYPED]
 
 
-def test_zsh_takes_the_script(script: dict[str, Path]) -> None:
-    subprocess.run([_shell("zsh"), "-f", "-n", str(script["zsh"])], check=True)
-    assert script["zsh"].read_text().startswith("#compdef leafcut\n")
+#: What is typed into a zsh of its own, and what it adds when the Tab key comes; no time is waited for, but answers.
+_ZSH = """
+zmodload zsh/zpty
+zpty shell zsh -f -i
+zpty -w shell "cd {folder}; {setup}; print REA''DY"
+zpty -r shell told '*READY*'
+zpty -w -n shell $'leafcut drill --machine ha\\t'
+zpty -r shell told '*as-vf2*' && print option
+zpty -w -n shell $'pl\\t'
+zpty -r shell told '*ate.dxf*' && print file
+zpty -d shell
+"""
+
+
+@every(
+    "setup",
+    [
+        "fpath=({folder} $fpath); autoload -U compinit; compinit -u -D",
+        "autoload -U compinit; compinit -u -D; source {folder}/_zsh",
+    ],
+    ids=["of-fpath", "sourced"],
+)
+def test_zsh_completes_choices_and_files(setup: str, folder: Path, script: dict[str, Path]) -> None:
+    """As a file of its path of functions, and read by a start file."""
+    (folder / "_leafcut").write_text(script["zsh"].read_text())
+    text = _ZSH.replace("{setup}", setup.replace("$", "\\$")).replace("{folder}", str(folder))
+    done = subprocess.run([_shell("zsh"), "-f", "-c", text], capture_output=True, text=True, check=True, timeout=240)
+    assert done.stdout.split() == ["option", "file"], done.stderr
 
 
 def test_a_shell_that_is_not_known_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

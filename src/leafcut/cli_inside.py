@@ -19,6 +19,16 @@ _Json = Annotated[bool, Parameter(name="--json", negative="", help="print the re
 
 SHELLS = ("bash", "zsh", "fish")
 
+#: The script of zsh defines a function. As a file of $fpath it is called by the name of the file, so it has to call that;
+#: where it is read by a start file, it has to say what the function is for.
+_ZSH_END = """
+if [[ $zsh_eval_context[-1] == loadautofunc || $funcstack[1] == _leafcut ]]; then
+  _cyclopts_leafcut "$@"
+else
+  compdef _cyclopts_leafcut leafcut
+fi
+"""
+
 
 def add_commands(app: App, whole: Callable[[], App]) -> None:
     """Add the commands to the application; `whole` makes the one with all its flags."""
@@ -126,7 +136,8 @@ def _completion(shell: str, whole: Callable[[], App]) -> int:
     type_for_shell(app)
     script = app.generate_completion(prog_name="leafcut", shell=shell)  # type: ignore[arg-type]
     # Where bash knows nothing better it completes files, as it does elsewhere: --machine my.toml.
-    print(script.replace("\ncomplete -F ", "\ncomplete -o default -F "), end="")
+    script = script.replace("\ncomplete -F ", "\ncomplete -o default -F ")
+    print(script + (_ZSH_END if shell == "zsh" else ""), end="")
     return 0
 
 
