@@ -224,5 +224,5 @@ def test_ctrl_c_ends_it_and_what_was_written_is_told(folder: Path) -> None:
         rest, errors = process.communicate()
         limit.cancel()
     assert lines[0] == "watching in; Ctrl-C ends it\n" and lines[1].startswith("in/a.nc: a.nc, ")
-    assert (process.returncode, rest) == (0, "ended; 1 program written, 0 times something was refused\n"), errors
+    assert (process.returncode, rest) == (0, "ended; 1 program written, 0 refusals\n"), errors
     assert Path("out/a.nc").read_text() == api.optimize(folder / "a.nc", machine="linuxcnc-mill", preset="fast").text

@@ -19,8 +19,8 @@ _Json = Annotated[bool, Parameter(name="--json", negative="", help="print the re
 
 SHELLS = ("bash", "zsh", "fish")
 
-#: The script of zsh defines a function. A file of $fpath is called by its own name, so it has to call the function; where
-#: it is read by a start file, it has to say what the function is for.
+#: The script of zsh defines a function. A file of $fpath is called by its own name, so it has to call the function;
+#: where it is read by a start file, it has to say what the function is for.
 _ZSH_END = """
 if [[ $zsh_eval_context[-1] == loadautofunc || $funcstack[1] == _leafcut ]]; then
   _cyclopts_leafcut "$@"
