@@ -104,6 +104,9 @@ MAY_IMPORT["cli_inside"] = BASE | {
 MAY_IMPORT["linuxcnc_filter"] = BASE | {"api", "files", "model", "processes", "read"}
 MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", "files", "progress", "read", "report"}
 MAY_IMPORT["cli_lab"] = BASE | {"batch", "executors", "lab", "files", "option_spec", "processes", "progress", "several"}
+MAY_IMPORT["sender"] = MODEL | {"files", "gcode", "proof", "read", "timing"}
+MAY_IMPORT["terminal_keys"] = set()
+MAY_IMPORT["cli_send"] = BASE | {"files", "model", "sender", "terminal_keys", "usage"}
 MAY_IMPORT["cli_machine"] = BASE | {"api", "files", "read", "report", "timing", "usage"}
 MAY_IMPORT["cli"] |= {
     "batch",
@@ -111,6 +114,7 @@ MAY_IMPORT["cli"] |= {
     "watch_folder",
     "cli_lab",
     "cli_machine",
+    "cli_send",
     "executors",
     "linuxcnc_filter",
     "usage",

@@ -20,6 +20,7 @@ from leafcut._version import __version__
 from leafcut.cli_inside import add_commands, type_for_shell
 from leafcut.cli_lab import lab_app
 from leafcut.cli_machine import machine_app, tools_app
+from leafcut.cli_send import send
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput
 from leafcut.flags import command_of
@@ -186,6 +187,7 @@ def app(arguments: Sequence[str] = ()) -> App:
     made.command(_machines, name="machines")
     made.command(machine_app())
     made.command(tools_app())
+    made.command(send, name="send")
     made.command(_materials, name="materials")
     made.command(_dialects, name="dialects")
     made.command(_algorithms, name="algorithms")

@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from leafcut.api import cut_stock, cutting_data, nest, optimize, simulate, solve_file, solve_part, verify_programs
-from leafcut.errors import LeafcutError, OptionError, PlanError, PostError, ReadError, SolveError, VerifyError
+from leafcut.errors import (
+    LeafcutError,
+    OptionError,
+    PlanError,
+    PostError,
+    ReadError,
+    SendError,
+    SolveError,
+    VerifyError,
+)
 from leafcut.files import OutputError, StandardInput
 from leafcut.geometry.polyline import Polyline
 from leafcut.keywords import (
@@ -145,6 +154,7 @@ __all__ = [
     "ReadOptions",
     "Remnant",
     "SearchStep",
+    "SendError",
     "Severity",
     "Sheet",
     "SheetContour",

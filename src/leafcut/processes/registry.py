@@ -43,6 +43,7 @@ OTHER_COMMANDS = (
     "machines",
     "machine",
     "tools",
+    "send",
     "materials",
     "dialects",
     "defaults",
