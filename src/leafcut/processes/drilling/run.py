@@ -34,13 +34,16 @@ def _plan(run: Run, sources: Sequence[Source]) -> DrillPlan:
     from leafcut.processes.drilling.plan.drilling import plan_drilling
     from leafcut.processes.placing import placed, placed_mesh
     from leafcut.read import read
-    from leafcut.read.joining import join_drill_files
+    from leafcut.read.joining import read_drill_files
     from leafcut.read.meshes import load_mesh
     from leafcut.read.step import step_mesh
     from leafcut.read.tools import load_tools
 
-    parts = [read(source, run.settings.read, run.looking("reading")) for source in sources]
-    part = parts[0] if len(parts) == 1 else join_drill_files(parts, run.settings.read)
+    look = run.looking("reading")
+    if len(sources) == 1:
+        part = read(sources[0], run.settings.read, look)
+    else:
+        part = read_drill_files(sources, run.settings.read, look)
     job, ours = run.settings.job, run.settings.of(DrillOptions)
     mesh = None
     solid = any(hole.depth is not None for hole in part.holes)
