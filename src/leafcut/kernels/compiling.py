@@ -1,0 +1,113 @@
+"""Making machine code of kernels: the one place that needs Numba, and that holds its flags.
+
+No flag of Numba's says that a kernel is compiled for plain numbers only, at a level of its own, or for any processor.
+So methods of its dispatcher are wrapped here, and its global level is changed while one kernel compiles; what each of
+these saves of the first run on a machine stands beside it, and none changes an answer. For their sake pyproject.toml
+caps Numba below the first version not tried; run tests/kernels and tests/solve to raise it.
+"""
+
+from __future__ import annotations
+
+import functools
+import threading
+import types as python
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding as llvm
+import numba
+from numba.core import config, types
+
+from leafcut.kernels.keeping import MachineCode
+
+#: LLVM's level of optimisation. Measured on the colony: 1 makes code as fast as 3 does, in an eighth less time.
+LEVEL = 1
+
+_compiling = threading.RLock()
+
+
+def dispatcher_of(function: Callable[..., object]) -> Any:
+    """Return what Numba compiles of a function, with no way for Python to call it: that is a fifth of a compilation.
+
+    Kernels allocate nothing, so no references are counted: a sixth less to compile.
+    """
+    compiled: Any = numba.njit(nogil=True, no_cfunc_wrapper=True, no_cpython_wrapper=True, _nrt=False)(_placed(function))
+    compiled.get_call_template = _with_plain_numbers(compiled.get_call_template)
+    compiled.compile = _at_level(compiled.compile)
+    return compiled
+
+
+def machine_code(dispatcher: Any, arguments: tuple[object, ...]) -> MachineCode:
+    """Return the machine code of a kernel for the kinds of some arguments, for any processor of this architecture.
+
+    A processor's own instructions made no kernel faster at `LEVEL`, and code without them runs on every machine that
+    shares a folder or a wheel.
+
+    Raises
+    ------
+    TypeError
+        The kernel returns something else than a number or nothing.
+    """
+    with _compiling:
+        signature = tuple(dispatcher.typeof_pyval(argument) for argument in arguments)
+        dispatcher.compile(signature)
+        made = dispatcher.overloads[signature]
+        returned = made.signature.return_type
+        if not isinstance(returned, types.Boolean | types.Integer | types.Float | types.NoneType):
+            raise TypeError(f"kernel {dispatcher.__name__} returns {returned}; return a number, or change an array")
+        return MachineCode(made.fndesc.llvm_func_name, str(returned), _object(made.library))
+
+
+def _object(library: Any) -> bytes:
+    """Return the object file of a compiled function: relocatable, with all that it calls but the C library's."""
+    codegen = library.codegen
+    options: dict[str, Any] = {"opt": int(config.OPT)}
+    codegen._customize_tm_options(options)
+    machine = llvm.Target.from_triple(llvm.get_process_triple()).create_target_machine(
+        **options | {"cpu": "generic", "features": ""}
+    )
+    code: bytes = machine.emit_object(library._final_module.clone())
+    return code
+
+
+def _placed(function: Callable[..., object]) -> Callable[..., object]:
+    """Return a function that says of its file no more than folder and name: machine code holds it, in its errors."""
+    code, file = function.__code__, Path(function.__code__.co_filename)  # type: ignore[attr-defined]
+    where = f"{file.parent.name}/{file.name}"
+    placed = python.FunctionType(
+        code.replace(co_filename=where),
+        function.__globals__,  # type: ignore[attr-defined]
+        function.__name__,
+        function.__defaults__,  # type: ignore[attr-defined]
+        function.__closure__,  # type: ignore[attr-defined]
+    )
+    return functools.update_wrapper(placed, function)
+
+
+def _with_plain_numbers(get_call_template: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+    """Have a kernel that another one calls compiled once, not again for every constant and width of whole number.
+
+    Numba gives ``f(0)``, ``f(1)`` and ``f(i)`` a compilation each; that was a quarter of all that is compiled.
+    """
+
+    def plain(given: Any) -> Any:
+        kind = types.unliteral(given)  # type: ignore[attr-defined]  # numba has no types
+        return types.int64 if kind in (types.int8, types.uint8, types.int16, types.int32) else kind
+
+    return lambda args, kws: get_call_template(tuple(map(plain, args)), {name: plain(k) for name, k in kws.items()})
+
+
+def _at_level(compile_it: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Compile at `LEVEL`; Numba knows one level for a whole process, so it is set back at once."""
+
+    def compile_at_level(signature: Any) -> Any:
+        with _compiling:
+            usual = config.OPT
+            config.OPT = type(usual)(min(int(usual), LEVEL))
+            try:
+                return compile_it(signature)
+            finally:
+                config.OPT = usual
+
+    return compile_at_level
