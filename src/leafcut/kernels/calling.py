@@ -3,7 +3,7 @@
 Numba's own calls of a compiled function need all of Numba. What they do for a kernel is little: each array is given as
 its address, shape and steps, each named tuple as its fields, and the function is called as one of C. The convention is
 that of ``numba.core.callconv.CPUCallConv``: a place for the result, a place for an error, then the arguments, and it
-returns whether there was an error.
+returns whether there was an error. Arrays are taken apart in the machine code (`compiling`), which is quicker.
 """
 
 from __future__ import annotations
@@ -40,6 +40,11 @@ _OF_C: dict[str, Any] = {
     "int32": ctypes.c_int32, "int64": ctypes.c_int64, "uint8": ctypes.c_uint8, "uint16": ctypes.c_uint16,
     "uint32": ctypes.c_uint32, "uint64": ctypes.c_uint64, "float32": ctypes.c_float, "float64": ctypes.c_double,
 }  # fmt: skip
+
+_ARRAY = np.ndarray
+
+#: Calls machine code with what `_take` puts down of arguments.
+Call = Callable[[list[Any]], Any]
 
 _lock = threading.RLock()
 
@@ -81,8 +86,8 @@ class Kernel:
     def __init__(self, function: Callable[..., Any]) -> None:
         functools.update_wrapper(self, function)
         self.py_func = function
-        self.signatures: dict[str, Callable[..., Any]] = {}
-        self._calls: dict[tuple[Hashable, ...], Callable[..., Any]] = {}
+        self.signatures: dict[str, Call] = {}
+        self._calls: dict[tuple[Hashable, ...], Call] = {}
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         """Call the machine code; it is loaded or compiled first where it must be."""
@@ -90,9 +95,11 @@ class Kernel:
             bound = inspect.signature(self.py_func).bind(*arguments, **named)
             bound.apply_defaults()
             arguments = bound.args
-        kinds = tuple(map(_kind, arguments))
-        call = self._calls.get(kinds)
-        return (call or self._ready(kinds, arguments))(arguments)
+        key: list[Hashable] = []
+        given: list[Any] = []
+        _take(arguments, key, given)
+        call = self._calls.get(tuple(key)) or self._ready(tuple(key), arguments)
+        return call(given)
 
     def __reduce__(self) -> str:
         """Other processes find it by its name."""
@@ -111,31 +118,50 @@ class Kernel:
 
         return dispatcher_of(self.py_func)
 
-    def _ready(self, kinds: tuple[Hashable, ...], arguments: tuple[Any, ...]) -> Callable[..., Any]:
-        """Return how to call the machine code for some kinds of arguments."""
+    def _ready(self, key: tuple[Hashable, ...], arguments: tuple[Any, ...]) -> Call:
+        """Return how to call the machine code for the kinds of some arguments."""
         with _lock:
+            kinds = tuple(map(_kind, arguments))
             words = ", ".join(map(_in_words, kinds))
             if words not in self.signatures:
                 kept = Kept.of(self.py_func, words)
                 code = kept.load()
                 if code is None:
-                    code = self._compiled(arguments, kept)
+                    code = self._compiled(kinds, arguments, kept)
                 self.signatures[words] = _caller(code, kinds)
-            call = self._calls[kinds] = self.signatures[words]
+            call = self._calls[key] = self.signatures[words]
             return call
 
-    def _compiled(self, arguments: tuple[Any, ...], kept: Kept) -> MachineCode:
+    def _compiled(self, kinds: tuple[Hashable, ...], arguments: tuple[Any, ...], kept: Kept) -> MachineCode:
         for listener in tuple(_listeners):
             listener.began(kept.can_be_kept())
         try:
             from leafcut.kernels.compiling import machine_code
 
-            code = machine_code(self._dispatcher, arguments)
+            code = machine_code(self._dispatcher, arguments, list(_given(kinds)))
         finally:
             for listener in tuple(_listeners):
                 listener.ended()
         kept.save(code)
         return code
+
+
+def _take(values: tuple[Any, ...], key: list[Hashable], given: list[Any]) -> None:
+    """Put what tells the kinds of some values at the end of `key`, and what machine code is given of them of `given`.
+
+    Of an array that is where its object lies. This is done in every call, and is most of what a call takes.
+    """
+    for value in values:
+        kind = type(value)
+        if kind is _ARRAY or isinstance(value, _ARRAY):
+            key += (value.dtype, value.ndim, value.flags.num & _FLAGS)
+            given.append(id(value))
+        elif isinstance(value, tuple):
+            key += (kind, len(value))
+            _take(value, key, given)
+        else:
+            key.append(_UNSIGNED if kind is int and not _LEAST <= value <= _MOST else kind)
+            given.append(value)
 
 
 def _kind(value: Any) -> Hashable:
@@ -179,41 +205,28 @@ def _number(kind: Any) -> str:
     return name
 
 
-def _types_of_c(kind: Any) -> Iterator[Any]:
-    """Yield the types of C that a value of a kind is given as."""
-    if isinstance(kind, tuple) and isinstance(kind[0], np.dtype):
-        # Its two owners (none: nothing is counted), number of elements, bytes of one, address, shape and steps.
-        yield from [ctypes.c_void_p] * 2 + [ctypes.c_int64] * 2 + [ctypes.c_void_p] + [ctypes.c_int64] * (2 * kind[1])
-    elif isinstance(kind, tuple):
-        for one in kind[1]:
-            yield from _types_of_c(one)
-    else:
-        yield _OF_C[_number(kind)]
-
-
-def _flattened(values: tuple[Any, ...], flat: list[Any]) -> list[Any]:
-    """Put what C is given of some values at the end of `flat`, and return it."""
-    for value in values:
-        if isinstance(value, np.ndarray):
-            flat += (None, None, value.size, value.itemsize, value.ctypes.data, *value.shape, *value.strides)
-        elif isinstance(value, tuple):
-            _flattened(value, flat)
+def _given(kinds: tuple[Any, ...]) -> Iterator[str | tuple[int, int]]:
+    """Yield what machine code is given for values of some kinds: (dimensions, bytes of an element) or a number."""
+    for kind in kinds:
+        if not isinstance(kind, tuple):
+            yield _number(kind)
+        elif isinstance(kind[0], np.dtype):
+            yield kind[1], kind[0].itemsize
         else:
-            flat.append(value)
-    return flat
+            yield from _given(kind[1])
 
 
-def _caller(code: MachineCode, kinds: tuple[Hashable, ...]) -> Callable[..., Any]:
+def _caller(code: MachineCode, kinds: tuple[Hashable, ...]) -> Call:
     """Return what calls machine code with arguments of some kinds."""
-    given = [one for kind in kinds for one in _types_of_c(kind)]
+    given = [ctypes.c_void_p if isinstance(one, tuple) else _OF_C[one] for one in _given(kinds)]
     result_type = _OF_C[code.returns]
     returns_something = code.returns != "none"
     # A function that ctypes calls so lets go of the GIL.
     function = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *given)(_address(code))
 
-    def call(arguments: tuple[Any, ...]) -> Any:
+    def call(values: list[Any]) -> Any:
         result, error = result_type(), ctypes.c_void_p()
-        status = function(ctypes.byref(result), ctypes.byref(error), *_flattened(arguments, []))
+        status = function(ctypes.byref(result), ctypes.byref(error), *values)
         if status not in _FINE:
             raise _error_at(status, error)
         return result.value if returns_something else None

@@ -173,7 +173,7 @@ def _made_with() -> tuple[str, ...]:
     from importlib.metadata import version
 
     settings = sorted(f"{k}={v}" for k, v in os.environ.items() if k.startswith("NUMBA_") and k not in _HARMLESS)
-    machine = f"{sys.platform} {platform.machine()} {sys.maxsize}"
+    machine = f"{sys.platform} {platform.machine()} {sys.maxsize} {object.__basicsize__}"
     return (machine, f"numba {version('numba')}", f"llvmlite {version('llvmlite')}", *settings)
 
 
