@@ -103,7 +103,7 @@ class Kernel:
 
     def __reduce__(self) -> str:
         """Other processes find it by its name."""
-        return self.__qualname__
+        return str(self.py_func.__qualname__)
 
     @property
     def _numba_type_(self) -> Any:
@@ -152,7 +152,7 @@ def _take(values: tuple[Any, ...], key: list[Hashable], given: list[Any]) -> Non
     Of an array that is where its object lies. This is done in every call, and is most of what a call takes.
     """
     for value in values:
-        kind = type(value)
+        kind: Any = type(value)
         if kind is _ARRAY or isinstance(value, _ARRAY):
             key += (value.dtype, value.ndim, value.flags.num & _FLAGS)
             given.append(id(value))
@@ -164,11 +164,11 @@ def _take(values: tuple[Any, ...], key: list[Hashable], given: list[Any]) -> Non
             given.append(value)
 
 
-def _kind(value: Any) -> Hashable:
+def _kind(value: Any) -> Any:
     """Return what a value's machine code depends on."""
     if isinstance(value, np.ndarray):
         return value.dtype, value.ndim, value.flags.num & _FLAGS
-    kind = type(value)
+    kind: Any = type(value)
     if issubclass(kind, tuple):
         return kind, tuple(map(_kind, value))
     if kind is int and not _LEAST <= value <= _MOST:
@@ -197,7 +197,7 @@ def _in_words(kind: Any) -> str:
 def _number(kind: Any) -> str:
     """Return the name of a kind of numbers."""
     try:
-        name = np.dtype(kind).name
+        name: str = np.dtype(kind).name
     except TypeError:
         name = ""
     if name not in _OF_C or np.dtype(kind).byteorder not in "=|":

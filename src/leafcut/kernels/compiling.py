@@ -42,7 +42,9 @@ def dispatcher_of(function: Callable[..., object]) -> Any:
 
     Kernels allocate nothing, so no references are counted: a sixth less to compile.
     """
-    compiled: Any = numba.njit(nogil=True, no_cfunc_wrapper=True, no_cpython_wrapper=True, _nrt=False)(_placed(function))
+    compiled: Any = numba.njit(nogil=True, no_cfunc_wrapper=True, no_cpython_wrapper=True, _nrt=False)(
+        _placed(function)
+    )
     compiled.get_call_template = _with_plain_numbers(compiled.get_call_template)
     compiled.compile = _at_level(compiled.compile)
     return compiled
@@ -67,7 +69,7 @@ def machine_code(dispatcher: Any, arguments: tuple[object, ...], given: list[str
         dispatcher.compile(signature)
         made = dispatcher.overloads[signature]
         returned = made.signature.return_type
-        if not isinstance(returned, types.Boolean | types.Integer | types.Float | types.NoneType):
+        if not isinstance(returned, (types.Boolean, types.Integer, types.Float, type(types.none))):
             raise TypeError(f"kernel {dispatcher.__name__} returns {returned}; return a number, or change an array")
         module = made.library._final_module.clone()
         entry = f"entry.{made.fndesc.llvm_func_name}"
@@ -122,14 +124,14 @@ def _entry(name: str, target: str, given: list[str | tuple[int, int]], beside: A
 
 def _placed(function: Callable[..., object]) -> Callable[..., object]:
     """Return a function that says of its file no more than folder and name: machine code holds it, in its errors."""
-    code, file = function.__code__, Path(function.__code__.co_filename)  # type: ignore[attr-defined]
+    code, file = function.__code__, Path(function.__code__.co_filename)
     where = f"{file.parent.name}/{file.name}"
     placed = python.FunctionType(
         code.replace(co_filename=where),
-        function.__globals__,  # type: ignore[attr-defined]
+        function.__globals__,
         function.__name__,
-        function.__defaults__,  # type: ignore[attr-defined]
-        function.__closure__,  # type: ignore[attr-defined]
+        function.__defaults__,
+        function.__closure__,
     )
     return functools.update_wrapper(placed, function)
 

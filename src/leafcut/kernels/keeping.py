@@ -79,7 +79,7 @@ class Kept:
     @classmethod
     def of(cls, function: Callable[..., Any], kinds: str) -> Kept:
         """Return the place for a function called with some kinds of arguments, in words."""
-        source = Path(function.__code__.co_filename)  # type: ignore[attr-defined]
+        source = Path(function.__code__.co_filename)
         own = f"{source.stem}.{function.__name__}"
         stamp = "\n".join([own, kinds, *map(_digest_of, sorted({Path(__file__).parent, source.parent})), *_made_with()])
         return cls(source, f"{own}-{_short(kinds)}{_SUFFIX}", stamp.encode())
