@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from toolpaths import assert_same_rows, planned
+from toolpaths import assert_same_rows, planned, units_of
 
 from every import every
 from leafcut.gcode.dialects import dialect, dialects
@@ -25,12 +25,14 @@ _SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.function_
 
 @pytest.mark.parametrize("name", dialects(torch=False))
 @settings(max_examples=60, deadline=None, suppress_health_check=_SLOW)
-@given(path=planned(CYCLES), inch=st.booleans(), repeat=st.booleans(), numbered=st.booleans())
+@given(data=st.data(), inch=st.booleans(), repeat=st.booleans(), numbered=st.booleans())
 def test_a_program_reads_back_as_its_toolpath(
-    name: str, path: Toolpath, inch: bool, repeat: bool, numbered: bool
+    name: str, data: st.DataObject, inch: bool, repeat: bool, numbered: bool
 ) -> None:
     """In every dialect, unit and style: the same moves, within half of the last decimal."""
     profile = dialect(name)
+    inch, numbered = inch and "inch" in units_of(name), numbered and profile.line_numbers
+    path = data.draw(planned(CYCLES, profile.has_machine_moves))
     options = PostOptions(output_units="inch" if inch else "mm", repeat_words=repeat, line_numbers=numbered)
     text = write_program(path, profile, options, ["any"])
     read = interpret(text, profile)

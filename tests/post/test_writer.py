@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from toolpaths import TAPPING, two_tools
+from toolpaths import two_tools, units_of
 
 from every import every
 from leafcut.errors import PostError
@@ -44,12 +44,13 @@ def started(z: float = 10.0) -> ToolpathBuilder:
 @every("name", dialects(torch=False))
 def test_units_and_z_come_before_any_move_in_the_plane(name: str) -> None:
     """The first words are the units, then plane, absolute and cancelled modes; the first move is Z alone."""
-    for units in ("mm", "inch"):
-        text = write_program(two_tools(name in TAPPING), dialect(name), PostOptions(output_units=units))
-        blocks = [line for line in text.splitlines() if not line.startswith(("%", "O", "("))]
+    for units in units_of(name):
+        text = write_program(two_tools(name), dialect(name), PostOptions(output_units=units))
+        blocks = [line for line in text.splitlines() if not line.startswith(("%", "O", "(", ";"))]
         profile = dialect(name)
         assert blocks[0] == (profile.units_mm if units == "mm" else profile.units_inch)
-        assert {"G17", "G90", "G40", "G80", "G94", "G54"} <= set(" ".join(blocks[1:4]).split())
+        heads = {"G17", "G90", "G40", "G80", "G94", "G54"} & set(profile.g_words.split())
+        assert {"G17", "G90"} <= heads <= set(" ".join(blocks[1:4]).split())
         moves = [b for b in blocks if re.search(r"[XYZ]", b)]
         assert re.fullmatch(r"G0 Z\S+", moves[0])
 

@@ -15,14 +15,15 @@ _CHOICES: dict[str, tuple[str, ...]] = {
     "groups": ("rs274", "fanuc"),
     "percent": ("", "frame", "title"),
     "units_mm": ("G21", "G71"),
-    "units_inch": ("G20", "G70"),
+    "units_inch": ("G20", "G70", ""),
+    "comments": ("()", ";"),
     "cycle_words": ("rs274", "fagor"),
     "dwell_unit": ("s", "ms", "point", "cs"),
-    "tool_change": ("M6", "pause"),
+    "tool_change": ("M6", "pause", "M0"),
     "length_offset": ("H", "D", ""),
     "length_offset_off": ("G49", "G44"),
     "machine_move": ("G53", "G28"),
-    "end_word": ("M2", "M30"),
+    "end_word": ("M2", "M30", ""),
     "end_required": ("", "word", "percent"),
     "line_ends": ("", "lf", "any"),
     "torch.heights": ("program", "controller", "none"),
@@ -115,7 +116,7 @@ def faults_of_words(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
                 yield key, f"has '{_said(word)}', which is no {letter} word that leafcut understands"
     there = {*g_words, *m_words}
     for key in ("units_mm", "units_inch", "end_word"):
-        if table[key] not in there:
+        if table[key] and table[key] not in there:
             yield key, f"is {table[key]}, which is none of its words"
     said = {"preamble": table["preamble"], "cycles": [] if table["cycle_words"] == "fagor" else table["cycles"]}
     torch = table["torch"]

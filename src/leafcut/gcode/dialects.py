@@ -118,8 +118,15 @@ class Dialect:
         ``frame``: a percent sign first and last. ``title``: a first line ``%NAME,MX,``. Empty: none.
     program_number
         The program has an O word.
+    comments
+        ``()``: in parentheses. ``;``: from a semicolon to the end of the line.
     uppercase_comments
         The panel shows capital letters only.
+    line_numbers
+        Blocks may be numbered (N10).
+    one_command
+        A block is one G or M word, stated first and in every block, with its other words behind it: of two in a block
+        the firmware would obey one.
     max_line
         Longest line, in characters.
     decimals_mm, decimals_inch
@@ -127,7 +134,7 @@ class Dialect:
     point_required
         A length without a decimal point may mean thousandths: always written, and refused when read.
     units_mm, units_inch
-        The words that choose the unit.
+        The words that choose the unit; without one for inches, programs are in millimetres only.
     preamble
         The blocks after the units and before the first move: plane, absolute, nothing active that may be left over.
     cycles
@@ -144,7 +151,9 @@ class Dialect:
     repeat_letter
         Repeats of a cycle.
     tool_change
-        ``M6``, or ``pause``: T and M0, and a person changes the tool.
+        ``M6``; ``pause``: T, then M0, and a person changes the tool; ``M0``: the same in one block, M0 T1.
+    rapid_feed
+        A rapid moves at the last F, too: G0 states the speed of rapids, and every cut behind it its own.
     arc_turns
         G2 and G3 take full turns in P.
     corner_tolerance
@@ -164,7 +173,7 @@ class Dialect:
     off_after_motion
         M5 and M9 act after the motion of their block, not before.
     end_word, end_required
-        The last word. Required: ``word`` (M2 or M30), ``percent`` (that, or a closing percent sign), or empty.
+        The last word; empty: a program ends where its text ends. Required: ``word`` (M2 or M30), ``percent`` (that, or a closing percent sign), or empty.
     notes
         Lines for the header: what must be set on the machine for the program to mean what it says.
     obeyed_comments, obeyed_parameters
@@ -189,7 +198,10 @@ class Dialect:
     cycles: tuple[str, ...]
     percent: str = ""
     program_number: bool = False
+    comments: str = "()"
     uppercase_comments: bool = False
+    line_numbers: bool = True
+    one_command: bool = False
     max_line: int = 255
     decimals_mm: int = 3
     decimals_inch: int = 4
@@ -203,6 +215,7 @@ class Dialect:
     dwell_x: bool = False
     repeat_letter: str = "L"
     tool_change: str = "M6"
+    rapid_feed: bool = False
     hand_change_pause: bool = False
     arc_turns: bool = False
     corner_tolerance: bool = False
@@ -231,6 +244,16 @@ class Dialect:
     def states_z(self) -> bool:
         """Whether programs say heights; else Z is the controller's, or nobody's."""
         return self.torch is None or self.torch.heights == "program"
+
+    @property
+    def changes_by_hand(self) -> bool:
+        """Whether a tool change is a stop at which a person changes it (M0), not M6."""
+        return self.tool_change != "M6"
+
+    @property
+    def has_machine_moves(self) -> bool:
+        """Whether a program can send an axis to machine zero."""
+        return 280 in self.g_codes if self.machine_move == "G28" else 530 in self.g_codes
 
     @cached_property
     def g_codes(self) -> frozenset[int]:

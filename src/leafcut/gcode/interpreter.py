@@ -57,7 +57,9 @@ def interpret(
         raise OptionError(f"unknown unit '{units}'; use mm or in")
     state = InterpreterState(dialect, unit=None if units is None else MM_PER_UNIT[units])
     if left_over:
-        state.motion, state.plane, state.incremental, state.feed_mode, state.to_initial = 1, 18, True, 95, False
+        state.motion, state.plane, state.incremental, state.to_initial = 1, 18, True, False
+        # A control without G94 has no other feed mode that could be left over.
+        state.feed_mode = 95 if 940 in dialect.g_codes else 94
         leave_outputs(state)
     reader = Reader(state)
     for number, line in lines(text):
@@ -102,6 +104,8 @@ class Reader:
             raise BlockError("'/': whether the block is run depends on a switch of the machine")
         state = self.state
         state.line = block.line
+        if state.dialect.one_command:
+            _check_one_command(block)
         words = sort_words(block, self._g, self._m, self._separate)
         letters = words.letters
         letters.pop("N", None)
@@ -123,8 +127,10 @@ class Reader:
         self._stop(words.m.get("stop"))
 
     def check_end(self, file: str) -> None:
-        """Refuse a program that does not end as its controller asks for."""
+        """End the program where its text ends, or refuse one that does not end as its controller asks for."""
         required = self.state.dialect.end_required
+        if not self.state.dialect.end_word and not self.ended:
+            self.state.path.end(line=self.state.line)
         if self._by_word or not required or (required == "percent" and self.ended):
             return
         raise ReadError(file, f"the program has no end; {self.state.dialect.end_word} is missing")
@@ -183,7 +189,7 @@ class Reader:
             raise BlockError("a tool change inside a canned cycle; G80 is missing before it")
         state.path.tool(number, line=state.line)
         state.tool = number
-        state.pending_tool = None if state.dialect.tool_change == "pause" else number
+        state.pending_tool = None if state.dialect.changes_by_hand else number
 
     def _switches(self, words: SortedBlock, off: bool | None) -> None:
         """Spindle and coolant: all of them, or only those that switch off (True), or on (False)."""
@@ -331,7 +337,14 @@ class Reader:
         if code in (2, 30):
             state.path.end(line=state.line)
             self.ended = self._by_word = True
-        elif code == 0 and state.dialect.tool_change == "pause" and state.pending_tool is not None:
+        elif code == 0 and state.dialect.changes_by_hand and state.pending_tool is not None:
             self._change_tool(state.pending_tool)
         else:
             state.path.pause(optional=code == 1, line=state.line)
+
+
+def _check_one_command(block: Block) -> None:
+    """Refuse a block of a firmware that obeys the first command of it alone."""
+    commands = [word for word in block.words if word.letter in "GM"]
+    if len(commands) != 1 or block.words[0] != commands[0]:
+        raise BlockError("each block must be one G or M word with its other words behind it")
