@@ -48,8 +48,8 @@ HARMLESS = {
     ],
 }
 
-# A block number, a program number and a comment move nothing.
-_WORD = re.compile(r"\([^)]*\)|;.*|[NO]\d+|([A-Z])([-+]?[\d.]+)")
+# A block number, a program number and a comment move nothing. A Siemens control has arguments in parentheses and names.
+_WORD = re.compile(r"(?<!\d)\([^)]*\)|;.*|[NO]\d+|([A-Z\"]|(?<=\d)\(|,)([-+]?[\d.]+)")
 
 
 def planned(name: str) -> Toolpath:
@@ -129,7 +129,7 @@ def matters(before: str, after: str, name: str) -> bool:
     old, new = (float(word[1:]) for word in (before, after))
     # A dwell is not kept better than to a thousandth of a second.
     dwell = 1.0 if dialect(name).dwell_unit == "ms" else 0.001
-    room = {"F": max(0.005 * old, 0.5), "S": max(0.001 * old, 0.5), dialect(name).dwell_letter: dwell + 1e-9}
+    room = {dialect(name).dwell_letter: dwell + 1e-9, "F": max(0.005 * old, 0.5), "S": max(0.001 * old, 0.5)}
     return abs(new - old) > room.get(before[0], 0.0) and not {before, after} <= IDLE
 
 

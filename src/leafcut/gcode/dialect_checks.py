@@ -12,17 +12,18 @@ from leafcut.kinds import CutMethod
 
 #: The values that a key takes, where these are few.
 _CHOICES: dict[str, tuple[str, ...]] = {
+    "language": ("g-code", "sinumerik"),
     "groups": ("rs274", "fanuc"),
     "percent": ("", "frame", "title"),
-    "units_mm": ("G21", "G71"),
-    "units_inch": ("G20", "G70", ""),
+    "units_mm": ("G21", "G71", "G710"),
+    "units_inch": ("G20", "G70", "G700", ""),
     "comments": ("()", ";"),
-    "cycle_words": ("rs274", "fagor"),
+    "cycle_words": ("rs274", "fagor", "siemens"),
     "dwell_unit": ("s", "ms", "point", "cs"),
     "tool_change": ("M6", "pause", "M0"),
-    "length_offset": ("H", "D", ""),
-    "length_offset_off": ("G49", "G44"),
-    "machine_move": ("G53", "G28"),
+    "length_offset": ("H", "D", "edge", ""),
+    "length_offset_off": ("G49", "G44", "D0"),
+    "machine_move": ("G53", "G28", "SUPA"),
     "end_word": ("M2", "M30", ""),
     "end_required": ("", "word", "percent"),
     "line_ends": ("", "lf", "any"),
@@ -118,7 +119,7 @@ def faults_of_words(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     for key in ("units_mm", "units_inch", "end_word"):
         if table[key] and table[key] not in there:
             yield key, f"is {table[key]}, which is none of its words"
-    said = {"preamble": table["preamble"], "cycles": [] if table["cycle_words"] == "fagor" else table["cycles"]}
+    said = {"preamble": table["preamble"], "cycles": [] if table["cycle_words"] != "rs274" else table["cycles"]}
     torch = table["torch"]
     if torch is not None:
         yield from _faults_of_torch(torch)

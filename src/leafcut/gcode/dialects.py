@@ -111,6 +111,9 @@ class Dialect:
         one, too. Empty: it stands on its own.
     g_words, m_words
         Every G and M word that the controller has and leafcut understands, in words: ``"G0 G1 …"``.
+    language
+        ``g-code``. ``sinumerik``: the own language of Siemens controls. Of any but G-code leafcut reads only what it
+        writes itself.
     groups
         ``rs274``: cycles and G80 exclude G0–G3 in a block, and each new cycle states its planes again.
         ``fanuc``: cycles are a group of their own, and their planes stay until G80.
@@ -141,6 +144,7 @@ class Dialect:
         Canned cycles that the controller has, by their LinuxCNC and Fanuc names. The others are written out.
     cycle_words
         ``rs274``: Z is the bottom, R the R plane, Q the peck. ``fagor``: Z is the R plane, I the bottom.
+        ``siemens``: MCALL CYCLE81 (RTP, RFP, SDIS, DP) and its like.
     dwell_cycles
         Cycles that take a dwell.
     dwell_letter, dwell_unit
@@ -165,11 +169,13 @@ class Dialect:
     hand_change_pause
         M6 may go on without waiting, so a change by hand needs an M0 behind it.
     length_offset
-        ``H``: G43 Hn. ``D``: Dn with the tool, and G43. Empty: none that a program chooses.
+        ``H``: G43 Hn. ``D``: Dn with the tool, and G43. ``edge``: D1, the first cutting edge of the
+        tool. Empty: none that a program chooses.
     length_offset_off
         The word that takes the length offset off.
     machine_move
-        How the axes go to machine coordinates: ``G53``, or ``G28`` for machine zero (G91 G28, then G90).
+        How the axes go to machine coordinates: ``G53``, or ``G28`` for machine zero (G91 G28, then G90); ``SUPA``: with the
+        length offset taken off (D0).
     off_after_motion
         M5 and M9 act after the motion of their block, not before.
     end_word, end_required
@@ -196,6 +202,7 @@ class Dialect:
     groups: str
     preamble: tuple[str, ...]
     cycles: tuple[str, ...]
+    language: str = "g-code"
     percent: str = ""
     program_number: bool = False
     comments: str = "()"
@@ -253,6 +260,8 @@ class Dialect:
     @property
     def has_machine_moves(self) -> bool:
         """Whether a program can send an axis to machine zero."""
+        if self.machine_move == "SUPA":
+            return True
         return 280 in self.g_codes if self.machine_move == "G28" else 530 in self.g_codes
 
     @cached_property

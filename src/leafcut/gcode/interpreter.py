@@ -15,6 +15,7 @@ from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.modal import SortedBlock, sort_words
 from leafcut.gcode.motion import run_arc, run_home, run_machine, run_probe, run_straight
 from leafcut.gcode.origin import run_shift
+from leafcut.gcode.sinumerik import call_cycle, drill_call, end_call, sinumerik_block
 from leafcut.gcode.state import AXES, InterpreterState, unit_of, whole
 from leafcut.gcode.torch import leave_outputs, run_outputs, say_power, spindle_number
 from leafcut.gcode.words import Block, BlockError, Word, lines, tokenise
@@ -60,14 +61,16 @@ def interpret(
         state.motion, state.plane, state.incremental, state.to_initial = 1, 18, True, False
         # A control without G94 has no other feed mode that could be left over.
         state.feed_mode = 95 if 940 in dialect.g_codes else 94
+        state.offset_on = dialect.length_offset == "edge"
         leave_outputs(state)
     reader = Reader(state)
+    siemens = dialect.language == "sinumerik"
     for number, line in lines(text):
         if not line or line.isspace():
             continue
         try:
             # Here a later reader of foreign programs can keep a block that is not understood, word for word.
-            reader.run(tokenise(line, number))
+            reader.run(sinumerik_block(line, number) if siemens else tokenise(line, number))
         except BlockError as problem:
             raise ReadError(file, str(problem), number) from None
         if reader.ended:
@@ -98,6 +101,9 @@ class Reader:
         if block.percent is not None:
             self._percent(block.percent)
             return
+        if block.call is not None:
+            self._call(block)
+            return
         if not block.words:
             return
         if block.deleted:
@@ -125,6 +131,15 @@ class Reader:
         if off_last:
             self._switches(words, off=True)
         self._stop(words.m.get("stop"))
+
+    def _call(self, block: Block) -> None:
+        self.state.line = block.line
+        self._blocks += 1
+        name, arguments = block.call or ("", ())
+        if name:
+            call_cycle(self.state, name, arguments)
+        else:
+            end_call(self.state)
 
     def check_end(self, file: str) -> None:
         """End the program where its text ends, or refuse one that does not end as its controller asks for."""
@@ -160,7 +175,8 @@ class Reader:
         if mode is not None and mode // 10 != state.feed_mode:
             # What F meant before means nothing now.
             state.feed_mode, state.feed = mode // 10, 0.0
-        if "F" in letters and state.feed_mode != 93:
+        dwells = words.g.get("non-modal") == 40 and state.dialect.dwell_letter == "F"
+        if "F" in letters and state.feed_mode != 93 and not dwells:
             state.set_feed(letters.pop("F"))
         if "S" in letters:
             word = letters.pop("S")
@@ -178,10 +194,20 @@ class Reader:
             if state.pending_tool is None:
                 raise BlockError("M6 without a T before it")
             self._change_tool(state.pending_tool)
+        if state.dialect.length_offset == "edge" and "D" in letters:
+            self._edge(letters.pop("D"))
         if state.dialect.length_offset == "D" and "D" in letters:
             state.offset_number = whole(letters.pop("D"), 99_999)
             if state.offset_on and words.g.get("length") is None:
                 state.path.offset(state.offset_number, line=state.line)
+
+    def _edge(self, word: Word) -> None:
+        """Take the lengths of the tool's first edge, or none."""
+        number = whole(word, 1)
+        if number and self.state.tool is None:
+            raise BlockError(f"{word} before a tool was called")
+        self.state.path.offset(self.state.tool or 0 if number else 0, line=self.state.line)
+        self.state.offset_on = bool(number)
 
     def _change_tool(self, number: int) -> None:
         state = self.state
@@ -294,8 +320,13 @@ class Reader:
 
     def _move(self, words: SortedBlock) -> None:
         state, g, letters = self.state, words.g, words.letters
+        if state.call is not None:
+            drill_call(state, words)
+            return
         special = g.get("non-modal")
         moving = not letters.keys().isdisjoint(AXES)
+        if special == 530 and state.dialect.length_offset == "edge" and state.offset_on:
+            raise BlockError("a move to machine coordinates with a length offset on; D0 is missing")
         if special in (280, 530):
             if state.cycle is not None or (special == 280 and "motion" in g):
                 raise BlockError(f"G{special // 10} with another motion active; G80 is missing before it")

@@ -62,7 +62,10 @@ def write_program(
         The toolpath needs a word that the controller does not have, or would move before its height is known.
     """
     check_options(dialect, options)
-    writer = Writer(toolpath, dialect, options, tool_names, spindle_start_s, rapid_velocity)
+    from leafcut.post.sinumerik import SinumerikWriter
+
+    kind = SinumerikWriter if dialect.language == "sinumerik" else Writer
+    writer = kind(toolpath, dialect, options, tool_names, spindle_start_s, rapid_velocity)
     return writer.program(header if options.header else ())
 
 
