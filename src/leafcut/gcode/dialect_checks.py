@@ -119,7 +119,10 @@ def faults_of_words(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     for key in ("units_mm", "units_inch", "end_word"):
         if table[key] and table[key] not in there:
             yield key, f"is {table[key]}, which is none of its words"
-    said = {"preamble": table["preamble"], "cycles": [] if table["cycle_words"] != "rs274" else table["cycles"]}
+    said = {
+        "opening": table["opening"],
+        "preamble": table["preamble"], "cycles": [] if table["cycle_words"] != "rs274" else table["cycles"],
+    }
     torch = table["torch"]
     if torch is not None:
         yield from _faults_of_torch(torch)

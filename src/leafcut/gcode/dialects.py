@@ -136,6 +136,8 @@ class Dialect:
         Decimals of lengths and feeds.
     point_required
         A length without a decimal point may mean thousandths: always written, and refused when read.
+    opening
+        Blocks before all others, such as the one that chooses the language.
     units_mm, units_inch
         The words that choose the unit; without one for inches, programs are in millimetres only.
     preamble
@@ -213,6 +215,7 @@ class Dialect:
     decimals_mm: int = 3
     decimals_inch: int = 4
     point_required: bool = False
+    opening: tuple[str, ...] = ()
     units_mm: str = "G21"
     units_inch: str = "G20"
     cycle_words: str = "rs274"

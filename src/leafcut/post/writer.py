@@ -169,6 +169,8 @@ class Writer:
             lines.append(f"O{self.options.program_number:04d}" + (f" ({title})" if title else ""))
         for line in (*header, *(dialect.notes if header else ())):
             self.out.comment(line)
+        for line in dialect.opening:
+            self.out.say(line)
         self.out.say(dialect.units_inch if self.numbers.inch else dialect.units_mm)
         for line in dialect.preamble:
             self.out.say(line)
