@@ -1,8 +1,9 @@
-"""What breaks tools where controllers differ: planes and returns, dwells, calls that go on, units, commands in a line."""
+"""What breaks tools where controllers differ: planes, returns, dwells, calls that go on, units, commands in a line."""
 
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -153,7 +154,7 @@ def test_marlin_gets_one_command_a_line_and_none_that_it_takes_for_something_els
 def test_a_cut_of_marlin_has_its_own_feed_behind_every_rapid() -> None:
     """F of G0 holds for G1, too: a cut without its own would run at the speed of rapids."""
     lines = lines_of("marlin", DrillCycle("G83", 2.0, -9.0, peck=3.0))
-    for before, line in zip(lines, lines[1:], strict=False):
+    for before, line in pairwise(lines):
         if before.startswith("G0") and line.startswith("G1"):
             assert "F120" in line
     assert "G0 Z30 F3000" in lines

@@ -121,7 +121,8 @@ def faults_of_words(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             yield key, f"is {table[key]}, which is none of its words"
     said = {
         "opening": table["opening"],
-        "preamble": table["preamble"], "cycles": [] if table["cycle_words"] != "rs274" else table["cycles"],
+        "preamble": table["preamble"],
+        "cycles": [] if table["cycle_words"] != "rs274" else table["cycles"],
     }
     torch = table["torch"]
     if torch is not None:

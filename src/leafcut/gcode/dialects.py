@@ -176,12 +176,13 @@ class Dialect:
     length_offset_off
         The word that takes the length offset off.
     machine_move
-        How the axes go to machine coordinates: ``G53``, or ``G28`` for machine zero (G91 G28, then G90); ``SUPA``: with the
-        length offset taken off (D0).
+        How the axes go to machine coordinates: ``G53``, or ``G28`` for machine zero (G91 G28, then G90); ``SUPA``: with
+        the length offset taken off (D0).
     off_after_motion
         M5 and M9 act after the motion of their block, not before.
     end_word, end_required
-        The last word; empty: a program ends where its text ends. Required: ``word`` (M2 or M30), ``percent`` (that, or a closing percent sign), or empty.
+        The last word; empty: a program ends where its text ends. Required: ``word`` (M2 or M30), ``percent`` (that, or
+        a closing percent sign), or empty.
     notes
         Lines for the header: what must be set on the machine for the program to mean what it says.
     obeyed_comments, obeyed_parameters

@@ -36,7 +36,8 @@ class InterpreterState:
 
     `unit` is millimetres in one unit of the program, or None before G20 or G21. `feed` is in mm/s, or mm per
     revolution with G95; with G93 every cutting block brings its own. `motion` is 0 to 3 or None, `cycle` the number of
-    the canned cycle or None, `call` the cycle that Siemens calls at every place (MCALL). `last_dwell` is the dwell of the last cycle that had one, s.
+    the canned cycle or None, `call` the cycle that Siemens calls at every place (MCALL). `last_dwell` is the dwell of
+    the last cycle that had one, s.
     `pending_tool` is the tool that the next change brings. `may_store` says that a cycle with no repeats is stored,
     `lenient` that a cycle may have words that it does not use.
     `rounds`: G64 is on since the program said so. `radius` is 40, 41 or 42. `shift` counts changes of the origin.
