@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -181,7 +182,7 @@ def test_a_length_of_centroid_without_a_point_is_refused() -> None:
         interpret("G21\nG90\nG0 Z5\n", dialect("centroid"))
 
 
-FAST = {"process": "drill", "thickness": 5, "algorithm": "nn", "bound": False}
+FAST: dict[str, Any] = {"process": "drill", "thickness": 5, "algorithm": "nn", "bound": False}
 
 
 @pytest.fixture

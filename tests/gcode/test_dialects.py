@@ -14,8 +14,8 @@ from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF
 from packages import Installer
 
 MILLS = [
-    "centroid", "edingcnc", "fagor8055", "fanuc", "grbl", "haas", "linuxcnc", "mach3", "mach4", "marlin", "masso",
-    "siemens", "siemens-iso", "uccnc",
+    "centroid", "edingcnc", "fagor8055", "fanuc", "grbl", "haas", "heidenhain", "linuxcnc", "mach3", "mach4", "marlin",
+    "masso", "siemens", "siemens-iso", "uccnc",
 ]  # fmt: skip
 TORCHES = ["fanuc-laser", "flame", "grbl-laser", "plasma", "qtplasmac", "waterjet"]
 NAMES = sorted(MILLS + TORCHES)
@@ -50,7 +50,7 @@ def test_every_word_of_a_profile_is_one_that_the_interpreter_knows(name: str) ->
     assert profile.g_codes <= GROUP_OF.keys()
     assert profile.m_codes <= M_GROUP_OF.keys()
     said = " ".join(profile.preamble).split()
-    words = {profile.units_mm, *profile.units_inch.split(), *(word for word in said if word.startswith("G"))}
+    words = {*profile.units_mm.split(), *profile.units_inch.split(), *(word for word in said if word.startswith("G"))}
     assert {word for word in said if word.startswith("M")} <= set(profile.m_words.split())
     written = {w for w in profile.cycles if not (profile.cycle_words == "fagor" and w == "G82")}
     written = set() if profile.language != "g-code" else written

@@ -9,10 +9,10 @@ import os
 from pathlib import Path
 
 import pytest
-from toolpaths import assert_same_rows, two_tools, units_of
+from toolpaths import MILLING, assert_same_rows, two_tools, units_of
 
 from every import every
-from leafcut.gcode.dialects import dialect, dialects
+from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.gcode.numbers import NumberFormat
 from leafcut.model.cycles import expand
@@ -22,7 +22,7 @@ from leafcut.post.writer import write_program
 from rs274_moves import assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
 
 GOLDEN = Path(__file__).parents[1] / "golden"
-CASES = [(name, units) for name in dialects(torch=False) for units in units_of(name)]
+CASES = [(name, units) for name in MILLING for units in units_of(name)]
 
 
 def program(name: str, units: str) -> str:

@@ -7,11 +7,15 @@ import math
 import numpy as np
 from hypothesis import strategies as st
 
-from leafcut.gcode.dialects import dialect
+from leafcut.gcode.dialects import dialect, dialects
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, Motion, Toolpath, ToolpathBuilder
 
 #: Dialects that tap (G84).
 TAPPING = ("fanuc", "haas", "linuxcnc", "mach4")
+
+
+#: Dialects that write any work of a mill; those for drilling only are apart.
+MILLING = [name for name in dialects(torch=False) if dialect(name).language != "klartext"]
 
 
 def units_of(name: str) -> tuple[str, ...]:

@@ -48,6 +48,9 @@ HARMLESS = {
     ],
 }
 
+#: Those for drilling only are tried by `tests/gcode/test_klartext.py`.
+NAMES = [name for name in dialects(torch=False) if dialect(name).language != "klartext"]
+
 # A block number, a program number and a comment move nothing. A Siemens control has arguments in parentheses and names.
 _WORD = re.compile(r"(?<!\d)\([^)]*\)|;.*|[NO]\d+|([A-Z\"]|(?<=\d)\(|,)([-+]?[\d.]+)")
 
@@ -135,7 +138,7 @@ def matters(before: str, after: str, name: str) -> bool:
 
 @every(
     "name, units",
-    [(name, units) for name in dialects(torch=False) for units in ("mm", "inch")[: 1 + bool(dialect(name).units_inch)]],
+    [(name, units) for name in NAMES for units in ("mm", "inch")[: 1 + bool(dialect(name).units_inch)]],
 )
 def test_one_digit_changed_is_found_wherever_it_matters(name: str, units: str) -> None:
     _, text = written(name, units)
@@ -150,7 +153,7 @@ def test_one_digit_changed_is_found_wherever_it_matters(name: str, units: str) -
     assert missed == HARMLESS.get(name, [])
 
 
-@every("name", dialects(torch=False))
+@every("name", NAMES)
 def test_a_line_lost_is_found(name: str) -> None:
     """Every line that moves, waits, or switches a tool, the spindle or the coolant on, and every end of those."""
     _, text = written(name, "mm")
@@ -161,7 +164,7 @@ def test_a_line_lost_is_found(name: str) -> None:
     assert [lines[k] for k, rest in zip(working, lost, strict=True) if not faults(name, "mm", rest)] == []
 
 
-@every("name", dialects(torch=False))
+@every("name", NAMES)
 def test_every_head_states_what_another_program_may_have_left_over(name: str) -> None:
     head = [word for line in written(name, "mm")[1].splitlines()[:12] for word in line.split()]
     assert {"G17", "G90", "G40", "G80", "G94", "G54"} & set(dialect(name).g_words.split()) <= set(head)

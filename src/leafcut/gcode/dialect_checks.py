@@ -12,18 +12,18 @@ from leafcut.kinds import CutMethod
 
 #: The values that a key takes, where these are few.
 _CHOICES: dict[str, tuple[str, ...]] = {
-    "language": ("g-code", "sinumerik"),
+    "language": ("g-code", "sinumerik", "klartext"),
     "groups": ("rs274", "fanuc"),
     "percent": ("", "frame", "title"),
-    "units_mm": ("G21", "G71", "G710"),
+    "units_mm": ("G21", "G71", "G710", ""),
     "units_inch": ("G20", "G70", "G700", ""),
     "comments": ("()", ";"),
-    "cycle_words": ("rs274", "fagor", "siemens"),
+    "cycle_words": ("rs274", "fagor", "siemens", "klartext"),
     "dwell_unit": ("s", "ms", "point", "cs"),
     "tool_change": ("M6", "pause", "M0"),
     "length_offset": ("H", "D", "edge", ""),
-    "length_offset_off": ("G49", "G44", "D0"),
-    "machine_move": ("G53", "G28", "SUPA"),
+    "length_offset_off": ("G49", "G44", "D0", ""),
+    "machine_move": ("G53", "G28", "SUPA", ""),
     "end_word": ("M2", "M30", ""),
     "end_required": ("", "word", "percent"),
     "line_ends": ("", "lf", "any"),

@@ -112,8 +112,8 @@ class Dialect:
     g_words, m_words
         Every G and M word that the controller has and leafcut understands, in words: ``"G0 G1 …"``.
     language
-        ``g-code``. ``sinumerik``: the own language of Siemens controls. Of any but G-code leafcut reads only what it
-        writes itself.
+        ``g-code``. ``sinumerik``: the own language of Siemens controls. ``klartext``: Heidenhain's plain language, for
+        drilling. Of any but G-code leafcut reads only what it writes itself.
     groups
         ``rs274``: cycles and G80 exclude G0–G3 in a block, and each new cycle states its planes again.
         ``fanuc``: cycles are a group of their own, and their planes stay until G80.
@@ -146,7 +146,7 @@ class Dialect:
         Canned cycles that the controller has, by their LinuxCNC and Fanuc names. The others are written out.
     cycle_words
         ``rs274``: Z is the bottom, R the R plane, Q the peck. ``fagor``: Z is the R plane, I the bottom.
-        ``siemens``: MCALL CYCLE81 (RTP, RFP, SDIS, DP) and its like.
+        ``siemens``: MCALL CYCLE81 (RTP, RFP, SDIS, DP) and its like. ``klartext``: CYCL DEF 200.
     dwell_cycles
         Cycles that take a dwell.
     dwell_letter, dwell_unit
@@ -177,7 +177,7 @@ class Dialect:
         The word that takes the length offset off.
     machine_move
         How the axes go to machine coordinates: ``G53``, or ``G28`` for machine zero (G91 G28, then G90); ``SUPA``: with
-        the length offset taken off (D0).
+        the length offset taken off (D0). Empty: programs cannot say it.
     off_after_motion
         M5 and M9 act after the motion of their block, not before.
     end_word, end_required
@@ -266,7 +266,7 @@ class Dialect:
         """Whether a program can send an axis to machine zero."""
         if self.machine_move == "SUPA":
             return True
-        return 280 in self.g_codes if self.machine_move == "G28" else 530 in self.g_codes
+        return 280 in self.g_codes if self.machine_move == "G28" else 530 in self.g_codes and bool(self.machine_move)
 
     @cached_property
     def g_codes(self) -> frozenset[int]:

@@ -12,6 +12,7 @@ from __future__ import annotations
 from leafcut.errors import OptionError, ReadError
 from leafcut.gcode.canned import end_cycle, run_cycle, start_cycle
 from leafcut.gcode.dialects import Dialect
+from leafcut.gcode.klartext import interpret_klartext
 from leafcut.gcode.modal import SortedBlock, sort_words
 from leafcut.gcode.motion import run_arc, run_home, run_machine, run_probe, run_straight
 from leafcut.gcode.origin import run_shift
@@ -56,6 +57,8 @@ def interpret(
     """
     if units is not None and units not in MM_PER_UNIT:
         raise OptionError(f"unknown unit '{units}'; use mm or in")
+    if dialect.language == "klartext":
+        return interpret_klartext(text, file)
     state = InterpreterState(dialect, unit=None if units is None else MM_PER_UNIT[units])
     if left_over:
         state.motion, state.plane, state.incremental, state.to_initial = 1, 18, True, False

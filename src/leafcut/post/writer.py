@@ -62,10 +62,13 @@ def write_program(
         The toolpath needs a word that the controller does not have, or would move before its height is known.
     """
     check_options(dialect, options)
+    from leafcut.post.klartext import KlartextWriter
     from leafcut.post.sinumerik import SinumerikWriter
 
-    kind = SinumerikWriter if dialect.language == "sinumerik" else Writer
-    writer = kind(toolpath, dialect, options, tool_names, spindle_start_s, rapid_velocity)
+    kinds: dict[str, type[Writer]] = {"sinumerik": SinumerikWriter, "klartext": KlartextWriter}
+    writer = kinds.get(dialect.language, Writer)(
+        toolpath, dialect, options, tool_names, spindle_start_s, rapid_velocity
+    )
     return writer.program(header if options.header else ())
 
 
