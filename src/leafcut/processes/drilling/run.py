@@ -94,6 +94,7 @@ def _order(run: Run, plan: DrillPlan) -> Outcome[DrillingDetail]:
     from leafcut.timing.toolpath import measure
 
     words = dialect(run.settings.post.dialect or run.machine.controller)
+    run = run.for_words(words)
     check_words_used(run.settings, run.machine, words)
     pause = words.hand_change_pause and not run.machine.tool_changer
 
@@ -288,7 +289,8 @@ def _write(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, measures: 
         date=settings.post.date,
     )
     names = {tool.number: tool.label.split(" ", 1)[1] for tool in plan.tools}
-    return write_program(path, words, settings.post, header, tool_names=names)
+    rapid = max(run.machine.rapid_velocity)
+    return write_program(path, words, settings.post, header, tool_names=names, rapid_velocity=rapid)
 
 
 def _verify(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, text: str) -> Toolpath:
