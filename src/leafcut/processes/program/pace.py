@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -18,19 +18,20 @@ from leafcut.kinds import BEAMS
 from leafcut.model.cutter import Cutter, cutter_of
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.obstacles import Obstacles
-from leafcut.model.pace import Pace, PaceRules, PaceStretch
-from leafcut.model.pace_change import PaceChange, ToolPace
+from leafcut.model.pace import Pace, PaceRules, PaceStretch, SpindleLoad, ToolLimits
+from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import MOTIONS, Kind
-from leafcut.options import flag_name
+from leafcut.options import SpeedOptions, flag_name
 from leafcut.processes.course import Run
 from leafcut.processes.keep_out import meetings
 from leafcut.processes.program.options import ResequenceOptions
 from leafcut.processes.program.plan.corners import rounds_freely
 from leafcut.processes.program.plan.pace import plan_pace
 from leafcut.processes.program.workpiece import block_of, check_size, stock_before, tools_of
+from leafcut.stock.cutting_force import spindle_torque
 from leafcut.stock.height_field import HeightField
-from leafcut.stock.loads import Loads, StockBefore, loads_of
+from leafcut.stock.loads import Loads, StockBefore, has_chip, loads_of
 from leafcut.stock.same_stock import stock_differences
 
 if TYPE_CHECKING:
@@ -133,7 +134,9 @@ class _Job:
         options = run.settings.of(ResequenceOptions)
         cutters = {number: cutter_of(tool) for number, tool in tools.items()}
         rules = PaceRules(
-            options.air, options.feeds, options.air_clearance, 1.0 + options.feed_increase / 100.0
+            options.air, options.feeds, options.air_clearance, 1.0 + options.feed_increase / 100.0,
+            None if options.slot_chip is None else options.slot_chip / 100.0,
+            _spindle(run) if options.feeds else None,
         )  # fmt: skip
         if run.settings.stock.workpiece:
             check_size(program, cutters, block_of(run.settings.stock.workpiece), source)
@@ -258,8 +261,9 @@ class _Job:
             return replace(none, issues=(*issues, Issue("L513", f"the speeds stay: {problem}")))
         before, after = self.seconds(program), self.seconds(new)
         # A feed that was above its tool's goes down whatever that costs.
-        slowed = np.isfinite(speed) & (speed < loads.feed)
-        if after >= before and not slowed.any():
+        own = program.path.value
+        slowed = any(part.speed < own[row] for row, parts in stretches.items() for part in parts)
+        if after >= before and not slowed:
             return none
         between = after if rules.air else before
         if rules.air and rules.feeds:
@@ -336,7 +340,7 @@ class _Job:
         from leafcut.processes.program.proof.paced import check_limits, made_rapid, stretches_of
 
         found = stretches_of(program.path, new.path)
-        speed = check_limits(loads, found, pace.limits, self.rules)
+        speed = check_limits(loads, found, pace.limits, self.rules, self.cutters)
         fast = made_rapid(program.path, found)
         # What is rapid now is looked at in pieces, as a cut is.
         kind = new.path.kind.copy()
@@ -358,6 +362,11 @@ class _Job:
         """Return what other speeds did, but for the time that they save."""
         every = [part.speed for parts in stretches.values() for part in parts]
         mills, chip = loads.mills, loads.chip
+        # Of a way straight down the last stretch is the one in the material.
+        into = speed.copy()
+        for at in np.flatnonzero(loads.plunges).tolist():
+            if parts := stretches.get(int(loads.source[at])):
+                into[at] = parts[-1].speed
         by_tool = []
         for number, limit in sorted(pace.limits.items()):
             mine = mills & (loads.moves.tool == number) & np.isfinite(speed)
@@ -368,7 +377,7 @@ class _Job:
                     number, self.tools[number].label, (float(feed.min()), float(feed.max())),
                     (float(after.min()), float(after.max())), float(chip[mine].max()),
                     float((chip[mine] * ratio).max()), limit.chip, limit.stated, float(loads.rate[mine].max()),
-                    float((loads.rate[mine] * ratio).max()),
+                    float((loads.rate[mine] * ratio).max()), tuple(self.limits(number, loads, into, limit)),
                 )
             )  # fmt: skip
         return replace(
@@ -381,13 +390,88 @@ class _Job:
             tools=tuple(by_tool),
         )
 
+    def limits(self, number: int, loads: Loads, speed: Floats, limit: ToolLimits) -> Iterator[FeedLimit]:
+        """Yield what a tool's cuts ask of the other limits at most, before and after."""
+        diameter = 2.0 * self.cutters[number].radius
+        of_tool = (loads.moves.tool == number) & np.isfinite(speed)
+        ratio = np.divide(speed, loads.feed, out=np.ones_like(speed), where=of_tool & (loads.feed > 0))
+
+        def most(values: Floats, which: NDArray[np.bool_], power: float = 1.0) -> tuple[float, float]:
+            mine = of_tool & which
+            after = values[mine] * ratio[mine] ** power
+            return float(values[mine].max(initial=0.0)), float(after.max(initial=0.0))
+
+        cuts = loads.mills | loads.sinks
+        if limit.spindle is not None:
+            power = loads.power(limit.spindle, limit.teeth, diameter)
+            grows = 1.0 - limit.spindle.material.mc
+            if math.isfinite(limit.spindle.power):
+                used = power / limit.spindle.efficiency
+                yield FeedLimit("power", *most(used, cuts, grows), limit.spindle.power)
+            if math.isfinite(limit.spindle.torque):
+                torque = spindle_torque(power, np.where(loads.rpm > 0, loads.rpm, np.inf))
+                yield FeedLimit("torque", *most(torque, cuts, grows), limit.spindle.torque)
+        if limit.slot < 1.0:
+            # As thick as at the full width a chip is at any other one, by its own share.
+            chip = loads.chip * limit.slot / loads.slot_share(limit, diameter)
+            yield FeedLimit("slot", *most(chip, cuts & (loads.width > 0.5 * diameter)), limit.chip * limit.slot)
+        if math.isfinite(limit.plunge):
+            yield FeedLimit("plunge", *most(loads.down, loads.sinks | loads.plunges), limit.plunge)
+
     def told(self, pace: Pace) -> Iterator[Issue]:
-        """Yield which tools keep their feeds."""
+        """Yield which tools keep their feeds, and which limits are not known."""
         silent = [tool.label for number, tool in self.tools.items() if number not in pace.limits]
         if self.rules.feeds and silent:
             keep = "keeps its feed" if len(silent) == 1 else "keep their feeds"
             message = f"{', '.join(silent)} {keep}: no cut of theirs is milled at a stated speed of the spindle"
             yield Issue("L512", message, severity=Severity.NOTE)
+        if self.rules.feeds and pace.limits:
+            for message in self.unlimited(pace):
+                yield Issue("L514", message, severity=Severity.NOTE)
+
+    def unlimited(self, pace: Pace) -> Iterator[str]:
+        """Yield which limits of feeds are not applied for want of a figure, and what to give."""
+
+        def named(numbers: Iterable[int]) -> str:
+            return ", ".join(f"T{number}" for number in numbers)
+
+        numbers = sorted(pace.limits)
+        spindle = self.rules.spindle
+        toothless = [number for number in numbers if not self.tools[number].teeth]
+        if spindle is None:
+            yield "power and torque do not limit feeds: give --material"
+        elif not spindle.limited:
+            yield "power and torque do not limit feeds: the machine's are unknown; give --max-power or --max-torque"
+        elif toothless:
+            yield f"power and torque do not limit feeds of {named(toothless)}: give the number of teeth with --tools"
+        chipless = [number for number in numbers if not has_chip(self.tools[number])]
+        if self.rules.slot is None:
+            yield "slots are fed as other cuts: give --slot-chip for less"
+        elif chipless:
+            yield f"--slot-chip does not limit {named(chipless)}: give feed and spindle speed with --tools"
+        if unknown := [number for number in numbers if math.isinf(pace.limits[number].plunge)]:
+            yield f"ways down into the material keep their feeds with {named(unknown)}: give a plunge feed with --tools"
+
+
+def _spindle(run: Run) -> SpindleLoad | None:
+    """Return what limits power and torque; None where nobody said what is cut.
+
+    Raises
+    ------
+    OptionError
+        The material is not known, or a limit is given without one.
+    """
+    from leafcut.read.work_materials import load_material
+
+    options = run.settings.of(SpeedOptions)
+    if "material" not in run.settings.given:
+        for name in ("max_power", "max_torque", "drive_efficiency"):
+            if name in run.settings.given:
+                raise OptionError(f"{flag_name(name)}: only used with --material; add --material or leave it out")
+        return None
+    material = load_material(run.settings.job.material)
+    power, torque = options.max_power or run.machine.spindle_power, options.max_torque or run.machine.spindle_torque
+    return SpindleLoad(material, power or math.inf, torque or math.inf, options.drive_efficiency)
 
 
 def _skippable(program: Program) -> int:

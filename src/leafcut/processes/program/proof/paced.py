@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import VerifyError
 from leafcut.geometry.arrays import Floats
+from leafcut.model.cutter import Cutter
 from leafcut.model.pace import PaceRules, PaceStretch, ToolLimits
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.stock.loads import Loads
@@ -122,8 +124,9 @@ def speeds_on(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]]) -> Fl
 
 
 def check_limits(
-    loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]], limits: dict[int, ToolLimits], rules: PaceRules
-) -> Floats:
+    loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]], limits: dict[int, ToolLimits], rules: PaceRules,
+    cutters: Mapping[int, Cutter],
+) -> Floats:  # fmt: skip
     """Check new speeds against what each piece meets, and return the speed of every piece, mm/s.
 
     Raises
@@ -132,7 +135,7 @@ def check_limits(
         A rapid comes nearer to material than it may, or a feed asks more of a tool than is allowed.
     """
     speed = speeds_on(loads, stretches)
-    mills, chip = loads.mills, loads.chip
+    cuts, chip = loads.mills | loads.sinks, loads.chip
     faster = np.isfinite(speed) & (speed > loads.feed * (1.0 + _PART))
     ratio = np.divide(speed, loads.feed, out=np.ones_like(speed), where=np.isfinite(speed) & (loads.feed > 0))
     upright = loads.upright
@@ -141,9 +144,15 @@ def check_limits(
     faster &= ~(clear & rules.air) & ~upright
     wrong = faster & (ratio > rules.increase * (1.0 + _PART))
     for number, limit in limits.items():
-        mine = mills & (loads.moves.tool == number) & np.isfinite(speed)
-        wrong |= mine & faster & (chip * ratio > limit.chip * (1.0 + _PART))
+        mine = cuts & (loads.moves.tool == number) & np.isfinite(speed)
+        diameter = 2.0 * cutters[number].radius
+        allowed = limit.chip * loads.slot_share(limit, diameter)
+        wrong |= mine & faster & (chip * ratio > allowed * (1.0 + _PART))
         wrong |= mine & faster & (loads.rate * ratio > limit.rate * (1.0 + _PART))
+        wrong |= mine & faster & (ratio > loads.spindle_ratio(limit, diameter) * (1.0 + _PART))
+        # A ramp is made faster only where it is known how fast the tool may go down.
+        known = limit.plunge if math.isfinite(limit.plunge) else 0.0
+        wrong |= mine & faster & loads.sinks & (loads.down * ratio > known * (1.0 + _PART))
     wrong |= faster & ~np.isin(loads.moves.tool, list(limits))
     wrong |= np.isinf(speed) & ~clear & ~upright
     wrong[_plunges_too_fast(loads, stretches, rules)] = True
