@@ -99,6 +99,13 @@ class ToolLimits(NamedTuple):
     teeth: int = 1
 
 
+class CycleReturn(NamedTuple):
+    """A block of a canned cycle that is to come up to the R plane, code 99, or to the initial height, 98."""
+
+    block: int
+    code: int
+
+
 class Lowered(NamedTuple):
     """A word of a block that gets another height: the block, Z or R, mm."""
 

@@ -44,6 +44,8 @@ if TYPE_CHECKING:
 _SKIPPED = re.compile(r"[ \t]*(?:[Nn][ \t]*[0-9]+[ \t]*)?/")
 #: Heights of what two programs leave differ by less than this, mm.
 _TOLERANCE = 0.01
+#: Heights that differ by less are the same, mm.
+_SAME = 1e-6
 #: So often what makes the machine slower is taken out; two motions before and behind are looked at with it.
 _TRIALS, _NEAR = 3, 2
 #: A rapid that is cut anew from the new text is found at another height on a slope: it keeps this share at least.
@@ -196,28 +198,47 @@ class _Job:
     # -- heights -----------------------------------------------------------------------------------------------------
 
     def lowered(self, found: Paced) -> Paced:
-        """Return a program with lower retracts and R planes; as it is where none can be proved."""
-        from leafcut.processes.program.plan.heights import lower_heights
-        from leafcut.processes.program.post.pace_writer import with_heights
+        """Return a program with lower retracts, cycles and R planes; as it is where none can be proved.
 
-        program = found.program
-        loads = self.loads(program, "choosing heights", self.held)
-        heights = lower_heights(program, loads, self.rules.clearance, self.run.machine, self.top)
-        none = replace(found, change=replace(found.change, retracts_s=0.0))
-        if not heights:
-            return none
-        try:
-            text = with_heights(program, heights)
-            new = self.read(text)
-            self.check_heights(program, new)
-        except (PostError, VerifyError) as problem:
-            return replace(none, issues=(*found.issues, Issue("L513", f"the heights stay: {problem}")))
-        saved = self.seconds(program) - self.seconds(new)
-        if saved <= 0:
-            return none
-        return replace(
-            found, text=text, program=new, change=replace(found.change, retracts_s=saved, lowered=len(heights))
-        )
+        Cycles first stay at their R planes, which then get lower where all ways at them allow that.
+        """
+        from leafcut.processes.program.plan.heights import LowWays
+        from leafcut.processes.program.post.pace_writer import with_heights, with_returns
+
+        found = replace(found, change=replace(found.change, retracts_s=0.0))
+        before = self.seconds(found.program)
+        kept: set[int] = set()
+        for cycles in (True, False):
+            program = found.program
+            loads = self.loads(program, "choosing heights", self.held)
+            ways = LowWays(program, loads, self.rules.clearance, self.run.machine, self.top, self.obstacles)
+            try:
+                if cycles:
+                    returns = ways.returns()
+                    text, count = with_returns(program, returns, self.words.max_line), len(returns)
+                else:
+                    heights = ways.heights()
+                    text, count = with_heights(program, heights), len(heights)
+                kept |= ways.kept
+                if not count:
+                    continue
+                new = self.read(text)
+                self.check_heights(program, new)
+                if cycles:
+                    drills = program.path.kind == Kind.DRILL
+                    count = int((new.path.end[drills, 2] < program.path.end[drills, 2] - _SAME).sum())
+            except (PostError, VerifyError) as problem:
+                found = replace(found, issues=(*found.issues, Issue("L513", f"the heights stay: {problem}")))
+                continue
+            saved = before - self.seconds(new)
+            if saved > (found.change.retracts_s or 0.0):
+                change = replace(found.change, retracts_s=saved, lowered=found.change.lowered + count)
+                found = replace(found, text=text, program=new, change=change)
+        if kept:
+            message = f"{len(kept)} ways over named obstacles keep their heights"
+            message = message if len(kept) > 1 else "a way over a named obstacle keeps its height"
+            found = replace(found, issues=(*found.issues, Issue("L513", message, f"line {min(kept)}")))
+        return found
 
     def check_heights(self, program: Program, new: Program) -> None:
         """Check that a program differs from another one by lower ways alone, which keep clear of the material.
@@ -229,7 +250,8 @@ class _Job:
         """
         from leafcut.processes.program.proof.paced import check_lowered
 
-        check_lowered(program.path, new.path, self.loads(new, "verifying", self.held), self.rules)
+        bent = self.top if self.run.machine.rapid_style == "dogleg" else -math.inf
+        check_lowered(program.path, new.path, self.loads(new, "verifying", self.held), self.rules, bent)
         self.check_rest(new)
 
     def check_rest(self, new: Program) -> None:

@@ -102,7 +102,11 @@ def plan_pace(
                 found = _with_speed(found, free, min(max(own, corners.slow), way.fastest(machine)))
                 found = _with_speed(found, way.trimmed(free, corners.rounds(row)), way.fastest(machine))
         else:
-            found = [PaceStretch(1.0, float(speed[which].min()))]
+            in_air = rules.air and bool(clear[which].all()) and not corners.free[row]
+            fastest = max(machine.max_feed, own) if in_air else own
+            # An arc in the air stays one, so that it is known where it goes.
+            pays = float(loads.length[which].sum()) * (1.0 / own - 1.0 / fastest) > _WORTH
+            found = [PaceStretch(1.0, fastest if pays else float(speed[which].min()))]
         if any(abs(one.speed - own) > 1e-9 * own for one in found):
             stretches[row] = tuple(found)
     return Pace(stretches, limits)

@@ -11,7 +11,7 @@ import numpy as np
 from leafcut.gcode.modal_dependencies import BlockReader
 from leafcut.gcode.program import Program
 from leafcut.model.heartbeat import Heartbeat, unseen
-from leafcut.model.pace import Lowered, Pace, PaceStretch
+from leafcut.model.pace import CycleReturn, Lowered, Pace, PaceStretch
 from leafcut.processes.program.post.insertion import (
     code_of,
     format_length,
@@ -24,6 +24,7 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 _STRAIGHT_WORD = re.compile(r"([Gg])[ \t]*0*1(?![0-9.])")
 _MOTION_WORD = re.compile(r"[Gg][ \t]*0*[0-3](?![0-9.])")
+_RETURN_WORD = re.compile(r"([Gg][ \t]*)9[89](?![0-9.])")
 _FEED_WORD = re.compile(r"[Ff][ \t]*[-+]?[0-9.]")
 #: Digits of a feed that is not the program's own.
 _DIGITS = 3
@@ -52,6 +53,24 @@ def with_heights(program: Program, lowered: Sequence[Lowered]) -> str:
         scale = 10.0 ** (_HEIGHTS if unit == 1.0 else _HEIGHTS_INCH)
         at = int(program.line[block]) - 1
         lines[at] = replace_words(lines[at], {letter: format_value(math.ceil(height / unit * scale - 1e-6) / scale)})
+    return "".join(lines)
+
+
+def with_returns(program: Program, returns: Sequence[CycleReturn], longest: int = 255) -> str:
+    """Return the text of a program whose cycles come up to other heights: G98 or G99 in some of their blocks.
+
+    Raises
+    ------
+    PostError
+        A line would be longer than `longest`.
+    """
+    lines = list(program.lines)
+    for block, code in returns:
+        at = int(program.line[block]) - 1
+        was = len(lines[at].rstrip("\r\n"))
+        line, stated = _in_code(lines[at], _RETURN_WORD, rf"\g<1>{code}")
+        front = [] if stated else [f"G{code}"]
+        lines[at] = "".join(insert_words_within(line, front, [], longest, was))
     return "".join(lines)
 
 

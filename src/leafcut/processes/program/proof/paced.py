@@ -194,13 +194,17 @@ def made_rapid(before: Toolpath, stretches: dict[int, tuple[PaceStretch, ...]]) 
     return np.array(rows, dtype=np.int64)
 
 
-def check_lowered(before: Toolpath, after: Toolpath, loads: Loads, rules: PaceRules) -> None:
+def check_lowered(
+    before: Toolpath, after: Toolpath, loads: Loads, rules: PaceRules, bent_above: float = -math.inf
+) -> None:
     """Check that a program differs from another one by lower ways alone, and that these keep clear of the material.
 
     Parameters
     ----------
     loads
         Of the program with lower heights.
+    bent_above
+        A lower rapid that moves both X and Y is as high as this and the clearance, mm: where its way is not straight.
 
     Raises
     ------
@@ -212,7 +216,7 @@ def check_lowered(before: Toolpath, after: Toolpath, loads: Loads, rules: PaceRu
         raise VerifyError("the program with lower heights does something else than the other one")
     # A way that begins lower is another way, too.
     starts = np.abs(before.before[:, 2] - after.before[:, 2]) > _SAME
-    rows = np.union1d(lowered, np.flatnonzero(starts & np.isin(after.kind, _ALONG)))
+    rows = np.union1d(lowered, np.flatnonzero(starts & np.isin(after.kind, (*_ALONG, Kind.DRILL))))
     ends, over = loads.moves.ends, loads.removed.over
     rises = loads.upright & (ends[:, 5] > ends[:, 2])
     # A cut straight down that begins lower, and pecks into the own hole, meet material; what comes across does not.
@@ -225,6 +229,8 @@ def check_lowered(before: Toolpath, after: Toolpath, loads: Loads, rules: PaceRu
     mine = np.isin(loads.source, rows) & ~rises & ~digs & ~pecks
     unchanged = ~np.isin(loads.source, lowered) & loads.upright
     near = mine & ~unchanged & (over > -rules.clearance * (1.0 - _PART))
+    bent = loads.moves.rapid & (np.abs(ends[:, 3:5] - ends[:, :2]) > _SAME).all(axis=1)
+    near |= mine & ~unchanged & bent & (np.minimum(ends[:, 2], ends[:, 5]) < bent_above + rules.clearance - _OFF)
     if near.any():
         line = int(after.line[loads.source[int(np.flatnonzero(near)[0])]])
         raise VerifyError(f"line {line}: a lower way comes too near to the material")
@@ -244,9 +250,11 @@ def _lowered_rows(before: Toolpath, after: Toolpath) -> list[int] | None:
             one, other = before.cycles[int(before.ref[row])], after.cycles[int(after.ref[row])]
             if one == other and close[row, 2]:
                 continue
-            if (one.name, one.bottom, one.peck, one.dwell, one.to_initial) != (
-                other.name, other.bottom, other.peck, other.dwell, other.to_initial,
-            ) or other.r_plane > one.r_plane:  # fmt: skip
+            if (one.name, one.bottom, one.peck, one.dwell) != (other.name, other.bottom, other.peck, other.dwell):
+                return None
+            # A hole may stay at its R plane where it came up to the initial height; no height is higher.
+            rises = (other.to_initial and not one.to_initial) or other.r_plane > one.r_plane
+            if rises or not after.end[row, 2] <= before.end[row, 2] + _SAME:
                 return None
             lowered.append(row)
             continue

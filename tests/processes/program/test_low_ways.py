@@ -1,0 +1,158 @@
+"""`reorder --low-retracts --air`: ways over named obstacles, cycles that stay at their R plane, arcs in the air."""
+
+from __future__ import annotations
+
+import math
+import random
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from leafcut.gcode.dialects import dialect
+from leafcut.gcode.program_interpreter import interpret_program
+from leafcut.model.cycles import expand
+from leafcut.model.outcome import Outcome
+from leafcut.model.toolpath import Kind, Toolpath
+from pace_programs import BLOCK, HEAD, TAIL, body, reordered
+from rs274_moves import assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
+from stepped_stock import SteppedStock
+
+#: Over x 30 to 40 at y 5 to 15 stands a clamp, and rapids pass it at 12 or above.
+CLAMP = {"keep_out": "30 5 40 15", "clearance_height": 12}
+
+
+def told(outcome: Outcome) -> list[str]:
+    """Return what was said of speeds and heights that stay."""
+    return [str(issue) for issue in outcome.issues if issue.code == "L513"]
+
+
+def test_a_way_over_a_named_clamp_keeps_its_height_and_the_others_do_not(tmp_path: Path) -> None:
+    text = HEAD + (
+        "G0 X10 Y10 Z15\nG1 Z-2 F60\nG0 Z15\nG0 X60\nG0 Z2\nG1 Z-2 F60\nG0 Z15\nG0 Y40\nG0 Z2\nG1 Z-2 F60\n"
+    )  # fmt: skip
+    found = reordered(tmp_path, text + TAIL, low_retracts=True, workpiece=BLOCK, **CLAMP)
+    changed = [
+        (k, b) for k, (a, b) in enumerate(zip(text.splitlines(), found.text.splitlines(), strict=False)) if a != b
+    ]
+    assert changed == [(10, "G0 Z2.0")]
+    assert told(found) == ["L513 a way over a named obstacle keeps its height (line 8)"]
+
+
+def check_ways(path: Toolpath) -> None:
+    """Check that no rapid across comes nearer than the clearance to a block that is cut place by place."""
+    stock = SteppedStock((0, 0, -10), (70, 50, 0))
+    moves = expand(path)
+    for row in np.flatnonzero((moves.kind == Kind.RAPID) | (moves.kind == Kind.FEED)).tolist():
+        begin, end = moves.before[row], moves.end[row]
+        if not np.isfinite([begin, end]).all():
+            continue
+        if moves.kind[row] == Kind.FEED:
+            stock.cut(begin, end, 3.0)
+        elif np.abs(end - begin)[:2].max() > 0:
+            assert stock.highest(begin, end, 3.0 + 1.0 - 0.18) <= -1.0 + 0.03, f"{begin} to {end}"
+
+
+#: Holes at Y10, to both sides of the clamp, and at Y40, far from it.
+HOLES = HEAD + "G0 X10 Y10\nG0 Z15\nG98 G81 X10 Y10 R2 Z-3 F100\nX20\nX60\nY40\nX40\nX20\nG80\n" + TAIL
+
+
+def test_the_holes_of_a_series_are_reached_at_the_r_plane_where_nothing_stands_between(
+    tmp_path: Path, rs274: str
+) -> None:
+    """The last one comes up to the initial height as before; LinuxCNC goes the same way."""
+    found = reordered(tmp_path, HOLES, low_retracts=True, workpiece=BLOCK)
+    assert body(found) == [
+        "G0 X10 Y10", "G0 Z15", "G99 G81 X10 Y10 R1.0 Z-3 F100", "X20", "X60", "Y40", "X40", "G98 X20", "G80",
+    ]  # fmt: skip
+    assert found.detail.pace.lowered == 6
+    assert found.detail.pace.retracts_s == pytest.approx(found.before.time_s - found.after.time_s, rel=1e-4)
+    path = interpret_program(found.text, dialect("linuxcnc")).path
+    assert path.end[path.kind == Kind.DRILL, 2].tolist() == [1, 1, 1, 1, 1, 15]
+    status, said = run_rs274(rs274, found.text, tmp_path)
+    assert status == 0
+    assert_same_moves(moves_of_toolpath(path), moves_of_rs274(said), 1e-4)
+
+
+def test_a_series_rises_over_a_named_clamp_and_that_is_told(tmp_path: Path, rs274: str) -> None:
+    found = reordered(tmp_path, HOLES, low_retracts=True, workpiece=BLOCK, **CLAMP)
+    path = interpret_program(found.text, dialect("linuxcnc")).path
+    assert path.end[path.kind == Kind.DRILL, 2].tolist() == [1, 15, 1, 1, 1, 15]
+    assert told(found) == ["L513 a way over a named obstacle keeps its height (line 9)"]
+    status, said = run_rs274(rs274, found.text, tmp_path)
+    assert status == 0
+    assert_same_moves(moves_of_toolpath(path), moves_of_rs274(said), 1e-4)
+
+
+def test_a_series_rises_over_what_stands_between_two_holes(tmp_path: Path) -> None:
+    """Two slots, 5 deep, with the block's top between them: R is below it."""
+    slots = "".join(f"G0 X{x} Y5\nG0 Z2\nG1 Z-5 F60\nG1 Y45 F600\nG1 X{x + 5}\nG1 Y5\nG0 Z15\n" for x in (10, 40))
+    series = "G98 G81 X12.5 Y20 R-3 Z-8 F100\nY30\nX42.5\nY20\nG80\n"
+    found = reordered(tmp_path, HEAD + slots + series + TAIL, low_retracts=True, workpiece=BLOCK)
+    path = interpret_program(found.text, dialect("linuxcnc")).path
+    heights = path.end[path.kind == Kind.DRILL, 2].tolist()
+    assert heights == [-4.0, 15.0, -4.0, 15.0]
+    check_ways(path)
+
+
+@pytest.mark.parametrize(
+    "series",
+    [
+        "G98 G84 X10 Y10 R5 Z-3 F100\nX20\nX30\n",  # a tap's R plane has to do with its pitch
+        "G98 G81 X10 Y10 R5 Z-3 F100\nG91 X10 Z-3 R-10\nG90\n",
+        "G98 G81 X10 Y10 R14.9 Z-3 F100\nX20\n",  # hardly lower
+    ],
+)
+def test_a_series_stays_as_it_is_where_its_words_or_its_cycle_forbid_it(tmp_path: Path, series: str) -> None:
+    text = HEAD + "G0 X10 Y10\nG0 Z15\n" + series + "G80\n" + TAIL
+    assert "G99" not in reordered(tmp_path, text, low_retracts=True, workpiece=BLOCK).text
+
+
+def test_an_arc_in_the_air_goes_as_fast_as_the_machine_cuts(tmp_path: Path) -> None:
+    """Beside the block; the one into the material keeps its feed."""
+    text = HEAD + "G0 X76 Y-4 Z5\nG0 Z-2\nG3 X76 Y4 I0 J4 F100\nG3 X70 Y10 I-6 J0\nG1 X60\n" + TAIL
+    found = reordered(tmp_path, text, air=True, workpiece=BLOCK)
+    path = interpret_program(found.text, dialect("linuxcnc")).path
+    arcs = path.value[path.kind == Kind.ARC_CCW]
+    assert arcs.tolist() == [pytest.approx(found.machine.max_feed), pytest.approx(100 / 60)]
+    assert found.detail.pace.air_s == pytest.approx(4 * math.pi / (100 / 60), rel=0.1)
+    freely = reordered(tmp_path, text.replace("G64 P0.02", "G64"), air=True, workpiece=BLOCK)
+    assert "G3 X76 Y4 I0 J4 F100" in body(freely)
+
+
+def random_series(chance: random.Random) -> str:
+    """Return slots and series of holes at their bottoms and on the top, by several cycles, from several heights."""
+    lines, deep = [], []
+    for x in (12, 35, 58):
+        if chance.random() < 0.6:
+            z = -chance.choice([3, 5, 6])
+            lines += [f"G0 X{x} Y8", "G0 Z2", f"G1 Z{z} F60", "G1 Y42 F600", f"G1 X{x + 5}", "Y8", "G0 Z15"]
+            deep.append((x + 2.5, z))
+    for _ in range(chance.randint(1, 4)):
+        cycle = chance.choice(["G81 {}", "G82 {} P0.1", "G83 {} Q1.5", "G73 {} Q2"])
+        if deep and chance.random() < 0.5:
+            across, plane = [x for x, _ in deep], max(z for _, z in deep) + chance.choice([1.5, 4])
+            bottom = min(z for _, z in deep) - 1.5
+        else:
+            across, plane, bottom = [5, 22, 30, 48, 66], chance.choice([1, 2.5, 6]), -1.5
+        places = [f"X{chance.choice(across)} Y{chance.choice([14, 25, 36])}" for _ in range(chance.randint(1, 6))]
+        first, *more = dict.fromkeys(places)
+        lines += [f"{chance.choice(['G98', 'G98', 'G99'])} {cycle.format(first)} R{plane} Z{bottom} F100", *more]
+        lines += ["G80", f"G0 Z{chance.choice([15, 20])}"]
+    return HEAD + "G0 X0 Y0 Z20\n" + "\n".join(lines) + "\n" + TAIL
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2, 3, 7, 8])
+def test_random_series_keep_clear_of_the_material_on_all_their_ways(seed: int, tmp_path: Path, rs274: str) -> None:
+    text = random_series(random.Random(seed))
+    found = reordered(tmp_path, text, low_retracts=True, air=True, workpiece=BLOCK, cell=0.2)
+    assert not told(found)
+    assert found.after.time_s <= found.before.time_s * (1 + 1e-9)
+    path = interpret_program(found.text, dialect("linuxcnc")).path
+    status, said = run_rs274(rs274, found.text, tmp_path)
+    assert status == 0
+    assert_same_moves(moves_of_toolpath(path), moves_of_rs274(said), 1e-4)
+    holes = path.kind == Kind.DRILL
+    old = interpret_program(text, dialect("linuxcnc")).path
+    assert (path.end[holes] <= old.end[old.kind == Kind.DRILL] + 1e-9).all()
+    check_ways(path)
