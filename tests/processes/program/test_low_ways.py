@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.cycles import expand
 from leafcut.model.outcome import Outcome
-from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.model.toolpath import Kind, Toolpath, arc_sweep
 from pace_programs import BLOCK, HEAD, TAIL, body, reordered
 from rs274_moves import assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
 from stepped_stock import SteppedStock
@@ -39,16 +40,29 @@ def test_a_way_over_a_named_clamp_keeps_its_height_and_the_others_do_not(tmp_pat
     assert told(found) == ["L513 a way over a named obstacle keeps its height (line 8)"]
 
 
+def moves_of_cut(path: Toolpath, row: int) -> list[np.ndarray]:
+    """Return places along a straight cut or an arc in the plane."""
+    begin, end = path.before[row], path.end[row]
+    if path.kind[row] == Kind.FEED:
+        return [begin, end]
+    radius, start, sweep = arc_sweep(path, row)
+    centre = path.arcs[int(path.ref[row])].center
+    angles = start + sweep * np.linspace(0.0, 1.0, 60)
+    heights = np.linspace(begin[2], end[2], 60)
+    return list(np.column_stack([centre[0] + radius * np.cos(angles), centre[1] + radius * np.sin(angles), heights]))
+
+
 def check_ways(path: Toolpath) -> None:
     """Check that no rapid across comes nearer than the clearance to a block that is cut place by place."""
     stock = SteppedStock((0, 0, -10), (70, 50, 0))
     moves = expand(path)
-    for row in np.flatnonzero((moves.kind == Kind.RAPID) | (moves.kind == Kind.FEED)).tolist():
+    for row in np.flatnonzero((moves.kind >= Kind.RAPID) & (moves.kind <= Kind.ARC_CCW)).tolist():
         begin, end = moves.before[row], moves.end[row]
         if not np.isfinite([begin, end]).all():
             continue
-        if moves.kind[row] == Kind.FEED:
-            stock.cut(begin, end, 3.0)
+        if moves.kind[row] != Kind.RAPID:
+            for a, b in pairwise(moves_of_cut(moves, row)):
+                stock.cut(a, b, 3.0)
         elif np.abs(end - begin)[:2].max() > 0:
             assert stock.highest(begin, end, 3.0 + 1.0 - 0.18) <= -1.0 + 0.03, f"{begin} to {end}"
 
@@ -109,19 +123,19 @@ def test_a_series_stays_as_it_is_where_its_words_or_its_cycle_forbid_it(tmp_path
 
 
 def test_an_arc_in_the_air_goes_as_fast_as_the_machine_cuts(tmp_path: Path) -> None:
-    """Beside the block; the one into the material keeps its feed."""
-    text = HEAD + "G0 X76 Y-4 Z5\nG0 Z-2\nG3 X76 Y4 I0 J4 F100\nG3 X70 Y10 I-6 J0\nG1 X60\n" + TAIL
+    """Round the block's corner, where the chord is not; the one into the material keeps its feed."""
+    text = HEAD + "G0 X60 Y-10 Z5\nG0 Z-2\nG3 X80 Y10 I0 J20 F100\nG3 X70 Y20 I-10 J0\nG1 X60\n" + TAIL
     found = reordered(tmp_path, text, air=True, workpiece=BLOCK)
     path = interpret_program(found.text, dialect("linuxcnc")).path
     arcs = path.value[path.kind == Kind.ARC_CCW]
     assert arcs.tolist() == [pytest.approx(found.machine.max_feed), pytest.approx(100 / 60)]
-    assert found.detail.pace.air_s == pytest.approx(4 * math.pi / (100 / 60), rel=0.1)
+    assert found.detail.pace.air_s == pytest.approx(10 * math.pi / (100 / 60), rel=0.1)
     freely = reordered(tmp_path, text.replace("G64 P0.02", "G64"), air=True, workpiece=BLOCK)
-    assert "G3 X76 Y4 I0 J4 F100" in body(freely)
+    assert "G3 X80 Y10 I0 J20 F100" in body(freely)
 
 
 def random_series(chance: random.Random) -> str:
-    """Return slots and series of holes at their bottoms and on the top, by several cycles, from several heights."""
+    """Return slots, series of holes at their bottoms and on the top, by several cycles, and arcs in and over them."""
     lines, deep = [], []
     for x in (12, 35, 58):
         if chance.random() < 0.6:
@@ -139,6 +153,11 @@ def random_series(chance: random.Random) -> str:
         first, *more = dict.fromkeys(places)
         lines += [f"{chance.choice(['G98', 'G98', 'G99'])} {cycle.format(first)} R{plane} Z{bottom} F100", *more]
         lines += ["G80", f"G0 Z{chance.choice([15, 20])}"]
+        if chance.random() < 0.6:
+            x, y, z = chance.randint(5, 30), chance.randint(5, 25), chance.choice([-2, 0.5, 3])
+            lines += [f"G0 X{x} Y{y}", "G1 Z4 F500", f"G1 Z{z} F80"]
+            code, radius = chance.choice("23"), chance.randint(25, 40)
+            lines += [f"g{code}x{x + chance.randint(5, 30)}y{y + chance.randint(-4, 20)}r{radius}", "G0 Z15"]
     return HEAD + "G0 X0 Y0 Z20\n" + "\n".join(lines) + "\n" + TAIL
 
 
@@ -156,3 +175,24 @@ def test_random_series_keep_clear_of_the_material_on_all_their_ways(seed: int, t
     old = interpret_program(text, dialect("linuxcnc")).path
     assert (path.end[holes] <= old.end[old.kind == Kind.DRILL] + 1e-9).all()
     check_ways(path)
+
+
+def test_an_arc_whose_chord_is_in_the_air_too_is_a_rapid_along_that(tmp_path: Path, rs274: str) -> None:
+    """Beside the block, 3 mm from it; the words of the centre go, and the next arc says its own motion again."""
+    text = HEAD + "G0 X76 Y-4 Z5\nG0 Z-2\nG3 X76 Y4 I0 J4 F100 (lead)\nX70 Y10 I-6 J0\nG1 X60\n" + TAIL
+    found = reordered(tmp_path, text, air=True, workpiece=BLOCK)
+    assert body(found) == ["G0 X76 Y-4 Z5", "G0 Z-2", "G0 X76 Y4 F100 (lead)", "G3 X70 Y10 I-6 J0", "G1 X60"]
+    assert found.detail.pace.rapids == 1
+    assert run_rs274(rs274, found.text, tmp_path)[0] == 0
+    near = reordered(tmp_path, text, air=True, workpiece="0,0,-10,72.5,50,0")
+    assert "G3 X76 Y4 I0 J4" in near.text
+
+
+def test_a_chord_over_a_clamp_stays_an_arc(tmp_path: Path) -> None:
+    """The clamp, 1 mm wide, stands at the middle of the chord; the arc, 8 mm in radius, goes round it."""
+    text = HEAD + "G0 X60 Y-10 Z15\nG0 Z2\nG3 X60 Y8 I0 J9 F100\nG1 X50\nG1 Z-1 F60\nX40\n" + TAIL
+    clamp = {"keep_out": "59.5 -1.5 60.5 -0.5", "clearance_height": 12}
+    free, held = (reordered(tmp_path, text, air=True, workpiece=BLOCK, **one) for one in ({}, clamp))
+    assert "G0 X60 Y8" in free.text
+    assert "G3 X60 Y8 I0 J9" in held.text
+    assert not told(held)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -306,7 +306,28 @@ class _Job:
     def pace(self, program: Program, loads: Loads, rules: PaceRules) -> Pace:
         """Return how fast each stretch may go."""
         look = self.run.looking("choosing speeds")
-        return plan_pace(program, loads, self.tools, self.cutters, rules, self.run.machine, self.top, look)
+        chords = self.chords(program, loads) if rules.air else ()
+        return plan_pace(program, loads, self.tools, self.cutters, rules, self.run.machine, self.top, look, chords)
+
+    def chords(self, program: Program, loads: Loads) -> Collection[int]:
+        """Return the rows of arcs in the air whose chords are in the air, too, and over no obstacle."""
+        from leafcut.processes.program.plan.pace import arcs_in_air
+
+        path = program.path
+        rows = [
+            row
+            for row in arcs_in_air(program, loads, self.rules, self.run.machine)
+            if self.obstacles is None
+            or min(path.before[row, 2], path.end[row, 2]) >= self.obstacles.height
+            or not self.obstacles.between(_place(path.before[row]), _place(path.end[row]), int(path.tool[row]))
+        ]
+        if not rows:
+            return ()
+        kind = path.kind.copy()
+        kind[rows] = Kind.FEED
+        tried = self.loads(replace(program, path=replace(path, kind=kind)), "choosing speeds")
+        met = tried.removed.cuts | (tried.removed.over > -self.rules.clearance)
+        return set(rows) - set(tried.source[met].tolist())
 
     def written(self, program: Program, pace: Pace) -> tuple[str, Program]:
         """Return a program with a pace: its text, and what it does."""
@@ -363,7 +384,7 @@ class _Job:
 
         found = stretches_of(program.path, new.path)
         speed = check_limits(loads, found, pace.limits, self.rules, self.cutters)
-        fast = made_rapid(program.path, found)
+        fast, chords = made_rapid(program.path, found)
         # What is rapid now is looked at in pieces, as a cut is.
         kind = new.path.kind.copy()
         kind[fast] = Kind.FEED
@@ -371,7 +392,9 @@ class _Job:
         ends = again.moves.ends
         # What goes straight up goes where the tool has just been.
         mine = np.isin(again.source, fast) & ~(again.upright & (ends[:, 5] > ends[:, 2]))
-        near = mine & (again.removed.cuts | (again.removed.over > -_KEPT * self.rules.clearance))
+        # A chord is another way than its arc: nothing vouches for it but this.
+        keeps = np.where(np.isin(again.source, chords), 1.0 - 1e-6, _KEPT)
+        near = mine & (again.removed.cuts | (again.removed.over > -keeps * self.rules.clearance))
         if near.any():
             line = int(new.path.line[again.source[int(np.flatnonzero(near)[0])]])
             raise VerifyError(f"line {line} of the new program: a rapid comes too near to the material")
@@ -502,6 +525,10 @@ def _skippable(program: Program) -> int:
     blocks = np.searchsorted(program.first, np.flatnonzero(moves), side="right") - 1
     lines = np.unique(program.line[blocks]).tolist()
     return next((line for line in lines if _SKIPPED.match(program.lines[line - 1])), 0)
+
+
+def _place(point: Floats) -> tuple[float, float]:
+    return float(point[0]), float(point[1])
 
 
 def _threads() -> int:

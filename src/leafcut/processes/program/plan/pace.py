@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.pace import Pace, PaceRules, PaceStretch, ToolLimits
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.plan.corners import RapidCorners
+from leafcut.processes.program.plan.corners import RapidCorners, rounds_freely
 from leafcut.processes.program.plan.plain_blocks import block_of_row, is_plain, words_of_row
 from leafcut.stock.loads import Loads, limits_of
 from leafcut.stock.straight_moves import StraightMoves
@@ -54,10 +54,11 @@ def plan_pace(
     machine: Machine,
     top: float,
     look: Heartbeat = unseen,
+    chords: Collection[int] = (),
 ) -> Pace:
     """Return how fast each stretch of a program's cuts goes, where that is another speed than its own.
 
-    Nothing stands higher than `top`, mm.
+    Nothing stands higher than `top`, mm. `chords` are rows of arcs whose chords are in the air, too (`arcs_in_air`).
 
     Straight cuts are divided where their speed changes, arcs have one speed. What goes straight down into the material,
     and what finishes a wall, is not made faster; ramps only as far as their library's speed downwards is known.
@@ -104,12 +105,36 @@ def plan_pace(
         else:
             in_air = rules.air and bool(clear[which].all()) and not corners.free[row]
             fastest = max(machine.max_feed, own) if in_air else own
-            # An arc in the air stays one, so that it is known where it goes.
-            pays = float(loads.length[which].sum()) * (1.0 / own - 1.0 / fastest) > _WORTH
+            length = float(loads.length[which].sum())
+            chord = path.end[row] - path.before[row]
+            if in_air and row in chords and length / own - float(move_time(chord[None], machine)[0]) > _WORTH:
+                fastest = math.inf
+            pays = length * (1.0 / own - 1.0 / fastest) > _WORTH
             found = [PaceStretch(1.0, fastest if pays else float(speed[which].min()))]
         if any(abs(one.speed - own) > 1e-9 * own for one in found):
             stretches[row] = tuple(found)
     return Pace(stretches, limits)
+
+
+def arcs_in_air(program: Program, loads: Loads, rules: PaceRules, machine: Machine) -> list[int]:
+    """Return the rows of arcs in the air in whose place a rapid along their chord may go, if that is in the air, too.
+
+    Where rapids are not straight none is.
+    """
+    path = program.path
+    free = rounds_freely(path, machine, rules.clearance)
+    met = loads.removed.cuts | (loads.removed.over > -rules.clearance)
+    blocked = np.zeros(len(path), dtype=np.bool_)
+    blocked[loads.source[met]] = True
+    found = []
+    for row in np.flatnonzero(np.isin(path.kind, (Kind.ARC_CW, Kind.ARC_CCW)) & ~blocked & ~free).tolist():
+        chord = np.abs(path.end[row] - path.before[row])
+        if not (np.isfinite(chord).all() and chord.max() > _SAME) or path.arcs[int(path.ref[row])].turns > 1:
+            continue
+        bent = machine.rapid_style == "dogleg" and np.count_nonzero(chord > _SAME) > 1
+        if not bent and _may_change(program, row) is False:
+            found.append(row)
+    return found
 
 
 def _in_material(

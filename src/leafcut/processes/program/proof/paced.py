@@ -23,6 +23,7 @@ _SAME = 1e-6
 _PART = 1e-6
 #: Straight motions.
 _ALONG = (Kind.RAPID, Kind.FEED)
+_ARCS = (Kind.ARC_CW, Kind.ARC_CCW)
 
 
 def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStretch, ...]]:
@@ -44,9 +45,14 @@ def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStret
             if len(parts) > 1 or not math.isclose(parts[0].speed, own, rel_tol=_PART):
                 found[row] = parts
             continue
+        if kind in _ARCS and at < count and after.kind[at] == Kind.RAPID and _ends_alike(before, after, row, at):
+            # Along its chord: that this keeps clear is seen where rapids are.
+            found[row] = (PaceStretch(1.0, math.inf),)
+            at += 1
+            continue
         if at >= count or not _same_row(before, after, row, at):
             raise _differs(before, after, row, at)
-        if kind in (Kind.ARC_CW, Kind.ARC_CCW) and not math.isclose(before.value[row], after.value[at], rel_tol=_PART):
+        if kind in _ARCS and not math.isclose(before.value[row], after.value[at], rel_tol=_PART):
             found[row] = (PaceStretch(1.0, float(after.value[at])),)
         at += 1
     if at != count:
@@ -83,9 +89,9 @@ def _same_row(before: Toolpath, after: Toolpath, row: int, at: int) -> bool:
     if before.kind[row] != after.kind[at]:
         return False
     kind = Kind(int(before.kind[row]))
-    if not np.allclose(before.end[row], after.end[at], rtol=0.0, atol=_SAME, equal_nan=True):
+    if not _ends_alike(before, after, row, at):
         return False
-    if kind in (Kind.ARC_CW, Kind.ARC_CCW):
+    if kind in _ARCS:
         one, other = before.arcs[int(before.ref[row])], after.arcs[int(after.ref[at])]
         same = (one.plane, one.turns) == (other.plane, other.turns)
         return same and bool(np.allclose(one.center, other.center, rtol=0.0, atol=_SAME))
@@ -95,6 +101,10 @@ def _same_row(before: Toolpath, after: Toolpath, row: int, at: int) -> bool:
         return before.cycles[int(before.ref[row])] == after.cycles[int(after.ref[at])]
     # Each program counts the shifts of its origin for itself.
     return kind is Kind.SHIFT or bool(before.ref[row] == after.ref[at])
+
+
+def _ends_alike(before: Toolpath, after: Toolpath, row: int, at: int) -> bool:
+    return bool(np.allclose(before.end[row], after.end[at], rtol=0.0, atol=_SAME, equal_nan=True))
 
 
 def _differs(before: Toolpath, after: Toolpath, row: int, at: int) -> VerifyError:
@@ -180,18 +190,23 @@ def _plunges_too_fast(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]
     return wrong
 
 
-def made_rapid(before: Toolpath, stretches: dict[int, tuple[PaceStretch, ...]]) -> NDArray[np.int64]:
-    """Return the rows of a program with new speeds that are rapids and were cuts, int64[k]."""
-    rows = []
+def made_rapid(
+    before: Toolpath, stretches: dict[int, tuple[PaceStretch, ...]]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the rows of a program with new speeds that are rapids and were cuts, and of these the chords of arcs."""
+    rows: list[int] = []
+    chords: list[int] = []
     at = 0
     for row in range(len(before)):
         parts = stretches.get(row)
         if parts is None:
             at += 1
             continue
-        rows += [at + k for k, part in enumerate(parts) if math.isinf(part.speed)]
+        fast = [at + k for k, part in enumerate(parts) if math.isinf(part.speed)]
+        rows += fast
+        chords += fast if before.kind[row] in _ARCS else []
         at += len(parts)
-    return np.array(rows, dtype=np.int64)
+    return np.array(rows, dtype=np.int64), np.array(chords, dtype=np.int64)
 
 
 def check_lowered(
@@ -258,7 +273,7 @@ def _lowered_rows(before: Toolpath, after: Toolpath) -> list[int] | None:
                 return None
             lowered.append(row)
             continue
-        if kind in (Kind.ARC_CW, Kind.ARC_CCW):
+        if kind in _ARCS:
             if before.arcs[int(before.ref[row])] != after.arcs[int(after.ref[row])] or not close[row, 2]:
                 return None
         elif kind != Kind.SHIFT and before.ref[row] != after.ref[row]:
