@@ -463,6 +463,9 @@ export class Drawing {
     const sizes = shown.map((pane) => pane.resize());
     if (sizes.length) this.view.resize(...sizes[sizes.length - 1]);
     this.solid.resize();
+    // What is said stands below the buttons, in however many rows they are.
+    const { top, height } = this.stage.getBoundingClientRect();
+    if (height > 0) document.documentElement.style.setProperty("--drawing-top", `${top}px`);
     this._wake();
   }
 
