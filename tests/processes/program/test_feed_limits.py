@@ -12,6 +12,7 @@ import pytest
 
 from leafcut.errors import OptionError
 from leafcut.model.pace_change import FeedLimit
+from leafcut.processes.program.plan import pace as plan
 from leafcut.processes.program.plan.pace import _reached
 from leafcut.processes.program.report import pace_facts
 from pace_programs import BLOCK, HEAD, TAIL, body, reordered
@@ -191,3 +192,29 @@ def test_every_raised_stretch_reaches_its_speed_at_the_machines_acceleration(see
         if (found > own * (1 + 1e-9))[runs == run].any():
             assert math.sqrt(squared[runs[piece] == run].max()) == pytest.approx(speed, rel=0.01)
     assert (found > own).any()
+
+
+@pytest.mark.parametrize(
+    ("options", "library_says"),
+    [
+        ({"material": "aluminium-6061", "max_power": "200 W"}, {}),
+        ({"material": "aluminium-6061", "max_torque": 0.2}, {}),
+        ({"slot_chip": 50}, {"feed": '"1000 mm/min"'}),
+        ({}, {"plunge_feed": '"100 mm/min"'}),
+        ({}, {}),
+    ],
+    ids=["power", "torque", "slot", "plunge", "chip"],
+)
+def test_the_proof_refuses_a_feed_above_a_limit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: dict[str, Any], library_says: dict[str, str]
+) -> None:
+    """What chose the feeds is made to raise all of them by a fifth, whatever is allowed."""
+    text = RAMP.replace("F300", "F1100") if "plunge_feed" in library_says else SLOT
+    monkeypatch.setattr(plan, "_in_material", lambda loads, *_: loads.feed * np.where(loads.removed.cuts, 1.2, 1.0))
+    tools = library(
+        tmp_path, **{"feed": '"6000 mm/min"' if "plunge_feed" in library_says else '"600 mm/min"', **library_says}
+    )
+    found = reordered(tmp_path, text, feeds=True, workpiece=BLOCK, tools=tools, **options)
+    assert found.text == text
+    (said,) = [issue.message for issue in found.issues if issue.code == "L513"]
+    assert "a new speed asks more than is allowed" in said

@@ -15,6 +15,8 @@ from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.cycles import expand
 from leafcut.model.outcome import Outcome
 from leafcut.model.toolpath import Kind, Toolpath, arc_sweep
+from leafcut.processes.program import pace
+from leafcut.processes.program.plan import heights
 from pace_programs import BLOCK, HEAD, TAIL, body, reordered
 from rs274_moves import assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
 from stepped_stock import SteppedStock
@@ -196,3 +198,27 @@ def test_a_chord_over_a_clamp_stays_an_arc(tmp_path: Path) -> None:
     assert "G0 X60 Y8" in free.text
     assert "G3 X60 Y8 I0 J9" in held.text
     assert not told(held)
+
+
+def test_the_proof_refuses_a_series_that_stays_too_low(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What chose the heights is made to see nothing: two slots with the block's top between them."""
+    slots = "".join(f"G0 X{x} Y5\nG0 Z2\nG1 Z-5 F60\nG1 Y45 F600\nG1 X{x + 5}\nG1 Y5\nG0 Z15\n" for x in (10, 40))
+    text = HEAD + slots + "G98 G81 X12.5 Y20 R-3 Z-8 F100\nX42.5\nG80\n" + TAIL
+    monkeypatch.setattr(heights.LowWays, "_stays", lambda *_: True)
+    found = reordered(tmp_path, text, low_retracts=True, workpiece=BLOCK)
+    assert "G99" not in found.text
+    assert len(told(found)) == 1
+    assert "a lower way comes too near to the material" in told(found)[0]
+
+
+def test_the_proof_refuses_a_chord_through_the_material_or_over_a_clamp(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = HEAD + "G0 X60 Y-10 Z5\nG0 Z-2\nG3 X80 Y10 I0 J20 F100\nG1 X70\n" + TAIL
+    over = HEAD + "G0 X60 Y-10 Z15\nG0 Z2\nG3 X60 Y8 I0 J9 F100\nG0 Z15\nX10\nG1 Z-1 F60\nX40\n" + TAIL
+    clamp = {"keep_out": "59.5 -1.5 60.5 -0.5", "clearance_height": 12}
+    monkeypatch.setattr(pace._Job, "chords", lambda _, program, __: np.flatnonzero(program.path.kind == Kind.ARC_CCW))
+    for program, options, words in ((text, {}, "too near to the material"), (over, clamp, "speeds stay")):
+        found = reordered(tmp_path, program, air=True, workpiece=BLOCK, **options)
+        assert "G3" in found.text
+        assert [words in line for line in told(found)] == [True]

@@ -29,6 +29,8 @@ _MOTION_CODES = frozenset((1, 2, 3))
 _BESIDE = frozenset((17, 18, 19, 90, 94))
 #: A stretch is made faster only where that saves so much, s.
 _WORTH = 0.03
+#: Slower stretches whose speeds differ by less than this part are one.
+_ALIKE = 0.02
 #: Feeds are raised in steps of this factor.
 _STEP = 1.1
 #: What is narrower than this share of the tool's diameter finishes a wall: it keeps its feed.
@@ -246,17 +248,24 @@ def _runs(speeds: Floats) -> list[PaceStretch]:
 
 
 def _worth_dividing(found: list[PaceStretch], length: float, own: float) -> list[PaceStretch]:
-    """Return stretches of a cut without those that are faster than its own feed and save next to nothing."""
+    """Return stretches of a cut without those that are faster than its own feed and save next to nothing.
+
+    Slower ones that are almost as slow as their neighbours are one, as slow as the slowest.
+    """
     if len(found) == 1:
         return found
     kept: list[PaceStretch] = []
-    before = 0.0
+    before = fastest = 0.0
     for one in found:
         saves = length * (one.until - before) * (1.0 / own - 1.0 / one.speed)
         speed = own if one.speed > own and saves < _WORTH else one.speed
         before = one.until
         if kept and kept[-1].speed == speed:
             kept.pop()
+        elif kept and max(kept[-1].speed, speed) < own and abs(speed - fastest) <= _ALIKE * fastest:
+            speed = min(speed, kept.pop().speed)
+        else:
+            fastest = speed
         kept.append(PaceStretch(one.until, speed))
     return kept
 
