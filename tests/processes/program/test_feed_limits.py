@@ -112,6 +112,26 @@ def test_a_mill_goes_down_no_faster_than_its_library_says(tmp_path: Path) -> Non
         ]
 
 
+def test_a_plunge_keeps_its_limit_where_its_way_through_the_air_is_no_faster_as_a_rapid(tmp_path: Path) -> None:
+    """At 6000 mm/min the rapid from 5 to 1 saves next to nothing; the way below it is slower all the same."""
+    tools = library(tmp_path, plunge_feed='"100 mm/min"')
+    for own in (600, 6000):
+        text = SLOT.replace("Z-2 F60", f"Z-2 F{own}").replace("G0 Z2", "G0 Z5")
+        found = reordered(tmp_path, text, feeds=True, air=True, workpiece=BLOCK, tools=tools)
+        assert "G1 Z-2 F100.0" in body(found)
+        (plunge,) = [one for one in found.detail.pace.tools[0].limits if one.name == "plunge"]
+        assert plunge.after == pytest.approx(100 / 60)
+
+
+def test_a_cut_whose_line_cannot_be_changed_and_is_above_a_limit_is_told(tmp_path: Path) -> None:
+    """In inverse time (G93) the number behind F is no feed."""
+    text = SLOT.replace("G1 X60 F600", "G93\nG1 X60 F12\nG94\nG1 X10 F600")
+    found = reordered(tmp_path, text, feeds=True, workpiece=BLOCK, tools=library(tmp_path, feed='"450 mm/min"'))
+    assert "G1 X60 F12" in body(found)
+    said = [issue.message for issue in found.issues if issue.code == "L512"]
+    assert said == ["T1 end-mill Ø6 stays above its limit (chip) in cuts whose lines cannot be changed"]
+
+
 #: Down by 2 over 20 mm, then back on the level.
 RAMP = HEAD + "G0 X10 Y10\nG0 Z0.5\nG1 Z0 F60\nG1 X30 Z-2 F300\nG1 X10\n" + TAIL
 

@@ -44,6 +44,8 @@ if TYPE_CHECKING:
 _SKIPPED = re.compile(r"[ \t]*(?:[Nn][ \t]*[0-9]+[ \t]*)?/")
 #: Heights of what two programs leave differ by less than this, mm.
 _TOLERANCE = 0.01
+#: What is above a limit by less than this part is within it.
+_ROUNDED = 1e-4
 #: Heights that differ by less are the same, mm.
 _SAME = 1e-6
 #: So often what makes the machine slower is taken out; two motions before and behind are looked at with it.
@@ -280,13 +282,14 @@ class _Job:
             pace, text, new = self.without_losses(program, pace)
             speed, stretches, nearest = self.proved(program, new, loads, pace)
         except (PostError, VerifyError) as problem:
-            return replace(none, issues=(*issues, Issue("L513", f"the speeds stay: {problem}")))
+            said = Issue("L513", f"the speeds stay: {problem}")
+            return replace(none, issues=(*issues, said, *_above(none.change)))
         before, after = self.seconds(program), self.seconds(new)
         # A feed that was above its tool's goes down whatever that costs.
         own = program.path.value
         slowed = any(part.speed < own[row] for row, parts in stretches.items() for part in parts)
         if after >= before and not slowed:
-            return none
+            return replace(none, issues=(*issues, *_above(none.change)))
         between = after if rules.air else before
         if rules.air and rules.feeds:
             alone = self.pace(program, loads, replace(rules, feeds=False))
@@ -301,7 +304,7 @@ class _Job:
         if rules.feeds and raised.any() and rounds_freely(program.path, self.run.machine, math.inf).any():
             message = "the program lets the controller round corners as far as it likes (G64 without P)"
             issues = (*issues, Issue("L511", f"{message}: more at higher feeds; state G64 P0.01 or the like"))
-        return Paced(text, new, change, issues)
+        return Paced(text, new, change, (*issues, *_above(change)))
 
     def pace(self, program: Program, loads: Loads, rules: PaceRules) -> Pace:
         """Return how fast each stretch may go."""
@@ -363,7 +366,11 @@ class _Job:
             }
             if not slower:
                 break
-            pace = Pace({row: parts for row, parts in pace.stretches.items() if row not in slower}, pace.limits)
+            kept = {
+                row: _no_faster(parts, float(path.value[row])) if row in slower else parts
+                for row, parts in pace.stretches.items()
+            }
+            pace = Pace({row: parts for row, parts in kept.items() if parts}, pace.limits)
             text, new = self.written(program, pace)
         return pace, text, new
 
@@ -533,6 +540,27 @@ def _place(point: Floats) -> tuple[float, float]:
 
 def _threads() -> int:
     return os.cpu_count() or 1
+
+
+def _above(change: PaceChange) -> Iterator[Issue]:
+    """Yield which tools stay above a limit: where a line cannot be changed, or new speeds cannot be proved."""
+    for tool in change.tools:
+        over = [one.name for one in tool.limits if one.after > one.limit * (1.0 + _ROUNDED)]
+        over += ["chip"] if tool.limit_stated and tool.chip_after > tool.chip_limit * (1.0 + _ROUNDED) else []
+        if over:
+            message = f"{tool.label} stays above its limit ({', '.join(over)}) in cuts whose lines cannot be changed"
+            yield Issue("L512", message)
+
+
+def _no_faster(parts: tuple[PaceStretch, ...], own: float) -> tuple[PaceStretch, ...]:
+    """Return the stretches of a cut that are slower than its own feed, with that between them; nothing without any."""
+    kept: list[PaceStretch] = []
+    for part in parts:
+        speed = min(part.speed, own)
+        if kept and kept[-1].speed == speed:
+            kept.pop()
+        kept.append(PaceStretch(part.until, speed))
+    return tuple(kept) if any(part.speed < own for part in kept) else ()
 
 
 def _by_row(times: PathTimes, source: NDArray[np.int64]) -> Floats:
