@@ -111,7 +111,7 @@ class OptimizeKeywords(TypedDict, total=False):
     """Largest difference between tool and hole diameter (mm; default: 0.05mm)."""
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data a name of `leafcut materials`, or a TOML file (default: mild_steel).
+    data and for feeds of a program a name of `leafcut materials`, or a TOML file (default: mild_steel).
     """
     start_point: str | Sequence[Quantity] | None
     """Start point of the tool, x,y, or free; for a program, its position before the first rapid (mm; default:
@@ -158,13 +158,17 @@ class OptimizeKeywords(TypedDict, total=False):
         "m",
         None,
     ]
-    """Unit of the STL file (default: mm)."""
+    """Unit of the STL files (default: mm)."""
     surface_clearance: Quantity | None
     """How far ways stay from the surface and from fixtures, above and aside (mm; default: 2mm)."""
     through: bool | None
     """Drill each hole through the part, as thick as the surface is there."""
     fixture: str | Sequence[str] | None
     """Boxes that stand on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; ways go
+    over (default: none).
+    """
+    fixture_file: str | Path | None
+    """STL or STEP file of what holds the part, such as clamps or a vise, with the zero of the surface; ways go
     over (default: none).
     """
     tool_change_height: Quantity | None
@@ -945,7 +949,7 @@ class SimulateKeywords(TypedDict, total=False):
     """Clearance height (initial plane): safe above part and clamps (mm; default: 10mm)."""
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data a name of `leafcut materials`, or a TOML file (default: mild_steel).
+    data and for feeds of a program a name of `leafcut materials`, or a TOML file (default: mild_steel).
     """
     cut_process: str | None
     """Cutting process: plasma, laser, oxyfuel, waterjet, or a name in the cut chart such as laser_fiber_3kW
@@ -1077,7 +1081,7 @@ class CuttingDataKeywords(TypedDict, total=False):
     """Largest difference between tool and hole diameter (mm; default: 0.05mm)."""
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data a name of `leafcut materials`, or a TOML file (default: mild_steel).
+    data and for feeds of a program a name of `leafcut materials`, or a TOML file (default: mild_steel).
     """
     start_point: str | Sequence[Quantity] | None
     """Start point of the tool, x,y, or free; for a program, its position before the first rapid (mm; default:
@@ -1110,13 +1114,17 @@ class CuttingDataKeywords(TypedDict, total=False):
         "m",
         None,
     ]
-    """Unit of the STL file (default: mm)."""
+    """Unit of the STL files (default: mm)."""
     surface_clearance: Quantity | None
     """How far ways stay from the surface and from fixtures, above and aside (mm; default: 2mm)."""
     through: bool | None
     """Drill each hole through the part, as thick as the surface is there."""
     fixture: str | Sequence[str] | None
     """Boxes that stand on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; ways go
+    over (default: none).
+    """
+    fixture_file: str | Path | None
+    """STL or STEP file of what holds the part, such as clamps or a vise, with the zero of the surface; ways go
     over (default: none).
     """
     tool_change_height: Quantity | None
@@ -1231,7 +1239,7 @@ class VerifyKeywords(TypedDict, total=False):
     """Thickness of the plate (holes go through), or of the sheet to cut (mm; default: unknown: holes are blind)."""
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data a name of `leafcut materials`, or a TOML file (default: mild_steel).
+    data and for feeds of a program a name of `leafcut materials`, or a TOML file (default: mild_steel).
     """
     cut_process: str | None
     """Cutting process: plasma, laser, oxyfuel, waterjet, or a name in the cut chart such as laser_fiber_3kW

@@ -4,10 +4,18 @@ from __future__ import annotations
 
 import math
 
-from leafcut.model.pace_change import PaceChange, ToolPace
+from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
 from leafcut.model.process_report import Fact
 from leafcut.report.wording import clean, count, time_words
 from leafcut.units import SECONDS_PER_MINUTE
+
+#: How each limit of feeds is called, its unit for people, and how many of these one of ours is.
+_LIMITS = {
+    "power": ("power", "kW", 0.001),
+    "torque": ("torque", "N·m", 0.001),
+    "slot": ("chip of slots", "mm", 1.0),
+    "plunge": ("downwards", "mm/min", SECONDS_PER_MINUTE),
+}
 
 
 def pace_facts(pace: PaceChange) -> list[Fact]:
@@ -39,7 +47,15 @@ def _tool_words(tool: ToolPace) -> str:
     return (
         f"{clean(tool.label)}: {before} → {after} mm/min; thickest chip {tool.chip_before:.3g} → "
         f"{tool.chip_after:.3g} mm a revolution, at most {tool.chip_limit:.3g} ({whose})"
+        + "".join(f"; {_limit_words(limit)}" for limit in tool.limits)
     )
+
+
+def _limit_words(limit: FeedLimit) -> str:
+    """Return what a limit was asked for before and after: "power 1.2 → 0.9 kW, at most 0.9"."""
+    words, unit, scale = _LIMITS[limit.name]
+    before, after, most = (f"{scale * value:.3g}" for value in limit[1:])
+    return f"{words} {before} → {after} {unit}, at most {most}"
 
 
 def _feed_words(low: float, high: float) -> str:

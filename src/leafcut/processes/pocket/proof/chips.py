@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -10,7 +11,7 @@ import numpy as np
 from leafcut.geometry.arrays import Floats, Indices
 from leafcut.model.difference import Difference
 from leafcut.model.feed_limits import FeedLimits
-from leafcut.model.pace_change import ToolPace
+from leafcut.model.pace_change import FeedLimit, ToolPace
 from leafcut.model.pocket import PocketRules
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Kind, Toolpath
@@ -42,7 +43,9 @@ class _Places:
     chip: Floats
     chip_limit: Floats
     chip_before: Floats
+    width: Floats
     power: Floats
+    power_before: Floats
     rate: Floats
 
 
@@ -67,19 +70,38 @@ def measured_chips(written: Toolpath, rules: PocketRules, limits: FeedLimits, to
     ]
     for level in every:
         wrong += _beyond(level, written, limits)
-    feed, chip, before, rate = (
-        np.concatenate([np.zeros(0), *(getattr(level, name) for level in every)])
-        for name in ("feed", "chip", "chip_before", "rate")
-    )
+    feed, chip, before, rate = (_all(every, name) for name in ("feed", "chip", "chip_before", "rate"))
     low, high = (float(feed.min()), float(feed.max())) if len(feed) else (limits.feed, limits.feed)
     rate_before = float((rate * limits.feed / feed).max(initial=0.0)) if len(feed) else 0.0
     pace = ToolPace(
         tool.number, tool.label, (limits.feed, limits.feed), (low, high), float(before.max(initial=0.0)),
         float(chip.max(initial=0.0)), limits.chip, True, rate_before, float(rate.max(initial=0.0)),
+        tuple(_limits(every, limits)),
     )  # fmt: skip
     rows = {level.cuts[k].row for level in every for k in np.unique(level.move).tolist()}
     changed = sum(abs(float(written.value[row]) - limits.feed) > _PART * limits.feed for row in rows)
     return MeasuredChips(pace, changed, tuple(shorten(wrong)))
+
+
+def _all(every: list[_Places], name: str) -> Floats:
+    """Return what is known of all places at all heights."""
+    return np.concatenate([np.zeros(0), *(getattr(level, name) for level in every)])
+
+
+def _limits(every: list[_Places], limits: FeedLimits) -> Iterator[FeedLimit]:
+    """Yield what is asked of the other limits at most, before and after: of power at the tool, of the chip in slots."""
+
+    def most(values: Floats) -> float:
+        return float(values.max(initial=0.0))
+
+    if math.isfinite(limits.power):
+        yield FeedLimit("power", most(_all(every, "power_before")), most(_all(every, "power")), limits.power)
+    if limits.slot < 1.0:
+        wide = _all(every, "width") > 0.5 * limits.diameter
+        # As thick as at the full width a chip is at any other one, by its own share.
+        share = limits.slot * limits.chip / _all(every, "chip_limit")[wide]
+        before, after = ((_all(every, name)[wide]) * share for name in ("chip_before", "chip"))
+        yield FeedLimit("slot", most(before), most(after), limits.slot * limits.chip)
 
 
 def _levels(
@@ -94,8 +116,8 @@ def _levels(
         met = engaged.width > thinnest(rules)
         yield _Places(
             there, way.piece[met], feed[met], chip[met], chip_limit(engaged, limits)[met],
-            (chip * limits.feed / feed)[met], power_at(engaged, feed, limits)[met],
-            removal_rate(engaged, feed, limits)[met],
+            (chip * limits.feed / feed)[met], engaged.width[met], power_at(engaged, feed, limits)[met],
+            power_at(engaged, limits.feed, limits)[met], removal_rate(engaged, feed, limits)[met],
         )  # fmt: skip
 
 
