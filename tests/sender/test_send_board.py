@@ -105,7 +105,8 @@ def test_a_plate_of_70_holes_is_held_goes_on_and_is_hurried(board: Board, progra
     assert stages == ["hold", "faster", "resume", "normal"]
     assert seen[-1].override == 100
     assert held[1].place == held[2].place and held[2].taken == held[1].taken
-    assert board.lines() == bare(program.read_text())
+    # First what is active when a program begins.
+    assert board.lines() == ["G17G90G94G40G49G80", "G54", "G21", "M5", "M9", *bare(program.read_text())]
     assert 100 < board.most <= 128
     assert len(job.holes) == HOLES and seen[-1].hole == HOLES
     assert [v.line for v in seen] == sorted(v.line for v in seen)
@@ -183,6 +184,23 @@ def test_a_pulled_cable_leaves_a_clear_state_and_the_plate_goes_on_at_hole_35(
     log = program.with_suffix(".log").read_text()
     assert " > M3S5000" in log and " < ok" in log
     assert job.holes[34].first == line_of(35)
+
+
+def test_an_alarm_in_the_middle_is_told_in_words(board: Board, program: Path, machine: str) -> None:
+    """The board's own limits become narrower after it was asked: it refuses to go down."""
+    talk, facts, job = prepared(board, program, machine)
+    try:
+        talk.ask("$132=30.2")
+        talk.ask("$20=1")
+        ending = SendRun(talk, facts, job, job.steps).run()
+        assert not ending.complete and ending.state == "locked by an alarm"
+        assert "alarm 2: a move would leave the machine's travel" in ending.reason
+        assert ending.hole == job.holes[0]
+        talk.unlock()
+    finally:
+        talk.ask("$20=0")
+        talk.ask("$132=60")
+        talk.port.close()
 
 
 def test_check_mode_moves_nothing_and_lists_every_error(
