@@ -30,7 +30,7 @@ ANSWER_SECONDS, START_SECONDS, HOMING_SECONDS = 5.0, 5.0, 180.0
 #: How long a machine may take to come to rest, s.
 REST_SECONDS = 15.0
 #: After an alarm its reason is told, s; and a reset that is not answered for so long is sent again, s.
-ALARM_SECONDS, RESET_SECONDS = 0.5, 2.0
+ALARM_SECONDS, RESET_SECONDS = 3.0, 2.0
 #: Between two questions for the status while something is waited for, s.
 _AGAIN = 0.1
 _READ_SECONDS = 0.02
@@ -282,10 +282,10 @@ class Conversation:
         return self.fresh_status()
 
     def hear_alarm(self) -> None:
-        """Wait until an alarm is told to its end: from then on a reset is heard."""
-        until = self.clock() + ALARM_SECONDS
+        """Wait until an alarm is told to its end, half a second on GRBL: from then on a reset is heard."""
+        until = self._until(ALARM_SECONDS)
         while self.clock() < until:
-            if any(isinstance(one, Remark) for one in self.listen()):
+            if any(isinstance(one, Remark | Greeting) for one in self.listen()):
                 return
 
     def pass_time(self, seconds: float) -> None:
