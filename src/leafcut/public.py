@@ -50,8 +50,8 @@ from leafcut.model.mesh import Mesh
 from leafcut.model.motion import Arc, DrillCycle, Kind
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Placement, Remnant, Stock
 from leafcut.model.outcome import OperationOutcome, Outcome
-from leafcut.model.pace_change import PaceChange, ToolPace
-from leafcut.model.part import Grouping, Hole, Part, Slot
+from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
+from leafcut.model.part import Grouping, Hole, HoleStep, Part, Slot
 from leafcut.model.pocket import (
     Pocket,
     PocketMeasures,
@@ -107,10 +107,12 @@ __all__ = [
     "DrillCycle",
     "DrillLoad",
     "DrillingDetail",
+    "FeedLimit",
     "Grouping",
     "Head",
     "HeightField",
     "Hole",
+    "HoleStep",
     "Input",
     "Issue",
     "Kind",
