@@ -129,6 +129,8 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         api.optimize(at["cam.nc"], keep_out="200 200 210 210", **FAST)
         stock = {"workpiece": "-10,-10,-9,110,130,0", "mill_diameter": 3}
         api.optimize(at["cam.nc"], air=True, low_retracts=True, feeds=True, **stock, **FAST)
+        limits = {"material": "c45", "slot_chip": 50, "tools": at["tools.toml"]}
+        api.optimize(at["cam.nc"], feeds=True, **limits, **stock, **FAST)
         api.optimize(at["plasma.ngc"], machine="plasma-table", **LITTLE)
     elif work == "nest":
         laid = {"sheet": "400x200", "ignore_layers": "MARK", "open_paths": "drop", "nester": "shapes", **FAST}

@@ -111,7 +111,7 @@ class OptimizeKeywords(TypedDict, total=False):
     """Largest difference between tool and hole diameter (mm; default: 0.05mm)."""
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data a name of `leafcut materials`, or a TOML file (default: mild_steel).
+    data and for feeds of a program a name of `leafcut materials`, or a TOML file (default: mild_steel).
     """
     start_point: str | Sequence[Quantity] | None
     """Start point of the tool, x,y, or free; for a program, its position before the first rapid (mm; default:
@@ -441,6 +441,10 @@ class OptimizeKeywords(TypedDict, total=False):
     """How far the ways that --air and --low-retracts change keep from all material (mm; default: 1mm)."""
     feed_increase: float | str | None
     """How much --feeds raises a feed at most, in percent (default: 50%)."""
+    slot_chip: float | str | None
+    """Thickest chip where a mill cuts its whole width, in percent of the one that its library allows; from half of
+    the width on in proportion (default: no less than elsewhere).
+    """
     pocket_layers: str | Sequence[str] | None
     """Layers with pocket outlines; * and ? are wildcards (default: POCKET* if present)."""
     island_layers: str | Sequence[str] | None
@@ -642,6 +646,12 @@ class OptimizeKeywords(TypedDict, total=False):
     """Diameter of tools that neither --tools nor the program's comments describe; they count as flat mills (mm;
     default: such a tool is refused).
     """
+    max_power: Quantity | None
+    """Limit of the spindle's power (kW; default: the machine's, else none)."""
+    max_torque: Quantity | None
+    """Limit of the spindle's torque (N·m; default: the machine's, else none)."""
+    drive_efficiency: float | str | None
+    """Part of the spindle's power that reaches the tool (default: 0.75)."""
 
 
 class NestKeywords(TypedDict, total=False):
@@ -939,7 +949,7 @@ class SimulateKeywords(TypedDict, total=False):
     """Clearance height (initial plane): safe above part and clamps (mm; default: 10mm)."""
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data a name of `leafcut materials`, or a TOML file (default: mild_steel).
+    data and for feeds of a program a name of `leafcut materials`, or a TOML file (default: mild_steel).
     """
     cut_process: str | None
     """Cutting process: plasma, laser, oxyfuel, waterjet, or a name in the cut chart such as laser_fiber_3kW
@@ -1071,7 +1081,7 @@ class CuttingDataKeywords(TypedDict, total=False):
     """Largest difference between tool and hole diameter (mm; default: 0.05mm)."""
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data a name of `leafcut materials`, or a TOML file (default: mild_steel).
+    data and for feeds of a program a name of `leafcut materials`, or a TOML file (default: mild_steel).
     """
     start_point: str | Sequence[Quantity] | None
     """Start point of the tool, x,y, or free; for a program, its position before the first rapid (mm; default:
@@ -1229,7 +1239,7 @@ class VerifyKeywords(TypedDict, total=False):
     """Thickness of the plate (holes go through), or of the sheet to cut (mm; default: unknown: holes are blind)."""
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data a name of `leafcut materials`, or a TOML file (default: mild_steel).
+    data and for feeds of a program a name of `leafcut materials`, or a TOML file (default: mild_steel).
     """
     cut_process: str | None
     """Cutting process: plasma, laser, oxyfuel, waterjet, or a name in the cut chart such as laser_fiber_3kW

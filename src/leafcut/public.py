@@ -46,10 +46,11 @@ from leafcut.model.heartbeat import Progress
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine, Probe
 from leafcut.model.measure import Measure
+from leafcut.model.mesh import Mesh
 from leafcut.model.motion import Arc, DrillCycle, Kind
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Placement, Remnant, Stock
 from leafcut.model.outcome import OperationOutcome, Outcome
-from leafcut.model.pace_change import PaceChange, ToolPace
+from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
 from leafcut.model.part import Grouping, Hole, HoleStep, Part, Slot
 from leafcut.model.pocket import (
     Pocket,
@@ -106,6 +107,7 @@ __all__ = [
     "DrillCycle",
     "DrillLoad",
     "DrillingDetail",
+    "FeedLimit",
     "Grouping",
     "Head",
     "HeightField",
@@ -119,6 +121,7 @@ __all__ = [
     "LeafcutError",
     "Machine",
     "Measure",
+    "Mesh",
     "Nest",
     "NestKeywords",
     "NestOutcome",

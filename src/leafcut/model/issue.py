@@ -91,6 +91,7 @@ CODES: dict[str, str] = {
     "L511": "a controller rounds corners of a program as far as it likes",
     "L512": "tools of a program keep their feeds",
     "L513": "new speeds or heights of a program could not be proved",
+    "L514": "a limit of the feeds of a program is not known",
     "L611": "a contour is narrower than the kerf and is not cut",
     "L612": "a contour is narrower than the kerf in places",
     "L613": "a lead was reduced",

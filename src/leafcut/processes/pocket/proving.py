@@ -49,7 +49,12 @@ def write_pockets(job: PocketJob, before: LaidPockets, after: LaidPockets, usual
             f"{depth:.4g} {unit} deep"
         )
     return write_program(
-        after.path, job.words, settings.post, header, tool_names={tool.number: tool.label.split(" ", 1)[1]}
+        after.path,
+        job.words,
+        settings.post,
+        header,
+        tool_names={tool.number: tool.label.split(" ", 1)[1]},
+        rapid_velocity=max(job.run.machine.rapid_velocity),
     )
 
 

@@ -138,6 +138,7 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
         zones=parse_zones(settings.job.keep_out),
     )
     words = dialect(settings.post.dialect or run.machine.controller)
+    run = run.for_words(words)
     check_words_used(settings, run.machine, words)
     job = PocketJob(run, part, rules, heights, data, words, _xy(settings.job.start_point))
     return job, [*part.issues, *left, *issues]

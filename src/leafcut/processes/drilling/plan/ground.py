@@ -17,6 +17,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.mesh import Mesh
 from leafcut.model.part import Part
 from leafcut.model.problem import Relief
+from leafcut.model.shown_stock import FixtureBox
 from leafcut.stock.surface import TILES, TILES_DOGLEG, rims_of, safe_tiles
 
 #: A rim that is more uneven than this is told, mm.
@@ -65,6 +66,11 @@ class Ground:
         """The surface and the fixtures, float64[n, 3, 3]."""
         held = [] if self.fixture is None else [self.fixture.triangles]
         return np.concatenate([self.mesh.triangles, *(_box(box) for box in self.fixtures), *held])
+
+    @property
+    def boxes(self) -> tuple[FixtureBox, ...]:
+        """The fixtures as plain numbers."""
+        return tuple((x0, y0, z0, x1, y1, z1) for x0, y0, z0, x1, y1, z1 in self.fixtures.tolist())
 
     @property
     def highest(self) -> float:
