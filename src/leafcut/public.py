@@ -46,11 +46,12 @@ from leafcut.model.heartbeat import Progress
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine, Probe
 from leafcut.model.measure import Measure
+from leafcut.model.mesh import Mesh
 from leafcut.model.motion import Arc, DrillCycle, Kind
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Placement, Remnant, Stock
 from leafcut.model.outcome import OperationOutcome, Outcome
-from leafcut.model.pace_change import PaceChange, ToolPace
-from leafcut.model.part import Grouping, Hole, Part, Slot
+from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
+from leafcut.model.part import Grouping, Hole, HoleStep, Part, Slot
 from leafcut.model.pocket import (
     Pocket,
     PocketMeasures,
@@ -106,10 +107,12 @@ __all__ = [
     "DrillCycle",
     "DrillLoad",
     "DrillingDetail",
+    "FeedLimit",
     "Grouping",
     "Head",
     "HeightField",
     "Hole",
+    "HoleStep",
     "Input",
     "Issue",
     "Kind",
@@ -118,6 +121,7 @@ __all__ = [
     "LeafcutError",
     "Machine",
     "Measure",
+    "Mesh",
     "Nest",
     "NestKeywords",
     "NestOutcome",
