@@ -158,13 +158,17 @@ class OptimizeKeywords(TypedDict, total=False):
         "m",
         None,
     ]
-    """Unit of the STL file (default: mm)."""
+    """Unit of the STL files (default: mm)."""
     surface_clearance: Quantity | None
     """How far ways stay from the surface and from fixtures, above and aside (mm; default: 2mm)."""
     through: bool | None
     """Drill each hole through the part, as thick as the surface is there."""
     fixture: str | Sequence[str] | None
     """Boxes that stand on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; ways go
+    over (default: none).
+    """
+    fixture_file: str | Path | None
+    """STL or STEP file of what holds the part, such as clamps or a vise, with the zero of the surface; ways go
     over (default: none).
     """
     tool_change_height: Quantity | None
@@ -1110,13 +1114,17 @@ class CuttingDataKeywords(TypedDict, total=False):
         "m",
         None,
     ]
-    """Unit of the STL file (default: mm)."""
+    """Unit of the STL files (default: mm)."""
     surface_clearance: Quantity | None
     """How far ways stay from the surface and from fixtures, above and aside (mm; default: 2mm)."""
     through: bool | None
     """Drill each hole through the part, as thick as the surface is there."""
     fixture: str | Sequence[str] | None
     """Boxes that stand on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; ways go
+    over (default: none).
+    """
+    fixture_file: str | Path | None
+    """STL or STEP file of what holds the part, such as clamps or a vise, with the zero of the surface; ways go
     over (default: none).
     """
     tool_change_height: Quantity | None

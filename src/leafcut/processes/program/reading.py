@@ -97,6 +97,8 @@ def read_foreign(
     OptionError
         ``--units`` are none of a program.
     """
+    if words.language != "g-code":
+        return _own(text, source, settings, machine, words)
     refuse_other_languages(text, source)
     named = "machine" in settings.given or settings.machine.machine != MachineOptions().machine
     free = choose and not named and words.name == machine.controller
@@ -192,6 +194,30 @@ def _laser_for(program: Program) -> str:
         if fastest <= machine.max_feed + 1e-9 and all(b - a <= d - c + 1e-9 for a, b, c, d in sides):
             return name
     return _LASERS[-1]
+
+
+def _own(text: str, source: str, settings: Settings, machine: Machine, words: Dialect) -> ProgramRead:
+    """Return a program in another language than G-code, of which only what leafcut writes is read."""
+    import numpy as np
+
+    from leafcut.gcode.interpreter import interpret
+    from leafcut.gcode.program import Modal, Program
+    from leafcut.gcode.program_interpreter import lines_of
+
+    if "units" in settings.asked:
+        raise OptionError("--units: the program states its own units; leave it out")
+    path = interpret(text, words, source)
+    line, first = np.unique(path.line, return_index=True)
+    program = Program(
+        lines_of(text, words, source),
+        path,
+        line.astype(np.int32),
+        np.append(first, len(path)).astype(np.int32),
+        np.zeros(len(line) + 1, dtype=np.int32),
+        (Modal(unit=1.0),),
+        last_line=int(line[-1]) if len(line) else 0,
+    )
+    return ProgramRead(program, words, machine, ())
 
 
 def _read(text: str, source: str, settings: Settings, machine: Machine, words: Dialect, look: Heartbeat) -> ProgramRead:
