@@ -6,10 +6,10 @@ import importlib
 import pkgutil
 import sys
 
-import numba
 import numpy as np
 
 import leafcut.kernels
+from leafcut.kernels.calling import Kernel
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import AcoOptions, SolveOptions
 from leafcut.solve.in_order import warm_up_in_order
@@ -25,7 +25,7 @@ def signatures() -> dict[str, int]:
         f"{module.__name__}.{name}": len(value.signatures)
         for module in modules
         for name, value in vars(module).items()
-        if isinstance(value, numba.core.registry.CPUDispatcher)
+        if isinstance(value, Kernel)
     }
 
 

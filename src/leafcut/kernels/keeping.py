@@ -1,23 +1,36 @@
-"""Compiled code on the disk: kept where a folder can be written, checked before it is run, removed where it is damaged.
+"""Machine code on the disk: found in the wheel or kept from the first run on, and checked before it is run.
 
-Numba keeps a function's code beside its source, in the user's cache, or in ``NUMBA_CACHE_DIR``; where none of these can
-be written it would refuse the function, and where a file is damaged every run would end in an error, or in none. It
-looks at the function's own file only: what compiled code holds of another file, a constant or a function that it calls,
-would stay as it was. So code is kept under the digest of all kernels: where one has changed all are compiled anew.
+A file holds the code of one kernel for one kind of arguments. It lies in ``shipped`` beside this module, where a wheel
+was built for this kind of machine; else in the first folder that can be written: ``NUMBA_CACHE_DIR``, ``__pycache__``
+beside the kernel's source, the user's cache. It is bound by a digest to all sources it could hold a constant or a
+function of, to the versions of what compiled it and to the architecture: where one of these differs it is compiled
+anew. What is damaged is removed: a wrong bit of machine code would be run.
 """
 
 from __future__ import annotations
 
 import functools
 import hashlib
-import pickle
+import os
+import platform
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from numba.core.caching import IndexDataCacheFile
-
+#: Changed when files written before cannot be read any more.
+_FORMAT = b"leafcut kernel 1\n"
 _DIGEST = hashlib.sha256().digest_size
+#: Settings of Numba that do not change its code.
+_HARMLESS = {"NUMBA_CACHE_DIR", "NUMBA_NUM_THREADS", "NUMBA_THREADING_LAYER"}
+_SUFFIX = ".kernel"
+
+#: Code that comes with leafcut.
+SHIPPED = Path(__file__).with_name("shipped")
+
 #: Functions whose code could not be kept, by name.
 _not_kept: set[str] = set()
 
@@ -27,40 +40,141 @@ def not_kept() -> bool:
     return bool(_not_kept)
 
 
-def keep(compiled: Any) -> Any:
-    """Return a compiled function that keeps its code on disk, if any folder can be written."""
-    if not hasattr(compiled, "enable_caching"):  # compiling is off
-        return compiled
+class MachineCode(NamedTuple):
+    """The machine code of a kernel for one kind of arguments.
+
+    Attributes
+    ----------
+    symbol
+        Its name in the object file.
+    returns
+        Numba's name of what it returns: ``none``, ``float64`` …
+    object
+        An object file, to be linked with the C library only.
+    """
+
+    symbol: str
+    returns: str
+    object: bytes
+
+
+@dataclass(frozen=True)
+class Kept:
+    """Where the code of one kernel for one kind of arguments is kept.
+
+    Attributes
+    ----------
+    source
+        The file that the kernel is written in.
+    name
+        Name of the file that the code is kept in.
+    stamp
+        What the code is bound to.
+    """
+
+    source: Path
+    name: str
+    stamp: bytes
+
+    @classmethod
+    def of(cls, function: Callable[..., Any], kinds: str) -> Kept:
+        """Return the place for a function called with some kinds of arguments, in words."""
+        source = Path(function.__code__.co_filename)
+        own = f"{source.stem}.{function.__name__}"
+        stamp = "\n".join([own, kinds, *map(_digest_of, sorted({Path(__file__).parent, source.parent})), *_made_with()])
+        return cls(source, f"{own}-{_short(kinds)}{_SUFFIX}", stamp.encode())
+
+    def load(self) -> MachineCode | None:
+        """Return the code, if it is there; what is damaged, or of other sources, is left to be written anew."""
+        for folder in (SHIPPED, *folders(self.source)):
+            with suppress(OSError, ValueError):
+                return self._read((folder / self.name).read_bytes())
+        return None
+
+    def save(self, code: MachineCode) -> None:
+        """Write the code into the first folder that takes it."""
+        if _needs_numba(code) or not any(self._written(folder, code) for folder in folders(self.source)):
+            _not_kept.add(self.name)
+
+    def can_be_kept(self) -> bool:
+        """Return whether a folder can be written: asked before a minute is spent."""
+        return any(_is_writable(folder) for folder in folders(self.source))
+
+    def as_bytes(self, code: MachineCode) -> bytes:
+        """Return what a file holds: code, and a digest of it and of what it is bound to."""
+        body = b"\n".join((code.symbol.encode(), code.returns.encode(), code.object))
+        return _FORMAT + body + hashlib.sha256(self.stamp + body).digest()
+
+    def _read(self, data: bytes) -> MachineCode:
+        body, digest = data[len(_FORMAT) : -_DIGEST], data[-_DIGEST:]
+        if not data.startswith(_FORMAT) or hashlib.sha256(self.stamp + body).digest() != digest:
+            raise ValueError(f"{self.name} is damaged, or of other sources")
+        symbol, returns, code = body.split(b"\n", 2)
+        return MachineCode(symbol.decode(), returns.decode(), code)
+
+    def _written(self, folder: Path, code: MachineCode) -> bool:
+        """Return whether the code could be written into a folder: whole, or not at all."""
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            handle, name = tempfile.mkstemp(dir=folder, prefix=self.name, suffix=".part")
+        except OSError:
+            return False
+        part = Path(name)
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(self.as_bytes(code))
+            part.replace(folder / self.name)
+        except OSError:  # the disk is full, or another process has the file open
+            with suppress(OSError):
+                part.unlink()
+            return False
+        return True
+
+
+def folders(source: Path) -> Iterator[Path]:
+    """Yield where the code of kernels of a source file may be kept, in the order of preference."""
+    of_source = hashlib.sha256(str(source.parent).encode()).hexdigest()[:16]
+    if own := os.environ.get("NUMBA_CACHE_DIR"):
+        yield Path(own) / f"leafcut-{of_source}"
+        return
+    yield source.parent / "__pycache__"
+    if cache := _users_cache():
+        yield cache / "leafcut" / of_source
+
+
+def _users_cache() -> Path | None:
+    """Return the folder for what a user's programs can make again."""
+    if own := os.environ.get("LOCALAPPDATA" if os.name == "nt" else "XDG_CACHE_HOME"):
+        return Path(own)
     try:
-        compiled.enable_caching()
-    except (RuntimeError, OSError):  # no folder can be written
-        _not_kept.add(compiled.__name__)
-        return compiled
-    cache = compiled._cache
-    folders = {Path(__file__).parent, Path(compiled.py_func.__code__.co_filename).parent}
-    stamp = (cache._impl.locator.get_source_stamp(), *map(_digest_of, sorted(folders)))
-    file = cache._cache_file = _Checked(cache._cache_path, cache._impl.filename_base, stamp)
-    load, save = cache.load_overload, cache.save_overload
+        return Path.home() / ("Library/Caches" if sys.platform == "darwin" else ".cache")
+    except RuntimeError:  # a user without a home
+        return None
 
-    def load_or_remove(signature: Any, context: Any) -> Any:
-        try:
-            return load(signature, context)
-        except Exception:  # pickle raises nearly anything on damaged bytes
-            file.remove()
-            return None
 
-    def save_if_possible(signature: Any, data: Any) -> None:
-        try:
-            save(signature, data)
-        except OSError:  # the disk is full, the folder is gone or may not be written any more
-            _not_kept.add(compiled.__name__)
-        except Exception:  # what is already there is damaged
-            file.remove()
-            with suppress(Exception):
-                save(signature, data)
+def _is_writable(folder: Path) -> bool:
+    """Return whether files can be made in a folder, which is made where it is not there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False
 
-    cache.load_overload, cache.save_overload = load_or_remove, save_if_possible
-    return compiled
+
+def _needs_numba(code: MachineCode) -> bool:
+    """Return whether code calls functions of Numba's own, which are not there in a process without it."""
+    return b"\0numba_" in code.object or b"\0NRT_" in code.object
+
+
+@functools.cache
+def _made_with() -> tuple[str, ...]:
+    """Return what machine code depends on besides sources and arguments."""
+    from importlib.metadata import version
+
+    settings = sorted(f"{k}={v}" for k, v in os.environ.items() if k.startswith("NUMBA_") and k not in _HARMLESS)
+    machine = f"{sys.platform} {platform.machine()} {sys.maxsize} {object.__basicsize__}"
+    return (machine, f"numba {version('numba')}", f"llvmlite {version('llvmlite')}", *settings)
 
 
 @functools.cache
@@ -73,29 +187,5 @@ def _digest_of(folder: Path) -> str:
     return total.hexdigest()
 
 
-class _Checked(IndexDataCacheFile):  # type: ignore[misc]  # numba has no types
-    """Numba's files of one function, each with a digest behind it: a wrong bit of machine code would be run.
-
-    The digest holds the sources, too: while leafcut is upgraded an older process may still write beside a newer one.
-    """
-
-    def _dump(self, obj: Any) -> bytes:
-        data: bytes = super()._dump(obj)
-        return data + self._digest(data)  # pickle does not look behind its end
-
-    def _load_data(self, name: str) -> Any:
-        whole = Path(self._data_path(name)).read_bytes()
-        data = whole[:-_DIGEST]
-        if self._digest(data) != whole[-_DIGEST:]:
-            raise ValueError(f"{name} is damaged, or of other sources")
-        return pickle.loads(data)
-
-    def _digest(self, data: bytes) -> bytes:
-        return hashlib.sha256(repr(self._source_stamp).encode() + data).digest()
-
-    def remove(self) -> None:
-        """Remove all files of the function."""
-        index = Path(self._index_path)
-        for path in (index, *index.parent.glob(f"{index.stem}.*.nbc")):
-            with suppress(OSError):
-                path.unlink()
+def _short(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:16]

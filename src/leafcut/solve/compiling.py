@@ -5,35 +5,28 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
 
-from numba.core import event
-
-from leafcut.kernels.keeping import not_kept
+from leafcut.kernels.calling import listening
 
 FIRST_RUN = "compiling (first run on this machine)"
 EVERY_RUN = "compiling (again in every run: no writable folder for compiled code; set NUMBA_CACHE_DIR)"
 
 
-class _Listener(event.Listener):  # type: ignore[misc]  # numba has no types
+class _Listener:
     """Calls back when the first compilation begins, and with what each one took."""
 
     def __init__(self, tell: Callable[[str], None], spent: Callable[[float], None]) -> None:
-        self.tell, self.told, self.depth = tell, False, 0
-        self.spent, self.began = spent, 0.0
+        self.tell, self.told = tell, False
+        self.spent, self.start = spent, 0.0
 
-    def on_start(self, event: Any) -> None:
+    def began(self, kept: bool) -> None:
         if not self.told:
             self.told = True
-            self.tell(EVERY_RUN if not_kept() else FIRST_RUN)
-        if self.depth == 0:
-            self.began = time.perf_counter()
-        self.depth += 1
+            self.tell(FIRST_RUN if kept else EVERY_RUN)
+        self.start = time.perf_counter()
 
-    def on_end(self, event: Any) -> None:
-        self.depth -= 1
-        if not self.depth:
-            self.spent(time.perf_counter() - self.began)
+    def ended(self) -> None:
+        self.spent(time.perf_counter() - self.start)
 
 
 @contextmanager
@@ -44,9 +37,5 @@ def announced(tell: Callable[[str], None], spent: Callable[[float], None] = lamb
 
     Kernels found on disk are not compiled.
     """
-    listener = _Listener(tell, spent)
-    event.register("numba:compile", listener)
-    try:
+    with listening(_Listener(tell, spent)):
         yield
-    finally:
-        event.unregister("numba:compile", listener)

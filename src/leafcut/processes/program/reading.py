@@ -13,6 +13,7 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.options import MachineOptions, Settings, flag_name
 from leafcut.processes.course import machine_of
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
+from leafcut.processes.program.options import ResequenceOptions
 from leafcut.units import SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:
@@ -255,7 +256,8 @@ def _with_machine_feeds(text: str, settings: Settings, words: Dialect) -> tuple[
     word = "" if words.torch is None else words.torch.material_feed
     if not word or word not in text:
         for name in _OF_MATERIALS:
-            if name in settings.asked:
+            # The material of `reorder --feeds` is what its tools mill.
+            if name in settings.asked and not (name == "material" and settings.of(ResequenceOptions).feeds):
                 raise OptionError(f"{flag_name(name)}: not used, the program states its own feeds; leave it out")
         return text, {}, []
     issues: list[Issue] = []
