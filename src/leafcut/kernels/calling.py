@@ -219,8 +219,9 @@ def _given(kinds: tuple[Any, ...]) -> Iterator[str | tuple[int, int]]:
 def _caller(code: MachineCode, kinds: tuple[Hashable, ...]) -> Call:
     """Return what calls machine code with arguments of some kinds."""
     given = [ctypes.c_void_p if isinstance(one, tuple) else _OF_C[one] for one in _given(kinds)]
-    result_type = _OF_C[code.returns]
-    returns_something = code.returns != "none"
+    several, nothing = code.returns.startswith("("), code.returns == "none"
+    fields = [(f"_{k}", _OF_C[word]) for k, word in enumerate(code.returns.strip("()").split(", "))]
+    result_type = type("Results", (ctypes.Structure,), {"_fields_": fields}) if several else _OF_C[code.returns]
     # A function that ctypes calls so lets go of the GIL.
     function = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *given)(_address(code))
 
@@ -229,7 +230,9 @@ def _caller(code: MachineCode, kinds: tuple[Hashable, ...]) -> Call:
         status = function(ctypes.byref(result), ctypes.byref(error), *values)
         if status not in _FINE:
             raise _error_at(status, error)
-        return result.value if returns_something else None
+        if several:
+            return tuple(getattr(result, name) for name, _ in fields)
+        return None if nothing else result.value
 
     return call
 

@@ -48,7 +48,7 @@ class MachineCode(NamedTuple):
     symbol
         Its name in the object file.
     returns
-        Numba's name of what it returns: ``none``, ``float64`` …
+        Numba's names of what it returns: ``none``, ``float64``, ``(float64, int64)`` …
     object
         An object file, to be linked with the C library only.
     """
