@@ -5,8 +5,9 @@
 
 Every program of the data that mills or drills a block that can be derived is put in order with all three options. The
 block is what `leafcut stock` derives: just around the cuts below Z0. LinuxCNC's interpreter must take what it took
-before; with ``--simulate`` the simulated LinuxCNC runs what takes no more than so many seconds: its time is compared
-with leafcut's. A chip above its limit, or a time that is farther off than 2 %, is an error.
+before (but for what changes no move: `real_files.for_linuxcnc`); with ``--simulate`` the simulated LinuxCNC runs what
+takes no more than so many seconds: its time is compared with leafcut's. A chip above its limit, or a time that is
+farther off than 2 %, is an error.
 """
 
 from __future__ import annotations
@@ -72,11 +73,11 @@ def run(path: Path, longest: float, simulation: Simulation) -> list[str]:
     before, after = outcome.before.time_s, outcome.after.time_s
     order = before - after - sum(parts)
     for tool in pace.tools:
-        assert tool.chip_after <= max(tool.chip_limit, tool.chip_before) * 1.000001, f"{path.name}: {tool}"
+        assert tool.chip_after <= tool.chip_limit * 1.000001, f"{path.name}: {tool}"
     chips = ", ".join(f"{one.chip_before:.3g} → {one.chip_after:.3g}" for one in pace.tools) or "–"
     text = path.read_text(encoding="utf-8", errors="replace")
-    judged = "not taken before" if not taken(text) else "rs274"
-    assert judged != "rs274" or taken(outcome.text), f"{path.name}: rs274 does not take the new program"
+    judged = "rs274" if taken(for_linuxcnc(text)) else "not taken before"
+    assert judged != "rs274" or taken(for_linuxcnc(outcome.text)), f"{path.name}: rs274 does not take the new program"
     if judged == "rs274" and after <= longest:
         # Nobody is there to go on after a stop.
         run_on = re.sub(r"(?m)^([ \t]*(?:N[0-9]+[ \t]*)?)M0?[01](?![0-9])", r"\1", for_linuxcnc(outcome.text))
@@ -105,19 +106,25 @@ def main() -> None:
     arguments = parser.parse_args()
     rows, left_out = [], []
     simulation = Simulation()
-    for path in real_files():
+    # Long ones last.
+    for path in sorted(real_files(), key=lambda file: file.stat().st_size):
         if arguments.names and not any(part in path.name for part in arguments.names):
             continue
         row = run(path, arguments.simulate, simulation)
         print("  ".join(row), file=sys.stderr, flush=True)
         (rows if len(row) == len(HEAD) else left_out).append(row)
+    rows, left_out = sorted(rows), sorted(left_out)
+    known = sum("rs274" in row[-1] for row in rows)
+    off = [abs(float(row[-1].rpartition(" ")[2]) - 1.0) for row in rows if "simulated" in row[-1]]
+    worst = f", the time farthest off by {100 * max(off):.1f} %" if off else ""
     text = f"""## What the stock lets real programs save
 
 Seconds saved by the order (`reorder` alone), by lower retracts and R planes (`--low-retracts`), by rapids in the air
 (`--air`) and by feeds fitted to the chips (`--feeds`, at most 50 % more), on the machine `{MACHINE}`. The stock is
 the block just around the cuts below Z0; tools that nothing describes are taken to be flat mills of {WIDTH:g} mm.
 Chip: the thickest in one revolution of each tool, before and after, mm; the limit is the program's own. Judged: by
-LinuxCNC's interpreter, and by the simulated machine, with leafcut's time as a part of its time.
+LinuxCNC's interpreter, and by the simulated machine, with leafcut's time as a part of its time. Of {len(rows)} programs
+LinuxCNC takes {known}, before and after; {len(off)} were simulated{worst}. No chip is thicker than its limit.
 
 {facts("pace", sys.argv[1:], ["leafcut", "numpy", "numba"])}
 

@@ -1,27 +1,40 @@
-"""Makes the pictures of the README, of the page on sheets and of that on cutting data."""
+"""Makes the pictures of the README, and of the pages on sheets, on cutting data and on parts that are not flat."""
 
 from __future__ import annotations
 
+import base64
 import tempfile
 from pathlib import Path
 
 import ezdxf
+from curved_part import FIXTURES, holes_csv, part_stl
 
 import leafcut
 from leafcut.report.page import path_svg
+from leafcut.report.stock_pictures import stock_pictures
 
 HERE = Path(__file__).parent
 
 
 def main() -> None:
-    """Write docs/pictures/before.svg and after.svg, sheet_before.svg and sheet_after.svg, and front.svg."""
+    """Write docs/pictures/before.svg and after.svg, sheet_before.svg and sheet_after.svg, front.svg and surface.png."""
     plate = leafcut.optimize("example:plate-70", thickness="0.25in")
     with tempfile.TemporaryDirectory() as folder:
         drawing = draw_sheet(Path(folder) / "brackets.dxf")
+        surface, holes = Path(folder) / "cover.stl", Path(folder) / "holes.csv"
+        surface.write_bytes(part_stl())
+        holes.write_text(holes_csv(), encoding="utf-8")
+        curved = leafcut.optimize(
+            holes, process="drill", surface=surface, through=True, fixture=FIXTURES, machine="linuxcnc-mill", threads=1
+        )
         sheet = leafcut.optimize(drawing, process="cut", machine="plasma-table", thickness="6mm", threads=1)
     for prefix, outcome in (("", plate), ("sheet_", sheet)):
         for which in ("before", "after"):
             (HERE / "pictures" / f"{prefix}{which}.svg").write_text(path_svg(outcome, which), encoding="utf-8")
+    shown = stock_pictures(curved, curved.shown)
+    assert shown is not None
+    (_, picture, _), *_ = shown["pictures"]
+    (HERE / "pictures" / "surface.png").write_bytes(base64.b64decode(picture.partition(",")[2]))
     leafcut.cutting_data(
         HERE.parent / "examples" / "plate_70.dxf",
         material="c45",

@@ -16,6 +16,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from curved_part import FIXTURES, holes_csv, part_stl
 from playwright.sync_api import Page, sync_playwright
 
 HERE = Path(__file__).parent
@@ -32,6 +33,30 @@ PARTS = {
     "ring.svg": (240, 240, '<circle cx="120" cy="120" r="118"/><circle cx="120" cy="120" r="75"/>'),
     "gusset.svg": (90, 90, '<path d="M0 0H90L0 90Z"/><circle cx="25" cy="25" r="8"/>'),
 }
+#: Tools of a shop, with what holds them.
+HELD = """
+[[tool]]
+number = 1
+kind = "drill"
+diameter = "4 mm"
+point_angle = "118 deg"
+flute_length = "36 mm"
+stickout = "44 mm"
+feed = "240 mm/min"
+spindle_speed = "4000 rpm"
+holder = "14-20 x 6, 20 x 14"
+
+[[tool]]
+number = 2
+kind = "drill"
+diameter = "6 mm"
+point_angle = "118 deg"
+flute_length = "40 mm"
+stickout = "50 mm"
+feed = "260 mm/min"
+spindle_speed = "3000 rpm"
+holder = "16-22 x 6, 22 x 14"
+"""
 #: A run, ms.
 LONG = 120_000
 
@@ -59,6 +84,7 @@ def take(address: str) -> None:
             executable_path="/usr/bin/chromium", args=["--no-sandbox", "--disable-gpu"]
         )
         page = browser.new_page(viewport={"width": 1280, "height": 720}, color_scheme="light", locale="en-US")
+        page.set_default_timeout(LONG)
         page.goto(address)
         page.wait_for_selector("#view-work")
         solids(page)
@@ -89,7 +115,7 @@ def run(page: Page, file: Path) -> None:
 
 
 def solids(page: Page) -> None:
-    """Show stock in three dimensions: a carved relief as a program opened for looking, and a pocket."""
+    """Show stock in three dimensions: of a program that is opened, a pocket, a part that is not flat, two programs."""
     page.wait_for_timeout(2500)
     page.wait_for_function("window.did_handshake")
     relief = {"name": "relief.nc", "mimeType": "text/plain", "buffer": carved().encode()}
@@ -121,7 +147,73 @@ def solids(page: Page) -> None:
     at(page, 0.62)
     shot(page, "solid_dark")
     page.keyboard.press("t")
+    surface(page)
+    compared(page)
     page.get_by_role("radio", name="Plan", exact=True).click()
+
+
+def surface(page: Page) -> None:
+    """Drill a part that is not flat, held by two clamps, with tools whose holders are known."""
+    page.goto(page.url.partition("?")[0])
+    table = {"name": "holes.csv", "mimeType": "text/csv", "buffer": holes_csv().encode()}
+    page.set_input_files("#open-file", table)
+    page.locator(".about-part .name", has_text="holes.csv").wait_for()
+    page.locator(".works input[value=drill]").check()
+    folded = page.locator("form details:not([open]) > summary, .form details:not([open]) > summary")
+    while folded.count():
+        folded.first.click()
+    put(page, "Surface", "cover.stl", part_stl())
+    put(page, "Tool library", "shop.toml", HELD.encode())
+    page.get_by_label("Drill through", exact=True).check()
+    fill(page, "Fixtures", ", ".join(FIXTURES))
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.wait_for_selector("#result-panel", timeout=LONG)
+    page.get_by_role("tab", name="Program").click()
+    at(page, 0.42)
+    shot(page, "solid_surface")
+
+
+def compared(page: Page) -> None:
+    """Compare two programs; a pocket of the new one is less deep, and a slot is longer."""
+    page.goto(page.url.partition("?")[0])
+    old = {"name": "old.nc", "mimeType": "text/plain", "buffer": pockets(6.0, 106.0).encode()}
+    page.set_input_files("#open-file", old)
+    page.locator(".about-part .name", has_text="old.nc").wait_for()
+    page.locator(".works input[value=verify]").check()
+    page.locator(".second input[type=file]").wait_for(state="attached")
+    new = {"name": "new.nc", "mimeType": "text/plain", "buffer": pockets(5.0, 114.0).encode()}
+    page.locator(".second input[type=file]").set_input_files(new)
+    page.locator(".second").get_by_text("new.nc").first.wait_for()
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.wait_for_selector("#result-panel", timeout=LONG)
+    at(page, 1.0)
+    shot(page, "solid_compared")
+
+
+def put(page: Page, label: str, name: str, data: bytes) -> None:
+    """Choose a file for a field."""
+    place = page.get_by_label(re.compile(f"^{label}: "), exact=False).and_(page.locator("input[type=file]"))
+    place.set_input_files({"name": name, "mimeType": "application/octet-stream", "buffer": data})
+    page.get_by_text(name).first.wait_for(state="attached")
+
+
+def pockets(depth: float, end: float) -> str:
+    """Return a program that mills four pockets, the last one to a depth, and a slot up to an end, mm."""
+    rows = ["(T1 D=10. CR=0. - flat end mill)", "(T2 D=6. CR=3. - ball end mill)", "G21 G90 G94 G17", "G0 Z10"]
+    rows += ["T1 M6", "S9000 M3"]
+    for x, y, z in ((20, 20, 6.0), (82, 20, 6.0), (20, 58, 6.0), (82, 58, depth)):
+        rows += [f"G0 X{x} Y{y}", "G0 Z2", f"G1 Z-{z} F300"]
+        for half in (0, 4, 8):
+            rows += [
+                f"G1 X{x - half} Y{y - half} F900",
+                f"X{x + 24 + half}",
+                f"Y{y + half}",
+                f"X{x - half}",
+                f"Y{y - half}",
+            ]
+        rows.append("G0 Z10")
+    rows += ["T2 M6", "S12000 M3", "G0 X12 Y80", "G0 Z2", "G1 Z-3 F300", f"X{end} F1200", "G0 Z10", "M30", ""]
+    return "\n".join(rows)
 
 
 def choose(page: Page, label: str, value: str) -> None:

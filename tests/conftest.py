@@ -63,12 +63,29 @@ def qtplasmac_gcode() -> str:
 
 
 def _of_linuxcnc(name: str) -> str:
+    return program_of(name, "linuxcnc-uspace")
+
+
+def program_of(name: str, package: str) -> str:
+    """Return the path of a program from outside; skip without it, or fail where it is required."""
     program = shutil.which(name)
     if program is None:
         if os.environ.get("LEAFCUT_REQUIRE_EXTERNAL") == "1":
-            pytest.fail(f"{name} is required here: apt-get install linuxcnc-uspace")
+            pytest.fail(f"{name} is required here: apt-get install {package}")
         pytest.skip(f"{name} is not installed")
     return program
+
+
+@pytest.fixture(scope="session")
+def inkscape() -> str:
+    """Return the path of Inkscape."""
+    return program_of("inkscape", "inkscape")
+
+
+@pytest.fixture(scope="session")
+def freecadcmd() -> str:
+    """Return the path of FreeCAD without its window."""
+    return program_of("freecadcmd", "freecad")
 
 
 @pytest.fixture(scope="session")

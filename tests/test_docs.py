@@ -60,7 +60,7 @@ def test_the_figures_of_the_readme_are_those_of_the_plate() -> None:
 
 
 def test_the_flags_that_the_readme_shows_exist(capsys: pytest.CaptureFixture[str]) -> None:
-    for command in ("optimize", "solve", "cutting-data", "machines"):
+    for command in ("optimize", "solve", "cutting-data", "machines", "send"):
         run([command, "--help"])
     known = capsys.readouterr().out
     assert all(flag in known for flag in set(re.findall(r"--[a-z][a-z-]+", README)) - {"--help"})

@@ -88,14 +88,35 @@ MAY_IMPORT["batch"] = BASE | {
     "several",
     "_version",
 }
+MAY_IMPORT["watch_folder"] = BASE | {"api", "batch", "executors", "files", "read"}
+MAY_IMPORT["shop_defaults"] = BASE | {"files", "option_spec", "processes"}
+MAY_IMPORT["addons"] = BASE | {"files"}
+MAY_IMPORT["cli_inside"] = BASE | {
+    "addons",
+    "files",
+    "gcode",
+    "processes",
+    "read",
+    "shop_defaults",
+    "usage",
+    "user_files",
+}
+MAY_IMPORT["linuxcnc_filter"] = BASE | {"api", "files", "model", "processes", "read"}
 MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", "files", "progress", "read", "report"}
 MAY_IMPORT["cli_lab"] = BASE | {"batch", "executors", "lab", "files", "option_spec", "processes", "progress", "several"}
+MAY_IMPORT["sender"] = MODEL | {"files", "gcode", "proof", "read", "timing"}
+MAY_IMPORT["terminal_keys"] = set()
+MAY_IMPORT["cli_send"] = BASE | {"files", "model", "sender", "terminal_keys", "usage"}
 MAY_IMPORT["cli_machine"] = BASE | {"api", "files", "read", "report", "timing", "usage"}
 MAY_IMPORT["cli"] |= {
     "batch",
+    "cli_inside",
+    "watch_folder",
     "cli_lab",
     "cli_machine",
+    "cli_send",
     "executors",
+    "linuxcnc_filter",
     "usage",
     "gcode",
     "user_files",

@@ -40,7 +40,7 @@ _STANDS_FOR = {"sheets": "sheet", "angles": "rotations"}
 #: What only hands options on, or looks whether their files are in each other's way.
 _HANDS_ON = ("leafcut.option_spec", "dataclasses", "leafcut.options.", "leafcut.processes.settings", __name__)
 WORKS = {work.name: work for work in registry.works()}
-_INPUTS = ("tools", "hole_order", "chart", "plan", "surface", "workpiece")
+_INPUTS = ("tools", "hole_order", "chart", "plan", "surface", "fixture_file", "workpiece")
 FAST: dict[str, Any] = {"preset": "fast", "threads": 1}
 LITTLE = {**FAST, "iterations": 1}
 APART: dict[str, Any] = {"algorithm": "acs", "parallel": "exchange", "n_processes": 1}
@@ -70,6 +70,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     (folder / "sizes.csv").write_text("x,y,diameter\n5,5,3\n20,5,3\n5,20,4\n")
     (folder / "tools.toml").write_text(TOOLS)
     (folder / "block.stl").write_bytes(binary_stl(box_triangles(-9, -9, -6, 99, 129, 0)))
+    (folder / "clamp.stl").write_bytes(binary_stl(box_triangles(100, 0, -6, 110, 9, 9)))
     cuts = "G81 X90. Y90. Z-2. R2. F100\n" + "".join(f"X{x} Y{y}\n" for x, y in holes) + "G80\n"
     (folder / "cam.nc").write_text(f"G21 G90 G17 G94\nT1 M6\nS1000 M3\nG0 Z5\n{cuts}M5\nM30\n")
     torch = (
@@ -110,6 +111,7 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         api.optimize(at["holes.csv"], thickness=3, tools=at["tools.toml"], **APART, **LITTLE)
         api.optimize(at["holes.csv"], depth=3, machine="haas-vf2", algorithm="firefly", **LITTLE)
         surface = {"surface": at["block.stl"], "through": True, "fixture": "200 200 0 210 210 9"}
+        surface["fixture_file"] = at["clamp.stl"]
         api.optimize(at["holes.csv"], **surface, **LITTLE)
     elif work == "cut":
         common = {"process": "cut", "thickness": 6, "open_paths": "cut", **LITTLE}
@@ -127,6 +129,8 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         api.optimize(at["cam.nc"], keep_out="200 200 210 210", **FAST)
         stock = {"workpiece": "-10,-10,-9,110,130,0", "mill_diameter": 3}
         api.optimize(at["cam.nc"], air=True, low_retracts=True, feeds=True, **stock, **FAST)
+        limits = {"material": "c45", "slot_chip": 50, "tools": at["tools.toml"]}
+        api.optimize(at["cam.nc"], feeds=True, **limits, **stock, **FAST)
         api.optimize(at["plasma.ngc"], machine="plasma-table", **LITTLE)
     elif work == "nest":
         laid = {"sheet": "400x200", "ignore_layers": "MARK", "open_paths": "drop", "nester": "shapes", **FAST}
@@ -145,6 +149,7 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         made = {"material": "c45", "holes": 3}
         api.cutting_data(at["holes.csv"], material="c45", depth=3, tools=at["tools.toml"], **FAST)
         surface = {"surface": at["block.stl"], "through": True, "fixture": "200 200 0 210 210 9"}
+        surface["fixture_file"] = at["clamp.stl"]
         api.cutting_data(at["holes.csv"], material="c45", **surface, **FAST)
         api.cutting_data(at["holes.csv"], material="c45", depth=3, cycle=None, feed=99, spindle_speed=900, **FAST)
         api.cutting_data(**made, depth=3, drill_diameter=3)

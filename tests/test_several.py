@@ -294,3 +294,72 @@ def test_drill_files_that_lie_far_apart_are_warned_of(board: Path) -> None:
 def test_one_program_is_made_of_drill_files_only(board: Path, examples: Path) -> None:
     with pytest.raises(leafcut.LeafcutError, match=r"only drill files can be combined .*plate_10\.dxf is not one"):
         leafcut.optimize(["board-PTH.drl", examples / "plate_10.dxf"], depth=2)
+
+
+def test_of_several_drill_files_one_may_be_empty_and_one_that_only_lost_its_holes_may_not(tmp_path: Path) -> None:
+    """KiCad writes a file of holes that are not plated for each board."""
+    texts = {
+        "b-PTH.drl": "M48\nMETRIC\nT1C0.8\n%\nG90\nT1\nX10.0Y5.0\nX30.0Y5.0\nM30\n",
+        "b-NPTH.drl": "M48\nFMAT,2\nMETRIC\n%\nG90\nG05\nT0\nM30\n",
+        "lost.drl": "M48\nMETRIC\nT1C0.8\n%\nG90\nT1\nM30\n",
+    }
+    plated, empty, lost = (tmp_path / name for name in texts)
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    outcome = leafcut.optimize([plated, empty], depth=2, preset="fast")
+    assert len(outcome.part.holes) == 2
+    told = [(issue.severity, issue.message) for issue in outcome.issues if issue.code == "L409"]
+    assert told[-1] == ("note", "b-NPTH.drl has no holes and no tools")
+    for files in ([plated, lost], [empty, empty], [empty]):
+        with pytest.raises(leafcut.LeafcutError, match="no holes"):
+            leafcut.optimize(files, depth=2)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "nest - -o sheet.dxf",
+        "batch - -o out",
+        "drill a.nc --options -",
+        "drill a.nc --tools -",
+        "machine check - --measured 3s --machine haas-vf2",
+        "machine new --answers -",
+        "stock a.nc --same-as -",
+        "tools import -",
+    ],
+)
+def test_what_is_not_taken_from_standard_input_is_refused_by_name(
+    words: str, shop: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing is read of it."""
+    monkeypatch.setattr(sys, "stdin", None)
+    out, err = answered(capsys, *words.split(), status=2)
+    assert out == "" and "standard input" in err and "name " in err and err.count("\n") == 1, err
+
+
+@pytest.mark.parametrize(
+    "words", ["stock a.nc -o -", "solve random:9 --tour -", "reorder a.nc --report -", "cut a.nc --save-plan -"]
+)
+def test_nothing_but_a_program_or_a_nest_goes_to_standard_output(
+    words: str, shop: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """And no file is made that is called a dash."""
+    assert run(words.split()) != 0
+    said = capsys.readouterr()
+    assert said.out == "" and "only a program can go to standard output" in said.err, said.err
+    assert not (shop / "-").exists()
+
+
+def test_a_nest_of_one_sheet_goes_through_standard_output_and_is_cut_from_standard_input(
+    shop: Path, examples: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of two sheets neither goes there."""
+    nest = ["nest", f"{examples / 'bracket.dxf'}:2", "--nester", "rectangles", *FAST, "-o", "-"]
+    out, err = answered(capsys, *nest, "--sheet", "800x800")
+    assert "SECTION" in out.split() and "SECTION" not in err and "standard output" in err
+    given(monkeypatch, out.encode())
+    found = json.loads(answered(capsys, "cut", "-", "--thickness", "3", "--json", *FAST)[0])
+    assert found["counts"]["parts"] == 2
+    out, err = answered(capsys, *nest, str(examples / "gusset.svg"), "--sheet", "200x160", status=2)
+    assert out == "" and "the nest is 2 drawings" in err
+    assert "--json and -o -" in answered(capsys, *nest, "--json", status=2)[1]

@@ -120,6 +120,7 @@ def run_batch(
     *,
     progress: Progress | None = None,
     refused: Callable[[str], None] = lambda line: None,
+    beside: Iterable[BatchRow] = (),
 ) -> list[BatchRow]:
     """Make a program of each input in a folder, with a table and a report of all; return a row for each.
 
@@ -129,6 +130,8 @@ def run_batch(
         What `api.optimize` is given with each.
     refused
         Told a line for each input that is refused, when that is known.
+    beside
+        Rows of other inputs, which the table and the report have, too.
 
     Raises
     ------
@@ -140,9 +143,10 @@ def run_batch(
     names = [api.output_name(source, **given) for source in inputs]
     targets = [str(one) for one in targets_of(inputs, names, folder, "-o")]
     table = Path(folder) / TABLE
-    known = _read_table(table)
+    known = read_table(table)
     asked = _asked(given)
     rows: dict[str, BatchRow] = {}
+    others = [row for row in beside if row.input not in inputs]
     tasks: list[tuple[str, str, str]] = []
     for source, target in zip(inputs, targets, strict=True):
         try:
@@ -152,11 +156,11 @@ def run_batch(
             refused(_told(source, str(problem)))
             continue
         old = known.get(source)
-        if old is not None and old.key == key and _sha(Path(target)) == old.program_sha256:
+        if old is not None and old.key == key and sha_of(Path(target)) == old.program_sha256:
             rows[source] = old
         else:
             tasks.append((source, target, key))
-    _write_table(table, rows.values())
+    _write_table(table, (*others, *rows.values()))
     todo = len(tasks)
     if progress is not None and todo:
         progress(f"{todo} of {count_of(len(inputs), 'input')}", None, 0.0, None)
@@ -169,10 +173,9 @@ def run_batch(
         if progress is not None:
             progress(f"{Path(task.name).name} ({done} of {todo})", None, done / todo, None)
     every = [rows[source] for source in inputs]
-    text = _as_csv(every)
-    write_together(
-        {str(table): text, str(Path(folder) / PAGE): batch_page([asdict(row) for row in every], __version__)}
-    )
+    told = [*others, *every]
+    page = batch_page([asdict(row) for row in told], __version__)
+    write_together({str(table): _as_csv(told), str(Path(folder) / PAGE): page})
     return every
 
 
@@ -240,11 +243,12 @@ def _asked(given: Mapping[str, Any]) -> str:
     words = {}
     for name, value in sorted(given.items()):
         path = Path(str(value)) if isinstance(value, str | Path) else None
-        words[name] = _sha(path) if path is not None and path.is_file() else repr(value)
+        words[name] = sha_of(path) if path is not None and path.is_file() else repr(value)
     return repr((__version__, words))
 
 
-def _sha(path: Path) -> str:
+def sha_of(path: Path) -> str:
+    """Return the hash of what a file holds; "" where it cannot be read."""
     try:
         return hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError:
@@ -279,7 +283,7 @@ def _append(table: Path, row: BatchRow) -> None:
         raise OutputError(f"{table}: cannot be written ({problem.strerror}); what is done stays") from None
 
 
-def _read_table(table: Path) -> dict[str, BatchRow]:
+def read_table(table: Path) -> dict[str, BatchRow]:
     """Return the rows of an earlier batch in this folder, by input; a line that was cut short is none.
 
     Raises

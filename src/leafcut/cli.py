@@ -17,8 +17,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import App, CycloptsError, Parameter
 
 from leafcut._version import __version__
+from leafcut.cli_inside import add_commands, type_for_shell
 from leafcut.cli_lab import lab_app
 from leafcut.cli_machine import machine_app, tools_app
+from leafcut.cli_send import send
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput
 from leafcut.flags import command_of
@@ -29,10 +31,11 @@ from leafcut.processes.base import Process, Work
 from leafcut.processes.settings import all_options, used_by, why_unused
 from leafcut.progress import Reporter
 from leafcut.several import all_drill_files, expanded, targets_of
-from leafcut.usage import DASH, HELD, command_in, told
+from leafcut.usage import DASH, HELD, command_in, refuse_dash, told
 from leafcut.user_files import DEFAULTS_VARIABLE, defaults_file, first_time
 
 if TYPE_CHECKING:
+    from leafcut.batch import BatchRow
     from leafcut.model.outcome import Outcome
     from leafcut.model.simulation import Simulation
 
@@ -143,6 +146,7 @@ def _warn(issues: Iterable[Any], place: str = "") -> None:
 
 
 def _refuse(line: str, status: int) -> int:
+    line = line.replace(HELD, DASH)  # a word that nobody took for standard input
     shown = "".join(c if c.isprintable() else "?" for c in line)  # names of files may hold anything
     print(f"leafcut: {shown}", file=sys.stderr)
     return status
@@ -183,13 +187,17 @@ def app(arguments: Sequence[str] = ()) -> App:
     made.command(_machines, name="machines")
     made.command(machine_app())
     made.command(tools_app())
+    made.command(send, name="send")
     made.command(_materials, name="materials")
     made.command(_dialects, name="dialects")
     made.command(_algorithms, name="algorithms")
     made.command(_formats, name="formats")
     made.command(_plugins, name="plugins")
+    add_commands(made, app)
     made.command(_studio, name="studio")
     made.command(lab_app())
+    if "--install-completion" in arguments:
+        type_for_shell(made)
     made.register_install_completion_command(help="install command completion for your shell")
     return made
 
@@ -211,8 +219,12 @@ def _working_commands() -> Iterator[tuple[str, Callable[..., int], Sequence[Work
         special["fixed"] = {"command": one.command} | ({} if words else {"process": "auto"})
         special["defaults"] = partial(_usual, one)
         yield one.command, _optimize, [one], special
-    many = {"process": every["process"], "sources": Annotated[str, Parameter(name="INPUT", help=_MANY_INPUTS)]}
-    yield "batch", _batch, by_optimize, {"annotations": many}
+    filtered = {**every, "sources": Annotated[str, Parameter(name="FILE", help="a drawing, a drill file or a program")]}
+    yield "filter", _filter, by_optimize, {"annotations": filtered}
+    many_of = {"process": every["process"], "sources": Annotated[str, Parameter(name="INPUT", help=_MANY_INPUTS)]}
+    yield "batch", _batch, by_optimize, {"annotations": many_of}
+    watched = {**many_of, "sources": Annotated[str, Parameter(name="FOLDER", help="the folder that is watched")]}
+    yield "watch", _watch, by_optimize, {"annotations": watched}
     for name, function in (("solve", _solve), ("simulate", _simulate), ("stock", _stock), ("verify", _verify)):
         yield name, function, [registry.work(name)], {}
     yield (
@@ -268,6 +280,7 @@ def _optimize(
     if output == DASH and as_json:
         raise OptionError("--json and -o - both write to standard output; leave one out")
     _check_file("--report", report)
+    refuse_dash("--options", options_file)
     given: dict[str, Any] = {"process": asked, "options_file": options_file, "defaults_file": _defaults(no_defaults)}
     if each:
         return _optimize_each(inputs, output, report, {**given, **_given(options)}, as_json=as_json, quiet=quiet)
@@ -352,6 +365,37 @@ def _optimize_each(
     return status
 
 
+def _filter(
+    *sources: str,
+    process: str = "auto",
+    options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
+    no_defaults: NoDefaults = False,
+    options: dict[str, Any],
+) -> int:
+    """Write the program of a file to standard output, as a filter of LinuxCNC: a drawing opens in its own window.
+
+    The machine is that of LinuxCNC, by its .ini, unless --machine or --options names one. A line in [FILTER] of the
+    .ini calls it: dxf = leafcut filter --thickness 6
+    """
+    from leafcut.linuxcnc_filter import check_file, run_filter
+
+    refuse_dash("filter", *sources)
+    refuse_dash("--options", options_file)
+    outcome = run_filter(
+        check_file(sources),
+        _given(options),
+        process=process,
+        options_file=options_file,
+        defaults_file=_defaults(no_defaults),
+    )
+    _warn(outcome.issues)
+    if _status_of(outcome) == INCOMPLETE:
+        line = "something in the drawing would not be done, so it is not opened; leave its layer out, or correct it"
+        return _refuse(line, INCOMPLETE)
+    _write_out(outcome.text.encode(outcome.encoding))
+    return DONE
+
+
 def _batch(
     *sources: str,
     output: Annotated[str, Parameter(name=["--output", "-o"], help="folder to write programs, table and report into")],
@@ -377,12 +421,12 @@ def _batch(
     """
     from leafcut.batch import PAGE, inputs_of, run_batch
     from leafcut.batch import REFUSED as NOT_WRITTEN
-    from leafcut.executors import MOST_WORKERS, open_executor
+    from leafcut.executors import open_executor
     from leafcut.report.several import print_batch
 
-    if workers is not None and not 1 <= workers <= MOST_WORKERS:
-        raise OptionError(f"--workers: choose 1 to {MOST_WORKERS}")
+    _check_workers(workers)
     asked = _given(options)
+    refuse_dash("--options", options_file)
     _check_one_file(asked, "a batch has many")
     given = {"process": process, "options_file": options_file, "defaults_file": _defaults(no_defaults), **asked}
     inputs, _ = expanded(inputs_of(sources), "batch", folder=output)
@@ -403,6 +447,78 @@ def _batch(
     elif not quiet:
         print_batch([row.state for row in rows], str(Path(output) / PAGE))
     return status
+
+
+def _watch(
+    *sources: str,
+    output: Annotated[str, Parameter(name=["--output", "-o"], help="folder to write programs, table and report into")],
+    process: str = "auto",
+    every: Annotated[str, Parameter(name="--every", help="time between two looks at the folder (default: 2s)")] = "2s",
+    executor: Annotated[
+        str, Parameter(name="--executor", help="where inputs are done: threads, processes, or dask://host:port")
+    ] = "processes",
+    workers: Annotated[
+        int | None,
+        Parameter(name="--workers", help="so many inputs at once (default: one per core, all of a cluster)"),
+    ] = None,
+    options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
+    no_defaults: NoDefaults = False,
+    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative="", help="only what is refused")] = False,
+    options: dict[str, Any],
+) -> int:
+    """Make a program of each drawing or program that is put into a folder, or changed there; Ctrl-C ends it.
+
+    One that is refused does not stop it. Files that are still being written are waited for.
+    """
+    from leafcut.executors import open_executor
+    from leafcut.report.wording import count, time_words
+    from leafcut.units import parse_quantity
+    from leafcut.watch_folder import FolderWatch
+
+    refuse_dash("watch", *sources)
+    refuse_dash("-o", output)
+    refuse_dash("--options", options_file)
+    if len(sources) != 1:
+        raise OptionError(f"watch takes one folder; {len(sources)} were given")
+    seconds = parse_quantity(every, "s")
+    if not 0.1 <= seconds <= 3600.0:
+        raise OptionError("--every: choose 0.1s to 1h")
+    _check_workers(workers)
+    asked = _given(options)
+    _check_one_file(asked, "a folder has many programs")
+    given = {"process": process, "options_file": options_file, "defaults_file": _defaults(no_defaults), **asked}
+    numbers = {"written": 0, "refused": 0}
+
+    def written(row: BatchRow) -> None:
+        numbers["written"] += 1
+        worst = f"; the worst of {count(row.issues, 'remark')}: {row.worst}" if row.issues else ""
+        if not quiet:
+            name = "".join(c if c.isprintable() else "?" for c in f"{row.input}: {row.program}")
+            print(f"{name}, {time_words(float(row.after_s or 'nan'))}{worst}", flush=True)
+
+    def refused(line: str) -> None:
+        numbers["refused"] += 1
+        _tell(line)
+
+    # What is being worked on when it is ended is given up; it is done when the folder is watched again.
+    with suppress(KeyboardInterrupt), open_executor(executor, workers or 0) as opened:
+        watch = FolderWatch(Path(sources[0]), Path(output), given, opened, written, refused)
+        watch.check()
+        if not quiet:
+            print(f"watching {sources[0]}; Ctrl-C ends it", flush=True)
+        watch.run(seconds)
+    if not quiet:
+        print(
+            f"ended; {count(numbers['written'], 'program')} written, {numbers['refused']} times something was refused"
+        )
+    return DONE
+
+
+def _check_workers(workers: int | None) -> None:
+    from leafcut.executors import MOST_WORKERS
+
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise OptionError(f"--workers: choose 1 to {MOST_WORKERS}")
 
 
 def _tell(line: str) -> None:
@@ -498,7 +614,10 @@ def _nest(
     *parts: Annotated[
         str, Parameter(name="PARTS", help="drawings with quantities, such as bracket.dxf:10, or a parts list (CSV)")
     ],
-    output: Annotated[str | None, Parameter(name=["--output", "-o"], help="nested sheet to write (DXF)")] = None,
+    output: Annotated[
+        str | None,
+        Parameter(name=["--output", "-o"], help="nested sheet to write (DXF), - for standard output if it is one"),
+    ] = None,
     options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
     no_defaults: NoDefaults = False,
     as_json: Json = False,
@@ -510,16 +629,27 @@ def _nest(
     """Nest parts on sheets, in several variants, and write the best nest as DXF for cutting."""
     from leafcut import api
 
-    _check_file("-o", output)
-    with _nothing_new_in(output), Reporter(quiet=quiet) as reporter:
+    refuse_dash("nest", *parts)
+    refuse_dash("--options", options_file)
+    to_standard_output = _dashed(output) == DASH
+    if to_standard_output and as_json:
+        raise OptionError("--json and -o - both write to standard output; leave one out")
+    file = None if to_standard_output else output
+    with _nothing_new_in(file), Reporter(quiet=quiet) as reporter:
         outcome = api.nest(
-            [*map(_dashed, parts)],
-            output,
+            [*parts],
+            file,
             options_file=options_file,
             defaults_file=_defaults(no_defaults),
             progress=reporter,
             **_given(options),
         )
+    if to_standard_output:
+        drawings = [drawing for variant in outcome.drawings for drawing in variant]
+        if len(drawings) != 1:
+            raise OptionError(f"-o -: the nest is {len(drawings)} drawings, and one alone can go there; name a file")
+        _write_out(drawings[0].encode())
+        outcome = replace(outcome, files=(("standard output",),))
     if as_json:
         _print_json(registry.command("nest_answer")(outcome))
     elif quiet:
@@ -527,7 +657,7 @@ def _nest(
     else:
         from rich.console import Console
 
-        registry.command("nest_summary")(outcome, Console())
+        registry.command("nest_summary")(outcome, Console(stderr=to_standard_output))
     return INCOMPLETE if any(issue.severity == "missing" for issue in outcome.issues) else DONE
 
 
@@ -631,6 +761,8 @@ def _stock(
     if more:
         raise OptionError(f"stock takes one program, not {1 + len(more)}; run them one by one")
     program = _dashed(program)
+    refuse_dash("--same-as", same_as)
+    _check_file("-o", output)
     check_name(output)
     check_output(
         output, [program if program != DASH else None, same_as, options.get("tools"), options.get("workpiece")]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import App, Parameter
 
 from leafcut.errors import OptionError, count_of
-from leafcut.usage import DASH, HELD
+from leafcut.usage import DASH, HELD, refuse_dash
 
 if TYPE_CHECKING:
     from leafcut.read.controllers.importing import ImportedMachine
@@ -118,6 +118,8 @@ def _new(
     from leafcut.files import read_toml
     from leafcut.read.controllers.questions import questioned
 
+    refuse_dash("--answers", answers)
+    refuse_dash("--base", base)
     files = [answers, base if base and base.lower().endswith(".toml") else None]
     _check_output(output, files)
     given: dict[str, Any] = {}
@@ -182,6 +184,8 @@ def _check(
     from leafcut.files import write_whole
     from leafcut.report.fit_report import fit_as_json, print_fit
 
+    refuse_dash("machine check", *programs)
+    refuse_dash("--times", times)
     pairs = _pairs(programs, measured or [], times)
     files = [machine if machine.lower().endswith(".toml") else None, times, *(program for program, _ in pairs)]
     _check_output(output, files)
@@ -272,6 +276,7 @@ def _import_tools(
     from leafcut.files import write_whole
     from leafcut.read.tool_text import imported_tools
 
+    refuse_dash("tools import", file)
     _check_output(output, [file])
     if units not in ("mm", "in"):
         raise OptionError(f"--units: '{units}' is not mm or in")

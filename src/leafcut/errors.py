@@ -6,7 +6,8 @@
     ├── PlanError      the part cannot be made as asked
     ├── SolveError     a routing problem cannot be solved as asked
     ├── PostError      the toolpath cannot be said in this controller's words
-    └── VerifyError    what was written is not what was planned, or is not safe
+    ├── VerifyError    what was written is not what was planned, or is not safe
+    └── SendError      a program cannot be sent to a machine, or its run was ended
 
 A message says what was found, what was expected and what to do; it is one line. What it quotes of a file is cut here
 (`brief`), whoever wrote it, and here the exceptions of other libraries become a `ReadError` (`parsing`).
@@ -108,6 +109,10 @@ class PostError(LeafcutError):
 
 class VerifyError(LeafcutError):
     """The program read back differs from the toolpath, or is not safe to run."""
+
+
+class SendError(LeafcutError):
+    """A program is not sent to a machine, or its run was ended: says why, and what the machine does now."""
 
 
 @contextmanager

@@ -134,6 +134,8 @@ def check_is_there(flag: str, path: Path | None) -> None:
     except OSError:
         return  # what keeps it from being read is told where that is done
     if path is not None and (not found or path.is_dir()):
+        if str(path) == "-":
+            raise OptionError(f"{flag} -: not taken from standard input; name a file")
         why = "this is a folder; name a file in it" if found else "file not found"
         raise OptionError(f"{flag} {path}: {why}")
 
@@ -223,6 +225,8 @@ def check_output(target: str | Path | None, inputs: Iterable[str | Path | None])
     if target is None:
         return
     path = Path(target)
+    if str(target) == "-":
+        raise OutputError("-: only a program can go to standard output; name a file")
     if path.is_dir():
         raise OutputError(f"{path}: is a folder; name a file in it")
     if path.exists() and not path.is_file():

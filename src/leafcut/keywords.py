@@ -111,7 +111,7 @@ class OptimizeKeywords(TypedDict, total=False):
     """Largest difference between tool and hole diameter (mm; default: 0.05mm)."""
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data a name of `leafcut materials`, or a TOML file (default: mild_steel).
+    data and for feeds of a program a name of `leafcut materials`, or a TOML file (default: mild_steel).
     """
     start_point: str | Sequence[Quantity] | None
     """Start point of the tool, x,y, or free; for a program, its position before the first rapid (mm; default:
@@ -158,13 +158,17 @@ class OptimizeKeywords(TypedDict, total=False):
         "m",
         None,
     ]
-    """Unit of the STL file (default: mm)."""
+    """Unit of the STL files (default: mm)."""
     surface_clearance: Quantity | None
     """How far ways stay from the surface and from fixtures, above and aside (mm; default: 2mm)."""
     through: bool | None
     """Drill each hole through the part, as thick as the surface is there."""
     fixture: str | Sequence[str] | None
     """Boxes that stand on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; ways go
+    over (default: none).
+    """
+    fixture_file: str | Path | None
+    """STL or STEP file of what holds the part, such as clamps or a vise, with the zero of the surface; ways go
     over (default: none).
     """
     tool_change_height: Quantity | None
@@ -437,6 +441,10 @@ class OptimizeKeywords(TypedDict, total=False):
     """How far the ways that --air and --low-retracts change keep from all material (mm; default: 1mm)."""
     feed_increase: float | str | None
     """How much --feeds raises a feed at most, in percent (default: 50%)."""
+    slot_chip: float | str | None
+    """Thickest chip where a mill cuts its whole width, in percent of the one that its library allows; from half of
+    the width on in proportion (default: no less than elsewhere).
+    """
     pocket_layers: str | Sequence[str] | None
     """Layers with pocket outlines; * and ? are wildcards (default: POCKET* if present)."""
     island_layers: str | Sequence[str] | None
@@ -638,6 +646,12 @@ class OptimizeKeywords(TypedDict, total=False):
     """Diameter of tools that neither --tools nor the program's comments describe; they count as flat mills (mm;
     default: such a tool is refused).
     """
+    max_power: Quantity | None
+    """Limit of the spindle's power (kW; default: the machine's, else none)."""
+    max_torque: Quantity | None
+    """Limit of the spindle's torque (N·m; default: the machine's, else none)."""
+    drive_efficiency: float | str | None
+    """Part of the spindle's power that reaches the tool (default: 0.75)."""
 
 
 class NestKeywords(TypedDict, total=False):
@@ -935,7 +949,7 @@ class SimulateKeywords(TypedDict, total=False):
     """Clearance height (initial plane): safe above part and clamps (mm; default: 10mm)."""
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data a name of `leafcut materials`, or a TOML file (default: mild_steel).
+    data and for feeds of a program a name of `leafcut materials`, or a TOML file (default: mild_steel).
     """
     cut_process: str | None
     """Cutting process: plasma, laser, oxyfuel, waterjet, or a name in the cut chart such as laser_fiber_3kW
@@ -1067,7 +1081,7 @@ class CuttingDataKeywords(TypedDict, total=False):
     """Largest difference between tool and hole diameter (mm; default: 0.05mm)."""
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data a name of `leafcut materials`, or a TOML file (default: mild_steel).
+    data and for feeds of a program a name of `leafcut materials`, or a TOML file (default: mild_steel).
     """
     start_point: str | Sequence[Quantity] | None
     """Start point of the tool, x,y, or free; for a program, its position before the first rapid (mm; default:
@@ -1100,13 +1114,17 @@ class CuttingDataKeywords(TypedDict, total=False):
         "m",
         None,
     ]
-    """Unit of the STL file (default: mm)."""
+    """Unit of the STL files (default: mm)."""
     surface_clearance: Quantity | None
     """How far ways stay from the surface and from fixtures, above and aside (mm; default: 2mm)."""
     through: bool | None
     """Drill each hole through the part, as thick as the surface is there."""
     fixture: str | Sequence[str] | None
     """Boxes that stand on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; ways go
+    over (default: none).
+    """
+    fixture_file: str | Path | None
+    """STL or STEP file of what holds the part, such as clamps or a vise, with the zero of the surface; ways go
     over (default: none).
     """
     tool_change_height: Quantity | None
@@ -1221,7 +1239,7 @@ class VerifyKeywords(TypedDict, total=False):
     """Thickness of the plate (holes go through), or of the sheet to cut (mm; default: unknown: holes are blind)."""
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data a name of `leafcut materials`, or a TOML file (default: mild_steel).
+    data and for feeds of a program a name of `leafcut materials`, or a TOML file (default: mild_steel).
     """
     cut_process: str | None
     """Cutting process: plasma, laser, oxyfuel, waterjet, or a name in the cut chart such as laser_fiber_3kW

@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from leafcut.api import cut_stock, cutting_data, nest, optimize, simulate, solve_file, solve_part, verify_programs
-from leafcut.errors import LeafcutError, OptionError, PlanError, PostError, ReadError, SolveError, VerifyError
+from leafcut.errors import (
+    LeafcutError,
+    OptionError,
+    PlanError,
+    PostError,
+    ReadError,
+    SendError,
+    SolveError,
+    VerifyError,
+)
 from leafcut.files import OutputError, StandardInput
 from leafcut.geometry.polyline import Polyline
 from leafcut.keywords import (
@@ -37,11 +46,12 @@ from leafcut.model.heartbeat import Progress
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine, Probe
 from leafcut.model.measure import Measure
+from leafcut.model.mesh import Mesh
 from leafcut.model.motion import Arc, DrillCycle, Kind
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Placement, Remnant, Stock
 from leafcut.model.outcome import OperationOutcome, Outcome
-from leafcut.model.pace_change import PaceChange, ToolPace
-from leafcut.model.part import Grouping, Hole, Part, Slot
+from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
+from leafcut.model.part import Grouping, Hole, HoleStep, Part, Slot
 from leafcut.model.pocket import (
     Pocket,
     PocketMeasures,
@@ -97,10 +107,12 @@ __all__ = [
     "DrillCycle",
     "DrillLoad",
     "DrillingDetail",
+    "FeedLimit",
     "Grouping",
     "Head",
     "HeightField",
     "Hole",
+    "HoleStep",
     "Input",
     "Issue",
     "Kind",
@@ -109,6 +121,7 @@ __all__ = [
     "LeafcutError",
     "Machine",
     "Measure",
+    "Mesh",
     "Nest",
     "NestKeywords",
     "NestOutcome",
@@ -145,6 +158,7 @@ __all__ = [
     "ReadOptions",
     "Remnant",
     "SearchStep",
+    "SendError",
     "Severity",
     "Sheet",
     "SheetContour",

@@ -14,7 +14,7 @@ from cyclopts import (
     UnusedCliTokensError,
 )
 
-from leafcut.errors import close_to, nearest, shown
+from leafcut.errors import OptionError, close_to, nearest, shown
 from leafcut.option_spec import OptionSpec
 
 #: Commands that have commands of their own.
@@ -28,8 +28,21 @@ GROUPS = {
 #: in the form of what no file can be called.
 DASH, HELD = "-", "\0"
 
+
 #: Returns why a command does not take an option, by the flag and the name that it has with other commands.
 WhyUnused = Callable[[str, str], str]
+
+
+def refuse_dash(what: str, *words: str | None) -> None:
+    """Refuse standard input where files alone are taken.
+
+    Raises
+    ------
+    OptionError
+        One of the words is ``-``; `what` is the argument or flag that it was given for.
+    """
+    if any(word in (DASH, HELD) for word in words):
+        raise OptionError(f"{what} -: not taken from standard input; name a file")
 
 
 def command_in(arguments: Sequence[str]) -> str:

@@ -32,11 +32,17 @@ def defaults_file() -> Path | None:
         if named and not Path(named).is_file():
             raise OptionError(f"{named}: file not found; {DEFAULTS_VARIABLE} names it as your defaults file")
         return Path(named) if named else None
-    folder = _folder("XDG_CONFIG_HOME", ".config", "APPDATA", "Roaming")
+    usual = usual_defaults_file()
     with suppress(OSError):
-        if folder is not None and (folder / "defaults.toml").is_file():
-            return folder / "defaults.toml"
+        if usual is not None and usual.is_file():
+            return usual
     return None
+
+
+def usual_defaults_file() -> Path | None:
+    """Return where the file of the person's defaults is looked for, whether it is there or not; None without a home."""
+    folder = _folder("XDG_CONFIG_HOME", ".config", "APPDATA", "Roaming")
+    return None if folder is None else folder / "defaults.toml"
 
 
 def has_defaults() -> bool:

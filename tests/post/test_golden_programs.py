@@ -9,10 +9,10 @@ import os
 from pathlib import Path
 
 import pytest
-from toolpaths import TAPPING, assert_same_rows, two_tools
+from toolpaths import MILLING, assert_same_rows, two_tools, units_of
 
 from every import every
-from leafcut.gcode.dialects import dialect, dialects
+from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.gcode.numbers import NumberFormat
 from leafcut.model.cycles import expand
@@ -22,18 +22,19 @@ from leafcut.post.writer import write_program
 from rs274_moves import assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
 
 GOLDEN = Path(__file__).parents[1] / "golden"
-CASES = [(name, units) for name in dialects(torch=False) for units in ("mm", "inch")]
+CASES = [(name, units) for name in MILLING for units in units_of(name)]
 
 
 def program(name: str, units: str) -> str:
     """Write the hand-made toolpath."""
     header = ["two tools", "T1 drill Ø3 mm (carbide)", "T2 mill 6 mm"]
     return write_program(
-        two_tools(name in TAPPING),
+        two_tools(name),
         dialect(name),
         PostOptions(output_units=units),
         header,
         tool_names={1: "drill 3 mm", 2: "mill 6 mm"},
+        rapid_velocity=50.0,
     )
 
 
@@ -53,7 +54,7 @@ def test_a_golden_program_reads_back_as_its_toolpath(name: str, units: str) -> N
     profile = dialect(name)
     file = GOLDEN / f"two_tools_{name}_{units}{profile.extension}"
     read = interpret(file.read_text(encoding="ascii"), profile, file.name)
-    meant = two_tools(name in TAPPING)
+    meant = two_tools(name)
     numbers = NumberFormat(units == "inch", profile.decimals_inch if units == "inch" else profile.decimals_mm, False)
     if {c.name for c in meant.cycles} <= set(profile.cycles):
         assert_same_rows(read, meant, numbers.resolution)
@@ -77,7 +78,7 @@ def test_linuxcnc_runs_a_golden_program_as_meant(rs274: str, tmp_path: Path, nam
     theirs = moves_of_rs274(output)
     for path, tolerance in (
         (interpret(text, dialect(name)), step / 5 if units == "mm" else step),
-        (two_tools(name in TAPPING), 3 * step),
+        (two_tools(name), 3 * step),
     ):
         # To rs274 a change by hand is a pause.
         ours = [m for m in moves_of_toolpath(path) if not (by_hand and m[0] == "tool")]

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from toolpaths import assert_same_rows, planned
+from toolpaths import MILLING, assert_same_rows, planned, units_of
 
 from every import every
-from leafcut.gcode.dialects import dialect, dialects
+from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.gcode.numbers import NumberFormat
 from leafcut.model.cycles import expand
@@ -23,14 +23,16 @@ CYCLES = ("G81", "G82", "G83", "G73", "G85")
 _SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.function_scoped_fixture]
 
 
-@pytest.mark.parametrize("name", dialects(torch=False))
+@pytest.mark.parametrize("name", MILLING)
 @settings(max_examples=60, deadline=None, suppress_health_check=_SLOW)
-@given(path=planned(CYCLES), inch=st.booleans(), repeat=st.booleans(), numbered=st.booleans())
+@given(data=st.data(), inch=st.booleans(), repeat=st.booleans(), numbered=st.booleans())
 def test_a_program_reads_back_as_its_toolpath(
-    name: str, path: Toolpath, inch: bool, repeat: bool, numbered: bool
+    name: str, data: st.DataObject, inch: bool, repeat: bool, numbered: bool
 ) -> None:
     """In every dialect, unit and style: the same moves, within half of the last decimal."""
     profile = dialect(name)
+    inch, numbered = inch and "inch" in units_of(name), numbered and profile.line_numbers
+    path = data.draw(planned(CYCLES, profile.has_machine_moves))
     options = PostOptions(output_units="inch" if inch else "mm", repeat_words=repeat, line_numbers=numbered)
     text = write_program(path, profile, options, ["any"])
     read = interpret(text, profile)
@@ -42,7 +44,7 @@ def test_a_program_reads_back_as_its_toolpath(
         assert_same_rows(read, path, numbers.resolution, dwell_step=dwell_step)
 
 
-@every("name", dialects(torch=False))
+@every("name", MILLING)
 def test_a_hole_where_the_tool_stands_already_reads_back(name: str) -> None:
     b = ToolpathBuilder()
     b.rapid(z=3.0)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 
 import pytest
-from toolpaths import TAPPING, two_tools
+from toolpaths import MILLING, two_tools, units_of
 
 from every import every
 from leafcut.errors import PostError
-from leafcut.gcode.dialects import dialect, dialects
+from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, Motion, Toolpath, ToolpathBuilder
@@ -41,15 +41,17 @@ def started(z: float = 10.0) -> ToolpathBuilder:
     return b
 
 
-@every("name", dialects(torch=False))
+@every("name", MILLING)
 def test_units_and_z_come_before_any_move_in_the_plane(name: str) -> None:
     """The first words are the units, then plane, absolute and cancelled modes; the first move is Z alone."""
-    for units in ("mm", "inch"):
-        text = write_program(two_tools(name in TAPPING), dialect(name), PostOptions(output_units=units))
-        blocks = [line for line in text.splitlines() if not line.startswith(("%", "O", "("))]
+    for units in units_of(name):
+        text = write_program(two_tools(name), dialect(name), PostOptions(output_units=units))
+        blocks = [line for line in text.splitlines() if not line.startswith(("%", "O", "(", ";"))]
         profile = dialect(name)
+        blocks = blocks[len(profile.opening) :]
         assert blocks[0] == (profile.units_mm if units == "mm" else profile.units_inch)
-        assert {"G17", "G90", "G40", "G80", "G94", "G54"} <= set(" ".join(blocks[1:4]).split())
+        heads = {"G17", "G90", "G40", "G80", "G94", "G54"} & set(profile.g_words.split())
+        assert {"G17", "G90"} <= heads <= set(" ".join(blocks[1:4]).split())
         moves = [b for b in blocks if re.search(r"[XYZ]", b)]
         assert re.fullmatch(r"G0 Z\S+", moves[0])
 
@@ -293,7 +295,7 @@ def test_a_header_cannot_smuggle_in_a_block() -> None:
     b.rapid(z=10.0)
     b.end()
     path, evil = b.build(), "x)\nG0 Z-99\n%\n(y\rM3 S9 ; G1 Z-5 \u2028 G2"
-    for name in dialects(torch=False):
+    for name in MILLING:
         text = write_program(path, dialect(name), PostOptions(), [evil, evil * 9], tool_names={1: evil})
         assert text.isascii() and all(len(line) <= dialect(name).max_line for line in text.splitlines())
         read = [m.kind for m in interpret(text, dialect(name)) if m.kind is not Kind.OFFSET]

@@ -7,14 +7,25 @@ import math
 import numpy as np
 from hypothesis import strategies as st
 
+from leafcut.gcode.dialects import dialect, dialects
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, Motion, Toolpath, ToolpathBuilder
 
 #: Dialects that tap (G84).
 TAPPING = ("fanuc", "haas", "linuxcnc", "mach4")
 
 
-def two_tools(tap: bool) -> Toolpath:
+#: Dialects that write any work of a mill; those for drilling only are apart.
+MILLING = [name for name in dialects(torch=False) if dialect(name).language != "klartext"]
+
+
+def units_of(name: str) -> tuple[str, ...]:
+    """The units that programs of a dialect can be in."""
+    return ("mm", "inch") if dialect(name).units_inch else ("mm",)
+
+
+def two_tools(name: str) -> Toolpath:
     """A drill runs every cycle on a row of holes, then a mill cuts a slot with round ends; all as a planner does it."""
+    tap = name in TAPPING
     b = ToolpathBuilder()
     b.rapid(z=25.0)
     b.tool(1)
@@ -50,7 +61,8 @@ def two_tools(tap: bool) -> Toolpath:
     b.arc(False, (50.0, 0.0, -1.0), Arc((50.0, 3.0, -1.0)), feed=4.0)
     b.arc(True, (50.0, 0.0, -2.0), Arc((48.0, 0.0, -1.0)), feed=3.0)
     b.rapid(z=25.0)
-    b.machine(z=0.0)
+    if dialect(name).has_machine_moves:
+        b.machine(z=0.0)
     b.spindle(0.0)
     b.end()
     return b.build()
@@ -86,9 +98,9 @@ def _arc(draw: st.DrawFn, b: ToolpathBuilder) -> None:
     b.arc(clockwise, (*end, z + rise), Arc((u, v, z)), feed=draw(_FEED))
 
 
-def _change_tool(draw: st.DrawFn, b: ToolpathBuilder, backwards: bool) -> None:
+def _change_tool(draw: st.DrawFn, b: ToolpathBuilder, backwards: bool, to_zero: bool) -> None:
     b.spindle(0.0)
-    if at_machine := draw(st.booleans()):
+    if at_machine := to_zero and draw(st.booleans()):
         b.machine(z=0.0)
     b.tool(draw(st.integers(1, 9)))
     b.spindle(draw(st.sampled_from([1.0, -1.0] if backwards else [1.0])) * draw(st.integers(50, 24_000)))
@@ -98,13 +110,13 @@ def _change_tool(draw: st.DrawFn, b: ToolpathBuilder, backwards: bool) -> None:
 
 
 @st.composite
-def planned(draw: st.DrawFn, names: tuple[str, ...]) -> Toolpath:
+def planned(draw: st.DrawFn, names: tuple[str, ...], to_zero: bool = True) -> Toolpath:
     """Any toolpath that keeps the planner's promises: Z first, a Z move after every tool, arcs on their circle."""
     b = ToolpathBuilder()
     # LinuxCNC taps with the spindle turning forwards only.
     backwards = "G84" not in names
     b.rapid(z=draw(_HEIGHT))
-    _change_tool(draw, b, backwards)
+    _change_tool(draw, b, backwards, to_zero)
     b.rapid(draw(_LENGTH), draw(_LENGTH))
     for _ in range(draw(st.integers(0, 8))):
         match draw(st.integers(0, 9)):
@@ -123,7 +135,7 @@ def planned(draw: st.DrawFn, names: tuple[str, ...]) -> Toolpath:
             case 6:
                 b.pause(draw(st.booleans()))
             case 7:
-                _change_tool(draw, b, backwards)
+                _change_tool(draw, b, backwards, to_zero)
                 b.rapid(draw(_LENGTH), draw(_LENGTH))
             case _:
                 cycle = draw(cycles(names))

@@ -366,9 +366,9 @@ def test_a_few_answers_make_a_machine_and_the_rest_is_an_estimate_of_a_like_one(
     assert load_machine(str(tmp_path / "a.toml")) == found.machine
 
 
-def test_a_centroid_has_the_nearest_dialect_and_that_is_told() -> None:
+def test_a_centroid_has_its_own_dialect() -> None:
     found = questioned({"name": "Knee mill", "controller": "centroid", "rapid": "300ipm"})
-    assert found.machine.controller == "fanuc" and "no dialect of centroid" in found.machine.sources["controller"]
+    assert found.machine.controller == "centroid" and found.machine.sources["controller"] == "answered"
 
 
 def test_questions_are_asked_in_order_until_each_has_an_answer() -> None:

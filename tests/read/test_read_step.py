@@ -12,12 +12,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from OCP.BRepAlgoAPI import BRepAlgoAPI_Common, BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Common, BRepAlgoAPI_Fuse
 from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert, BRepBuilderAPI_Transform
-from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCone, BRepPrimAPI_MakeCylinder
-from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf
-from OCP.Interface import Interface_Static
-from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
+from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
 
 from leafcut import api
 from leafcut.cli import run
@@ -26,39 +23,9 @@ from leafcut.model.toolpath import Kind
 from leafcut.read import read
 from leafcut.read.meshes import load_mesh
 from leafcut.read.step_solid import RoundWall, columns, hole_of, joined
+from made_solids import DOWN, box, cone, cut, cylinder, saved
 
 FAST: dict[str, Any] = {"preset": "fast", "threads": 1}
-
-
-def box(*corners: float) -> Any:
-    return BRepPrimAPI_MakeBox(gp_Pnt(*corners[:3]), gp_Pnt(*corners[3:])).Shape()
-
-
-def cylinder(at: tuple[float, float, float], way: tuple[float, float, float], radius: float, length: float) -> Any:
-    return BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(*at), gp_Dir(*way)), radius, length).Shape()
-
-
-def cone(at: tuple[float, float, float], below: float, above: float, length: float) -> Any:
-    return BRepPrimAPI_MakeCone(gp_Ax2(gp_Pnt(*at), gp_Dir(0, 0, 1)), below, above, length).Shape()
-
-
-def cut(solid: Any, *tools: Any) -> Any:
-    for tool in tools:
-        solid = BRepAlgoAPI_Cut(solid, tool).Shape()
-    return solid
-
-
-def saved(file: Path, *solids: Any, unit: str = "MM") -> Path:
-    writer = STEPControl_Writer()
-    Interface_Static.SetCVal_s("write.step.unit", unit)
-    for solid in solids:
-        writer.Transfer(solid, STEPControl_AsIs)
-    writer.Write(str(file))
-    Interface_Static.SetCVal_s("write.step.unit", "MM")
-    return file
-
-
-DOWN = (0.0, 0.0, -1.0)
 
 
 def test_through_blind_flat_and_pointed_holes_have_their_heights_and_depths(tmp_path: Path) -> None:
@@ -91,8 +58,12 @@ def test_counterbores_and_countersinks_are_steps_of_one_hole(tmp_path: Path) -> 
         (10.0, 0.0, 6.0, 20.0, True),
         (40.0, 0.0, 4.0, 20.0, True),
     ]
-    told = next(issue for issue in part.issues if issue.code == "L217")
-    assert "2 holes with a counterbore, countersink or undercut, as at 10, 10 (Ø 10, 6.000 mm deep)" in str(told)
+    assert not [issue for issue in part.issues if issue.code == "L217"]
+    bore, sink = part.holes[0].steps[0], part.holes[1].steps[0]
+    assert (bore.diameter, bore.depth, bore.angle, bore.tip, bore.open) == pytest.approx((10, 6, math.pi, 6, True))
+    # The cone of 90 degrees is 4 mm wide 3 mm deep, and would meet its tip 2 mm below.
+    assert (sink.diameter, sink.depth, sink.angle) == pytest.approx((10, 3, math.pi / 2))
+    assert (sink.tip, sink.narrow, sink.open) == pytest.approx((5, 4, True))
 
 
 def test_bosses_fillets_and_slot_ends_are_no_holes(tmp_path: Path) -> None:
@@ -116,6 +87,18 @@ def test_holes_from_below_and_from_the_sides_are_told_and_not_drilled(tmp_path: 
     told = [str(issue) for issue in part.issues if issue.code == "L218"]
     assert any("1 hole open from below alone" in line for line in told)
     assert any("2 holes along 0, 1, 0, not drilled" in line for line in told)
+
+
+def test_without_any_hole_to_drill_the_reasons_are_told(tmp_path: Path) -> None:
+    block = cut(
+        box(0, 0, -20, 80, 40, 0), cylinder((10, 10, -20), (0, 0, 1), 3, 8), cylinder((30, 0, -10), (0, 1, 0), 2, 40)
+    )
+    with pytest.raises(LeafcutError) as refused:
+        api.optimize(saved(tmp_path / "block.step", block), process="drill", **FAST)
+    told = str(refused.value)
+    assert told.startswith("block: no holes to drill: 1 hole open from below alone")
+    assert "1 hole along 0, 1, 0, not drilled" in told
+    assert "\n" not in told
 
 
 ALL, WEST, EAST = frozenset(range(-180, 180)), frozenset(range(-180, 0)), frozenset(range(180))

@@ -90,9 +90,10 @@ def test_the_target_counts_what_the_nodes_themselves_cost(bounding: Bounding) ->
 
 @pytest.mark.parametrize(("problem", "words"), [(board(), "60 targets;"), (slots(20), "20 targets that can be worked")])
 def test_a_target_gap_without_a_bound_is_refused_in_one_line(
-    problem: RoutingProblem, words: str, bounding: Bounding
+    problem: RoutingProblem, words: str, bounding: Bounding, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bounding(None)
+    monkeypatch.setattr("leafcut.solve.certificate.MOST_WAYS", 39)
     with pytest.raises(SolveError, match=words) as refused:
         solve(problem, SolveOptions(target_gap=1.0))
     assert "\n" not in str(refused.value)
@@ -127,9 +128,20 @@ def test_without_a_bound_none_is_sought(bounding: Bounding) -> None:
     assert asked == []
 
 
-def test_of_nodes_with_several_ways_no_bound_is_told(bounding: Bounding) -> None:
-    """A tour of the slots' middles says nothing of paths through their ends."""
+def test_slots_far_apart_are_bounded_by_the_gaps_between_them() -> None:
+    """Ten slots of 10 mm in a row, 90 mm from one end to the next: the way between them is known by hand."""
+    left = np.array([(100.0 * i, 0.0) for i in range(10)])
+    right = left + np.array([10.0, 0.0])
+    entry, exit_ = np.stack([left, right], 1).reshape(-1, 2), np.stack([right, left], 1).reshape(-1, 2)
+    row = RoutingProblem(entry, exit_, np.repeat(np.arange(10, dtype=np.int32), 2), np.zeros(20))
+    found = solve(row, SolveOptions(iterations=50))
+    assert found.cost == pytest.approx(810.0)
+    assert found.lower_bound == pytest.approx(810.0)
+
+
+def test_of_too_many_ways_no_bound_is_told(bounding: Bounding, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = bounding(1.0)
+    monkeypatch.setattr("leafcut.solve.certificate.MOST_WAYS", 39)
     assert solve(slots(20), SolveOptions(iterations=1)).lower_bound is None
     assert asked == []
 

@@ -271,8 +271,8 @@ def test_a_table_of_costs_with_a_place_to_start_from_is_refused() -> None:
 
 
 def test_the_bound_leaves_precedence_out_and_is_never_above_the_optimum() -> None:
-    for seed in range(12):
-        problem = random_problem(seed, 7, ("holes", "cuts", "table")[seed % 3], ENDS[seed % 5], pairs=4)
+    for seed in range(25):
+        problem = random_problem(seed, 7, KINDS[seed % 5], ENDS[seed // 5], pairs=4)
         found = solve(problem, SolveOptions("colony", preset="fast"))
         assert found.lower_bound is not None
         assert found.lower_bound <= least(problem) + 1e-9
@@ -293,8 +293,6 @@ def test_a_target_gap_ends_the_search_at_the_first_path_that_is_good_enough() ->
     assert found.gap is not None
     assert found.gap <= 0.08
     assert found.iterations < 10_000
-    with pytest.raises(SolveError, match="6 targets that can be worked"):
-        solve(random_problem(2, 6, "ways"), SolveOptions("colony", target_gap=1.0))
 
 
 def test_a_search_that_is_stopped_or_interrupted_keeps_the_best_that_it_has() -> None:

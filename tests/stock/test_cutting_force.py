@@ -81,3 +81,9 @@ def test_the_torque_of_shipped_materials_is_near_that_of_another_maker(name: str
     theirs = constant * 100.0 * (0.630 + 16.84 * 0.2) / 100.0
     ours = float(drilling_torque(load_material(name), 10.0, 0.2)) / 1000.0
     assert 1 / 1.5 < ours / theirs < 1.5
+
+
+def test_the_torque_of_a_20_mm_drill_is_that_of_a_printed_example() -> None:
+    """0.0345·20²·0.4^0.8 = 6.63 kgf·m in steel of 750 MPa (byxap7.narod.ru, T-501, question 116); C45 has 650 MPa."""
+    torque = float(drilling_torque(load_material("steel-c45"), 20.0, 0.4)) / 10e3
+    assert torque == pytest.approx(6.63 * (650 / 750) ** 0.75, rel=0.005)

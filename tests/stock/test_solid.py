@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from leafcut.errors import PlanError
+from leafcut.model.mesh import Mesh
 from leafcut.model.shown_stock import ShownStock
-from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.tool import BodySegment, Tool, ToolKind
 from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
-from leafcut.stock.solid import CELLS, solid_of
+from leafcut.stock.solid import CELLS, Solid, solid_of
+from meshes import box_triangles
 
 MILL = Tool(1, 10.0, ToolKind.END_MILL, point_angle=math.pi)
 DRILL = Tool(2, 8.0, ToolKind.DRILL, point_angle=math.radians(118))
@@ -89,3 +91,84 @@ def test_what_is_not_known_is_refused_in_one_line(stock: ShownStock, words: str)
 def test_cuts_above_zero_alone_do_not_tell_where_the_stock_ends() -> None:
     with pytest.raises(PlanError, match="nothing is cut below Z0"):
         solid_of(slot(depth=1.0), ShownStock({1: MILL}))
+
+
+#: Two steps, the lower one with a square hole of 5 mm that is open already.
+STEPS = [
+    (0, 0, -10, 40, 30, 0),
+    (40, 0, -10, 57.5, 30, -4),
+    (62.5, 0, -10, 80, 30, -4),
+    (57.5, 0, -10, 62.5, 12.5, -4),
+    (57.5, 17.5, -10, 62.5, 30, -4),
+]
+CLAMP = (-8.0, 10.0, -10.0, 5.0, 20.0, 6.0)
+
+
+def drilled(**stock: object) -> Solid:
+    """Return the steps drilled through by 8 mm at (20, 15), and where they are open at (60, 15)."""
+    path = ToolpathBuilder()
+    path.tool(2)
+    path.rapid(20.0, 15.0, 12.0)
+    path.drill(20.0, 15.0, DrillCycle("G81", r_plane=2.0, bottom=-14.0), feed=5.0)
+    path.drill(60.0, 15.0, DrillCycle("G81", r_plane=-2.0, bottom=-14.0), feed=5.0)
+    path.rapid(z=12.0)
+    mesh = Mesh(np.concatenate([box_triangles(*box) for box in STEPS]), "steps.stl")
+    return solid_of(path.build(), ShownStock({2: DRILL}, surface=mesh, **stock))
+
+
+def at(solid: Solid, field: str, x: float, y: float) -> float:
+    """Return the height of a field over a place of the program."""
+    found = getattr(solid, field)
+    row, column = (y - solid.origin[1] - found.y) / found.cell, (x - solid.origin[0] - found.x) / found.cell
+    return float(found.heights[round(row), round(column)])
+
+
+def test_a_part_that_is_not_flat_is_shown_as_high_as_it_stands_and_drilled_there() -> None:
+    found = drilled()
+    assert [at(found, "before", x, 5.0) for x in (10.0, 60.0)] == [0.0, -4.0]
+    assert at(found, "before", 60.0, 15.0) == -10.0
+    assert at(found, "after", 20.0, 15.0) < -10.0
+    assert found.collisions == ()
+    taken = found.before.volume - found.after.volume
+    assert taken == pytest.approx(16.0 * math.pi * 10.0 + (16.0 * math.pi - 25.0) * 6.0, rel=0.02)
+
+
+def test_holes_of_a_finished_part_are_filled_up_to_their_rim_so_that_drilling_them_is_seen() -> None:
+    found = drilled(finished=True)
+    assert at(found, "before", 60.0, 15.0) == -4.0
+    taken = found.before.volume - found.after.volume
+    assert taken == pytest.approx(16.0 * math.pi * (10.0 + 6.0), rel=0.02)
+
+
+def test_what_holds_a_part_stands_on_it_and_beside_it_and_is_told_from_it() -> None:
+    found = drilled(fixtures=(CLAMP,))
+    assert found.block.low == (-8.0, 0.0, -10.0)
+    assert found.block.high == (80.0, 30.0, 6.0)
+    assert at(found, "before", 2.0, 15.0) == at(found, "before", -5.0, 12.0) == 6.0
+    assert at(found, "before", -5.0, 5.0) == -10.0
+    assert found.held.sum() * found.before.cell**2 == pytest.approx(130.0, rel=0.05)
+
+
+def test_a_skin_ends_below_where_it_is_not_known_further_down_than_it_reaches() -> None:
+    corners = np.array([[0, 0, 0], [60, 0, 0], [60, 30, -2], [0, 30, -2]], dtype=np.float64)
+    skin = Mesh(corners[[[0, 1, 2], [0, 2, 3]]], "skin.stl", closed=False)
+    path = ToolpathBuilder()
+    path.tool(2)
+    path.rapid(20.0, 15.0, 12.0)
+    path.drill(20.0, 15.0, DrillCycle("G81", r_plane=2.0, bottom=-9.0), feed=5.0)
+    found = solid_of(path.build(), ShownStock({2: DRILL}, surface=skin, finished=True))
+    assert found.block.low[2] < -2.0
+    assert at(found, "before", 20.0, 15.0) == pytest.approx(-1.0, abs=0.05)
+
+
+def test_a_holder_in_the_stock_is_a_collision_over_the_tip() -> None:
+    """The flutes of 6 mm and the shank go 10 mm deep: the holder, 20 mm wide and 8 mm up, 2 mm into the material."""
+    tool = Tool(
+        1, 10.0, ToolKind.END_MILL, point_angle=math.pi, flute_length=6.0, stickout=8.0,
+        holder=(BodySegment(20.0, 20.0, 20.0),),
+    )  # fmt: skip
+    found = solid_of(slot(-10.0), ShownStock({1: tool}, block=((0.0, 0.0, -15.0), (100.0, 60.0, 0.0))))
+    holders = [one for one in found.collisions if one.kind == "holder"]
+    assert [found.moves.path.line[one.row] for one in holders][:2] == [2, 3]
+    assert holders[0].depth == pytest.approx(2.0)
+    assert holders[0].place[2] == pytest.approx(-2.0)

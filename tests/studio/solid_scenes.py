@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 from canvas_scenes import MACHINE
 from canvas_server import until
 
+from leafcut.model.mesh import Mesh
 from leafcut.model.shown_stock import ShownStock
-from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.tool import BodySegment, Tool, ToolKind
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.stock.solid import Solid, solid_of
 from leafcut.studio.drawing.scene import toolpath_scene
-from leafcut.studio.drawing.solid import solid_scene
+from leafcut.studio.drawing.solid import compared_solid_scenes, solid_scene
+from meshes import box_triangles
 
 #: A tool of every shape: flat, ball, bull-nose, with a point, a cone with a flat tip.
 TOOLS = {
@@ -26,10 +30,15 @@ TOOLS = {
 STOCK = ShownStock(TOOLS, block=((0.0, 0.0, -15.0), (120.0, 80.0, 0.0)))
 #: The line of the only rapid in the stock, and how deep it is in it, mm; the line that cuts the long slot.
 CRASH_LINE, CRASH_DEPTH, SLOT_LINE = 90, 3.0, 12
+#: Where a holder meets the stock.
+HOLDER_LINE = 5
 
 
-def shaped_path() -> Toolpath:
-    """Return cuts by every tool: level, on slopes of several grades, along an arc, down, and drilled through."""
+def shaped_path(slot: float = -3.0) -> Toolpath:
+    """Return cuts by every tool: level, on slopes of several grades, along an arc, down, and drilled through.
+
+    `slot` is the depth of the long slot of the first tool, mm.
+    """
     path = ToolpathBuilder()
     path.rapid(0.0, 0.0, 20.0, line=1)
     for number in TOOLS:
@@ -40,7 +49,7 @@ def shaped_path() -> Toolpath:
             path.drill(100.0, 66.0, DrillCycle("G81", r_plane=2.0, bottom=-18.0), feed=5.0, line=line + 1)
             path.rapid(z=5.0, line=line + 1)
             continue
-        path.feed(z=-3.0, feed=5.0, line=line + 1)
+        path.feed(z=slot if number == 1 else -3.0, feed=5.0, line=line + 1)
         path.feed(x=60.0, feed=20.0 + 10.0 * number, line=line + 2)
         path.feed(x=72.0, y=y + 4.0, z=-6.0, feed=20.0, line=line + 3)
         path.feed(x=80.0, y=y, z=-1.0, feed=20.0, line=line + 4)
@@ -57,11 +66,44 @@ def shaped_solid() -> Solid:
     return solid_of(shaped_path(), STOCK)
 
 
+def stepped_stock() -> ShownStock:
+    """Return two steps with a hole of 5 mm that is open already, a clamp on them, and a drill with its holder."""
+    steps = [(0, 0, -12, 60, 80, 0), (60, 0, -12, 120, 37.5, -5), (60, 42.5, -12, 120, 80, -5)]
+    steps += [(60, 37.5, -12, 77.5, 42.5, -5), (82.5, 37.5, -12, 120, 42.5, -5)]
+    mesh = Mesh(np.concatenate([box_triangles(*box) for box in steps]), "steps.stl")
+    tool = replace(TOOLS[4], flute_length=20.0, stickout=30.0, holder=(BodySegment(12.0, 20.0, 20.0),))
+    return ShownStock({4: tool}, surface=mesh, finished=True, fixtures=((-6.0, 30.0, -12.0, 10.0, 50.0, 8.0),))
+
+
+def stepped_path() -> Toolpath:
+    """Return a hole through each step, the second one so deep that the holder meets the first one."""
+    path = ToolpathBuilder()
+    path.tool(4, line=1)
+    path.rapid(30.0, 20.0, 12.0, line=1)
+    path.drill(30.0, 20.0, DrillCycle("G81", r_plane=2.0, bottom=-14.0), feed=5.0, line=2)
+    path.drill(80.0, 40.0, DrillCycle("G81", r_plane=2.0, bottom=-14.0), feed=5.0, line=3)
+    path.rapid(64.0, 60.0, 2.0, line=4)
+    path.feed(z=-34.0, feed=5.0, line=HOLDER_LINE)
+    path.rapid(z=12.0, line=6)
+    return path.build()
+
+
 def shaped_scenes() -> dict[str, bytes]:
     """Return the scenes: shapes, and one whose tools nobody knows."""
     text = "\n".join(f"(line {k})" for k in range(1, 100))
     path = toolpath_scene(shaped_path(), MACHINE, name="shapes", text=text)
+    one, other = ((shaped_path(slot), MACHINE, STOCK) for slot in (-3.0, -2.5))
+    before, after = compared_solid_scenes(one, other)
+    same, _ = compared_solid_scenes(one, one)
     return {
+        "compared.before": path,
+        "compared.after": toolpath_scene(shaped_path(-2.5), MACHINE, name="shapes", text=text),
+        "compared.solid_before": before,
+        "compared.solid_after": after,
+        "same.after": path,
+        "same.solid_after": same,
+        "steps.after": toolpath_scene(stepped_path(), MACHINE, name="steps", text=text),
+        "steps.solid_after": solid_scene(stepped_path(), MACHINE, stepped_stock()),
         "shapes.after": path,
         "shapes.solid_after": solid_scene(shaped_path(), MACHINE, STOCK),
         "unknown.after": path,

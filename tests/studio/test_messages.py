@@ -43,6 +43,14 @@ ELSEWHERE = {
     "processes/cutting_data/saving.py": "the command `cutting-data` alone",
     "report/front_chart.py": "the command `cutting-data` alone",
     "read/work_materials.py": "the command `cutting-data` alone",
+    "cli_send.py": "the command `send` alone",
+    **dict.fromkeys(
+        (
+            f"sender/{name}.py"
+            for name in ("checking", "conversation", "facts", "job", "lines", "port", "resuming", "run")
+        ),
+        "the command `send` alone",
+    ),
     "executors.py": "`--executor` of the command line",
     "cli_lab.py": "the command `lab` alone",
     "lab/description.py": "the command `lab` alone",

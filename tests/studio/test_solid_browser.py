@@ -9,7 +9,20 @@ import numpy as np
 import pytest
 from canvas_server import loaded, serving, until
 from numpy.typing import NDArray
-from solid_scenes import CRASH_DEPTH, CRASH_LINE, SLOT_LINE, cut, see, shaped_scenes, shaped_solid
+from solid_scenes import (
+    CRASH_DEPTH,
+    CRASH_LINE,
+    HOLDER_LINE,
+    SLOT_LINE,
+    cut,
+    see,
+    shaped_scenes,
+    shaped_solid,
+    stepped_path,
+    stepped_stock,
+)
+
+from leafcut.stock.solid import solid_of
 
 pytestmark = pytest.mark.external
 
@@ -196,6 +209,71 @@ def test_keys_turn_move_and_zoom_the_view(page: Any) -> None:
         before = after
     page.keyboard.press("Home")
     assert page.evaluate("drawing.solid.camera.fitted")
+
+
+def test_a_part_that_is_not_flat_is_cut_as_python_cuts_it_and_what_holds_it_is_coloured_otherwise(page: Any) -> None:
+    see(page, "steps")
+    solid = solid_of(stepped_path(), stepped_stock())
+    np.testing.assert_allclose(heights(page), solid.after.heights, rtol=0, atol=1e-5)
+    seek(page, 0.0)
+    assert (heights(page) == solid.before.heights).all()
+    tint = np.array(page.evaluate("[...drawing.solid.stock.tint]")).reshape(solid.held.shape)
+    assert ((tint == 255) == solid.held).all()
+    page.locator(".lc-over").focus()
+    page.keyboard.press("PageDown")
+    said = page.inner_text(".lc-readout")
+    assert "Holder" in said
+    assert f"line {HOLDER_LINE}" in said
+
+
+def test_a_tool_is_drawn_with_the_holder_that_is_known(page: Any) -> None:
+    see(page, "steps")
+    seek(page, 0.5)
+    parts = page.evaluate("drawing.solid._tool().parts.map(([low, high, radius]) => [low, high, radius])")
+    assert parts == [[30, 42, 10], [20, 30, 3], [pytest.approx(3.0 / np.tan(np.radians(59.0))), 20, 3]]
+
+
+def test_what_two_programs_leave_otherwise_is_marked_and_told(page: Any) -> None:
+    page.evaluate("load('compared', ['before', 'after', 'solid_before', 'solid_after'])")
+    until(page, "drawing.modes.length === 4 && drawing.solid.ready && !drawing.solid.differs.hidden")
+    cut(page)
+    assert "higher here" in page.inner_text(".lc-differs")
+    tones = "[253, 254].map((tone) => drawing.solid.stock.tint.filter((t) => t === tone).length)"
+    higher, lower = page.evaluate(tones)
+    assert higher * page.evaluate("drawing.solid.stock.grid.cell ** 2") == pytest.approx(
+        10.0 * 50.0 + 25.0 * np.pi, rel=0.1
+    )
+    assert lower == 0
+    assert page.locator("[data-mode]:visible").all_inner_texts() == ["Before", "After"]
+    page.get_by_role("button", name="Next difference").click()
+    assert page.inner_text(".lc-readout") == "Z -2.500 here, Z -3.000 in the other one"
+    page.evaluate("drawing.setMode('before')")
+    cut(page)
+    until(page, "drawing.solid.ready")
+    assert page.evaluate(tones) == [0, higher]
+    page.evaluate("drawing.clear()")
+    see(page, "same")
+    until(page, "drawing.solid.ready && !drawing.solid.differs.hidden")
+    assert page.inner_text(".lc-differs") == "Before and after leave the same"
+
+
+def test_a_kept_view_comes_back_and_what_is_not_as_it_should_be_is_as_if_not_chosen(page: Any) -> None:
+    kept = page.evaluate("""async () => {
+      const { keep, readKept } = await import("/static/solid_kept.js"), values = {};
+      const storage = { getItem: (key) => values[key] ?? null, setItem: (key, value) => { values[key] = value; } };
+      const found = [readKept(storage)];
+      const section = { axis: "y", share: 0.25 }, shows = { tool: false, path: true };
+      keep(storage, { space: "both", solid: { colouring: "feed", section, shows } });
+      found.push(readKept(storage));
+      for (const text of ["{", "7", '{"space": "up", "colouring": 3, "axis": "z", "share": 9}']) {
+        values["leafcut-solid"] = text;
+        found.push(readKept(storage));
+      }
+      return [...found, readKept(null)];
+    }""")
+    chosen = {"space": "both", "colouring": "feed", "axis": "y", "share": 0.25, "tool": False, "path": True}
+    usual = {"space": "plan", "colouring": "metal", "axis": "", "share": 0.5, "tool": True, "path": False}
+    assert kept == [None, chosen, None, None, usual, None]
 
 
 def test_stock_that_is_not_known_is_told_and_not_drawn(page: Any) -> None:

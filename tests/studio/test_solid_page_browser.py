@@ -34,6 +34,12 @@ def test_the_stock_of_a_drilled_plate_is_seen_and_nobody_is_kept_out(browser: Br
     page.get_by_label("Colour", exact=True).select_option("depth")
     page.get_by_label("Section", exact=True).select_option("x")
     expect(page.get_by_label("Place of the section", exact=True)).to_be_visible()
+    page.reload()
+    page.wait_for_function("window.did_handshake")
+    expect(page.get_by_role("radio", name="Solid", exact=True)).to_have_attribute("aria-checked", "true", timeout=LONG)
+    expect(page.locator(".lc-picture")).to_be_visible()
+    expect(page.get_by_label("Colour", exact=True)).to_have_value("depth")
+    expect(page.get_by_label("Section", exact=True)).to_have_value("x")
     found = serious(page, "solid")
     context.close()
     assert found == []

@@ -40,7 +40,8 @@ ROOT = Path(__file__).parents[2]
 EN = words("en")
 #: Done by the studio itself.
 NOT_OFFERED = {
-    "save_plan", "save_norms", "all_variants", "remnants_out", "remnant_size", *SpeedOptions.specs(),
+    "save_plan", "save_norms", "all_variants", "remnants_out", "remnant_size",
+    *(set(SpeedOptions.specs()) - {"max_power", "max_torque", "drive_efficiency"}),
 }  # fmt: skip
 #: A page says the feed of a program's materials by the speed alone.
 OF_A_CHART = {"cut_process", "material", "thickness", "amps", "nozzle", "chart"}

@@ -359,7 +359,7 @@ class BlockRunner(Reader):
         state = self.state
         state.path.tool(number, line=state.line)
         state.tool = number
-        state.pending_tool = None if state.dialect.tool_change == "pause" else number
+        state.pending_tool = None if state.dialect.changes_by_hand else number
 
     def _switches(self, words: SortedBlock, off: bool | None) -> None:
         spindle = words.letters.get("$")

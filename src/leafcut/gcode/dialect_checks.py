@@ -12,17 +12,19 @@ from leafcut.kinds import CutMethod
 
 #: The values that a key takes, where these are few.
 _CHOICES: dict[str, tuple[str, ...]] = {
+    "language": ("g-code", "sinumerik", "klartext"),
     "groups": ("rs274", "fanuc"),
     "percent": ("", "frame", "title"),
-    "units_mm": ("G21", "G71"),
-    "units_inch": ("G20", "G70"),
-    "cycle_words": ("rs274", "fagor"),
+    "units_mm": ("G21", "G71", "G710", ""),
+    "units_inch": ("G20", "G70", "G700", ""),
+    "comments": ("()", ";"),
+    "cycle_words": ("rs274", "fagor", "siemens", "klartext"),
     "dwell_unit": ("s", "ms", "point", "cs"),
-    "tool_change": ("M6", "pause"),
-    "length_offset": ("H", "D", ""),
-    "length_offset_off": ("G49", "G44"),
-    "machine_move": ("G53", "G28"),
-    "end_word": ("M2", "M30"),
+    "tool_change": ("M6", "pause", "M0"),
+    "length_offset": ("H", "D", "edge", ""),
+    "length_offset_off": ("G49", "G44", "D0", ""),
+    "machine_move": ("G53", "G28", "SUPA", ""),
+    "end_word": ("M2", "M30", ""),
     "end_required": ("", "word", "percent"),
     "line_ends": ("", "lf", "any"),
     "torch.heights": ("program", "controller", "none"),
@@ -115,9 +117,13 @@ def faults_of_words(table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
                 yield key, f"has '{_said(word)}', which is no {letter} word that leafcut understands"
     there = {*g_words, *m_words}
     for key in ("units_mm", "units_inch", "end_word"):
-        if table[key] not in there:
+        if table[key] and table[key] not in there:
             yield key, f"is {table[key]}, which is none of its words"
-    said = {"preamble": table["preamble"], "cycles": [] if table["cycle_words"] == "fagor" else table["cycles"]}
+    said = {
+        "opening": table["opening"],
+        "preamble": table["preamble"],
+        "cycles": [] if table["cycle_words"] != "rs274" else table["cycles"],
+    }
     torch = table["torch"]
     if torch is not None:
         yield from _faults_of_torch(torch)

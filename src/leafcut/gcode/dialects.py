@@ -111,6 +111,9 @@ class Dialect:
         one, too. Empty: it stands on its own.
     g_words, m_words
         Every G and M word that the controller has and leafcut understands, in words: ``"G0 G1 …"``.
+    language
+        ``g-code``. ``sinumerik``: the own language of Siemens controls. ``klartext``: Heidenhain's plain language, for
+        drilling. Of any but G-code leafcut reads only what it writes itself.
     groups
         ``rs274``: cycles and G80 exclude G0–G3 in a block, and each new cycle states its planes again.
         ``fanuc``: cycles are a group of their own, and their planes stay until G80.
@@ -118,22 +121,32 @@ class Dialect:
         ``frame``: a percent sign first and last. ``title``: a first line ``%NAME,MX,``. Empty: none.
     program_number
         The program has an O word.
+    comments
+        ``()``: in parentheses. ``;``: from a semicolon to the end of the line.
     uppercase_comments
         The panel shows capital letters only.
+    line_numbers
+        Blocks may be numbered (N10).
+    one_command
+        A block is one G or M word, stated first and in every block, with its other words behind it: of two in a block
+        the firmware would obey one.
     max_line
         Longest line, in characters.
     decimals_mm, decimals_inch
         Decimals of lengths and feeds.
     point_required
         A length without a decimal point may mean thousandths: always written, and refused when read.
+    opening
+        Blocks before all others, such as the one that chooses the language.
     units_mm, units_inch
-        The words that choose the unit.
+        The words that choose the unit; without one for inches, programs are in millimetres only.
     preamble
         The blocks after the units and before the first move: plane, absolute, nothing active that may be left over.
     cycles
         Canned cycles that the controller has, by their LinuxCNC and Fanuc names. The others are written out.
     cycle_words
         ``rs274``: Z is the bottom, R the R plane, Q the peck. ``fagor``: Z is the R plane, I the bottom.
+        ``siemens``: MCALL CYCLE81 (RTP, RFP, SDIS, DP) and its like. ``klartext``: CYCL DEF 200.
     dwell_cycles
         Cycles that take a dwell.
     dwell_letter, dwell_unit
@@ -144,7 +157,9 @@ class Dialect:
     repeat_letter
         Repeats of a cycle.
     tool_change
-        ``M6``, or ``pause``: T and M0, and a person changes the tool.
+        ``M6``; ``pause``: T, then M0, and a person changes the tool; ``M0``: the same in one block, M0 T1.
+    rapid_feed
+        A rapid moves at the last F, too: G0 states the speed of rapids, and every cut behind it its own.
     arc_turns
         G2 and G3 take full turns in P.
     corner_tolerance
@@ -156,15 +171,18 @@ class Dialect:
     hand_change_pause
         M6 may go on without waiting, so a change by hand needs an M0 behind it.
     length_offset
-        ``H``: G43 Hn. ``D``: Dn with the tool, and G43. Empty: none that a program chooses.
+        ``H``: G43 Hn. ``D``: Dn with the tool, and G43. ``edge``: D1, the first cutting edge of the
+        tool. Empty: none that a program chooses.
     length_offset_off
         The word that takes the length offset off.
     machine_move
-        How the axes go to machine coordinates: ``G53``, or ``G28`` for machine zero (G91 G28, then G90).
+        How the axes go to machine coordinates: ``G53``, or ``G28`` for machine zero (G91 G28, then G90); ``SUPA``: with
+        the length offset taken off (D0). Empty: programs cannot say it.
     off_after_motion
         M5 and M9 act after the motion of their block, not before.
     end_word, end_required
-        The last word. Required: ``word`` (M2 or M30), ``percent`` (that, or a closing percent sign), or empty.
+        The last word; empty: a program ends where its text ends. Required: ``word`` (M2 or M30), ``percent`` (that, or
+        a closing percent sign), or empty.
     notes
         Lines for the header: what must be set on the machine for the program to mean what it says.
     obeyed_comments, obeyed_parameters
@@ -187,13 +205,18 @@ class Dialect:
     groups: str
     preamble: tuple[str, ...]
     cycles: tuple[str, ...]
+    language: str = "g-code"
     percent: str = ""
     program_number: bool = False
+    comments: str = "()"
     uppercase_comments: bool = False
+    line_numbers: bool = True
+    one_command: bool = False
     max_line: int = 255
     decimals_mm: int = 3
     decimals_inch: int = 4
     point_required: bool = False
+    opening: tuple[str, ...] = ()
     units_mm: str = "G21"
     units_inch: str = "G20"
     cycle_words: str = "rs274"
@@ -203,6 +226,7 @@ class Dialect:
     dwell_x: bool = False
     repeat_letter: str = "L"
     tool_change: str = "M6"
+    rapid_feed: bool = False
     hand_change_pause: bool = False
     arc_turns: bool = False
     corner_tolerance: bool = False
@@ -231,6 +255,18 @@ class Dialect:
     def states_z(self) -> bool:
         """Whether programs say heights; else Z is the controller's, or nobody's."""
         return self.torch is None or self.torch.heights == "program"
+
+    @property
+    def changes_by_hand(self) -> bool:
+        """Whether a tool change is a stop at which a person changes it (M0), not M6."""
+        return self.tool_change != "M6"
+
+    @property
+    def has_machine_moves(self) -> bool:
+        """Whether a program can send an axis to machine zero."""
+        if self.machine_move == "SUPA":
+            return True
+        return 280 in self.g_codes if self.machine_move == "G28" else 530 in self.g_codes and bool(self.machine_move)
 
     @cached_property
     def g_codes(self) -> frozenset[int]:

@@ -12,9 +12,11 @@ from __future__ import annotations
 from leafcut.errors import OptionError, ReadError
 from leafcut.gcode.canned import end_cycle, run_cycle, start_cycle
 from leafcut.gcode.dialects import Dialect
+from leafcut.gcode.klartext import interpret_klartext
 from leafcut.gcode.modal import SortedBlock, sort_words
 from leafcut.gcode.motion import run_arc, run_home, run_machine, run_probe, run_straight
 from leafcut.gcode.origin import run_shift
+from leafcut.gcode.sinumerik import call_cycle, drill_call, end_call, sinumerik_block
 from leafcut.gcode.state import AXES, InterpreterState, unit_of, whole
 from leafcut.gcode.torch import leave_outputs, run_outputs, say_power, spindle_number
 from leafcut.gcode.words import Block, BlockError, Word, lines, tokenise
@@ -55,17 +57,23 @@ def interpret(
     """
     if units is not None and units not in MM_PER_UNIT:
         raise OptionError(f"unknown unit '{units}'; use mm or in")
+    if dialect.language == "klartext":
+        return interpret_klartext(text, file)
     state = InterpreterState(dialect, unit=None if units is None else MM_PER_UNIT[units])
     if left_over:
-        state.motion, state.plane, state.incremental, state.feed_mode, state.to_initial = 1, 18, True, 95, False
+        state.motion, state.plane, state.incremental, state.to_initial = 1, 18, True, False
+        # A control without G94 has no other feed mode that could be left over.
+        state.feed_mode = 95 if 940 in dialect.g_codes else 94
+        state.offset_on = dialect.length_offset == "edge"
         leave_outputs(state)
     reader = Reader(state)
+    siemens = dialect.language == "sinumerik"
     for number, line in lines(text):
         if not line or line.isspace():
             continue
         try:
             # Here a later reader of foreign programs can keep a block that is not understood, word for word.
-            reader.run(tokenise(line, number))
+            reader.run(sinumerik_block(line, number) if siemens else tokenise(line, number))
         except BlockError as problem:
             raise ReadError(file, str(problem), number) from None
         if reader.ended:
@@ -96,12 +104,17 @@ class Reader:
         if block.percent is not None:
             self._percent(block.percent)
             return
+        if block.call is not None:
+            self._call(block)
+            return
         if not block.words:
             return
         if block.deleted:
             raise BlockError("'/': whether the block is run depends on a switch of the machine")
         state = self.state
         state.line = block.line
+        if state.dialect.one_command:
+            _check_one_command(block)
         words = sort_words(block, self._g, self._m, self._separate)
         letters = words.letters
         letters.pop("N", None)
@@ -122,9 +135,20 @@ class Reader:
             self._switches(words, off=True)
         self._stop(words.m.get("stop"))
 
+    def _call(self, block: Block) -> None:
+        self.state.line = block.line
+        self._blocks += 1
+        name, arguments = block.call or ("", ())
+        if name:
+            call_cycle(self.state, name, arguments)
+        else:
+            end_call(self.state)
+
     def check_end(self, file: str) -> None:
-        """Refuse a program that does not end as its controller asks for."""
+        """End the program where its text ends, or refuse one that does not end as its controller asks for."""
         required = self.state.dialect.end_required
+        if not self.state.dialect.end_word and not self.ended:
+            self.state.path.end(line=self.state.line)
         if self._by_word or not required or (required == "percent" and self.ended):
             return
         raise ReadError(file, f"the program has no end; {self.state.dialect.end_word} is missing")
@@ -154,7 +178,8 @@ class Reader:
         if mode is not None and mode // 10 != state.feed_mode:
             # What F meant before means nothing now.
             state.feed_mode, state.feed = mode // 10, 0.0
-        if "F" in letters and state.feed_mode != 93:
+        dwells = words.g.get("non-modal") == 40 and state.dialect.dwell_letter == "F"
+        if "F" in letters and state.feed_mode != 93 and not dwells:
             state.set_feed(letters.pop("F"))
         if "S" in letters:
             word = letters.pop("S")
@@ -172,10 +197,20 @@ class Reader:
             if state.pending_tool is None:
                 raise BlockError("M6 without a T before it")
             self._change_tool(state.pending_tool)
+        if state.dialect.length_offset == "edge" and "D" in letters:
+            self._edge(letters.pop("D"))
         if state.dialect.length_offset == "D" and "D" in letters:
             state.offset_number = whole(letters.pop("D"), 99_999)
             if state.offset_on and words.g.get("length") is None:
                 state.path.offset(state.offset_number, line=state.line)
+
+    def _edge(self, word: Word) -> None:
+        """Take the lengths of the tool's first edge, or none."""
+        number = whole(word, 1)
+        if number and self.state.tool is None:
+            raise BlockError(f"{word} before a tool was called")
+        self.state.path.offset(self.state.tool or 0 if number else 0, line=self.state.line)
+        self.state.offset_on = bool(number)
 
     def _change_tool(self, number: int) -> None:
         state = self.state
@@ -183,7 +218,7 @@ class Reader:
             raise BlockError("a tool change inside a canned cycle; G80 is missing before it")
         state.path.tool(number, line=state.line)
         state.tool = number
-        state.pending_tool = None if state.dialect.tool_change == "pause" else number
+        state.pending_tool = None if state.dialect.changes_by_hand else number
 
     def _switches(self, words: SortedBlock, off: bool | None) -> None:
         """Spindle and coolant: all of them, or only those that switch off (True), or on (False)."""
@@ -288,8 +323,13 @@ class Reader:
 
     def _move(self, words: SortedBlock) -> None:
         state, g, letters = self.state, words.g, words.letters
+        if state.call is not None:
+            drill_call(state, words)
+            return
         special = g.get("non-modal")
         moving = not letters.keys().isdisjoint(AXES)
+        if special == 530 and state.dialect.length_offset == "edge" and state.offset_on:
+            raise BlockError("a move to machine coordinates with a length offset on; D0 is missing")
         if special in (280, 530):
             if state.cycle is not None or (special == 280 and "motion" in g):
                 raise BlockError(f"G{special // 10} with another motion active; G80 is missing before it")
@@ -331,7 +371,14 @@ class Reader:
         if code in (2, 30):
             state.path.end(line=state.line)
             self.ended = self._by_word = True
-        elif code == 0 and state.dialect.tool_change == "pause" and state.pending_tool is not None:
+        elif code == 0 and state.dialect.changes_by_hand and state.pending_tool is not None:
             self._change_tool(state.pending_tool)
         else:
             state.path.pause(optional=code == 1, line=state.line)
+
+
+def _check_one_command(block: Block) -> None:
+    """Refuse a block of a firmware that obeys the first command of it alone."""
+    commands = [word for word in block.words if word.letter in "GM"]
+    if len(commands) != 1 or block.words[0] != commands[0]:
+        raise BlockError("each block must be one G or M word with its other words behind it")

@@ -15,13 +15,14 @@ _GROUPS: dict[str, tuple[int, ...]] = {
     "distance": (900, 910),
     "arc distance": (901, 911),
     "feed mode": (930, 940, 950),
-    "units": (200, 210, 700, 710),
+    "units": (200, 210, 700, 710, 7000, 7100),
     "radius": (400, 410, 411, 420, 421),
     "length": (430, 431, 432, 440, 490),
     "retract": (980, 990),
     "offset": (540, 550, 560, 570, 580, 590, 591, 592, 593),
     "path": (610, 611, 640),
     "speed": (960, 970),
+    "language": (2900, 2910),
 }
 GROUP_OF = {code: group for group, codes in _GROUPS.items() for code in codes}
 

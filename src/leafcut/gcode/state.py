@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.words import BlockError, UnclearBlock, Word
-from leafcut.model.toolpath import UNKNOWN, Kind, ToolpathBuilder
+from leafcut.model.toolpath import UNKNOWN, DrillCycle, Kind, ToolpathBuilder
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
 AXES = ("X", "Y", "Z")
@@ -36,7 +36,8 @@ class InterpreterState:
 
     `unit` is millimetres in one unit of the program, or None before G20 or G21. `feed` is in mm/s, or mm per
     revolution with G95; with G93 every cutting block brings its own. `motion` is 0 to 3 or None, `cycle` the number of
-    the canned cycle or None. `last_dwell` is the dwell of the last cycle that had one, s.
+    the canned cycle or None, `call` the cycle that Siemens calls at every place (MCALL). `last_dwell` is the dwell of
+    the last cycle that had one, s.
     `pending_tool` is the tool that the next change brings. `may_store` says that a cycle with no repeats is stored,
     `lenient` that a cycle may have words that it does not use.
     `rounds`: G64 is on since the program said so. `radius` is 40, 41 or 42. `shift` counts changes of the origin.
@@ -59,6 +60,7 @@ class InterpreterState:
     motion: int | None = None
     cycle: int | None = None
     cycle_words: CycleWords = field(default_factory=CycleWords)
+    call: DrillCycle | None = None
     last_dwell: float = 0.0
     rounds: bool = False
     to_initial: bool = True
@@ -169,5 +171,5 @@ def whole(word: Word, most: int = 99_999_999) -> int:
 
 
 def unit_of(code: int) -> float:
-    """Return the millimetres in one unit for G20, G21, G70 and G71, given in tenths."""
-    return MM_PER_INCH if code in (200, 700) else 1.0
+    """Return the millimetres in one unit for G20, G21, G70, G71, G700 and G710, given in tenths."""
+    return MM_PER_INCH if code in (200, 700, 7000) else 1.0

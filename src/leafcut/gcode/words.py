@@ -52,6 +52,7 @@ class Block:
 
     `percent` is the text after a leading percent sign (often empty), or None when there is no such sign.
     `deleted` says that the line starts with a slash, so that a switch on the machine may skip it.
+    `call` is the modal call of a cycle by its name, with its arguments, or the end of one ("", ()).
     """
 
     line: int
@@ -59,6 +60,7 @@ class Block:
     comments: tuple[str, ...] = ()
     percent: str | None = None
     deleted: bool = False
+    call: tuple[str, tuple[str, ...]] | None = None
 
 
 def lines(text: str) -> Iterator[tuple[int, str]]:

@@ -39,6 +39,7 @@ CODES: dict[str, str] = {
     "L216": "a text has letters that cannot be engraved",
     "L217": "a hole has a counterbore or a countersink",
     "L218": "a hole is not open from above",
+    "L219": "a part of a solid is not milled or cut",
     "L301": "holes drawn on top of each other were merged",
     "L302": "concentric circles: one of them was used",
     "L303": "arcs that close a circle were joined into a hole",
@@ -75,7 +76,8 @@ CODES: dict[str, str] = {
     "L440": "no speeds were chosen for a tool",
     "L441": "a hole begins on uneven ground",
     "L442": "a hole is drawn at another height than the surface has",
-    "L443": "the mesh of a surface is not closed",
+    "L443": "the mesh of a surface or a fixture is not closed",
+    "L444": "where a fixture stands",
     "L501": "blocks of a program keep their place",
     "L502": "nothing in a program can be reordered",
     "L503": "tool changes were saved",
@@ -89,6 +91,7 @@ CODES: dict[str, str] = {
     "L511": "a controller rounds corners of a program as far as it likes",
     "L512": "tools of a program keep their feeds",
     "L513": "new speeds or heights of a program could not be proved",
+    "L514": "a limit of the feeds of a program is not known",
     "L611": "a contour is narrower than the kerf and is not cut",
     "L612": "a contour is narrower than the kerf in places",
     "L613": "a lead was reduced",
@@ -121,6 +124,7 @@ CODES: dict[str, str] = {
     "L810": "cuts of a program go beyond the stock that is given",
     "L811": "the stock has undercuts, which count as material",
     "L812": "the cells of the stock model are coarse for a tool",
+    "L820": "a controller is not set as the profile of its machine says",
 }
 
 

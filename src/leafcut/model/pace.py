@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
+
+from leafcut.model.work_material import WorkMaterial
 
 
 @dataclass(frozen=True)
@@ -18,12 +21,43 @@ class PaceRules:
         How far rapids that were none keep from all material, mm.
     increase
         By which factor a feed may grow at most.
+    slot
+        The chip at the full width of a mill as a share of the one that its library allows; None: nobody said.
+    spindle
+        What the spindle gives, and what it cuts; None: the material is not known.
     """
 
     air: bool
     feeds: bool
     clearance: float = 1.0
     increase: float = 1.5
+    slot: float | None = None
+    spindle: SpindleLoad | None = None
+
+
+@dataclass(frozen=True)
+class SpindleLoad:
+    """What a spindle gives at most, and the material that it cuts.
+
+    Attributes
+    ----------
+    material
+        Its specific cutting force.
+    power, torque
+        W, N·mm; infinite where not known.
+    efficiency
+        Part of the power that reaches the tool.
+    """
+
+    material: WorkMaterial
+    power: float = math.inf
+    torque: float = math.inf
+    efficiency: float = 1.0
+
+    @property
+    def limited(self) -> bool:
+        """Whether power or torque is known."""
+        return min(self.power, self.torque) < math.inf
 
 
 class PaceStretch(NamedTuple):
@@ -44,12 +78,32 @@ class Pace:
 class ToolLimits(NamedTuple):
     """What one tool is asked for at most: chip, mm per revolution at the full share, and volume, mm³/s.
 
-    `stated` says that the chip is that of the tool's own feed and speed in its library, and not the program's worst.
+    Attributes
+    ----------
+    stated
+        The chip is that of the tool's own feed and speed in its library, and not the program's worst.
+    slot
+        At the full width the chip is this share of `chip`; from half of the width on it falls in proportion.
+    plunge
+        How fast it goes down at most, mm/s; infinite where its library does not say it.
+    spindle, teeth
+        What power and torque are reckoned with; None where the material, the spindle or the teeth are not known.
     """
 
     chip: float
     rate: float
     stated: bool
+    slot: float = 1.0
+    plunge: float = math.inf
+    spindle: SpindleLoad | None = None
+    teeth: int = 1
+
+
+class CycleReturn(NamedTuple):
+    """A block of a canned cycle that is to come up to the R plane, code 99, or to the initial height, 98."""
+
+    block: int
+    code: int
 
 
 class Lowered(NamedTuple):

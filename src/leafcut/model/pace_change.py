@@ -3,6 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
+
+
+class FeedLimit(NamedTuple):
+    """What one limit of a tool's feeds is asked for at most, in the program and in the new one, and the limit itself.
+
+    Attributes
+    ----------
+    name
+        ``power`` of the spindle, W, ``torque``, N·mm, ``slot``: chip at the full width, mm a revolution, ``plunge``:
+        the speed downwards in material, mm/s.
+    before, after, limit
+        A cut whose line cannot be changed keeps its feed: there `after` may be above the limit.
+    """
+
+    name: str
+    before: float
+    after: float
+    limit: float
 
 
 @dataclass(frozen=True)
@@ -22,6 +41,8 @@ class ToolPace:
         The limit is that of the tool's own feed and speed in its library; else the program's worst cut is.
     rate_before, rate_after
         The most that is taken off, mm³/s.
+    limits
+        The other limits whose data are known.
     """
 
     number: int
@@ -34,6 +55,7 @@ class ToolPace:
     limit_stated: bool
     rate_before: float
     rate_after: float
+    limits: tuple[FeedLimit, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,39 @@ from leafcut.model.pocket import Pocket
 
 
 @dataclass(frozen=True, slots=True)
+class HoleStep:
+    """A wider part of a hole: a counterbore, a countersink or an undercut; mm, rad.
+
+    Attributes
+    ----------
+    diameter
+        Of a cone the largest.
+    depth
+        Of its lower end below the top of the hole.
+    angle
+        Full angle of the cone; π for a counterbore, whose floor is flat.
+    tip, narrow
+        How deep the tip of a tool of this angle goes to make it, and the width of the hole at its lower end.
+    open
+        Whether a tool of this form can make it from above without cutting anything else.
+    """
+
+    diameter: float
+    depth: float
+    angle: float
+    tip: float
+    narrow: float
+    open: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class Hole:
     """A round hole seen from above: centre and diameter in mm, with the drawing's layer and entity handle.
 
     A diameter of 0 means a bare point: the drawing says where, not how wide. `z` is the height at which it is drawn.
     `depth` is how deep its full diameter goes below that, mm, where a solid says it, else None; then `through` says
-    whether it is open below, and `flat` that its floor is flat and not the cone of a drill's point.
+    whether it is open below, `flat` that its floor is flat and not the cone of a drill's point, and `steps` what of it
+    is wider.
     """
 
     x: float
@@ -30,6 +57,7 @@ class Hole:
     depth: float | None = None
     through: bool = False
     flat: bool = False
+    steps: tuple[HoleStep, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,6 +34,9 @@ class Pocket:
         For people: a number, a layer or the drawing's own name.
     layer, handle
         The drawing's layer and entity handle of the outline; empty for pictures.
+    depth, top
+        Where a solid says it, else None: how deep the floor lies below the height that the pocket is milled from, and
+        that height, mm.
     """
 
     outline: Polyline
@@ -41,6 +44,8 @@ class Pocket:
     name: str = ""
     layer: str = ""
     handle: str = ""
+    depth: float | None = None
+    top: float | None = None
 
     @property
     def label(self) -> str:
@@ -249,7 +254,7 @@ class PocketPlan:
     Attributes
     ----------
     levels
-        Z of every level from the top, mm, negative.
+        Height of every level below the top, mm, negative.
     chosen
         Index in `results` of the strategy that is written.
     results
@@ -261,6 +266,11 @@ class PocketPlan:
     levels: tuple[float, ...]
     results: tuple[PocketResult, ...] = field(default=())
     chosen: int = 0
+
+    @property
+    def heights(self) -> tuple[float, ...]:
+        """Z of every level in the program, mm."""
+        return tuple(round(level + (self.pocket.top or 0.0), 6) for level in self.levels)
 
     @property
     def result(self) -> PocketResult:

@@ -125,7 +125,7 @@ class JobOptions(OptionGroup):
         "text",
         "mild_steel",
         "material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for "
-        "cutting-data a name of `leafcut materials`, or a TOML file",
+        "cutting-data and for feeds of a program a name of `leafcut materials`, or a TOML file",
         may_be_path=".toml",
     )
     start_point: tuple[float, ...] | None = option(

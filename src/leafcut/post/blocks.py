@@ -25,7 +25,15 @@ class Blocks:
 
     def say(self, *words: str) -> None:
         """Write one block; empty words are left out, and so is a block without words."""
-        text = " ".join(word for word in words if word)
+        said = [word for word in words if word]
+        if self._dialect.one_command:
+            commands = [word for word in said if word[0] in "GM"]
+            for word in commands[:-1]:
+                self._line(word)
+            said = [*commands[-1:], *(word for word in said if word not in commands)]
+        self._line(" ".join(said))
+
+    def _line(self, text: str) -> None:
         if not text:
             return
         if self._numbered:
@@ -37,11 +45,13 @@ class Blocks:
 
     def comment(self, text: str) -> None:
         """Write a text as one or more lines of comment."""
-        self.lines += comment_lines(text, self._dialect.max_line, self._dialect.uppercase_comments)
+        dialect = self._dialect
+        self.lines += comment_lines(text, dialect.max_line, dialect.uppercase_comments, dialect.comments)
 
     def modal(self, group: str, word: str) -> str:
         """Return the word, or nothing when the last word of its group was the same."""
-        if self._said.get(group) == word and not self._repeat:
+        repeat = self._repeat or (self._dialect.one_command and group == "motion")
+        if self._said.get(group) == word and not repeat:
             return ""
         self._said[group] = word
         return word

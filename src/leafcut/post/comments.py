@@ -27,9 +27,10 @@ def plain_text(text: str) -> str:
     return _ACTIVE.sub(r"\1 -", " ".join(ascii_text.translate(_PLAIN).split()))
 
 
-def comment_lines(text: str, width: int, uppercase: bool = False) -> list[str]:
-    """Return a text as comments in parentheses, none longer than `width` characters."""
+def comment_lines(text: str, width: int, uppercase: bool = False, style: str = "()") -> list[str]:
+    """Return a text as comments in parentheses, or behind semicolons, none longer than `width` characters."""
     plain = plain_text(text)
     if uppercase:
         plain = plain.upper()
-    return [f"({plain_text(part)})" for part in textwrap.wrap(plain, width - 4) or [""]]
+    parts = [plain_text(part) for part in textwrap.wrap(plain, width - 4) or [""]]
+    return [f"; {part}".rstrip() if style == ";" else f"({part})" for part in parts]

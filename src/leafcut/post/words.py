@@ -79,14 +79,14 @@ def cycle_words(cycle: DrillCycle, numbers: NumberFormat, dialect: Dialect) -> t
         return ("G81" if dwelling else cycle.name), [f"Z{r_plane}", f"I{bottom}", *dwelling]
     words = [f"Z{bottom}", f"R{r_plane}"]
     if cycle.name in ("G83", "G73"):
-        words.append(f"Q{_peck(cycle, numbers)}")
+        words.append(f"Q{peck_text(cycle, numbers)}")
     # A tap says that it has no dwell: LinuxCNC would take the one of the last G82.
     if cycle.name == "G82" or (cycle.name == "G84" and "G84" in dialect.dwell_cycles):
         words.append(dwell_word(cycle.dwell, dialect))
     return cycle.name, words
 
 
-def _peck(cycle: DrillCycle, numbers: NumberFormat) -> str:
+def peck_text(cycle: DrillCycle, numbers: NumberFormat) -> str:
     """Return the text of a peck, rounded so that the hole still takes the same number of pecks.
 
     10 mm in three pecks of 3.3333 mm would otherwise take a fourth one, of 0.001 mm.

@@ -35,6 +35,7 @@ def write_program(
     *,
     tool_names: Mapping[int, str] = _NO_NAMES,
     spindle_start_s: float = 0.0,
+    rapid_velocity: float = math.nan,
 ) -> str:
     """Return the program.
 
@@ -52,24 +53,54 @@ def write_program(
         Written as a comment where the tool is taken up.
     spindle_start_s
         Dwell after a start of the spindle that the toolpath does not follow by a dwell of its own.
+    rapid_velocity
+        Speed of rapids, mm/s, for a dialect whose G0 states it (`Dialect.rapid_feed`); NaN: not stated.
 
     Raises
     ------
     PostError
         The toolpath needs a word that the controller does not have, or would move before its height is known.
     """
-    return Writer(toolpath, dialect, options, tool_names, spindle_start_s).program(header if options.header else ())
+    check_options(dialect, options)
+    from leafcut.post.klartext import KlartextWriter
+    from leafcut.post.sinumerik import SinumerikWriter
+
+    kinds: dict[str, type[Writer]] = {"sinumerik": SinumerikWriter, "klartext": KlartextWriter}
+    writer = kinds.get(dialect.language, Writer)(
+        toolpath, dialect, options, tool_names, spindle_start_s, rapid_velocity
+    )
+    return writer.program(header if options.header else ())
+
+
+def check_options(dialect: Dialect, options: PostOptions) -> None:
+    """Refuse what the controller has no words for.
+
+    Raises
+    ------
+    PostError
+        Inches, or numbered blocks.
+    """
+    if options.output_units == "inch" and not dialect.units_inch:
+        raise PostError(f"--output-units inch: {dialect.name} programs are in millimetres; leave it out")
+    if options.line_numbers and not dialect.line_numbers:
+        raise PostError(f"--line-numbers: {dialect.name} takes no numbered blocks; leave it out")
 
 
 class Writer:
     """Writes row after row, and remembers what the controller knows."""
 
     def __init__(
-        self, path: Toolpath, dialect: Dialect, options: PostOptions, tool_names: Mapping[int, str], start_s: float
+        self,
+        path: Toolpath,
+        dialect: Dialect,
+        options: PostOptions,
+        tool_names: Mapping[int, str],
+        start_s: float,
+        rapid_velocity: float = math.nan,
     ) -> None:
         decimals = dialect.decimals_inch if options.output_units == "inch" else dialect.decimals_mm
         self.path, self.dialect, self.options = path, dialect, options
-        self.tool_names, self.start_s = tool_names, start_s
+        self.tool_names, self.start_s, self.rapid_velocity = tool_names, start_s, rapid_velocity
         self.numbers = NumberFormat(options.output_units == "inch", decimals, dialect.point_required)
         self.out = Blocks(dialect, options.line_numbers, options.repeat_words)
         # Texts of where the tool is, and the same in mm; None and NaN where that is not known.
@@ -141,6 +172,8 @@ class Writer:
             lines.append(f"O{self.options.program_number:04d}" + (f" ({title})" if title else ""))
         for line in (*header, *(dialect.notes if header else ())):
             self.out.comment(line)
+        for line in dialect.opening:
+            self.out.say(line)
         self.out.say(dialect.units_inch if self.numbers.inch else dialect.units_mm)
         for line in dialect.preamble:
             self.out.say(line)
@@ -162,8 +195,14 @@ class Writer:
                 raise PostError("the first move in Z after a change of tool must be in Z alone")
             offset = self._offset_words(self.pending_offset)
             self.pending_offset = None
-        self.out.say(self.out.modal("motion", "G0"), *offset, *self._axes(row, only_z=bool(offset) or not self.safe))
+        words = self._axes(row, only_z=bool(offset) or not self.safe)
+        self.out.say(self.out.modal("motion", "G0"), *offset, *words, self._rapid_feed_word())
         self._arrive(row)
+
+    def _rapid_feed_word(self) -> str:
+        if not self.dialect.rapid_feed or math.isnan(self.rapid_velocity):
+            return ""
+        return self.out.modal("F", "F" + self.numbers.feed(self.rapid_velocity))
 
     def _feed(self, row: Motion) -> None:
         self._check_cutting(row)
@@ -250,7 +289,10 @@ class Writer:
             self.out.say("G91", "G28", *words)
             self.out.say("G90")
         elif 530 not in self.dialect.g_codes:
-            raise PostError(f"{self.dialect.name} has no moves in machine coordinates (G53)")
+            raise PostError(
+                f"{self.dialect.name} has no moves in machine coordinates; take tool_change.position out of the "
+                "machine's profile"
+            )
         else:
             self.out.forget(["motion"])
             self.out.say("G53", self.out.modal("motion", "G0"), *words)
@@ -339,12 +381,14 @@ class Writer:
         self.out.say("G4", dwell_word(row.value, self.dialect))
 
     def _tool(self, row: Motion) -> None:
-        by_hand = self.dialect.tool_change == "pause"
+        by_hand = self.dialect.changes_by_hand
         if by_hand and self.spinning:
             raise PostError("a tool is changed by hand while the spindle turns; stop it before")
         name = self.tool_names.get(row.ref, "")
         self.out.comment(f"T{row.ref} {name}".strip())
-        if by_hand:
+        if self.dialect.tool_change == "M0":
+            self.out.say("M0", f"T{row.ref}")
+        elif by_hand:
             self.out.say(f"T{row.ref}")
             self.out.say("M0")
         else:

@@ -57,6 +57,15 @@ class Run:
         """Return the same run with nobody to tell what it is doing."""
         return replace(self, progress=None, observe=None)
 
+    def for_words(self, words: Dialect) -> Run:
+        """Return the run of a machine whose safe height a program can say: without moves to machine zero it has none.
+
+        The tool then rises to the clearance height.
+        """
+        if words.has_machine_moves or self.machine.safe_z is None:
+            return self
+        return replace(self, machine=replace(self.machine, safe_z=None))
+
     def tell(self, what: str, cost: float | None = None, share: float = 0.0, gap: float | None = None) -> None:
         """Pass on what is being done."""
         if self.progress is not None:
@@ -94,6 +103,7 @@ def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> No
     no_power = f"{words.name} programs have no laser power"
     for name, used, why in (
         ("program_number", words.program_number, f"{words.name} programs have no number"),
+        ("line_numbers", words.line_numbers, f"{words.name} takes no numbered blocks"),
         ("beam_power", powered, no_power),
         ("mark_power", powered, no_power),
         ("path_tolerance", torch is not None and "G64" in words.g_words, f"{words.name} has no G64"),
@@ -101,6 +111,7 @@ def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> No
         ("coolant", words.torch is None, f"{words.name} has no coolant"),
         ("preselect_tool", machine.tool_changer, f"tools of {machine.name} are changed by hand"),
         ("preselect_tool", words.tool_change == "M6", f"{words.name} has no M6"),
+        ("preselect_tool", words.language != "klartext", f"{words.name} programs name no tool before its call"),
         ("preselect_tool", words.length_offset != "D", f"a T of {words.name} takes up the length of its tool, too"),
         ("optional_stop", "M1" in words.m_words.split(), f"{words.name} has no M1"),
     ):

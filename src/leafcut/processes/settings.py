@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from leafcut.errors import OptionError, nearest
-from leafcut.files import check_is_there, line_of, read_toml
+from leafcut.files import check_is_there, line_of, parse_toml, toml_bytes
 from leafcut.option_spec import OptionGroup, OptionSpec, flag_name
 from leafcut.options.settings import Settings, without
 from leafcut.processes import registry
@@ -193,17 +194,44 @@ def _sections() -> dict[str, dict[str, type[OptionGroup]]]:
 
 def _file_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]]]:
     """Yield the groups of options of a TOML file and what it says of each, checked."""
-    data = read_toml(file)
+    found: dict[type[OptionGroup], dict[str, Any]] = {}
+    for one in placed_options(file):
+        found.setdefault(one.group, {})[one.name] = one.value
+    yield from found.items()
+
+
+@dataclass(frozen=True)
+class PlacedOption:
+    """An option as a TOML file has it, and the line in which it stands; None where that is not seen."""
+
+    group: type[OptionGroup]
+    name: str
+    value: Any
+    line: int | None
+
+
+def placed_options(file: Path) -> list[PlacedOption]:
+    """Return the options of a TOML file, each checked by itself.
+
+    Raises
+    ------
+    OptionError
+        The file cannot be read; it names what is none (with the nearest name), gives an option twice, or a value that
+        the option does not take: with the line.
+    """
+    content = toml_bytes(file)
+    data = parse_toml(content, str(file))
+    text = content.decode("utf-8")
 
     def refused(words: str, section: str, name: str = "") -> OptionError:
-        line = line_of(file.read_text(encoding="utf-8", errors="replace"), section, name)
+        line = line_of(text, section, name)
         return OptionError(f"{file}{f':{line}' if line else ''}: {words}")
 
     sections = _sections()
     # Without a table an option stands for itself: `machine = "haas-vf2"`.
     names = {name: group for group, name, _ in all_options()}
     where: dict[str, str] = {}
-    found: dict[type[OptionGroup], dict[str, Any]] = {}
+    found: list[PlacedOption] = []
 
     def take(group: type[OptionGroup], name: str, value: Any, section: str) -> None:
         if name in where:
@@ -215,7 +243,7 @@ def _file_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]
             group.check(name, value)
         except OptionError as problem:
             raise refused(str(problem), section, name) from None
-        found.setdefault(group, {})[name] = value
+        found.append(PlacedOption(group, name, value, line_of(text, section, name)))
 
     for name in [key for key, value in data.items() if key in names and not isinstance(value, dict)]:
         take(names[name], name, data.pop(name), "")
@@ -232,4 +260,4 @@ def _file_tables(file: Path) -> Iterator[tuple[type[OptionGroup], dict[str, Any]
                 near = nearest(name, sections[section])
                 raise refused(f"unknown option '{name}' in [{section}]{near}", section, name)
             take(sections[section][name], name, value, section)
-    yield from found.items()
+    return found

@@ -48,6 +48,7 @@ def check_program(
     milled: bool = False,
     tops: NDArray[np.float64] | None = None,
     surface: NDArray[np.float64] | None = None,
+    surface_z: float = 0.0,
 ) -> list[Difference]:
     """Return all that is wrong with a program that was `read_back`; an empty list is the proof.
 
@@ -56,6 +57,7 @@ def check_program(
     may differ by half of the last decimal. Of a program that is `milled` the rapids down below the surface are left to
     `processes.pocket.proof.pocket`. `tops` has the places and the heights of holes that begin at different ones,
     float64[n, 3]. `surface` has the triangles of what is not flat, float64[n, 3, 3]: every rapid must be clear of them.
+    `surface_z` is the height of one that is, mm.
     """
     half = 0.5 * 10.0**-dialect.decimals_mm
     if units == "inch":
@@ -73,6 +75,7 @@ def check_program(
         *check_envelope(written, machine),
         *check_clearance(
             written,
+            surface_z=surface_z,
             safe_z=machine.safe_z or 0.0,
             torch=machine.head is not Head.SPINDLE,
             milled=milled,

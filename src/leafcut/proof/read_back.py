@@ -135,7 +135,8 @@ def _cycle_masks(a: Toolpath, b: Toolpath, tolerance: float) -> Iterator[tuple[s
     numbers: tuple[tuple[str, Callable[[DrillCycle], float], float], ...] = (
         ("R plane", lambda c: c.r_plane, tolerance),
         ("depth", lambda c: c.bottom, tolerance),
-        ("peck", lambda c: c.peck if c.name in ("G83", "G73") else 0.0, tolerance),
+        # A peck as deep as the hole, or deeper, is one stroke.
+        ("peck", lambda c: min(c.peck, c.r_plane - c.bottom) if c.name in ("G83", "G73") else 0.0, tolerance),
         ("cycle dwell", lambda c: c.dwell if c.name in ("G82", "G84") else 0.0, DWELL_ROUNDING),
     )
     names = [np.array([c.name for c in path.cycles])[path.ref[drills]] for path in (a, b)]

@@ -76,13 +76,18 @@ class _Prepared:
         self.numbers.append(number)
 
 
+class EmptyDrillFile(ReadError):
+    """A whole drill file without a tool and a hole, as KiCad writes of a board that has no unplated ones."""
+
+
 def read_excellon(source: Source, options: ReadOptions) -> Part:
     """Return the holes and slots of a drill file, in mm; the layer of each is its tool (``T1``).
 
     Raises
     ------
     ReadError
-        A command is not known, a coordinate cannot be read with certainty, or there are no holes and slots.
+        A command is not known, a coordinate cannot be read with certainty, or there are no holes and slots; where there
+        is not even a tool, an `EmptyDrillFile`.
     """
     prepared = _prepare(source)
     issues: list[Issue] = []
@@ -93,8 +98,9 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
     kept, noticed = sift(holes, options)
     if not kept and not slots:
         tools = ", ".join(f"T{n}" for n in sorted(parser.tools)) or "none"
-        reasons = "; ".join(i.message for i in (*issues, *noticed)) or "no coordinates follow the header"
-        raise ReadError(source.path, f"no holes: {reasons} (tools: {tools})")
+        told = "; ".join(i.message for i in (*issues, *noticed))
+        line = f"no holes: {told or 'no coordinates follow the header'} (tools: {tools})"
+        raise ReadError(source.path, line) if told or parser.tools else EmptyDrillFile(source.path, line)
     units = options.units or own_units
     part = Part(source.name, kept, tuple(slots), source=source.file_name, format="excellon", units=units or "mm")
     if units is None:

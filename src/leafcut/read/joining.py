@@ -5,11 +5,37 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from leafcut.errors import ReadError, count_of
 from leafcut.model import Issue, Part, Severity
+from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.options import ReadOptions
+from leafcut.read import Source, read
+from leafcut.read.excellon import EmptyDrillFile
 from leafcut.read.filter_holes import sift
+
+
+def read_drill_files(sources: Sequence[Source], options: ReadOptions, look: Heartbeat = unseen) -> Part:
+    """Return one part with the holes and slots of several drill files; one that is empty is told, and left out.
+
+    Raises
+    ------
+    ReadError
+        One cannot be read, all are empty, or as `join_drill_files` does.
+    """
+    parts, empty = [], []
+    for source in sources:
+        try:
+            parts.append(read(source, options, look))
+        except EmptyDrillFile as problem:
+            empty.append(problem)
+    if not parts:
+        raise empty[0]
+    joined = join_drill_files(parts, options)
+    names = (Path(problem.file).name for problem in empty)
+    notes = (Issue("L409", f"{name} has no holes and no tools", severity=Severity.NOTE) for name in names)
+    return replace(joined, issues=(*joined.issues, *notes))
 
 
 def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:

@@ -1,4 +1,4 @@
-"""STEP: the holes of a solid, and its surface as triangles, by OpenCASCADE (extra `step`) in a process of its own."""
+"""STEP: holes, pockets, outlines and triangles of a solid, by OpenCASCADE (extra `step`) in a process of its own."""
 
 from __future__ import annotations
 
@@ -15,8 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, ReadError, count_of
-from leafcut.model import Hole, Issue, Part, Severity
-from leafcut.options import ReadOptions
+from leafcut.geometry.polyline import Polyline
+from leafcut.model import Contour, Hole, Issue, Part, Severity
+from leafcut.model.part import HoleStep
+from leafcut.model.pocket import Pocket
+from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.filter_holes import sift
 from leafcut.read.format import Format, Match, Source
 
@@ -43,19 +46,81 @@ def read_step(source: Source, options: ReadOptions) -> Part:
     OptionError
         OpenCASCADE is not installed, or a unit is given: the file says its own.
     """
-    if options.units:
-        raise OptionError("--units: a STEP file says its own unit; leave it out")
-    told = _solid(source.path, source.data)[0]
+    _check_units(options)
+    told = _solid(source.path, source.data, "holes")[0]
     holes = tuple(
         Hole(
             round(one["x"], 6), round(one["y"], 6), round(one["diameter"], 6), z=round(one["top"], 6),
             depth=round(one["depth"], 6), through=one["through"], flat=not (one["through"] or one["pointed"]),
+            steps=tuple(HoleStep(**step) for step in one["steps"]),
         )
         for one in told["holes"]
     )  # fmt: skip
     kept, sifted = sift(holes, options)
     issues = (*_issues(told), *sifted)
     return Part(source.name, kept, issues=issues, source=source.path, format=FORMAT.name)
+
+
+def read_pockets_of_step(
+    source: Source, options: ReadOptions, drawing: PocketDrawingOptions, joining: SheetOptions
+) -> Part:
+    """Return the closed pockets of a solid that have a level floor and upright walls, each with its depth.
+
+    Depths count from the highest place of the solid, as whatever stands there has to be passed. What is no such pocket
+    is told.
+
+    Raises
+    ------
+    ReadError
+        As `read_step`; or there is no such pocket.
+    OptionError
+        As `read_step`; or layers are given, which a solid has not.
+    """
+    _check_units(options)
+    if options.layers or drawing.pocket_layers or drawing.island_layers:
+        raise OptionError("--layers, --pocket-layers, --island-layers: a STEP file has no layers; leave them out")
+    told = _solid(source.path, source.data, "pockets")[0]
+    issues, found = _issues_of_pockets(told), told["pockets"]
+    if not found:
+        reasons = "; ".join(issue.message for issue in issues) or "its level faces are all at the top"
+        raise ReadError(source.path, f"the solid has no closed pocket with a level floor: {reasons}")
+    pockets = tuple(
+        Pocket(
+            _turned(one["outline"], clockwise=False), tuple(_turned(row, clockwise=True) for row in one["islands"]),
+            source.name if len(found) == 1 else str(number), depth=round(told["highest"] - one["z"], 6),
+            top=round(told["highest"], 6),
+        )
+        for number, one in enumerate(found, 1)
+    )  # fmt: skip
+    return Part(source.name, issues=tuple(issues), source=source.path, format=FORMAT.name, pockets=pockets)
+
+
+def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
+    """Return the outlines of a flat sheet, as it is seen from above: round its edge, and of all that goes through.
+
+    Raises
+    ------
+    ReadError, OptionError
+        As `read_step`; or the solid is no flat sheet.
+    """
+    _check_units(options)
+    if options.layers:
+        raise OptionError("--layers: a STEP file has no layers; leave it out")
+    told = _solid(source.path, source.data, "outlines")[0]
+    words = "the sheet has pockets, steps or chamfers besides its outlines: they are not cut"
+    issues = (Issue("L219", words, severity=Severity.MISSING),) if told["uneven"] else ()
+    contours = tuple(Contour(Polyline(np.array(row), True), z=0.0) for row in told["outlines"])
+    return Part(source.name, issues=issues, source=source.path, format=FORMAT.name, contours=contours)
+
+
+def _check_units(options: ReadOptions) -> None:
+    if options.units:
+        raise OptionError("--units: a STEP file says its own unit; leave it out")
+
+
+def _turned(vertices: list[list[float]], clockwise: bool) -> Polyline:
+    path = Polyline(np.array(vertices), True)
+    return path.reversed() if (path.area < 0.0) != clockwise else path
 
 
 def step_mesh(path: str, data: bytes) -> NDArray[np.float64]:
@@ -66,24 +131,11 @@ def step_mesh(path: str, data: bytes) -> NDArray[np.float64]:
     ReadError, OptionError
         As `read_step`.
     """
-    return _solid(path, data)[1]
+    return _solid(path, data, "holes")[1]
 
 
 def _issues(told: dict[str, Any]) -> list[Issue]:
     issues = []
-    stepped = [one for one in told["holes"] if one["steps"]]
-    if stepped:
-        one = stepped[0]
-        (diameter, depth), *_ = one["steps"]
-        issues.append(
-            Issue(
-                "L217",
-                f"{count_of(len(stepped), 'hole')} with a counterbore, countersink or undercut, as at {one['x']:g}, "
-                f"{one['y']:g} (Ø {diameter:g}, {depth:.3f} mm deep): the narrow part is drilled, "
-                "the wide one is not made",
-                severity=Severity.MISSING,
-            )
-        )
     if told["below"]:
         issues.append(
             Issue(
@@ -120,8 +172,57 @@ def _issues(told: dict[str, Any]) -> list[Issue]:
     return issues
 
 
-def _solid(path: str, data: bytes) -> tuple[dict[str, Any], NDArray[np.float64]]:
-    """Return what the process tells of a file, and its triangles."""
+def _issues_of_pockets(told: dict[str, Any]) -> list[Issue]:
+    issues = []
+    if told["open"]:
+        issues.append(
+            Issue(
+                "L219",
+                f"{count_of(told['open'], 'level face')} open at a side (a step, an open slot), not milled: a pocket "
+                "has walls all round",
+                severity=Severity.MISSING,
+            )
+        )
+    if told["leaning"]:
+        issues.append(
+            Issue(
+                "L219",
+                f"{count_of(told['leaning'], 'pocket')} with walls that lean or are rounded at the floor, not milled: "
+                "walls must stand upright",
+                severity=Severity.MISSING,
+            )
+        )
+    if told["covered"]:
+        issues.append(
+            Issue(
+                "L219",
+                f"{count_of(told['covered'], 'level face')} under an overhang, not milled: the tool cannot reach it "
+                "from above",
+                severity=Severity.MISSING,
+            )
+        )
+    if told["sloping"]:
+        issues.append(
+            Issue(
+                "L219",
+                f"{count_of(told['sloping'], 'face')} that slope or are rounded, not milled: chamfers, fillets, curved "
+                "floors",
+                severity=Severity.MISSING,
+            )
+        )
+    if told["openings"]:
+        issues.append(
+            Issue(
+                "L219",
+                f"{count_of(told['openings'], 'opening')} through the part, not milled: a pocket has a floor",
+                severity=Severity.MISSING,
+            )
+        )
+    return issues
+
+
+def _solid(path: str, data: bytes, what: str) -> tuple[dict[str, Any], NDArray[np.float64]]:
+    """Return what the process tells of the holes, pockets or outlines of a file, and its triangles."""
     if importlib.util.find_spec("OCP") is None:
         raise OptionError("reading STEP needs OpenCASCADE: pip install 'leafcut[step]'")
     if len(data) > LARGEST:
@@ -132,7 +233,16 @@ def _solid(path: str, data: bytes) -> tuple[dict[str, Any], NDArray[np.float64]]
         file, out = Path(folder, "part.step"), Path(folder, "found.npz")
         file.write_bytes(data)
         # -P: nothing beside the drawing is taken for a module.
-        command = [sys.executable, "-P", "-m", "leafcut.read.step_solid", str(file), str(out), str(MOST_TRIANGLES)]
+        command = [
+            sys.executable,
+            "-P",
+            "-m",
+            "leafcut.read.step_solid",
+            str(file),
+            str(out),
+            str(MOST_TRIANGLES),
+            what,
+        ]
         try:
             done = subprocess.run(
                 command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
@@ -164,7 +274,11 @@ def _limited() -> None:
 FORMAT = Format(
     name="step",
     extensions=(".step", ".stp"),
-    help="solids of CAD (extra step): holes with their heights and depths",
+    help="solids of CAD (extra step): holes and pockets with their depths, outlines of flat sheets",
     read=read_step,
     sniff=sniff,
+    contours=read_outlines_of_step,
+    pockets=read_pockets_of_step,
+    whole=read_step,
+    processes=("drill", "pocket", "cut"),
 )

@@ -1,9 +1,9 @@
 """What a STEP file holds, found by OpenCASCADE in a process of its own: holes, other sides, and triangles.
 
-    python -m leafcut.read.step_solid FILE OUT.npz MOST_TRIANGLES
+    python -m leafcut.read.step_solid FILE OUT.npz MOST_TRIANGLES holes|pockets|outlines
 
 A damaged file can end OpenCASCADE, or fill the memory: that ends this process alone. It writes nothing but OUT.npz,
-whose `told` is JSON: what is wrong, or the holes.
+whose `told` is JSON: what is wrong, or the holes, the pockets or the outlines.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple
 
@@ -19,10 +19,13 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from leafcut.model.part import HoleStep
+from leafcut.read.step_shapes import PARALLEL, face_of, part_above, parts_of, triangles_of
+
 #: Triangles leave the solid by at most this, mm, and by this angle, rad.
 DEFLECTION, ANGLE = 0.05, 0.3
-#: Lengths that differ by less are one, mm; directions that differ by less are one.
-SAME, PARALLEL = 1e-3, 1e-6
+#: Lengths that differ by less are one, mm.
+SAME = 1e-3
 #: A round wall that misses no more than this of a full turn is a whole one, degrees.
 WHOLE = 1
 
@@ -65,7 +68,7 @@ class SolidHole:
     pointed
         Of a blind hole: whether a cone ends it, as the point of a drill leaves it; else its floor is flat.
     steps
-        Wider parts above and below: diameter and depth of the lower end from the top, mm; a cone's largest diameter.
+        Wider parts above and below.
     """
 
     x: float
@@ -75,7 +78,7 @@ class SolidHole:
     depth: float
     through: bool
     pointed: bool
-    steps: tuple[tuple[float, float], ...] = ()
+    steps: tuple[HoleStep, ...] = ()
 
 
 def labels(values: list[float]) -> list[int]:
@@ -148,8 +151,27 @@ def hole_of(column: list[RoundWall]) -> SolidHole | None:
     pointed = last.low < narrow.low - SAME and last.low_radius < SAME
     wider = [wall for wall in column if max(wall.low_radius, wall.high_radius) > radius + SAME and wall.taper >= 0.0]
     wider += [wall for wall in column if wall.taper < 0.0]
-    steps = tuple((2.0 * max(one.low_radius, one.high_radius), top - one.low) for one in wider if one.low_radius > SAME)
+    steps = tuple(_step_of(one, column, top) for one in wider if one.low_radius > SAME)
     return SolidHole(narrow.x, narrow.y, top, 2.0 * radius, top - narrow.low, True, pointed, steps)
+
+
+def _step_of(wall: RoundWall, column: list[RoundWall], top: float) -> HoleStep:
+    """Return a wide part of a column; `open` where what is above it is wider, and a tool's point finds room below."""
+    place = column.index(wall)
+    above = all(one.low_radius > wall.high_radius - SAME and one.taper >= 0.0 for one in column[:place])
+    below = column[place + 1 :]
+    wide, depth = 2.0 * max(wall.low_radius, wall.high_radius), top - wall.low
+    if wall.straight:
+        return HoleStep(wide, depth, math.pi, depth, wide, above and bool(below))
+    if wall.taper < 0.0 or not below:
+        return HoleStep(wide, depth, math.pi, depth, wide)
+    # The cone goes on to its tip below the wall: in a straight hole as wide as its end that is clear.
+    beyond = wall.low_radius / wall.taper
+    following = below[0]
+    clear = following.straight and abs(following.high_radius - wall.low_radius) < SAME
+    clear &= following.high - following.low > beyond - SAME and abs(following.high - wall.low) < SAME
+    angle = 2.0 * math.atan(wall.taper)
+    return HoleStep(wide, depth, angle, depth + beyond, 2.0 * wall.low_radius, above and clear)
 
 
 class Surface(NamedTuple):
@@ -173,35 +195,25 @@ def meets_disc(surface: Surface, x: float, y: float, radius: float, low: float, 
         (most[:, 0] > x - radius) & (least[:, 0] < x + radius) & (most[:, 1] > y - radius) & (least[:, 1] < y + radius)
     )
     for triangle in triangles[near]:
-        piece = _above(_above(triangle, low) * (1, 1, -1), -high)
+        piece = part_above(part_above(triangle, low) * (1, 1, -1), -high)
         if len(piece) and shapely.MultiPoint(piece[:, :2]).convex_hull.distance(shapely.Point(x, y)) < radius:
             return True
     return False
 
 
-def _above(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:
-    """Return the part of a flat convex piece that is above a height, its corners in turn."""
-    found = []
-    for here, there in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        if here[2] > height:
-            found.append(here)
-        if (here[2] > height) != (there[2] > height):
-            found.append(here + (there - here) * ((height - here[2]) / (there[2] - here[2])))
-    return np.array(found).reshape(-1, 3)
-
-
 def main(arguments: list[str]) -> int:
     """Read a file and write what it holds."""
-    file, out, most = arguments[0], arguments[1], int(arguments[2])
-    told, triangles = _found(file, most)
+    file, out, most, what = arguments[0], arguments[1], int(arguments[2]), arguments[3]
+    told, triangles = _found(file, most, what)
     np.savez(out, told=np.array(json.dumps(told)), triangles=triangles)
     return 0
 
 
-def _found(file: str, most: int) -> tuple[dict[str, Any], NDArray[np.float64]]:
+def _found(file: str, most: int, what: str) -> tuple[dict[str, Any], NDArray[np.float64]]:
+    from OCP.BRepMesh import BRepMesh_IncrementalMesh
     from OCP.IFSelect import IFSelect_RetDone
     from OCP.STEPControl import STEPControl_Reader
-    from OCP.TopAbs import TopAbs_SOLID
+    from OCP.TopAbs import TopAbs_FACE, TopAbs_SOLID
 
     none = np.zeros((0, 3, 3))
     reader = STEPControl_Reader()
@@ -211,52 +223,36 @@ def _found(file: str, most: int) -> tuple[dict[str, Any], NDArray[np.float64]]:
     if not reader.NbShapes():
         return {"problem": "the STEP file has no solid"}, none
     shape = reader.OneShape()
-    solids = len(list(_parts(shape, TopAbs_SOLID)))
+    solids = len(list(parts_of(shape, TopAbs_SOLID)))
     if solids != 1:
-        what = "no solid" if not solids else f"{solids} solids; export one part alone"
-        return {"problem": f"the STEP file has {what}"}, none
-    triangles = _triangles(shape)
+        found = "no solid" if not solids else f"{solids} solids; export one part alone"
+        return {"problem": f"the STEP file has {found}"}, none
+    BRepMesh_IncrementalMesh(shape, DEFLECTION, False, ANGLE, False)
+    faces = [face_of(one) for one in parts_of(shape, TopAbs_FACE)]
+    triangles = _triangles(faces)
     if len(triangles) > most:
         return {"problem": f"the solid has {len(triangles):,} triangles; at most {most:,} are taken"}, none
+    if what == "holes":
+        return _told_of_holes(shape, triangles), triangles
+    from leafcut.read.step_sections import outlines_of, pockets_of
+
+    if what == "outlines":
+        return outlines_of(shape, triangles, faces), triangles
+
+    def seen(x: float, y: float, z: float) -> bool:
+        return not _meets(shape, x, y, z + DEFLECTION, float(triangles[:, :, 2].max()) + 1.0)
+
+    return pockets_of(shape, triangles, faces, seen), triangles
+
+
+def _told_of_holes(shape: Any, triangles: NDArray[np.float64]) -> dict[str, Any]:
     holes, left, aside = _holes(shape, triangles)
-    return {"holes": [asdict(hole) for hole in holes], **left, "aside": aside}, triangles
+    return {"holes": [asdict(hole) for hole in holes], **left, "aside": aside}
 
 
-def _parts(shape: Any, kind: Any) -> Iterator[Any]:
-    from OCP.TopExp import TopExp_Explorer
-
-    explorer = TopExp_Explorer(shape, kind)
-    while explorer.More():
-        yield explorer.Current()
-        explorer.Next()
-
-
-def _face(shape: Any) -> Any:
-    from OCP.TopoDS import TopoDS
-
-    return TopoDS.Face(shape) if hasattr(TopoDS, "Face") else TopoDS.Face_s(shape)
-
-
-def _triangles(shape: Any) -> NDArray[np.float64]:
-    """Return the triangles of a shape, float64[n, 3, 3]."""
-    from OCP.BRep import BRep_Tool
-    from OCP.BRepMesh import BRepMesh_IncrementalMesh
-    from OCP.TopAbs import TopAbs_FACE
-    from OCP.TopLoc import TopLoc_Location
-
-    BRepMesh_IncrementalMesh(shape, DEFLECTION, False, ANGLE, False)
-    found = []
-    for one in _parts(shape, TopAbs_FACE):
-        location = TopLoc_Location()
-        mesh = BRep_Tool.Triangulation_s(_face(one), location)
-        if mesh is None:
-            continue
-        move = location.Transformation()
-        points = [mesh.Node(k).Transformed(move) for k in range(1, mesh.NbNodes() + 1)]
-        corners = np.array([(p.X(), p.Y(), p.Z()) for p in points])
-        rows = [mesh.Triangle(k) for k in range(1, mesh.NbTriangles() + 1)]
-        index = np.array([(t.Value(1), t.Value(2), t.Value(3)) for t in rows], dtype=np.int64) - 1
-        found.append(corners[index])
+def _triangles(faces: Sequence[Any]) -> NDArray[np.float64]:
+    """Return the triangles of faces, float64[n, 3, 3]."""
+    found = [triangles_of(face) for face in faces]
     return np.concatenate(found) if found else np.zeros((0, 3, 3))
 
 
@@ -289,8 +285,19 @@ def _holes(shape: Any, triangles: NDArray[np.float64]) -> tuple[list[SolidHole],
         # What a through hole needs below it: the point of its drill, of 118 degrees, and a little more.
         room = hole.diameter / 2.0 / math.tan(math.radians(59.0)) + 1.0
         closed = hole.pointed or meets(bottom - room, bottom + SAME)
-        holes.append(replace(hole, through=not closed))
+        steps = tuple(
+            replace(step, open=step.open and not _covered(surface, hole, step)) if step.open else step
+            for step in hole.steps
+        )
+        holes.append(replace(hole, through=not closed, steps=steps))
     return sorted(holes, key=lambda one: (one.y, one.x, -one.top)), left, aside
+
+
+def _covered(surface: Surface, hole: SolidHole, step: HoleStep) -> bool:
+    """Return whether something is over a wide part of a hole."""
+    cone = 0.5 * (step.diameter - step.narrow) / math.tan(0.5 * step.angle) if step.angle < math.pi else 0.0
+    begin = hole.top - step.depth + cone + SAME
+    return meets_disc(surface, hole.x, hole.y, 0.5 * step.diameter * math.cos(ANGLE), begin, math.inf)
 
 
 def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
@@ -311,8 +318,8 @@ def _walls(shape: Any) -> tuple[list[RoundWall], dict[str, int], int]:
 
     forms = (GeomAbs_BezierSurface, GeomAbs_BSplineSurface, GeomAbs_SurfaceOfExtrusion, GeomAbs_SurfaceOfRevolution)
     walls, aside, free = [], dict[tuple[float, ...], float](), 0
-    for one in _parts(shape, TopAbs_FACE):
-        face = _face(one)
+    for one in parts_of(shape, TopAbs_FACE):
+        face = face_of(one)
         surface = BRepAdaptor_Surface(face)
         kind = surface.GetType()
         free += kind in forms

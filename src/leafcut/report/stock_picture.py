@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,8 @@ DEPTHS: tuple[RGB, ...] = (
 )
 #: What is cut through, the paper, what is written, and the edges.
 THROUGH, _PAPER, _INK, _EDGE = (255, 190, 84), (255, 255, 255), (40, 44, 48), (150, 154, 158)
+#: A way over the part, and what holds it.
+WAY, HELD = (190, 40, 66), (126, 118, 108)
 #: The longer side of the picture of the field, and the least of its shorter one, pixels.
 LONGER, _SHORTER = 1400, 8
 #: So many cells along the longer side are looked at, at most: more would be thinned out, and only take memory.
@@ -43,7 +45,25 @@ _SIZE, _TICK = 22, 8
 _STEPS = 1024
 
 
-def stock_png(field: HeightField, top: float) -> bytes:
+class OverStock(NamedTuple):
+    """What is drawn over a height field.
+
+    Attributes
+    ----------
+    ways
+        float64[m, 4]: x and y of both ends of lines, mm.
+    air
+        bool[rows, columns]: where nothing was before the first cut.
+    held
+        bool[rows, columns]: where something holds the material.
+    """
+
+    ways: NDArray[np.float64]
+    air: NDArray[np.bool_]
+    held: NDArray[np.bool_]
+
+
+def stock_png(field: HeightField, top: float, over: OverStock | None = None) -> bytes:
     """Return a height field as a PNG, seen from above, y upwards; `top` is the height of the uncut stock, mm."""
     from PIL import Image, ImageDraw, ImageFont
 
@@ -52,11 +72,18 @@ def stock_png(field: HeightField, top: float) -> bytes:
     through = heights <= field.floor + 1e-6
     lowest = float(heights[~through].min()) if (~through).any() else field.floor
     bottom = min(lowest, top - 1e-6)
-    picture = _sized(_coloured(heights, through, top, bottom, field.cell * step))
+    coloured = _coloured(heights, through, top, bottom, field.cell * step)
+    if over is not None:
+        through &= ~over.air[::step, ::step]
+        coloured[over.air[::step, ::step]] = _PAPER
+        coloured[over.held[::step, ::step]] = HELD
+    picture = _sized(Image.fromarray(coloured[::-1]))
     width, height = picture.size
     page = Image.new(
         "RGB", (width + LEFT + RIGHT, max(height, _LEAST_SCALE + 40 * bool(through.any())) + TOP + BOTTOM), _PAPER
     )
+    if over is not None:
+        _draw_ways(picture, field, over.ways)
     page.paste(picture, (LEFT, TOP))
     draw, font = ImageDraw.Draw(page), ImageFont.load_default(_SIZE)
     draw.rectangle((LEFT - 1, TOP - 1, LEFT + width, TOP + height), outline=_EDGE)
@@ -70,15 +97,13 @@ def stock_png(field: HeightField, top: float) -> bytes:
 
 def _coloured(
     heights: NDArray[np.float32], through: NDArray[np.bool_], top: float, bottom: float, cell: float
-) -> Picture:
-    """Return one pixel a cell, the highest y first."""
-    from PIL import Image
-
+) -> NDArray[np.uint8]:
+    """Return the colours of all cells, uint8[rows, columns, 3]."""
     place = np.clip((top - heights) / (top - bottom), 0.0, 1.0)
     colours = _ramp(_STEPS)[(place * (_STEPS - 1)).astype(np.int64)].astype(np.float32)
     colours *= (_light(heights, cell) * _shadow(heights, through, top, bottom))[..., None]
     colours[through] = THROUGH
-    return Image.fromarray(np.clip(colours, 0, 255).astype(np.uint8)[::-1])
+    return np.asarray(np.clip(colours, 0, 255), dtype=np.uint8)
 
 
 def _sized(picture: Picture) -> Picture:
@@ -122,6 +147,20 @@ def _mean(values: NDArray[np.float32], near: int, axis: int) -> NDArray[np.float
     length = values.shape[axis]
     last = np.take(sums, range(count, count + length), axis=axis)
     return np.asarray((last - np.take(sums, range(length), axis=axis)) / count, dtype=np.float32)
+
+
+def _draw_ways(picture: Picture, field: HeightField, ways: NDArray[np.float64]) -> None:
+    """Draw lines over the picture of a field, each with a light edge: they cross dark colours and light ones."""
+    from PIL import ImageDraw
+
+    (width, height), (rows, columns) = picture.size, field.heights.shape
+    low = np.array([field.x, field.y]) - 0.5 * field.cell
+    share = (ways.reshape(-1, 2, 2) - low) / (field.cell * np.array([columns, rows]))
+    places = np.stack([share[..., 0] * width, (1.0 - share[..., 1]) * height], axis=-1)
+    draw = ImageDraw.Draw(picture)
+    for colour, wide in ((_PAPER, 6), (WAY, 3)):
+        for line in places.reshape(-1, 4).tolist():
+            draw.line(line, fill=colour, width=wide)
 
 
 def _draw_axes(draw: Any, font: Any, field: HeightField, size: tuple[int, int]) -> None:

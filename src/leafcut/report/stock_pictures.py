@@ -31,7 +31,8 @@ def stock_pictures(outcome: Outcome[Any], shown: ProcessReport) -> dict[str, Any
     stock = shown.stock()
     try:
         if shown.came_in != "program":
-            return {"pictures": [_picture("After: leafcut", solid_of(outcome.path_after, stock))], "same": ""}
+            solid = solid_of(outcome.path_after, stock)
+            return {"pictures": [_picture("After: leafcut", solid, ways=stock.surface is not None)], "same": ""}
         before = solid_of(outcome.path_before, stock)
         after = solid_of(outcome.path_after, replace(stock, block=(before.block.low, before.block.high)))
     except LeafcutError:
@@ -44,13 +45,22 @@ def stock_pictures(outcome: Outcome[Any], shown: ProcessReport) -> dict[str, Any
     }
 
 
-def _picture(title: str, solid: Solid) -> tuple[str, str, str]:
+def _picture(title: str, solid: Solid, *, ways: bool = False) -> tuple[str, str, str]:
+    """Return a title, the address of the picture with the ways between the cuts or without, and the size."""
     from PIL import Image
 
-    from leafcut.report.stock_picture import stock_png
+    from leafcut.report.stock_picture import OverStock, stock_png
 
-    drawn = Image.open(io.BytesIO(stock_png(solid.after, solid.block.high[2])))
+    x, y = solid.origin
+    field = replace(solid.after, x=solid.after.x + x, y=solid.after.y + y)  # with the program's coordinates at its axes
+    over = None
+    if ways:
+        lines = solid.moves.ends[solid.moves.rapid][:, [0, 1, 3, 4]] + (x, y, x, y)
+        over = OverStock(lines, solid.before.heights <= solid.before.floor, solid.held)
+    drawn = Image.open(io.BytesIO(stock_png(field, solid.block.high[2], over)))
     out = io.BytesIO()
     drawn.quantize(_COLOURS).save(out, "PNG", optimize=True)
     size = " × ".join(f"{b - a:.1f}" for a, b in zip(solid.block.low, solid.block.high, strict=True))
+    if ways:
+        title = f"{title}, its ways in red{', fixtures in grey' if solid.held.any() else ''}"
     return title, f"data:image/png;base64,{base64.b64encode(out.getvalue()).decode()}", f"{size} mm"

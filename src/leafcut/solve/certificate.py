@@ -8,20 +8,22 @@ from dataclasses import replace
 import numpy as np
 
 from leafcut.errors import SolveError
+from leafcut.geometry.arrays import Floats
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.options import SolveOptions
 from leafcut.solve.construction import nearest_neighbour
-from leafcut.solve.directed import build_directed, is_directed
-from leafcut.solve.instance import Instance, build_instance, costs_of_edges
+from leafcut.solve.directed import is_directed, least_costs
+from leafcut.solve.instance import Instance, build_instance
 from leafcut.solve.observing import MOST_BOUNDED
 from leafcut.solve.statistics import Best
 
 #: Candidates of each node for the bound of an order that no search made.
 CANDIDATES = 8
 
-#: With costs that differ by direction the bound is computed up to this many nodes, on a table of all costs.
-MOST_DIRECTED = 2000
+#: Where costs differ by direction, or a target can be worked in several ways, the bound is computed on a table of the
+#: cheapest ways between targets: of at most so many targets, which can be worked in so many ways in all.
+MOST_CLUSTERS, MOST_WAYS = 2000, 6000
 
 #: A bound that equals the cost may exceed it by this share, since both are sums in different orders.
 ROUNDING = 1e-9
@@ -94,23 +96,27 @@ def _no_bound(problem: RoutingProblem) -> SolveError:
 def relaxation(problem: RoutingProblem) -> RoutingProblem | None:
     """Return a problem with equal costs in both directions whose bound also holds for `problem`, or None.
 
-    It has no precedence, and between two nodes the smaller of the two costs. A path from a start to an end becomes a
-    closed tour with one node more.
+    It has no precedence, and a node for each cluster: a way between two of them costs what the cheapest between any of
+    their nodes does, in the cheaper direction, and the work in one what it costs by its cheapest node. A path from a
+    start to an end becomes a closed tour with one node more.
     """
-    if problem.n_nodes > problem.n_clusters:
-        return None
-    if not is_directed(problem):
+    if stands_for_its_tour(problem):
         return problem
-    if problem.n_nodes > MOST_DIRECTED:
+    if problem.n_clusters > MOST_CLUSTERS or problem.n_nodes > MOST_WAYS:
         return None
-    directed = build_directed(replace(problem, precedence=np.zeros((0, 2), dtype=np.int32)), 1)
-    n = directed.n
-    table = costs_of_edges(directed.cost, np.repeat(directed.leave, n), np.tile(directed.enter, n)).reshape(n, n)
-    service = np.zeros(n)
-    service[: problem.n_nodes] = problem.service
+    table = least_costs(problem)
+    service = np.zeros(len(table))
+    service[: problem.n_clusters] = _least_service(problem)
     metric = Metric("EXPLICIT", matrix=np.minimum(table, table.T))
-    relaxed = RoutingProblem.of_points(np.zeros((n, 2)), metric, closed=True)
+    relaxed = RoutingProblem.of_points(np.zeros((len(table), 2)), metric, closed=True)
     return replace(relaxed, service=service)
+
+
+def _least_service(problem: RoutingProblem) -> Floats:
+    """Return what the work in each cluster costs at least, float64[clusters]."""
+    least = np.full(problem.n_clusters, np.inf)
+    np.minimum.at(least, problem.cluster, problem.service)
+    return least
 
 
 def certify(
@@ -126,7 +132,7 @@ def certify(
     if relaxed is not None:
         if instance is None or relaxed is not problem:
             instance = build_instance(relaxed, CANDIDATES)
-        bound = bound_of(instance, solution.cost - float(problem.service.sum()), cancelled)
+        bound = bound_of(instance, solution.cost - float(relaxed.service.sum()), cancelled)
     if bound is None or bound > solution.cost + ROUNDING * abs(solution.cost):
         return solution
     return replace(solution, lower_bound=min(bound, solution.cost))

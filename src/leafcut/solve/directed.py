@@ -7,6 +7,7 @@ costs what the way from the start does, coming back to it what the way to the en
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -149,6 +150,28 @@ def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
         Lists(*here, *there), Lists(*there, *here),
     )  # fmt: skip
     return DirectedInstance(problem, pairs, cost, rules, enter, leave, twisted, ends is not None)
+
+
+def least_costs(problem: RoutingProblem) -> NDArray[np.float64]:
+    """Return what the way from each cluster to each other costs at least, whichever of their nodes it joins.
+
+    float64[n, n]; an open path has a row and a column more, the last: its anchor. Precedence is not looked at.
+
+    Raises
+    ------
+    SolveError
+        The problem has a table of costs and a start or an end besides.
+    """
+    cost, ends, beyond = _cost(problem, is_directed(problem))
+    way, begin = _ways(problem)
+    leave, enter = way + np.int32(beyond), way
+    if ends is not None:
+        leave, enter, begin = np.append(leave, ends[0]), np.append(enter, ends[1]), np.append(begin, begin[-1] + 1)
+    least = np.empty((len(begin) - 1, len(begin) - 1))
+    for c, (first, last) in enumerate(pairwise(begin.tolist())):
+        costs = costs_of_edges(cost, np.repeat(leave[first:last], len(enter)), np.tile(enter, last - first))
+        least[c] = np.minimum.reduceat(costs.reshape(-1, len(enter)).min(axis=0), begin[:-1])
+    return least
 
 
 def _cost(problem: RoutingProblem, twisted: bool) -> tuple[CostModel, tuple[np.int32, np.int32] | None, int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,16 +13,17 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Floats
 from leafcut.model.cutter import Cutter
 from leafcut.model.heartbeat import Heartbeat, unseen
-from leafcut.model.pace import ToolLimits
+from leafcut.model.pace import PaceRules, SpindleLoad, ToolLimits
 from leafcut.model.tool import MILLS, Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.stock.chip_thickness import chip_share, cut_width
 from leafcut.stock.cutting import Removed, cut
+from leafcut.stock.cutting_force import mean_chip, milling_power, spindle_torque
 from leafcut.stock.height_field import HeightField
 from leafcut.stock.straight_moves import StraightMoves, straight_moves
 from leafcut.units import SECONDS_PER_MINUTE
 
-#: A cut that falls by more than this per mm goes down into the material: it keeps its feed.
+#: A cut that falls by more than this per mm goes down into the material.
 _LEVEL = 0.001
 #: Tools whose feed goes by their chips.
 _MILLING = (*MILLS, ToolKind.SLOT_MILL)
@@ -65,9 +67,10 @@ class Loads:
 
     @cached_property
     def chip(self) -> Floats:
-        """The thickest chip in one revolution, mm: of one tooth, if it had but one."""
+        """The thickest chip in one revolution, mm: of one tooth, if it had but one; that of a slot where it sinks."""
+        share = np.where(self.sinks, 1.0, self.share)
         with np.errstate(divide="ignore", invalid="ignore"):
-            chip: Floats = np.where(self.rpm > 0, SECONDS_PER_MINUTE * self.share * self.feed / self.rpm, 0.0)
+            chip: Floats = np.where(self.rpm > 0, SECONDS_PER_MINUTE * share * self.feed / self.rpm, 0.0)
         return chip
 
     @cached_property
@@ -78,12 +81,71 @@ class Loads:
     @cached_property
     def mills(self) -> NDArray[np.bool_]:
         """Which pieces are fed through material, and not down into it."""
+        mills: NDArray[np.bool_] = self._fed & ~self.upright & ~self._falls
+        return mills
+
+    @cached_property
+    def sinks(self) -> NDArray[np.bool_]:
+        """Which pieces are fed down into material on a slope: ramps and helices."""
+        sinks: NDArray[np.bool_] = self._fed & ~self.upright & self._falls
+        return sinks
+
+    @cached_property
+    def plunges(self) -> NDArray[np.bool_]:
+        """Which pieces are fed straight down into material."""
+        plunges: NDArray[np.bool_] = self._fed & self.upright & self._falls
+        return plunges
+
+    @cached_property
+    def down(self) -> Floats:
+        """How fast each piece comes down, mm/s; 0 for those that do not."""
+        ends = self.moves.ends
+        fall = np.maximum(ends[:, 2] - ends[:, 5], 0.0)
+        return np.divide(self.feed * fall, self.length, out=np.zeros_like(fall), where=self.length > 0)
+
+    @cached_property
+    def length(self) -> Floats:
+        """Of every piece, mm."""
+        ends = self.moves.ends
+        return np.asarray(np.sqrt(((ends[:, 3:] - ends[:, :3]) ** 2).sum(axis=1)))
+
+    @cached_property
+    def _fed(self) -> NDArray[np.bool_]:
+        return np.asarray(~self.moves.rapid & self.removed.cuts)
+
+    @cached_property
+    def _falls(self) -> NDArray[np.bool_]:
         ends = self.moves.ends
         across = np.hypot(*(ends[:, 3:5] - ends[:, :2]).T)
-        mills: NDArray[np.bool_] = (
-            ~self.moves.rapid & self.removed.cuts & ~self.upright & (ends[:, 5] - ends[:, 2] >= -_LEVEL * across)
-        )
-        return mills
+        return np.asarray(ends[:, 5] - ends[:, 2] < -_LEVEL * across)
+
+    def slot_share(self, limit: ToolLimits, diameter: float) -> Floats:
+        """Return the chip that a tool may have in every piece as a share of the one at half of its width."""
+        beyond = np.clip(2.0 * self.width / diameter - 1.0, 0.0, 1.0)
+        return np.asarray(1.0 - (1.0 - limit.slot) * np.where(self.sinks, 1.0, beyond))
+
+    def power(self, spindle: SpindleLoad, teeth: int, diameter: float) -> Floats:
+        """Return the power that every piece takes at the tool, W, 0 where it mills nothing.
+
+        A ramp counts as a slot. `stock.cutting_force` says how it is reckoned.
+        """
+        mills = (self.mills | self.sinks) & (self.rpm > 0)
+        tooth = SECONDS_PER_MINUTE * self.feed / np.where(mills, self.rpm * teeth, np.inf)
+        width = np.where(self.sinks, diameter, self.width)
+        chip = np.where(mills, mean_chip(tooth, width, diameter), 1.0)
+        return np.where(mills, milling_power(spindle.material, self.rate, chip), 0.0)
+
+    def spindle_ratio(self, limit: ToolLimits, diameter: float) -> Floats:
+        """Return how much faster every piece of a tool may be until power or torque is at its limit: a factor."""
+        spindle = limit.spindle
+        if spindle is None:
+            return np.full(len(self.feed), math.inf)
+        power = self.power(spindle, limit.teeth, diameter)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            of_torque = spindle.torque / spindle_torque(power, self.rpm)
+            ratio = np.minimum(spindle.power * spindle.efficiency / power, of_torque)
+            # A thicker chip takes less force by its area: power grows with f^(1 − mc).
+            return np.asarray(np.where(power > 0, ratio ** (1.0 / (1.0 - spindle.material.mc)), math.inf))
 
 
 def loads_of(
@@ -117,8 +179,11 @@ def loads_of(
     return Loads(moves, removed, fed, rpm, share, width, rate, source)
 
 
-def limits_of(loads: Loads, tools: Mapping[int, Tool]) -> dict[int, ToolLimits]:
-    """Return what every milling tool is asked for at most: by its library, else by the program's own worst cut."""
+def limits_of(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> dict[int, ToolLimits]:
+    """Return what every milling tool is asked for at most: by its library, else by the program's own worst cut.
+
+    Limits of which something is not known are left out.
+    """
     limits: dict[int, ToolLimits] = {}
     mills, chip = loads.mills, loads.chip
     for number, tool in tools.items():
@@ -126,8 +191,20 @@ def limits_of(loads: Loads, tools: Mapping[int, Tool]) -> dict[int, ToolLimits]:
         if tool.kind not in _MILLING or not mine.any() or not (loads.rpm[mine] > 0).all():
             continue
         rate = float(loads.rate[mine].max())
-        if tool.feed > 0 and tool.spindle_rpm > 0 and not tool.assumed:
-            limits[number] = ToolLimits(SECONDS_PER_MINUTE * tool.feed / tool.spindle_rpm, rate, True)
-        else:
-            limits[number] = ToolLimits(float(chip[mine].max()), rate, False)
+        stated = has_chip(tool)
+        limits[number] = ToolLimits(
+            SECONDS_PER_MINUTE * tool.feed / tool.spindle_rpm if stated else float(chip[mine].max()),
+            rate,
+            stated,
+            # The program's own worst cut may be a slot: then its share would be taken twice.
+            1.0 if rules.slot is None or not stated else rules.slot,
+            tool.plunge_feed or math.inf,
+            rules.spindle if rules.spindle is not None and rules.spindle.limited and tool.teeth else None,
+            tool.teeth or 1,
+        )
     return limits
+
+
+def has_chip(tool: Tool) -> bool:
+    """Return whether the library of a tool says how thick its chips may be: by a feed and a speed."""
+    return tool.feed > 0 and tool.spindle_rpm > 0 and not tool.assumed

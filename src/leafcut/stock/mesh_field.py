@@ -36,9 +36,23 @@ def field_of_mesh(mesh: Mesh, cell: float) -> HeightField:
     PlanError
         There would be too many cells, or too many triangles over each.
     """
+    field = HeightField.of_block(block_of_mesh(mesh), cell)
+    field.heights[:] = field.floor
+    raise_by_mesh(field, mesh)
+    return field
+
+
+def raise_by_mesh(field: HeightField, mesh: Mesh) -> None:
+    """Raise the cells of a field to the highest triangle over the middle of each.
+
+    Raises
+    ------
+    PlanError
+        There would be too many triangles over each.
+    """
     from leafcut.kernels.from_above import raise_cells
 
-    field = HeightField.of_block(block_of_mesh(mesh), cell)
+    cell = field.cell
     size = np.ptp(mesh.triangles[:, :, :2], axis=1) / cell + 1.0
     looks = float(size.prod(axis=1).sum())
     if looks > _MOST_LOOKS:
@@ -46,9 +60,7 @@ def field_of_mesh(mesh: Mesh, cell: float) -> HeightField:
             f"{mesh.name}: {looks / field.heights.size:,.0f} triangles lie over every cell on average; save it "
             "coarser, or use larger cells"
         )
-    field.heights[:] = field.floor
     raise_cells(field.heights, field.x, field.y, cell, mesh.triangles)
-    return field
 
 
 def overhang(mesh: Mesh) -> float:

@@ -34,11 +34,7 @@ def stock_differences(before: HeightField, after: HeightField, tolerance: float)
     ValueError
         The fields have other cells.
     """
-    if before.heights.shape != after.heights.shape or (before.x, before.y, before.cell) != (
-        after.x, after.y, after.cell,
-    ):  # fmt: skip
-        raise ValueError("height fields of different cells cannot be compared")
-    wrong = _outside(after.heights, before.heights, tolerance) | _outside(before.heights, after.heights, tolerance)
+    wrong = differing_cells(before, after, tolerance)
     rows, columns = np.nonzero(wrong)
     if not len(rows):
         return []
@@ -59,6 +55,42 @@ def stock_differences(before: HeightField, after: HeightField, tolerance: float)
             )
         )
     return sorted(found, key=lambda one: -one.cells)
+
+
+def regions(cells: NDArray[np.bool_], near: int = 16) -> list[NDArray[np.int64]]:
+    """Return groups of cells, int64[k, 2] rows and columns each, the largest first.
+
+    Cells within squares of `near` cells that touch are one group.
+    """
+    places = np.argwhere(cells)
+    squares: dict[tuple[int, int], list[int]] = {}
+    for at, (row, column) in enumerate((places // near).tolist()):
+        squares.setdefault((row, column), []).append(at)
+    groups = []
+    while squares:
+        found, waiting = list[int](), [next(iter(squares))]
+        while waiting:
+            row, column = waiting.pop()
+            found += squares.pop((row, column), [])
+            beside = ((row + down, column + across) for down in (-1, 0, 1) for across in (-1, 0, 1))
+            waiting += [square for square in beside if square in squares]
+        groups.append(places[found])
+    return sorted(groups, key=lambda group: -len(group))
+
+
+def differing_cells(before: HeightField, after: HeightField, tolerance: float) -> NDArray[np.bool_]:
+    """Return which cells differ, bool[rows, columns], as `stock_differences` takes it.
+
+    Raises
+    ------
+    ValueError
+        The fields have other cells.
+    """
+    if before.heights.shape != after.heights.shape or (before.x, before.y, before.cell) != (
+        after.x, after.y, after.cell,
+    ):  # fmt: skip
+        raise ValueError("height fields of different cells cannot be compared")
+    return _outside(after.heights, before.heights, tolerance) | _outside(before.heights, after.heights, tolerance)
 
 
 def _outside(one: NDArray[np.float32], other: NDArray[np.float32], tolerance: float) -> NDArray[np.bool_]:

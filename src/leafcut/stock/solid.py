@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Floats
-from leafcut.model.cutter import Cutter, cutter_of
+from leafcut.model.cutter import Body, BodyPart, Cutter, body_of, cutter_of
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.shown_stock import ShownStock
 from leafcut.model.tool import Tool
@@ -20,6 +20,7 @@ from leafcut.model.toolpath import Toolpath
 from leafcut.stock.chip_thickness import chip_share, cut_width
 from leafcut.stock.cutting import Removed, cut
 from leafcut.stock.height_field import FINEST, HeightField, StockBlock
+from leafcut.stock.shown_surface import block_of_surface, field_of_surface
 from leafcut.stock.straight_moves import StraightMoves, straight_moves
 
 #: Cells along the longer side.
@@ -64,6 +65,8 @@ class Solid:
         The block, where it lies in the program.
     before, after
         The stock.
+    held
+        bool[rows, columns]: which cells of it are of what holds the material.
     moves
         The pieces of the program's motions.
     width, chip
@@ -75,12 +78,42 @@ class Solid:
     block: StockBlock
     before: HeightField
     after: HeightField
+    held: NDArray[np.bool_]
     moves: StraightMoves
     tools: dict[int, Tool]
     cutters: dict[int, Cutter]
+    bodies: dict[int, tuple[BodyPart, ...]]
     width: Floats
     chip: Floats
     collisions: tuple[Collision, ...]
+
+
+def shown_block(path: Toolpath, stock: ShownStock) -> StockBlock:
+    """Return the block of material in which a run is shown.
+
+    Raises
+    ------
+    PlanError
+        It is not known.
+    OptionError
+        A tool has no diameter.
+    """
+    return _begun(path, stock)[1]
+
+
+def _begun(path: Toolpath, stock: ShownStock) -> tuple[dict[int, Cutter], StockBlock]:
+    """Return the shapes of the tools, and the block."""
+    if stock.refused:
+        raise PlanError(stock.refused)
+    if not stock.tools:
+        raise PlanError("no tool is known that cuts")
+    cutters = {number: cutter_of(tool) for number, tool in stock.tools.items()}
+    if stock.surface is not None:
+        return cutters, block_of_surface(stock.surface, stock)
+    if stock.block:
+        return cutters, StockBlock(*stock.block)
+    smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
+    return cutters, _around(straight_moves(path, 0.01 * smallest, np.inf).of_tools(cutters), cutters, stock)
 
 
 def solid_of(path: Toolpath, stock: ShownStock, look: Heartbeat = unseen) -> Solid:
@@ -93,15 +126,9 @@ def solid_of(path: Toolpath, stock: ShownStock, look: Heartbeat = unseen) -> Sol
     OptionError
         A tool has no diameter.
     """
-    if stock.refused:
-        raise PlanError(stock.refused)
-    if not stock.tools:
-        raise PlanError("no tool is known that cuts")
+    cutters, block = _begun(path, stock)
     tools = dict(stock.tools)
-    cutters = {number: cutter_of(tool) for number, tool in tools.items()}
     smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
-    whole = straight_moves(path, 0.01 * smallest, np.inf).of_tools(cutters)
-    block = StockBlock(*stock.block) if stock.block else _around(whole, cutters, stock)
     sides = [block.high[k] - block.low[k] for k in range(2)]
     cell = max(max(sides) / CELLS, FINEST)
     moves = straight_moves(path, _STRAYS * cell, max(_PIECE * smallest, 2.0 * cell)).of_tools(cutters)
@@ -112,17 +139,24 @@ def solid_of(path: Toolpath, stock: ShownStock, look: Heartbeat = unseen) -> Sol
     origin = (0.5 * (block.low[0] + block.high[0]), 0.5 * (block.low[1] + block.high[1]))
     shift = np.array([*origin, 0.0, *origin, 0.0])
     moves = replace(moves, ends=(moves.ends - shift).astype(np.float32).astype(np.float64))
-    before = HeightField.of_block(_moved(block, origin), cell)
+    if stock.surface is not None:
+        before, held = field_of_surface(
+            stock.surface, stock, _moved(block, origin), origin, cell, moves, cutters
+        )  # fmt: skip
+    else:
+        before = HeightField.of_block(_moved(block, origin), cell)
+        held = np.zeros(before.heights.shape, dtype=np.bool_)
     after = before.copy()
-    removed = cut(after, moves, cutters, os.cpu_count() or 1, look)
+    bodies = {number: body_of(tool) for number, tool in tools.items()}
+    removed = cut(after, moves, cutters, os.cpu_count() or 1, look, bodies=bodies)
     if not removed.cuts.any():
         raise PlanError("the program never touches the stock")
     radius = np.array([cutters[number].radius for number in moves.tool.tolist()])
     return Solid(
-        origin, block, before, after, moves, tools, cutters,
+        origin, block, before, after, held, moves, tools, cutters, bodies,
         cut_width(removed, radius, cell) / (2.0 * radius),
         np.where(removed.cuts, chip_share(removed, radius, cell), 0.0),
-        _rapids(moves, removed, block, origin),
+        _collisions(moves, removed, bodies, block, origin),
     )  # fmt: skip
 
 
@@ -157,19 +191,33 @@ def _around(moves: StraightMoves, cutters: dict[int, Cutter], stock: ShownStock)
     return StockBlock((float(low[0]), float(low[1]), floor), (float(high[0]), float(high[1]), 0.0))
 
 
-def _rapids(
-    moves: StraightMoves, removed: Removed, block: StockBlock, origin: tuple[float, float]
+def _collisions(
+    moves: StraightMoves,
+    removed: Removed,
+    bodies: dict[int, tuple[BodyPart, ...]],
+    block: StockBlock,
+    origin: tuple[float, float],
 ) -> tuple[Collision, ...]:
-    """Return the rapids in the material, the deepest piece of every row."""
-    deepest: dict[int, tuple[float, int]] = {}
-    for at in np.flatnonzero(moves.rapid & removed.cuts).tolist():
-        row, depth = int(moves.row[at]), float(removed.depth[at])
-        if depth > deepest.get(row, (0.0, 0))[0]:
-            deepest[row] = (depth, at)
-    return tuple(
-        Collision("rapid", row, _place_in(moves.ends[at], block, origin), depth)
-        for row, (depth, at) in sorted(deepest.items())[:_MOST_COLLISIONS]
-    )
+    """Return what is in the material and must not be, of each row the deepest piece: rapids, shanks and holders."""
+    depths = {
+        "rapid": np.where(moves.rapid & removed.cuts, removed.depth, 0.0),
+        Body.SHANK.value: removed.shank,
+        Body.HOLDER.value: removed.holder,
+    }
+    found = []
+    for kind, depth in depths.items():
+        deepest: dict[int, int] = {}
+        for at in np.flatnonzero(depth > 0.0).tolist():
+            row = int(moves.row[at])
+            if row not in deepest or depth[at] > depth[deepest[row]]:
+                deepest[row] = at
+        for row, at in deepest.items():
+            x, y, z = _place_in(moves.ends[at], block, origin)
+            above = [part.above for part in bodies.get(int(moves.tool[at]), ()) if part.body == kind]
+            if above:
+                z = float(moves.ends[at, [2, 5]].min()) + min(above)
+            found.append(Collision(kind, row, (x, y, z), float(depth[at])))
+    return tuple(sorted(found, key=lambda one: one.row)[:_MOST_COLLISIONS])
 
 
 def _place_in(move: NDArray[np.float64], block: StockBlock, origin: tuple[float, float]) -> tuple[float, float, float]:

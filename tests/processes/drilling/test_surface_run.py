@@ -188,6 +188,60 @@ def test_ways_go_over_a_fixture_and_a_hole_under_one_is_refused(folder: Path) ->
         drilled(folder, fixture=f"{x + 1} {y + 1} 0 {x + 9} {y + 9} 5")
 
 
+#: A clamp: a foot beside the plate and an arm over it, 30 mm high, at the second step.
+CLAMP = [(48, -20, -20, 52, -5, 30), (48, -20, 20, 52, 12, 30)]
+
+
+@pytest.fixture(scope="module")
+def clamp(folder: Path) -> Path:
+    (folder / "clamp.stl").write_bytes(binary_stl(np.concatenate([box_triangles(*box) for box in CLAMP])))
+    return folder / "clamp.stl"
+
+
+def nearest_to_clamp(x: float, y: float, z: float) -> float:
+    away = [math.hypot(max(b[0] - x, x - b[3], 0.0), max(b[1] - y, y - b[4], 0.0)) for b in CLAMP if b[5] > z]
+    return min(away, default=math.inf)
+
+
+def test_ways_go_round_or_over_a_fixture_of_a_file(folder: Path, clamp: Path) -> None:
+    """Every place of every rapid is clear of the clamp's boxes; as a file it costs what two boxes of its size cost."""
+    outcome = drilled(folder, fixture_file=str(clamp))
+    boxes = drilled(folder, fixture=",".join(" ".join(f"{c:g}" for c in box) for box in CLAMP))
+    assert outcome.after.time_s == pytest.approx(boxes.after.time_s, rel=1e-3)
+    path, before = outcome.written, outcome.written.before
+    for row in np.flatnonzero(path.kind == Kind.RAPID):
+        if not np.isfinite([*before[row], *path.end[row]]).all():
+            continue
+        for share in np.linspace(0.0, 1.0, 60):
+            x, y, z = (1.0 - share) * before[row] + share * path.end[row]
+            assert nearest_to_clamp(x, y, z) >= RADIUS
+    told = [str(issue) for issue in outcome.issues if issue.code == "L444"]
+    assert told == ["L444 clamp.stl: 4 × 32 × 50 mm, its lower corner at 48, -20, Z-20"]
+
+
+def test_the_box_around_a_fixture_that_is_not_closed_counts(folder: Path, clamp: Path) -> None:
+    """The arm without its top: only the box around all says how high it is."""
+    triangles = np.concatenate([box_triangles(*box) for box in CLAMP])
+    topless = triangles[~(triangles[:, :, 2] == 30).all(axis=1)]
+    (folder / "open.stl").write_bytes(binary_stl(topless))
+    outcome = drilled(folder, fixture_file=str(folder / "open.stl"))
+    whole = drilled(folder, fixture="48 -20 -20 52 12 30")
+    assert outcome.after.time_s == pytest.approx(whole.after.time_s, rel=1e-3)
+    assert [issue.severity for issue in outcome.issues if issue.code == "L443"][-1] == "warning"
+
+
+def test_a_hole_under_a_fixture_is_refused_and_one_over_it_is_not(folder: Path) -> None:
+    """A base plate below the tips of the drills is in nobody's way; one that they would enter is."""
+    x, y = next(iter(HOLES))
+    above = box_triangles(x + 1, y + 1, 5, x + 9, y + 9, 9)
+    for name, triangles in (("over", above), ("base", box_triangles(0, 0, -30, 120, 80, -20))):
+        (folder / f"{name}.stl").write_bytes(binary_stl(triangles))
+        with pytest.raises(LeafcutError, match="under the fixture"):
+            drilled(folder, fixture_file=str(folder / f"{name}.stl"))
+    (folder / "deep.stl").write_bytes(binary_stl(box_triangles(0, 0, -40, 120, 80, -23)))
+    assert drilled(folder, fixture_file=str(folder / "deep.stl")).verified
+
+
 def test_a_keep_out_zone_is_crossed_at_the_clearance_height(folder: Path) -> None:
     outcome = drilled(folder, keep_out="0 9 120 11")
     path = outcome.path_after
@@ -198,12 +252,21 @@ def test_a_keep_out_zone_is_crossed_at_the_clearance_height(folder: Path) -> Non
             assert max(before[row, 2], 0.0) >= 28.0
 
 
+def test_a_fixture_of_another_size_or_far_away_is_refused(folder: Path) -> None:
+    for k, box in enumerate([(0, 0, 0, 1, 1, 1), (500, 0, 0, 540, 40, 30), (0, 0, 0, 9000, 10, 10)]):
+        (folder / f"odd{k}.stl").write_bytes(binary_stl(box_triangles(*box)))
+        with pytest.raises(LeafcutError, match=r"check its unit \(--surface-unit\) and its zero"):
+            drilled(folder, fixture_file=str(folder / f"odd{k}.stl"))
+
+
 @pytest.mark.parametrize(
     ("options", "told"),
     [
         ({"thickness": 6}, "--through and --thickness"),
         ({"fixture": "1 2 3"}, "needs six numbers"),
         ({"fixture": "1 2 3 1 5 6"}, "has no volume"),
+        ({"fixture": "clamp.stl"}, "give a file with --fixture-file"),
+        ({"fixture_file": "nothing.stl"}, "nothing.stl"),
         ({"surface": None}, "--through"),
         ({"surface": "nothing.stl"}, "nothing.stl"),
         ({"surface_clearance": 0}, "--surface-clearance"),

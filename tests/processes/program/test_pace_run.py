@@ -16,27 +16,9 @@ from leafcut.cli import run
 from leafcut.errors import OptionError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
-from leafcut.model.outcome import Outcome
+from pace_programs import BLOCK, HEAD, TAIL, body, reordered
 from rs274_moves import assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
 from stepped_stock import SteppedStock
-
-#: 70 × 50 × 10 mm, its top at Z0.
-BLOCK = "0,0,-10,70,50,0"
-HEAD = "(T1 D=6. - flat end mill)\nG21 G90 G94 G17 G64 P0.02\nT1 M6\nS6000 M3\n"
-TAIL = "G0 Z15\nM5\nM30\n"
-
-
-def reordered(folder: Path, text: str, **options: Any) -> Outcome:
-    """Return a program put in order, on a machine whose search is nothing to wait for."""
-    file = folder / "part.ngc"
-    file.write_text(text)
-    return leafcut.optimize(file, **{"process": "reorder", "header": False, "keep_order": True, **options})
-
-
-def body(outcome: Outcome) -> list[str]:
-    """Return the lines between the head and the tail."""
-    lines = outcome.text.splitlines()
-    return lines[HEAD.count("\n") : -TAIL.count("\n")]
 
 
 def test_a_plunge_is_a_rapid_down_to_the_clearance_and_what_comes_up_is_one_all_the_way(tmp_path: Path) -> None:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
+
+from leafcut.model.mesh import Mesh
+from leafcut.model.shown_stock import FixtureBox
 
 
 @dataclass(frozen=True)
@@ -16,12 +19,15 @@ class DrillingDetail:
         How much longer the same order would take with all ways over the highest place, s; None where all is flat.
     thickness
         Of the plate, mm; None where it is not given.
-    level
-        Whether its surface is flat, as far as it is known.
+    surface
+        The part that the holes are in, where that is given; None: a plate.
+    fixtures
+        What stands on it and holds it.
     """
 
     report: ClassVar[str] = "leafcut.processes.drilling.report:DrillingReport"
 
     low_ways_saved_s: float | None = None
     thickness: float | None = None
-    level: bool = True
+    surface: Mesh | None = field(default=None, compare=False, repr=False)
+    fixtures: tuple[FixtureBox, ...] = ()

@@ -40,7 +40,7 @@ class DrillOptions(OptionGroup):
         "holes are as low as it allows",
         default_words="flat",
     )
-    surface_unit: str = option("text", "mm", "unit of the STL file", choices=("mm", "in", "cm", "m"), needs="surface")
+    surface_unit: str = option("text", "mm", "unit of the STL files", choices=("mm", "in", "cm", "m"), needs="surface")
     surface_clearance: float = option(
         "quantity",
         2.0,
@@ -57,6 +57,13 @@ class DrillOptions(OptionGroup):
         "names",
         (),
         "boxes that stand on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; ways go over",
+        default_words="none",
+        needs="surface",
+    )
+    fixture_file: Path | None = option(
+        "path",
+        None,
+        "STL or STEP file of what holds the part, such as clamps or a vise, with the zero of the surface; ways go over",
         default_words="none",
         needs="surface",
     )

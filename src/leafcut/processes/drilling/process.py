@@ -23,6 +23,7 @@ _MAIN = ("machine", "thickness", "depth", "tools", "retract", "peck")
 #: What the form shows of the job below its main group, around the options of drilling.
 _DEPTHS = (
     "depth_to", "break_through", "hole_heights", "surface", "surface_unit", "surface_clearance", "through", "fixture",
+    "fixture_file",
     "clearance_height", "retract_height", "tool_change_height", "keep_out",
 )  # fmt: skip
 _REST = ("cycle", "dwell", "feed", "spindle_speed", "diameter_tolerance", "centre_drill")
@@ -85,9 +86,10 @@ class Drilling(Process):
         return drill(run, *sources)
 
     def reads_besides(self, settings: Settings) -> list[Path]:
-        """Return the tool library, the order file and the surface."""
+        """Return the tool library, the order file, the surface and the fixture."""
         ours = settings.of(DrillOptions)
-        return [file for file in (settings.job.tools, ours.hole_order, ours.surface) if file is not None]
+        files = (settings.job.tools, ours.hole_order, ours.surface, ours.fixture_file)
+        return [file for file in files if file is not None]
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Return the holes and slots, as they are placed."""

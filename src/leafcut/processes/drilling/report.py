@@ -29,10 +29,12 @@ class DrillingReport(PathReport[DrillingDetail]):
         return [*low, *super().facts()]
 
     def stock(self) -> ShownStock:
-        """Return the tools, the edge of the plate as far as it is drawn, and its thickness as far as it is given."""
+        """Return the tools, and the part or what is known of the plate: its edge and its thickness."""
         outcome, found = self.outcome, super().stock()
-        if not outcome.detail.level:
-            return ShownStock(refused="a block is shown alone, and this part is not flat")
+        if outcome.detail.surface is not None:
+            return ShownStock(
+                found.tools, surface=outcome.detail.surface, finished=True, fixtures=outcome.detail.fixtures
+            )
         thickness, part = outcome.detail.thickness, outcome.part
         x0, y0, x1, y1 = part.extents
         edge = near_edge(part, np.array([x0, y0]), np.array([x1, y1]))

@@ -34,13 +34,16 @@ def _plan(run: Run, sources: Sequence[Source]) -> DrillPlan:
     from leafcut.processes.drilling.plan.drilling import plan_drilling
     from leafcut.processes.placing import placed, placed_mesh
     from leafcut.read import read
-    from leafcut.read.joining import join_drill_files
+    from leafcut.read.joining import read_drill_files
     from leafcut.read.meshes import load_mesh
     from leafcut.read.step import step_mesh
     from leafcut.read.tools import load_tools
 
-    parts = [read(source, run.settings.read, run.looking("reading")) for source in sources]
-    part = parts[0] if len(parts) == 1 else join_drill_files(parts, run.settings.read)
+    look = run.looking("reading")
+    if len(sources) == 1:
+        part = read(sources[0], run.settings.read, look)
+    else:
+        part = read_drill_files(sources, run.settings.read, look)
     job, ours = run.settings.job, run.settings.of(DrillOptions)
     mesh = None
     solid = any(hole.depth is not None for hole in part.holes)
@@ -53,9 +56,13 @@ def _plan(run: Run, sources: Sequence[Source]) -> DrillPlan:
         mesh = placed_mesh(Mesh(step_mesh(sources[0].path, sources[0].data), part.name), part, run.settings.read)
     if solid and "hole_heights" in run.settings.asked and ours.hole_heights == "one":
         raise OptionError("--hole-heights one: the holes of a solid have heights of their own; leave it out")
+    fixture = None
+    if ours.fixture_file is not None:
+        run.tell("reading the fixture")
+        fixture = placed_mesh(load_mesh(ours.fixture_file, ours.surface_unit), part, run.settings.read)
     part = placed(part, run.settings.read)
     library = load_tools(job.tools, run.machine.units) if job.tools else None
-    plan = plan_drilling(part, run.machine, library, job, ours, mesh)
+    plan = plan_drilling(part, run.machine, library, job, ours, mesh, fixture)
     if "retract" in run.settings.asked and plan.always_initial and job.retract != "initial":
         raise OptionError(
             "--retract r: what stands between holes of different heights is not known, so the tool rises over the "
@@ -87,6 +94,7 @@ def _order(run: Run, plan: DrillPlan) -> Outcome[DrillingDetail]:
     from leafcut.timing.toolpath import measure
 
     words = dialect(run.settings.post.dialect or run.machine.controller)
+    run = run.for_words(words)
     check_words_used(run.settings, run.machine, words)
     pause = words.hand_change_pause and not run.machine.tool_changer
 
@@ -139,7 +147,8 @@ def _order(run: Run, plan: DrillPlan) -> Outcome[DrillingDetail]:
         detail=DrillingDetail(
             _saved_by_low_ways(run, plan, lay, [s.nodes for s in solutions], measures[2]),
             run.settings.job.thickness,
-            plan.ground is None,
+            None if plan.ground is None else plan.ground.mesh,
+            () if plan.ground is None else plan.ground.boxes,
         ),
     )
 
@@ -280,7 +289,8 @@ def _write(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, measures: 
         date=settings.post.date,
     )
     names = {tool.number: tool.label.split(" ", 1)[1] for tool in plan.tools}
-    return write_program(path, words, settings.post, header, tool_names=names)
+    rapid = max(run.machine.rapid_velocity)
+    return write_program(path, words, settings.post, header, tool_names=names, rapid_velocity=rapid)
 
 
 def _verify(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, text: str) -> Toolpath:

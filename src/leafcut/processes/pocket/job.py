@@ -6,10 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from leafcut.geometry.arrays import Point
 from leafcut.model.measure import Measure
 from leafcut.model.pocket import PocketRules
-from leafcut.model.toolpath import Toolpath
+from leafcut.model.toolpath import PLACES, Toolpath
 from leafcut.processes.course import Run
 
 if TYPE_CHECKING:
@@ -38,6 +40,11 @@ class PocketJob:
         return replace(self.rules, stock=0.0)
 
     @property
+    def top(self) -> float:
+        """The height at which the pockets begin, mm: all is planned and proved as if it were 0."""
+        return self.part.pockets[0].top or 0.0
+
+    @property
     def rounding(self) -> float:
         """How far the tool leaves a corner that it rounds, at most, mm."""
         from leafcut.processes.pocket.plan.rules import corner_rounding
@@ -57,3 +64,14 @@ class LaidPockets:
 def holes(descents: Sequence[Descent]) -> list[Point]:
     """Return the places where a hole has to be before the program runs."""
     return list(dict.fromkeys(d.place for d in descents if d.kind == "predrilled"))
+
+
+def raised(path: Toolpath, by: float) -> Toolpath:
+    """Return a toolpath without drilling cycles higher by some mm; places of the machine stay."""
+    if not by:
+        return path
+    end = path.end.copy()
+    moved = np.isin(path.kind, [int(kind) for kind in PLACES])
+    end[moved, 2] = np.round(end[moved, 2] + by, 6)
+    arcs = tuple(replace(arc, center=(*arc.center[:2], round(arc.center[2] + by, 6))) for arc in path.arcs)
+    return replace(path, end=end, arcs=arcs)

@@ -9,7 +9,7 @@ from leafcut._version import __version__
 from leafcut.model.issue import Issue
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.course import refuse
-from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes
+from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes, raised
 from leafcut.processes.pocket.options import PocketOptions
 
 if TYPE_CHECKING:
@@ -49,7 +49,12 @@ def write_pockets(job: PocketJob, before: LaidPockets, after: LaidPockets, usual
             f"{depth:.4g} {unit} deep"
         )
     return write_program(
-        after.path, job.words, settings.post, header, tool_names={tool.number: tool.label.split(" ", 1)[1]}
+        after.path,
+        job.words,
+        settings.post,
+        header,
+        tool_names={tool.number: tool.label.split(" ", 1)[1]},
+        rapid_velocity=max(job.run.machine.rapid_velocity),
     )
 
 
@@ -86,11 +91,13 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpat
             job.run.machine,
             job.run.settings.post.output_units,
             zones=heights.zones,
-            zone_height=heights.clearance,
+            zone_height=heights.clearance + job.top,
             tool_radii={tool.number: 0.5 * tool.diameter},
             milled=True,
+            surface_z=job.top,
         )
     )
+    whole, written = written, raised(written, -job.top)
     depth = -heights.levels[-1]
     refuse(check_pockets(written, job.part.pockets, job.exact, depth, heights.retract))
     if job.run.settings.of(PocketOptions).closed_path:
@@ -102,7 +109,7 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpat
     refuse(gouge_differences(simulated, job.part.pockets))
     refuse(step_over_differences(simulated, job.part.pockets, job.exact))
     lowest = [(level.number, level.removal) for level in simulated if level.z == heights.levels[-1]]
-    return written, _uncut(job, lowest)
+    return whole, _uncut(job, lowest)
 
 
 def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:

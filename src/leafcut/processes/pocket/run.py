@@ -32,7 +32,7 @@ from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.processes.course import Run, check_words_used, machine_issues, refuse
-from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes
+from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes, raised
 from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.proving import prove_pockets, write_pockets
@@ -107,7 +107,7 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     """Read the pockets and what is said of them."""
     from leafcut.gcode.dialects import dialect
     from leafcut.processes.placing import placed
-    from leafcut.processes.pocket.plan.rules import levels_of, milling_data, rules_of
+    from leafcut.processes.pocket.plan.rules import levels_of, milling_data, of_one_depth, rules_of
     from leafcut.processes.pocket.plan.toolpath import PocketHeights
     from leafcut.processes.pocket.strategies import check_algorithm
     from leafcut.processes.zones import parse_zones
@@ -115,14 +115,19 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
 
     settings = run.settings
     check_algorithm(settings)
-    mill = _library_mill(run)
     options = settings.of(PocketOptions)
-    if mill is not None:
-        options = replace(options, tool_diameter=mill.diameter)
-    rules = rules_of(options)
-    levels = levels_of(settings.job, options)
-    data, issues = milling_data(options, settings.job, rules, run.machine, mill)
     part = read_pockets(source, settings.read, settings.pocket_drawing, settings.sheet, run.looking("reading"))
+    mill = _library_mill(run, settings.job.depth)
+    diameter = options.tool_diameter if mill is None else mill.diameter
+    part, depth, left = of_one_depth(part, settings.job.depth, diameter)
+    if mill is not None:
+        # Of the pockets of a solid the depth is known now: whether the mill is long enough.
+        mill = _library_mill(run, depth)
+        options = replace(options, tool_diameter=diameter)
+    rules = rules_of(options)
+    depths = replace(settings.job, depth=depth)
+    levels = levels_of(depths, options)
+    data, issues = milling_data(options, depths, rules, run.machine, mill)
     part = placed(part, settings.read)
     heights = PocketHeights(
         levels=levels,
@@ -133,13 +138,14 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
         zones=parse_zones(settings.job.keep_out),
     )
     words = dialect(settings.post.dialect or run.machine.controller)
+    run = run.for_words(words)
     check_words_used(settings, run.machine, words)
     job = PocketJob(run, part, rules, heights, data, words, _xy(settings.job.start_point))
-    return job, [*part.issues, *issues]
+    return job, [*part.issues, *left, *issues]
 
 
-def _library_mill(run: Run) -> Tool | None:
-    """Return the end mill of the tool library; None without one."""
+def _library_mill(run: Run, depth: float | None) -> Tool | None:
+    """Return the end mill of the tool library for pockets of a depth; None without a library."""
     from leafcut.processes.pocket.plan.tool import library_mill
     from leafcut.read.tools import load_tools
 
@@ -150,7 +156,7 @@ def _library_mill(run: Run) -> Tool | None:
         load_tools(job.tools, run.machine.units),
         run.settings.of(PocketOptions),
         job.diameter_tolerance,
-        job.depth,
+        depth,
     )
 
 
@@ -170,7 +176,7 @@ def _box(job: PocketJob) -> Toolpath:
         builder.rapid(x0 + r, y0 + r)
         builder.feed(z=job.heights.levels[-1], feed=job.data.tool.feed)
         builder.feed(x1 - r, y1 - r, feed=job.data.tool.feed)
-    return builder.build()
+    return raised(builder.build(), job.top)
 
 
 # -- strategies ------------------------------------------------------------------------------------------------------
@@ -379,6 +385,7 @@ def _laid(job: PocketJob, clearings: list[Clearing]) -> LaidPockets:
         corner_tolerance=corner,
         rounded=job.words.rounding and job.rounding <= job.rules.stock,
     )
+    path = raised(path, job.top)
     return LaidPockets(path, descents, measure(path, machine, start=job.start))
 
 

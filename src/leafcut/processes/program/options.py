@@ -57,3 +57,13 @@ class ResequenceOptions(OptionGroup):
     feed_increase: float = option(
         "percent", 50.0, "how much --feeds raises a feed at most, in percent", minimum=0, maximum=300, needs="feeds"
     )
+    slot_chip: float | None = option(
+        "percent",
+        None,
+        "thickest chip where a mill cuts its whole width, in percent of the one that its library allows; from half of "
+        "the width on in proportion",
+        minimum=1,
+        maximum=100,
+        default_words="no less than elsewhere",
+        needs="feeds tools",
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -18,19 +18,20 @@ from leafcut.kinds import BEAMS
 from leafcut.model.cutter import Cutter, cutter_of
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.obstacles import Obstacles
-from leafcut.model.pace import Pace, PaceRules, PaceStretch
-from leafcut.model.pace_change import PaceChange, ToolPace
+from leafcut.model.pace import Pace, PaceRules, PaceStretch, SpindleLoad, ToolLimits
+from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import MOTIONS, Kind
-from leafcut.options import flag_name
+from leafcut.options import SpeedOptions, flag_name
 from leafcut.processes.course import Run
 from leafcut.processes.keep_out import meetings
 from leafcut.processes.program.options import ResequenceOptions
 from leafcut.processes.program.plan.corners import rounds_freely
 from leafcut.processes.program.plan.pace import plan_pace
 from leafcut.processes.program.workpiece import block_of, check_size, stock_before, tools_of
+from leafcut.stock.cutting_force import spindle_torque
 from leafcut.stock.height_field import HeightField
-from leafcut.stock.loads import Loads, StockBefore, loads_of
+from leafcut.stock.loads import Loads, StockBefore, has_chip, loads_of
 from leafcut.stock.same_stock import stock_differences
 
 if TYPE_CHECKING:
@@ -43,6 +44,10 @@ if TYPE_CHECKING:
 _SKIPPED = re.compile(r"[ \t]*(?:[Nn][ \t]*[0-9]+[ \t]*)?/")
 #: Heights of what two programs leave differ by less than this, mm.
 _TOLERANCE = 0.01
+#: What is above a limit by less than this part is within it.
+_ROUNDED = 1e-4
+#: Heights that differ by less are the same, mm.
+_SAME = 1e-6
 #: So often what makes the machine slower is taken out; two motions before and behind are looked at with it.
 _TRIALS, _NEAR = 3, 2
 #: A rapid that is cut anew from the new text is found at another height on a slope: it keeps this share at least.
@@ -133,7 +138,9 @@ class _Job:
         options = run.settings.of(ResequenceOptions)
         cutters = {number: cutter_of(tool) for number, tool in tools.items()}
         rules = PaceRules(
-            options.air, options.feeds, options.air_clearance, 1.0 + options.feed_increase / 100.0
+            options.air, options.feeds, options.air_clearance, 1.0 + options.feed_increase / 100.0,
+            None if options.slot_chip is None else options.slot_chip / 100.0,
+            _spindle(run) if options.feeds else None,
         )  # fmt: skip
         if run.settings.stock.workpiece:
             check_size(program, cutters, block_of(run.settings.stock.workpiece), source)
@@ -193,28 +200,47 @@ class _Job:
     # -- heights -----------------------------------------------------------------------------------------------------
 
     def lowered(self, found: Paced) -> Paced:
-        """Return a program with lower retracts and R planes; as it is where none can be proved."""
-        from leafcut.processes.program.plan.heights import lower_heights
-        from leafcut.processes.program.post.pace_writer import with_heights
+        """Return a program with lower retracts, cycles and R planes; as it is where none can be proved.
 
-        program = found.program
-        loads = self.loads(program, "choosing heights", self.held)
-        heights = lower_heights(program, loads, self.rules.clearance, self.run.machine, self.top)
-        none = replace(found, change=replace(found.change, retracts_s=0.0))
-        if not heights:
-            return none
-        try:
-            text = with_heights(program, heights)
-            new = self.read(text)
-            self.check_heights(program, new)
-        except (PostError, VerifyError) as problem:
-            return replace(none, issues=(*found.issues, Issue("L513", f"the heights stay: {problem}")))
-        saved = self.seconds(program) - self.seconds(new)
-        if saved <= 0:
-            return none
-        return replace(
-            found, text=text, program=new, change=replace(found.change, retracts_s=saved, lowered=len(heights))
-        )
+        Cycles first stay at their R planes, which then get lower where all ways at them allow that.
+        """
+        from leafcut.processes.program.plan.heights import LowWays
+        from leafcut.processes.program.post.pace_writer import with_heights, with_returns
+
+        found = replace(found, change=replace(found.change, retracts_s=0.0))
+        before = self.seconds(found.program)
+        kept: set[int] = set()
+        for cycles in (True, False):
+            program = found.program
+            loads = self.loads(program, "choosing heights", self.held)
+            ways = LowWays(program, loads, self.rules.clearance, self.run.machine, self.top, self.obstacles)
+            try:
+                if cycles:
+                    returns = ways.returns()
+                    text, count = with_returns(program, returns, self.words.max_line), len(returns)
+                else:
+                    heights = ways.heights()
+                    text, count = with_heights(program, heights), len(heights)
+                kept |= ways.kept
+                if not count:
+                    continue
+                new = self.read(text)
+                self.check_heights(program, new)
+                if cycles:
+                    drills = program.path.kind == Kind.DRILL
+                    count = int((new.path.end[drills, 2] < program.path.end[drills, 2] - _SAME).sum())
+            except (PostError, VerifyError) as problem:
+                found = replace(found, issues=(*found.issues, Issue("L513", f"the heights stay: {problem}")))
+                continue
+            saved = before - self.seconds(new)
+            if saved > (found.change.retracts_s or 0.0):
+                change = replace(found.change, retracts_s=saved, lowered=found.change.lowered + count)
+                found = replace(found, text=text, program=new, change=change)
+        if kept:
+            message = f"{len(kept)} ways over named obstacles keep their heights"
+            message = message if len(kept) > 1 else "a way over a named obstacle keeps its height"
+            found = replace(found, issues=(*found.issues, Issue("L513", message, f"line {min(kept)}")))
+        return found
 
     def check_heights(self, program: Program, new: Program) -> None:
         """Check that a program differs from another one by lower ways alone, which keep clear of the material.
@@ -226,7 +252,8 @@ class _Job:
         """
         from leafcut.processes.program.proof.paced import check_lowered
 
-        check_lowered(program.path, new.path, self.loads(new, "verifying", self.held), self.rules)
+        bent = self.top if self.run.machine.rapid_style == "dogleg" else -math.inf
+        check_lowered(program.path, new.path, self.loads(new, "verifying", self.held), self.rules, bent)
         self.check_rest(new)
 
     def check_rest(self, new: Program) -> None:
@@ -255,12 +282,14 @@ class _Job:
             pace, text, new = self.without_losses(program, pace)
             speed, stretches, nearest = self.proved(program, new, loads, pace)
         except (PostError, VerifyError) as problem:
-            return replace(none, issues=(*issues, Issue("L513", f"the speeds stay: {problem}")))
+            said = Issue("L513", f"the speeds stay: {problem}")
+            return replace(none, issues=(*issues, said, *_above(none.change)))
         before, after = self.seconds(program), self.seconds(new)
         # A feed that was above its tool's goes down whatever that costs.
-        slowed = np.isfinite(speed) & (speed < loads.feed)
-        if after >= before and not slowed.any():
-            return none
+        own = program.path.value
+        slowed = any(part.speed < own[row] for row, parts in stretches.items() for part in parts)
+        if after >= before and not slowed:
+            return replace(none, issues=(*issues, *_above(none.change)))
         between = after if rules.air else before
         if rules.air and rules.feeds:
             alone = self.pace(program, loads, replace(rules, feeds=False))
@@ -275,12 +304,33 @@ class _Job:
         if rules.feeds and raised.any() and rounds_freely(program.path, self.run.machine, math.inf).any():
             message = "the program lets the controller round corners as far as it likes (G64 without P)"
             issues = (*issues, Issue("L511", f"{message}: more at higher feeds; state G64 P0.01 or the like"))
-        return Paced(text, new, change, issues)
+        return Paced(text, new, change, (*issues, *_above(change)))
 
     def pace(self, program: Program, loads: Loads, rules: PaceRules) -> Pace:
         """Return how fast each stretch may go."""
         look = self.run.looking("choosing speeds")
-        return plan_pace(program, loads, self.tools, self.cutters, rules, self.run.machine, self.top, look)
+        chords = self.chords(program, loads) if rules.air else ()
+        return plan_pace(program, loads, self.tools, self.cutters, rules, self.run.machine, self.top, look, chords)
+
+    def chords(self, program: Program, loads: Loads) -> Collection[int]:
+        """Return the rows of arcs in the air whose chords are in the air, too, and over no obstacle."""
+        from leafcut.processes.program.plan.pace import arcs_in_air
+
+        path = program.path
+        rows = [
+            row
+            for row in arcs_in_air(program, loads, self.rules, self.run.machine)
+            if self.obstacles is None
+            or min(path.before[row, 2], path.end[row, 2]) >= self.obstacles.height
+            or not self.obstacles.between(_place(path.before[row]), _place(path.end[row]), int(path.tool[row]))
+        ]
+        if not rows:
+            return ()
+        kind = path.kind.copy()
+        kind[rows] = Kind.FEED
+        tried = self.loads(replace(program, path=replace(path, kind=kind)), "choosing speeds")
+        met = tried.removed.cuts | (tried.removed.over > -self.rules.clearance)
+        return set(rows) - set(tried.source[met].tolist())
 
     def written(self, program: Program, pace: Pace) -> tuple[str, Program]:
         """Return a program with a pace: its text, and what it does."""
@@ -316,7 +366,11 @@ class _Job:
             }
             if not slower:
                 break
-            pace = Pace({row: parts for row, parts in pace.stretches.items() if row not in slower}, pace.limits)
+            kept = {
+                row: _no_faster(parts, float(path.value[row])) if row in slower else parts
+                for row, parts in pace.stretches.items()
+            }
+            pace = Pace({row: parts for row, parts in kept.items() if parts}, pace.limits)
             text, new = self.written(program, pace)
         return pace, text, new
 
@@ -336,8 +390,8 @@ class _Job:
         from leafcut.processes.program.proof.paced import check_limits, made_rapid, stretches_of
 
         found = stretches_of(program.path, new.path)
-        speed = check_limits(loads, found, pace.limits, self.rules)
-        fast = made_rapid(program.path, found)
+        speed = check_limits(loads, found, pace.limits, self.rules, self.cutters)
+        fast, chords = made_rapid(program.path, found)
         # What is rapid now is looked at in pieces, as a cut is.
         kind = new.path.kind.copy()
         kind[fast] = Kind.FEED
@@ -345,7 +399,9 @@ class _Job:
         ends = again.moves.ends
         # What goes straight up goes where the tool has just been.
         mine = np.isin(again.source, fast) & ~(again.upright & (ends[:, 5] > ends[:, 2]))
-        near = mine & (again.removed.cuts | (again.removed.over > -_KEPT * self.rules.clearance))
+        # A chord is another way than its arc: nothing vouches for it but this.
+        keeps = np.where(np.isin(again.source, chords), 1.0 - 1e-6, _KEPT)
+        near = mine & (again.removed.cuts | (again.removed.over > -keeps * self.rules.clearance))
         if near.any():
             line = int(new.path.line[again.source[int(np.flatnonzero(near)[0])]])
             raise VerifyError(f"line {line} of the new program: a rapid comes too near to the material")
@@ -358,6 +414,11 @@ class _Job:
         """Return what other speeds did, but for the time that they save."""
         every = [part.speed for parts in stretches.values() for part in parts]
         mills, chip = loads.mills, loads.chip
+        # Of a way straight down the last stretch is the one in the material.
+        into = speed.copy()
+        for at in np.flatnonzero(loads.plunges).tolist():
+            if parts := stretches.get(int(loads.source[at])):
+                into[at] = parts[-1].speed
         by_tool = []
         for number, limit in sorted(pace.limits.items()):
             mine = mills & (loads.moves.tool == number) & np.isfinite(speed)
@@ -368,7 +429,7 @@ class _Job:
                     number, self.tools[number].label, (float(feed.min()), float(feed.max())),
                     (float(after.min()), float(after.max())), float(chip[mine].max()),
                     float((chip[mine] * ratio).max()), limit.chip, limit.stated, float(loads.rate[mine].max()),
-                    float((loads.rate[mine] * ratio).max()),
+                    float((loads.rate[mine] * ratio).max()), tuple(self.limits(number, loads, into, limit)),
                 )
             )  # fmt: skip
         return replace(
@@ -381,13 +442,88 @@ class _Job:
             tools=tuple(by_tool),
         )
 
+    def limits(self, number: int, loads: Loads, speed: Floats, limit: ToolLimits) -> Iterator[FeedLimit]:
+        """Yield what a tool's cuts ask of the other limits at most, before and after."""
+        diameter = 2.0 * self.cutters[number].radius
+        of_tool = (loads.moves.tool == number) & np.isfinite(speed)
+        ratio = np.divide(speed, loads.feed, out=np.ones_like(speed), where=of_tool & (loads.feed > 0))
+
+        def most(values: Floats, which: NDArray[np.bool_], power: float = 1.0) -> tuple[float, float]:
+            mine = of_tool & which
+            after = values[mine] * ratio[mine] ** power
+            return float(values[mine].max(initial=0.0)), float(after.max(initial=0.0))
+
+        cuts = loads.mills | loads.sinks
+        if limit.spindle is not None:
+            power = loads.power(limit.spindle, limit.teeth, diameter)
+            grows = 1.0 - limit.spindle.material.mc
+            if math.isfinite(limit.spindle.power):
+                used = power / limit.spindle.efficiency
+                yield FeedLimit("power", *most(used, cuts, grows), limit.spindle.power)
+            if math.isfinite(limit.spindle.torque):
+                torque = spindle_torque(power, np.where(loads.rpm > 0, loads.rpm, np.inf))
+                yield FeedLimit("torque", *most(torque, cuts, grows), limit.spindle.torque)
+        if limit.slot < 1.0:
+            # As thick as at the full width a chip is at any other one, by its own share.
+            chip = loads.chip * limit.slot / loads.slot_share(limit, diameter)
+            yield FeedLimit("slot", *most(chip, cuts & (loads.width > 0.5 * diameter)), limit.chip * limit.slot)
+        if math.isfinite(limit.plunge):
+            yield FeedLimit("plunge", *most(loads.down, loads.sinks | loads.plunges), limit.plunge)
+
     def told(self, pace: Pace) -> Iterator[Issue]:
-        """Yield which tools keep their feeds."""
+        """Yield which tools keep their feeds, and which limits are not known."""
         silent = [tool.label for number, tool in self.tools.items() if number not in pace.limits]
         if self.rules.feeds and silent:
             keep = "keeps its feed" if len(silent) == 1 else "keep their feeds"
             message = f"{', '.join(silent)} {keep}: no cut of theirs is milled at a stated speed of the spindle"
             yield Issue("L512", message, severity=Severity.NOTE)
+        if self.rules.feeds and pace.limits:
+            for message in self.unlimited(pace):
+                yield Issue("L514", message, severity=Severity.NOTE)
+
+    def unlimited(self, pace: Pace) -> Iterator[str]:
+        """Yield which limits of feeds are not applied for want of a figure, and what to give."""
+
+        def named(numbers: Iterable[int]) -> str:
+            return ", ".join(f"T{number}" for number in numbers)
+
+        numbers = sorted(pace.limits)
+        spindle = self.rules.spindle
+        toothless = [number for number in numbers if not self.tools[number].teeth]
+        if spindle is None:
+            yield "power and torque do not limit feeds: give --material"
+        elif not spindle.limited:
+            yield "power and torque do not limit feeds: the machine's are unknown; give --max-power or --max-torque"
+        elif toothless:
+            yield f"power and torque do not limit feeds of {named(toothless)}: give the number of teeth with --tools"
+        chipless = [number for number in numbers if not has_chip(self.tools[number])]
+        if self.rules.slot is None:
+            yield "slots are fed as other cuts: give --slot-chip for less"
+        elif chipless:
+            yield f"--slot-chip does not limit {named(chipless)}: give feed and spindle speed with --tools"
+        if unknown := [number for number in numbers if math.isinf(pace.limits[number].plunge)]:
+            yield f"ways down into the material keep their feeds with {named(unknown)}: give a plunge feed with --tools"
+
+
+def _spindle(run: Run) -> SpindleLoad | None:
+    """Return what limits power and torque; None where nobody said what is cut.
+
+    Raises
+    ------
+    OptionError
+        The material is not known, or a limit is given without one.
+    """
+    from leafcut.read.work_materials import load_material
+
+    options = run.settings.of(SpeedOptions)
+    if "material" not in run.settings.given:
+        for name in ("max_power", "max_torque", "drive_efficiency"):
+            if name in run.settings.given:
+                raise OptionError(f"{flag_name(name)}: only used with --material; add --material or leave it out")
+        return None
+    material = load_material(run.settings.job.material)
+    power, torque = options.max_power or run.machine.spindle_power, options.max_torque or run.machine.spindle_torque
+    return SpindleLoad(material, power or math.inf, torque or math.inf, options.drive_efficiency)
 
 
 def _skippable(program: Program) -> int:
@@ -398,8 +534,33 @@ def _skippable(program: Program) -> int:
     return next((line for line in lines if _SKIPPED.match(program.lines[line - 1])), 0)
 
 
+def _place(point: Floats) -> tuple[float, float]:
+    return float(point[0]), float(point[1])
+
+
 def _threads() -> int:
     return os.cpu_count() or 1
+
+
+def _above(change: PaceChange) -> Iterator[Issue]:
+    """Yield which tools stay above a limit: where a line cannot be changed, or new speeds cannot be proved."""
+    for tool in change.tools:
+        over = [one.name for one in tool.limits if one.after > one.limit * (1.0 + _ROUNDED)]
+        over += ["chip"] if tool.limit_stated and tool.chip_after > tool.chip_limit * (1.0 + _ROUNDED) else []
+        if over:
+            message = f"{tool.label} stays above its limit ({', '.join(over)}) in cuts whose lines cannot be changed"
+            yield Issue("L512", message)
+
+
+def _no_faster(parts: tuple[PaceStretch, ...], own: float) -> tuple[PaceStretch, ...]:
+    """Return the stretches of a cut that are slower than its own feed, with that between them; nothing without any."""
+    kept: list[PaceStretch] = []
+    for part in parts:
+        speed = min(part.speed, own)
+        if kept and kept[-1].speed == speed:
+            kept.pop()
+        kept.append(PaceStretch(part.until, speed))
+    return tuple(kept) if any(part.speed < own for part in kept) else ()
 
 
 def _by_row(times: PathTimes, source: NDArray[np.int64]) -> Floats:

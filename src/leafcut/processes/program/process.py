@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING
 
 from leafcut.files import check_is_text
 from leafcut.kinds import ProgramKind
-from leafcut.options import JobOptions, MachineOptions, PostOptions, ReadOptions, Settings, StockOptions
+from leafcut.options import (
+    JobOptions,
+    MachineOptions,
+    PostOptions,
+    ReadOptions,
+    Settings,
+    SpeedOptions,
+    StockOptions,
+)
 from leafcut.processes.base import LOOKED_UP, ORDERED, SEARCH, SEARCH_MORE, Process, use
 from leafcut.processes.program.options import ResequenceOptions
 
@@ -29,6 +37,7 @@ class ForeignProgram(Process):
     uses = use(ReadOptions, "units", "strict") | use(MachineOptions) | LOOKED_UP | ORDERED
     uses |= use(JobOptions, "keep_out", "start_point", "keep_order", "tools", clearance_height="keep_out")
     uses |= use(StockOptions)
+    uses |= use(SpeedOptions, **dict.fromkeys(("max_power", "max_torque", "drive_efficiency"), "feeds"))
     uses |= use(PostOptions, "dialect", "header")
     otherwise = {  # noqa: RUF012  # the protocol says that it is of the class
         "output_units": "a program keeps its own units",
@@ -55,7 +64,21 @@ class ForeignProgram(Process):
         ("search", SEARCH),
         (
             "pace",
-            ("air", "feeds", "low_retracts", "air_clearance", "feed_increase", "workpiece", "mill_diameter", "cell"),
+            (
+                "air",
+                "feeds",
+                "low_retracts",
+                "air_clearance",
+                "feed_increase",
+                "slot_chip",
+                "material",
+                "max_power",
+                "max_torque",
+                "drive_efficiency",
+                "workpiece",
+                "mill_diameter",
+                "cell",
+            ),
         ),
         ("post", ("dialect", "renumber", "units", "cut_speed")),
         ("place", ("start_point", "work_offset", "keep_out", "clearance_height", "tools")),
@@ -72,10 +95,12 @@ class ForeignProgram(Process):
         return resequence(run, source.path, source.data, "auto" if asked == self.command else asked)
 
     def reads_besides(self, settings: Settings) -> list[Path]:
-        """Return the solid of the stock, and the tool library."""
+        """Return the solid of the stock, the material, and the tool library."""
         stock = settings.stock.workpiece
         solid = [Path(stock)] if stock and StockOptions.specs()["workpiece"].names_file(stock) else []
-        return [*solid, *([settings.job.tools] if settings.job.tools else [])]
+        named = settings.job.material
+        material = [Path(named)] if JobOptions.specs()["material"].names_file(named) else []
+        return [*solid, *material, *([settings.job.tools] if settings.job.tools else [])]
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Refuse: a program has motions, and no drawing."""

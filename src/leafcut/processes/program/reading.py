@@ -13,6 +13,7 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.options import MachineOptions, Settings, flag_name
 from leafcut.processes.course import machine_of
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
+from leafcut.processes.program.options import ResequenceOptions
 from leafcut.units import SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:
@@ -96,6 +97,8 @@ def read_foreign(
     OptionError
         ``--units`` are none of a program.
     """
+    if words.language != "g-code":
+        return _own(text, source, settings, machine, words)
     refuse_other_languages(text, source)
     named = "machine" in settings.given or settings.machine.machine != MachineOptions().machine
     free = choose and not named and words.name == machine.controller
@@ -193,6 +196,30 @@ def _laser_for(program: Program) -> str:
     return _LASERS[-1]
 
 
+def _own(text: str, source: str, settings: Settings, machine: Machine, words: Dialect) -> ProgramRead:
+    """Return a program in another language than G-code, of which only what leafcut writes is read."""
+    import numpy as np
+
+    from leafcut.gcode.interpreter import interpret
+    from leafcut.gcode.program import Modal, Program
+    from leafcut.gcode.program_interpreter import lines_of
+
+    if "units" in settings.asked:
+        raise OptionError("--units: the program states its own units; leave it out")
+    path = interpret(text, words, source)
+    line, first = np.unique(path.line, return_index=True)
+    program = Program(
+        lines_of(text, words, source),
+        path,
+        line.astype(np.int32),
+        np.append(first, len(path)).astype(np.int32),
+        np.zeros(len(line) + 1, dtype=np.int32),
+        (Modal(unit=1.0),),
+        last_line=int(line[-1]) if len(line) else 0,
+    )
+    return ProgramRead(program, words, machine, ())
+
+
 def _read(text: str, source: str, settings: Settings, machine: Machine, words: Dialect, look: Heartbeat) -> ProgramRead:
     """Return a program as it is read for a machine, in its units and with its feeds."""
     from leafcut.gcode.lines import Lines
@@ -229,7 +256,8 @@ def _with_machine_feeds(text: str, settings: Settings, words: Dialect) -> tuple[
     word = "" if words.torch is None else words.torch.material_feed
     if not word or word not in text:
         for name in _OF_MATERIALS:
-            if name in settings.asked:
+            # The material of `reorder --feeds` is what its tools mill.
+            if name in settings.asked and not (name == "material" and settings.of(ResequenceOptions).feeds):
                 raise OptionError(f"{flag_name(name)}: not used, the program states its own feeds; leave it out")
         return text, {}, []
     issues: list[Issue] = []

@@ -8,7 +8,7 @@ from typing import Any
 
 from leafcut.kinds import BEAMS
 from leafcut.model.outcome import Outcome
-from leafcut.model.pace_change import PaceChange, ToolPace
+from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
 from leafcut.model.process_report import Fact
 from leafcut.model.saving import plain
 from leafcut.model.shown_stock import ShownStock
@@ -20,6 +20,13 @@ from leafcut.report.path_report import PathReport
 from leafcut.report.wording import clean, count, time_words
 from leafcut.units import SECONDS_PER_MINUTE
 
+#: How each limit of feeds is called, its unit for people, and how many of these one of ours is.
+_LIMITS = {
+    "power": ("power", "kW", 0.001),
+    "torque": ("torque", "N·m", 0.001),
+    "slot": ("chip of slots", "mm", 1.0),
+    "plunge": ("downwards", "mm/min", SECONDS_PER_MINUTE),
+}
 #: So many reasons why pieces of a program stay are told in the summary.
 MOST_REASONS = 6
 #: What programs do whose tool is a beam that is on or off.
@@ -135,7 +142,15 @@ def _tool_words(tool: ToolPace) -> str:
     return (
         f"{clean(tool.label)}: {before} → {after} mm/min; thickest chip {tool.chip_before:.3g} → "
         f"{tool.chip_after:.3g} mm a revolution, at most {tool.chip_limit:.3g} ({whose})"
+        + "".join(f"; {_limit_words(limit)}" for limit in tool.limits)
     )
+
+
+def _limit_words(limit: FeedLimit) -> str:
+    """Return what a limit was asked for before and after: "power 1.2 → 0.9 kW, at most 0.9"."""
+    words, unit, scale = _LIMITS[limit.name]
+    before, after, most = (f"{scale * value:.3g}" for value in limit[1:])
+    return f"{words} {before} → {after} {unit}, at most {most}"
 
 
 def _feed_words(low: float, high: float) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut._version import __version__
-from leafcut.errors import VerifyError
+from leafcut.errors import OptionError, VerifyError
 from leafcut.files import decoded
 from leafcut.geometry.arrays import Point
 from leafcut.kinds import BEAMS
@@ -75,6 +75,9 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
     from leafcut.timing.toolpath import measure
 
     words = dialect(run.settings.post.dialect or run.machine.controller)
+    if words.one_command or words.language != "g-code":
+        reason = "has one command a line" if words.language == "g-code" else "is no G-code"
+        raise OptionError(f"{words.name} {reason}: leafcut writes and verifies its programs, but does not reorder them")
     text, encoding = decoded(data)
     read = read_foreign(text, source, run.settings, run.machine, words, run.looking("reading"), process=process)
     original, words, run = read.program, read.words, replace(run, machine=read.machine)

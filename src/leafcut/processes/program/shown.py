@@ -13,15 +13,17 @@ from leafcut.model.machine import Machine
 from leafcut.model.shown_stock import CUT_THROUGH, ShownStock
 from leafcut.options import Settings
 from leafcut.processes.course import machine_of
-from leafcut.processes.program.workpiece import block_of, tools_of
+from leafcut.processes.program.workpiece import block_of, solid_of_file, tools_of
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
     from leafcut.read import Input
 
 
-def shown_stock(program: Program, source: str, settings: Settings, machine: Machine, process: str) -> ShownStock:
-    """Return what of a program's stock is known; `process` is what it does.
+def shown_stock(
+    program: Program, source: str, settings: Settings, machine: Machine, process: str, *, by_options: bool = True
+) -> ShownStock:
+    """Return what of a program's stock is known; `process` is what it does, `by_options` as `tools_of` has it.
 
     Raises
     ------
@@ -33,14 +35,15 @@ def shown_stock(program: Program, source: str, settings: Settings, machine: Mach
     given = settings.stock.workpiece
     block = block_of(given) if given else None
     try:
-        tools = tools_of(program, Path(source).name, settings, machine)
+        tools = tools_of(program, Path(source).name, settings, machine, by_options=by_options)
     except OptionError as problem:
         return ShownStock(refused=str(problem))
-    return ShownStock(tools, None if block is None else (block.low, block.high))
+    surface = solid_of_file(given) if given else None
+    return ShownStock(tools, None if block is None else (block.low, block.high), surface=surface)
 
 
-def stock_of_file(program: Input, settings: Settings) -> ShownStock:
-    """Return what of the stock of a program in a file is known."""
+def stock_of_file(program: Input, settings: Settings, *, by_options: bool = True) -> ShownStock:
+    """Return what of the stock of a program in a file is known; `by_options` as `tools_of` has it."""
     from leafcut.gcode import dialects
     from leafcut.processes.program.reading import read_foreign
 
@@ -48,6 +51,8 @@ def stock_of_file(program: Input, settings: Settings) -> ShownStock:
     try:
         words = dialects.dialect(machine.controller)
         read = read_foreign(read_program(program), str(program), settings, machine, words, unseen)
-        return shown_stock(read.program, str(program), settings, read.machine, read.process)
+        return shown_stock(
+            read.program, str(program), settings, read.machine, read.process, by_options=by_options
+        )  # fmt: skip
     except LeafcutError as problem:
         return ShownStock(refused=str(problem))

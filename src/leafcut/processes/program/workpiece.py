@@ -95,6 +95,17 @@ def told_of(options: StockOptions, program: Program, cutters: Mapping[int, Cutte
     return found
 
 
+def solid_of_file(text: str) -> Mesh | None:
+    """Return the solid that ``--workpiece`` names, None where it says a block.
+
+    Raises
+    ------
+    ReadError
+        The file is no closed solid.
+    """
+    return _solid(text) if _is_file(text) else None
+
+
 def _is_file(text: str) -> bool:
     return StockOptions.specs()["workpiece"].names_file(text)
 
@@ -118,8 +129,12 @@ def _loaded(path: str, _changed: int) -> Mesh:
     return mesh
 
 
-def tools_of(program: Program, source: str, settings: Settings, machine: Machine) -> dict[int, Tool]:
+def tools_of(
+    program: Program, source: str, settings: Settings, machine: Machine, *, by_options: bool = True
+) -> dict[int, Tool]:
     """Return the tools that a program cuts with, by number in the order of their use.
+
+    Without `by_options` nobody can say with an option what a tool is, and none is named.
 
     Raises
     ------
@@ -129,10 +144,10 @@ def tools_of(program: Program, source: str, settings: Settings, machine: Machine
     found, unknown = known_tools(program, settings, machine)
     for number, block in unknown.items():
         line = int(program.text_line[block])
-        raise OptionError(
-            f"{source}:{line}: the shape of tool T{number} is unknown; give a library that has it with --tools, or "
-            "--mill-diameter for a flat mill"
-        )
+        how = "describe it in a comment, such as (T1 D=8. CR=0. - flat end mill)"
+        if by_options:
+            how = "give a library that has it with --tools, or --mill-diameter for a flat mill"
+        raise OptionError(f"{source}:{line}: the shape of tool T{number} is unknown; {how}")
     return found
 
 

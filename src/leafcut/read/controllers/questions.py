@@ -26,11 +26,13 @@ from leafcut.units import parse_quantity, with_unit
 _LIKE = {
     "haas": "haas-vf2", "fanuc": "haas-vf2", "grbl": "grbl-3018", "linuxcnc": "linuxcnc-mill", "mach3": "mach3-router",
     "mach4": "mach3-router", "fagor8055": "fagor-8055", "qtplasmac": "plasma-table", "plasma": "plasma-table",
+    "uccnc": "mach3-router", "edingcnc": "mach3-router", "masso": "mach3-router",
+    "marlin": "marlin-mpcnc", "siemens": "haas-vf2", "siemens-iso": "haas-vf2",
     "fanuc-laser": "laser-table", "grbl-laser": "grbl-laser-20w", "flame": "flame-table", "waterjet": "water-table",
 }  # fmt: skip
 _LIKE_OTHERS = "linuxcnc-mill"
 #: Controllers that leafcut has no dialect of, and the nearest one.
-_NEAREST = {"centroid": "fanuc"}
+_NEAREST: dict[str, str] = {}
 #: Asks a person: what, and the likely answer, "" for none; returns what was typed.
 Ask = Callable[[str, str], str]
 #: A travel that ends above this counts up from machine zero, mm: some centimetres are room beyond the switches.

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from leafcut.model.outcome import Outcome
     from leafcut.model.part import Part
     from leafcut.model.process_report import Which
+    from leafcut.model.simulation import Simulation
     from leafcut.model.toolpath import Toolpath
 
 _BOTH: tuple[Which, ...] = ("before", "after")
@@ -92,9 +93,27 @@ def _verify(call: ReadyTask, names: tuple[str, ...], tell: Progress) -> Made:
         f"scene-{layer}": _scene(toolpath_scene(run.run, run.machine, name=name))
         for layer, run, name in zip(_BOTH, runs, names, strict=True)
     }
+    artefacts |= _stocks(call, runs)
     artefacts["scene-differences"] = _scene(differences_scene(proof.differences, *(run.run for run in runs)))
     artefacts["lines"] = _lines(runs[0].path, runs[1].path, *texts)
     return Made(verification_as_json(proof), {"same": proof.same}, artefacts)
+
+
+def _stocks(call: ReadyTask, runs: Sequence[Simulation]) -> dict[str, Artefact]:
+    """Return what each of two programs leaves of its stock; nothing of beams, which cut through."""
+    from leafcut.processes import registry
+    from leafcut.processes.settings import collect
+    from leafcut.studio.drawing.solid import compared_solid_scenes
+
+    used = registry.work("stock").used()
+    settings = collect({name: value for name, value in call.options.items() if name in used})
+    # What compares two programs has no option for tools and stock: their comments tell the tools.
+    stocks = [registry.command("shown_stock")(source, settings, by_options=False) for source in call.sources]
+    if CUT_THROUGH in stocks:
+        return {}
+    one, other = ((run.run, run.machine, stock) for run, stock in zip(runs, stocks, strict=True))
+    scenes = compared_solid_scenes(one, other)
+    return {f"scene-solid_{which}": _scene(scene) for which, scene in zip(_BOTH, scenes, strict=True)}
 
 
 def _lines(before: Toolpath, after: Toolpath, original: str, new: str) -> Artefact:
@@ -222,7 +241,7 @@ def _pages(outcome: Outcome, output: str) -> dict[str, Artefact]:
     """Return the report, the pictures, and what the studio's drawing shows."""
     from leafcut.report.page import path_svg, write_page
     from leafcut.studio.drawing.scene import outcome_part_scene, outcome_scene, toolpath_scene
-    from leafcut.studio.drawing.solid import outcome_solid_scene
+    from leafcut.studio.drawing.solid import outcome_solid_scenes
 
     stem = Path(output).stem
     pictures = {
@@ -231,7 +250,8 @@ def _pages(outcome: Outcome, output: str) -> dict[str, Artefact]:
     scenes = {f"scene-{which}": _scene(outcome_scene(outcome, which)) for which in _BOTH}
     scenes["scene-part"] = _scene(outcome_part_scene(outcome))
     if outcome.shown.stock() != CUT_THROUGH:
-        scenes |= {f"scene-solid_{which}": _scene(outcome_solid_scene(outcome, which)) for which in _BOTH}
+        for which, solid in zip(_BOTH, outcome_solid_scenes(outcome), strict=True):
+            scenes[f"scene-solid_{which}"] = _scene(solid)
     for name, path in outcome.shown.ways():
         cleared = outcome.shown.cleared
         scenes[f"way-{name}"] = _scene(toolpath_scene(path, outcome.machine, name=name, cleared=cleared))

@@ -18,6 +18,7 @@ import { Placement } from "./placement.js";
 import { Player } from "./player.js";
 import { readScene } from "./scene.js";
 import { Solid } from "./solid.js";
+import { keep, readKept } from "./solid_kept.js";
 import { watchTheme } from "./theme.js";
 import { Toolbar } from "./toolbar.js";
 import { View } from "./view.js";
@@ -35,7 +36,8 @@ export const SPACES = ["plan", "solid", "both"];
 const SOLID = "solid_";
 
 export class Drawing {
-  constructor(host, { words = {}, layers = {}, editable = false, renderer = "" } = {}) {
+  /** `storage` keeps the chosen view of the stock from one page to the next, as localStorage does; null: nothing does. */
+  constructor(host, { words = {}, layers = {}, editable = false, renderer = "", storage = null } = {}) {
     this.words = { ...WORDS, ...words };
     this.view = new View();
     this.layers = {
@@ -49,12 +51,15 @@ export class Drawing {
     this.scenes = { whole: null, part: null, before: null, after: null, pheromone: null, live: null, differences: null };
     this.tracks = { before: null, after: null };
     this.mode = "after";
-    this.space = "plan";
+    const kept = readKept(storage);
+    this.space = kept?.space ?? "plan";
+    this._storage = storage;
     this._renderer = renderer;
     this._listeners = new Map();
     this.measure = new Measure(this);
     this.placement = new Placement(this);
     this._build(host);
+    if (kept) this.solid.restore(kept);
     this.view.addEventListener("change", () => {
       if (this.measure.on && this.measure.byKey) this.measure.aim();
       this._wake();
@@ -143,8 +148,12 @@ export class Drawing {
     if (this.solid.marks.on) this.solid.marks.measure(false);
     this._arrange();
     if (this.view.fitted) this.view.fit(this._extents(), this._insets());
+    this.keepView();
     this.emit("space", { space });
   }
+
+  /** Keep how the stock is seen for the next page. */
+  keepView() { keep(this._storage, this); }
 
   /** Show a newer state of what moves while a search goes on; return whether the scene was one of those. */
   _renew(scene, layer) {
@@ -197,6 +206,12 @@ export class Drawing {
   /** What is seen: the "plan", the "solid", or "both". */
   get sees() { return this.solid?.offered ? this.space : "plan"; }
 
+  /** Whether toolpaths can be shown so where they are seen: the stock shows one after the other. */
+  offers(mode) { return this.modes.includes(mode) && (this.sees !== "solid" || mode === "before" || mode === "after"); }
+
+  /** How toolpaths are shown where they are seen. */
+  get seenMode() { return this.offers(this.mode) ? this.mode : "after"; }
+
   setMode(mode) {
     if (!MODES.includes(mode) || !this.modes.includes(mode)) return;
     this.mode = this._chosen = mode;
@@ -207,8 +222,8 @@ export class Drawing {
 
   /** Show the next of what can be compared: before, after, side by side, overlaid. */
   nextMode() {
-    const modes = MODES.filter((mode) => this.modes.includes(mode));
-    if (modes.length) this.setMode(modes[(modes.indexOf(this.mode) + 1) % modes.length]);
+    const modes = MODES.filter((mode) => this.offers(mode));
+    if (modes.length) this.setMode(modes[(modes.indexOf(this.seenMode) + 1) % modes.length]);
   }
 
   setLayers(changes) {
@@ -463,6 +478,9 @@ export class Drawing {
     const sizes = shown.map((pane) => pane.resize());
     if (sizes.length) this.view.resize(...sizes[sizes.length - 1]);
     this.solid.resize();
+    // What is said stands below the buttons, in however many rows they are.
+    const { top, height } = this.stage.getBoundingClientRect();
+    if (height > 0) document.documentElement.style.setProperty("--drawing-top", `${top}px`);
     this._wake();
   }
 

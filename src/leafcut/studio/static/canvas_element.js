@@ -3,13 +3,24 @@
 import { Drawing } from "leafcut-canvas/canvas.js";
 import { register, withStyle } from "leafcut-canvas/registry.js";
 
+/** Return what the browser keeps for this address; null where it keeps nothing. */
+function storage() {
+  try {
+    return window.localStorage;
+  } catch {
+    return null;
+  }
+}
+
 export default {
   template: `<div class="lc-host"></div>`,
   props: { scenes: Object, words: Object, layers: Object, editable: Boolean, placement: Object },
   mounted() {
     withStyle();
     this.shown = {};
-    this.drawing = new Drawing(this.$el, { words: this.words, layers: this.layers, editable: this.editable });
+    this.drawing = new Drawing(this.$el, {
+      words: this.words, layers: this.layers, editable: this.editable, storage: storage(),
+    });
     for (const name of ["hover", "select", "time", "drag", "origin"]) this.drawing.on(name, (detail) => this.$emit(name, detail));
     register(Number(this.$el.id.replace(/\D+/g, "")), this.drawing);
     this.drawing.setPlacement(this.placement ?? {});

@@ -7,11 +7,12 @@ import { make } from "./icons.js";
 import { mm } from "./describe.js";
 import { readScene } from "./scene.js";
 import { SolidCamera, meet, sectioned } from "./solid_camera.js";
-import { COLOURINGS, TOOL, paletteOf, scaleCss, sectionColour, tonesOf } from "./solid_colours.js";
+import { COLOURINGS, FIXTURE, LESS, MORE, TOOL, paletteOf, scaleCss, sectionColour, tonesOf } from "./solid_colours.js";
 import { ColumnRenderer } from "./solid_columns.js";
 import { GpuRenderer, canDrawByGpu } from "./solid_gl.js";
 import { SolidInput } from "./solid_input.js";
 import { SolidMarks } from "./solid_marks.js";
+import { startOf } from "./solid_stock.js";
 import { surface } from "./sweep.js";
 import { coloursOf } from "./theme.js";
 
@@ -53,8 +54,9 @@ export class Solid {
     this.reason = make("p", "lc-empty lc-refused", { hidden: "" });
     this.legend = make("div", "lc-scale", { hidden: "" }, make("span"), make("i", "lc-ramp"), make("b"), make("b"));
     this.collisions = make("div", "lc-collisions", { hidden: "" });
+    this.differs = make("div", "lc-differs", { hidden: "" });
     this.busy = make("div", "lc-busy", { hidden: "" }, words.solidCutting);
-    this.frame.append(this.over, this.legend, this.collisions, this.busy, this.reason);
+    this.frame.append(this.over, this.legend, this.collisions, this.differs, this.busy, this.reason);
     this._buildBar();
     this.host.append(this.bar, this.frame);
     host.append(this.host);
@@ -69,17 +71,23 @@ export class Solid {
       button.addEventListener("click", () => this.look(from));
       looks.append(button);
     }
-    this.colours = this._select("solidColour", COLOURINGS.map((name) => [name, words[`colour_${name}`]]), (name) => this.colour(name));
-    this.axis = this._select("solidSection", [["", words.section_none], ["x", words.section_x], ["y", words.section_y]], (axis) => this.cutOpen(axis, this.section.share));
+    const chosen = (act) => (value) => {
+      act(value);
+      this.drawing.keepView();
+    };
+    this.colours = this._select("solidColour", COLOURINGS.map((name) => [name, words[`colour_${name}`]]), chosen((name) => this.colour(name)));
+    this.axis = this._select("solidSection", [["", words.section_none], ["x", words.section_x], ["y", words.section_y]], chosen((axis) => this.cutOpen(axis, this.section.share)));
     this.plane = make("input", "lc-slider lc-plane", { type: "range", min: 0, max: 1000, value: 500, "aria-label": words.solidPlane, hidden: "" });
     this.plane.addEventListener("input", () => this.cutOpen(this.section.axis, this.plane.value / 1000));
+    this.plane.addEventListener("change", () => this.drawing.keepView());
+    this.toggles = {};
     const toggle = (name) => {
       const button = make("button", "lc-button", { type: "button", "aria-pressed": String(this.shows[name]) }, words[`solid_${name}`]);
       button.addEventListener("click", () => {
-        this.shows[name] = !this.shows[name];
-        button.setAttribute("aria-pressed", this.shows[name]);
-        this.wake();
+        this.show(name, !this.shows[name]);
+        this.drawing.keepView();
       });
+      this.toggles[name] = button;
       return button;
     };
     bar.append(
@@ -156,16 +164,20 @@ export class Solid {
     this.blocks = found;
     this.header = header;
     this.stock = {
-      grid, floor: header.floor, top: header.top, heights: new Float32Array(cells).fill(header.top),
+      grid, floor: header.floor, top: header.top, heights: startOf(header, found),
       by: new Uint32Array(cells), relief: new Uint32Array(cells).fill((200 << 24) >>> 0), tint: new Uint8Array(cells),
     };
     let low = header.top;
+    for (const height of found.start ?? []) if (height > header.floor) low = Math.min(low, height);
     for (let k = 2; k < found.move.length; k += 3) low = Math.min(low, found.move[k]);
     this.bottom = Math.max(low, header.floor);
     const half = grid.cell / 2, box = [grid.x - half, grid.y - half, header.floor];
     this.box = [...box, box[0] + grid.columns * grid.cell, box[1] + grid.rows * grid.cell, header.top];
-    this.camera.fit(this.box);
+    const place = JSON.stringify([this.box, header.origin]);
+    if (place !== this._place) this.camera.fit(this.box); // else the other program is seen as this one was
+    this._place = place;
     this._retone();
+    this.cutOpen(this.section.axis, this.section.share); // says where that is
     this.marks.take();
     this.worker = new Worker(new URL("./solid_worker.js", import.meta.url), { type: "module" });
     this.worker.onmessage = ({ data }) => this._hear(data);
@@ -201,7 +213,7 @@ export class Solid {
   get ready() { return Boolean(this.stock) && this.told === this.turn; }
 
   _change({ rect: [c0, r0, c1, r1], heights, by, relief }) {
-    const { stock, tones } = this, { columns } = stock.grid, width = c1 - c0;
+    const { stock } = this, { columns } = stock.grid, width = c1 - c0;
     for (let row = r0; row < r1; row++) {
       const to = row * columns + c0, from = (row - r0) * width;
       stock.heights.set(heights.subarray(from, from + width), to);
@@ -209,7 +221,7 @@ export class Solid {
       for (let k = 0; k < width; k++) {
         const move = by[from + k];
         stock.by[to + k] = move;
-        stock.tint[to + k] = move ? tones[move] : 0;
+        stock.tint[to + k] = this._toneOf(to + k, move);
       }
     }
     this.changed = true;
@@ -218,9 +230,16 @@ export class Solid {
   _retone() {
     const { tones, most } = tonesOf(this.colouring, this.blocks, this.scene), { by, tint } = this.stock;
     this.tones = tones;
-    for (let k = 0; k < by.length; k++) tint[k] = by[k] ? tones[by[k]] : 0;
+    for (let k = 0; k < by.length; k++) tint[k] = this._toneOf(k, by[k]);
     this.changed = true;
     this._scale(most);
+  }
+
+  /** Return the tone of a cell that a move cut last; 0: none did. */
+  _toneOf(cell, move) {
+    if (this.blocks.held?.[cell]) return FIXTURE;
+    const differs = this.colouring === "metal" ? this.blocks.differs?.[cell] : 0;
+    return differs ? (differs === 1 ? MORE : LESS) : move ? this.tones[move] : 0;
   }
 
   // What can be chosen.
@@ -257,6 +276,21 @@ export class Solid {
       this.plane.setAttribute("aria-valuetext", `${axis.toUpperCase()} ${mm(at)}`);
     }
     this.wake();
+  }
+
+  /** Show the "tool" or the "path", or not. */
+  show(name, shown) {
+    this.shows[name] = shown;
+    this.toggles[name].setAttribute("aria-pressed", shown);
+    this.wake();
+  }
+
+  /** See it as it was seen on the page before (solid_kept.js). */
+  restore({ colouring, axis, share, tool, path }) {
+    this.show("tool", tool);
+    this.show("path", path);
+    this.colour(colouring);
+    this.cutOpen(axis, share);
   }
 
   setBusy(busy) {
@@ -386,10 +420,10 @@ export class Solid {
     const at = scene.at(Math.min(this.time, scene.duration)), known = header.tools[scene.tool[at.row]];
     if (!known || !Number.isFinite(at.x + at.y + at.z)) return null;
     const { shape, length } = known, radius = shape[0], point = shape[5] > 0 || shape[2] > 0 ? surface(shape, radius) : 0;
-    const cuts = Math.max(length, point), long = cuts + 2 * radius;
+    const cuts = Math.max(length, point), parts = partsOf(known, point, cuts);
     return {
-      x: at.x - header.origin[0], y: at.y - header.origin[1], z: at.z, shape, point, long, largest: radius, radius,
-      parts: [[cuts, long, radius, TOOL.shank, false], [point, cuts, radius, TOOL.cuts, true]],
+      x: at.x - header.origin[0], y: at.y - header.origin[1], z: at.z, shape, point, radius, parts,
+      long: parts[0][1], largest: Math.max(...parts.map((part) => part[2])),
     };
   }
 
@@ -443,9 +477,23 @@ export class Solid {
 }
 
 
-/** Draw the directions of the axes in the lower left corner. */
+/** Return the parts of a tool from the upper one down: lower and upper end over the tip, radius, colour, whether it has
+ *  flutes. What is not known above the flutes is as wide as they are. */
+function partsOf({ shape, bodies }, point, cuts) {
+  const radius = shape[0], parts = [[point, cuts, radius, TOOL.cuts, true]], above = bodies?.length ? bodies : [["shank", cuts, radius]];
+  for (const [kind, low, wide] of above) {
+    const last = parts[parts.length - 1];
+    if (parts.length === 1 && low > cuts + 1e-6) parts.push([cuts, low, radius, TOOL.shank, false]);
+    else last[1] = Math.max(low, last[0]);
+    parts.push([low, low + (kind === "holder" ? 1.2 : 2) * wide, wide, kind === "holder" ? TOOL.holder : TOOL.shank, false]);
+  }
+  return parts.reverse();
+}
+
+/** Draw the directions of the axes at the lower left. */
 function axes(ctx, camera, theme) {
-  const x = 46, y = camera.height_px - 46, { right, ahead, sin, cos } = camera.axes, long = 26;
+  const x = 46, y = camera.height_px - 78, // what is told stands under it
+    { right, ahead, sin, cos } = camera.axes, long = 26;
   const ends = [["X", right[0], ahead[0] * sin, theme.bad], ["Y", right[1], ahead[1] * sin, theme.accent], ["Z", 0, cos, theme.rapid]];
   ctx.font = "600 11px system-ui, sans-serif";
   ctx.textAlign = "center";

@@ -8,8 +8,12 @@ const SCALES = {
 };
 /** What was not cut, and what was, in light and dark. */
 const METAL = { light: { raw: 0xbcc4cb, cut: 0xe9e6dd, section: 0xd9774a }, dark: { raw: 0x7d8891, cut: 0xc9cfd1, section: 0xd0703f } };
-/** Of a tool: its shank and what cuts. */
-export const TOOL = { shank: 0xb9c0c8, cuts: 0x8f98a3 };
+/** Of a tool: its shank, what cuts, and what holds it. */
+export const TOOL = { shank: 0xb9c0c8, cuts: 0x8f98a3, holder: 0x6d7782 };
+/** Tones of scales end here; those after it are of what the other program leaves higher or lower, and of fixtures. */
+export const SCALE_END = 252, MORE = 253, LESS = 254, FIXTURE = 255;
+/** The colours of these three. */
+const SPECIAL = { [MORE]: 0xd98c1f, [LESS]: 0x8a3ab0, [FIXTURE]: 0x8d7f70 };
 
 export const COLOURINGS = ["metal", "depth", "engagement", "feed"];
 
@@ -17,12 +21,16 @@ export const COLOURINGS = ["metal", "depth", "engagement", "feed"];
 export function paletteOf(colouring, dark) {
   const { raw, cut } = METAL[dark ? "dark" : "light"], scale = SCALES[colouring];
   const out = new Array(256).fill(cut);
-  if (scale) for (let k = 0; k < 256; k++) out[k] = mixed(scale, k / 255);
+  if (scale) for (let k = 0; k <= SCALE_END; k++) out[k] = mixed(scale, k / SCALE_END);
   if (colouring !== "depth") out[0] = raw;
+  for (const [tone, colour] of Object.entries(SPECIAL)) out[tone] = colour;
   return out;
 }
 
 export function sectionColour(dark) { return METAL[dark ? "dark" : "light"].section; }
+
+/** Return the colour of one of the tones after the scale's as CSS. */
+export function toneCss(tone) { return `#${SPECIAL[tone].toString(16).padStart(6, "0")}`; }
 
 /** Return a scale as CSS, from left to right. */
 export function scaleCss(colouring) {
@@ -36,7 +44,7 @@ export function tonesOf(colouring, blocks, scene) {
   for (let k = 0; k < row.length; k++) if (!rapid[k]) most = Math.max(most, scene?.feed[row[k]] ?? 0);
   for (let k = 0; k < row.length; k++) {
     const share = colouring === "engagement" ? width[k] / 255 : colouring === "feed" && most > 0 ? (scene?.feed[row[k]] ?? 0) / most : 0;
-    tones[k + 1] = 1 + Math.round(254 * Math.min(share, 1));
+    tones[k + 1] = 1 + Math.round((SCALE_END - 1) * Math.min(share, 1));
   }
   return { tones, most };
 }

@@ -4,6 +4,7 @@
 // its wall and its top above what stands before it, so that no pixel is drawn twice (the floating horizon of
 // T. Wright, "A two-space solution to the hidden line problem", 1973, for cells).
 
+import { SCALE_END } from "./solid_colours.js";
 import { surface } from "./sweep.js";
 import { sectioned } from "./solid_camera.js";
 
@@ -67,7 +68,7 @@ export class ColumnRenderer {
     }
     out.fill(0);
     away.fill(NOTHING);
-    const toShade = 255 / Math.max(top - look.bottom, 1e-6), stepUp = k * cos, stepOn = k * sin, base = height / 2 - (camera.z * cos) * k;
+    const toShade = SCALE_END / Math.max(top - look.bottom, 1e-6), stepUp = k * cos, stepOn = k * sin, base = height / 2 - (camera.z * cos) * k;
     const zOf = cos > 1e-6 ? 1 / stepUp : 0;
     for (let i = 0; i < width; i++) {
       const u = (i + 0.5 - width / 2) / k, px = camera.x + right[0] * u, py = camera.y + right[1] * u;
@@ -109,11 +110,11 @@ export class ColumnRenderer {
             // A small step is how cells show a slope.
             const outer = nearAt < 0, sloped = !outer && h - heights[nearAt] < STEP * cell;
             const bright = sloped ? lit[code & 65535] * ((code >>> 24) / 200) : outer ? walls[64 * (face === 1 ? 2 : face === 2 ? 0 : face === 3 ? 3 : 1)] : walls[(code >>> 16) & 255];
-            const tone = sloped || outer ? tint[at] : tint[nearAt];
+            const tone = sloped || outer || tint[at] > SCALE_END ? tint[at] : tint[nearAt], own = tone > SCALE_END;
             const occluded = outer || sloped ? 1 : 0.55 + 0.45 * Math.min((nearCode >>> 24) / 200, 1);
             for (let p = from; p < up; p++) {
               const z = zOf ? (p + 0.5 - ground) * zOf : h;
-              let colour = palette[byHeight ? heightTone(top - z, toShade) : outer ? 0 : tone], part = bright * occluded * (outer ? 0.9 + (0.1 * (z - floor)) / (top - floor) : 1);
+              let colour = palette[own ? tone : byHeight ? heightTone(top - z, toShade) : outer ? 0 : tone], part = bright * occluded * (outer ? 0.9 + (0.1 * (z - floor)) / (top - floor) : 1);
               if (cutFace) {
                 colour = sectionColour;
                 part = hatched(z + u, cell);
@@ -127,7 +128,7 @@ export class ColumnRenderer {
           const over = Math.min(Math.ceil(base + end * stepOn + h * stepUp - 0.5), height);
           if (over > filled) {
             const code = relief[at], part = lit[code & 65535] * ((code >>> 24) / 200);
-            const colour = toned(palette[byHeight ? heightTone(top - h, toShade) : tint[at]], part), start = Math.max(filled, 0);
+            const colour = toned(palette[byHeight && tint[at] <= SCALE_END ? heightTone(top - h, toShade) : tint[at]], part), start = Math.max(filled, 0);
             for (let p = start; p < over; p++) {
               out[line + p] = colour;
               away[line + p] = (t + end) * 0.5 * cos - (h - camera.z) * sin;
@@ -193,7 +194,7 @@ function hatched(place, cell) {
 
 function heightTone(under, toShade) {
   const tone = under * toShade;
-  return tone < 0 ? 0 : tone > 255 ? 255 : tone | 0;
+  return tone < 0 ? 0 : tone > SCALE_END ? SCALE_END : tone | 0;
 }
 
 /** Return a colour, 0xRRGGBB, as bright as a share says, as a pixel. */

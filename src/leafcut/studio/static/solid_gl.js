@@ -3,6 +3,10 @@
 
 import { lightOf, HATCH, STEP } from "./solid_columns.js";
 import { sectioned } from "./solid_camera.js";
+import { SCALE_END } from "./solid_colours.js";
+
+/** A tool is drawn in so many parts at most: what cuts, its shank, its holder. */
+const PARTS = 6;
 
 const VERTEX = `#version 300 es
 void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }`;
@@ -25,13 +29,14 @@ uniform vec2 size;
 uniform vec4 tool;     // place of the tip, and 1 where there is one
 uniform float shape[6];
 uniform float point;
-uniform vec4 parts[2]; // low, high, radius, striped
-uniform vec3 partColour[2];
+uniform int partCount;
+uniform vec4 parts[${PARTS}]; // low, high, radius, striped
+uniform vec3 partColour[${PARTS}];
 out vec4 colour;
 
 float shade(vec3 n) { return 0.44 + 0.2 * (0.5 + 0.5 * n.z) + 0.5 * max(dot(n, light), 0.0); }
 vec3 toned(float tone) { return texelFetch(palette, ivec2(int(tone), 0), 0).rgb; }
-float heightTone(float z) { return clamp((top - z) * 255.0 / max(top - bottom, 1e-6), 0.0, 255.0); }
+float heightTone(float z) { return clamp((top - z) * ${SCALE_END}.0 / max(top - bottom, 1e-6), 0.0, ${SCALE_END}.0); }
 float surface(float r) {
   if (r <= shape[1]) return 0.0;
   if (r <= shape[3]) { float o = r - shape[1]; return shape[2] - sqrt(max(shape[2] * shape[2] - o * o, 0.0)); }
@@ -49,7 +54,8 @@ vec3 side(vec2 at, float slope, float r, float z, vec3 base, bool striped) {
 vec4 meetTool(vec3 from, vec3 way) {
   vec3 o = from - tool.xyz;
   float a = dot(way.xy, way.xy), half_ = dot(o.xy, way.xy), apart = dot(o.xy, o.xy);
-  for (int n = 0; n < 2; n++) {
+  for (int n = 0; n < ${PARTS}; n++) {
+    if (n >= partCount) break;
     float low = parts[n].x, high = parts[n].y, radius = parts[n].z, atTop = (high - o.z) / min(way.z, -1e-9);
     if (way.z < -1e-9 && apart + 2.0 * half_ * atTop + a * atTop * atTop <= radius * radius) return vec4(partColour[n] * shade(vec3(0, 0, 1)) * 0.96, atTop);
     float root = half_ * half_ - a * (apart - radius * radius);
@@ -72,7 +78,7 @@ vec4 meetTool(vec3 from, vec3 way) {
     }
     vec2 p = o.xy + way.xy * at;
     float r = length(p), slope = (surface(min(r + 1e-3, shape[0])) - surface(max(r - 1e-3, 0.0))) / 2e-3;
-    return vec4(side(p, slope, r, o.z + way.z * at, partColour[1], true), at);
+    return vec4(side(p, slope, r, o.z + way.z * at, partColour[partCount - 1], true), at);
   }
   return vec4(0, 0, 0, 1e30);
 }
@@ -116,7 +122,8 @@ void main() {
           bool sloped = !outer && h - texelFetch(heights, near, 0).r < ${STEP} * cell;
           float nx = float(int(code << 24) >> 24) / 127.0, ny = float(int(code << 16) >> 24) / 127.0;
           float bright = sloped ? shade(vec3(nx, ny, sqrt(max(1.0 - nx * nx - ny * ny, 0.0)))) * float(code >> 24) / 200.0 : shade(vec3(cos(angle * 6.2831853), sin(angle * 6.2831853), 0.0));
-          float tone = byHeight ? heightTone(zIn) : outer ? 0.0 : float(texelFetch(tint, sloped ? at : near, 0).r);
+          uint upper = texelFetch(tint, at, 0).r, own = sloped || outer || upper > ${SCALE_END}u ? upper : texelFetch(tint, near, 0).r;
+          float tone = own > ${SCALE_END}u ? float(own) : byHeight ? heightTone(zIn) : outer ? 0.0 : float(own);
           float part = bright * (outer ? 0.9 + 0.1 * (zIn - floorZ) / (top - floorZ) : sloped ? 1.0 : 0.55 + 0.45 * min(float(nearCode >> 24) / 200.0, 1.0));
           vec3 base = toned(tone);
           if (first && cutSide > 0 && through == cutSide) { base = sectionColour; part = fract((zIn + u) / (${HATCH}.0 * cell)) < 0.16 ? 0.87 : 1.0; }
@@ -126,7 +133,8 @@ void main() {
         if (zOut <= h) {
           float nx = float(int(code << 24) >> 24) / 127.0, ny = float(int(code << 16) >> 24) / 127.0;
           float part = shade(vec3(nx, ny, sqrt(max(1.0 - nx * nx - ny * ny, 0.0)))) * float(code >> 24) / 200.0;
-          found = vec4(toned(byHeight ? heightTone(h) : float(texelFetch(tint, at, 0).r)) * part, (h - from.z) / way.z);
+          uint own = texelFetch(tint, at, 0).r;
+          found = vec4(toned(byHeight && own <= ${SCALE_END}u ? heightTone(h) : float(own)) * part, (h - from.z) / way.z);
           break;
         }
       }
@@ -226,6 +234,7 @@ export class GpuRenderer {
     if (tool) {
       gl.uniform1fv(this._at("shape"), tool.shape);
       set("point", tool.point);
+      gl.uniform1i(this._at("partCount"), Math.min(tool.parts.length, PARTS));
       gl.uniform4fv(this._at("parts"), tool.parts.flatMap(([low, high, radius, , striped]) => [low, high, radius, striped ? 1 : 0]));
       gl.uniform3fv(this._at("partColour"), tool.parts.flatMap((part) => rgb(part[3])));
     }

@@ -3,6 +3,7 @@
 import { mm } from "./describe.js";
 import { iconButton, make } from "./icons.js";
 import { FONT, haloed } from "./marks.js";
+import { LESS, MORE, toneCss } from "./solid_colours.js";
 
 const REACH = 12; // pixels
 
@@ -13,48 +14,68 @@ export class SolidMarks {
   }
 
   forget() {
-    this.collisions = [];
+    this.collisions = this.differences = this.marks = [];
     this.current = -1;
     this.on = false;
     this.from = this.to = this.at = this.chosen = null;
     this._list();
   }
 
-  /** Take the collisions of the scene that is shown: places, depths, what meets the stock, and lines. */
+  /** Take the marks of the scene that is shown: collisions, and what another program leaves otherwise. */
   take() {
     const { blocks, header } = this.solid;
     this.collisions = header.collisions.map(([kind, line], k) => {
       const [x, y, z, depth] = blocks.collision.subarray(4 * k, 4 * k + 4);
       return { kind, line, x, y, z, depth };
     });
+    this.differences = (header.differs?.places ?? []).map(([x, y, z, other]) => ({ kind: "differs", x, y, z, other }));
+    this.marks = [...this.collisions, ...this.differences];
     this._list();
   }
 
-  /** Show how many collisions there are, and buttons to go from one to the next. */
+  /** Show how many marks of each kind there are, and buttons to go from one to the next. */
   _list() {
-    const { solid, collisions } = this, { words } = solid, place = solid.collisions;
-    place.hidden = !collisions.length;
-    if (!collisions.length) return;
-    const count = make("span", "", {}, words.collisions.replace("{number}", collisions.length));
-    const next = iconButton("down", words.collisionNext, () => this.go(1)), before = iconButton("up", words.collisionPrevious, () => this.go(-1));
-    place.replaceChildren(count, before, next);
+    const { solid, collisions, differences } = this, { words } = solid, differs = solid.header?.differs;
+    solid.collisions.hidden = !collisions.length;
+    solid.differs.hidden = !differs || !solid.stock;
+    const buttons = (name, list) => [
+      iconButton("up", words[`${name}Previous`], () => this.go(-1, list)), iconButton("down", words[`${name}Next`], () => this.go(1, list)),
+    ];
+    if (collisions.length) {
+      const count = make("span", "", {}, words.collisions.replace("{number}", collisions.length));
+      solid.collisions.replaceChildren(count, ...buttons("collision", collisions));
+    }
+    if (solid.differs.hidden) return;
+    const count = make("span", "", {}, differs.count ? words.differs.replace("{number}", differs.count) : words.differsNone);
+    const swatch = (tone, said) => {
+      const square = make("i", "", { "aria-hidden": "true" });
+      square.style.background = toneCss(tone);
+      return [square, make("span", "", {}, said)];
+    };
+    const meaning = differs.count ? [...swatch(MORE, words.differsMore), ...swatch(LESS, words.differsLess)] : [];
+    solid.differs.replaceChildren(count, ...meaning, ...(differences.length ? buttons("differs", differences) : []));
   }
 
-  /** Go to the next collision, or the one before. */
-  go(step) {
-    const { length } = this.collisions;
+  /** Go to the next mark of a list, or the one before. */
+  go(step, list = this.marks) {
+    const { length } = list;
     if (!length) return;
-    this.choose((this.current + step + length + (this.current < 0 && step < 0 ? 1 : 0)) % length);
+    const at = list.indexOf(this.marks[this.current]);
+    this.choose(this.marks.indexOf(list[(at + step + length + (at < 0 && step < 0 ? 1 : 0)) % length]));
   }
 
   choose(index) {
-    const one = this.collisions[index], { solid } = this, { words, drawing } = solid;
+    const one = this.marks[index], { solid } = this, { words, drawing } = solid;
     this.current = index;
     this.chosen = null;
+    solid.wake();
+    if (one.kind === "differs") {
+      drawing._say([words.differsPlace.replace("{here}", mm(one.z)).replace("{other}", mm(one.other))]);
+      return;
+    }
     drawing.selectLine(one.line);
     const kind = words[`collision_${one.kind}`] ?? one.kind;
     drawing._say([kind, `${mm(one.depth)} mm`, `${words.line} ${one.line}`]);
-    solid.wake();
   }
 
   /** Begin or end measuring; with the keys it is measured in the middle of the view. */
@@ -110,7 +131,7 @@ export class SolidMarks {
   near(px, py) {
     const { camera } = this.solid;
     let best = -1, least = REACH;
-    this.collisions.forEach((one, k) => {
+    this.marks.forEach((one, k) => {
       const [x, y] = camera.project(one.x, one.y, one.z), away = Math.hypot(x - px, y - py);
       if (away <= least) [least, best] = [away, k];
     });
@@ -148,7 +169,7 @@ export class SolidMarks {
   }
 
   draw(ctx, camera, theme) {
-    this.collisions.forEach((one, k) => warning(ctx, camera.project(one.x, one.y, one.z), theme, k === this.current));
+    this.marks.forEach((one, k) => (one.kind === "differs" ? unlike : warning)(ctx, camera.project(one.x, one.y, one.z), theme, k === this.current));
     if (this.chosen) ring(ctx, camera.project(this.chosen.x, this.chosen.y, this.chosen.z), theme.accent, theme.card);
     if (!this.on) return;
     const { from, at } = this, to = this.to ?? (from ? at : null);
@@ -187,6 +208,26 @@ function ring(ctx, [x, y], colour, card) {
     ctx.arc(x, y, 6, 0, 2 * Math.PI);
     ctx.stroke();
   }
+}
+
+/** A disc with a sign for what is not the same, as the plan marks differences. */
+function unlike(ctx, [x, y], theme, chosen) {
+  const size = chosen ? 11 : 8;
+  ctx.beginPath();
+  ctx.arc(x, y, size, 0, 2 * Math.PI);
+  ctx.fillStyle = theme.warn;
+  ctx.strokeStyle = theme.card;
+  ctx.lineWidth = 2;
+  ctx.fill();
+  ctx.stroke();
+  ctx.beginPath();
+  for (const dy of [-2, 2]) {
+    ctx.moveTo(x - 4, y + dy);
+    ctx.lineTo(x + 4, y + dy);
+  }
+  ctx.moveTo(x - 3, y + 5);
+  ctx.lineTo(x + 3, y - 5);
+  ctx.stroke();
 }
 
 /** A triangle with an exclamation mark: a sign that does not need its colour. */

@@ -1,7 +1,7 @@
 // The stock at any time of a program: cut move by move, kept now and then so that it can go back, and its relief.
 //
 // Kept are SNAPSHOTS states of 8 bytes a cell; with fields, relief and what it is made of a stock of 512 × 512 cells
-// takes 45 MB at most, besides 44 bytes a move.
+// takes 47 MB at most, besides 44 bytes a move.
 
 import { sweep } from "./sweep.js";
 
@@ -19,7 +19,8 @@ export class SolidStock {
     const { rows, columns } = header.grid;
     Object.assign(this, { header, grid: header.grid, rows, columns, ...blocks });
     this.moves = this.row.length;
-    this.heights = new Float32Array(rows * columns).fill(header.top);
+    this.heights = startOf(header, blocks);
+    this.first = this.heights.slice();
     this.by = new Uint32Array(rows * columns);
     this.shapes = Object.fromEntries(Object.entries(header.tools).map(([number, tool]) => [number, Float64Array.from(tool.shape)]));
     this.done = 0; // moves that are cut whole
@@ -83,7 +84,7 @@ export class SolidStock {
       this.heights.set(state.heights);
       this.by.set(state.by);
     } else {
-      this.heights.fill(this.header.top);
+      this.heights.set(this.first);
       this.by.fill(0);
     }
     this.done = from;
@@ -140,6 +141,11 @@ export class SolidStock {
     }
     return out;
   }
+}
+
+/** Return the heights of the cells before the first move. */
+export function startOf({ top, grid }, { start }) {
+  return start?.length ? Float32Array.from(start) : new Float32Array(grid.rows * grid.columns).fill(top);
 }
 
 /** Return the slope of a place from those to both sides: the mean, but of a cliff at one side that of the other.

@@ -76,7 +76,8 @@ export class Toolbar {
     const { drawing } = this, { scenes, tracks } = drawing;
     this.modes.hidden = drawing.modes.length < 2;
     for (const button of this.modes.children) {
-      const on = button.dataset.mode === drawing.mode;
+      const on = button.dataset.mode === drawing.seenMode;
+      button.hidden = !drawing.offers(button.dataset.mode);
       button.setAttribute("aria-checked", on);
       button.tabIndex = on ? 0 : -1;
     }

@@ -111,4 +111,11 @@ export const WORDS = {
   collision_rapid: "Rapid in the stock",
   collision_shank: "Shank in the stock",
   collision_holder: "Holder in the stock",
+  differs: "Places left otherwise: {number}",
+  differsNone: "Before and after leave the same",
+  differsNext: "Next difference",
+  differsPrevious: "Previous difference",
+  differsMore: "higher here",
+  differsLess: "lower here",
+  differsPlace: "Z {here} here, Z {other} in the other one",
 };

@@ -15,7 +15,7 @@ from leafcut.geometry.arrays import Point
 from leafcut.geometry.zones import touches_any_zone
 from leafcut.model.machine import Machine
 from leafcut.model.problem import Metric, Relief, RoutingProblem
-from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.tool import Tool
 from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.processes.drilling.plan.drilling import DrillOperation, DrillPlan
 from leafcut.timing.travel import way_height
@@ -151,9 +151,9 @@ def _drill(
     relief: Relief | None,
 ) -> None:
     targets = targets_in_order(operation, nodes)
-    # A centre drill goes as deep everywhere.
-    deeper = plan.deeper if operation.tool.kind is not ToolKind.CENTRE_DRILL else 0.0
-    xy, bottoms = plan.part.hole_xy[targets], (plan.tops - deeper)[targets].tolist()
+    # How much higher or lower each hole ends than the cycle says.
+    beside = (operation.bottoms(plan.tops, plan.deeper) - operation.cycle.bottom)[nodes]
+    xy, bottoms = plan.part.hole_xy[targets], beside.round(9).tolist()
     heights = _way_heights(plan, machine, operation, xy, relief)
     for k, (x, y) in enumerate(xy.tolist()):
         if k == 0:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.geometry.zones import touches_any_zone, widened
 from leafcut.model.heights import SAME_HEIGHT, HeightCount
-from leafcut.model.issue import Issue
+from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.mesh import Mesh
 from leafcut.model.part import Part
@@ -21,7 +22,7 @@ from leafcut.model.toolpath import DrillCycle
 from leafcut.options import JobOptions
 from leafcut.processes.drilling.options import DrillOptions
 from leafcut.processes.drilling.plan.depths import DepthRule, depth_rule, tap_lead_issue
-from leafcut.processes.drilling.plan.ground import Ground, fixture_boxes, tops_of
+from leafcut.processes.drilling.plan.ground import Ground, check_fixture, checked_fixture, fixture_boxes, tops_of
 from leafcut.processes.drilling.plan.tooling import Step, ToolChooser
 from leafcut.processes.spindle_heights import check_spindle_heights
 from leafcut.processes.zones import parse_zones
@@ -31,13 +32,24 @@ from leafcut.processes.zones import parse_zones
 class DrillOperation:
     """One tool's work: the cycle it runs at every target.
 
-    `targets` are indices, int32[k], into the part's holes, or into its slots when `slots`.
+    `targets` are indices, int32[k], into the part's holes, or into its slots when `slots`. `tips` says how deep the tip
+    goes below the top of each hole, float64[k], mm, where the tool makes a wide part of it (counterbore, countersink);
+    else None.
     """
 
     tool: Tool
     cycle: DrillCycle
     targets: NDArray[np.int32]
     slots: bool = False
+    tips: NDArray[np.float64] | None = None
+
+    def bottoms(self, tops: NDArray[np.float64], deeper: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the height of the tip at the bottom of each target, float64[k], mm; holes only."""
+        if self.tips is not None:
+            return tops[self.targets] - self.tips
+        # A centre drill goes as deep everywhere.
+        depth = 0.0 if self.tool.kind is ToolKind.CENTRE_DRILL else deeper[self.targets]
+        return np.asarray(tops[self.targets] - depth + self.cycle.bottom)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,12 +100,13 @@ def plan_drilling(
     job: JobOptions,
     options: DrillOptions,
     mesh: Mesh | None = None,
+    fixture: Mesh | None = None,
 ) -> DrillPlan:
     """Return the operations that make every hole and slot of `part`.
 
     Holes that need several tools (centre drill, drill, tap) meet them in their recipe's order, every tool is taken up
     once where the recipes allow it, and the tools follow each other by kind and then by diameter. With a `mesh` each
-    hole begins on it, and ways between holes are as low as it allows.
+    hole begins on it, and ways between holes are as low as it allows; they go over a `fixture`, too.
 
     Raises
     ------
@@ -101,8 +114,9 @@ def plan_drilling(
         No tool fits a hole, a hole is deeper than its tool can go, or the recipes contradict each other.
     """
     if not part.holes and not part.slots:
-        raise PlanError(f"{part.name}: no holes to drill")
-    ground = _ground(part, mesh, job, options)
+        reasons = "; ".join(issue.message for issue in part.issues)
+        raise PlanError(f"{part.name}: no holes to drill{': ' if reasons else ''}{reasons}")
+    ground = _ground(part, mesh, job, options, fixture)
     if ground is not None and ground.clearance > job.clearance_height:
         raise PlanError(
             f"--surface-clearance {ground.clearance:g} mm is more than --clearance-height {job.clearance_height:g} mm, "
@@ -126,6 +140,7 @@ def plan_drilling(
             deeper = thickness - thickness.min()
         elif own and job.depth is None and job.thickness is None:
             job, deeper = _own_depths(part, work, job)
+    wide, unmade = _widen(part, chooser, work, ground)
     highest = float(tops.max(initial=0.0)) if ground is None else max(ground.highest, 0.0)
     over = replace(
         job, clearance_height=job.clearance_height + highest, retract_height=job.retract_height + highest
@@ -135,11 +150,19 @@ def plan_drilling(
     initial = job.retract == "initial" or (ground is None and bool(len(tops) and np.ptp(tops)))
     rule = depth_rule(job, options)
     groups = _order_tools(list(work), chooser.sequences)
-    operations = tuple(_operation(step, work[step], rule, job, options, initial) for step in groups)
+    operations = tuple(
+        _wide_operation(step, work[step], wide[step], job, initial)
+        if step.wide
+        else _operation(step, work[step], rule, job, options, initial)
+        for step in groups
+    )
     _check_speeds(operations, machine)
-    _check_flutes(operations, deeper)
+    _check_flutes(operations, tops, deeper)
     if ground is not None:
-        _check_bodies(operations, tops - deeper, ground)
+        bottoms = [one.bottoms(tops, deeper) for one in operations]
+        _check_bodies(operations, bottoms, ground)
+        for one, lowest in zip(operations, bottoms, strict=True):
+            check_fixture(part.hole_xy[one.targets], lowest, 0.5 * one.tool.diameter, ground)
     plan = DrillPlan(
         part=part,
         operations=operations,
@@ -153,7 +176,7 @@ def plan_drilling(
         zones=parse_zones(job.keep_out),
         start=_xy(job.start_point, "--start-point"),
         end=_xy(job.end_point, "--end-point"),
-        issues=(*heights, *rule.issues, *chooser.issues(), *_tap_lead_issues(operations, rule)),
+        issues=(*heights, *unmade, *rule.issues, *chooser.issues(), *_tap_lead_issues(operations, rule)),
         ground=ground,
     )
     _check_zones(plan)
@@ -187,7 +210,9 @@ def _own_depths(part: Part, work: dict[Step, list[int]], job: JobOptions) -> tup
     return replace(job, thickness=least), deeper - least
 
 
-def _ground(part: Part, mesh: Mesh | None, job: JobOptions, options: DrillOptions) -> Ground | None:
+def _ground(
+    part: Part, mesh: Mesh | None, job: JobOptions, options: DrillOptions, fixture: Mesh | None
+) -> Ground | None:
     """Return what lies under the tool, None where all is flat.
 
     Raises
@@ -202,7 +227,10 @@ def _ground(part: Part, mesh: Mesh | None, job: JobOptions, options: DrillOption
     if options.through and (job.thickness is not None or job.depth is not None):
         given = "--thickness" if job.thickness is not None else "--depth"
         raise OptionError(f"--through and {given}: both say how deep the holes are; leave one out")
-    return Ground(mesh, fixture_boxes(options.fixture), options.surface_clearance)
+    boxes, issues = fixture_boxes(options.fixture), list[Issue]()
+    if fixture is not None:
+        fixture, issues = checked_fixture(fixture, mesh)
+    return Ground(mesh, boxes, options.surface_clearance, fixture, tuple(issues))
 
 
 def _radii(part: Part, work: dict[Step, list[int]]) -> NDArray[np.float64]:
@@ -226,13 +254,58 @@ def _relief(plan: DrillPlan, ground: Ground, machine: Machine, operation: DrillO
     )
 
 
-def _check_bodies(operations: tuple[DrillOperation, ...], bottoms: NDArray[np.float64], ground: Ground) -> None:
+def _widen(
+    part: Part, chooser: ToolChooser, work: dict[Step, list[int]], ground: Ground | None
+) -> tuple[dict[Step, list[float]], list[Issue]]:
+    """Add the tools that make wide parts of holes to `work`; return how deep their tips go in each hole, and the rest.
+
+    A tool wider than its countersink needs room beside it at the top of the hole.
+    """
+    wide: dict[Step, list[float]] = {}
+    left = []
+    for index, hole in enumerate(part.holes):
+        for one in hole.steps:
+            step = chooser.step_for_wide_part(hole, one)
+            radius = 0.0 if step is None else 0.5 * step.tool.diameter
+            if step is not None and ground is not None and not ground.is_free(hole.x, hole.y, radius, hole.z):
+                step = None
+            if step is None:
+                left.append((hole, one))
+                continue
+            tip = one.tip - (0.5 * step.tool.tip_diameter / math.tan(0.5 * one.angle) if one.angle < math.pi else 0.0)
+            work.setdefault(step, []).append(index)
+            wide.setdefault(step, []).append(tip)
+    if not left:
+        return wide, []
+    hole, one = left[0]
+    holes = len({id(hole) for hole, _ in left})
+    issue = Issue(
+        "L217",
+        f"{count_of(holes, 'hole')} with a counterbore, countersink or undercut, as at {hole.x:g}, {hole.y:g} "
+        f"(\u00d8 {one.diameter:g}, {one.depth:.3f} mm deep): the narrow part is drilled, the wide one is not made; "
+        "what is free above is, where --tools has an end mill of its diameter or a chamfer mill of its angle",
+        severity=Severity.MISSING,
+    )
+    return wide, [issue]
+
+
+def _wide_operation(
+    step: Step, targets: list[int], tips: list[float], job: JobOptions, initial: bool
+) -> DrillOperation:
+    """Return the operation that makes wide parts of holes, straight down."""
+    tool = step.tool
+    dwell = tool.dwell or 0.0
+    cycle = DrillCycle("G82" if dwell else "G81", job.retract_height, -min(tips), to_initial=initial, dwell=dwell)
+    return DrillOperation(tool, cycle, np.array(targets, dtype=np.int32), tips=np.array(tips, dtype=np.float64))
+
+
+def _check_bodies(operations: tuple[DrillOperation, ...], bottoms: list[NDArray[np.float64]], ground: Ground) -> None:
     """Refuse a tool whose shank or holder comes below the highest place: what it meets beside a hole is not looked at.
 
-    `bottoms` is how deep each hole goes beside its operation's cycle, float64[n], mm.
+    `bottoms` has the lowest place of the tip in each hole of each operation, mm.
     """
-    for one in operations:
-        tool, lowest = one.tool, float(bottoms[one.targets].min(initial=np.inf)) + one.cycle.bottom
+    for one, tips in zip(operations, bottoms, strict=True):
+        tool, lowest = one.tool, float(tips.min(initial=np.inf))
         wider = [(tool.stickout, part.lower, part.upper) for part in tool.holder]
         wider += [(tool.flute_length, part.lower, part.upper) for part in tool.shaft]
         wider += [(tool.flute_length, tool.shank_diameter or 0.0, 0.0)]
@@ -246,10 +319,14 @@ def _check_bodies(operations: tuple[DrillOperation, ...], bottoms: NDArray[np.fl
                 )
 
 
-def _check_flutes(operations: tuple[DrillOperation, ...], deeper: NDArray[np.float64]) -> None:
+def _check_flutes(
+    operations: tuple[DrillOperation, ...], tops: NDArray[np.float64], deeper: NDArray[np.float64]
+) -> None:
     """Refuse a tool that is too short for the thickest place that it goes through."""
     for one in operations:
-        deepest = float(deeper[one.targets].max(initial=0.0)) - one.cycle.bottom if not one.slots else 0.0
+        if one.slots or one.tips is not None:
+            continue
+        deepest = float((tops[one.targets] - one.bottoms(tops, deeper)).max(initial=0.0))
         if one.tool.flute_length is not None and deepest > one.tool.flute_length + 1e-9:
             raise PlanError(
                 f"{one.tool.label} cuts {one.tool.flute_length:g} mm deep at most, but the thickest place needs "

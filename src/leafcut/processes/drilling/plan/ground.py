@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError, count_of
@@ -16,10 +17,13 @@ from leafcut.model.machine import Machine
 from leafcut.model.mesh import Mesh
 from leafcut.model.part import Part
 from leafcut.model.problem import Relief
+from leafcut.model.shown_stock import FixtureBox
 from leafcut.stock.surface import TILES, TILES_DOGLEG, rims_of, safe_tiles
 
 #: A rim that is more uneven than this is told, mm.
 UNEVEN = 0.2
+#: A fixture is not so many times as long as the part, nor so many times shorter.
+MOST_TIMES = 50.0
 #: A drawing that is so many times as long as the surface, or nearly, has another unit.
 _OTHER_UNITS, _NEARLY = (1 / 25.4, 25.4, 1 / 1000.0, 1000.0), 0.5
 
@@ -45,21 +49,46 @@ class Ground:
         float64[k, 6]: boxes that stand on it: lower corner, upper corner, mm.
     clearance
         How far ways stay from all of it, above and aside, mm.
+    fixture
+        What holds the part, as a mesh; None without one.
+    issues
+        What was found of it.
     """
 
     mesh: Mesh
     fixtures: NDArray[np.float64]
     clearance: float
+    fixture: Mesh | None = None
+    issues: tuple[Issue, ...] = ()
 
     @property
     def triangles(self) -> NDArray[np.float64]:
         """The surface and the fixtures, float64[n, 3, 3]."""
-        return np.concatenate([self.mesh.triangles, *(_box(box) for box in self.fixtures)])
+        held = [] if self.fixture is None else [self.fixture.triangles]
+        return np.concatenate([self.mesh.triangles, *(_box(box) for box in self.fixtures), *held])
+
+    @property
+    def boxes(self) -> tuple[FixtureBox, ...]:
+        """The fixtures as plain numbers."""
+        return tuple((x0, y0, z0, x1, y1, z1) for x0, y0, z0, x1, y1, z1 in self.fixtures.tolist())
 
     @property
     def highest(self) -> float:
         """The highest place of all, mm."""
-        return float(max([float(self.mesh.high[2]), *self.fixtures[:, 5].tolist()]))
+        held = [] if self.fixture is None else [float(self.fixture.high[2])]
+        return float(max([float(self.mesh.high[2]), *self.fixtures[:, 5].tolist(), *held]))
+
+    def is_free(self, x: float, y: float, radius: float, z: float) -> bool:
+        """Return whether nothing of the surface is above a height within a radius of a place."""
+        corners = self.mesh.triangles
+        near = corners[:, :, 2].max(axis=1) > z + SAME_HEIGHT
+        for axis, at in enumerate((x, y)):
+            near &= (corners[:, :, axis].min(axis=1) < at + radius) & (corners[:, :, axis].max(axis=1) > at - radius)
+        pieces = (_part_above(triangle, z + SAME_HEIGHT) for triangle in corners[near])
+        place = shapely.Point(x, y)
+        return not any(
+            len(piece) and shapely.dwithin(place, shapely.MultiPoint(piece).convex_hull, radius) for piece in pieces
+        )
 
     def relief(
         self,
@@ -96,6 +125,8 @@ def fixture_boxes(words: Sequence[str]) -> NDArray[np.float64]:
             numbers = [float(part) for part in parts]
         except ValueError:
             numbers = []
+        if word.lower().endswith((".stl", ".step", ".stp")):
+            raise OptionError(f'--fixture "{word}": takes boxes; give a file with --fixture-file')
         if len(numbers) != 6 or not np.isfinite(numbers).all():
             raise OptionError(f'--fixture "{word}": needs six numbers, x0 y0 z0 x1 y1 z1, in mm')
         low, high = np.minimum(numbers[:3], numbers[3:]), np.maximum(numbers[:3], numbers[3:])
@@ -103,6 +134,79 @@ def fixture_boxes(words: Sequence[str]) -> NDArray[np.float64]:
             raise OptionError(f'--fixture "{word}": has no volume; give two opposite corners')
         boxes.append([*low, *high])
     return np.array(boxes, dtype=np.float64).reshape(-1, 6)
+
+
+def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
+    """Return the mesh of a fixture, or the box around it where it is not closed, and what is to be told of it.
+
+    Raises
+    ------
+    PlanError
+        It lies far beside the surface, or is of quite another size: its unit or its zero is another one.
+    """
+    size, place = fixture.high - fixture.low, fixture.low
+    length = float(max((mesh.high - mesh.low)[:2]))
+    beside = float(np.hypot(*np.maximum(np.maximum(fixture.low - mesh.high, mesh.low - fixture.high), 0.0)[:2]))
+    own = float(size.max())
+    if beside > length or not length / MOST_TIMES < own < MOST_TIMES * length:
+        raise PlanError(
+            f"the fixture {fixture.name} is {own:.4g} mm long, {beside:.4g} mm beside the surface, which is "
+            f"{length:.4g} mm long: check its unit (--surface-unit) and its zero"
+        )
+    issues = [
+        Issue(
+            "L444",
+            f"{fixture.name}: {size[0]:.4g} × {size[1]:.4g} × {size[2]:.4g} mm, its lower corner at {place[0]:.4g}, "
+            f"{place[1]:.4g}, Z{place[2]:.4g}",
+            severity=Severity.NOTE,
+        )
+    ]
+    if not fixture.closed:
+        issues.append(
+            Issue(
+                "L443",
+                f"{fixture.name} is not closed: what is missing of it is not known, so all of the box around it counts",
+                severity=Severity.WARNING,
+            )
+        )
+        fixture = Mesh(_box(np.concatenate([fixture.low, fixture.high])), fixture.name)
+    return fixture, issues
+
+
+def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: float, ground: Ground) -> None:
+    """Refuse a hole where something of the fixture's mesh is above the tip of the tool, within its radius.
+
+    Parameters
+    ----------
+    xy, tips
+        float64[n, 2], float64[n]: the holes, and the lowest place of the tool in each, mm.
+    """
+    if ground.fixture is None or not len(xy):
+        return
+    triangles = ground.fixture.triangles
+    flat: Any = shapely.convex_hull(shapely.multipoints(triangles[:, :, :2]))
+    places: Any = shapely.points(xy)
+    hole, which = shapely.STRtree(flat).query(places, predicate="dwithin", distance=radius)
+    under = set()
+    for one, triangle in zip(hole.tolist(), which.tolist(), strict=True):
+        piece = _part_above(triangles[triangle], float(tips[one]))
+        if len(piece) and shapely.dwithin(places[one], shapely.MultiPoint(piece).convex_hull, radius):
+            under.add(one)
+    if under:
+        x, y = xy[min(under)]
+        raise PlanError(
+            f"the hole at {x:g}, {y:g} is under the fixture {ground.fixture.name}, or closer to it than the radius of "
+            f"its tool ({count_of(len(under), 'hole')} in all); move the fixture, or leave the holes out"
+        )
+
+
+def _part_above(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:
+    """Return the corners, seen from above, of the part of a triangle above a height, float64[k, 2]."""
+    found = [corner[:2] for corner in corners if corner[2] > height]
+    for here, there in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        if (here[2] > height) != (there[2] > height):
+            found.append((here + (there - here) * ((height - here[2]) / (there[2] - here[2])))[:2])
+    return np.array(found).reshape(-1, 2)
 
 
 def tops_of(part: Part, ground: Ground, radius: NDArray[np.float64], drawn: bool) -> Tops:
@@ -133,7 +237,7 @@ def tops_of(part: Part, ground: Ground, radius: NDArray[np.float64], drawn: bool
             "both must have the same zero"
         )
     _check_fixtures(part, ground, radius)
-    issues, tops = [], rims.top
+    issues, tops = list(ground.issues), rims.top
     uneven = np.flatnonzero(rims.top - rims.lowest > UNEVEN)
     if len(uneven):
         worst = int(uneven[np.argmax((rims.top - rims.lowest)[uneven])])

@@ -11,8 +11,8 @@ from typing import NamedTuple
 from leafcut.errors import PlanError
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
-from leafcut.model.part import Hole, Slot
-from leafcut.model.tool import Tool, ToolKind, ToolLibrary
+from leafcut.model.part import Hole, HoleStep, Slot
+from leafcut.model.tool import CONES, Tool, ToolKind, ToolLibrary
 from leafcut.options import JobOptions
 from leafcut.processes.drilling.options import DrillOptions
 
@@ -30,11 +30,28 @@ LARGEST_COMMON_DRILL = 32.0
 _RESOLUTION = 1e-4
 
 
+#: The angle of a countersink may differ from that of the solid by this, rad.
+SAME_ANGLE = math.radians(1.0)
+#: An end mill or a countersink goes straight down at this share of its feed, where the library says no plunge rate.
+PLUNGE_PART = 1.0 / 3.0
+
+
 class Step(NamedTuple):
-    """A tool at work, on holes or on slots."""
+    """A tool at work, on holes or on slots, or on the wide parts of holes."""
 
     tool: Tool
     slots: bool = False
+    wide: bool = False
+
+
+def _bores(tool: Tool, part: HoleStep) -> bool:
+    long = tool.flute_length is None or tool.flute_length > part.tip - 1e-9
+    return tool.kind is ToolKind.END_MILL and tool.corner_radius == 0.0 and long
+
+
+def _sinks(tool: Tool, part: HoleStep) -> bool:
+    wide = tool.tip_diameter <= part.narrow < part.diameter <= tool.diameter + 1e-9
+    return tool.kind in CONES and abs(tool.point_angle - part.angle) <= SAME_ANGLE and wide
 
 
 class ToolChooser:
@@ -46,11 +63,32 @@ class ToolChooser:
         self._chosen: dict[tuple[float, str], tuple[Step, ...]] = {}
         self._bare_points = 0
         self._filled: dict[int, Tool] = {}
+        self._widened = set[tuple[Step, ...]]()
 
     @property
     def sequences(self) -> list[tuple[Step, ...]]:
         """The sequences of steps that holes need, each once."""
-        return list(dict.fromkeys(self._chosen.values()))
+        return list(dict.fromkeys((*self._chosen.values(), *sorted(self._widened, key=repr))))
+
+    def step_for_wide_part(self, hole: Hole, part: HoleStep) -> Step | None:
+        """Return the tool of the library that makes a wide part of a hole after its other tools; None without one.
+
+        A counterbore takes an end mill of its diameter, a countersink a chamfer mill or a V-bit of its angle that is
+        wide enough.
+        """
+        if self.library is None or not part.open:
+            return None
+        flat = part.angle == math.pi
+        fitting = [tool for tool in self.library.tools if (_bores if flat else _sinks)(tool, part)]
+        fitting = [tool for tool in fitting if tool.feed > 0.0 and tool.spindle_rpm > 0.0]
+        tolerance = self.job.diameter_tolerance + 1e-9
+        fitting = [tool for tool in fitting if not flat or abs(tool.diameter - part.diameter) <= tolerance]
+        if not fitting:
+            return None
+        tool = min(fitting, key=lambda one: (abs(one.diameter - part.diameter), one.number))
+        step = Step(replace(tool, feed=tool.plunge_feed or PLUNGE_PART * tool.feed), wide=True)
+        self._widened.add((*self.steps_for_hole(hole), step))
+        return step
 
     def steps_for_hole(self, hole: Hole) -> tuple[Step, ...]:
         """Return the steps that make a hole, in their order.

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from leafcut.errors import OptionError, PlanError
-from leafcut.model.issue import Issue
+from leafcut.errors import OptionError, PlanError, count_of
+from leafcut.model.heights import SAME_HEIGHT
+from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
-from leafcut.model.pocket import PocketRules
+from leafcut.model.part import Part
+from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.tool import Tool
 from leafcut.options import JobOptions
 from leafcut.processes.pocket.options import PocketOptions
@@ -106,6 +108,50 @@ def levels_of(job: JobOptions, options: PocketOptions) -> tuple[float, ...]:
     if count > MOST_LEVELS:
         raise OptionError(f"--step-down {step:g} mm gives {count:,} levels; {MOST_LEVELS:,} are the most")
     return tuple(-job.depth * level / count for level in range(1, count + 1))
+
+
+def of_one_depth(part: Part, depth: float | None, diameter: float | None) -> tuple[Part, float | None, list[Issue]]:
+    """Return the pockets that one program clears, their depth, and what is left out of it.
+
+    Where the pockets of a solid have several depths, `depth` chooses those of one; drawings say none. What is round and
+    no wider than the tool is a hole.
+
+    Raises
+    ------
+    PlanError
+        The solid has several depths and none is chosen, or no pocket of the one that is.
+    """
+    if not any(one.depth is not None for one in part.pockets):
+        return part, depth, []
+    issues = []
+    wide = [one for one in part.pockets if not _is_hole(one, diameter)]
+    if holes := len(part.pockets) - len(wide):
+        words = f"{count_of(holes, 'round pocket')} no wider than the tool, not milled: drill them"
+        issues.append(Issue("L219", words, severity=Severity.NOTE))
+    if not wide:
+        raise PlanError(f"{part.name}: no pocket is wider than the tool; choose a smaller --tool-diameter")
+    depths: dict[float, list[Pocket]] = {}
+    for one in wide:
+        depths.setdefault(round(one.depth or 0.0, 3), []).append(one)
+    there = ", ".join(f"{deep:g} mm ({count_of(len(depths[deep]), 'pocket')})" for deep in sorted(depths))
+    if depth is None and len(depths) > 1:
+        raise PlanError(
+            f"{part.name}: pockets of several depths: {there}; a program clears those of one: give its --depth, and "
+            "make a program for each"
+        )
+    chosen = depths.get(round(depth, 3)) if depth is not None else next(iter(depths.values()))
+    if not chosen:
+        raise PlanError(f"{part.name}: no pocket is --depth {depth:g} mm deep; there are {there}")
+    if left := len(wide) - len(chosen):
+        words = f"{count_of(left, 'pocket')} of another depth left out: the solid has {there}"
+        issues.append(Issue("L219", words, severity=Severity.NOTE))
+    return replace(part, pockets=tuple(chosen)), chosen[0].depth, issues
+
+
+def _is_hole(pocket: Pocket, diameter: float | None) -> bool:
+    x0, y0, x1, y1 = pocket.outline.extents
+    round_ = bool((pocket.outline.bulges != 0.0).all()) and abs((x1 - x0) - (y1 - y0)) < SAME_HEIGHT
+    return round_ and not pocket.islands and diameter is not None and x1 - x0 <= diameter + SAME_HEIGHT
 
 
 def finishing_levels(depth: float, diameter: float) -> tuple[float, ...]:

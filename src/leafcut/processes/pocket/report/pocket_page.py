@@ -138,11 +138,11 @@ def facts(outcome: Outcome[PocketDetail]) -> list[Tile]:
     """Return the figures of the program: (name, figure, words under it)."""
     plans, m = outcome.detail.plans, written(outcome)
     rules, levels, tool = plans[0].rules, plans[0].levels, outcome.operations[0].tool
-    length = m.feed_mm + m.rapid_mm
+    length, lowest = m.feed_mm + m.rapid_mm, plans[0].heights[-1]
     above = percent_words(100.0 * (length / m.floor_mm - 1.0)) if m.floor_mm > 0.0 else NO_VALUE
     retracts = said("{number} retracts, {length} of rapids", number=f"{m.retracts:,}", length=length_words(m.rapid_mm))
     lifted = said("1 retract, {length} of rapids", length=length_words(m.rapid_mm)) if m.retracts == 1 else retracts
-    walls = said("to Z{depth}, then {stock} mm along the walls", depth=f"{levels[-1]:.4g}", stock=f"{rules.stock:g}")
+    walls = said("to Z{depth}, then {stock} mm along the walls", depth=f"{lowest:.4g}", stock=f"{rules.stock:g}")
     asked, middle = f"{rules.step_over:.4g}", f"{m.max_core:.2f}"
     feed, speed = number_words(feed_mm_min(tool.feed)), f"{tool.spindle_rpm:,.0f}"
     side = "climb" if rules.climb else "conventional"
@@ -173,7 +173,7 @@ def facts(outcome: Outcome[PocketDetail]) -> list[Tile]:
         (
             said("Levels"),
             f"{len(levels)} × {abs(levels[0]):.4g} mm",
-            walls if rules.stock > 0.0 else said("to Z{depth}", depth=f"{levels[-1]:.4g}"),
+            walls if rules.stock > 0.0 else said("to Z{depth}", depth=f"{lowest:.4g}"),
         ),
         (
             said("Tool"),

@@ -121,7 +121,7 @@ def pockets_as_json(outcome: Outcome[PocketDetail]) -> dict[str, Any]:
         "pocket": {
             "strategy": ", ".join(names),
             **_plain(written(outcome)),
-            "levels": list(first.levels),
+            "levels": list(first.heights),
             "tool_diameter_mm": first.rules.tool_diameter,
             "step_over_mm": first.rules.step_over,
             "stock_mm": first.rules.stock,
@@ -239,7 +239,7 @@ def facts(outcome: Outcome[PocketDetail]) -> list[tuple[str, str]]:
     beside = f"{time_words(outcome.before.time_s)} by {usual_words(outcome)}, {_saved(outcome)}"
     above = 100.0 * ((m.feed_mm + m.rapid_mm) / m.floor_mm - 1.0) if m.floor_mm > 0.0 else math.nan
     return [
-        ("levels", f"{len(levels)} × {step:.4g} mm to Z{levels[-1]:.4g}{walls}"),
+        ("levels", f"{len(levels)} × {step:.4g} mm to Z{plans[0].heights[-1]:.4g}{walls}"),
         ("milling", f"{'climb' if rules.climb else 'conventional'}, {_step_over_words(m, rules.step_over)}"),
         *([("wider", wider_words(m, rules.tool_diameter))] if m.wide_mm > 0.0 else []),
         *([("air", air)] if m.air_mm >= AIR_TOLD * m.feed_mm else []),

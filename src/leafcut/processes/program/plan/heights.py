@@ -1,4 +1,4 @@
-"""How low a program may go between its cuts: retracts and R planes just above what stands under the way."""
+"""How low a program may go between its cuts: retracts, R planes and cycles just above what stands under the way."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ import numpy as np
 
 from leafcut.gcode.program import Program
 from leafcut.model.machine import Machine
-from leafcut.model.pace import Lowered
+from leafcut.model.obstacles import Obstacles
+from leafcut.model.pace import CycleReturn, Lowered
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.processes.program.plan.corners import longest_rounding, rounds_freely
 from leafcut.processes.program.plan.plain_blocks import block_of_row, is_plain, words_of_row
@@ -25,24 +26,27 @@ _WAYS = (Kind.RAPID, Kind.FEED)
 _KEEP_R = ("G74", "G76", "G84", "G87", "G88")
 
 
-def lower_heights(program: Program, loads: Loads, clearance: float, machine: Machine, top: float) -> list[Lowered]:
-    """Return the heights that may be lower, so that every way keeps a clearance from what stands under it.
+class LowWays:
+    """What of a program may be lower, so that every way keeps a clearance from what stands under it.
 
     Where a controller may round corners as far as it likes, a retract is as much higher as it may begin to go across
-    too early.
+    too early. A way over a named obstacle stays as high as it is.
 
     Parameters
     ----------
     top
         Nothing stands higher, mm: what holds for rapids whose way is not straight.
     """
-    planner = _Heights(program, loads, clearance, machine, top)
-    return [*planner.retracts(), *planner.r_planes()]
 
+    #: Lines of ways over named obstacles that would be lower without these.
+    kept: set[int]
 
-class _Heights:
-    def __init__(self, program: Program, loads: Loads, clearance: float, machine: Machine, top: float) -> None:
+    def __init__(
+        self, program: Program, loads: Loads, clearance: float, machine: Machine, top: float,
+        obstacles: Obstacles | None = None,
+    ) -> None:  # fmt: skip
         self.program, self.path, self.loads = program, program.path, loads
+        self.obstacles, self.kept = obstacles, set()
         self.clearance, self.top = clearance, top
         self.dogleg = machine.rapid_style == "dogleg"
         self.free = rounds_freely(self.path, machine, clearance)
@@ -55,6 +59,69 @@ class _Heights:
             [int(k) for k in (Kind.TOOL, Kind.MACHINE, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN, Kind.PAUSE, Kind.END,
                               Kind.OFFSET, Kind.RADIUS, Kind.DWELL, Kind.SPINDLE)],
         )  # fmt: skip
+
+    def heights(self) -> list[Lowered]:
+        """Return the heights of retracts and R planes that may be lower."""
+        return [*self.retracts(), *self.r_planes()]
+
+    def returns(self) -> list[CycleReturn]:
+        """Return where series of holes that come up to their initial height (G98) may stay at their R plane (G99).
+
+        The last hole of a series comes up as before, so that what is behind it begins at the same height.
+        """
+        found: list[CycleReturn] = []
+        series: list[int] = []
+        drills = np.flatnonzero(self.path.kind == Kind.DRILL).tolist()
+        for row in drills:
+            if series and self.next(series[-1]) != row:
+                found += self._returns(series)
+                series = []
+            series.append(row)
+        return [*found, *(self._returns(series) if series else [])]
+
+    def _returns(self, series: list[int]) -> list[CycleReturn]:
+        cycles = [self.path.cycles[int(self.path.ref[row])] for row in series]
+        if not all(one.to_initial and one.approach == "level" and one.name not in _KEEP_R for one in cycles):
+            return []
+        plane = cycles[0].r_plane
+        if any(one.r_plane != plane for one in cycles) or not all(self._drills_alone(row) for row in series):
+            return []
+        found = []
+        state = 98
+        for row, behind in zip(series, [*series[1:], None], strict=True):
+            code = 98 if behind is None or not self._stays(row, behind, plane) else 99
+            if code != state or {98.0, 99.0} & self._codes(row):
+                found.append(CycleReturn(self._block(row), code))
+            state = code
+        return found if any(one.code == 99 for one in found) else []
+
+    def _drills_alone(self, row: int) -> bool:
+        """Return whether a hole is all that its block does, so that another word may be put into it."""
+        return is_plain(self.program, row) and not self.program.modal(self._block(row) + 1).incremental
+
+    def _stays(self, row: int, behind: int, plane: float) -> bool:
+        """Return whether the way from one hole to the next may be at the R plane."""
+        if not self.path.end[row, 2] > plane + _WORTH:
+            return False
+        which = slice(int(self.first_piece[behind]), int(self.first_piece[behind + 1]))
+        ends, over = self.loads.moves.ends[which], self.loads.removed.over[which]
+        across = self.loads.moves.rapid[which] & ~self.loads.upright[which]
+        low = np.minimum(ends[:, 2], ends[:, 5])
+        contact = self._of_way(behind, float((low + over)[across].max(initial=-math.inf)))
+        return contact + self.clearance <= plane + _SAME and not self._over_obstacle([behind], plane)
+
+    def _over_obstacle(self, ways: list[int], height: float) -> bool:
+        """Return whether a way that is to be lower goes over a named obstacle, and keep its line in mind."""
+        if self.obstacles is None or height >= self.obstacles.height:
+            return False
+        over = [row for row in ways if self._crosses(row)]
+        self.kept.update(int(self.path.line[row]) for row in over)
+        return bool(over)
+
+    def _crosses(self, row: int) -> bool:
+        assert self.obstacles is not None
+        (x0, y0), (x1, y1) = self.path.before[row, :2].tolist(), self.path.end[row, :2].tolist()
+        return self.obstacles.between((x0, y0), (x1, y1), int(self.path.tool[row]))
 
     def next(self, row: int) -> int:
         """Return the next row that does anything, or the number of rows."""
@@ -110,7 +177,7 @@ class _Heights:
             bottom = min(start, float(path.end[row, 2]))
             lowest += max(min(self.longest, 0.5 * max(ways), lowest - bottom), 0.0)
         new = max(lowest, start, float(path.end[row, 2]))
-        if not new < high - _WORTH:
+        if not new < high - _WORTH or self._over_obstacle(across, new):
             return []
         return [Lowered(self._block(one), "Z", new) for one in stated]
 
@@ -132,13 +199,10 @@ class _Heights:
         path = self.path
         cycles = [path.cycles[int(path.ref[row])] for row in rows]
         plane = cycles[0].r_plane
-        if not is_plain(self.program, rows[0]) or "R" not in self._letters(rows[0]):
-            return []
-        if any(one.r_plane != plane or one.name in _KEEP_R or one.approach == "slant" for one in cycles):
-            return []
-        if any(self.program.modal(self._block(row) + 1).incremental for row in rows):
+        if not self._plane_may_change(rows):
             return []
         contacts = [self._at_plane(row, plane) for row in rows]
+        ways = [row for row in rows if self._begins_at(row, plane)]
         # What comes behind the last hole at this height: the way to the next place, straight up, or nothing known.
         after = self.next(rows[-1])
         while after < len(path) and abs(float(path.before[after, 2]) - plane) < _SAME:
@@ -147,6 +211,7 @@ class _Heights:
                 if cycle.to_initial or cycle.approach != "level":
                     return []
                 contacts.append(self._at_plane(after, plane))
+                ways.append(after)
                 break
             if path.kind[after] not in (Kind.RAPID, Kind.TOOL, Kind.MACHINE, Kind.END, Kind.PAUSE, Kind.SPINDLE):
                 return []
@@ -160,12 +225,27 @@ class _Heights:
                         return []
                     break
                 contacts.append(self.contact(after))
+                ways.append(after)
             after = self.next(after)
         lowest = max(contacts) + self.clearance
         deepest = max(one.bottom for one in cycles)
-        if not (deepest < lowest < plane - _WORTH):
+        if not (deepest < lowest < plane - _WORTH) or self._over_obstacle(ways, lowest):
             return []
         return [Lowered(self._block(rows[0]), "R", lowest)]
+
+    def _plane_may_change(self, rows: list[int]) -> bool:
+        """Return whether the R plane that the first of some holes states may be another one."""
+        cycles = [self.path.cycles[int(self.path.ref[row])] for row in rows]
+        plane = cycles[0].r_plane
+        if not is_plain(self.program, rows[0]) or "R" not in self._letters(rows[0]):
+            return False
+        if any(one.r_plane != plane or one.name in _KEEP_R for one in cycles):
+            return False
+        # A slant from another height than the plane gets another way where the plane is lower.
+        slants = [row for one, row in zip(cycles, rows, strict=True) if one.approach == "slant"]
+        if not all(self._begins_at(row, plane) for row in slants):
+            return False
+        return not any(self.program.modal(self._block(row) + 1).incremental for row in rows)
 
     def _at_plane(self, row: int, plane: float) -> float:
         """Return the highest contact of those rapids of a cycle that end at its R plane, mm."""
@@ -173,10 +253,16 @@ class _Heights:
         moves, over = self.loads.moves, self.loads.removed.over[which]
         ends = moves.ends[which]
         low = np.minimum(ends[:, 2], ends[:, 5])
-        mine = moves.rapid[which] & (np.abs(low - plane) < _SAME) & (ends[:, 5] <= ends[:, 2] + _SAME)
+        goes = (ends[:, 5] <= ends[:, 2] + _SAME) | ~self.loads.upright[which]
+        mine = moves.rapid[which] & (np.abs(low - plane) < _SAME) & goes
         # Pecking cycles come down again into their own hole: that is above what is left of it.
         contact = float((low + over)[mine].max(initial=-math.inf))
+        if self._begins_at(row, plane):
+            contact = self._of_way(row, contact)
         return contact if math.isfinite(contact) else math.inf
+
+    def _begins_at(self, row: int, plane: float) -> bool:
+        return abs(float(self.path.before[row, 2]) - plane) < _SAME
 
     def _block(self, row: int) -> int:
         return block_of_row(self.program, row)
@@ -186,5 +272,7 @@ class _Heights:
 
     def _plain(self, row: int) -> bool:
         """Return whether a way may end at another height."""
-        codes = {word.value for word in words_of_row(self.program, row) if word.letter == "G"}
-        return is_plain(self.program, row) and self._letters(row) <= _LETTERS and codes <= _CODES
+        return is_plain(self.program, row) and self._letters(row) <= _LETTERS and self._codes(row) <= _CODES
+
+    def _codes(self, row: int) -> set[float]:
+        return {word.value for word in words_of_row(self.program, row) if word.letter == "G"}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.pace import Pace, PaceRules, PaceStretch, ToolLimits
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
-from leafcut.processes.program.plan.corners import RapidCorners
+from leafcut.processes.program.plan.corners import RapidCorners, rounds_freely
 from leafcut.processes.program.plan.plain_blocks import block_of_row, is_plain, words_of_row
 from leafcut.stock.loads import Loads, limits_of
 from leafcut.stock.straight_moves import StraightMoves
@@ -29,6 +29,8 @@ _MOTION_CODES = frozenset((1, 2, 3))
 _BESIDE = frozenset((17, 18, 19, 90, 94))
 #: A stretch is made faster only where that saves so much, s.
 _WORTH = 0.03
+#: Slower stretches whose speeds differ by less than this part are one.
+_ALIKE = 0.02
 #: Feeds are raised in steps of this factor.
 _STEP = 1.1
 #: What is narrower than this share of the tool's diameter finishes a wall: it keeps its feed.
@@ -39,6 +41,8 @@ _AROUND = 0.5
 _FED_OUT = (ToolKind.TAP, ToolKind.REAMER)
 #: As far from a corner that the controller may round the tool is slow, mm.
 _SLOWLY = 0.5
+#: Stretches that are too short for their speed are looked for so often.
+_PASSES = 100
 #: Motions that are shorter go nowhere, mm.
 _SAME = 1e-6
 
@@ -52,15 +56,16 @@ def plan_pace(
     machine: Machine,
     top: float,
     look: Heartbeat = unseen,
+    chords: Collection[int] = (),
 ) -> Pace:
     """Return how fast each stretch of a program's cuts goes, where that is another speed than its own.
 
-    Nothing stands higher than `top`, mm.
+    Nothing stands higher than `top`, mm. `chords` are rows of arcs whose chords are in the air, too (`arcs_in_air`).
 
-    Straight cuts are divided where their speed changes, arcs have one speed. What goes down into the material, and
-    what finishes a wall, is not made faster.
+    Straight cuts are divided where their speed changes, arcs have one speed. What goes straight down into the material,
+    and what finishes a wall, is not made faster; ramps only as far as their library's speed downwards is known.
     """
-    limits = limits_of(loads, tools) if rules.feeds else {}
+    limits = limits_of(loads, tools, rules) if rules.feeds else {}
     speed = _in_material(loads, limits, cutters, rules, machine)
     pieces, path = loads.moves, program.path
     vertical = loads.upright
@@ -85,9 +90,11 @@ def plan_pace(
             if length < _SAME:
                 continue
             found = _worth_dividing(_runs(speed[which]), length, own)
+            way = _Way(path.before[row], path.end[row], own)
+            over = loads.removed.over[which]
+            if loads.plunges[which].any():
+                found = _with_speed(found, way.over_all(over, rules), own)
             if rules.air:
-                way = _Way(path.before[row], path.end[row], own)
-                over = loads.removed.over[which]
                 if upwards[which].all():
                     free = [(0.0, 1.0)]
                 elif vertical[which].all():
@@ -98,10 +105,38 @@ def plan_pace(
                 found = _with_speed(found, free, min(max(own, corners.slow), way.fastest(machine)))
                 found = _with_speed(found, way.trimmed(free, corners.rounds(row)), way.fastest(machine))
         else:
-            found = [PaceStretch(1.0, float(speed[which].min()))]
+            in_air = rules.air and bool(clear[which].all()) and not corners.free[row]
+            fastest = max(machine.max_feed, own) if in_air else own
+            length = float(loads.length[which].sum())
+            chord = path.end[row] - path.before[row]
+            if in_air and row in chords and length / own - float(move_time(chord[None], machine)[0]) > _WORTH:
+                fastest = math.inf
+            pays = length * (1.0 / own - 1.0 / fastest) > _WORTH
+            found = [PaceStretch(1.0, fastest if pays else float(speed[which].min()))]
         if any(abs(one.speed - own) > 1e-9 * own for one in found):
             stretches[row] = tuple(found)
     return Pace(stretches, limits)
+
+
+def arcs_in_air(program: Program, loads: Loads, rules: PaceRules, machine: Machine) -> list[int]:
+    """Return the rows of arcs in the air in whose place a rapid along their chord may go, if that is in the air, too.
+
+    Where rapids are not straight none is.
+    """
+    path = program.path
+    free = rounds_freely(path, machine, rules.clearance)
+    met = loads.removed.cuts | (loads.removed.over > -rules.clearance)
+    blocked = np.zeros(len(path), dtype=np.bool_)
+    blocked[loads.source[met]] = True
+    found = []
+    for row in np.flatnonzero(np.isin(path.kind, (Kind.ARC_CW, Kind.ARC_CCW)) & ~blocked & ~free).tolist():
+        chord = np.abs(path.end[row] - path.before[row])
+        if not (np.isfinite(chord).all() and chord.max() > _SAME) or path.arcs[int(path.ref[row])].turns > 1:
+            continue
+        bent = machine.rapid_style == "dogleg" and np.count_nonzero(chord > _SAME) > 1
+        if not bent and _may_change(program, row) is False:
+            found.append(row)
+    return found
 
 
 def _in_material(
@@ -111,24 +146,63 @@ def _in_material(
     rules: PaceRules,
     machine: Machine,
 ) -> Floats:
-    """Return the speed of every piece by its chips, mm/s: its own where nothing is to be said."""
+    """Return the speed of every piece by the limits of its tool, mm/s: its own where nothing is to be said."""
     speed = loads.feed.copy()
-    chip, mills = loads.chip, loads.mills
-    ends = loads.moves.ends
-    length = np.sqrt(((ends[:, 3:] - ends[:, :3]) ** 2).sum(axis=1))
+    chip = loads.chip
     for number, limit in limits.items():
         diameter = 2.0 * cutters[number].radius
-        mine = mills & (loads.moves.tool == number) & (chip > 0)
-        by_chip = limit.chip / np.where(mine, chip, 1.0)
+        of_tool = loads.moves.tool == number
+        mine = (loads.mills | loads.sinks) & of_tool & (chip > 0)
+        by_chip = limit.chip * loads.slot_share(limit, diameter) / np.where(mine, chip, 1.0)
+        # Of a tool in no library the worst chip is that of its level cuts: its ramps stay as they are.
+        by_chip = by_chip if limit.stated else np.maximum(by_chip, 1.0)
         by_rate = np.divide(limit.rate, loads.rate, out=np.full_like(speed, np.inf), where=loads.rate > 0)
         factor = np.minimum(np.minimum(by_chip, np.maximum(by_rate, 1.0)), rules.increase)
-        factor = np.where(loads.width > FINISH * diameter, factor, np.minimum(factor, 1.0))
+        factor = np.minimum(factor, loads.spindle_ratio(limit, diameter))
+        down = np.divide(limit.plunge, loads.down, out=np.full_like(speed, np.inf), where=loads.down > 0)
+        factor = np.where(loads.sinks, np.minimum(factor, down), factor)
+        keeps = np.where(loads.sinks, math.isinf(limit.plunge), loads.width <= FINISH * diameter)
+        factor = np.where(keeps, np.minimum(factor, 1.0), factor)
         # In steps, so that the speed does not change all the time; a feed that is too high goes down all the way.
-        steps = np.floor(np.log(np.maximum(factor, 1.0)) / math.log(_STEP) + 1e-9)
-        factor = np.where(factor > 1.0, np.minimum(_STEP**steps, factor), factor)
-        factor = _least_around(np.where(mine, factor, np.inf), length, _AROUND * diameter)
+        factor = np.where(factor > 1.0, np.minimum(_stepped(factor), factor), factor)
+        factor = _least_around(np.where(mine, factor, np.inf), loads.length, _AROUND * diameter)
         speed[mine] *= factor[mine]
-    return np.where(speed > loads.feed, np.maximum(np.minimum(speed, machine.max_feed), loads.feed), speed)
+        plunges = loads.plunges & of_tool
+        speed[plunges] *= np.minimum(down[plunges], 1.0)
+    speed = np.where(speed > loads.feed, np.maximum(np.minimum(speed, machine.max_feed), loads.feed), speed)
+    return _reached(speed, loads.feed, loads.length, min(machine.acceleration) * machine.acceleration_factor)
+
+
+def _stepped(factor: Floats) -> Floats:
+    """Return factors of at least 1 rounded down to a power of the step of feeds."""
+    return np.asarray(_STEP ** np.floor(np.log(np.maximum(factor, 1.0)) / math.log(_STEP) + 1e-9))
+
+
+def _reached(speed: Floats, own: Floats, length: Floats, acceleration: float) -> Floats:
+    """Return speeds that a machine reaches on every raised stretch, so that they change as it can follow.
+
+    How fast it may be at the ends of the pieces: v² changes by 2as at most, forwards and backwards. A raised stretch
+    that does not come to its speed in between is raised less, in steps. What is slower than the program's own feed
+    is left alone: a limit goes before what is smooth.
+    """
+    speed = speed.copy()
+    gains = 2.0 * acceleration * length
+    way = np.append(0.0, np.cumsum(gains))
+    for _ in range(_PASSES):
+        raised = speed > own
+        if not raised.any():
+            break
+        ends = np.minimum(np.append(speed[:1], speed), np.append(speed, speed[-1:])) ** 2
+        ends = way + np.minimum.accumulate(ends - way)
+        ends = np.minimum.accumulate((ends + way)[::-1])[::-1] - way
+        peak = np.minimum(speed, np.sqrt(np.maximum(0.5 * (ends[:-1] + ends[1:] + gains), 0.0)))
+        begins = np.append(0, np.flatnonzero(np.diff(speed)) + 1)
+        best = np.repeat(np.maximum.reduceat(peak, begins), np.diff(np.append(begins, len(speed))))
+        short = raised & (best < speed * (1.0 - 1e-6))
+        if not short.any():
+            break
+        speed = np.where(short, np.minimum(own * _stepped(best / np.where(own > 0, own, 1.0)), speed), speed)
+    return speed
 
 
 def _least_around(values: Floats, length: Floats, reach: float) -> Floats:
@@ -174,17 +248,24 @@ def _runs(speeds: Floats) -> list[PaceStretch]:
 
 
 def _worth_dividing(found: list[PaceStretch], length: float, own: float) -> list[PaceStretch]:
-    """Return stretches of a cut without those that are faster than its own feed and save next to nothing."""
+    """Return stretches of a cut without those that are faster than its own feed and save next to nothing.
+
+    Slower ones that are almost as slow as their neighbours are one, as slow as the slowest.
+    """
     if len(found) == 1:
         return found
     kept: list[PaceStretch] = []
-    before = 0.0
+    before = fastest = 0.0
     for one in found:
         saves = length * (one.until - before) * (1.0 / own - 1.0 / one.speed)
         speed = own if one.speed > own and saves < _WORTH else one.speed
         before = one.until
         if kept and kept[-1].speed == speed:
             kept.pop()
+        elif kept and max(kept[-1].speed, speed) < own and abs(speed - fastest) <= _ALIKE * fastest:
+            speed = min(speed, kept.pop().speed)
+        else:
+            fastest = speed
         kept.append(PaceStretch(one.until, speed))
     return kept
 

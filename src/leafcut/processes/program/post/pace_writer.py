@@ -11,7 +11,8 @@ import numpy as np
 from leafcut.gcode.modal_dependencies import BlockReader
 from leafcut.gcode.program import Program
 from leafcut.model.heartbeat import Heartbeat, unseen
-from leafcut.model.pace import Lowered, Pace, PaceStretch
+from leafcut.model.pace import CycleReturn, Lowered, Pace, PaceStretch
+from leafcut.model.toolpath import Kind
 from leafcut.processes.program.post.insertion import (
     code_of,
     format_length,
@@ -22,8 +23,10 @@ from leafcut.processes.program.post.insertion import (
 )
 from leafcut.units import SECONDS_PER_MINUTE
 
-_STRAIGHT_WORD = re.compile(r"([Gg])[ \t]*0*1(?![0-9.])")
+_MOTION_OF_CUTS = re.compile(r"([Gg])[ \t]*0*[123](?![0-9.])")
+_CENTRE_WORD = re.compile(r"[ \t]*[IJKRijkr][ \t]*[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 _MOTION_WORD = re.compile(r"[Gg][ \t]*0*[0-3](?![0-9.])")
+_RETURN_WORD = re.compile(r"([Gg][ \t]*)9[89](?![0-9.])")
 _FEED_WORD = re.compile(r"[Ff][ \t]*[-+]?[0-9.]")
 #: Digits of a feed that is not the program's own.
 _DIGITS = 3
@@ -52,6 +55,24 @@ def with_heights(program: Program, lowered: Sequence[Lowered]) -> str:
         scale = 10.0 ** (_HEIGHTS if unit == 1.0 else _HEIGHTS_INCH)
         at = int(program.line[block]) - 1
         lines[at] = replace_words(lines[at], {letter: format_value(math.ceil(height / unit * scale - 1e-6) / scale)})
+    return "".join(lines)
+
+
+def with_returns(program: Program, returns: Sequence[CycleReturn], longest: int = 255) -> str:
+    """Return the text of a program whose cycles come up to other heights: G98 or G99 in some of their blocks.
+
+    Raises
+    ------
+    PostError
+        A line would be longer than `longest`.
+    """
+    lines = list(program.lines)
+    for block, code in returns:
+        at = int(program.line[block]) - 1
+        was = len(lines[at].rstrip("\r\n"))
+        line, stated = _in_code(lines[at], _RETURN_WORD, rf"\g<1>{code}")
+        front = [] if stated else [f"G{code}"]
+        lines[at] = "".join(insert_words_within(line, front, [], longest, was))
     return "".join(lines)
 
 
@@ -140,7 +161,9 @@ class _PaceWriter:
         front: list[str] = []
         back: list[str] = []
         if math.isinf(last.speed):
-            line, count = _in_code(line, _STRAIGHT_WORD, r"\g<1>0")
+            line, count = _in_code(line, _MOTION_OF_CUTS, r"\g<1>0")
+            if self.program.path.kind[row] != Kind.FEED:
+                line = _without_centre(line)
             if not count and self.motion != 0:
                 front.append("G0")
             self.motion = 0
@@ -173,6 +196,17 @@ class _PaceWriter:
         value = stretch.speed * SECONDS_PER_MINUTE / (unit or 1.0)
         digits = max(_DIGITS - 1 - math.floor(math.log10(value)), 0)
         return math.floor(value * 10.0**digits + 1e-9) / 10.0**digits
+
+
+def _without_centre(line: str) -> str:
+    """Return a line without the words of an arc's centre and radius.
+
+    >>> _without_centre("N5 G0 X5 Y2 I-3. J0 (J2)")
+    'N5 G0 X5 Y2 (J2)'
+    """
+    for match in reversed(list(_CENTRE_WORD.finditer(code_of(line)))):
+        line = line[: match.start()] + line[match.end() :]
+    return line
 
 
 def _in_code(line: str, pattern: re.Pattern[str], text: str) -> tuple[str, int]:

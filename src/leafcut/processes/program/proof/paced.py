@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import VerifyError
 from leafcut.geometry.arrays import Floats
+from leafcut.model.cutter import Cutter
 from leafcut.model.pace import PaceRules, PaceStretch, ToolLimits
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.stock.loads import Loads
@@ -21,6 +23,7 @@ _SAME = 1e-6
 _PART = 1e-6
 #: Straight motions.
 _ALONG = (Kind.RAPID, Kind.FEED)
+_ARCS = (Kind.ARC_CW, Kind.ARC_CCW)
 
 
 def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStretch, ...]]:
@@ -42,9 +45,14 @@ def stretches_of(before: Toolpath, after: Toolpath) -> dict[int, tuple[PaceStret
             if len(parts) > 1 or not math.isclose(parts[0].speed, own, rel_tol=_PART):
                 found[row] = parts
             continue
+        if kind in _ARCS and at < count and after.kind[at] == Kind.RAPID and _ends_alike(before, after, row, at):
+            # Along its chord: that this keeps clear is seen where rapids are.
+            found[row] = (PaceStretch(1.0, math.inf),)
+            at += 1
+            continue
         if at >= count or not _same_row(before, after, row, at):
             raise _differs(before, after, row, at)
-        if kind in (Kind.ARC_CW, Kind.ARC_CCW) and not math.isclose(before.value[row], after.value[at], rel_tol=_PART):
+        if kind in _ARCS and not math.isclose(before.value[row], after.value[at], rel_tol=_PART):
             found[row] = (PaceStretch(1.0, float(after.value[at])),)
         at += 1
     if at != count:
@@ -81,9 +89,9 @@ def _same_row(before: Toolpath, after: Toolpath, row: int, at: int) -> bool:
     if before.kind[row] != after.kind[at]:
         return False
     kind = Kind(int(before.kind[row]))
-    if not np.allclose(before.end[row], after.end[at], rtol=0.0, atol=_SAME, equal_nan=True):
+    if not _ends_alike(before, after, row, at):
         return False
-    if kind in (Kind.ARC_CW, Kind.ARC_CCW):
+    if kind in _ARCS:
         one, other = before.arcs[int(before.ref[row])], after.arcs[int(after.ref[at])]
         same = (one.plane, one.turns) == (other.plane, other.turns)
         return same and bool(np.allclose(one.center, other.center, rtol=0.0, atol=_SAME))
@@ -93,6 +101,10 @@ def _same_row(before: Toolpath, after: Toolpath, row: int, at: int) -> bool:
         return before.cycles[int(before.ref[row])] == after.cycles[int(after.ref[at])]
     # Each program counts the shifts of its origin for itself.
     return kind is Kind.SHIFT or bool(before.ref[row] == after.ref[at])
+
+
+def _ends_alike(before: Toolpath, after: Toolpath, row: int, at: int) -> bool:
+    return bool(np.allclose(before.end[row], after.end[at], rtol=0.0, atol=_SAME, equal_nan=True))
 
 
 def _differs(before: Toolpath, after: Toolpath, row: int, at: int) -> VerifyError:
@@ -122,8 +134,9 @@ def speeds_on(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]]) -> Fl
 
 
 def check_limits(
-    loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]], limits: dict[int, ToolLimits], rules: PaceRules
-) -> Floats:
+    loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]], limits: dict[int, ToolLimits], rules: PaceRules,
+    cutters: Mapping[int, Cutter],
+) -> Floats:  # fmt: skip
     """Check new speeds against what each piece meets, and return the speed of every piece, mm/s.
 
     Raises
@@ -132,7 +145,7 @@ def check_limits(
         A rapid comes nearer to material than it may, or a feed asks more of a tool than is allowed.
     """
     speed = speeds_on(loads, stretches)
-    mills, chip = loads.mills, loads.chip
+    cuts, chip = loads.mills | loads.sinks, loads.chip
     faster = np.isfinite(speed) & (speed > loads.feed * (1.0 + _PART))
     ratio = np.divide(speed, loads.feed, out=np.ones_like(speed), where=np.isfinite(speed) & (loads.feed > 0))
     upright = loads.upright
@@ -141,9 +154,15 @@ def check_limits(
     faster &= ~(clear & rules.air) & ~upright
     wrong = faster & (ratio > rules.increase * (1.0 + _PART))
     for number, limit in limits.items():
-        mine = mills & (loads.moves.tool == number) & np.isfinite(speed)
-        wrong |= mine & faster & (chip * ratio > limit.chip * (1.0 + _PART))
+        mine = cuts & (loads.moves.tool == number) & np.isfinite(speed)
+        diameter = 2.0 * cutters[number].radius
+        allowed = limit.chip * loads.slot_share(limit, diameter)
+        wrong |= mine & faster & (chip * ratio > allowed * (1.0 + _PART))
         wrong |= mine & faster & (loads.rate * ratio > limit.rate * (1.0 + _PART))
+        wrong |= mine & faster & (ratio > loads.spindle_ratio(limit, diameter) * (1.0 + _PART))
+        # A ramp is made faster only where it is known how fast the tool may go down.
+        known = limit.plunge if math.isfinite(limit.plunge) else 0.0
+        wrong |= mine & faster & loads.sinks & (loads.down * ratio > known * (1.0 + _PART))
     wrong |= faster & ~np.isin(loads.moves.tool, list(limits))
     wrong |= np.isinf(speed) & ~clear & ~upright
     wrong[_plunges_too_fast(loads, stretches, rules)] = True
@@ -171,27 +190,36 @@ def _plunges_too_fast(loads: Loads, stretches: dict[int, tuple[PaceStretch, ...]
     return wrong
 
 
-def made_rapid(before: Toolpath, stretches: dict[int, tuple[PaceStretch, ...]]) -> NDArray[np.int64]:
-    """Return the rows of a program with new speeds that are rapids and were cuts, int64[k]."""
-    rows = []
+def made_rapid(
+    before: Toolpath, stretches: dict[int, tuple[PaceStretch, ...]]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the rows of a program with new speeds that are rapids and were cuts, and of these the chords of arcs."""
+    rows: list[int] = []
+    chords: list[int] = []
     at = 0
     for row in range(len(before)):
         parts = stretches.get(row)
         if parts is None:
             at += 1
             continue
-        rows += [at + k for k, part in enumerate(parts) if math.isinf(part.speed)]
+        fast = [at + k for k, part in enumerate(parts) if math.isinf(part.speed)]
+        rows += fast
+        chords += fast if before.kind[row] in _ARCS else []
         at += len(parts)
-    return np.array(rows, dtype=np.int64)
+    return np.array(rows, dtype=np.int64), np.array(chords, dtype=np.int64)
 
 
-def check_lowered(before: Toolpath, after: Toolpath, loads: Loads, rules: PaceRules) -> None:
+def check_lowered(
+    before: Toolpath, after: Toolpath, loads: Loads, rules: PaceRules, bent_above: float = -math.inf
+) -> None:
     """Check that a program differs from another one by lower ways alone, and that these keep clear of the material.
 
     Parameters
     ----------
     loads
         Of the program with lower heights.
+    bent_above
+        A lower rapid that moves both X and Y is as high as this and the clearance, mm: where its way is not straight.
 
     Raises
     ------
@@ -203,7 +231,7 @@ def check_lowered(before: Toolpath, after: Toolpath, loads: Loads, rules: PaceRu
         raise VerifyError("the program with lower heights does something else than the other one")
     # A way that begins lower is another way, too.
     starts = np.abs(before.before[:, 2] - after.before[:, 2]) > _SAME
-    rows = np.union1d(lowered, np.flatnonzero(starts & np.isin(after.kind, _ALONG)))
+    rows = np.union1d(lowered, np.flatnonzero(starts & np.isin(after.kind, (*_ALONG, Kind.DRILL))))
     ends, over = loads.moves.ends, loads.removed.over
     rises = loads.upright & (ends[:, 5] > ends[:, 2])
     # A cut straight down that begins lower, and pecks into the own hole, meet material; what comes across does not.
@@ -216,6 +244,8 @@ def check_lowered(before: Toolpath, after: Toolpath, loads: Loads, rules: PaceRu
     mine = np.isin(loads.source, rows) & ~rises & ~digs & ~pecks
     unchanged = ~np.isin(loads.source, lowered) & loads.upright
     near = mine & ~unchanged & (over > -rules.clearance * (1.0 - _PART))
+    bent = loads.moves.rapid & (np.abs(ends[:, 3:5] - ends[:, :2]) > _SAME).all(axis=1)
+    near |= mine & ~unchanged & bent & (np.minimum(ends[:, 2], ends[:, 5]) < bent_above + rules.clearance - _OFF)
     if near.any():
         line = int(after.line[loads.source[int(np.flatnonzero(near)[0])]])
         raise VerifyError(f"line {line}: a lower way comes too near to the material")
@@ -235,13 +265,15 @@ def _lowered_rows(before: Toolpath, after: Toolpath) -> list[int] | None:
             one, other = before.cycles[int(before.ref[row])], after.cycles[int(after.ref[row])]
             if one == other and close[row, 2]:
                 continue
-            if (one.name, one.bottom, one.peck, one.dwell, one.to_initial) != (
-                other.name, other.bottom, other.peck, other.dwell, other.to_initial,
-            ) or other.r_plane > one.r_plane:  # fmt: skip
+            if (one.name, one.bottom, one.peck, one.dwell) != (other.name, other.bottom, other.peck, other.dwell):
+                return None
+            # A hole may stay at its R plane where it came up to the initial height; no height is higher.
+            rises = (other.to_initial and not one.to_initial) or other.r_plane > one.r_plane
+            if rises or not after.end[row, 2] <= before.end[row, 2] + _SAME:
                 return None
             lowered.append(row)
             continue
-        if kind in (Kind.ARC_CW, Kind.ARC_CCW):
+        if kind in _ARCS:
             if before.arcs[int(before.ref[row])] != after.arcs[int(after.ref[row])] or not close[row, 2]:
                 return None
         elif kind != Kind.SHIFT and before.ref[row] != after.ref[row]:

@@ -1,0 +1,74 @@
+"""Add-ons for other programs, as files that those read from a folder of theirs; `leafcut addon` writes them.
+
+They run in the Python of the other program, which has no leafcut: they call it as a program.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+from leafcut.errors import OptionError, nearest
+from leafcut.files import OutputError, check_output, write_together
+
+#: How an add-on calls leafcut where nobody told it; this line is written anew when it is installed.
+_CALL = 'LEAFCUT = ["leafcut"]'
+
+
+@dataclass(frozen=True)
+class Addon:
+    """Files for another program: its name, what they do, and what to do with them."""
+
+    name: str
+    help: str
+    files: tuple[str, ...]
+    then: str
+
+
+ADDONS = {
+    one.name: one
+    for one in (
+        Addon(
+            "inkscape",
+            "Inkscape saves a drawing as a program that cuts it from sheet or mills its pockets",
+            ("leafcut.inx", "leafcut_inkscape.py"),
+            "start Inkscape again: File > Save a Copy, leafcut program (*.ngc)",
+        ),
+        Addon(
+            "freecad",
+            "a post-processor of FreeCAD: what its jobs write is reordered and proved",
+            ("leafcut_post.py",),
+            "start FreeCAD again: the output of a job has the processor leafcut",
+        ),
+    )
+}
+
+
+def write_addon(name: str, folder: str | Path) -> list[Path]:
+    """Write the files of an add-on into a folder, all or none; return their paths.
+
+    They call the leafcut that writes them, by its own Python. Those of an earlier leafcut are replaced.
+
+    Raises
+    ------
+    OptionError
+        There is no such add-on.
+    OutputError
+        The folder is none, a file cannot be written, or has a name of theirs and is not of leafcut.
+    """
+    if name not in ADDONS:
+        raise OptionError(f"unknown add-on '{name}'{nearest(name, ADDONS)}")
+    if not Path(folder).is_dir():
+        raise OutputError(f"{folder}: not a folder; create it first, or name the one in which the other program looks")
+    texts = {}
+    for file in ADDONS[name].files:
+        text = (resources.files("leafcut.addons") / name / file).read_text(encoding="utf-8")
+        target = Path(folder) / file
+        check_output(target, ())
+        if target.exists() and b"leafcut" not in target.read_bytes():
+            raise OutputError(f"{target}: is there already and not of leafcut; choose another folder")
+        texts[str(target)] = text.replace(_CALL, f"LEAFCUT = {[sys.executable, '-m', 'leafcut.cli']!r}")
+    write_together(texts)
+    return [Path(target) for target in texts]

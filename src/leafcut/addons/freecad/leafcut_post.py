@@ -1,0 +1,88 @@
+"""FreeCAD's post-processor of leafcut: another one writes the program, leafcut reorders and proves it.
+
+Arguments of the job: --base NAME is the post-processor that writes the program (linuxcnc, if it is not told), and all
+others are those of `leafcut reorder`: --machine haas-vf2 --time-limit 5s
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import shlex
+import subprocess
+from typing import Any
+
+#: How leafcut is called; `leafcut addon freecad` writes its own place here.
+LEAFCUT = ["leafcut"]
+
+TOOLTIP = "Writes by another post-processor (--base linuxcnc), then reorders and proves by leafcut reorder."
+TOOLTIP_ARGS = "--base NAME, and the options of leafcut reorder: --machine haas-vf2 --time-limit 5s"
+
+#: Where FreeCAD keeps its post-processors: up to 0.20, and since.
+_PLACES = ("PathScripts.post", "Path.Post.scripts")
+
+
+def export(objectslist: Any, filename: str, argstring: str) -> str:
+    """Write the program of a job; return its text. Nothing is written where leafcut refuses.
+
+    Raises
+    ------
+    RuntimeError
+        What leafcut says of the program, or of the options.
+    """
+    words = shlex.split(argstring or "")
+    base = "linuxcnc"
+    if "--base" in words:
+        place = words.index("--base")
+        if place + 1 == len(words):
+            raise RuntimeError("--base needs the name of a post-processor, such as linuxcnc")
+        base = words[place + 1]
+        del words[place : place + 2]
+    text = str(_post(base).export(objectslist, "-", "--no-show-editor") or "")
+    if not text:
+        raise RuntimeError(f"the post-processor {base} wrote nothing")
+    # The Python of FreeCAD is not that of leafcut.
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    command = [*LEAFCUT, "reorder", "-", "-o", "-", "--quiet", *words]
+    try:
+        done = subprocess.run(command, input=text.encode("utf-8"), capture_output=True, env=environment, check=False)
+    except OSError as problem:
+        raise RuntimeError(f"leafcut cannot be started ({problem}); install it again: leafcut addon freecad") from None
+    told = done.stderr.decode("utf-8", "replace").strip()
+    if done.returncode:
+        raise RuntimeError(told or f"leafcut ended with status {done.returncode}")
+    if told:
+        _warn(told)
+    if filename != "-":
+        _write(filename, done.stdout)
+    return str(done.stdout.decode("utf-8", "replace"))
+
+
+def _post(name: str) -> Any:
+    """Return a post-processor of FreeCAD, or one of the person's own."""
+    for module in (*(f"{place}.{name}_post" for place in _PLACES), f"{name}_post"):
+        try:
+            return importlib.import_module(module)
+        except ModuleNotFoundError as problem:
+            if not module.startswith(str(problem.name)):
+                raise
+    raise RuntimeError(f"--base {name}: FreeCAD has no post-processor of that name")
+
+
+def _write(filename: str, data: bytes) -> None:
+    """Write the program whole or not at all."""
+    passing = f"{filename}.leafcut-part"
+    try:
+        with open(passing, "wb") as file:  # noqa: PTH123  # as plain as FreeCAD's own
+            file.write(data)
+        os.replace(passing, filename)  # noqa: PTH105
+    except OSError as problem:
+        raise RuntimeError(f"{filename}: cannot be written ({problem.strerror})") from None
+
+
+def _warn(told: str) -> None:
+    try:
+        freecad = importlib.import_module("FreeCAD")
+    except ModuleNotFoundError:
+        return
+    freecad.Console.PrintWarning(told + "\n")

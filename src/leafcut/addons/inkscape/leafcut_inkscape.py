@@ -1,0 +1,53 @@
+"""Inkscape's extension of leafcut: Inkscape calls it with the drawing and takes the program from standard output."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shlex
+import subprocess
+import sys
+
+#: How leafcut is called; `leafcut addon inkscape` writes its own place here.
+LEAFCUT = ["leafcut"]
+
+
+def command(arguments: list[str]) -> list[str]:
+    """Return the command line of leafcut for the arguments of Inkscape."""
+    parser = argparse.ArgumentParser()
+    for name in ("work", "machine", "thickness", "depth", "tool", "more", "tab", "id"):
+        parser.add_argument(f"--{name}", default="")
+    parser.add_argument("drawing")
+    given = parser.parse_args(arguments)
+    words = ["pocket" if given.work == "pocket" else "cut", given.drawing, "-o", "-", "--quiet"]
+    used = {"--depth": given.depth, "--tool-diameter": given.tool}
+    if given.work != "pocket":
+        used = {"--thickness": given.thickness}
+    for flag, value in {"--machine": given.machine, **used}.items():
+        if value.strip():
+            words += [flag, value.strip()]
+    return [*LEAFCUT, *words, *shlex.split(given.more)]
+
+
+def main() -> int:
+    """Write the program to standard output, and what is told to standard error; return the exit status."""
+    # The Python of Inkscape is not that of leafcut.
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    try:
+        done = subprocess.run(command(sys.argv[1:]), capture_output=True, env=environment, check=False)
+    except OSError as problem:
+        sys.stderr.write(f"leafcut cannot be started ({problem}); install the add-on again: leafcut addon inkscape\n")
+        return 1
+    except ValueError as problem:
+        sys.stderr.write(f"More options: {problem}\n")
+        return 2
+    sys.stderr.write(done.stderr.decode("utf-8", "replace"))
+    # Something that is drawn and not cut is told, and the program is written, as leafcut itself does.
+    if done.returncode not in (0, 3):
+        return done.returncode
+    sys.stdout.buffer.write(done.stdout)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

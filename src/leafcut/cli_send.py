@@ -1,0 +1,357 @@
+"""The command `leafcut send`: a program goes to a GRBL board over its serial port."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TextIO
+
+from cyclopts import Parameter
+
+from leafcut.errors import OptionError, SendError
+from leafcut.terminal_keys import Keys
+from leafcut.usage import DASH, HELD
+
+if TYPE_CHECKING:
+    from leafcut.sender.conversation import Conversation
+    from leafcut.sender.facts import Facts
+    from leafcut.sender.job import SendJob
+    from leafcut.sender.lines import Pause, SentStep
+    from leafcut.sender.run import Ending, RunView, SendRun
+
+_KEYS_HELP = "keys: space or ! hold, ~ or Enter go on, q stop; feed + - (10 %), > < (1 %), = as programmed"
+
+
+def send(
+    program: Annotated[str, Parameter(name="PROGRAM", help="a G-code program for this machine")],
+    /,
+    *more: Annotated[str, Parameter(show=False)],
+    port: Annotated[
+        str | None, Parameter(name="--port", help="serial port of the controller: /dev/ttyUSB0, COM3")
+    ] = None,
+    machine: Annotated[str, Parameter(name="--machine", help="the machine, by name or profile file")],
+    baud: Annotated[int, Parameter(name="--baud", help="speed of the port, bits per second")] = 115_200,
+    dialect: Annotated[
+        str | None,
+        Parameter(name="--dialect", help="dialect of the program, by name or TOML file (default: the machine's)"),
+    ] = None,
+    units: Annotated[
+        Literal["mm", "in"] | None, Parameter(name="--units", help="of a program that does not state them")
+    ] = None,
+    from_hole: Annotated[
+        int | None, Parameter(name="--from-hole", help="go on after a break with this hole, counted from 1")
+    ] = None,
+    from_line: Annotated[
+        int | None, Parameter(name="--from-line", help="go on after a break with this line of the program")
+    ] = None,
+    check: Annotated[
+        bool,
+        Parameter(name="--check", negative="", help="the controller reads the program, nothing moves ($C)"),
+    ] = False,
+    dry_run: Annotated[
+        bool,
+        Parameter(name="--dry-run", negative="", help="ask the machine and check all, but send nothing of the program"),
+    ] = False,
+    home: Annotated[bool, Parameter(name="--home", negative="", help="home the machine first ($H)")] = False,
+    unlock: Annotated[
+        bool,
+        Parameter(name="--unlock", negative="", help="bring it to rest first: out of a hold or an alarm, unhomed ($X)"),
+    ] = False,
+    unhomed: Annotated[
+        bool,
+        Parameter(
+            name="--unhomed",
+            negative="",
+            help="the machine has no homing ($22=0): only the size of the program is checked against its travel",
+        ),
+    ] = False,
+    zero_here: Annotated[
+        bool,
+        Parameter(name="--zero-here", negative="", help="the tool stands at the program's zero (G10 L20 P1 X0 Y0 Z0)"),
+    ] = False,
+    accept: Annotated[
+        str | None,
+        Parameter(name="--accept", help="codes of dangers that you have looked at and want sent, such as L801,L806"),
+    ] = None,
+    log: Annotated[
+        str | None, Parameter(name="--log", help="file to which all that goes over the line is added")
+    ] = None,
+    yes: Annotated[bool, Parameter(name=["--yes", "-y"], negative="", help="start without asking once more")] = False,
+    as_json: Annotated[bool, Parameter(name="--json", negative="", help="print the result as JSON")] = False,
+    quiet: Annotated[
+        bool, Parameter(name=["--quiet", "-q"], negative="", help="no progress, no summary; warnings only")
+    ] = False,
+) -> int:
+    """Send a program to a GRBL board (GRBL 1.1, grblHAL, FluidNC), after checking it against the machine as it stands.
+
+    While it runs, keys hold it, stop it and change the feed. Whatever happens, the machine is stopped, and how to go on
+    is told.
+    """
+    from leafcut.files import check_output
+    from leafcut.sender.conversation import Conversation
+    from leafcut.sender.job import read_job
+    from leafcut.sender.port import SerialPort, ports_in_words
+
+    if more:
+        raise OptionError(f"send takes one program, not {1 + len(more)}; send them one by one")
+    _check_wishes(program, from_hole, from_line, check=check, dry_run=dry_run, yes=yes)
+    check_output(log, [program, *[one for one in (machine, dialect) if one and one.endswith(".toml")]])
+    accepted = _codes(accept)
+    job = read_job(program, machine, dialect_name=dialect, units=units, accept=accepted)
+    if port is None:
+        raise OptionError(f"send needs --port; {ports_in_words()}")
+    with _logging(log) as add, _terminating():
+        line = SerialPort(port, baud)
+        try:
+            talk = Conversation(line, add)
+            talk.connect()
+            locked = unlock and talk.unlock()
+            if home:
+                _home(talk)
+            if zero_here:
+                talk.zero_here()
+            if locked and not (home or zero_here or unhomed):
+                raise SendError("it was locked by an alarm, and may not be where it thinks: add --home, or --unhomed")
+            facts, job = _ready(talk, job, accepted, unhomed=unhomed or zero_here, quiet=quiet)
+            steps = _steps(job, facts, from_hole, from_line, quiet=quiet or as_json)
+            if dry_run:
+                _tell(f"{program}: can be sent to {port}; nothing was sent", quiet=quiet or as_json)
+                ending = None
+            else:
+                ending = _run(talk, facts, job, steps, check=check, unhomed=unhomed or zero_here, yes=yes, quiet=quiet)
+        finally:
+            line.close()
+    return _finish(ending, job, port, as_json=as_json, quiet=quiet)
+
+
+def _home(talk: Conversation) -> None:
+    """Home the machine; if that ends in any other way, it is reset, so that nothing goes on moving."""
+    try:
+        talk.home()
+    except (KeyboardInterrupt, SendError):
+        with suppress(SendError):
+            talk.reset()
+        raise
+
+
+def _check_wishes(
+    program: str, from_hole: int | None, from_line: int | None, *, check: bool, dry_run: bool, yes: bool
+) -> None:
+    if program in (DASH, HELD):
+        raise OptionError("send -: a program is sent from a file, which can be gone on with after a break")
+    if from_hole is not None and from_line is not None:
+        raise OptionError("--from-hole and --from-line both say where to go on; leave one out")
+    if check and dry_run:
+        raise OptionError("--check and --dry-run exclude each other: the one sends the program, the other does not")
+    if not (check or dry_run or yes or (sys.stdin is not None and sys.stdin.isatty())):
+        raise OptionError("nobody is there to say when to start: use a terminal, or add --yes")
+
+
+def _codes(accept: str | None) -> tuple[str, ...]:
+    from leafcut.model.issue import CODES
+
+    codes = tuple(one.strip().upper() for one in (accept or "").split(",") if one.strip())
+    for code in codes:
+        if code not in CODES:
+            raise OptionError(f"--accept: '{code}' is no code of an issue, such as L801")
+    return codes
+
+
+def _ready(
+    talk: Conversation, job: SendJob, accept: Sequence[str], *, unhomed: bool, quiet: bool
+) -> tuple[Facts, SendJob]:
+    """Return what the controller says of itself, and the job with its times, after all that is checked."""
+    from leafcut.sender.checking import check_program, check_ready
+    from leafcut.sender.job import issues_to_tell
+
+    facts = talk.facts()
+    check_ready(facts, unhomed=unhomed, restarted=talk.restarted)
+    differences = check_program(job, facts, unhomed=unhomed, accept=accept)
+    for issue in issues_to_tell([*job.issues, *differences]):
+        print(f"leafcut: {issue.severity}: {issue}", file=sys.stderr)
+    if not quiet and not facts.soft_limits:
+        print("leafcut: soft limits are off ($20=0): the controller itself stops at no limit", file=sys.stderr)
+    return facts, job.on(facts.timed(job.machine))
+
+
+def _steps(
+    job: SendJob, facts: Facts, from_hole: int | None, from_line: int | None, *, quiet: bool
+) -> Sequence[SentStep]:
+    """Return what is sent: all, or the rest from a hole or a line on."""
+    from leafcut.sender.resuming import line_of_hole, resumed
+
+    if from_hole is None and from_line is None:
+        return job.steps
+    line = line_of_hole(job, from_hole) if from_hole is not None else int(from_line or 0)
+    if line < 1:
+        raise OptionError(f"--from-line {line}: lines are counted from 1")
+    place = facts.machine_place()
+    steps, tool = resumed(job, line, None if place is None else place[2] - facts.origin(540)[2])
+    put = "" if tool is None else f"; tool T{tool} must be in the spindle"
+    _tell(f"goes on from line {line} '{job.text(line)}'{put}", quiet=quiet)
+    return steps
+
+
+def _run(
+    talk: Conversation,
+    facts: Facts,
+    job: SendJob,
+    steps: Sequence[SentStep],
+    *,
+    check: bool,
+    unhomed: bool,
+    yes: bool,
+    quiet: bool,
+) -> Ending:
+    from leafcut.sender.run import SendRun
+
+    run = SendRun(talk, facts, job, steps, check=check, unhomed=unhomed)
+    shown = _Shown(job, quiet=quiet)
+    run.observe = shown.show
+    keys = Keys(lambda key: _press(run, key))
+    if keys.terminal and not check:
+        run.prompt = lambda pause, said: shown.ask(keys, pause, said)
+    if not check and not yes:
+        fed, other = job.seconds
+        from leafcut.units import format_time
+
+        print(f"{job.file}: {format_time(float(fed.sum() + other.sum()))} on {job.machine.name}", file=sys.stderr)
+        print("Enter starts, q ends: ", end="", file=sys.stderr, flush=True)
+        if sys.stdin.readline().strip():
+            raise SendError("not started; nothing was sent")
+    if keys.terminal and not quiet:
+        print(_KEYS_HELP, file=sys.stderr)
+    with keys if not check else nullcontext():
+        ending = run.run()
+    shown.clear()
+    return ending
+
+
+def _press(run: SendRun, key: str) -> None:
+    from leafcut.sender.run import Request
+
+    meant = {
+        " ": Request.HOLD,
+        "!": Request.HOLD,
+        "~": Request.RESUME,
+        "\n": Request.RESUME,
+        "\r": Request.RESUME,
+        "q": Request.STOP,
+        "+": Request.FASTER,
+        "-": Request.SLOWER,
+        ">": Request.LITTLE_FASTER,
+        "<": Request.LITTLE_SLOWER,
+        "=": Request.NORMAL,
+    }
+    if key in meant:
+        run.ask(meant[key])
+
+
+class _Shown:
+    """The line of progress on a terminal, and the questions at a pause."""
+
+    def __init__(self, job: SendJob, *, quiet: bool) -> None:
+        self.job, self.width = job, 0
+        self.on = not quiet and sys.stderr.isatty()
+
+    def show(self, view: RunView) -> None:
+        """Write the line anew."""
+        from leafcut.sender.told import progress_in_words
+
+        if not self.on:
+            return
+        end = time.strftime("%H:%M:%S", time.localtime(time.time() + view.left_s))
+        line = f"{progress_in_words(view, self.job)}, ends {end}"
+        print(f"\r{line:{self.width}}", end="", file=sys.stderr, flush=True)
+        self.width = len(line)
+
+    def clear(self) -> None:
+        """Leave the line as it is."""
+        if self.width:
+            print(file=sys.stderr)
+            self.width = 0
+
+    def ask(self, keys: Keys, pause: Pause, said: Sequence[str]) -> str | None:
+        """Ask a person at a pause."""
+        self.clear()
+        for line in said:
+            print(line, file=sys.stderr)
+        with keys.lines():
+            words = "Enter goes on, q stops, a line such as G10 L20 P0 Z0 or $J=G91 Z5 F500 goes to the controller: "
+            print(f"{pause}\n{words}", end="", file=sys.stderr, flush=True)
+            line = sys.stdin.readline()
+        return None if not line or line.strip().lower() == "q" else line.strip()
+
+
+def _finish(ending: Ending | None, job: SendJob, port: str, *, as_json: bool, quiet: bool) -> int:
+    from leafcut.sender.told import ending_as_json, ending_in_words
+
+    if ending is None:
+        if as_json:
+            _print_json({"program": job.file, "port": port, "complete": False, "dry_run": True})
+        return 0
+    words = ending_in_words(ending, job)
+    if as_json:
+        _print_json({"port": port, "machine": job.machine.name, **ending_as_json(ending, job)})
+    elif ending.complete:
+        _tell(words, quiet=quiet)
+    if not ending.complete:
+        raise SendError(words)
+    return 0
+
+
+def _tell(line: str, *, quiet: bool) -> None:
+    if not quiet:
+        print(line)
+
+
+def _print_json(answer: Any) -> None:
+    import json
+
+    print(json.dumps(answer, indent=2, ensure_ascii=False, allow_nan=False))
+
+
+@contextmanager
+def _logging(name: str | None) -> Iterator[Any]:
+    """Yield what adds a line to the log; nothing without one."""
+    if name is None:
+        yield None
+        return
+    try:
+        file: TextIO = Path(name).open("a", encoding="utf-8")  # noqa: SIM115 - closed below
+    except OSError as problem:
+        raise OptionError(f"--log {name}: cannot be written ({problem.strerror})") from None
+    with file:
+
+        def add(way: str, text: str) -> None:
+            now = time.time()
+            stamp = f"{time.strftime('%Y-%m-%d %H:%M:%S', time.localtime(now))}.{int(now % 1 * 1000):03d}"
+            with suppress(OSError, ValueError):
+                file.write(f"{stamp} {way} {text}\n")
+                file.flush()
+
+        yield add
+
+
+@contextmanager
+def _terminating() -> Iterator[None]:
+    """Stop the machine, too, when this program is told to end."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def interrupt(_number: int, _frame: object) -> None:
+        raise KeyboardInterrupt
+
+    names = [one for one in ("SIGTERM", "SIGHUP") if hasattr(signal, one)]
+    before = {name: signal.signal(getattr(signal, name), interrupt) for name in names}
+    try:
+        yield
+    finally:
+        for name, handler in before.items():
+            signal.signal(getattr(signal, name), handler)

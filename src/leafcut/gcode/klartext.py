@@ -1,0 +1,227 @@
+"""Heidenhain's plain language, as far as leafcut writes it: drilling by cycle 200, straight moves, and nothing else.
+
+    0 BEGIN PGM LEAFCUT MM
+    5 TOOL CALL 1 Z S1000
+    6 M3
+    7 L Z+25 R0 FMAX
+    8 CYCL DEF 200 DRILLING ~
+      Q200=+2 ;SET-UP CLEARANCE ~
+      …
+    9 L X+10 Y+5 R0 FMAX M99
+    10 END PGM LEAFCUT MM
+
+Cycle 200 is run where M99 stands: at rapid over the place, down to Q203 + Q200, in feed to Q203 + Q201, and at rapid up
+to Q203 + Q204.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+
+from leafcut.errors import ReadError
+from leafcut.gcode.words import MAX_LINE, BlockError, lines
+from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
+from leafcut.units import SECONDS_PER_MINUTE
+
+#: The parameters of cycle 200, in the order of the control, with what leafcut writes behind them.
+CYCLE_200 = {
+    "Q200": "SET-UP CLEARANCE",
+    "Q201": "DEPTH",
+    "Q206": "FEED RATE FOR PLNGNG",
+    "Q202": "PLUNGING DEPTH",
+    "Q210": "DWELL TIME AT TOP",
+    "Q203": "SURFACE COORDINATE",
+    "Q204": "2ND SET-UP CLEARANCE",
+    "Q211": "DWELL TIME AT DEPTH",
+}
+#: Lengths are written to a thousandth of a millimetre; sums of them are the same to this.
+_SAME = 1e-6
+
+_NUMBER = r"[+-]?\d{1,7}(?:\.\d{1,6})?"
+_NUMBERED = re.compile(r"(\d{1,7})\s+(.*)")
+_BEGIN = re.compile(r"BEGIN PGM (\w{1,32}) MM")
+_IGNORED = re.compile(rf"BLK FORM 0\.[12](?: Z)? X{_NUMBER} Y{_NUMBER} Z{_NUMBER}|;.*")
+_TOOL = re.compile(r"TOOL CALL (\d{1,5}) Z(?: S(\d{1,6}))?")
+_LINE = re.compile(
+    rf"L(?: X({_NUMBER}))?(?: Y({_NUMBER}))?(?: Z({_NUMBER}))? R0 F(MAX|\d{{1,6}}(?:\.\d{{1,3}})?)( M99)?"
+)
+_DWELL = re.compile(rf"CYCL DEF 9\.([01]) DWELL(?: TIME| ({_NUMBER}))")
+_Q = re.compile(rf"(Q\d{{3}})=({_NUMBER}) ;[^~]*")
+_M_WORDS = ("M0", "M1", "M3", "M4", "M5", "M8", "M9", "M30")
+
+
+def interpret_klartext(text: str, file: str = "program") -> Toolpath:
+    """Return the motions of a program.
+
+    Raises
+    ------
+    ReadError
+        Anything that leafcut does not write, with its line; or the program has no end.
+    """
+    reader = _Reader()
+    last = 0
+    try:
+        for last, block in _blocks(text):
+            reader.run(block, last)
+    except BlockError as problem:
+        raise ReadError(file, str(problem), reader.line or last) from None
+    if not reader.ended:
+        raise ReadError(file, "the program has no end; END PGM is missing")
+    return reader.path.build()
+
+
+def _blocks(text: str) -> Iterator[tuple[int, str]]:
+    """Yield (line, block) with what its ~ carries on, each with its number behind the one before."""
+    begin, parts, expected = 0, list[str](), 0
+    for number, line in lines(text):
+        if len(line) > MAX_LINE:
+            raise BlockError(f"the line has {len(line)} characters; this is no program")
+        said = " ".join(line.split())
+        if not said:
+            continue
+        if not parts:
+            numbered = _NUMBERED.fullmatch(said)
+            if numbered is None or int(numbered[1]) != expected:
+                raise BlockError(f"line {number}: block {expected} is missing")
+            begin, said, expected = number, numbered[2], expected + 1
+        more = said.endswith("~") and not said.startswith(";")
+        parts.append(said.removesuffix("~").rstrip() if more else said)
+        if not more:
+            yield begin, "\n".join(parts)
+            parts = []
+    if parts:
+        raise BlockError("the last block goes on (~), but there is no more")
+
+
+class _Reader:
+    def __init__(self) -> None:
+        self.path = ToolpathBuilder()
+        self.line = 0
+        self.ended = self.stopped = False
+        self.name = ""
+        self.rpm: float | None = None
+        self.tool: int | None = None
+        self.dwelling = False
+        self.cycle: DrillCycle | None = None
+        self.after = self.feed = 0.0
+        self.coolant = 0
+
+    def run(self, block: str, line: int) -> None:
+        """Carry out one block."""
+        self.line = line
+        if not self.name:
+            self._begin(block)
+        elif not self._end(block) and not _IGNORED.fullmatch(block):
+            self._work(block)
+
+    def _begin(self, block: str) -> None:
+        begin = _BEGIN.fullmatch(block)
+        if begin is None:
+            raise BlockError("a program begins with BEGIN PGM, its name and MM")
+        self.name = begin[1]
+
+    def _end(self, block: str) -> bool:
+        """Return whether the block ends the program; refuse any behind its end."""
+        if self.ended:
+            raise BlockError("there is more behind END PGM")
+        if self.dwelling and not block.startswith("CYCL DEF 9.1"):
+            raise BlockError("CYCL DEF 9.1 with the time is missing")
+        if block == f"END PGM {self.name} MM":
+            if not self.stopped:
+                raise BlockError("M30 is missing before the end")
+            self.ended = True
+        elif self.stopped:
+            raise BlockError("there is more behind M30")
+        return self.ended
+
+    def _work(self, block: str) -> None:
+        if block in _M_WORDS:
+            self._switch(block)
+        elif (tool := _TOOL.fullmatch(block)) is not None:
+            self.tool, self.rpm = int(tool[1]), None if tool[2] is None else float(tool[2])
+            self.path.tool(self.tool, line=self.line)
+            self.cycle = None
+        elif (dwell := _DWELL.fullmatch(block)) is not None:
+            self._dwell(dwell)
+        elif block.startswith("CYCL DEF 200 DRILLING\n"):
+            self._define(block.split("\n")[1:])
+        elif (move := _LINE.fullmatch(block)) is not None:
+            self._move(move)
+        else:
+            shown = re.sub(r"[^\x20-\x7e]+", " ", block[:30])
+            raise BlockError(f"'{shown}' is not understood: of Heidenhain's programs leafcut reads only its own")
+
+    def _switch(self, word: str) -> None:
+        path = self.path
+        if word in ("M3", "M4"):
+            if self.rpm is None:
+                raise BlockError(f"{word} without a speed: TOOL CALL lacks S")
+            path.spindle(self.rpm if word == "M3" else -self.rpm, line=self.line)
+        elif word == "M5":
+            path.spindle(0.0, line=self.line)
+        elif word in ("M8", "M9"):
+            path.coolant(2 if word == "M8" else 0, line=self.line)
+        elif word == "M30":
+            path.end(line=self.line)
+            self.stopped = True
+        else:
+            path.pause(optional=word == "M1", line=self.line)
+
+    def _dwell(self, found: re.Match[str]) -> None:
+        if (found[1] == "1") != self.dwelling or (found[1] == "1") != (found[2] is not None):
+            raise BlockError("a dwell is CYCL DEF 9.0 DWELL TIME, then CYCL DEF 9.1 DWELL and its seconds")
+        self.dwelling = not self.dwelling
+        if found[2] is not None:
+            if float(found[2]) < 0.0:
+                raise BlockError("a dwell cannot be negative")
+            self.path.dwell(float(found[2]), line=self.line)
+
+    def _define(self, said: list[str]) -> None:
+        found = [_Q.fullmatch(one) for one in said]
+        names = [one[1] for one in found if one is not None]
+        if names != list(CYCLE_200):
+            raise BlockError(f"cycle 200 needs {' '.join(CYCLE_200)}, in this order")
+        q = {one[1]: float(one[2]) for one in found if one is not None}
+        surface = q["Q203"]
+        r_plane, bottom, after = (round(surface + q[key], 6) for key in ("Q200", "Q201", "Q204"))
+        if not (q["Q200"] > 0.0 > q["Q201"] and after >= r_plane and q["Q206"] > 0.0):
+            raise BlockError("cycle 200: Q200 and Q206 must be above 0, Q201 below it, and Q204 not below Q200")
+        if q["Q202"] < -q["Q201"] - _SAME or q["Q210"] != 0.0 or q["Q211"] < 0.0:
+            raise BlockError("cycle 200: Q202 must reach the depth in one, Q210 be 0, and Q211 not be negative")
+        name = "G82" if q["Q211"] else "G81"
+        self.path.end_cycles()
+        self.cycle = DrillCycle(name, r_plane, bottom, after > r_plane, dwell=q["Q211"])
+        self.after, self.feed = after, q["Q206"] / SECONDS_PER_MINUTE
+
+    def _move(self, found: re.Match[str]) -> None:
+        x, y, z = (None if one is None else float(one) for one in found.groups()[:3])
+        if x is None and y is None and z is None:
+            raise BlockError("L without an axis")
+        if self.tool is None:
+            raise BlockError("a move before the first TOOL CALL: the tool's length is not known")
+        rapid = found[4] == "MAX"
+        if found[5]:
+            self._drill(x, y, z, rapid)
+        elif rapid:
+            self.path.rapid(x, y, z, line=self.line)
+        else:
+            if not float(found[4]) > 0.0:
+                raise BlockError("a cut without a feed")
+            self.path.feed(x, y, z, feed=float(found[4]) / SECONDS_PER_MINUTE, line=self.line)
+
+    def _drill(self, x: float | None, y: float | None, z: float | None, rapid: bool) -> None:
+        path, cycle = self.path, self.cycle
+        if cycle is None:
+            raise BlockError("M99 without a cycle: CYCL DEF 200 is missing behind the last tool call")
+        here = path.position
+        place = (here[0] if x is None else x, here[1] if y is None else y)
+        if z is not None or not rapid or not all(map(math.isfinite, (*place, here[2]))):
+            raise BlockError("a hole is reached by L X Y R0 FMAX M99, from a height that is known")
+        if here[2] < cycle.r_plane - _SAME:
+            raise BlockError("a hole is reached from below its set-up clearance")
+        initial = here[2] if path.initial_plane is None else path.initial_plane
+        if abs(cycle.height_after(initial) - self.after) > _SAME:
+            raise BlockError("Q204 is neither Q200 nor the height where the tool was before the cycle")
+        path.drill(*place, cycle, feed=self.feed, line=self.line)

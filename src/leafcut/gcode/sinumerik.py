@@ -1,0 +1,144 @@
+"""Blocks of the own language of Siemens controls, as far as leafcut writes it; anything else is refused.
+
+    N10 G0 X1 Y2 ; a comment
+    T="3"
+    G2 X5 Y0 CR=2.5
+    G0 SUPA Z0 D0
+    MCALL CYCLE82(25,2,0,-5.5,,0.25)
+
+A parenthesis is no comment there. RTP, RFP, SDIS and DP of a cycle are the height after it, the reference plane, the
+clearance above that plane, and the bottom; R of other controls is RFP + SDIS.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+from leafcut.gcode.modal import SortedBlock
+from leafcut.gcode.state import InterpreterState
+from leafcut.gcode.words import Block, BlockError, Word, words_of
+from leafcut.model.toolpath import DrillCycle
+
+_CALL = re.compile(r"(?:N\d+\s*)?MCALL(?:\s+(CYCLE8[1-3])\s*\(([^()]*)\))?\s*", re.IGNORECASE)
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)")
+_TOOL = re.compile(r'\bT\s*=\s*"(\d{1,5})"', re.IGNORECASE)
+_RADIUS = re.compile(r"\bCR\s*=\s*", re.IGNORECASE)
+_SUPA = re.compile(r"\bSUPA\b", re.IGNORECASE)
+_MOST_ARGUMENTS = {"CYCLE81": 4, "CYCLE82": 6, "CYCLE83": 12}
+
+
+def sinumerik_block(line: str, number: int) -> Block:
+    """Return the block that one line holds.
+
+    Raises
+    ------
+    BlockError
+        It has what leafcut does not write: expressions, parameters, names, other cycles …
+    """
+    body, _, comment = line.partition(";")
+    body = body.strip()
+    comments = (comment.strip(),) if comment.strip() else ()
+    call = _CALL.fullmatch(body)
+    if call is not None:
+        arguments = tuple(one.strip() for one in call[2].split(",")) if call[1] else ()
+        return Block(number, (), comments, call=((call[1] or "").upper(), arguments))
+    if re.search(r"\bR\s*[+-]?[\d.]", body, re.IGNORECASE):
+        raise BlockError("R is a parameter of Siemens controls; the radius of an arc is CR=")
+    plain = _SUPA.sub("G53", _RADIUS.sub("R", _TOOL.sub(r"T\1", body)))
+    if "(" in plain or "=" in plain or '"' in plain:
+        raise BlockError(f"'{_shown(body)}' is not understood: of Siemens programs leafcut reads only its own")
+    return Block(number, words_of(plain), comments)
+
+
+def _shown(text: str) -> str:
+    return re.sub(r"[^\x20-\x7e]+", " ", text[:30])
+
+
+def call_cycle(state: InterpreterState, name: str, arguments: tuple[str, ...]) -> None:
+    """Obey MCALL with a cycle: it is run in every block with a place that follows.
+
+    Raises
+    ------
+    BlockError
+        An argument is missing, or of those that leafcut does not write.
+    """
+    if state.call is not None:
+        raise BlockError("MCALL within MCALL; a MCALL alone is missing before it")
+    if len(arguments) > _MOST_ARGUMENTS[name]:
+        raise BlockError(f"{name} with {len(arguments)} arguments: leafcut reads only its own Siemens programs")
+    said = dict(zip(_ARGUMENTS[name], arguments, strict=False))
+    if state.incremental or state.plane != 17:
+        raise BlockError(f"{name} is understood in the XY plane (G17) with G90 only")
+    rtp, rfp, sdis, bottom = (_length(state, name, said, key) for key in ("RTP", "RFP", "SDIS", "DP"))
+    if sdis < 0.0:
+        raise BlockError(f"{name}: SDIS has no sign")
+    r_plane, here = rfp + sdis, state.path.position[2]
+    if not (math.isfinite(here) and here >= r_plane and rtp >= r_plane > bottom):
+        raise BlockError(f"{name}: RTP and the tool must be at the reference plane or above it, and DP below it")
+    if rtp not in (r_plane, here):
+        raise BlockError(f"{name}: RTP is neither its reference plane nor the height where the tool is")
+    peck = dwell = 0.0
+    if name == "CYCLE82":
+        dwell = _number(name, said, "DTB")
+        if dwell < 0.0:
+            raise BlockError("CYCLE82: a dwell below 0 is in revolutions; leafcut does not read it")
+    if name == "CYCLE83":
+        wrong = [key for key, value in _FIXED.items() if said.get(key, "") != value]
+        if wrong:
+            raise BlockError(f"CYCLE83: {wrong[0]} must be {_FIXED[wrong[0]] or 'empty'}")
+        peck = r_plane - _length(state, name, said, "FDEP")
+        if not peck > 0.0:
+            raise BlockError("CYCLE83: FDEP must be below the reference plane")
+    of_name = {"CYCLE81": "G81", "CYCLE82": "G82"}.get(name) or {"0": "G73", "1": "G83"}.get(said.get("VARI", ""))
+    if of_name is None:
+        raise BlockError("CYCLE83: VARI must be 0 or 1")
+    state.call = DrillCycle(of_name, r_plane, bottom, rtp > r_plane, peck, dwell)
+
+
+_BASE = ("RTP", "RFP", "SDIS", "DP", "DPR")
+_ARGUMENTS = {
+    "CYCLE81": _BASE,
+    "CYCLE82": (*_BASE, "DTB"),
+    "CYCLE83": (*_BASE, "FDEP", "FDPR", "DAM", "DTB", "DTS", "FRF", "VARI"),
+}
+#: What leafcut writes in CYCLE83: no degression of the pecks, no dwells, the first peck at the full feed.
+_FIXED = {"DPR": "", "FDPR": "", "DAM": "0", "DTB": "0", "DTS": "0", "FRF": "1"}
+
+
+def _number(name: str, said: dict[str, str], key: str) -> float:
+    text = said.get(key, "")
+    if not _NUMBER.fullmatch(text):
+        raise BlockError(f"{name} needs {key}, a number")
+    return float(text)
+
+
+def _length(state: InterpreterState, name: str, said: dict[str, str], key: str) -> float:
+    return state.length(Word(key, _number(name, said, key), said[key]))
+
+
+def drill_call(state: InterpreterState, words: SortedBlock) -> None:
+    """Drill at the place of a block: under MCALL any block that moves does, also one with F or G0 alone.
+
+    Raises
+    ------
+    BlockError
+        The block has more than a place and G0, so that it would drill where nobody means it.
+    """
+    letters, cycle = words.letters, state.call
+    if cycle is None or words.m or set(words.g) - {"motion"} or not letters or not set(letters) <= {"X", "Y"}:
+        raise BlockError("a block that is no place while a cycle is called (MCALL): it would drill, too")
+    if state.motion != 0:
+        raise BlockError("a hole is reached in G0")
+    x, y = (state.target(letters, axis) for axis in range(2))
+    here = state.path.position
+    place = (here[0] if x is None else x, here[1] if y is None else y)
+    if not all(map(math.isfinite, place)):
+        raise BlockError("a hole at a place that is not known: X and Y are not both given")
+    state.path.drill(*place, cycle, feed=state.feed_for(letters, math.nan), line=state.line)
+
+
+def end_call(state: InterpreterState) -> None:
+    """Obey MCALL alone."""
+    state.call = None
+    state.path.end_cycles()

@@ -1,0 +1,321 @@
+"""Pockets and outlines of a solid, found in its sections by level planes; part of the process of `step_solid`.
+
+Just above the level floor of a closed pocket the section shows the pocket as a hole in the material, with its islands:
+lines and arcs as they are, not as triangles. What the section does not show, the faces and the triangles do: whether
+the walls are upright, and whether anything hangs over it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from leafcut.geometry.containment import nesting
+from leafcut.geometry.joining import join
+from leafcut.geometry.polyline import Polyline
+from leafcut.geometry.tidying import polygons
+from leafcut.read.step_shapes import PARALLEL, edge_of, face_of, part_above, parts_of, triangles_of
+
+#: A section is taken so far above a floor, mm.
+OVER = 0.01
+#: Free curves become lines that leave them by at most this, mm.
+CHORD = 0.005
+#: Ends of a section's curves that are nearer are one, mm.
+ENDS = 1e-4
+#: A face stands upright where its normals lean by less than this.
+UPRIGHT = 1e-5
+#: What hangs over a pocket by less than this is taken for a chord of its own walls, mm.
+HANGS = 0.12
+#: More heights than this are not looked at.
+MOST_HEIGHTS = 200
+#: A flat sheet has the same section everywhere but for so much of its edge: mm² for each mm of its outline.
+SAME_EDGE = 0.02
+
+
+class SectionRing(NamedTuple):
+    """A closed curve of a section, and whether some of what it is on does not stand upright."""
+
+    path: Polyline
+    leans: bool
+
+    @property
+    def diameter(self) -> float:
+        """Of a circle, mm; else 0."""
+        bulges = self.path.bulges
+        if not len(bulges) or not (bulges != 0.0).all() or np.ptp(np.sign(bulges)):
+            return 0.0
+        arcs = list(self.path.segments())
+        x, y = arcs[0].center
+        same = all(math.dist(arc.center, (x, y)) < 1e-3 and abs(arc.radius - arcs[0].radius) < 1e-3 for arc in arcs)
+        return 2.0 * arcs[0].radius if same else 0.0
+
+
+@dataclass(frozen=True)
+class LevelSection:
+    """The rings of a section, how many lie around each, and the one directly around it or −1."""
+
+    rings: list[SectionRing]
+    shapes: NDArray[Any]
+    depth: NDArray[np.int64]
+    parent: NDArray[np.int64]
+
+    def around(self, x: float, y: float) -> int:
+        """Return the smallest ring around a place, −1 where there is none."""
+        inside = np.flatnonzero(shapely.contains_xy(self.shapes, x, y))
+        return int(inside[np.argmin(shapely.area(self.shapes[inside]))]) if len(inside) else -1
+
+    def within(self, ring: int) -> list[int]:
+        """Return the rings directly inside another."""
+        return np.flatnonzero(self.parent == ring).tolist()
+
+    def region(self, ring: int) -> Any:
+        """Return what is inside a ring and in none of those directly inside it."""
+        inner = [self.shapes[k].exterior for k in self.within(ring)]
+        return shapely.Polygon(self.shapes[ring].exterior, inner)
+
+    @property
+    def material(self) -> Any:
+        """Return what is cut through."""
+        return shapely.union_all([self.region(k) for k in np.flatnonzero(self.depth % 2 == 0).tolist()])
+
+
+class LevelFace(NamedTuple):
+    """A level face that looks up: a place on it, and its height, mm."""
+
+    x: float
+    y: float
+    z: float
+
+
+def pockets_of(
+    shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any], seen: Callable[[float, float, float], bool]
+) -> dict[str, Any]:
+    """Return the closed pockets of a solid with level floors and upright walls, and how many others it has by reason.
+
+    Parameters
+    ----------
+    seen
+        Says whether a place is seen from above.
+    """
+    highest, lowest = float(triangles[:, :, 2].max()), float(triangles[:, :, 2].min())
+    floors = [one for one in _levels(faces) if one.z < highest - OVER]
+    told: dict[str, Any] = {"pockets": [], "highest": highest, "open": 0, "leaning": 0, "covered": 0, "openings": 0}
+    told["sloping"] = _sloping(faces, seen)
+    by_height: dict[float, list[LevelFace]] = {}
+    for floor in floors:
+        by_height.setdefault(round(floor.z, 3), []).append(floor)
+    if len(by_height) > MOST_HEIGHTS:
+        return {"problem": f"the solid has level faces at {len(by_height)} heights; at most {MOST_HEIGHTS} are read"}
+    for height in sorted(by_height, reverse=True):
+        section = section_at(shape, by_height[height][0].z + OVER)
+        found = set[int]()
+        for floor in by_height[height]:
+            ring = section.around(floor.x, floor.y)
+            if ring < 0 or section.depth[ring] % 2 == 0:
+                told["open"] += seen(floor.x, floor.y, floor.z)
+                continue
+            if ring in found:
+                continue
+            found.add(ring)
+            if hangs_over(triangles, section.region(ring), height + 2.0 * OVER):
+                told["covered"] += 1
+            elif any(section.rings[k].leans for k in (ring, *section.within(ring))):
+                told["leaning"] += 1
+            else:
+                told["pockets"].append(_pocket(section, ring, height))
+    section = section_at(shape, lowest + OVER)
+    for ring in np.flatnonzero(section.depth % 2).tolist():
+        if not section.rings[ring].diameter and not hangs_over(triangles, section.region(ring), lowest + 2.0 * OVER):
+            told["openings"] += 1
+    return told
+
+
+def outlines_of(shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any]) -> dict[str, Any]:
+    """Return the outlines of a solid as it is seen from above, from a section that is the same; else a problem.
+
+    `uneven` says whether other sections differ: what it has besides its outline is not cut.
+    """
+    highest, lowest = float(triangles[:, :, 2].max()), float(triangles[:, :, 2].min())
+    steps = sorted({round(one.z, 3) for one in (*_levels(faces), *_levels(faces, down=True))})
+    if len(steps) > MOST_HEIGHTS:
+        return {"problem": f"the solid has level faces at {len(steps)} heights; at most {MOST_HEIGHTS} are read"}
+    middle = 0.5 * (lowest + highest)
+    heights = [middle] if min(abs(z - middle) for z in (*steps, lowest)) > OVER else []
+    heights += [lowest + OVER, highest - OVER]
+    heights += [z + over for z in steps for over in (OVER, -OVER) if lowest < z + over < highest]
+    seen = _shadow(triangles)
+    allowed = SAME_EDGE * seen.length
+    sections = [section_at(shape, z) for z in heights]
+    missing = [float(shapely.area(seen.symmetric_difference(one.material))) for one in sections]
+    best = min(range(len(heights)), key=lambda k: (missing[k] > allowed, k if missing[k] <= allowed else missing[k]))
+    if missing[best] > allowed or not len(sections[best].rings):
+        return {
+            "problem": "the solid is no flat sheet: no level section of it is as it is seen from above; cut it from a "
+            "drawing of its outline"
+        }
+    whole = sections[best].material
+    uneven = any(shapely.area(whole.symmetric_difference(one.material)) > allowed for one in sections)
+    return {"outlines": [ring.path.vertices.tolist() for ring in sections[best].rings], "uneven": uneven}
+
+
+def section_at(shape: Any, z: float) -> LevelSection:
+    """Return the section of a solid by a level plane."""
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Section
+    from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
+    from OCP.TopAbs import TopAbs_EDGE
+    from OCP.TopoDS import TopoDS_Shape
+
+    cutting = BRepAlgoAPI_Section(shape, gp_Pln(gp_Pnt(0, 0, z), gp_Dir(0, 0, 1)), False)
+    cutting.Approximation(False)
+    cutting.Build()
+    strokes: list[Polyline] = []
+    leaning: list[tuple[float, float]] = []
+    for edge in parts_of(cutting.Shape(), TopAbs_EDGE):
+        vertices = _curve(edge)
+        if vertices is None:
+            continue
+        face = TopoDS_Shape()
+        if cutting.HasAncestorFaceOn1(edge, face) and not _upright(face):
+            middle = Polyline(vertices).flattened(CHORD)
+            leaning += [tuple(middle[len(middle) // 2, :2].tolist()), tuple(middle[0, :2].tolist())]
+        closed = len(vertices) > 2 and math.dist(vertices[0, :2], vertices[-1, :2]) < ENDS
+        strokes.append(Polyline(vertices[:-1], True) if closed else Polyline(vertices))
+    paths = [one.path for one in join(strokes, ENDS).paths if one.path.closed and abs(one.path.area) > 1e-6]
+    shapes = np.array(list(polygons(paths)), dtype=object)
+    depth, parent = nesting(shapes) if paths else (np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
+    points: Any = shapely.points(leaning) if leaning else []
+    edges = shapely.boundary(shapes)
+    leans = [bool(len(points)) and bool(shapely.dwithin(edge, points, 0.02).any()) for edge in edges]
+    return LevelSection([SectionRing(path, yes) for path, yes in zip(paths, leans, strict=True)], shapes, depth, parent)
+
+
+def hangs_over(triangles: NDArray[np.float64], region: Any, z: float) -> bool:
+    """Return whether some of a surface above a height lies over a region, but for the edge of the region."""
+    inner = region.buffer(-HANGS)
+    if inner.is_empty:
+        inner = region.representative_point()
+    high = triangles[triangles[:, :, 2].max(axis=1) > z]
+    boxes = shapely.box(*(high[:, :, k].min(axis=1) for k in (0, 1)), *(high[:, :, k].max(axis=1) for k in (0, 1)))
+    for k in np.flatnonzero(shapely.intersects(boxes, inner)).tolist():
+        piece = part_above(high[k], z)
+        if len(piece) and shapely.MultiPoint(piece[:, :2]).convex_hull.intersects(inner):
+            return True
+    return False
+
+
+def _pocket(section: LevelSection, ring: int, z: float) -> dict[str, Any]:
+    outline, islands = section.rings[ring], [section.rings[k] for k in section.within(ring)]
+    return {
+        "z": z,
+        "diameter": 0.0 if islands else outline.diameter,
+        "outline": outline.path.vertices.tolist(),
+        "islands": [one.path.vertices.tolist() for one in islands],
+    }
+
+
+def _shadow(triangles: NDArray[np.float64]) -> Any:
+    """Return what is seen from above."""
+    flat: Any = shapely.polygons(triangles[:, :, :2])
+    return shapely.union_all(flat[shapely.area(flat) > 1e-9], grid_size=1e-5)
+
+
+def _levels(faces: Sequence[Any], down: bool = False) -> Iterator[LevelFace]:
+    """Yield the level faces that look up, or down."""
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.GeomAbs import GeomAbs_Plane
+    from OCP.TopAbs import TopAbs_REVERSED
+
+    for face in faces:
+        surface = BRepAdaptor_Surface(face)
+        if surface.GetType() != GeomAbs_Plane:
+            continue
+        place = surface.Plane().Position()
+        up = place.Direction().Z() * (1.0 if place.Direct() else -1.0)
+        up *= -1.0 if face.Orientation() == TopAbs_REVERSED else 1.0
+        if abs(up - (-1.0 if down else 1.0)) < PARALLEL:
+            x, y, z = _middle(face)
+            yield LevelFace(x, y, z)
+
+
+def _middle(face: Any) -> tuple[float, float, float]:
+    """Return the middle of the largest triangle of a face."""
+    corners = triangles_of(face)
+    if not len(corners):
+        return math.nan, math.nan, math.nan
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    size = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    x, y, z = corners[int(np.argmax(size))].mean(axis=0).tolist()
+    return x, y, z
+
+
+def _sloping(faces: Sequence[Any], seen: Callable[[float, float, float], bool]) -> int:
+    """Return how many faces look up and are neither level nor upright, and are no cone of a hole."""
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.GeomAbs import GeomAbs_Cone
+
+    found = 0
+    for face in faces:
+        surface = BRepAdaptor_Surface(face)
+        if surface.GetType() == GeomAbs_Cone and abs(abs(surface.Cone().Axis().Direction().Z()) - 1.0) < PARALLEL:
+            continue
+        corners = triangles_of(face)
+        if not len(corners) or np.ptp(corners[:, :, 2]) < 1e-6 or _upright(face):
+            continue
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        up = np.argsort(-normals[:, 2])[:4]
+        places = corners[up[normals[up, 2] > 1e-6]].mean(axis=1)
+        found += any(seen(*place) for place in places.tolist())
+    return found
+
+
+def _upright(face: Any) -> bool:
+    """Return whether a face stands upright, by its normals at places all over it."""
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.BRepLProp import BRepLProp_SLProps
+    from OCP.BRepTools import BRepTools
+    from OCP.GeomAbs import GeomAbs_Cylinder, GeomAbs_Plane
+
+    face = face_of(face)
+    surface = BRepAdaptor_Surface(face)
+    if surface.GetType() == GeomAbs_Plane:
+        return bool(abs(surface.Plane().Axis().Direction().Z()) < UPRIGHT)
+    if surface.GetType() == GeomAbs_Cylinder:
+        return bool(abs(abs(surface.Cylinder().Axis().Direction().Z()) - 1.0) < PARALLEL)
+    u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
+    for u in np.linspace(u0, u1, 6).tolist():
+        for v in np.linspace(v0, v1, 6).tolist():
+            at = BRepLProp_SLProps(surface, u, v, 1, 1e-9)
+            if at.IsNormalDefined() and abs(at.Normal().Z()) > UPRIGHT:
+                return False
+    return True
+
+
+def _curve(edge: Any) -> NDArray[np.float64] | None:
+    """Return the vertices of an edge in a level plane, x, y and bulge, float64[n, 3]; None for one of no length."""
+    from OCP.BRepAdaptor import BRepAdaptor_Curve
+    from OCP.GCPnts import GCPnts_QuasiUniformDeflection
+    from OCP.GeomAbs import GeomAbs_Circle, GeomAbs_Line
+
+    curve = BRepAdaptor_Curve(edge_of(edge))
+    first, last = curve.FirstParameter(), curve.LastParameter()
+    kind, bulge = curve.GetType(), 0.0
+    if kind == GeomAbs_Line:
+        at = [first, last]
+    elif kind == GeomAbs_Circle:
+        # No piece is more than half a turn.
+        pieces = max(math.ceil((last - first) / math.pi - 1e-9), 1)
+        at = np.linspace(first, last, pieces + 1).tolist()
+        place = curve.Circle().Position()
+        bulge = math.copysign(math.tan(0.25 * (last - first) / pieces), place.Direction().Z())
+    else:
+        points = GCPnts_QuasiUniformDeflection(curve, CHORD)
+        at = [points.Parameter(k) for k in range(1, points.NbPoints() + 1)]
+    rows = np.array([(p.X(), p.Y(), bulge) for p in map(curve.Value, at)])
+    rows[-1, 2] = 0.0
+    return rows if np.hypot(*np.diff(rows[:, :2], axis=0).T).sum() > 1e-7 else None

@@ -1,0 +1,68 @@
+"""Small things about shapes of OpenCASCADE that all of the process of `step_solid` needs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Directions that differ by less are one.
+PARALLEL = 1e-6
+
+
+def parts_of(shape: Any, kind: Any) -> Iterator[Any]:
+    """Yield the faces, edges … of a shape."""
+    from OCP.TopExp import TopExp_Explorer
+
+    explorer = TopExp_Explorer(shape, kind)
+    while explorer.More():
+        yield explorer.Current()
+        explorer.Next()
+
+
+def face_of(shape: Any) -> Any:
+    """Return a shape as the face that it is."""
+    from OCP.TopoDS import TopoDS
+
+    return TopoDS.Face(shape) if hasattr(TopoDS, "Face") else TopoDS.Face_s(shape)
+
+
+def edge_of(shape: Any) -> Any:
+    """Return a shape as the edge that it is."""
+    from OCP.TopoDS import TopoDS
+
+    return TopoDS.Edge(shape) if hasattr(TopoDS, "Edge") else TopoDS.Edge_s(shape)
+
+
+def triangles_of(face: Any) -> NDArray[np.float64]:
+    """Return the triangles of a face that has been meshed, float64[n, 3, 3]; seen from outside counter-clockwise."""
+    from OCP.BRep import BRep_Tool
+    from OCP.TopAbs import TopAbs_REVERSED
+    from OCP.TopLoc import TopLoc_Location
+
+    location = TopLoc_Location()
+    mesh = BRep_Tool.Triangulation_s(face, location)
+    if mesh is None:
+        return np.zeros((0, 3, 3))
+    move = location.Transformation()
+    points = [mesh.Node(k).Transformed(move) for k in range(1, mesh.NbNodes() + 1)]
+    corners = np.array([(p.X(), p.Y(), p.Z()) for p in points])
+    rows = [mesh.Triangle(k) for k in range(1, mesh.NbTriangles() + 1)]
+    index = np.array([(t.Value(1), t.Value(2), t.Value(3)) for t in rows], dtype=np.int64) - 1
+    if face.Orientation() == TopAbs_REVERSED:
+        index = index[:, ::-1]
+    found: NDArray[np.float64] = corners[index]
+    return found
+
+
+def part_above(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:
+    """Return the part of a flat convex piece that is above a height, its corners in turn."""
+    found = []
+    for here, there in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        if here[2] > height:
+            found.append(here)
+        if (here[2] > height) != (there[2] > height):
+            found.append(here + (there - here) * ((height - here[2]) / (there[2] - here[2])))
+    return np.array(found).reshape(-1, 3)

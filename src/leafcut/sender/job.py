@@ -1,0 +1,203 @@
+"""A program that may be sent: read for its machine, understood in every line, with its times and its holes."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import OptionError, ReadError, shown
+from leafcut.files import read_program
+from leafcut.gcode.dialects import Dialect, dialect
+from leafcut.gcode.languages import other_language
+from leafcut.gcode.program import Program
+from leafcut.gcode.program_interpreter import interpret_program
+from leafcut.geometry.arrays import Floats
+from leafcut.kinds import Head
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.machine import Machine
+from leafcut.model.toolpath import Kind
+from leafcut.proof.dangers import find_dangers
+from leafcut.read.machine import load_machine
+from leafcut.sender.lines import SentStep, steps_of
+
+#: What nobody may send without saying so: what is dangerous, what the machine cannot do, what is not known.
+_NEVER = ("L806", "L808")
+#: Rows that move the origin, or that only the machine can know.
+_LOST = {Kind.FOREIGN: "is not understood", Kind.SHIFT: "moves the origin, so that nothing behind it can be checked"}
+#: Ends closer than this are one place, mm.
+_SAME = 1e-6
+
+
+@dataclass(frozen=True)
+class DrilledHole:
+    """One hole in the order of the program: x and y, mm, and its lines, from that which goes there to the last cut."""
+
+    number: int
+    x: float
+    y: float
+    first: int
+    last: int
+
+
+@dataclass(frozen=True, eq=False)
+class SendJob:
+    """A program that is read, and how it was.
+
+    Attributes
+    ----------
+    file, machine, words
+        Its name; for what it was read.
+    program
+        What its blocks do.
+    steps
+        What is sent.
+    issues
+        What a person should know before.
+    """
+
+    file: str
+    machine: Machine
+    words: Dialect
+    program: Program
+    steps: tuple[SentStep, ...]
+    issues: tuple[Issue, ...] = ()
+
+    @property
+    def laser(self) -> bool:
+        """Whether it is for a laser."""
+        return self.machine.head is Head.LASER
+
+    @cached_property
+    def holes(self) -> tuple[DrilledHole, ...]:
+        """Its holes: where it goes straight down at feed, again and again at one place for pecks."""
+        return tuple(_holes(self.program))
+
+    @cached_property
+    def seconds(self) -> tuple[Floats, Floats]:
+        """Seconds of each line, fed and not fed, two float64[lines + 1] by the line's number."""
+        from leafcut.timing.grbl import sent_lines
+        from leafcut.timing.toolpath import clock
+
+        timed = clock(self.program.path, self.machine, sent_lines(self.program.lines))
+        fed = (timed.path.kind >= Kind.FEED) & (timed.path.kind <= Kind.ARC_CCW)
+        lines = np.clip(timed.path.line, 0, len(self.program.lines))
+        count = len(self.program.lines) + 1
+        each = [
+            np.bincount(lines, weights=np.where(which, timed.seconds, 0.0), minlength=count).astype(np.float64)
+            for which in (fed, ~fed)
+        ]
+        return each[0], each[1]
+
+    def on(self, machine: Machine) -> SendJob:
+        """Return the same program with the times of another machine."""
+        return replace(self, machine=machine)
+
+    def hole_at(self, line: int) -> DrilledHole | None:
+        """Return the hole that is drilled in a line, or the last one that was begun before it."""
+        found = None
+        for hole in self.holes:
+            if hole.first > line:
+                break
+            found = hole
+        return found
+
+    def text(self, line: int) -> str:
+        """Return a line of the program as it may stand in a message."""
+        lines = self.program.lines
+        return shown(lines[line - 1].strip()) if 0 < line <= len(lines) else ""
+
+
+def read_job(
+    file: str,
+    machine: str,
+    *,
+    dialect_name: str | None = None,
+    units: str | None = None,
+    accept: Collection[str] = (),
+) -> SendJob:
+    """Return a program that is right for a machine, as far as that can be seen without it.
+
+    Parameters
+    ----------
+    accept
+        Codes of issues that a person has seen, and that do not keep the program from being sent.
+
+    Raises
+    ------
+    ReadError
+        It cannot be read; a line of it is not understood, is not for this controller or moves the origin.
+    OptionError
+        The machine has no GRBL board, or what is accepted is none.
+    """
+    known = load_machine(machine)
+    words = dialect(dialect_name or known.controller)
+    if known.control not in ("grbl", "grbl-laser"):
+        raise OptionError(f"--machine {machine}: its controller is {known.control}; only GRBL boards can be sent to")
+    text = read_program(file)
+    if what := other_language(text):
+        raise ReadError(file, what)
+    return job_of(text, file, known, words, units, accept)
+
+
+def job_of(
+    text: str, file: str, machine: Machine, words: Dialect, units: str | None, accept: Collection[str] = ()
+) -> SendJob:
+    """Return a program's text as a job; see `read_job`."""
+    program = interpret_program(text, words, file, units=units or machine.units)
+    steps = tuple(steps_of(program.lines, words, file))
+    _check_known(program, file)
+    dangers = find_dangers(program, machine, "laser" if machine.head is Head.LASER else "mill")
+    for issue in dangers:
+        if (issue.severity is Severity.DANGER or issue.code in _NEVER) and issue.code not in accept:
+            raise OptionError(f"{file} is not sent: {issue}; if that is right, add --accept {issue.code}")
+    issues = list(dangers)
+    if program.assumed_units:
+        name = {"mm": "mm", "in": "inches"}[units or machine.units]
+        issues.append(Issue("L102", f"the program does not state its units (G20 or G21): read as {name}"))
+    if not (program.path.kind <= Kind.ARC_CCW).any():
+        raise ReadError(file, "the program moves nothing")
+    return SendJob(file, machine, words, program, steps, tuple(issues))
+
+
+def _check_known(program: Program, file: str) -> None:
+    path = program.path
+    for kind, what in _LOST.items():
+        rows = np.flatnonzero(path.kind == kind)
+        if len(rows):
+            line = int(path.line[rows[0]])
+            block = int(np.searchsorted(program.first, rows[0], side="right")) - 1
+            why = program.fixed.get(block, "") or f"'{program.lines[line - 1].strip()}' {what}"
+            raise ReadError(file, f"{why}; take it out, and send it again", line)
+
+
+def _holes(program: Program) -> list[DrilledHole]:
+    path, before = program.path, program.path.before
+    down = (path.kind == Kind.FEED) & (path.end[:, 2] < before[:, 2] - _SAME)
+    down &= (np.abs(path.end[:, :2] - before[:, :2]) < _SAME).all(axis=1)
+    sideways: NDArray[np.bool_] = (path.kind <= Kind.ARC_CCW) & ~(
+        (np.abs(path.end[:, :2] - before[:, :2]) < _SAME).all(axis=1)
+    )
+    found: list[DrilledHole] = []
+    travel, cut = -1, False
+    for row in np.flatnonzero(down | sideways).tolist():
+        line = int(path.line[row])
+        if sideways[row]:
+            if cut and path.kind[row] != Kind.RAPID:
+                found.pop()  # it went on sideways at feed: a milled pocket, and no hole
+            travel, cut = (row if path.kind[row] == Kind.RAPID else -1), False
+        elif cut:
+            found[-1] = replace(found[-1], last=line)
+        elif travel >= 0:
+            x, y, _ = path.end[row].tolist()
+            found.append(DrilledHole(len(found) + 1, x, y, int(path.line[travel]), line))
+            cut = True
+    return found
+
+
+def issues_to_tell(issues: Sequence[Issue]) -> list[Issue]:
+    """Return those that matter before a start."""
+    return [issue for issue in issues if issue.severity is not Severity.NOTE]

@@ -1,0 +1,124 @@
+"""A program's text as lines to send: no comments, no blanks, nothing that the dialect lacks, and pauses of our own.
+
+M0 and M6 are never sent: the person is asked when the machine stands, and the program goes on when they say so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from leafcut.errors import ReadError, shown
+from leafcut.gcode.dialects import Dialect
+from leafcut.gcode.words import BlockError, Word, split_line, words_of
+from leafcut.sender.counting import SentLine
+
+#: Longest line that GRBL takes, its end not counted (LINE_BUFFER_SIZE in protocol.h).
+LONGEST_LINE = 79
+#: The letters that GRBL reads (gcode.c); N is left out of what is sent.
+_LETTERS = frozenset("FGIJKLMPRSTXYZ")
+#: A comment tells what a pause is for where it stands no more lines above it.
+_REACH = 3
+
+
+@dataclass(frozen=True)
+class Pause:
+    """A stop of the program at a line: for a change of tool (its number where it is known), or for a person."""
+
+    number: int
+    change: bool = False
+    tool: int | None = None
+    remark: str = ""
+
+    def __str__(self) -> str:
+        what = "pause" if not self.change else "change the tool" if self.tool is None else f"put in tool T{self.tool}"
+        return f"line {self.number}: {what}" + (f" ({self.remark})" if self.remark else "")
+
+
+SentStep = SentLine | Pause
+
+
+def steps_of(lines: Sequence[str], words: Dialect, file: str, first: int = 1) -> list[SentStep]:
+    """Return the lines of a program as they are sent, with its pauses, from line `first` to its end (M2, M30).
+
+    Raises
+    ------
+    ReadError
+        A line has a word or a letter that the controller does not have, is a command of the controller itself ($), or
+        is too long for it.
+    """
+    reader = _LineReader(words)
+    steps: list[SentStep] = []
+    for number, line in enumerate(lines, 1):
+        try:
+            found = reader.read(line, number)
+        except BlockError as problem:
+            raise ReadError(file, str(problem), number) from None
+        if number >= first:
+            steps += found
+        if reader.ended:
+            break
+    return steps
+
+
+class _LineReader:
+    """What the lines before one tell: the tool that was chosen, and the remark that stands above."""
+
+    def __init__(self, words: Dialect) -> None:
+        self.words, self.ended, self.begun = words, False, False
+        self.tool: int | None = None
+        self.chosen = self.remarked = -_REACH
+        self.remark = ""
+
+    def read(self, line: str, number: int) -> list[SentStep]:
+        """Return the steps of one line."""
+        body, comments = split_line(line.strip(), nested=True)
+        if body.startswith("%"):
+            self.ended = self.begun
+            return []
+        found = words_of(body.removeprefix("/"))
+        self._check(found)
+        if comments:
+            self.remark, self.remarked = shown(comments[-1]), number
+        for word in found:
+            if word.letter == "T":
+                self.tool, self.chosen = int(word.value), number
+        self.begun |= bool(found)
+        codes = {int(word.value) for word in found if word.letter == "M"}
+        self.ended = bool(codes & {2, 30})
+        text = "".join(_written(word) for word in found if not _is_ours(word))
+        if len(text) > LONGEST_LINE:
+            reason = f"the line has {len(text)} characters without blanks and comments"
+            raise BlockError(f"{reason}, {self.words.name} takes {LONGEST_LINE}")
+        steps: list[SentStep] = [SentLine(text, number)] if text else []
+        if 6 in codes:
+            steps.insert(0, self._pause(number, change=True))
+        if 0 in codes:
+            # A tool that is chosen right above is put in by hand now.
+            steps.append(self._pause(number, change=number - self.chosen < _REACH))
+        return steps
+
+    def _pause(self, number: int, *, change: bool) -> Pause:
+        self.chosen = -_REACH
+        remark = self.remark if number - self.remarked <= _REACH else ""
+        return Pause(number, change, self.tool if change else None, remark)
+
+    def _check(self, found: Sequence[Word]) -> None:
+        """Refuse what this controller does not have, whatever an interpreter may make of it."""
+        for word in found:
+            known = word.letter in _LETTERS or word.letter == "N"
+            if word.letter == "G":
+                known = round(word.value * 10) in self.words.g_codes
+            elif word.letter == "M":
+                known = word.value in self.words.m_codes or word.value == 6
+            if not known:
+                how = "post the program for this controller, or name its --dialect"
+                raise BlockError(f"{word} is not a word of {self.words.name}; {how}")
+
+
+def _is_ours(word: Word) -> bool:
+    return word.letter == "N" or (word.letter == "M" and word.value in (0, 6))
+
+
+def _written(word: Word) -> str:
+    return f"{word.letter}{word.text.removeprefix('+')}"

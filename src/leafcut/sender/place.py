@@ -1,0 +1,78 @@
+"""Where in a program a machine is, by the place that it reports: the board does not say the line."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.arrays import Floats
+from leafcut.model.machine import XYZ
+from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes
+
+#: The pieces of an arc are no farther from it, mm; but no arc has more of them.
+_SAGITTA, _MOST_PIECES = 0.02, 360
+#: A place that is farther from every move, mm, is on the way to the first of them.
+_OFF = 0.25
+#: Moves this close to a place, mm, are equally near: of them the first counts, so that nothing is left out.
+_NEAR = 0.02
+
+
+class Tracker:
+    """Finds the line that is being run between the first and the last that it can be."""
+
+    def __init__(self, path: Toolpath) -> None:
+        begins, ends, rows = _pieces(path)
+        self._begins, self._ends = begins, ends
+        self._lines = path.line[rows].astype(np.int64)
+
+    def line_at(self, place: XYZ, first: int, last: int) -> int:
+        """Return the line that is run at a place, mm in program coordinates; `first` where it is on no move."""
+        low, high = np.searchsorted(self._lines, [first, last + 1])
+        if low >= high:
+            return first
+        begins, ends = self._begins[low:high], self._ends[low:high]
+        along = ends - begins
+        length = np.maximum((along**2).sum(axis=1), 1e-18)
+        at = np.array(place) - begins
+        share = np.clip((at * along).sum(axis=1) / length, 0.0, 1.0)
+        away = np.sqrt(((at - share[:, None] * along) ** 2).sum(axis=1))
+        nearest = float(away.min())
+        if not nearest <= _OFF:
+            return first
+        return int(self._lines[low:high][int(np.argmax(away <= nearest + _NEAR))])
+
+
+def _pieces(path: Toolpath) -> tuple[Floats, Floats, NDArray[np.int64]]:
+    """Return straight pieces of all moves whose ends are known: begins, ends, float64[k, 3], and their rows."""
+    before = path.before
+    begins: list[Floats] = []
+    ends: list[Floats] = []
+    rows: list[int] = []
+    moving = (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end).all(axis=1) & np.isfinite(before).all(axis=1)
+    for row in np.flatnonzero(moving).tolist():
+        points = [before[row], path.end[row]]
+        if path.kind[row] in (Kind.ARC_CW, Kind.ARC_CCW):
+            points = _arc_points(path, row)
+        begins += points[:-1]
+        ends += points[1:]
+        rows += [row] * (len(points) - 1)
+    return np.reshape(begins, (-1, 3)), np.reshape(ends, (-1, 3)), np.array(rows, dtype=np.int64)
+
+
+def _arc_points(path: Toolpath, row: int) -> list[Floats]:
+    arc = path.arcs[int(path.ref[row])]
+    first, second, normal = plane_axes(arc.plane)
+    radius, start, sweep = arc_sweep(path, row)
+    angle = 2.0 * math.acos(max(1.0 - _SAGITTA / radius, 0.0)) if radius > 0.0 else math.pi
+    count = min(max(1, math.ceil(abs(sweep) / angle)), _MOST_PIECES)
+    points = []
+    for share in np.linspace(0.0, 1.0, count + 1).tolist():
+        point = np.zeros(3)
+        angle = start + share * sweep
+        point[first] = arc.center[first] + radius * math.cos(angle)
+        point[second] = arc.center[second] + radius * math.sin(angle)
+        point[normal] = path.before[row][normal] * (1.0 - share) + path.end[row][normal] * share
+        points.append(point)
+    return points

@@ -1,0 +1,118 @@
+"""The serial port: opened for us alone, read and written; whatever breaks there is one line."""
+
+from __future__ import annotations
+
+import errno
+import os
+from typing import Protocol
+
+from leafcut.errors import OptionError, SendError, nearest
+
+#: Bits per second of GRBL's line (BAUD_RATE).
+BAUD = 115_200
+#: Those that are usual; another one is a slip.
+BAUDS = (9600, 19200, 38400, 57600, 115200, 230400, 250000, 460800, 500000, 921600, 1000000, 2000000)
+_LONGEST_READ = 4096
+#: A write that the port does not take for so long will never be taken, s.
+_WRITE_SECONDS = 5.0
+
+
+class PortLost(SendError):
+    """The port is gone in the middle: unplugged, or switched off."""
+
+
+class Port(Protocol):
+    """What a conversation needs of a port."""
+
+    name: str
+
+    def read(self, seconds: float) -> bytes:
+        """Return what has come, waiting for the first byte so long; raise `PortLost` when the port is gone."""
+
+    def write(self, data: bytes) -> None:
+        """Send bytes; raise `PortLost` when the port is gone."""
+
+    def close(self) -> None:
+        """Give the port back."""
+
+
+class SerialPort:
+    """A real one."""
+
+    def __init__(self, name: str, baud: int = BAUD) -> None:
+        """Open it.
+
+        Raises
+        ------
+        OptionError
+            There is no such port, or no such speed.
+        SendError
+            It is in use, or may not be opened.
+        """
+        import serial
+
+        if baud not in BAUDS:
+            raise OptionError(f"--baud {baud}: {nearest(str(baud), [str(one) for one in BAUDS])[2:]}")
+        self.name = name
+        if os.name == "posix" and not os.path.exists(name):  # noqa: PTH110 - a device, and no path of ours
+            raise OptionError(f"--port {name}: there is no such port; {ports_in_words()}")
+        try:
+            self._serial = serial.Serial(
+                name, baud, timeout=0.0, write_timeout=_WRITE_SECONDS, exclusive=True if os.name == "posix" else None
+            )
+        except (serial.SerialException, OSError, ValueError) as problem:
+            raise _refusal(name, problem) from None
+
+    def read(self, seconds: float) -> bytes:
+        """Return what has come, waiting for the first byte so long."""
+        import serial
+
+        try:
+            self._serial.timeout = seconds
+            first: bytes = self._serial.read(1)
+            waiting = self._serial.in_waiting if first else 0
+            rest: bytes = self._serial.read(min(waiting, _LONGEST_READ)) if waiting else b""
+        except (serial.SerialException, OSError, TypeError):
+            raise PortLost(f"the connection to {self.name} is lost") from None
+        return first + rest
+
+    def write(self, data: bytes) -> None:
+        """Send bytes."""
+        import serial
+
+        try:
+            self._serial.write(data)
+        except (serial.SerialException, OSError, TypeError):
+            raise PortLost(f"the connection to {self.name} is lost") from None
+
+    def close(self) -> None:
+        """Give the port back."""
+        try:
+            self._serial.close()
+        except OSError:
+            return
+
+
+def _refusal(name: str, problem: Exception) -> SendError:
+    number = getattr(problem, "errno", None)
+    text = str(problem)
+    if number in (errno.EBUSY, errno.EWOULDBLOCK) or "exclusively lock" in text or "Access is denied" in text:
+        return SendError(f"--port {name}: in use by another program; close that one first")
+    if number in (errno.EACCES, errno.EPERM):
+        return SendError(f"--port {name}: you may not open it; on Linux become a member of the group 'dialout'")
+    if number == errno.ENOENT or "FileNotFound" in text:
+        return SendError(f"--port {name}: there is no such port; {ports_in_words()}")
+    return SendError(f"--port {name}: it is no serial port, or does not take this speed")
+
+
+def ports() -> list[tuple[str, str]]:
+    """Return the serial ports of this computer: name and description."""
+    from serial.tools.list_ports import comports
+
+    return sorted((str(one.device), str(one.description)) for one in comports())
+
+
+def ports_in_words() -> str:
+    """Return which ports there are, as the end of a message."""
+    found = [name for name, _ in ports()]
+    return f"there are {', '.join(found)}" if found else "no serial port was found; is the machine plugged in?"

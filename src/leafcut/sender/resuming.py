@@ -1,0 +1,241 @@
+"""How a program goes on from one of its lines after a break: in the state that it would have there, from above.
+
+The tool rises to the highest place of the program, goes over the place, the spindle starts, the tool comes down: as a
+rapid only where the program itself travels at that height, else at the program's feed. The whole is read again, and
+must make the same moves as the program makes from there on.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from leafcut.errors import OptionError
+from leafcut.gcode.program import Modal
+from leafcut.gcode.words import split_line, words_of
+from leafcut.model.machine import XYZ
+from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.sender.counting import SentLine
+from leafcut.sender.job import SendJob, job_of
+from leafcut.sender.lines import SentStep, steps_of
+
+#: Decimals of a place in mm: a step of a fine board is a thousandth.
+_DECIMALS = 4
+_SPINDLE = {1: "M3", -1: "M4"}
+_COOLANT = {0: [], 1: ["M7"], 2: ["M8"], 3: ["M7", "M8"]}
+#: Numbers that are the same but for the rounding of what is written here, mm.
+_ROOM = 2e-4
+
+
+def line_of_hole(job: SendJob, number: int) -> int:
+    """Return the line from which a hole is drilled, holes counted from 1 in the order of the program.
+
+    Raises
+    ------
+    OptionError
+        The program has no such hole.
+    """
+    if not 1 <= number <= len(job.holes):
+        have = f"{len(job.holes)} holes" if job.holes else "no holes: give a line instead, with --from-line"
+        raise OptionError(f"--from-hole {number}: the program has {have}")
+    return job.holes[number - 1].first
+
+
+def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple[SentStep, ...], int | None]:
+    """Return what is sent to go on from a line, and the tool that must be in the spindle, None where none is named.
+
+    Parameters
+    ----------
+    height
+        Where the tool is now, mm in the program's own Z: it never comes down before it is over its place.
+
+    Raises
+    ------
+    OptionError
+        The program has no block there or later, or from there on it depends on what cannot be known; the reason is
+        said.
+    """
+    program = job.program
+    blocks = np.flatnonzero(program.line >= line)
+    if not len(blocks):
+        raise OptionError(f"--from-line {line}: the program ends in line {int(program.line[-1])}")
+    block = int(blocks[0])
+    first = int(program.line[block])
+    modal, row = program.modal(block), int(program.first[block])
+    path = program.path
+    place = _place_before(job, row, first)
+    lead = _lead_in(job, modal, path, row, place, height)
+    rest = steps_of(program.lines, job.words, job.file, first)
+    rest = with_motion(rest, modal.motion)
+    _prove(job, lead, rest, row, first)
+    return (
+        *(SentLine(text.replace(" ", "")) for text in lead),
+        *rest,
+    ), modal.next_tool if modal.tool is None else modal.tool
+
+
+def _place_before(job: SendJob, row: int, line: int) -> XYZ:
+    """Return where the tool is before a row; of a laser that never moves Z, 0."""
+    path = job.program.path
+    if row >= len(path):
+        raise OptionError(f"--from-line {line}: nothing is left to be done there")
+    x, y, z = path.before[row].tolist()
+    never = not np.isfinite(path.end[path.kind <= Kind.ARC_CCW, 2]).any()
+    if never:
+        z = 0.0
+    if not all(math.isfinite(one) for one in (x, y, z)):
+        hole = next((hole for hole in job.holes if hole.first > line), None)
+        instead = f"; go on from line {hole.first} (--from-hole {hole.number})" if hole else "; begin from the start"
+        raise OptionError(f"--from-line {line}: where the tool is before it is not known{instead}")
+    return x, y, z
+
+
+def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, height: float | None) -> list[str]:
+    """Return the lines that bring the machine into the state and to the place before a block.
+
+    Raises
+    ------
+    OptionError
+        The state is one that cannot be made: a feed that goes with one move alone (G93), no units, no feed to come
+        down with.
+    """
+    if modal.feed_mode != 94:
+        raise OptionError("G93 gives each move a time: the program cannot be resumed there; begin from the start")
+    if modal.unit is None:
+        raise OptionError("the program has not said its units there; begin from the start")
+    x, y, z = place
+    heights = path.end[np.isin(path.kind, (Kind.RAPID, Kind.FEED)), 2]
+    known = heights[np.isfinite(heights)]
+    lines = ["M5", "M9", "G21 G90 G94 G17 G40 G49", f"G{modal.frame / 10:g}"]
+    if len(known):
+        top = max(float(known.max()), z if height is None else height)
+        lines.append(f"G0 Z{_number(top)}")
+    lines.append(f"G0 X{_number(x)} Y{_number(y)}")
+    lines += _COOLANT[modal.coolant]
+    spindle = f"{_SPINDLE[modal.spindle]} S{modal.rpm:g}" if modal.spindle else f"S{modal.rpm:g}"
+    if not job.laser:
+        lines.append(spindle)
+        if modal.spindle and job.machine.spindle_start_s:
+            lines.append(f"G4 P{job.machine.spindle_start_s:g}")
+    if len(known):
+        lines.append(_way_down(modal, path, row, z))
+    # From here on in the program's own words.
+    lines += _units_and_feed(modal)
+    lines.append(f"G{modal.plane} G{91 if modal.incremental else 90}")
+    if job.laser:
+        lines.append(spindle)
+    return [line for line in lines if line]
+
+
+def _way_down(modal: Modal, path: Toolpath, row: int, z: float) -> str:
+    """Return the move down to where the program goes on."""
+    before = path.before[row]
+    moves = np.flatnonzero(path.kind[row:] <= Kind.ARC_CCW)
+    travels = False
+    if len(moves):
+        first = row + int(moves[0])
+        sideways = bool(np.isfinite(path.end[first, :2]).all() and (path.end[first, :2] != before[:2]).any())
+        travels = path.kind[first] == Kind.RAPID and (sideways or bool(path.end[first, 2] > z))
+        travels &= sideways or _came_by_rapid(path, row)
+    if travels:
+        return f"G0 Z{_number(z)}"
+    feed = modal.feed * (modal.unit or 1.0)
+    if not feed:
+        fed = path.value[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)]
+        feed = float(fed.min()) * 60.0 if len(fed) else 0.0
+    if not feed:
+        raise OptionError("the program has no feed to come down with there; begin from the start")
+    return f"G1 Z{_number(z)} F{_number(feed)}"
+
+
+def _came_by_rapid(path: Toolpath, row: int) -> bool:
+    """Return whether the last move before a row was a rapid up, or sideways: there is no material where it ended."""
+    moves = np.flatnonzero(path.kind[:row] <= Kind.ARC_CCW)
+    if not len(moves):
+        return False
+    last = int(moves[-1])
+    return bool(path.kind[last] == Kind.RAPID and not path.end[last, 2] < path.before[last, 2])
+
+
+def _number(value: float) -> str:
+    text = f"{value:.{_DECIMALS}f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+def modes_before(job: SendJob, line: int) -> tuple[int | None, list[SentLine]]:
+    """Return the motion that is active before a line, and what brings a controller into the modes that are."""
+    modal = _modal_before(job, line)
+    words = [f"G{modal.plane} G{91 if modal.incremental else 90} G94 G40 G49", f"G{modal.frame / 10:g}"]
+    words += _units_and_feed(modal)
+    lines = [SentLine(text.replace(" ", "")) for text in words]
+    return modal.motion, [*lines, *spindle_words(job, line)]
+
+
+def _units_and_feed(modal: Modal) -> list[str]:
+    """Return the units of a program and its feed in them: two lines, as one would leave open in which of them F is."""
+    if modal.unit is None:
+        return []
+    return [f"G{21 if modal.unit == 1.0 else 20}", *[f"F{modal.feed:.10g}"] * bool(modal.feed)]
+
+
+def spindle_words(job: SendJob, line: int) -> list[SentLine]:
+    """Return what starts the spindle if the program believes that it turns before a line."""
+    modal = _modal_before(job, line)
+    if not modal.spindle:
+        return []
+    wait = [SentLine(f"G4P{job.machine.spindle_start_s:g}")] if job.machine.spindle_start_s else []
+    return [SentLine(f"{_SPINDLE[modal.spindle]}S{modal.rpm:g}"), *wait]
+
+
+def _modal_before(job: SendJob, line: int) -> Modal:
+    block = int(np.searchsorted(job.program.line, line))
+    return job.program.modal(min(block, job.program.n_blocks))
+
+
+def with_motion(rest: list[SentStep], motion: int | None) -> list[SentStep]:
+    """Return the lines with the active G0 to G3 said in the first one that moves without saying it."""
+    done = list(rest)
+    for k, step in enumerate(rest):
+        if not isinstance(step, SentLine):
+            continue
+        words = words_of(split_line(step.text)[0])
+        codes = {round(word.value * 10) for word in words if word.letter == "G"}
+        if codes & {0, 10, 20, 30}:
+            break
+        if codes & {40, 280, 300, 530}:
+            continue
+        if any(word.letter in "XYZ" for word in words):
+            if motion is None:
+                raise OptionError(f"line {step.number} moves, and no motion (G0 to G3) is active; begin from the start")
+            done[k] = SentLine(f"G{motion}{step.text}", step.number)
+            break
+    return done
+
+
+def _prove(job: SendJob, lead: list[str], rest: list[SentStep], row: int, line: int) -> None:
+    """Read what will be sent, and compare it with the program from the line on.
+
+    Raises
+    ------
+    OptionError
+        It would not do the same.
+    """
+    texts = [*lead, *(step.text for step in rest if isinstance(step, SentLine))]
+    again = job_of("\n".join(texts) + "\n", job.file, job.machine, job.words, None, _EVERY)
+    was, now = job.program.path, again.program.path
+    keep = [k for k in range(row, len(was)) if was.kind[k] not in (Kind.PAUSE, Kind.TOOL)]
+    mine = [k for k in range(len(now)) if now.kind[k] not in (Kind.PAUSE, Kind.TOOL)][-len(keep) :] if keep else []
+    same = len(mine) == len(keep) and all(
+        was.kind[a] == now.kind[b]
+        and np.allclose(was.end[a], now.end[b], atol=_ROOM, rtol=0.0, equal_nan=True)
+        and abs(was.value[a] - now.value[b]) <= 1e-6 * max(1.0, abs(was.value[a]))
+        and np.allclose(was.before[a], now.before[b], atol=_ROOM, rtol=0.0, equal_nan=True)
+        for a, b in zip(keep, mine, strict=True)
+    )
+    if not same:
+        raise OptionError(f"--from-line {line}: the program cannot be resumed there exactly; choose an earlier line")
+
+
+#: What was accepted or refused before the break needs no second word.
+_EVERY = ("L801", "L802", "L803", "L804", "L805", "L806", "L807", "L808")

@@ -1,0 +1,580 @@
+"""A program on its way: lines in, answers out, holds and pauses between, and how it ended."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+
+from leafcut.errors import LeafcutError, OptionError, SendError
+from leafcut.gcode.words import split_line, words_of
+from leafcut.model.machine import XYZ
+from leafcut.model.toolpath import Kind
+from leafcut.sender.answers import Accepted, Alarm, ControllerAnswer, Greeting, Refused, Status, Strange
+from leafcut.sender.checking import check_program
+from leafcut.sender.conversation import HOLD, RESET, RESUME, Conversation
+from leafcut.sender.counting import GRBL_BUFFER, SPARED, CharacterCounter, SentLine
+from leafcut.sender.explained import alarm_in_words, error_in_words, state_in_words
+from leafcut.sender.facts import Facts
+from leafcut.sender.job import DrilledHole, SendJob
+from leafcut.sender.lines import Pause, SentStep
+from leafcut.sender.place import Tracker
+from leafcut.sender.port import PortLost
+from leafcut.sender.resuming import modes_before, resumed, spindle_words, with_motion
+
+#: Between two questions for the status, s: more often would cost the board time that it needs for lines.
+STATUS_SECONDS = 0.25
+#: Without any answer for so long, the controller is gone, s.
+SILENCE_SECONDS = 5.0
+#: An idle machine that owes an answer for so long has lost it, s.
+OWING_SECONDS = 3.0
+#: So long a machine that is not heard any more has to come to rest before it is reset, s.
+UNHEARD_SECONDS = 3.0
+#: So many lines at most are taken and not run yet: blocks of the planner, and lines between that move nothing.
+_AHEAD = 40
+#: A check does not collect more errors.
+_MOST_ERRORS = 20
+
+
+class Request(StrEnum):
+    """What a person may ask for while a program runs."""
+
+    HOLD = "hold"
+    RESUME = "resume"
+    STOP = "stop"
+    FASTER = "faster"
+    SLOWER = "slower"
+    LITTLE_FASTER = "a little faster"
+    LITTLE_SLOWER = "a little slower"
+    NORMAL = "as programmed"
+
+
+#: The bytes that do it. Source: gnea/grbl wiki, "Grbl v1.1 Commands", real-time commands.
+_BYTES = {Request.HOLD: HOLD, Request.RESUME: RESUME}
+#: By how many percent each changes the feed.
+_CHANGES = {
+    Request.FASTER: 10,
+    Request.SLOWER: -10,
+    Request.LITTLE_FASTER: 1,
+    Request.LITTLE_SLOWER: -1,
+}
+_FEED_NORMAL = b"\x90"
+#: Steps of the override: percent → byte.
+_FEED_STEPS = {10: b"\x91", -10: b"\x92", 1: b"\x93", -1: b"\x94"}
+#: Limits of the feed's override, percent (config.h).
+_SLOWEST, _FASTEST = 10, 200
+
+
+@dataclass(frozen=True)
+class RunView:
+    """How far a program is.
+
+    Attributes
+    ----------
+    state
+        What the machine does, as the controller says it.
+    line, taken
+        The line that is being run, and the last one that the controller has taken.
+    hole
+        The number of the hole it is at; 0 before the first.
+    place
+        Where it is in the program's coordinates, mm; None where it did not say.
+    feed, override
+        mm/min; percent of the programmed feed.
+    done_s, left_s
+        Machine time of what is done, and of what is left at this override, s.
+    """
+
+    state: str
+    line: int
+    taken: int
+    hole: int
+    place: XYZ | None
+    feed: float
+    override: int
+    done_s: float
+    left_s: float
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How a program ended.
+
+    Attributes
+    ----------
+    complete
+        Every line was taken and the machine has come to rest behind the last.
+    reason
+        Why it ended before that, in words.
+    taken, sent, line
+        The last line that was taken, that was sent, and the one in which the machine was.
+    hole
+        The hole that was being drilled, or that comes next; None where there is none.
+    state
+        What the machine does now, in words; of a lost connection what it is taken to do.
+    homed
+        Its position can be trusted.
+    place
+        Where it was in machine coordinates, mm, by its last word.
+    errors
+        Of a check: the line, and what is wrong with it.
+    """
+
+    complete: bool
+    reason: str
+    taken: int
+    sent: int
+    line: int
+    hole: DrilledHole | None
+    state: str
+    homed: bool
+    place: XYZ | None
+    errors: tuple[tuple[int, str], ...] = ()
+
+    @property
+    def go_on(self) -> str:
+        """The option with which the program goes on from there; empty where it begins from the start."""
+        if self.complete or not self.line:
+            return ""
+        if self.hole is not None:
+            return f"--from-hole {self.hole.number}"
+        return f"--from-line {self.line}"
+
+
+#: Is asked at a pause; returns "" to go on, a line for the controller, or None to stop.
+Prompt = Callable[[Pause, Sequence[str]], str | None]
+
+
+class _Ended(SendError):
+    """The run cannot go on; `reached` says whether the controller can still be spoken to."""
+
+
+class _Silent(PortLost):
+    """The port is there, and nothing comes from it any more."""
+
+
+class _Asked(Exception):
+    """A person wants to stop."""
+
+
+@dataclass
+class SendRun:
+    """One program on its way to one controller.
+
+    Attributes
+    ----------
+    talk, facts, job, steps
+        The controller; what it said; the program; what is sent of it.
+    prompt
+        Asks a person at a pause; None: there is nobody.
+    observe
+        Is called with a `RunView` at every status.
+    check
+        The controller is in check mode: nothing moves, and errors are collected.
+    """
+
+    talk: Conversation
+    facts: Facts
+    job: SendJob
+    steps: Sequence[SentStep]
+    prompt: Prompt | None = None
+    observe: Callable[[RunView], None] | None = None
+    check: bool = False
+    unhomed: bool = False
+    requests: deque[Request] = field(default_factory=deque)
+
+    def __post_init__(self) -> None:
+        self.counter = CharacterCounter(self.facts.buffer)
+        self.left: deque[SentStep] = deque(self.steps)
+        self.path = self.job.program.path
+        self._tracker = Tracker(self.path)
+        fed, other = self.job.seconds
+        self._fed, self._other = np.cumsum(fed), np.cumsum(other)
+        numbers = [step.number for step in self.steps if isinstance(step, SentLine) and step.number]
+        self._first = min(numbers, default=1)
+        self.taken = self.sent = self._first - 1
+        self.line = self._first
+        self._history: deque[int] = deque(maxlen=_AHEAD)
+        self._overrides = (100, 100, 100)
+        self._wanted: int | None = None
+        self._stepping = False
+        self._offset = self.facts.status.offset
+        self._errors: list[tuple[int, str]] = []
+        self._rests = 0
+        self._heard_at = self._owed_since = self._asked_at = self.talk.clock()
+
+    def ask(self, request: Request) -> None:
+        """Ask for something; may be called from any thread, and is done at the next look."""
+        self.requests.append(request)
+
+    def run(self) -> Ending:
+        """Send everything, and return how it ended: stopped, with the machine's state told, whatever happens."""
+        if self.prompt is None and not self.check:
+            self._skip_first_tool()
+        try:
+            if self.check:
+                self.talk.ask("$C")
+            self._heard_at = self._owed_since = self.talk.clock()
+            self._send_all()
+            return self._leave_check() if self.check else self._ending("", self.talk.status)
+        except _Silent as silent:
+            return self._lost(f"{silent}; {self._stop_unheard()}")
+        except PortLost as lost:
+            return self._lost(str(lost))
+        except (_Asked, KeyboardInterrupt):
+            return self._stopped("stopped by you")
+        except LeafcutError as problem:
+            return self._stopped(str(problem))
+
+    def _skip_first_tool(self) -> None:
+        """Take the first tool for put in where nobody can be asked; refuse a program with any other pause.
+
+        Raises
+        ------
+        OptionError
+            Says which.
+        """
+        fed = self.path.line[(self.path.kind >= Kind.FEED) & (self.path.kind <= Kind.ARC_CCW)]
+        cut = int(fed[0]) if len(fed) else self._first
+        first = next((step for step in self.left if isinstance(step, Pause)), None)
+        if first is not None and first.change and first.number < cut:
+            self.left.remove(first)
+        pause = next((step for step in self.left if isinstance(step, Pause)), None)
+        if pause is not None:
+            raise OptionError(f"{self.job.file} stops for a person ({pause}), and nobody can be asked; use a terminal")
+
+    def _send_all(self) -> None:
+        while True:
+            self._obey()
+            self._step_override()
+            self._fill()
+            for answer in self.talk.listen():
+                self._hear(answer)
+            if not self.left and not self.counter.waiting and self._rests >= 2:
+                return
+            self._look()
+
+    def _obey(self) -> None:
+        while self.requests:
+            request = self.requests.popleft()
+            if request is Request.STOP:
+                raise _Asked
+            if request in _BYTES:
+                self.talk.write(_BYTES[request])
+                continue
+            before = self._overrides[0] if self._wanted is None else self._wanted
+            change = _CHANGES.get(request)
+            self._wanted = 100 if change is None else min(max(before + change, _SLOWEST), _FASTEST)
+
+    def _step_override(self) -> None:
+        """Go on towards the feed's override that is wanted, a step at a time: the board takes two at once for one."""
+        if self._wanted is None or self._stepping:
+            return
+        missing = self._wanted - self._overrides[0]
+        if not missing:
+            self._wanted = None
+            return
+        step = (10 if abs(missing) >= 10 else 1) * (1 if missing > 0 else -1)
+        self.talk.write(_FEED_NORMAL if self._wanted == 100 else _FEED_STEPS[step])
+        self._stepping = True
+        self._asked_at = 0.0
+
+    def _fill(self) -> None:
+        """Send as much as fits; at a pause nothing, until the machine stands."""
+        while self.left:
+            step = self.left[0]
+            if isinstance(step, Pause):
+                if not self.check and (self.counter.waiting or self._rests < 2):
+                    return
+                self.left.popleft()
+                if not self.check:
+                    self._pause(step)
+                continue
+            if not self.counter.fits(step):
+                return
+            self.left.popleft()
+            if not self.counter.waiting:
+                self._owed_since = self.talk.clock()
+            self.talk.write(self.counter.send(step))
+            self.sent = max(self.sent, step.number)
+            self._rests = 0
+
+    def _look(self) -> None:
+        """Ask for the status when it is time, and see that the controller is still there and owes nothing."""
+        now = self.talk.clock()
+        if now - self._asked_at >= STATUS_SECONDS:
+            self._asked_at = now
+            self.talk.ask_status()
+        if now - self._heard_at > SILENCE_SECONDS * self.talk.patience:
+            raise _Silent(f"nothing answers on {self.talk.port.name} any more")
+        if (
+            self._rests >= 2
+            and self.counter.waiting
+            and now - self._owed_since > OWING_SECONDS * self.talk.patience + self._dwell()
+        ):
+            raise _Ended("an answer was lost on the way, so the lines can no longer be counted; look at the cable")
+
+    def _dwell(self) -> float:
+        """Return for how long the oldest line that waits for an answer may let the machine stand, s."""
+        oldest = self.counter.waiting[0].text
+        if "G4" not in oldest and "G04" not in oldest:
+            return 0.0
+        return sum(word.value for word in words_of(split_line(oldest)[0]) if word.letter == "P")
+
+    def _hear(self, answer: ControllerAnswer) -> None:
+        self._heard_at = self.talk.clock()
+        match answer:
+            case Accepted():
+                self._take(0)
+            case Refused(code):
+                self._take(code)
+            case Alarm(code):
+                raise _Ended(f"{self._where()}: {alarm_in_words(code)}")
+            case Greeting():
+                raise _Ended(f"the controller was reset{self._while_in()}")
+            case Strange(words):
+                raise _Ended(f"what came over the line makes no sense: '{words}'; look at the cable")
+            case Status():
+                self._see(answer)
+            case _:
+                pass
+
+    def _take(self, code: int) -> None:
+        line = self.counter.answered()
+        self._owed_since, self._rests = self.talk.clock(), 0
+        if line is None:
+            raise _Ended("the controller answers to what was not sent: is another program speaking to it?")
+        if line.number:
+            self.taken = line.number
+            self._history.append(line.number)
+        if not code:
+            return
+        text = self.job.text(line.number) or line.text
+        what = f"line {line.number} '{text}': {error_in_words(code)}" if line.number else f"'{text}': {code}"
+        if not self.check or not line.number:
+            raise _Ended(what)
+        self._errors.append((line.number, what))
+        if len(self._errors) >= _MOST_ERRORS:
+            raise _Ended(f"{what}; {_MOST_ERRORS} errors, the rest was not looked at")
+
+    def _see(self, status: Status) -> None:
+        """Take a status: where the machine is, and whether it stands."""
+        if status.state in ("Alarm", "Sleep"):
+            raise _Ended(f"{self._where()}: the machine is {state_in_words(status.state)}")
+        used = None if status.free_bytes is None else self.facts.buffer - status.free_bytes
+        if self.facts.buffer == GRBL_BUFFER and used is not None and used > self.counter.bytes + SPARED:
+            raise _Ended("there is more in the controller's buffer than was sent: is another program speaking to it?")
+        self._rests = self._rests + 1 if status.state in ("Idle", "Check") else 0
+        if status.overrides is not None:
+            self._overrides, self._stepping = status.overrides, False
+        self._offset = status.offset or self._offset
+        place = self._program_place(status)
+        if not self.check:
+            self.line = self._line_of(place)
+        if self.observe is not None:
+            self.observe(self._view(status, place))
+
+    def _line_of(self, place: XYZ | None) -> int:
+        last = max(self.taken, self._first)
+        if place is None:
+            return last
+        first = max(self.line, self._history[0] if len(self._history) == _AHEAD else self._first)
+        return self._tracker.line_at(place, min(first, last), last)
+
+    def _program_place(self, status: Status) -> XYZ | None:
+        """Return where it is in the coordinates of the program, mm."""
+        unit = self.facts.unit
+        if status.work is not None:
+            x, y, z = status.work
+            return (x * unit, y * unit, z * unit)
+        place = self.facts.machine_place(status)
+        if place is None:
+            return None
+        if self._offset is not None:
+            zero = (self._offset[0] * unit, self._offset[1] * unit, self._offset[2] * unit)
+        else:
+            zero = self.facts.origin(self.facts.frame)
+        return (place[0] - zero[0], place[1] - zero[1], place[2] - zero[2])
+
+    def _view(self, status: Status, place: XYZ | None) -> RunView:
+        line = self.taken if self.check else max(self.line - 1, 0)
+        line = min(line, len(self._fed) - 1)
+        feed, rapid = max(self._overrides[0], 1), max(self._overrides[1], 1)
+        fed, other = self._fed[-1] - self._fed[line], self._other[-1] - self._other[line]
+        hole = self.job.hole_at(self.line)
+        return RunView(
+            state=status.state,
+            line=self.line,
+            taken=self.taken,
+            hole=0 if hole is None else hole.number,
+            place=place,
+            feed=(status.feed or 0.0) * self.facts.unit,
+            override=self._overrides[0],
+            done_s=float(self._fed[line] + self._other[line]),
+            left_s=float(100.0 * fed / feed + 100.0 * other / rapid),
+        )
+
+    def _pause(self, pause: Pause) -> None:
+        """Ask the person; what they have the controller do is undone before the program goes on, but for zeros.
+
+        A change of tool stops the spindle; it is started again if the program believes that it turns.
+        """
+        assert self.prompt is not None
+        if pause.change and not self.job.laser:
+            self.talk.ask("M5")
+        said: list[str] = []
+        changed = False
+        while True:
+            answer = self.prompt(pause, said)
+            if answer is None:
+                raise _Asked
+            if not answer.strip():
+                break
+            said, changed = self._obey_line(answer.strip()), True
+        self._heard_at = self.talk.clock()
+        following = next((step.number for step in self.left if isinstance(step, SentLine)), 0)
+        if not following:
+            return
+        if changed:
+            self._come_back(pause, following)
+        elif pause.change and not self.job.laser:
+            self.left.extendleft(reversed(spindle_words(self.job, following)))
+        self._heard_at, self._rests = self.talk.clock(), 0
+
+    def _obey_line(self, text: str) -> list[str]:
+        """Have the controller do what a person typed; return what it said."""
+        try:
+            data = text.upper() if text.isascii() and text.isprintable() else ""
+            if not data or len(data) > 79 or set(data) & set("!?~"):
+                return ["that is no line for a controller"]
+            said = [str(getattr(one, "text", one)) for one in self.talk.ask(data, 600.0)]
+            return [*said, "ok"]
+        except PortLost:
+            raise
+        except SendError as problem:
+            return [str(problem)]
+
+    def _come_back(self, pause: Pause, following: int) -> None:
+        """Look again at origins and place, and go on from the next line in the state that the program is in there."""
+        self._wait_idle()
+        self.facts = self.talk.facts()
+        check_program(self.job, self.facts, unhomed=self.unhomed, accept=("L805",))
+        place = self.facts.machine_place()
+        height = None if place is None else place[2] - self.facts.origin(540)[2]
+        try:
+            steps, _ = resumed(self.job, following, height)
+        except OptionError:
+            # Where it has not moved yet there is no place to come back to.
+            motion, lines = modes_before(self.job, following)
+            steps = (*lines, *with_motion(list(self.left), motion))
+        self.left = deque(step for step in steps if step != pause)
+
+    def _wait_idle(self) -> None:
+        for _ in range(2):
+            while self.talk.fresh_status().state not in ("Idle", "Alarm"):
+                pass
+
+    def _where(self) -> str:
+        """Return the line that the machine is in, in words."""
+        return f"line {self.line} '{self.job.text(self.line)}'" if self.taken >= self._first else "before the program"
+
+    def _while_in(self) -> str:
+        return f" while it was in line {self.line}" if self.taken >= self._first else ""
+
+    def _leave_check(self) -> Ending:
+        """End check mode; GRBL resets itself for that."""
+        status = self.talk.reset()
+        errors = self._errors
+        reason = f"{errors[0][1]}" + (f"; {len(errors) - 1} more" if len(errors) > 1 else "") if errors else ""
+        return self._ending(reason, status)
+
+    def _stopped(self, reason: str) -> Ending:
+        """Bring the machine to rest, and tell of it."""
+        try:
+            status = self.talk.reset() if self.check else self.talk.stop(self._hear_late)
+        except PortLost as lost:
+            return self._lost(f"{reason}; {lost}")
+        except SendError as problem:
+            return self._lost(f"{reason}; {problem}")
+        return self._ending(reason, status)
+
+    def _stop_unheard(self) -> str:
+        """Send a hold and, when the machine has had time to come to rest, a reset: perhaps it hears them."""
+        try:
+            self.talk.write(HOLD)
+            until = self.talk.clock() + UNHEARD_SECONDS
+            while self.talk.clock() < until:
+                self.talk.listen()
+            self.talk.write(RESET)
+        except LeafcutError:
+            return "a hold could not be sent"
+        return "a hold and a reset were sent all the same"
+
+    def _hear_late(self, answer: ControllerAnswer) -> None:
+        """Count what is answered while it comes to rest, and see where it stands."""
+        if isinstance(answer, Accepted | Refused):
+            line = self.counter.answered()
+            if line is not None and line.number:
+                self.taken = line.number
+        if isinstance(answer, Status) and not self.check:
+            self._offset = answer.offset or self._offset
+            self.line = self._line_of(self._program_place(answer))
+
+    def _ending(self, reason: str, status: Status | None) -> Ending:
+        self.counter.forget()
+        complete = not reason
+        state = "standing still" if status is None else state_in_words(status.state)
+        return Ending(
+            complete=complete,
+            reason=reason,
+            taken=self.taken,
+            sent=self.sent,
+            line=0 if self.taken < self._first else self.line,
+            hole=self._hole(),
+            state=state,
+            homed=status is None or status.state != "Alarm",
+            place=None if status is None else self.facts.machine_place(status),
+            errors=tuple(self._errors),
+        )
+
+    def _lost(self, reason: str) -> Ending:
+        """Tell what a machine does that cannot be reached: it runs what it has, and stands then."""
+        last = self.talk.status
+        turns = self._spindle_turns()
+        rest = (
+            f"it runs the lines that it has, at most to line {self.sent}, and stands then" if self.sent else "unknown"
+        )
+        spindle = (
+            f"; its {'laser' if self.job.laser else 'spindle'} may stay on: stop it at the machine" if turns else ""
+        )
+        return Ending(
+            complete=False,
+            reason=reason,
+            taken=self.taken,
+            sent=self.sent,
+            line=0 if self.taken < self._first else self.line,
+            hole=self._hole(),
+            state=f"{rest}{spindle}",
+            homed=False,
+            place=None if last is None else self.facts.machine_place(last),
+        )
+
+    def _hole(self) -> DrilledHole | None:
+        """Return the hole that is not drilled to its end: the one at the line, or the next where that one is done."""
+        hole = self.job.hole_at(self.line)
+        if hole is None:
+            return self.job.holes[0] if self.job.holes and self.taken >= self._first else None
+        if self.line > hole.last:
+            moving = (self.path.kind == Kind.RAPID) & (self.path.line > hole.last)
+            later = self.job.holes[hole.number : hole.number + 1]
+            if moving.any() and later and self.line >= later[0].first:
+                return later[0]
+        return hole
+
+    def _spindle_turns(self) -> bool:
+        rows = (self.path.kind == Kind.SPINDLE) & (self.path.line <= max(self.sent, 1))
+        values = self.path.value[rows]
+        return bool(len(values) and values[-1] != 0.0)

@@ -1,0 +1,64 @@
+"""What a person is told of a run: how far it is, how it ended, and how to go on."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from leafcut.errors import brief, count_of
+from leafcut.model.machine import XYZ
+from leafcut.sender.job import SendJob
+from leafcut.sender.run import Ending, RunView
+from leafcut.units import format_time
+
+
+def place_in_words(place: XYZ) -> str:
+    """Return ``X1.000 Y2.000 Z-0.500``."""
+    return " ".join(f"{axis}{value:.3f}" for axis, value in zip("XYZ", place, strict=True))
+
+
+def progress_in_words(view: RunView, job: SendJob) -> str:
+    """Return how far a program is, in one line of a terminal."""
+    where = f"hole {view.hole}/{len(job.holes)}, line {view.line}" if job.holes else f"line {view.line}"
+    place = "" if view.place is None else f"  {place_in_words(view.place)}"
+    state = {"Hold": "ON HOLD", "Door": "DOOR OPEN"}.get(view.state, "")
+    rest = f"{format_time(view.done_s)} done, {format_time(view.left_s)} left"
+    return "  ".join(filter(None, [f"{state}", f"{where}{place}", f"F{view.feed:.0f} at {view.override} %", rest]))
+
+
+def ending_in_words(ending: Ending, job: SendJob) -> str:
+    """Return how a run ended: why, what the machine does, how far it came, and how to go on, in one line."""
+    lines = job.steps[-1].number
+    if ending.complete:
+        return f"{job.file}: all {count_of(lines, 'line')} done; the machine is {ending.state}"
+    parts = [ending.reason, f"the machine is {ending.state}" if ending.homed else ending.state]
+    if not ending.homed and ending.state.startswith("locked"):
+        parts[-1] = f"the machine is {ending.state}"
+    if ending.place is not None:
+        where = "it stands at" if ending.homed else "it was last seen at"
+        parts.append(f"{where} {place_in_words(ending.place)} (machine coordinates)")
+    if ending.line:
+        at = f"line {ending.line}" + (f", hole {ending.hole.number}" if ending.hole else "")
+        parts.append(f"it was in {at}; lines up to {ending.taken} of {lines} were taken")
+        parts.append(f"go on with {ending.go_on}" + ("" if ending.homed else " after homing it, or setting its place"))
+    else:
+        parts.append("nothing of the program was run")
+    return brief("; ".join(parts))
+
+
+def ending_as_json(ending: Ending, job: SendJob) -> dict[str, Any]:
+    """Return how a run ended, for programs."""
+    return {
+        "program": job.file,
+        "complete": ending.complete,
+        "reason": ending.reason,
+        "lines": job.steps[-1].number,
+        "taken": ending.taken,
+        "sent": ending.sent,
+        "line": ending.line,
+        "hole": None if ending.hole is None else ending.hole.number,
+        "state": ending.state,
+        "position_kept": ending.homed,
+        "place": None if ending.place is None else list(ending.place),
+        "go_on": ending.go_on,
+        "errors": [{"line": line, "error": text} for line, text in ending.errors],
+    }

@@ -1,0 +1,129 @@
+"""Where the value of each option comes from: the person's own defaults, a file of options, or leafcut."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from leafcut.errors import OptionError, nearest
+from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, written
+from leafcut.processes import registry
+from leafcut.processes.base import Work
+from leafcut.processes.settings import PlacedOption, collect, placed_options, used_by
+
+#: A file of defaults to begin with: what a shop says once. Each line is an example, and a comment until it is wanted.
+TEMPLATE = """\
+# Defaults of this shop. Remove the # in front of a line, and write your own value.
+# The command line goes before --options, and that before this file. Paths are relative to its folder.
+# leafcut defaults drill tells all options of drilling, and where the value of each comes from.
+
+# machine = "haas-vf2"          # a name of `leafcut machines`, or a profile: "my.toml"
+# work_offset = "-400,-200,-300"
+# dialect = "haas"              # where it is not the machine's
+# tools = "tools.toml"          # tool library
+# output_units = "inch"         # of programs: mm or inch
+# units = "mm"                  # of drawings that do not state theirs
+# thickness = "6mm"
+# clearance_height = "10mm"
+# preset = "thorough"
+
+# [cut]                         # of one process alone
+# material = "mild_steel"
+
+# [drill]
+# break_through = "0.5mm"
+"""
+
+#: Commands that do what the input asks for.
+_OF_ALL_KINDS = ("optimize", "batch", "filter", "watch")
+
+
+@dataclass(frozen=True)
+class DefaultRow:
+    """One option as it holds where nobody types it.
+
+    Attributes
+    ----------
+    option, value
+        The flag, and its value as one types it.
+    source
+        The file and the line where it was said, ``leafcut``, or leafcut for this kind of work.
+    used_by
+        The commands that use it; of one command alone it stays empty.
+    """
+
+    option: str
+    value: str
+    source: str
+    used_by: str = ""
+
+
+def shop_defaults(command: str | None, options_file: Path | None, defaults_file: Path | None) -> list[DefaultRow]:
+    """Return all options of a command with where they come from, those that the files say first, or these alone.
+
+    Raises
+    ------
+    OptionError
+        There is no such command with options, or a file cannot be read, names what is none, or says a value that an
+        option does not take: with the line.
+    """
+    said: dict[str, tuple[PlacedOption, Path]] = {}
+    for file in filter(None, (defaults_file, options_file)):
+        said.update({one.name: (one, file) for one in placed_options(file)})
+    if command is None:
+        return [_said(one, file) for one, file in said.values()]
+    work = _works(command)
+    settings = collect({}, options_file, defaults_file)
+    usual = registry.usual(work.name, settings)
+    rows = []
+    for group, name, spec in used_by(work):
+        value = getattr(usual.of(group), name)
+        ours = value == group.defaults()[name]
+        source = "leafcut" if ours else f"leafcut, for {work.title}"
+        if name in said:
+            source = _place(*said[name])
+        rows.append(DefaultRow(flag_name(name), _typed(group, name, spec, value), source))
+    return sorted(rows, key=lambda row: row.source.startswith("leafcut"))  # what was said first
+
+
+def as_answer(rows: list[DefaultRow], file: Path | None) -> Mapping[str, Any]:
+    """Return the rows as JSON has them."""
+    return {"file": str(file or ""), "options": [asdict(row) for row in rows]}
+
+
+def _said(one: PlacedOption, file: Path) -> DefaultRow:
+    spec = one.group.specs()[one.name]
+    value = getattr(one.group(**one.group.as_typed({one.name: one.value})), one.name)
+    uses = ", ".join(command for command, work in _commands() if one.name in work.used())
+    return DefaultRow(flag_name(one.name), _typed(one.group, one.name, spec, value), _place(one, file), uses)
+
+
+def _place(one: PlacedOption, file: Path) -> str:
+    return f"{file}:{one.line}" if one.line else str(file)
+
+
+def _typed(group: type[OptionGroup], name: str, spec: OptionSpec, value: Any) -> str:
+    """Return a value as one types it; in words where it is what nobody types."""
+    if spec.kind == "flag":
+        return "on" if value else "off"
+    if value == group.defaults()[name] and (spec.default_words or value in (None, ())):
+        return spec.default_words or "none"
+    return str(value) if spec.names_file(value) else written(spec, value)
+
+
+def _commands() -> Iterator[tuple[str, Work]]:
+    """Yield the commands that read the defaults, with the work that each does."""
+    for work in registry.works():
+        yield getattr(work, "command", work.name), work
+
+
+def _works(command: str) -> Work:
+    works = dict(_commands())
+    if command in _OF_ALL_KINDS:
+        words = ", ".join(one.command for one in registry.processes() if one.reads)
+        raise OptionError(f"{command} does several kinds of work; name one of {words}")
+    if command not in works:
+        raise OptionError(f"unknown command '{command}'{nearest(command, works)}")
+    return works[command]

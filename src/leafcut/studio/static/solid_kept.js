@@ -1,0 +1,31 @@
+// The chosen view of the stock, kept from one page to the next: plan or solid, section, colour, tool and path.
+
+import { COLOURINGS } from "./solid_colours.js";
+
+const KEY = "leafcut-solid", SPACES = ["plan", "solid", "both"], AXES = ["", "x", "y"];
+
+/** Return what was kept in a storage, or null; what is not as it should be is as if it had not been chosen. */
+export function readKept(storage) {
+  let found = null;
+  try {
+    found = JSON.parse(storage?.getItem(KEY) ?? "null");
+  } catch {
+    return null; // of another version, or there is no storage
+  }
+  if (!found || typeof found !== "object") return null;
+  const one = (value, known) => (known.includes(value) ? value : known[0]), share = Number(found.share);
+  return {
+    space: one(found.space, SPACES), colouring: one(found.colouring, COLOURINGS), axis: one(found.axis, AXES),
+    share: share >= 0 && share <= 1 ? share : 0.5, tool: found.tool !== false, path: found.path === true,
+  };
+}
+
+/** Keep what a drawing shows of its stock. */
+export function keep(storage, { space, solid }) {
+  const { colouring, section: { axis, share }, shows: { tool, path } } = solid;
+  try {
+    storage?.setItem(KEY, JSON.stringify({ space, colouring, axis, share, tool, path }));
+  } catch {
+    // A browser that keeps nothing shows all the same.
+  }
+}

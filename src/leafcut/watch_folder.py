@@ -1,0 +1,241 @@
+"""A folder that is watched: each drawing or program that is put there, or changed, becomes a program in another folder.
+
+Nothing is done with a file before it is whole. It is looked at again and again, which every kind of disk and share
+allows; messages of the system about changes do not come from all of them. What is done is kept in the table of a batch.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from leafcut import api
+from leafcut.batch import PAGE, REFUSED, TABLE, WRITTEN, BatchRow, read_table, run_batch, sha_of
+from leafcut.errors import LeafcutError, OptionError
+from leafcut.executors import ExecutorError, WatchedExecutor
+from leafcut.files import OutputError, check_output
+from leafcut.read.registry import format_name
+
+#: A file that ends as its format does is whole when two looks find it the same; one that does not, after so many:
+#: who copies it may only be slow.
+_LOOKS, _LOOKS_WITHOUT_END = 2, 10
+#: What files of a format end with, where all of them do.
+_ENDS = {"dxf": b"EOF", "svg": b"</svg>"}
+#: So much of the end of a file is read, bytes.
+_TAIL = 64
+#: Files that programs write beside others for a while.
+_PASSING = (".tmp", ".part", ".partial", ".crdownload", ".bak", ".swp", ".lock")
+
+#: What tells one state of a file from another: size, time of change, and number on its disk.
+_Signature = tuple[int, int, int]
+
+
+@dataclass
+class _Seen:
+    """A file as it was at the last look, since how many looks, and the state that was worked on."""
+
+    signature: _Signature
+    looks: int = 1
+    done: _Signature | None = None
+
+
+@dataclass
+class FolderLook:
+    """Finds in a folder the files that are new or changed, and whole."""
+
+    folder: Path
+    seen: dict[Path, _Seen] = field(default_factory=dict)
+
+    def ready(self) -> list[Path]:
+        """Look once; return the files that are whole now and were not returned in this state before.
+
+        Raises
+        ------
+        OSError
+            The folder cannot be read.
+        """
+        found = dict(self._files())
+        self.seen = {path: one for path, one in self.seen.items() if path in found}
+        ready = []
+        for path, signature in sorted(found.items()):
+            one = self.seen.get(path)
+            if one is None:
+                self.seen[path] = _Seen(signature)
+            elif one.signature != signature:
+                one.signature, one.looks = signature, 1
+            elif one.done != signature:
+                one.looks += 1
+                if one.looks >= (_LOOKS if _ends(path) else _LOOKS_WITHOUT_END):
+                    one.done = signature
+                    if format_name(path):
+                        ready.append(path)
+        return ready
+
+    def again(self, path: Path) -> None:
+        """Have a file found ready once more."""
+        if path in self.seen:
+            self.seen[path].done = None
+
+    def _files(self) -> Iterator[tuple[Path, _Signature]]:
+        for path in self.folder.iterdir():
+            name = path.name
+            if name.startswith((".", "~")) or name.endswith("~") or path.suffix.lower() in _PASSING:
+                continue
+            try:
+                # A link may lead anywhere: what others put into the folder is read from it alone.
+                if path.is_symlink() or not path.is_file():
+                    continue
+                state = path.stat()
+            except OSError:  # it went away
+                continue
+            if state.st_size and name not in (TABLE, PAGE):
+                yield path, (state.st_size, state.st_mtime_ns, state.st_ino)
+
+
+def _ends(path: Path) -> bool:
+    """Return whether a file ends as all of its format do; of other formats nothing is known."""
+    end = _ENDS.get(path.suffix.lower().removeprefix("."))
+    if end is None:
+        return True
+    try:
+        with path.open("rb") as stream:
+            stream.seek(max(0, path.stat().st_size - _TAIL))
+            return stream.read(_TAIL).rstrip(b"\0 \t\r\n").endswith(end)
+    except OSError:
+        return False
+
+
+@dataclass
+class FolderWatch:
+    """Makes programs of what comes into a folder, until it is stopped.
+
+    Attributes
+    ----------
+    folder, output
+        Where drawings come, and where programs go; not the same.
+    given
+        What `api.optimize` is given with each.
+    written
+        Told the row of each program that was written.
+    refused
+        Told a line for each input that is refused, and for what hinders the work.
+    """
+
+    folder: Path
+    output: Path
+    given: Mapping[str, Any]
+    executor: WatchedExecutor
+    written: Callable[[BatchRow], None]
+    refused: Callable[[str], None]
+    rows: dict[str, BatchRow] = field(default_factory=dict)
+    earlier: dict[str, BatchRow] = field(default_factory=dict)
+    hindered: str = ""
+
+    def check(self) -> None:
+        """Refuse folders and options with which nothing can be done, before anything is.
+
+        Raises
+        ------
+        OptionError, OutputError
+            Names what is wrong.
+        """
+        for what, folder in (("the folder to watch", self.folder), ("-o", self.output)):
+            if not folder.is_dir():
+                raise OutputError(f"{folder}: not a folder; {what} must be there, create it first")
+        if self.folder.samefile(self.output):
+            raise OptionError(f"-o {self.output}: programs would be watched as well; name another folder")
+        check_output(self.output / TABLE, ())
+        api.output_name("drawing.dxf", **self.given)
+        self.earlier = read_table(self.output / TABLE)
+
+    def run(self, seconds: float, sleep: Callable[[float], None] = time.sleep) -> None:
+        """Look at the folder every so many seconds, for ever; Ctrl-C ends it.
+
+        Raises
+        ------
+        ExecutorError
+            A cluster is gone.
+        """
+        look = FolderLook(self.folder)
+        while True:
+            self.step(look)
+            sleep(seconds)
+
+    def step(self, look: FolderLook) -> None:
+        """Look once, and do what is ready."""
+        if not self.output.is_dir():
+            self._hinder(f"{self.output}: the folder for programs is not there; it is tried again")
+            return
+        before = set(look.seen)
+        try:
+            ready = look.ready()
+        except OSError as problem:
+            self._hinder(f"{self.folder}: cannot be read ({problem.strerror}); it is looked at again")
+            return
+        if before - set(look.seen):
+            # Another one may have had the name that a program of one of these wants.
+            for name in [name for name, row in self.rows.items() if not row.program]:
+                look.again(Path(name))
+        inputs = [str(path) for path in ready if self._is_possible(path, look)]
+        if not inputs:
+            return
+        present = [row for name, row in self.rows.items() if Path(name) in look.seen]
+        try:
+            rows = run_batch(inputs, str(self.output), self.given, self.executor, refused=self.refused, beside=present)
+        except ExecutorError:
+            raise
+        except LeafcutError as problem:
+            self._hinder(f"{problem}; it is tried again")
+            for name in inputs:
+                look.again(Path(name))
+            return
+        self.hindered = ""
+        for row in rows:
+            self._keep(row)
+
+    def _hinder(self, line: str) -> None:
+        """Tell what hinders the work, once and not at every look."""
+        if line != self.hindered:
+            self.hindered = line
+            self.refused(line)
+
+    def _is_possible(self, path: Path, look: FolderLook) -> bool:
+        """Return whether the program of a file has a name of its own; else it is refused."""
+        try:
+            name = api.output_name(str(path), **self.given)
+            for other, row in self.rows.items():
+                if other != str(path) and Path(other) in look.seen and row.program.casefold() == name.casefold():
+                    raise OptionError(f"{path} and {other} would both be written as {name}; rename one of them")
+            check_output(self.output / name, [path, *look.seen])
+        except LeafcutError as problem:
+            self.refused(str(problem) if str(path) in str(problem) else f"{path}: {problem}")
+            self._keep(BatchRow(str(path), "", REFUSED, line=str(problem)))
+            return False
+        # The name is taken as soon as it is known: another one of this look may want it, too.
+        if str(path) not in self.rows or self.rows[str(path)].program != name:
+            self.rows[str(path)] = BatchRow(str(path), name, REFUSED)
+        return True
+
+    def _keep(self, row: BatchRow) -> None:
+        """Keep the row of an input; a program of an earlier state of it is not left to be mistaken for the new one."""
+        before = self.earlier.get(row.input)
+        self.rows[row.input] = row
+        if row.state == WRITTEN:
+            self.earlier[row.input] = row
+            self.written(row)
+        elif before is not None:
+            del self.earlier[row.input]
+            old = self.output / before.program
+            if sha_of(old) != before.program_sha256:
+                return
+            try:
+                old.unlink()
+            except OSError as problem:
+                self.refused(
+                    f"{old}: of {row.input} before that was changed; it cannot be removed ({problem.strerror})"
+                )
+            else:
+                self.refused(f"{old}: removed, as it was made of {row.input} before that was changed")

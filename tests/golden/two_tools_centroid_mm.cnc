@@ -1,0 +1,60 @@
+; two tools
+; T1 drill D3 mm [carbide]
+; T2 mill 6 mm
+; Parameter 81 must be -1 [G81 drills with Z, not with an air drill], parameter 2 must leave I and J incremental.
+; Return point 1 [G28] must be machine zero in Z.
+G21
+G17 G90 G40 G49 G80
+G94 G54
+G0 Z25.
+; T1 drill 3 mm
+T1 M6
+S1000 M3
+G4 P2.5
+G0 G43 H1 Z25.
+M8
+X0. Y0.
+Z10.
+G99 G81 X0.333 Y0.143 Z-5. R2. F120.
+X13.033
+G80
+G0 Z10.
+G98 G82 X0.333 Y5.143 Z-5.5 R2. P0.25 F127.5
+X13.033
+G80
+G0 X13.033 Y5.143 Z10.
+G99 G83 X0.333 Y10.143 Z-10. R2. Q3.333 F135.
+X13.033
+G80
+G0 Z10.
+G98 G73 X0.333 Y15.143 Z-10.125 R2. Q3. F142.5
+X13.033
+G80
+G0 X13.033 Y15.143 Z10.
+X0.333 Y20.143
+Z2.
+G1 Z-5. F150.
+Z2.
+G0 X13.033
+G1 Z-5.
+Z2.
+G0 Z25.
+M5
+M9
+; T2 mill 6 mm
+T2 M6
+S2000 M4
+G0 G43 H2 Z25.
+X50. Y0.
+Z2.
+G1 Z-1. F60.
+X60. F240.
+G3 Y6. I0. J3.
+G1 X50.
+G3 Y0. I0. J-3.
+G2 Z-2. I-2. J0. F180.
+G0 Z25.
+G91 G28 Z0.
+G90
+M5
+M30

@@ -1,0 +1,240 @@
+"""`reorder --feeds`: limits by power, torque, slots and ways down, and changes that a machine can follow."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from leafcut.errors import OptionError
+from leafcut.model.pace_change import FeedLimit
+from leafcut.processes.program.plan import pace as plan
+from leafcut.processes.program.plan.pace import _reached
+from leafcut.processes.program.report import pace_facts
+from pace_programs import BLOCK, HEAD, TAIL, body, reordered
+
+#: A slot, 6 wide and 2 deep; 600 mm/min at 6000 1/min are 0.05 mm a tooth.
+SLOT = HEAD + "G0 X10 Y10\nG0 Z2\nG1 Z-2 F60\nG1 X60 F600\n" + TAIL
+#: kc11 and mc of aluminium 6061, N/mm².
+KC11, MC = 800.0, 0.25
+
+
+def library(folder: Path, **values: str) -> Path:
+    """Return a library of one mill of two teeth."""
+    said = {"feed": '"600 mm/min"', "spindle_speed": '"6000 rpm"', "teeth": "2", **values}
+    lines = "".join(f"{key} = {value}\n" for key, value in said.items() if value)
+    file = folder / "tools.toml"
+    file.write_text(f'[[tool]]\nnumber = 1\nkind = "end-mill"\ndiameter = "6 mm"\n{lines}')
+    return file
+
+
+def power_of(feed: float) -> float:
+    """Return the power of the slot at a feed in mm/min, W: area × feed × kc, by the mean chip over half a turn."""
+    tooth = feed / 6000 / 2
+    angles = np.linspace(0.0, math.pi, 20_001)
+    mean = float(np.mean(tooth * np.sin(angles)))
+    return 6 * 2 * feed / 60 * KC11 * mean**-MC / 1000
+
+
+def slot_feed(text: str) -> float:
+    """Return the feed of the slot, mm/min."""
+    found = re.search(r"G1 X60 F([0-9.]+)", text)
+    assert found is not None, text
+    return float(found[1])
+
+
+@pytest.mark.parametrize(("limit", "efficiency"), [(150.0, 1.0), (200.0, 0.75), (60.0, 1.0)])
+def test_a_cut_takes_no_more_power_than_the_spindle_gives(tmp_path: Path, limit: float, efficiency: float) -> None:
+    found = reordered(
+        tmp_path, SLOT, feeds=True, workpiece=BLOCK, tools=library(tmp_path), material="aluminium-6061",
+        max_power=f"{limit} W", drive_efficiency=efficiency, cell=0.1,
+    )  # fmt: skip
+    power = power_of(slot_feed(found.text)) / efficiency
+    assert 0.95 * limit < power <= 1.01 * limit
+    (tool,) = found.detail.pace.tools
+    (told,) = [one for one in tool.limits if one.name == "power"]
+    assert told.before == pytest.approx(power_of(600) / efficiency, rel=0.02)
+    assert (told.after, told.limit) == (pytest.approx(power, rel=0.02), limit)
+
+
+def test_a_cut_takes_no_more_torque_than_the_spindle_gives(tmp_path: Path) -> None:
+    found = reordered(
+        tmp_path, SLOT, feeds=True, workpiece=BLOCK, tools=library(tmp_path), material="aluminium-6061",
+        max_torque=0.2, cell=0.1,
+    )  # fmt: skip
+    torque = 1000 * power_of(slot_feed(found.text)) / (2 * math.pi * 6000 / 60)
+    assert 0.95 * 200 < torque <= 1.01 * 200
+    assert [one.name for one in found.detail.pace.tools[0].limits] == ["torque"]
+    said = " ".join(fact.words for fact in pace_facts(found.detail.pace))
+    assert re.search(r"; torque 0\.36[0-9] → 0\.2 N·m, at most 0\.2", said)
+
+
+def test_the_machines_own_power_counts_where_no_other_is_given(tmp_path: Path) -> None:
+    """The Haas has 22 kW: no slot of this mill comes near."""
+    haas = {"machine": "haas-vf2", "material": "aluminium-6061", "tools": library(tmp_path)}
+    text = re.sub(r"(?<=[XYZF])(-?[0-9]+)(?![0-9.])", r"\1.", SLOT)
+    found = reordered(tmp_path, text, feeds=True, workpiece=BLOCK, **haas)
+    limits = {one.name: one.limit for one in found.detail.pace.tools[0].limits}
+    assert limits == {"power": pytest.approx(22371, rel=0.01), "torque": pytest.approx(122_000, rel=0.01)}
+    assert "F600" in found.text
+
+
+def test_in_a_slot_the_chip_is_a_share_of_the_one_that_the_library_allows(tmp_path: Path) -> None:
+    """1000 at half of the width, 600 at all of it, 800 at three quarters."""
+    text = SLOT.replace("G1 X60 F600\n", "G1 X60 F800\nG1 Y14.5\nG1 X10\nY17.5\nX60\n")
+    tools = library(tmp_path, feed='"1000 mm/min"')
+    found = reordered(tmp_path, text, feeds=True, workpiece=BLOCK, tools=tools, slot_chip=60, cell=0.1)
+    assert 0.97 * 600 <= slot_feed(found.text) <= 600
+    lines = body(found)
+    at = next(k for k, line in enumerate(lines) if line.startswith("G1 Y14.5") or line.startswith("Y14.5"))
+    sides = [float(word) for line in lines[at:] for word in re.findall(r"F([0-9.]+)", line)]
+    assert max(sides) <= 1000
+    (told,) = [one for one in found.detail.pace.tools[0].limits if one.name == "slot"]
+    assert (told.before, told.limit) == (pytest.approx(800 / 6000, rel=0.01), pytest.approx(0.6 / 6, rel=1e-6))
+    assert told.after <= told.limit * 1.000001
+
+
+def test_a_mill_goes_down_no_faster_than_its_library_says(tmp_path: Path) -> None:
+    """The way through the air above keeps its feed; one that is slower stays as it is."""
+    tools = library(tmp_path, plunge_feed='"100 mm/min"')
+    for own, said in ((300, "G1 Z-2 F100.0"), (60, "G1 Z-2 F60")):
+        text = SLOT.replace("Z-2 F60", f"Z-2 F{own}").replace("G0 Z2", "G0 Z5")
+        found = reordered(tmp_path, text, feeds=True, workpiece=BLOCK, tools=tools)
+        lines = body(found)
+        assert said in lines
+        assert ("G1 Z1.0 F300.0" in lines or "G1 Z1.0 F300" in lines) == (own == 300), lines
+        assert [one for one in found.detail.pace.tools[0].limits if one.name == "plunge"] == [
+            FeedLimit("plunge", pytest.approx(own / 60), pytest.approx(min(own, 100) / 60), pytest.approx(100 / 60))
+        ]
+
+
+def test_a_plunge_keeps_its_limit_where_its_way_through_the_air_is_no_faster_as_a_rapid(tmp_path: Path) -> None:
+    """At 6000 mm/min the rapid from 5 to 1 saves next to nothing; the way below it is slower all the same."""
+    tools = library(tmp_path, plunge_feed='"100 mm/min"')
+    for own in (600, 6000):
+        text = SLOT.replace("Z-2 F60", f"Z-2 F{own}").replace("G0 Z2", "G0 Z5")
+        found = reordered(tmp_path, text, feeds=True, air=True, workpiece=BLOCK, tools=tools)
+        assert "G1 Z-2 F100.0" in body(found)
+        (plunge,) = [one for one in found.detail.pace.tools[0].limits if one.name == "plunge"]
+        assert plunge.after == pytest.approx(100 / 60)
+
+
+def test_a_cut_whose_line_cannot_be_changed_and_is_above_a_limit_is_told(tmp_path: Path) -> None:
+    """In inverse time (G93) the number behind F is no feed."""
+    text = SLOT.replace("G1 X60 F600", "G93\nG1 X60 F12\nG94\nG1 X10 F600")
+    found = reordered(tmp_path, text, feeds=True, workpiece=BLOCK, tools=library(tmp_path, feed='"450 mm/min"'))
+    assert "G1 X60 F12" in body(found)
+    said = [issue.message for issue in found.issues if issue.code == "L512"]
+    assert said == ["T1 end-mill Ø6 stays above its limit (chip) in cuts whose lines cannot be changed"]
+
+
+#: Down by 2 over 20 mm, then back on the level.
+RAMP = HEAD + "G0 X10 Y10\nG0 Z0.5\nG1 Z0 F60\nG1 X30 Z-2 F300\nG1 X10\n" + TAIL
+
+
+@pytest.mark.parametrize(("plunge", "most"), [(None, 300.0), (33.0, 332.0), (20.0, 201.0), (100.0, 450.0)])
+def test_a_ramp_goes_down_as_fast_as_the_library_says_and_with_a_slots_chip(
+    tmp_path: Path, plunge: float | None, most: float
+) -> None:
+    """300 along the ramp are 29.9 downwards. Unknown, it keeps its feed; known, it rises by half at most."""
+    tools = library(tmp_path, **({} if plunge is None else {"plunge_feed": f'"{plunge} mm/min"'}))
+    found = reordered(tmp_path, RAMP, feeds=True, workpiece=BLOCK, tools=tools)
+    ramp = [line for line in body(found) if " Z-" in line and line.startswith("G1 X") and "F" in line]
+    feeds = [float(word) for line in ramp for word in re.findall(r"F([0-9.]+)", line)]
+    assert 0.9 * most < max(feeds) <= most, body(found)
+
+
+def test_a_ramps_chip_is_no_thicker_than_in_a_slot(tmp_path: Path) -> None:
+    """Of 330 mm/min at 6000 1/min: 450 would be too thick."""
+    tools = library(tmp_path, plunge_feed='"100 mm/min"', feed='"330 mm/min"')
+    found = reordered(tmp_path, RAMP, feeds=True, workpiece=BLOCK, tools=tools)
+    ramp = [float(word) for word in re.findall(r"Z-[0-9.]+ F([0-9.]+)", found.text)]
+    assert 300 < max(ramp) <= 330
+
+
+def test_what_does_not_limit_is_told_once_with_what_to_give(tmp_path: Path) -> None:
+    bare = reordered(tmp_path, SLOT, feeds=True, workpiece=BLOCK)
+    assert [issue.message for issue in bare.issues if issue.code == "L514"] == [
+        "power and torque do not limit feeds: give --material",
+        "slots are fed as other cuts: give --slot-chip for less",
+        "ways down into the material keep their feeds with T1: give a plunge feed with --tools",
+    ]
+    some = {"tools": library(tmp_path, teeth=""), "material": "steel-c45", "slot_chip": 70}
+    known = reordered(tmp_path, SLOT, feeds=True, workpiece=BLOCK, max_power=0.5, **some)
+    assert [issue.message for issue in known.issues if issue.code == "L514"] == [
+        "power and torque do not limit feeds of T1: give the number of teeth with --tools",
+        "ways down into the material keep their feeds with T1: give a plunge feed with --tools",
+    ]
+    machine = reordered(tmp_path, SLOT, feeds=True, workpiece=BLOCK, **some)
+    assert any("the machine's are unknown" in issue.message for issue in machine.issues)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"max_power": 100}, "--max-power: only used with --material"),
+        ({"drive_efficiency": 0.5}, "--drive-efficiency: only used with --material"),
+        ({"material": "cheese"}, "unknown material 'cheese'"),
+        ({"slot_chip": 50}, "--slot-chip: only used with --tools"),
+    ],
+)
+def test_a_limit_that_cannot_be_obeyed_is_refused(tmp_path: Path, options: dict[str, Any], words: str) -> None:
+    with pytest.raises(OptionError, match=re.escape(words)):
+        reordered(tmp_path, SLOT, feeds=True, workpiece=BLOCK, **options)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_every_raised_stretch_reaches_its_speed_at_the_machines_acceleration(seed: int) -> None:
+    """Against a way that is driven in small steps, forwards and backwards, as fast as the speeds and v² = 2as allow."""
+    chance = np.random.default_rng(seed)
+    count, acceleration = 60, 50.0
+    length = chance.uniform(0.1, 4.0, count)
+    own = np.repeat(chance.choice([5.0, 8.0, 12.0], count // 6), 6)
+    wanted = own * chance.choice([0.6, 1.0, 1.1, 1.1**3, 1.5], count)
+    found = _reached(wanted, own, length, acceleration)
+    assert (found <= wanted + 1e-12).all()
+    assert (found >= np.minimum(own, wanted) - 1e-12).all()
+    step = 0.002
+    piece = np.repeat(np.arange(count), np.ceil(length / step).astype(int))
+    squared = found[piece] ** 2
+    way = np.append(0.0, length / np.ceil(length / step))[piece + 1]
+    for order in (range(1, len(piece)), range(len(piece) - 2, -1, -1)):
+        for k in order:
+            other = k - 1 if order.step > 0 else k + 1
+            squared[k] = min(squared[k], squared[other] + 2 * acceleration * way[k])
+    runs = np.append(0, np.cumsum(np.abs(np.diff(found)) > 1e-9))
+    for run in range(runs[-1] + 1):
+        speed = found[runs == run].max()
+        if (found > own * (1 + 1e-9))[runs == run].any():
+            assert math.sqrt(squared[runs[piece] == run].max()) == pytest.approx(speed, rel=0.01)
+    assert (found > own).any()
+
+
+@pytest.mark.parametrize(
+    ("options", "library_says"),
+    [
+        ({"material": "aluminium-6061", "max_power": "200 W"}, {}),
+        ({"material": "aluminium-6061", "max_torque": 0.2}, {}),
+        ({"slot_chip": 50}, {"feed": '"1000 mm/min"'}),
+        ({}, {"plunge_feed": '"100 mm/min"'}),
+        ({}, {}),
+    ],
+    ids=["power", "torque", "slot", "plunge", "chip"],
+)
+def test_the_proof_refuses_a_feed_above_a_limit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: dict[str, Any], library_says: dict[str, str]
+) -> None:
+    """What chose the feeds is made to raise all of them by a fifth, whatever is allowed."""
+    text = RAMP.replace("F300", "F1100") if "plunge_feed" in library_says else SLOT
+    monkeypatch.setattr(plan, "_in_material", lambda loads, *_: loads.feed * np.where(loads.removed.cuts, 1.2, 1.0))
+    tools = library(
+        tmp_path, **{"feed": '"6000 mm/min"' if "plunge_feed" in library_says else '"600 mm/min"', **library_says}
+    )
+    found = reordered(tmp_path, text, feeds=True, workpiece=BLOCK, tools=tools, **options)
+    assert found.text == text
+    (said,) = [issue.message for issue in found.issues if issue.code == "L513"]
+    assert "a new speed asks more than is allowed" in said

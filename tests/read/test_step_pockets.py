@@ -1,0 +1,161 @@
+"""Pockets and outlines of solids: those that can be milled with their depths and shapes, the others told."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+
+pytest.importorskip("OCP")
+
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
+
+from leafcut import api
+from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError
+from leafcut.model import Part
+from leafcut.model.toolpath import Kind
+from leafcut.options import ReadOptions
+from leafcut.read import read_contours, read_pockets
+from made_solids import DOWN, UP, box, cone, cut, cylinder, fused, rounded, saved
+
+FAST: dict[str, Any] = {"preset": "fast", "threads": 1, "machine": "linuxcnc-mill", "strategy": "contour"}
+CORNER = 4.0 - math.pi
+
+
+@pytest.fixture(scope="module")
+def block(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a plate from Z0 to Z20: a pocket with an island, one in two steps, holes, a window."""
+    solid = cut(
+        box(0, 0, 0, 120, 80, 20),
+        cut(rounded(10, 10, 14, 60, 50, 20, 5), rounded(25, 22, 14, 40, 34, 20, 4)),
+        rounded(70, 10, 12, 110, 40, 20, 5),
+        rounded(80, 15, 8, 100, 35, 12, 5),
+        cylinder((15, 15, 14), DOWN, 2, 14),
+        cylinder((20, 65, 20), DOWN, 2.5, 8),
+        rounded(40, 60, 0, 70, 75, 20, 3),
+    )
+    return saved(tmp_path_factory.mktemp("block") / "block.step", solid)
+
+
+@pytest.fixture(scope="module")
+def pockets(block: Path) -> Part:
+    return read_pockets(block)
+
+
+def test_pockets_have_the_depths_and_areas_that_they_were_made_with(pockets: Part) -> None:
+    """A hole in a floor is no island; the step below another pocket is one that begins at the top, too."""
+    found = [(one.depth, one.top, one.area, [island.area for island in one.islands]) for one in pockets.pockets]
+    island = 15 * 12 - CORNER * 16
+    assert found == [
+        (6.0, 20.0, pytest.approx(50 * 40 - CORNER * 25 - island), [pytest.approx(-island)]),
+        (8.0, 20.0, pytest.approx(40 * 30 - CORNER * 25), []),
+        (8.0, 20.0, pytest.approx(math.pi * 2.5**2), []),
+        (12.0, 20.0, pytest.approx(20 * 20 - CORNER * 25), []),
+    ]
+    assert all(one.outline.bulges.any() and one.outline.n_segments <= 8 for one in pockets.pockets)
+
+
+def test_an_opening_without_a_floor_is_told(pockets: Part) -> None:
+    assert [str(issue) for issue in pockets.issues] == [
+        "L219 1 opening through the part, not milled: a pocket has a floor"
+    ]
+    assert pockets.issues[0].severity == "missing"
+
+
+def test_pockets_that_no_straight_mill_makes_are_told_by_reason(tmp_path: Path) -> None:
+    turn = gp_Trsf()
+    turn.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(0, 1, 0)), math.radians(8))
+    leaning = BRepBuilderAPI_Transform(box(-10, 10, -8, 10, 30, 20), turn, True).Shape()
+    solid = cut(
+        box(-20, 0, -20, 180, 80, 0),
+        fused(cut(leaning, box(-90, 0, -90, 90, 90, -8)), box(-9, 10, -8, 9, 30, -7)),
+        cone((40, 20, -6), 8, 12, 6),
+        box(60, 30, -5, 80, 80, 0),
+        cylinder((120, 10, 0), (0, 1, 0), 8, 30),
+        box(140, 10, -10, 170, 40, 0),
+    )
+    solid = fused(solid, box(135, 8, 0, 175, 42, 4))
+    with pytest.raises(ReadError) as refused:
+        read_pockets(saved(tmp_path / "odd.step", solid))
+    told = str(refused.value)
+    assert "\n" not in told
+    assert "no closed pocket with a level floor" in told
+    # The cone; and the leaning slot, one wall of which hangs over, and what is under the roof.
+    assert "1 pocket with walls that lean or are rounded at the floor" in told
+    assert "2 level faces under an overhang" in told
+    # The slot, and the plate around the roof.
+    assert "2 level faces open at a side" in told
+    assert "slope or are rounded" in told
+
+
+def test_a_pocket_under_a_roof_is_not_cut(tmp_path: Path) -> None:
+    solid = fused(cut(box(0, 0, -20, 100, 60, 0), box(20, 20, -8, 60, 40, 0)), box(30, 0, 0, 40, 60, 5))
+    with pytest.raises(ReadError, match="1 level face under an overhang"):
+        read_pockets(saved(tmp_path / "roof.step", solid))
+
+
+def cuts_of(outcome: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return begin and end of every feed move."""
+    path = outcome.written
+    rows = np.isin(path.kind, [int(kind) for kind in (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)])
+    return path.before[rows], path.end[rows]
+
+
+def test_pockets_of_one_depth_are_milled_at_the_heights_of_the_solid(block: Path) -> None:
+    """No place at the floor is nearer to a wall than the mill's radius, and but for chords all of it is reached."""
+    outcome = api.optimize(block, process="pocket", depth=8, tool_diameter=6, **FAST)
+    assert [one.depth for one in outcome.part.pockets] == [8.0]
+    assert any("1 round pocket no wider than the tool, not milled: drill them" in str(i) for i in outcome.issues)
+    assert any("2 pockets of another depth left out" in str(i) for i in outcome.issues)
+    begin, end = cuts_of(outcome)
+    assert end[:, 2].min() == 12.0
+    path = outcome.written
+    across = (path.kind == Kind.RAPID) & (path.before[:, :2] != path.end[:, :2]).any(axis=1)
+    assert np.nanmin(path.end[across, 2]) >= 22.0
+    floor = (begin[:, 2] == 12.0) & (end[:, 2] == 12.0)
+    made = shapely.union_all(shapely.linestrings(np.stack([begin[floor, :2], end[floor, :2]], axis=1)).tolist())
+    pocket = shapely.box(75, 15, 105, 35).buffer(5.0, quad_segs=64)
+    assert pocket.buffer(-2.99).covers(made)
+    assert made.buffer(3.0, quad_segs=32).area == pytest.approx(pocket.area, rel=0.01)
+
+
+def test_several_depths_need_a_choice_and_one_alone_needs_none(block: Path, tmp_path: Path) -> None:
+    with pytest.raises(PlanError, match=r"several depths: 6 mm \(1 pocket\), 8 mm \(1 pocket\), 12 mm"):
+        api.optimize(block, process="pocket", tool_diameter=6, **FAST)
+    with pytest.raises(PlanError, match="no pocket is --depth 7 mm deep; there are 6 mm"):
+        api.optimize(block, process="pocket", depth=7, tool_diameter=6, **FAST)
+    solid = cut(box(0, 0, -20, 80, 40, 0), rounded(10, 10, -4.5, 50, 30, 0, 5))
+    outcome = api.optimize(saved(tmp_path / "one.step", solid), process="pocket", tool_diameter=8, **FAST)
+    assert outcome.detail.plans[0].heights == (-2.25, -4.5)
+
+
+def test_units_and_layers_are_refused_as_a_solid_has_neither(block: Path) -> None:
+    for options, told in (({"units": "in"}, "says its own unit"), ({"pocket_layers": "a"}, "has no layers")):
+        with pytest.raises(OptionError, match=told):
+            api.optimize(block, process="pocket", tool_diameter=6, **options, **FAST)
+    with pytest.raises(OptionError, match="says its own unit"):
+        read_contours(block, ReadOptions(units="in"))
+
+
+def test_the_outline_of_a_sheet_and_what_goes_through_it_are_cut(block: Path, tmp_path: Path) -> None:
+    part = read_contours(block)
+    areas = sorted(abs(one.path.area) for one in part.contours)
+    window, hole = 30 * 15 - CORNER * 9, math.pi * 4.0
+    assert areas == pytest.approx([hole, window, 120 * 80])
+    assert ["pockets, steps or chamfers besides" in str(issue) for issue in part.issues] == [True]
+    flat = cut(rounded(0, 0, 0, 60, 40, 3, 6), cylinder((20, 20, 0), UP, 5, 3))
+    outcome = api.optimize(saved(tmp_path / "flat.step", flat), process="cut", thickness=3, preset="fast", threads=1)
+    assert not [issue for issue in outcome.issues if issue.code == "L219"]
+    assert outcome.verified
+    assert len(outcome.part.contours) == 2
+
+
+def test_what_no_section_shows_as_it_is_seen_from_above_is_no_sheet(tmp_path: Path) -> None:
+    solid = fused(box(0, 0, 0, 40, 20, 4), box(20, 10, 4, 60, 40, 8))
+    with pytest.raises(LeafcutError, match="is no flat sheet"):
+        read_contours(saved(tmp_path / "two.step", solid))

@@ -1,0 +1,238 @@
+"""Programs sent to the real firmware of GRBL; every step waits for what the board says, and for no clock."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from grbl_board import EACH, HEAD, HOLES, ZERO, Board
+
+from leafcut.cli import run as leafcut
+from leafcut.sender.checking import check_program, check_ready
+from leafcut.sender.conversation import Conversation
+from leafcut.sender.facts import Facts
+from leafcut.sender.job import SendJob, read_job
+from leafcut.sender.port import SerialPort
+from leafcut.sender.resuming import line_of_hole, resumed
+from leafcut.sender.run import Ending, Request, RunView, SendRun
+
+#: Above the last hole, in machine coordinates.
+END = [ZERO[0] + 13.5, ZERO[1] + 9.0, ZERO[2] + 4.0]
+
+pytestmark = pytest.mark.external
+
+
+def prepared(board: Board, program: Path, machine: str) -> tuple[Conversation, Facts, SendJob]:
+    job = read_job(str(program), machine)
+    talk = Conversation(SerialPort(board.port))
+    talk.connect()
+    facts = talk.facts()
+    check_ready(facts, unhomed=False)
+    assert check_program(job, facts, unhomed=False) == []
+    board.forget()
+    return talk, facts, job.on(facts.timed(job.machine))
+
+
+def send(
+    board: Board,
+    program: Path,
+    machine: str,
+    hole: int = 1,
+    watch: Callable[[SendRun, RunView], None] = lambda run, view: None,
+) -> tuple[Ending, list[RunView], SendJob]:
+    talk, facts, job = prepared(board, program, machine)
+    steps = job.steps if hole == 1 else resumed(job, line_of_hole(job, hole))[0]
+    run = SendRun(talk, facts, job, steps)
+    seen: list[RunView] = []
+
+    def observe(view: RunView) -> None:
+        seen.append(view)
+        watch(run, view)
+
+    run.observe = observe
+    try:
+        return run.run(), seen, job
+    finally:
+        talk.port.close()
+
+
+def bare(text: str) -> list[str]:
+    """Return the lines of a text without comments and blanks, cut by other means than the sender's."""
+    lines = [re.sub(r"\(.*?\)|;.*|\s", "", line) for line in text.splitlines()]
+    return [line for line in lines if line]
+
+
+def line_of(hole: int) -> int:
+    return HEAD + EACH * (hole - 1) + 1
+
+
+def test_a_plate_of_70_holes_is_held_goes_on_and_is_hurried(board: Board, program: Path, machine: str) -> None:
+    """Positions are asked all the way; the buffer never holds more than 128 bytes; times are those of the board."""
+    stages: list[str] = []
+    held: list[RunView] = []
+
+    def watch(run: SendRun, view: RunView) -> None:
+        match stages:
+            case [] if view.hole >= 8:
+                stages.append("hold")
+                run.ask(Request.HOLD)
+            case ["hold"] if view.state == "Hold":
+                held.append(view)
+                if len(held) == 3:
+                    stages.append("resume")
+                    run.ask(Request.RESUME)
+            case ["hold", "resume"] if view.hole >= 12:
+                stages.append("faster")
+                for _ in range(3):
+                    run.ask(Request.FASTER)
+                run.ask(Request.LITTLE_SLOWER)
+            case ["hold", "resume", "faster"] if view.override == 129:
+                stages.append("normal")
+                run.ask(Request.NORMAL)
+            case _:
+                pass
+
+    ending, seen, job = send(board, program, machine, watch=watch)
+    assert ending.complete and ending.taken == len(program.read_text().splitlines()), ending
+    assert stages == ["hold", "resume", "faster", "normal"]
+    assert seen[-1].override == 100
+    assert held[1].place == held[2].place and held[2].taken == held[1].taken
+    assert board.lines() == bare(program.read_text())
+    assert 100 < board.most <= 128
+    assert len(job.holes) == HOLES and seen[-1].hole == HOLES
+    assert [v.line for v in seen] == sorted(v.line for v in seen)
+    places = {(v.place[0], v.place[1]) for v in seen if v.place}
+    assert len(places) > 20
+    for view in (v for v in seen if v.hole):
+        assert view.place is not None and -1e-6 <= view.place[0] <= 13.51 and -1e-6 <= view.place[1] <= 9.01
+        if view.override == 100:
+            assert view.done_s + view.left_s == pytest.approx(sum(map(sum, job.seconds)), rel=1e-6)
+    assert ending.place == pytest.approx(END, abs=0.02)
+
+
+def test_an_error_in_line_40_stops_the_machine_and_is_told_with_its_line(
+    board: Board, program: Path, machine: str
+) -> None:
+    """Mist (M7) is a word of GRBL that this board was built without: nobody but the board can know that."""
+    lines = program.read_text().splitlines()
+    lines[39] += " M7"
+    program.write_text("\n".join(lines) + "\n")
+    ending, _, job = send(board, program, machine)
+    assert not ending.complete and ending.homed and ending.state == "standing still"
+    assert ending.reason == "line 40 'G0 Z0.5 M7': error 20: the controller does not have this word"
+    assert 40 <= ending.taken < 80 and ending.line <= 40 + 24
+    assert b"!" in board.sent and board.sent.rstrip(b"?").endswith(b"\x18")
+    talk = Conversation(SerialPort(board.port))
+    assert talk.connect().speed == 0 and "M5" in talk.facts().modes
+    talk.port.close()
+    assert ending.hole is not None and ending.hole.first <= ending.line
+    assert job.holes[ending.hole.number - 1] == ending.hole
+
+
+def test_a_reset_in_the_middle_is_noticed_and_the_place_is_not_trusted(
+    board: Board, program: Path, machine: str
+) -> None:
+    pressed: list[RunView] = []
+
+    def watch(_run: SendRun, view: RunView) -> None:
+        if view.hole >= 3 and view.state == "Run" and not pressed:
+            pressed.append(view)
+            board.press(b"\x18")
+
+    ending, _, _ = send(board, program, machine, watch=watch)
+    assert pressed and not ending.complete and not ending.homed
+    assert "reset while it moved" in ending.reason or "the controller was reset" in ending.reason
+    assert ending.state == "locked by an alarm"
+    assert ending.hole is not None and abs(ending.hole.number - pressed[0].hole) <= 1
+
+
+def test_a_pulled_cable_leaves_a_clear_state_and_the_plate_goes_on_at_hole_35(
+    board: Board, program: Path, machine: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The board runs what it has; back on the cable it drills from hole 35 to the end, in the right state."""
+
+    def watch(_run: SendRun, view: RunView) -> None:
+        if view.hole >= 34 and view.state == "Run" and board._plug:
+            board.pull()
+
+    ending, _, job = send(board, program, machine, hole=32, watch=watch)
+    assert not ending.complete and not ending.homed and "is lost" in ending.reason
+    assert ending.hole is not None and 34 <= ending.hole.number <= 38
+    assert "its spindle may stay on" in ending.state and ending.sent >= ending.taken
+    board.plug_in()
+    words = ["send", str(program), "--port", board.port, "--machine", machine, "--unlock", "--yes", "--json"]
+    assert leafcut([*words, "--from-hole", "35", "--log", str(program.with_suffix(".log"))]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["complete"] and answer["position_kept"] and answer["go_on"] == ""
+    sent = board.lines()
+    at = max(k for k, line in enumerate(sent) if line == "$G") + 1
+    lead = sent[at : sent.index(bare(program.read_text())[line_of(35) - 2], at)]
+    assert lead[0] == "M5" and [line for line in lead if line[0] in "GM" and "Z" not in line][-3:-1]
+    first = next(line for line in lead if line.startswith("G0Z"))
+    assert lead.index(first) < lead.index("M3S5000") < len(lead) - 2
+    assert sent[-len(bare(program.read_text())) + line_of(35) - 2 :] == bare(program.read_text())[line_of(35) - 2 :]
+    assert answer["place"] == pytest.approx(END, abs=0.02)
+    log = program.with_suffix(".log").read_text()
+    assert " > M3S5000" in log and " < ok" in log
+    assert job.holes[34].first == line_of(35)
+
+
+def test_check_mode_moves_nothing_and_lists_every_error(
+    board: Board, program: Path, machine: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["send", str(program), "--port", board.port, "--machine", machine, "--check"]
+    assert leafcut(words) == 0
+    lines = program.read_text().splitlines()
+    lines[39] += " M7"
+    lines[79] += " M7"
+    program.write_text("\n".join(lines) + "\n")
+    capsys.readouterr()
+    assert leafcut([*words, "--json"]) == 1
+    answer = json.loads(capsys.readouterr().out)
+    assert [error["line"] for error in answer["errors"]] == [40, 80]
+    assert b"Run" not in board.said
+
+
+def test_a_dry_run_asks_the_machine_and_sends_nothing(
+    board: Board, program: Path, machine: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["send", str(program), "--port", board.port, "--machine", machine, "--dry-run"]
+    assert leafcut(words) == 0
+    assert "can be sent" in capsys.readouterr().out
+    assert [line for line in board.lines() if not line.startswith("$")] == []
+
+
+@pytest.mark.parametrize(
+    "change, told",
+    [
+        (
+            ("G0 Z4 ; up", "G0 Z31"),
+            r"line 3 goes to Z 1\.000 mm in machine coordinates, outside the travel of -60 to 0",
+        ),
+        (("S5000", "S20000"), r"S20000 in line 4 is above the controller's \$30=10000"),
+        (("X1.500", "X-60"), r"line 9 goes to X -210\.000 mm"),
+    ],
+)
+def test_what_this_machine_cannot_do_is_refused_before_anything_is_sent(
+    board: Board, program: Path, machine: str, capsys: pytest.CaptureFixture[str], change: tuple[str, str], told: str
+) -> None:
+    program.write_text(program.read_text().replace(*change, 1))
+    words = ["send", str(program), "--port", board.port, "--machine", machine, "--yes", "--accept", "L806"]
+    assert leafcut(words) == 1
+    err = capsys.readouterr().err
+    assert re.search(told, err), err
+    assert [line for line in board.lines() if not line.startswith("$")] == []
+
+
+def test_a_port_that_another_program_has_open_is_refused(
+    board: Board, program: Path, machine: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = SerialPort(board.port)
+    try:
+        assert leafcut(["send", str(program), "--port", board.port, "--machine", machine, "--yes"]) == 1
+    finally:
+        other.close()
+    assert "in use by another program" in capsys.readouterr().err

@@ -1,0 +1,278 @@
+"""Rules of sending, on a board in plain Python: the buffer, every kind of fault, holds, pauses."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+
+import pytest
+from fake_grbl import BUFFER, FakeGrbl
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from every import every
+from leafcut.errors import OptionError, SendError
+from leafcut.gcode.dialects import dialect
+from leafcut.read.machine import load_machine
+from leafcut.sender.checking import check_program, check_ready
+from leafcut.sender.conversation import Conversation
+from leafcut.sender.counting import CharacterCounter, SentLine
+from leafcut.sender.job import SendJob, job_of
+from leafcut.sender.lines import Pause
+from leafcut.sender.run import Ending, Request, RunView, SendRun
+from leafcut.sender.told import ending_in_words
+
+MACHINE = load_machine("grbl-3018")
+HEAD = ["G21 G90 G94 G17", "G0 Z5", "M3 S900"]
+
+
+def job_with(lines: Sequence[str]) -> SendJob:
+    return job_of("\n".join([*HEAD, *lines, "M30", ""]), "part.nc", MACHINE, dialect("grbl"), None)
+
+
+def drilled(count: int) -> list[str]:
+    return [text for k in range(count) for text in (f"G0 X{k} Y0", "Z1", "G1 Z-1 F100", "G0 Z5")]
+
+
+def sent(
+    board: FakeGrbl,
+    job: SendJob,
+    watch: Callable[[SendRun, RunView], None] = lambda run, view: None,
+    prompt: Callable[[Pause, Sequence[str]], str | None] | None = None,
+) -> Ending:
+    talk = Conversation(board, clock=board.clock)
+    talk.connect()
+    run = SendRun(talk, talk.facts(), job, job.steps, prompt=prompt)
+    run.observe = lambda view: watch(run, view)
+    return run.run()
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    decimals=st.lists(st.integers(0, 12), min_size=1, max_size=60),
+    paces=st.lists(st.integers(0, 12), min_size=1, max_size=7),
+)
+def test_the_buffer_never_holds_more_than_it_has_room_for_and_every_line_arrives_in_order(decimals, paces) -> None:
+    lines = [f"G1 X{k % 9}.{'1' * n}1 F{100 + k}" for k, n in enumerate(decimals)]
+    board = FakeGrbl(tuple(paces))
+    job = job_with([*lines, "G0 Z5"])
+    ending = sent(board, job)
+    assert ending.complete, ending.reason
+    assert board.most <= BUFFER
+    assert board.taken == [step.text for step in job.steps if isinstance(step, SentLine)]
+    assert board.realtime == []
+
+
+def test_the_buffer_is_kept_full_while_the_board_is_slow() -> None:
+    board = FakeGrbl((20,))
+    sent(board, job_with(drilled(20)))
+    assert 110 < board.most <= BUFFER
+
+
+def test_a_line_that_does_not_fit_is_not_sent() -> None:
+    counter = CharacterCounter()
+    counter.send(SentLine("X" * 79))
+    assert not counter.fits(SentLine("X" * 79)) and counter.fits(SentLine("X" * 46))
+    with pytest.raises(ValueError, match="does not fit"):
+        counter.send(SentLine("X" * 79))
+    assert counter.answered() == SentLine("X" * 79) and counter.answered() is None and counter.bytes == 0
+
+
+@every(
+    "fault, told",
+    [
+        ("error:20", r"line 20 'G0 X4 Y0': error 20: the controller does not have this word"),
+        ("error:99", r"line 20 'G0 X4 Y0': error 99: not in the list"),
+        ("alarm", r"alarm 1: a limit switch was reached.*the machine is locked by an alarm"),
+        ("reset", r"the controller was reset while it was in line \d+"),
+        ("garbage", r"what came over the line makes no sense: 'o.k.*look at the cable"),
+        ("drop", r"an answer was lost on the way"),
+        ("twice", r"is another program speaking to it"),
+        ("silent", r"nothing answers on fake any more.*it runs the lines that it has, at most to line \d+"),
+        ("lost", r"the connection to fake is lost.*its spindle may stay on"),
+    ],
+)
+def test_every_fault_ends_the_run_with_the_machine_stopped_and_its_state_told(fault: str, told: str) -> None:
+    board = FakeGrbl((3,), {20: fault})
+    board.strict = fault != "twice"  # then nobody can know any more what is in the buffer
+    job = job_with(drilled(20))
+    ending = sent(board, job)
+    words = ending_in_words(ending, job)
+    assert not ending.complete and re.search(told, words), words
+    assert "\n" not in words and "go on with --from-hole" in words
+    if fault != "lost":
+        assert board.realtime[-2:] == [b"!", b"\x18"] and not board.buffer
+    # What was sent behind it was never taken: nothing is run after the stop.
+    assert len(board.taken) <= 20 + 24 or fault == "drop"
+
+
+def test_stop_by_the_person_holds_first_and_resets_then() -> None:
+    board = FakeGrbl((5,))
+
+    def watch(run: SendRun, view: RunView) -> None:
+        if view.taken >= 10:
+            run.ask(Request.STOP)
+
+    ending = sent(board, job_with(drilled(20)), watch)
+    assert ending.reason == "stopped by you" and ending.homed
+    assert board.realtime == [b"!", b"\x18"]
+
+
+def test_the_override_goes_up_a_step_at_a_time_and_back() -> None:
+    """The board takes two steps that come at once for one."""
+    board = FakeGrbl((30,))
+    seen: list[int] = []
+
+    def watch(run: SendRun, view: RunView) -> None:
+        seen.append(view.override)
+        if len(seen) == 1:
+            for _ in range(3):
+                run.ask(Request.FASTER)
+        if view.override == 130 and 130 not in seen[:-1]:
+            run.ask(Request.NORMAL)
+
+    assert sent(board, job_with(drilled(10)), watch).complete
+    assert board.realtime == [b"\x91"] * 3 + [b"\x90"]
+    assert seen[-1] == 100
+
+
+def test_a_change_of_tool_waits_stops_the_spindle_and_never_reaches_the_board() -> None:
+    asked: list[str] = []
+    board = FakeGrbl((2,))
+
+    def prompt(pause: Pause, _said: Sequence[str]) -> str:
+        assert not board.buffer
+        asked.append(str(pause))
+        return ""
+
+    lines = [*drilled(2), "M5", "(6 mm mill)", "T2 M6", "S500 M3", *drilled(1), "M0 (turn the part)", *drilled(1)]
+    job = job_with(lines)
+    ending = sent(board, job, prompt=prompt)
+    assert ending.complete, ending.reason
+    assert asked == ["line 14: put in tool T2 (6 mm mill)", "line 20: pause (turn the part)"]
+    assert not any("M6" in line or "M0" in line for line in board.taken)
+    at = board.taken.index("T2")
+    assert board.taken[at - 2 : at + 2] == ["M5", "M5", "T2", "S500M3"]
+
+
+def test_what_is_typed_at_a_change_is_undone_and_the_program_goes_on_from_above_in_its_state() -> None:
+    board = FakeGrbl((1,))
+    typed = ["$J=G91Z5F500", "G91", "G10 L20 P0 Z0", ""]
+
+    def prompt(_pause: Pause, _said: Sequence[str]) -> str:
+        return typed.pop(0)
+
+    lines = [*drilled(2), "M5", "T2 M6", "S500 M3", *drilled(2)]
+    assert sent(board, job_with(lines), prompt=prompt).complete
+    at = board.taken.index("G10 L20 P0 Z0") + 1
+    assert board.taken[at : at + 8] == [
+        "M5", "M9", "G21G90G94G17G40G49", "G54", "G0Z30", "G0X1Y0", "S900", "G0Z5",
+    ]  # fmt: skip
+    assert board.taken[at + 8 : at + 13] == ["G21", "F100", "G17G90", "T2", "S500M3"]
+
+
+def test_nobody_to_ask_is_said_before_anything_is_sent_but_the_first_tool_is_in() -> None:
+    board = FakeGrbl()
+    assert sent(board, job_with(["M5", "T1 M6", "M3 S900", *drilled(1)])).complete
+    board = FakeGrbl()
+    with pytest.raises(OptionError, match=r"stops for a person \(line 4: pause\), and nobody can be asked"):
+        sent(board, job_with(["M0", *drilled(1)]))
+    assert board.taken == []
+
+
+class Deaf(FakeGrbl):
+    """Says always the same, whatever it is told."""
+
+    def __init__(self, words: bytes) -> None:
+        super().__init__()
+        self.words = words
+
+    def write(self, data: bytes) -> None:
+        pass
+
+    def read(self, seconds: float) -> bytes:
+        self.now += seconds
+        said, self.words = self.words, b""
+        return said
+
+
+@every(
+    "words, told",
+    [
+        (b"", "nothing answers on fake; is the machine on"),
+        (b"start\r\necho:Marlin 2.1.2\r\n", r"what answers on fake is not GRBL \('echo:Marlin 2\.1\.2'\)"),
+        (bytes(range(128, 255)), "makes no sense .*; is it another --baud, or a bad cable"),
+        (b"x" * 5000, "is not GRBL"),
+    ],
+)
+def test_what_is_no_grbl_is_told_in_one_line(words: bytes, told: str) -> None:
+    board = Deaf(words)
+    with pytest.raises(SendError, match=told) as caught:
+        Conversation(board, clock=board.clock).connect()
+    assert "\n" not in str(caught.value)
+
+
+@every(
+    "change, told",
+    [
+        ({32: 1}, r"laser mode is on \(\$32=1\), but the program is for a spindle"),
+        ({30: 500}, r"S900 in line 3 is above the controller's \$30=500"),
+        ({130: 90}, r"line 4 goes to X -100\.000 mm .* outside the travel of -90 to 0 mm"),
+        ({132: 20}, r"goes to Z"),
+        ({22: 0}, r"homing is off \(\$22=0\).*--unhomed"),
+    ],
+)
+def test_a_machine_that_is_set_otherwise_is_refused(change: dict[int, float], told: str) -> None:
+    board = FakeGrbl()
+    board.settings |= change
+    board.place = "-1.000,-1.000,-1.000"
+    talk = Conversation(board, clock=board.clock)
+    talk.connect()
+    facts = talk.facts()
+    job = job_with([*drilled(2), "G0 X99", "G0 X0"])
+
+    def checked() -> None:
+        check_ready(facts, unhomed=False)
+        check_program(job, facts, unhomed=False)
+
+    with pytest.raises(SendError, match=told):
+        checked()
+
+
+def test_a_board_that_restarts_when_its_port_is_opened_and_is_never_homed_asks_for_its_zero() -> None:
+    """It counts from where it stands then, while its work offset is that of before."""
+    board = FakeGrbl()
+    board.settings[22] = 0
+    board.say("Grbl 1.1h ['$' for help]")
+    talk = Conversation(board, clock=board.clock)
+    talk.connect()
+    with pytest.raises(SendError, match=r"started anew .* add --zero-here"):
+        check_ready(talk.facts(), unhomed=True, restarted=talk.restarted)
+    talk.zero_here()
+    assert board.taken == ["G10 L20 P1 X0 Y0 Z0"]
+    check_ready(talk.facts(), unhomed=True, restarted=talk.restarted)
+
+
+def test_reports_in_inches_are_understood() -> None:
+    board = FakeGrbl()
+    board.settings[13] = 1
+    board.origin, board.place = "-4.000,-4.000,-2.000", "-3.000,-4.000,-1.000"
+    talk = Conversation(board, clock=board.clock)
+    talk.connect()
+    facts = talk.facts()
+    assert facts.origin(540) == pytest.approx((-101.6, -101.6, -50.8))
+    assert facts.machine_place() == pytest.approx((-76.2, -101.6, -25.4))
+
+
+def test_a_machine_that_differs_from_its_profile_is_told_and_timed_as_it_is() -> None:
+    board = FakeGrbl()
+    board.settings |= {110: 60.0, 130: 300, 131: 180, 132: 45}
+    board.origin = "-100.000,-100.000,-30.000"
+    talk = Conversation(board, clock=board.clock)
+    talk.connect()
+    facts = talk.facts()
+    job = job_with(drilled(4))
+    (issue,) = check_program(job, facts, unhomed=False)
+    assert issue.code == "L820" and "$110=60 (800)" in issue.message and "$130" not in issue.message
+    slower = job.on(facts.timed(job.machine))
+    assert sum(map(sum, slower.seconds)) > sum(map(sum, job.seconds))
