@@ -21,7 +21,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from leafcut.kernels.keeping import Kept, MachineCode
+from leafcut.kernels.keeping import CodePlace, MachineCode
 
 #: Those of ``ndarray.flags.num`` that Numba makes a difference of: contiguous as in C or Fortran, aligned, writeable.
 _C, _FORTRAN, _ALIGNED, _WRITEABLE = 0x1, 0x2, 0x100, 0x400
@@ -124,7 +124,7 @@ class Kernel:
             kinds = tuple(map(_kind, arguments))
             words = ", ".join(map(_in_words, kinds))
             if words not in self.signatures:
-                kept = Kept.of(self.py_func, words)
+                kept = CodePlace.of(self.py_func, words)
                 code = kept.load()
                 if code is None:
                     code = self._compiled(kinds, arguments, kept)
@@ -132,7 +132,7 @@ class Kernel:
             call = self._calls[key] = self.signatures[words]
             return call
 
-    def _compiled(self, kinds: tuple[Hashable, ...], arguments: tuple[Any, ...], kept: Kept) -> MachineCode:
+    def _compiled(self, kinds: tuple[Hashable, ...], arguments: tuple[Any, ...], kept: CodePlace) -> MachineCode:
         for listener in tuple(_listeners):
             listener.began(kept.can_be_kept())
         try:

@@ -79,7 +79,7 @@ def _returned(name: str, kind: Any) -> str:
     """Return in words what a kernel returns: nothing, a number, or several."""
     if isinstance(kind, type(types.none)):
         return "none"
-    several = isinstance(kind, types.BaseTuple)
+    several = isinstance(kind, types.BaseAnonymousTuple)  # type: ignore[attr-defined]  # numba has no types
     words = [str(one) for one in (kind.types if several else [kind])]
     if not set(words) <= set(_OF_LLVM):
         raise TypeError(f"kernel {name} returns {kind}; return numbers, or change an array")

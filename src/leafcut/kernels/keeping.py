@@ -59,7 +59,7 @@ class MachineCode(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Kept:
+class CodePlace:
     """Where the code of one kernel for one kind of arguments is kept.
 
     Attributes
@@ -77,7 +77,7 @@ class Kept:
     stamp: bytes
 
     @classmethod
-    def of(cls, function: Callable[..., Any], kinds: str) -> Kept:
+    def of(cls, function: Callable[..., Any], kinds: str) -> CodePlace:
         """Return the place for a function called with some kinds of arguments, in words."""
         source = Path(function.__code__.co_filename)
         own = f"{source.stem}.{function.__name__}"
