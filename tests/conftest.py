@@ -37,28 +37,17 @@ def _compile_once(locks: Path) -> None:
         import fcntl
     except ImportError:  # not on this system: every worker compiles for itself
         return
-    from numba.core.caching import NullCache
-    from numba.core.compiler_lock import global_compiler_lock
-    from numba.core.dispatcher import Dispatcher
+    from leafcut.kernels.calling import Kernel
 
     locks.mkdir(exist_ok=True)
-    compile_now = Dispatcher.compile
-    held: set[str] = set()
+    compile_now = Kernel._compiled
 
-    def compile_alone(self: Any, signature: Any) -> Any:
-        name = self.py_func.__name__
-        if isinstance(self._cache, NullCache) or name in held:
-            return compile_now(self, signature)
-        # First what the threads of a worker wait for, then what workers wait for: never the other way round.
-        with global_compiler_lock, (locks / name).open("w") as file:
+    def compile_alone(self: Kernel, kinds: Any, arguments: Any, kept: Any) -> Any:
+        with (locks / kept.name).open("w") as file:
             fcntl.flock(file, fcntl.LOCK_EX)
-            held.add(name)
-            try:
-                return compile_now(self, signature)
-            finally:
-                held.discard(name)
+            return kept.load() or compile_now(self, kinds, arguments, kept)
 
-    Dispatcher.compile = compile_alone
+    Kernel._compiled = compile_alone  # type: ignore[method-assign]
 
 
 @pytest.fixture(scope="session")

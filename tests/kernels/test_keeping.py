@@ -187,6 +187,14 @@ def ratio(a, b):
 @kernel
 def odd(x):
     return x % 2 == 1
+
+@kernel
+def several(x, y):
+    return x > y, x + y, x / 4
+
+@kernel
+def two(x):
+    return x, -x
 """
 
 
@@ -204,6 +212,8 @@ def test_values_reach_machine_code_as_they_are(compiled: object) -> None:
     assert weigh(table, shift=1, least=0.0, pair=pair(np.arange(4), 1.0, False)) == 0.0
     assert compiled.odd(2**64 - 1) is True  # type: ignore[attr-defined]
     assert compiled.odd(-(2**63)) is False  # type: ignore[attr-defined]
+    assert compiled.several(3, 2) == (True, 5, 0.75)  # type: ignore[attr-defined]
+    assert compiled.two(1.5) == (1.5, -1.5)  # type: ignore[attr-defined]
     for a in (np.zeros((3, 5), np.int16), np.zeros((0, 2))):
         of = np.zeros(3, np.int64)
         compiled.shape(a, of)  # type: ignore[attr-defined]

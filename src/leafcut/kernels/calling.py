@@ -21,7 +21,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from leafcut.kernels.keeping import Kept, MachineCode
+from leafcut.kernels.keeping import CodePlace, MachineCode
 
 #: Those of ``ndarray.flags.num`` that Numba makes a difference of: contiguous as in C or Fortran, aligned, writeable.
 _C, _FORTRAN, _ALIGNED, _WRITEABLE = 0x1, 0x2, 0x100, 0x400
@@ -124,7 +124,7 @@ class Kernel:
             kinds = tuple(map(_kind, arguments))
             words = ", ".join(map(_in_words, kinds))
             if words not in self.signatures:
-                kept = Kept.of(self.py_func, words)
+                kept = CodePlace.of(self.py_func, words)
                 code = kept.load()
                 if code is None:
                     code = self._compiled(kinds, arguments, kept)
@@ -132,7 +132,7 @@ class Kernel:
             call = self._calls[key] = self.signatures[words]
             return call
 
-    def _compiled(self, kinds: tuple[Hashable, ...], arguments: tuple[Any, ...], kept: Kept) -> MachineCode:
+    def _compiled(self, kinds: tuple[Hashable, ...], arguments: tuple[Any, ...], kept: CodePlace) -> MachineCode:
         for listener in tuple(_listeners):
             listener.began(kept.can_be_kept())
         try:
@@ -219,8 +219,9 @@ def _given(kinds: tuple[Any, ...]) -> Iterator[str | tuple[int, int]]:
 def _caller(code: MachineCode, kinds: tuple[Hashable, ...]) -> Call:
     """Return what calls machine code with arguments of some kinds."""
     given = [ctypes.c_void_p if isinstance(one, tuple) else _OF_C[one] for one in _given(kinds)]
-    result_type = _OF_C[code.returns]
-    returns_something = code.returns != "none"
+    several, nothing = code.returns.startswith("("), code.returns == "none"
+    fields = [(f"_{k}", _OF_C[word]) for k, word in enumerate(code.returns.strip("()").split(", "))]
+    result_type = type("Results", (ctypes.Structure,), {"_fields_": fields}) if several else _OF_C[code.returns]
     # A function that ctypes calls so lets go of the GIL.
     function = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *given)(_address(code))
 
@@ -229,7 +230,9 @@ def _caller(code: MachineCode, kinds: tuple[Hashable, ...]) -> Call:
         status = function(ctypes.byref(result), ctypes.byref(error), *values)
         if status not in _FINE:
             raise _error_at(status, error)
-        return result.value if returns_something else None
+        if several:
+            return tuple(getattr(result, name) for name, _ in fields)
+        return None if nothing else result.value
 
     return call
 

@@ -62,19 +62,28 @@ def machine_code(dispatcher: Any, arguments: tuple[object, ...], given: list[str
     Raises
     ------
     TypeError
-        The kernel returns something else than a number or nothing.
+        The kernel returns something else than numbers.
     """
     with _compiling:
         signature = tuple(dispatcher.typeof_pyval(argument) for argument in arguments)
         dispatcher.compile(signature)
         made = dispatcher.overloads[signature]
-        returned = made.signature.return_type
-        if not isinstance(returned, (types.Boolean, types.Integer, types.Float, type(types.none))):
-            raise TypeError(f"kernel {dispatcher.__name__} returns {returned}; return a number, or change an array")
+        returns = _returned(dispatcher.__name__, made.signature.return_type)
         module = made.library._final_module.clone()
         entry = f"entry.{made.fndesc.llvm_func_name}"
         module.link_in(llvm.parse_assembly(str(_entry(entry, made.fndesc.llvm_func_name, given, module))))
-        return MachineCode(entry, str(returned), _object(made.library.codegen, module))
+        return MachineCode(entry, returns, _object(made.library.codegen, module))
+
+
+def _returned(name: str, kind: Any) -> str:
+    """Return in words what a kernel returns: nothing, a number, or several."""
+    if isinstance(kind, type(types.none)):
+        return "none"
+    several = isinstance(kind, types.BaseAnonymousTuple)  # type: ignore[attr-defined]  # numba has no types
+    words = [str(one) for one in (kind.types if several else [kind])]
+    if not set(words) <= set(_OF_LLVM):
+        raise TypeError(f"kernel {name} returns {kind}; return numbers, or change an array")
+    return f"({', '.join(words)})" if several else words[0]
 
 
 def _object(codegen: Any, module: Any) -> bytes:

@@ -48,7 +48,7 @@ class MachineCode(NamedTuple):
     symbol
         Its name in the object file.
     returns
-        Numba's name of what it returns: ``none``, ``float64`` …
+        Numba's names of what it returns: ``none``, ``float64``, ``(float64, int64)`` …
     object
         An object file, to be linked with the C library only.
     """
@@ -59,7 +59,7 @@ class MachineCode(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Kept:
+class CodePlace:
     """Where the code of one kernel for one kind of arguments is kept.
 
     Attributes
@@ -77,7 +77,7 @@ class Kept:
     stamp: bytes
 
     @classmethod
-    def of(cls, function: Callable[..., Any], kinds: str) -> Kept:
+    def of(cls, function: Callable[..., Any], kinds: str) -> CodePlace:
         """Return the place for a function called with some kinds of arguments, in words."""
         source = Path(function.__code__.co_filename)
         own = f"{source.stem}.{function.__name__}"

@@ -1,0 +1,89 @@
+"""What a start takes: a drawing of 70 holes to its program, in processor seconds and by the clock.
+
+    python benchmarks/start.py [--runs N] [--beside CHECKOUT] [--write docs/benchmarks.md]
+
+Cold is the first run of a new installation, with an empty folder for compiled code; warm is every run after it. The
+other checkout's runs take turns with this one's, so that a busy machine is busy for both; its programs must be equal.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from page import facts, table, write_section
+
+ROOT = Path(__file__).parents[1]
+#: Runs leafcut as its command does.
+_COMMAND = (sys.executable, "-c", "from leafcut.cli import main; main()")
+#: What is run: name → words after the name of the command.
+WORK = {
+    "`--version`": ("--version",),
+    "70 holes to a program": ("optimize", str(ROOT / "examples" / "plate_70.dxf"), "-o", "-", "--machine", "haas-vf2"),
+}
+
+
+def run(source: Path, words: Sequence[str], cache: Path) -> tuple[float, float, bytes]:
+    """Return (processor seconds, seconds by the clock, standard output) of one run."""
+    environment = {**os.environ, "PYTHONPATH": str(source / "src"), "NUMBA_CACHE_DIR": str(cache)}
+    before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    done = subprocess.run([*_COMMAND, *words], env=environment, capture_output=True, check=True, cwd=cache)
+    after, clock = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter() - start
+    spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return spent, clock, done.stdout
+
+
+def figures(sources: dict[str, Path], runs: int, caches: dict[str, Path]) -> list[list[str]]:
+    """Return the rows of the table; what the checkouts write is compared."""
+    rows = []
+    for title, words in WORK.items():
+        took: dict[tuple[str, str], list[tuple[float, float]]] = {}
+        for number in range(runs + 1):
+            written = set()
+            for name, source in sources.items():
+                processor, clock, text = run(source, words, caches[name])
+                took.setdefault((name, "warm" if number else "cold"), []).append((processor, clock))
+                written.add(text)
+            if len(written) > 1 and "--version" not in words:
+                raise SystemExit(f"{title}: the checkouts write different programs")
+        for (name, state), figures_of in sorted(took.items()):
+            if state == "cold" and "--version" in words:
+                continue
+            middle = [statistics.median(one) for one in zip(*figures_of, strict=True)]
+            rows.append([title, state, name, f"{middle[0]:.2f}", f"{middle[1]:.2f}", str(len(figures_of))])
+    return rows
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure, print and write the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--runs", type=int, default=5, help="warm runs of each (default 5)")
+    parser.add_argument("--beside", type=Path, help="another checkout, run by the same Python")
+    parser.add_argument("--write", type=Path, help="the page whose section is replaced")
+    given = parser.parse_args(arguments)
+    sources = {"this": ROOT} | ({"the other": given.beside.resolve()} if given.beside else {})
+    with tempfile.TemporaryDirectory() as name:
+        caches = {key: Path(name) / str(number) for number, key in enumerate(sources)}
+        for folder in caches.values():
+            folder.mkdir()
+        rows = figures(sources, given.runs, caches)
+    made = table(("work", "state", "checkout", "processor s", "clock s", "runs"), rows)
+    told = [f"--runs {given.runs}", *(["--beside CHECKOUT"] if given.beside else []), "--write docs/benchmarks.md"]
+    head = facts("start", " ".join(told).split(), ("leafcut", "numpy", "numba"))
+    note = "Medians. Cold: nothing compiled is there. Warm: every later run. The programs were equal, byte for byte."
+    text = f"## The start\n\n{note}\n\n{head}\n\n{made}"
+    print(text)
+    if given.write:
+        write_section(given.write, "start", text)
+
+
+if __name__ == "__main__":
+    main()
