@@ -136,7 +136,7 @@ def test_what_goes_down_faster_than_the_tool_or_cuts_above_the_highest_feed_is_r
     text = "G21 G90 G17 G94\nT1 M6\nS9000 M3\nG0 X0 Y0 Z2\nG1 X9 Z-2 F1000\nG1 X30 F700\nG1 Y5 F2000\nG0 Z5\nM2\n"
     limits = FeedLimits(6.0, 15.0, 9000.0, most=22.5, depth=2.0, film_depth=2.0, film=1.2)
     rules = PocketRules(tool_diameter=6.0, step_over=3.0)
-    found = measured_chips(interpret(text, dialect("linuxcnc")), rules, limits, Tool(1, 6.0, ToolKind.END_MILL))
+    found = measured_chips(interpret(text, dialect("linuxcnc")), rules, limits, Tool(1, 6.0, ToolKind.END_MILL), [-2.0])
     said = [str(one) for one in found.wrong]
     assert [word in " ".join(said) for word in ("goes down", "makes a chip of 0.2222 mm", "cuts near")] == [True] * 3
     assert found.tool.chip_after == pytest.approx(2000 / 9000, rel=1e-6)

@@ -113,7 +113,7 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpat
     else:
         from leafcut.processes.pocket.proof.chips import measured_chips
 
-        chips = measured_chips(written, job.exact, job.limits, tool)
+        chips = measured_chips(written, job.exact, job.limits, tool, (*heights.levels, *finishing))
         refuse(chips.wrong)
     refuse(gouge_differences(simulated, job.part.pockets))
     refuse(step_over_differences(simulated, job.part.pockets, job.exact))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +22,8 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 #: Numbers are rounded as they are written: no limit is passed by more than this share.
 _PART = 1e-4
+#: Heights that differ by less are the same, mm.
+_SAME = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +51,9 @@ class _Places:
     rate: Floats
 
 
-def measured_chips(written: Toolpath, rules: PocketRules, limits: FeedLimits, tool: Tool) -> MeasuredChips:
+def measured_chips(
+    written: Toolpath, rules: PocketRules, limits: FeedLimits, tool: Tool, levels: Sequence[float]
+) -> MeasuredChips:
     """Return the chips that a program makes, and where they, its power or a feed are beyond the limits.
 
     1. No chip is thicker than that of the tool's own feed and speed, or what a cut so wide may have of it, and no cut
@@ -58,15 +62,22 @@ def measured_chips(written: Toolpath, rules: PocketRules, limits: FeedLimits, to
     2. No move that cuts is faster than the highest feed that was allowed.
     3. What goes down below the surface is no faster than the tool's own feed.
 
-    A film of `thinnest` is no material.
+    A film of `thinnest` is no material. `levels` are the heights at which the tool may cut along, mm; all else goes
+    down.
     """
     cuts = list(cuts_of(written, rules.tolerance))
     rpm = np.abs(written.latest(Kind.SPINDLE, written.value))
-    every = list(_levels(cuts, written, rpm, rules, limits))
+    # A short piece of a ramp may fall by less than is written: it is at no level, and goes down as the ramp does.
+    flat = {
+        cut.row
+        for cut in cuts
+        if np.ptp(cut.way[:, 2]) <= _SAME and np.abs(np.array(levels) - cut.way[-1, 2]).min() <= ROOM
+    }
+    every = list(_levels(cuts, written, rpm, rules, limits, flat))
     wrong = [
         Difference("feed", 0, cut.line, _too_fast(cut, written, "goes down", limits.feed))
         for cut in cuts
-        if float(np.ptp(cut.way[:, 2])) > ROOM and written.value[cut.row] > limits.feed * (1.0 + _PART)
+        if cut.row not in flat and written.value[cut.row] > limits.feed * (1.0 + _PART)
     ]
     for level in every:
         wrong += _beyond(level, written, limits)
@@ -105,15 +116,14 @@ def _limits(every: list[_Places], limits: FeedLimits) -> Iterator[FeedLimit]:
 
 
 def _levels(
-    cuts: list[PocketCut], written: Toolpath, rpm: Floats, rules: PocketRules, limits: FeedLimits
+    cuts: list[PocketCut], written: Toolpath, rpm: Floats, rules: PocketRules, limits: FeedLimits, flat: set[int]
 ) -> Iterator[_Places]:
     """Yield the places of every height where something is cut."""
-    flat = {cut.row for cut in cuts if np.ptp(cut.way[:, 2]) <= ROOM}
     for there, way, engaged in engaged_levels(cuts, rules, flat):
         rows = np.array([cut.row for cut in there], dtype=np.int64)[way.piece]
         feed, turns = written.value[rows], np.maximum(rpm[rows], 1e-9)
         chip = chip_at(engaged, feed, turns)
-        met = engaged.width > thinnest(rules)
+        met = (engaged.width > thinnest(rules)) & np.isin(rows, list(flat))
         yield _Places(
             there, way.piece[met], feed[met], chip[met], chip_limit(engaged, limits)[met],
             (chip * limits.feed / feed)[met], engaged.width[met], power_at(engaged, feed, limits)[met],
