@@ -1,4 +1,4 @@
-"""Makes pictures of five journeys through the studio, at the sizes of a laptop, a desk and a phone.
+"""Makes pictures of six journeys through the studio, at the sizes of a laptop, a desk and a phone.
 
     python docs/make_journeys.py [JOURNEY …] [--to docs/pictures/journeys] [--dark]
 

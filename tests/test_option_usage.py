@@ -40,7 +40,7 @@ _STANDS_FOR = {"sheets": "sheet", "angles": "rotations"}
 #: What only hands options on, or looks whether their files are in each other's way.
 _HANDS_ON = ("leafcut.option_spec", "dataclasses", "leafcut.options.", "leafcut.processes.settings", __name__)
 WORKS = {work.name: work for work in registry.works()}
-_INPUTS = ("tools", "hole_order", "chart", "plan", "surface", "fixture_file", "workpiece")
+_INPUTS = ("tools", "hole_order", "chart", "plan", "surface", "fixture_file", "workpiece", "material")
 FAST: dict[str, Any] = {"preset": "fast", "threads": 1}
 LITTLE = {**FAST, "iterations": 1}
 APART: dict[str, Any] = {"algorithm": "acs", "parallel": "exchange", "n_processes": 1}
@@ -123,6 +123,9 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         common = {"process": "pocket", "depth": 1, "tool_diameter": 8, **LITTLE}
         api.optimize(at["pocket.dxf"], tools=at["tools.toml"], thickness=5, open_paths="drop", **APART, **common)
         api.optimize(at["pocket.png"], machine="haas-vf2", pixel_size=1, **common)
+        fed = {"feeds": True, "slot_chip": 90, "max_power": "5 kW", "strategy": "zigzag", "step_over": 0.4}
+        (out / "teeth.toml").write_text(TOOLS.replace('kind = "end-mill"', 'kind = "end-mill"\nteeth = 3'))
+        api.optimize(at["pocket.dxf"], tools=out / "teeth.toml", material="c45", open_paths="drop", **fed, **common)
     elif work == "program":
         api.optimize(at["cam.nc"], **APART, **LITTLE)
         api.optimize(at["cam.nc"], algorithm="firefly", **LITTLE)

@@ -508,9 +508,7 @@ def _watch(
             print(f"watching {sources[0]}; Ctrl-C ends it", flush=True)
         watch.run(seconds)
     if not quiet:
-        print(
-            f"ended; {count(numbers['written'], 'program')} written, {numbers['refused']} times something was refused"
-        )
+        print(f"ended; {count(numbers['written'], 'program')} written, {count(numbers['refused'], 'refusal')}")
     return DONE
 
 

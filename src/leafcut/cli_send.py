@@ -350,6 +350,8 @@ def _terminating() -> Iterator[None]:
 
     names = [one for one in ("SIGTERM", "SIGHUP") if hasattr(signal, one)]
     before = {name: signal.signal(getattr(signal, name), interrupt) for name in names}
+    if hasattr(signal, "SIGTSTP"):  # a program that sleeps holds no machine
+        before["SIGTSTP"] = signal.signal(signal.SIGTSTP, signal.SIG_IGN)
     try:
         yield
     finally:

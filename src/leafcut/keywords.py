@@ -429,22 +429,12 @@ class OptimizeKeywords(TypedDict, total=False):
     """Renumber blocks, in steps of 10."""
     air: bool | None
     """Make fed moves in the air rapids, where the stock shows that they keep clear of all material."""
-    feeds: bool | None
-    """Fit the feeds of milling tools to their chips: faster where the tool meets less than in its worst cut,
-    slower where that is more than --tools allows; needs --workpiece.
-    """
     low_retracts: bool | None
     """Lower retracts and R planes to just above what stands under the way; clamps are not known: name them with
     --keep-out; needs --workpiece.
     """
     air_clearance: Quantity | None
     """How far the ways that --air and --low-retracts change keep from all material (mm; default: 1mm)."""
-    feed_increase: float | str | None
-    """How much --feeds raises a feed at most, in percent (default: 50%)."""
-    slot_chip: float | str | None
-    """Thickest chip where a mill cuts its whole width, in percent of the one that its library allows; from half of
-    the width on in proportion (default: no less than elsewhere).
-    """
     pocket_layers: str | Sequence[str] | None
     """Layers with pocket outlines; * and ? are wildcards (default: POCKET* if present)."""
     island_layers: str | Sequence[str] | None
@@ -645,6 +635,16 @@ class OptimizeKeywords(TypedDict, total=False):
     mill_diameter: Quantity | None
     """Diameter of tools that neither --tools nor the program's comments describe; they count as flat mills (mm;
     default: such a tool is refused).
+    """
+    feeds: bool | None
+    """Fit the feeds of milling tools to their chips: faster where the tool meets less than in its worst cut,
+    slower where that is more than its data allow; a foreign program needs --workpiece, too.
+    """
+    feed_increase: float | str | None
+    """How much --feeds raises a feed at most, in percent (default: 50%)."""
+    slot_chip: float | str | None
+    """Thickest chip where a mill cuts its whole width, in percent of the one that its data allow; from half of the
+    width on in proportion (default: no less than elsewhere).
     """
     max_power: Quantity | None
     """Limit of the spindle's power (kW; default: the machine's, else none)."""

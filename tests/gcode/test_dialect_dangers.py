@@ -171,7 +171,7 @@ def test_a_line_of_which_marlin_would_obey_a_part_is_no_program_of_it(line: str,
 
 
 @every("option", [{"output_units": "inch"}, {"line_numbers": True}])
-def test_marlin_has_neither_inches_nor_numbered_lines(option: dict[str, object]) -> None:
+def test_marlin_has_neither_inches_nor_numbered_lines(option: dict[str, Any]) -> None:
     with pytest.raises(PostError, match="leave it out"):
         write_program(holes(DrillCycle("G81", 2.0, -3.0)), dialect("marlin"), PostOptions(**option))
 

@@ -253,6 +253,14 @@ def test_standard_input_has_the_bounds_of_a_file() -> None:
         settings_text(b"$" * (5 << 20), "standard input")
 
 
+@pytest.mark.parametrize("before", ["", "Recv: ", "22:24:55.041 : ", "swift/serial_ascii: VERBOSE: -> "])
+def test_what_a_terminal_writes_before_each_line_of_marlin_is_passed_over(before: str) -> None:
+    """OctoPrint, Repetier-Host and others keep the answer to M503 with a time or a name before each line."""
+    words = ("Steps per unit:", "  M203 X500.00 Y400.00 Z12.00 E120.00", "  M201 X900 Y800 Z500 E10000", "  M205 J0.02")
+    machine = imported("\n".join(f"{before}echo:{line}" for line in words), "a").machine
+    assert machine.rapid_velocity == (500.0, 400.0, 12.0) and machine.controller == "marlin"
+
+
 def test_lines_and_tags_that_only_cost_time_are_refused_or_left_out() -> None:
     """Each would take hours if every way to read it were tried."""
     for text in ("M203 " + "B{" * 500_000, "M205 J1\n" + "Min: X1 Y1 Z1\n" * 50_000, "Recv" + " " * 2_000_000):

@@ -26,6 +26,10 @@ MACHINE = load_machine("grbl-3018")
 HEAD = ["G21 G90 G94 G17", "G0 Z5", "M3 S900"]
 
 
+#: Lines of our own before the first of the program.
+OPENING = 5
+
+
 def job_with(lines: Sequence[str]) -> SendJob:
     return job_of("\n".join([*HEAD, *lines, "M30", ""]), "part.nc", MACHINE, dialect("grbl"), None)
 
@@ -93,17 +97,17 @@ def test_a_line_that_does_not_fit_is_not_sent() -> None:
     ],
 )
 def test_every_fault_ends_the_run_with_the_machine_stopped_and_its_state_told(fault: str, told: str) -> None:
-    board = FakeGrbl((3,), {20: fault})
-    board.strict = fault != "twice"  # then nobody can know any more what is in the buffer
     job = job_with(drilled(20))
+    board = FakeGrbl((3,), {20 + OPENING: fault})
+    board.strict = fault != "twice"  # then nobody can know any more what is in the buffer
     ending = sent(board, job)
     words = ending_in_words(ending, job)
     assert not ending.complete and re.search(told, words), words
     assert "\n" not in words and "go on with --from-hole" in words
     if fault != "lost":
-        assert board.realtime[-2:] == [b"!", b"\x18"] and not board.buffer
+        assert board.realtime == [b"!"] * (fault != "alarm") + [b"\x18"] and not board.buffer
     # What was sent behind it was never taken: nothing is run after the stop.
-    assert len(board.taken) <= 20 + 24 or fault == "drop"
+    assert len(board.taken) <= 20 + OPENING + 24 or fault == "drop"
 
 
 def test_stop_by_the_person_holds_first_and_resets_then() -> None:
@@ -134,6 +138,38 @@ def test_the_override_goes_up_a_step_at_a_time_and_back() -> None:
     assert sent(board, job_with(drilled(10)), watch).complete
     assert board.realtime == [b"\x91"] * 3 + [b"\x90"]
     assert seen[-1] == 100
+
+
+def test_whatever_is_left_active_in_a_board_the_program_begins_in_the_state_in_which_it_was_read() -> None:
+    """Else a program without G90 would run as G91 after another one that ended so."""
+    board = FakeGrbl()
+    assert sent(board, job_of("G0 Z5\nG0 X1 Y1\nM30\n", "part.nc", MACHINE, dialect("grbl"), "in")).complete
+    assert board.taken[:4] == ["G17G90G94G40G49G80", "G54", "G20", "G0Z5"]
+    board = FakeGrbl()
+    assert sent(board, job_with(drilled(1))).complete
+    assert board.taken[:OPENING] == ["G17G90G94G40G49G80", "G54", "G21", "M5", "M9"]
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    faults=st.dictionaries(
+        st.integers(1, 60),
+        st.sampled_from(["error:3", "error:x", "alarm", "reset", "garbage", "drop", "twice", "silent", "lost", ""]),
+        max_size=4,
+    ),
+    paces=st.lists(st.integers(0, 9), min_size=1, max_size=4),
+)
+def test_whatever_a_board_does_a_run_ends_with_one_line_and_complete_only_if_all_was_answered(faults, paces) -> None:
+    job = job_with(drilled(10))
+    board = FakeGrbl(tuple(paces), faults)
+    board.strict = False
+    ending = sent(board, job)
+    words = ending_in_words(ending, job)
+    assert "\n" not in words and 0 < len(words) < 1000
+    hurt = [fault for number, fault in faults.items() if fault and number <= len(board.taken)]
+    assert ending.complete == (not hurt)
+    if hurt and not board.lost:
+        assert board.realtime[-1] == b"\x18"
 
 
 def test_a_change_of_tool_waits_stops_the_spindle_and_never_reaches_the_board() -> None:

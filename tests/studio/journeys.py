@@ -1,4 +1,4 @@
-"""Five people who use the studio for the first time, each on the way to what he came for."""
+"""Six people who use the studio for the first time, each on the way to what he came for."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from playwright.sync_api import Page, expect
 from studio_page import LONG, ROOT, choose_work, opened, run, typed
 
 EXAMPLES = ROOT / "examples"
+#: A slot whose tool the program describes, of a depth.
+SLOT = "(T1 D=8. CR=0. - flat end mill)\nG21 G90 G94\nT1 M6\nS3000 M3\nG0 X0 Y0 Z5\nG1 Z{} F200\nX60 F600\nG0 Z5\nM30\n"
 #: Told at every station of a journey, when it is shown.
 Station = Callable[[str], None]
 
@@ -15,6 +17,12 @@ Station = Callable[[str], None]
 def tab(page: Page, name: str) -> None:
     page.locator(".result").get_by_role("tab", name=name).click()
     expect(page.locator(".result").get_by_role("tab", name=name)).to_have_attribute("aria-selected", "true")
+
+
+def solid(page: Page) -> None:
+    page.get_by_role("radio", name="Solid", exact=True).click()
+    expect(page.locator(".lc-solid-frame")).to_have_attribute("aria-busy", "false")
+    expect(page.locator(".lc-differs")).to_be_visible()
 
 
 def machinist(page: Page, at: Station) -> None:
@@ -64,6 +72,25 @@ def mould_maker(page: Page, at: Station) -> None:
     at("opened")
     run(page)
     at("result")
+    solid(page)
+    at("solid")
+
+
+def inspector(page: Page, at: Station) -> None:
+    """He has two versions of a program, and asks what of the part they leave otherwise."""
+    old, new = (
+        {"name": name, "mimeType": "text/plain", "buffer": SLOT.format(depth).encode()}
+        for name, depth in (("old.nc", -3), ("new.nc", -2))
+    )
+    page.set_input_files("#open-file", old)
+    expect(page.locator(".about-part .name")).to_have_text("old.nc")
+    choose_work(page, "verify")
+    page.locator(".second input[type=file]").set_input_files(new)
+    expect(page.locator(".second")).to_contain_text("new.nc")
+    run(page)
+    solid(page)
+    page.get_by_role("button", name="Next difference").click()
+    at("solid")
 
 
 def student(page: Page, at: Station) -> None:
@@ -93,5 +120,6 @@ JOURNEYS: dict[str, Callable[[Page, Station], None]] = {
     "programmer": programmer,
     "plasma_shop": plasma_shop,
     "mould_maker": mould_maker,
+    "inspector": inspector,
     "student": student,
 }

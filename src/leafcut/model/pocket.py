@@ -120,10 +120,13 @@ class PocketPiece:
     `kind` is ``rough``, ``finish`` (along a wall), ``link`` (through what is cut already, or from pass to pass),
     ``air`` (measured: nothing is cut), or ``entry``: a closed loop, the first piece, along which the tool comes down as
     on a helix and so has cleared it when it is at depth.
+
+    `feed` is how fast it is gone, as a share of the tool's feed; ``air`` has a feed of its own.
     """
 
     path: Polyline
     kind: str = "rough"
+    feed: float = 1.0
 
 
 @dataclass(frozen=True)

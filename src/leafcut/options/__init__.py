@@ -11,6 +11,7 @@ from __future__ import annotations
 from leafcut.option_spec import OptionGroup, flag_name
 from leafcut.options.cut_data import CutDataOptions
 from leafcut.options.drawings import ORIGINS, PocketDrawingOptions, ReadOptions, SheetOptions
+from leafcut.options.feeds import FeedOptions
 from leafcut.options.job import CYCLES, JobOptions, MachineOptions
 from leafcut.options.post import PostOptions
 from leafcut.options.search import (
@@ -40,6 +41,7 @@ SHARED: tuple[type[OptionGroup], ...] = (
     FireflyOptions,
     PostOptions,
     StockOptions,
+    FeedOptions,
     SpeedOptions,
 )
 
@@ -54,6 +56,7 @@ __all__ = [
     "SHARED",
     "AcoOptions",
     "CutDataOptions",
+    "FeedOptions",
     "FireflyOptions",
     "JobOptions",
     "MachineOptions",

@@ -10,8 +10,8 @@ from leafcut.gcode.klartext import CYCLE_200
 from leafcut.gcode.numbers import format_number
 from leafcut.model.toolpath import DrillCycle, Kind, Motion
 from leafcut.post.comments import comment_lines
+from leafcut.post.row_writer import Writer
 from leafcut.post.words import coolant_words, has_cycle, said_with
-from leafcut.post.writer import Writer
 
 _NAME = "LEAFCUT"
 _WIDTH = 70

@@ -8,8 +8,8 @@ from leafcut.errors import PostError
 from leafcut.gcode.numbers import format_number
 from leafcut.model.cycles import PECKING
 from leafcut.model.toolpath import DrillCycle, Motion
+from leafcut.post.row_writer import Writer
 from leafcut.post.words import has_cycle, peck_text, said_with
-from leafcut.post.writer import Writer
 
 
 class SinumerikWriter(Writer):

@@ -13,6 +13,7 @@ from leafcut.sender.answers import (
     ControllerAnswer,
     Greeting,
     Refused,
+    Remark,
     Status,
     Strange,
     parse,
@@ -28,6 +29,8 @@ ASK, HOLD, RESUME, RESET = b"?", b"!", b"~", b"\x18"
 ANSWER_SECONDS, START_SECONDS, HOMING_SECONDS = 5.0, 5.0, 180.0
 #: How long a machine may take to come to rest, s.
 REST_SECONDS = 15.0
+#: After an alarm its reason is told, s; and a reset that is not answered for so long is sent again, s.
+ALARM_SECONDS, RESET_SECONDS = 3.0, 2.0
 #: Between two questions for the status while something is waited for, s.
 _AGAIN = 0.1
 _READ_SECONDS = 0.02
@@ -264,14 +267,32 @@ class Conversation:
         SendError
             It does not answer any more.
         """
-        self.write(RESET)
-        until = self._until(ANSWER_SECONDS)
+        until, again, sent = self._until(ANSWER_SECONDS), 0.0, 0
         greeted = False
         while not greeted and self.clock() < until:
+            if self.clock() >= again:
+                # One that comes while an alarm is being told is lost (gnea/grbl 1.1, protocol.c).
+                self.write(RESET)
+                again, sent = self.clock() + RESET_SECONDS, sent + 1
             for answer in self.listen():
                 heard(answer)
                 greeted |= isinstance(answer, Greeting)
+        if sent > 1:
+            self.pass_time(RESET_SECONDS)  # the others may be answered, too
         return self.fresh_status()
+
+    def hear_alarm(self) -> None:
+        """Wait until an alarm is told to its end, half a second on GRBL: from then on a reset is heard."""
+        until = self._until(ALARM_SECONDS)
+        while self.clock() < until:
+            if any(isinstance(one, Remark | Greeting) for one in self.listen()):
+                return
+
+    def pass_time(self, seconds: float) -> None:
+        """Let time pass, whatever is said."""
+        until = self.clock() + seconds
+        while self.clock() < until:
+            self.listen()
 
 
 def at_hold(status: Status) -> bool:

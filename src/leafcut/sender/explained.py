@@ -53,7 +53,7 @@ _ERRORS = {
 
 _ALARMS = {
     1: "a limit switch was reached: the machine stood still at once, and its position is lost; home it",
-    2: "a move would leave the machine's travel: it stopped, and the position is kept",
+    2: "a move would leave the machine's travel (soft limits, $20)",
     3: "it was reset while it moved: steps are lost, and so is its position; home it",
     4: "the probe was already closed before the probing began",
     5: "the probe touched nothing",

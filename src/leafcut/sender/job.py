@@ -22,12 +22,16 @@ from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind
 from leafcut.proof.dangers import find_dangers
 from leafcut.read.machine import load_machine
+from leafcut.sender.counting import SentLine
 from leafcut.sender.lines import SentStep, steps_of
 
 #: What nobody may send without saying so: what is dangerous, what the machine cannot do, what is not known.
 _NEVER = ("L806", "L808")
 #: Rows that move the origin, or that only the machine can know.
 _LOST = {Kind.FOREIGN: "is not understood", Kind.SHIFT: "moves the origin, so that nothing behind it can be checked"}
+#: What the reader of a program takes for active before its first line; and its units where it does not state them.
+_AT_FIRST = ("G17", "G90", "G94", "G40", "G49", "G80")
+_UNITS = {"mm": "G21", "in": "G20"}
 #: Ends closer than this are one place, mm.
 _SAME = 1e-6
 
@@ -148,7 +152,7 @@ def job_of(
 ) -> SendJob:
     """Return a program's text as a job; see `read_job`."""
     program = interpret_program(text, words, file, units=units or machine.units)
-    steps = tuple(steps_of(program.lines, words, file))
+    steps = (*_opening(program, words, units or machine.units), *steps_of(program.lines, words, file))
     _check_known(program, file)
     dangers = find_dangers(program, machine, "laser" if machine.head is Head.LASER else "mill")
     for issue in dangers:
@@ -161,6 +165,16 @@ def job_of(
     if not (program.path.kind <= Kind.ARC_CCW).any():
         raise ReadError(file, "the program moves nothing")
     return SendJob(file, machine, words, program, steps, tuple(issues))
+
+
+def _opening(program: Program, words: Dialect, units: str) -> list[SentLine]:
+    """Return what brings a controller into the state in which the program was read, whatever was left active in it."""
+    modes = [word for word in _AT_FIRST if round(float(word[1:]) * 10) in words.g_codes]
+    said = ["".join(modes), "G54", _UNITS[units]]
+    # A spindle that the program never starts was started by hand.
+    if ((program.path.kind == Kind.SPINDLE) & (program.path.value != 0.0)).any():
+        said += ["M5", "M9"]
+    return [SentLine(text) for text in said]
 
 
 def _check_known(program: Program, file: str) -> None:

@@ -152,6 +152,10 @@ class _Ended(SendError):
     """The run cannot go on; `reached` says whether the controller can still be spoken to."""
 
 
+class _Alarmed(_Ended):
+    """The controller has stopped everything, and hears nothing but a reset."""
+
+
 class _Silent(PortLost):
     """The port is there, and nothing comes from it any more."""
 
@@ -227,7 +231,7 @@ class SendRun:
         except (_Asked, KeyboardInterrupt):
             return self._stopped("stopped by you")
         except LeafcutError as problem:
-            return self._stopped(str(problem))
+            return self._stopped(str(problem), at_once=isinstance(problem, _Alarmed))
 
     def _skip_first_tool(self) -> None:
         """Take the first tool for put in where nobody can be asked; refuse a program with any other pause.
@@ -332,7 +336,7 @@ class SendRun:
             case Refused(code):
                 self._take(code)
             case Alarm(code):
-                raise _Ended(f"{self._where()}: {alarm_in_words(code)}")
+                raise _Alarmed(f"{self._where()}: {alarm_in_words(code)}")
             case Greeting():
                 raise _Ended(f"the controller was reset{self._while_in()}")
             case Strange(words):
@@ -491,10 +495,12 @@ class SendRun:
         reason = f"{errors[0][1]}" + (f"; {len(errors) - 1} more" if len(errors) > 1 else "") if errors else ""
         return self._ending(reason, status)
 
-    def _stopped(self, reason: str) -> Ending:
-        """Bring the machine to rest, and tell of it."""
+    def _stopped(self, reason: str, *, at_once: bool = False) -> Ending:
+        """Bring the machine to rest, and tell of it; `at_once` where it stands already, by an alarm."""
         try:
-            status = self.talk.reset() if self.check else self.talk.stop(self._hear_late)
+            if at_once:
+                self.talk.hear_alarm()
+            status = (self.talk.reset if at_once or self.check else self.talk.stop)(self._hear_late)
         except PortLost as lost:
             return self._lost(f"{reason}; {lost}")
         except SendError as problem:
@@ -505,9 +511,7 @@ class SendRun:
         """Send a hold and, when the machine has had time to come to rest, a reset: perhaps it hears them."""
         try:
             self.talk.write(HOLD)
-            until = self.talk.clock() + UNHEARD_SECONDS
-            while self.talk.clock() < until:
-                self.talk.listen()
+            self.talk.pass_time(UNHEARD_SECONDS)
             self.talk.write(RESET)
         except LeafcutError:
             return "a hold could not be sent"

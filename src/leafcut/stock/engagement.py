@@ -35,14 +35,17 @@ _NOTHING = 1e-6
 
 
 class Engaged(NamedTuple):
-    """What the tool engages at every place of a way: the angle of its edge, rad, at most π; its width, mm, float64[n].
+    """What the tool engages at every place of a way: the angle of its edge, rad, at most π; its width, mm; float64[n].
 
     The width is measured square to the way: the strip of material that the tool takes off sideways, its whole diameter
-    in a slot.
+    in a slot. `chip` is the thickest chip as a share of the feed per tooth: cos of the least angle between the way
+    ahead and an engaged part of the edge, 1 where material is straight ahead. Of a straight cut a wide at one side,
+    a < r, that is √(1 − (1 − a/r)²), the 2 √(a/D (1 − a/D)) of chip thinning (`stock.chip_thickness`).
     """
 
     angle: Floats
     width: Floats
+    chip: Floats
 
 
 def engagement(way: ToolWay, rules: PocketRules, entry: NDArray[np.bool_] | None = None) -> Engaged:
@@ -57,17 +60,17 @@ def engagement(way: ToolWay, rules: PocketRules, entry: NDArray[np.bool_] | None
     entry
         Places on the loop along which the tool came down: it has cleared them on its way, and 0 is told.
     """
-    angles, widths = np.zeros(len(way)), np.zeros(len(way))
+    angles, widths, chips = (np.zeros(len(way)) for _ in range(3))
     place = np.cumsum(way.step)
     for first in range(0, len(way), _BLOCK):
         block = np.arange(first, min(first + _BLOCK, len(way)))
         # All earlier places count, those too where nothing was engaged: a film that they took off, thinner than the
         # tolerance, would be material for others, and such films would add up.
         for rows, who, whom in _pairs(way, block, 2.0 * rules.radius):
-            angles[rows], widths[rows] = _engaged(way, rules, place, rows, who, whom)
+            angles[rows], widths[rows], chips[rows] = _engaged(way, rules, place, rows, who, whom)
     if entry is not None:
-        angles[entry] = widths[entry] = 0.0
-    return Engaged(angles, widths)
+        angles[entry] = widths[entry] = chips[entry] = 0.0
+    return Engaged(angles, widths, chips)
 
 
 def _engaged(
@@ -77,8 +80,8 @@ def _engaged(
     rows: NDArray[np.int64],
     who: NDArray[np.int64],
     whom: NDArray[np.int64],
-) -> tuple[Floats, Floats]:
-    """Return the engaged angles and widths at some rows, in order; `whom` are the earlier places near `who`."""
+) -> Engaged:
+    """Return what is engaged at some rows, in order; `whom` are the earlier places near `who`."""
     edge = rules.radius - rules.tolerance
     near = 2.0 * math.sqrt(2.0 * rules.radius * rules.tolerance)
     to = way.xy[whom] - way.xy[who]
@@ -95,11 +98,11 @@ def _engaged(
     own = _angle(-way.back[behind], way.ahead[behind])
     number = np.searchsorted(rows, np.concatenate([who, behind]))
     centre, half = np.concatenate([centre, own]), np.concatenate([half, np.full(len(own), _HALF)])
-    angle, width = _covered(number, centre - half, centre + half, len(rows))
-    angle, width = math.pi - angle, rules.radius * (2.0 - width)
+    angle, width, nearest = _covered(number, centre - half, centre + half, len(rows))
+    angle, width, chip = math.pi - angle, rules.radius * (2.0 - width), np.cos(nearest)
     nothing = angle <= _NOTHING
-    angle[nothing] = width[nothing] = 0.0
-    return angle, width
+    angle[nothing] = width[nothing] = chip[nothing] = 0.0
+    return Engaged(angle, width, chip)
 
 
 def _angle(vector: Floats, ahead: Floats) -> Floats:
@@ -109,8 +112,11 @@ def _angle(vector: Floats, ahead: Floats) -> Floats:
     return angle
 
 
-def _covered(who: NDArray[np.int64], low: Floats, high: Floats, count: int) -> tuple[Floats, Floats]:
-    """Return how much of −π/2 … π/2 the intervals of every one cover together, and of its sines, float64[count]."""
+def _covered(who: NDArray[np.int64], low: Floats, high: Floats, count: int) -> tuple[Floats, Floats, Floats]:
+    """Return what the intervals of every one cover together of −π/2 … π/2, float64[count] each.
+
+    How much of it; how much of its sines; and the least angle, either way, that they leave uncovered, π/2 without one.
+    """
     every, lows, highs = [], [], []
     for turn in (-math.tau, 0.0, math.tau):
         a, b = np.maximum(low + turn, -_HALF), np.minimum(high + turn, _HALF)
@@ -118,17 +124,24 @@ def _covered(who: NDArray[np.int64], low: Floats, high: Floats, count: int) -> t
         every.append(who[there])
         lows.append(a[there])
         highs.append(b[there])
-    owner = np.concatenate(every)
-    start = np.concatenate(lows) + _APART * owner
-    end = np.concatenate(highs) + _APART * owner
+    # One of no width at the end of every one's half: what is uncovered before it is seen as any other gap.
+    each = np.arange(count)
+    owner = np.concatenate([*every, each])
+    start = np.concatenate([*lows, np.full(count, _HALF)]) + _APART * owner
+    end = np.concatenate([*highs, np.full(count, _HALF)]) + _APART * owner
     order = np.argsort(start)
     owner, start, end = owner[order], start[order], end[order]
     reach = np.maximum.accumulate(end) if len(end) else end
     before = np.concatenate([[-np.inf], reach[:-1]])[: len(end)]
+    # From the end of what is covered to where the next begins.
+    gap_low, gap_high = np.maximum(before - _APART * owner, -_HALF), start - _APART * owner
+    gap = gap_high - gap_low > _NOTHING
+    nearest = np.full(count, _HALF)
+    np.minimum.at(nearest, owner[gap], np.maximum(np.maximum(gap_low, -gap_high), 0.0)[gap])
     start = np.minimum(np.maximum(start, before), end)
     angle = np.bincount(owner, end - start, minlength=count)
     width = np.bincount(owner, np.sin(end - _APART * owner) - np.sin(start - _APART * owner), minlength=count)
-    return np.minimum(angle, math.pi), np.minimum(width, 2.0)
+    return np.minimum(angle, math.pi), np.minimum(width, 2.0), nearest
 
 
 def _pairs(

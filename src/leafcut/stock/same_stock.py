@@ -57,7 +57,7 @@ def stock_differences(before: HeightField, after: HeightField, tolerance: float)
     return sorted(found, key=lambda one: -one.cells)
 
 
-def regions(cells: NDArray[np.bool_], near: int = 16) -> list[NDArray[np.int64]]:
+def regions(cells: NDArray[np.bool_], near: int = 8) -> list[NDArray[np.int64]]:
     """Return groups of cells, int64[k, 2] rows and columns each, the largest first.
 
     Cells within squares of `near` cells that touch are one group.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut.geometry.arrays import Point
+from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.measure import Measure
 from leafcut.model.pocket import PocketRules
 from leafcut.model.toolpath import PLACES, Toolpath
@@ -24,7 +25,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PocketJob:
-    """What is the same for every pocket of a drawing and every way to clear it."""
+    """What is the same for every pocket of a drawing and every way to clear it.
+
+    `limits` are those of feeds that follow what the tool meets; None where one feed is used throughout.
+    """
 
     run: Run
     part: Part
@@ -33,6 +37,7 @@ class PocketJob:
     data: MillingData
     words: Dialect
     start: Point | None
+    limits: FeedLimits | None = None
 
     @property
     def exact(self) -> PocketRules:
@@ -49,7 +54,7 @@ class PocketJob:
         """How far the tool leaves a corner that it rounds, at most, mm."""
         from leafcut.processes.pocket.plan.rules import corner_rounding
 
-        return corner_rounding(self.run.machine, self.data.tool.feed)
+        return corner_rounding(self.run.machine, self.limits.most if self.limits else self.data.tool.feed)
 
 
 @dataclass(frozen=True, eq=False)

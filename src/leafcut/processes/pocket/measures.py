@@ -55,7 +55,7 @@ def measure_path(
         The pocket's outline or islands cross themselves or touch.
     """
     found = removal(pocket, path, rules) if found is None else found
-    way, (engaged, width) = engaged_way(path, rules) if looked is None else looked
+    way, (engaged, width, _) = engaged_way(path, rules) if looked is None else looked
     entry = entered(path, way)
     step = np.where(entry, 0.0, way.step)
     length = float(step.sum())

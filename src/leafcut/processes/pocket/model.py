@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from leafcut.model.pace_change import PaceChange
 from leafcut.model.pocket import PocketPlan, PocketProgram
 
 
@@ -18,9 +19,12 @@ class PocketDetail:
         How every pocket is cleared, with all strategies that were tried.
     programs
         Of several pockets: the program as it is written, and that of every strategy that clears all of them.
+    pace
+        What feeds that follow what the tool meets did; None where one feed is used throughout.
     """
 
     report: ClassVar[str] = "leafcut.processes.pocket.report.pocket_report:PocketReport"
 
     plans: tuple[PocketPlan, ...]
     programs: tuple[PocketProgram, ...] = ()
+    pace: PaceChange | None = None

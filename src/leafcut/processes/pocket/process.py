@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from leafcut.kinds import Head
 from leafcut.options import (
+    FeedOptions,
     FireflyOptions,
     JobOptions,
     MachineOptions,
@@ -14,6 +16,7 @@ from leafcut.options import (
     ReadOptions,
     Settings,
     SheetOptions,
+    SpeedOptions,
 )
 from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, all_of, use
 from leafcut.processes.pocket.options import PocketOptions
@@ -39,6 +42,9 @@ class Pocketing(Process):
     title = "milling pockets"
     options = (PocketOptions,)
     uses = use(ReadOptions, "units", "layers", *PLACE, "strict") | use(SheetOptions, "join_tolerance", "open_paths")
+    uses |= use(FeedOptions) | use(
+        SpeedOptions, **dict.fromkeys(("max_power", "max_torque", "drive_efficiency"), "feeds")
+    )
     uses |= use(PocketDrawingOptions) | use(MachineOptions) | use(JobOptions, but=("keep_order",)) | ORDERED | WRITTEN
     #: Whatever the algorithm is, fireflies may order the grid: every strategy is tried.
     uses |= {name: needs.replace("algorithm=firefly", "").strip() for name, needs in use(FireflyOptions).items()}
@@ -55,6 +61,7 @@ class Pocketing(Process):
         ("main", _MAIN),
         ("search", SEARCH),
         ("pocket", ("tools", *all_of(PocketOptions, _MAIN), *all_of(PocketDrawingOptions, _MAIN), "material")),
+        ("pace", ("feeds", "feed_increase", "slot_chip", "max_power", "max_torque", "drive_efficiency")),
         ("place", (*PLACE, *_PLACES)),
         ("read", ("units", "layers", "join_tolerance", "strict")),
         ("post", (*POST, "coolant")),
@@ -79,6 +86,11 @@ class Pocketing(Process):
         from leafcut.processes.pocket.run import pocket
 
         return pocket(run, sources[0])
+
+    def reads_besides(self, settings: Settings) -> list[Path]:
+        """Return the file of the material."""
+        named = settings.job.material
+        return [Path(named)] if JobOptions.specs()["material"].names_file(named) else []
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Return the pockets, as they are placed."""

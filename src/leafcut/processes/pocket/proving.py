@@ -13,6 +13,7 @@ from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes, raised
 from leafcut.processes.pocket.options import PocketOptions
 
 if TYPE_CHECKING:
+    from leafcut.processes.pocket.proof.chips import MeasuredChips
     from leafcut.stock.removal import Removal
 
 #: So many uncut places are told one by one.
@@ -58,10 +59,11 @@ def write_pockets(job: PocketJob, before: LaidPockets, after: LaidPockets, usual
     )
 
 
-def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpath, list[Issue]]:
+def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpath, list[Issue], MeasuredChips | None]:
     """Prove the program: on the machine, and by simulation; return it read back, and what it leaves uncut.
 
-    The one place where a pocketing program is proved: nothing that fails here is written.
+    With it come the chips that it makes, where its feeds follow what the tool meets. The one place where a pocketing
+    program is proved: nothing that fails here is written.
 
     Raises
     ------
@@ -105,11 +107,18 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpat
     refuse(depth_differences(written, job.exact, -heights.levels[0]))
     finishing = finishing_levels(depth, tool.diameter) if job.rules.stock else ()
     simulated = simulated_levels(written, job.part.pockets, job.exact, heights.levels, finishing)
-    refuse(air_differences(written, job.exact, tool.feed))
+    chips = None
+    if job.limits is None:
+        refuse(air_differences(written, job.exact, tool.feed))
+    else:
+        from leafcut.processes.pocket.proof.chips import measured_chips
+
+        chips = measured_chips(written, job.exact, job.limits, tool)
+        refuse(chips.wrong)
     refuse(gouge_differences(simulated, job.part.pockets))
     refuse(step_over_differences(simulated, job.part.pockets, job.exact))
     lowest = [(level.number, level.removal) for level in simulated if level.z == heights.levels[-1]]
-    return whole, _uncut(job, lowest)
+    return whole, _uncut(job, lowest), chips
 
 
 def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:

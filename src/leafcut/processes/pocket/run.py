@@ -17,6 +17,7 @@ from leafcut.geometry.regions import as_polyline
 from leafcut.model.heartbeat import trial
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import OperationOutcome, Outcome
+from leafcut.model.pace_change import PaceChange
 from leafcut.model.pocket import (
     USUAL,
     Pocket,
@@ -31,6 +32,8 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
+from leafcut.model.work_material import WorkMaterial
+from leafcut.options import FeedOptions, JobOptions, Settings
 from leafcut.processes.course import Run, check_words_used, machine_issues, refuse
 from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes, raised
 from leafcut.processes.pocket.model import PocketDetail
@@ -55,10 +58,14 @@ NEARLY = 1.05
 
 @dataclass(frozen=True, eq=False)
 class _Cleared:
-    """A pocket with every strategy: the plan that is told, and the regions of each strategy that has a path."""
+    """A pocket with every strategy: the plan that is told, and the regions of each strategy that has a path.
+
+    `even` has the regions at one feed, where those of `ways` have feeds that follow what the tool meets.
+    """
 
     plan: PocketPlan
     ways: dict[str, list[Clearing]]
+    even: dict[str, list[Clearing]]
 
 
 def pocket(run: Run, source: Source) -> Outcome[PocketDetail]:
@@ -82,7 +89,9 @@ def pocket(run: Run, source: Source) -> Outcome[PocketDetail]:
             issues += more
         usual = _ordered(replace(job, run=run.quiet()), [c.ways[c.plan.usual.strategy] for c in cleared])[0]
         chosen, solution = _ordered(job, [c.ways[c.plan.result.strategy] for c in cleared])
-    return _outcome(job, issues, cleared, solution, (_laid(job, usual), _laid(job, chosen)))
+    even = [clearing for c in cleared for clearing in c.even[c.plan.result.strategy]]
+    even_s = _laid(job, [even[int(node)] for node in solution.nodes]).measure.time_s if job.limits else None
+    return _outcome(job, issues, cleared, solution, (_laid(job, usual), _laid(job, chosen)), even_s)
 
 
 def _programs(job: PocketJob, cleared: list[_Cleared], nodes: Sequence[int]) -> tuple[PocketProgram, ...]:
@@ -107,6 +116,7 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     """Read the pockets and what is said of them."""
     from leafcut.gcode.dialects import dialect
     from leafcut.processes.placing import placed
+    from leafcut.processes.pocket.plan.feed_limits import feed_limits
     from leafcut.processes.pocket.plan.rules import levels_of, milling_data, of_one_depth, rules_of
     from leafcut.processes.pocket.plan.toolpath import PocketHeights
     from leafcut.processes.pocket.strategies import check_algorithm
@@ -128,6 +138,10 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     depths = replace(settings.job, depth=depth)
     levels = levels_of(depths, options)
     data, issues = milling_data(options, depths, rules, run.machine, mill)
+    limits = None
+    if settings.of(FeedOptions).feeds:
+        limits, told = feed_limits(settings, run.machine, rules, levels, data, mill, _material(settings))
+        issues = [*issues, *told]
     part = placed(part, settings.read)
     heights = PocketHeights(
         levels=levels,
@@ -140,7 +154,7 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     words = dialect(settings.post.dialect or run.machine.controller)
     run = run.for_words(words)
     check_words_used(settings, run.machine, words)
-    job = PocketJob(run, part, rules, heights, data, words, _xy(settings.job.start_point))
+    job = PocketJob(run, part, rules, heights, data, words, _xy(settings.job.start_point), limits)
     return job, [*part.issues, *left, *issues]
 
 
@@ -158,6 +172,27 @@ def _library_mill(run: Run, depth: float | None) -> Tool | None:
         job.diameter_tolerance,
         depth,
     )
+
+
+def _material(settings: Settings) -> WorkMaterial | None:
+    """Return what is cut, where somebody says it and the force that it needs is known.
+
+    Raises
+    ------
+    OptionError
+        The file of a material cannot be read.
+    """
+    from leafcut.read.work_materials import load_material
+
+    named = settings.job.material
+    if "material" not in settings.given:
+        return None
+    try:
+        return load_material(named)
+    except OptionError:
+        if JobOptions.specs()["material"].names_file(named):
+            raise
+        return None  # a name of the tables of cutting speeds
 
 
 def _xy(point: tuple[float, ...] | None) -> Point | None:
@@ -191,6 +226,7 @@ def _cleared(job: PocketJob, one: Pocket, number: int) -> tuple[_Cleared, list[I
     roughed = centre_regions(one, job.rules)[0] if job.rules.stock > 0.0 else regions
     results: list[PocketResult] = []
     ways: dict[str, list[Clearing]] = {}
+    even: dict[str, list[Clearing]] = {}
     job = _with_share(job, len(regions))
     several = f"pocket {number + 1}: " if len(job.part.pockets) > 1 else ""
     asked = job.run.settings.of(PocketOptions).strategy
@@ -198,15 +234,15 @@ def _cleared(job: PocketJob, one: Pocket, number: int) -> tuple[_Cleared, list[I
     for place, way in enumerate(ways_tried):
         words, share = f"{several}{way.name}", (number + place / len(ways_tried)) / len(job.part.pockets)
         job.run.tell(trial(words, words), None, share)
-        result, clearings = _tried(job, one, way, regions, roughed)
+        result, clearings, fitted = _tried(job, one, way, regions, roughed)
         results.append(result)
         known = result.measures is not None
         figure = format_time(result.program_s) if known else "–"
         job.run.tell(trial(words, words, figure, result.program_s if known else None), None, share)
         if clearings:
-            ways[way.name] = clearings
+            ways[way.name], even[way.name] = fitted, clearings
     chosen = _chosen(job, one, results)
-    return _Cleared(PocketPlan(one, job.rules, job.heights.levels, tuple(results), chosen), ways), issues
+    return _Cleared(PocketPlan(one, job.rules, job.heights.levels, tuple(results), chosen), ways, even), issues
 
 
 def _with_share(job: PocketJob, regions: int) -> PocketJob:
@@ -221,25 +257,54 @@ def _with_share(job: PocketJob, regions: int) -> PocketJob:
 
 def _tried(
     job: PocketJob, one: Pocket, way: ClearingWay, regions: list[CentreRegion], roughed: list[CentreRegion]
-) -> tuple[PocketResult, list[Clearing]]:
-    """Return what a strategy does to a pocket, and its regions; none where it is refused."""
+) -> tuple[PocketResult, list[Clearing], list[Clearing]]:
+    """Return what a strategy does to a pocket, and its regions, none where it is refused: at one feed, and at others.
+
+    The others follow what the tool meets, where that is asked for.
+    """
     from leafcut.processes.pocket.air import with_air
     from leafcut.processes.pocket.measures import measure_path
     from leafcut.stock.removal import engaged_way
 
     if job.run.cancelled.is_set() and way.name not in (*USUAL, job.run.settings.of(PocketOptions).strategy):
-        return PocketResult(way.name, refused="stopped before it was tried"), []
+        return PocketResult(way.name, refused="stopped before it was tried"), [], []
     try:
         clearings = [_clearing(job, way, region, roughed) for region in regions]
     except (PlanError, SolveError) as problem:
-        return PocketResult(way.name, refused=str(problem)), []
+        return PocketResult(way.name, refused=str(problem)), [], []
     path = PocketPath(way.name, tuple(piece for c in clearings for piece in c.path.pieces))
     steps, engaged = engaged_way(path, job.exact)
     found = measure_path(one, path, job.exact, looked=(steps, engaged))
     if job.data.air_feed > job.data.tool.feed:
         divided = iter(with_air(path.pieces, steps, engaged, job.exact))
         clearings = [_aired(clearing, divided) for clearing in clearings]
-    return PocketResult(way.name, path, found, program_s=_laid(job, clearings).measure.time_s), clearings
+    fitted, time_s = _fitted(job, clearings)
+    return PocketResult(way.name, path, found, program_s=time_s), clearings, fitted
+
+
+def _fitted(job: PocketJob, clearings: list[Clearing]) -> tuple[list[Clearing], float]:
+    """Return regions with feeds that follow what the tool meets, where that is asked for, and their time, s.
+
+    A move that is divided is joined to its neighbours otherwise, and some machines stop after each: feeds may change
+    anywhere, at the ends of moves alone, or not at all, whatever takes the least time. A cut that needs more power than
+    there is becomes slower whatever that takes.
+    """
+    from leafcut.processes.pocket.feeds import with_feeds
+
+    even = (clearings, _laid(job, clearings).measure.time_s)
+    if job.limits is None:
+        return even
+    acceleration = min(job.run.machine.acceleration[:2]) * job.run.machine.acceleration_factor
+    tried = []
+    for anywhere in (True, False):
+        found = [
+            # Each region by itself: it is not known yet which comes first.
+            _aired(c, iter(with_feeds(c.path.pieces, job.limits, job.exact, acceleration, anywhere=anywhere)))
+            for c in clearings
+        ]
+        tried.append((found, _laid(job, found).measure.time_s))
+    slower = any(piece.feed < 1.0 for found, _ in tried for c in found for piece in c.path.pieces)
+    return min(tried if slower else [even, *tried], key=lambda one: one[1])
 
 
 def _along(strategy: str, middle: Points) -> PocketPath:
@@ -395,11 +460,17 @@ def _outcome(
     cleared: list[_Cleared],
     solution: Solution,
     laid: tuple[LaidPockets, LaidPockets],
+    even_s: float | None,
 ) -> Outcome[PocketDetail]:
     run, settings, (before, after) = job.run, job.run.settings, laid
     usual = dict.fromkeys(c.plan.usual.strategy for c in cleared)
     text = write_pockets(job, before, after, " and ".join(usual))
-    written, left = prove_pockets(job, after, text)
+    written, left, chips = prove_pockets(job, after, text)
+    pace = (
+        None
+        if even_s is None or chips is None
+        else PaceChange(feeds_s=even_s - after.measure.time_s, changed=chips.changed, tools=(chips.tool,))
+    )
     operation = OperationOutcome(job.data.tool, "", (), False, solution, cuts=len(solution.nodes))
     return Outcome(
         part=job.part,
@@ -427,7 +498,7 @@ def _outcome(
         options=settings.changed(),
         version=__version__,
         detail=PocketDetail(
-            tuple(c.plan for c in cleared), _programs(job, cleared, [int(node) for node in solution.nodes])
+            tuple(c.plan for c in cleared), _programs(job, cleared, [int(node) for node in solution.nodes]), pace
         ),
     )
 

@@ -33,12 +33,6 @@ class ResequenceOptions(OptionGroup):
         False,
         "make fed moves in the air rapids, where the stock shows that they keep clear of all material",
     )
-    feeds: bool = option(
-        "flag",
-        False,
-        "fit the feeds of milling tools to their chips: faster where the tool meets less than in its worst cut, slower "
-        "where that is more than --tools allows; needs --workpiece",
-    )
     low_retracts: bool = option(
         "flag",
         False,
@@ -53,17 +47,4 @@ class ResequenceOptions(OptionGroup):
         minimum=0.05,
         maximum=1000,
         needs="air,low_retracts",
-    )
-    feed_increase: float = option(
-        "percent", 50.0, "how much --feeds raises a feed at most, in percent", minimum=0, maximum=300, needs="feeds"
-    )
-    slot_chip: float | None = option(
-        "percent",
-        None,
-        "thickest chip where a mill cuts its whole width, in percent of the one that its library allows; from half of "
-        "the width on in proportion",
-        minimum=1,
-        maximum=100,
-        default_words="no less than elsewhere",
-        needs="feeds tools",
     )

@@ -22,7 +22,7 @@ from leafcut.model.pace import Pace, PaceRules, PaceStretch, SpindleLoad, ToolLi
 from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import MOTIONS, Kind
-from leafcut.options import SpeedOptions, flag_name
+from leafcut.options import FeedOptions, SpeedOptions, flag_name
 from leafcut.processes.course import Run
 from leafcut.processes.keep_out import meetings
 from leafcut.processes.program.options import ResequenceOptions
@@ -67,7 +67,7 @@ class Paced:
 def wants_pace(run: Run) -> bool:
     """Return whether new speeds or heights are asked for."""
     options = run.settings.of(ResequenceOptions)
-    return options.air or options.feeds or options.low_retracts
+    return options.air or run.settings.of(FeedOptions).feeds or options.low_retracts
 
 
 def with_new_pace(
@@ -85,8 +85,9 @@ def with_new_pace(
     PlanError
         There are too many cells or pieces.
     """
-    options = run.settings.of(ResequenceOptions)
-    asked = [flag_name(name) for name in ("air", "feeds", "low_retracts") if getattr(options, name)]
+    options, feeds = run.settings.of(ResequenceOptions), run.settings.of(FeedOptions).feeds
+    wanted = {"air": options.air, "feeds": feeds, "low_retracts": options.low_retracts}
+    asked = [flag_name(name) for name, wants in wanted.items() if wants]
     if process in BEAMS:
         raise OptionError(f"{asked[0]}: {source} drives a beam, which meets no material with its sides; leave it out")
     blind = [flag for flag in asked if flag != "--air"]
@@ -112,7 +113,7 @@ def with_new_pace(
     found = Paced(text, program, PaceChange(assumed=not job.stock.known), tuple(job.assumed()))
     if options.low_retracts:
         found = job.lowered(found)
-    if not options.air and not options.feeds:
+    if not options.air and not feeds:
         return found
     return job.faster(found, loads if found.program is program else job.loads(found.program, "cutting the stock"))
 
@@ -135,12 +136,12 @@ class _Job:
         cls, run: Run, words: Dialect, original: Program, program: Program, source: str, tools: Mapping[int, Tool],
         obstacles: Obstacles | None,
     ) -> _Job:  # fmt: skip
-        options = run.settings.of(ResequenceOptions)
+        options, feeds = run.settings.of(ResequenceOptions), run.settings.of(FeedOptions)
         cutters = {number: cutter_of(tool) for number, tool in tools.items()}
         rules = PaceRules(
-            options.air, options.feeds, options.air_clearance, 1.0 + options.feed_increase / 100.0,
-            None if options.slot_chip is None else options.slot_chip / 100.0,
-            _spindle(run) if options.feeds else None,
+            options.air, feeds.feeds, options.air_clearance, 1.0 + feeds.feed_increase / 100.0,
+            None if feeds.slot_chip is None else feeds.slot_chip / 100.0,
+            _spindle(run) if feeds.feeds else None,
         )  # fmt: skip
         if run.settings.stock.workpiece:
             check_size(program, cutters, block_of(run.settings.stock.workpiece), source)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from leafcut.files import check_is_text
 from leafcut.kinds import ProgramKind
 from leafcut.options import (
+    FeedOptions,
     JobOptions,
     MachineOptions,
     PostOptions,
@@ -36,7 +37,7 @@ class ForeignProgram(Process):
     options = (ResequenceOptions,)
     uses = use(ReadOptions, "units", "strict") | use(MachineOptions) | LOOKED_UP | ORDERED
     uses |= use(JobOptions, "keep_out", "start_point", "keep_order", "tools", clearance_height="keep_out")
-    uses |= use(StockOptions)
+    uses |= use(StockOptions) | use(FeedOptions, "feeds", "feed_increase", slot_chip="feeds tools")
     uses |= use(SpeedOptions, **dict.fromkeys(("max_power", "max_torque", "drive_efficiency"), "feeds"))
     uses |= use(PostOptions, "dialect", "header")
     otherwise = {  # noqa: RUF012  # the protocol says that it is of the class

@@ -10,10 +10,9 @@ from leafcut.errors import OptionError, ReadError
 from leafcut.kinds import Head, ProgramKind
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.issue import Issue, Severity
-from leafcut.options import MachineOptions, Settings, flag_name
+from leafcut.options import FeedOptions, MachineOptions, Settings, flag_name
 from leafcut.processes.course import machine_of
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
-from leafcut.processes.program.options import ResequenceOptions
 from leafcut.units import SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:
@@ -257,7 +256,7 @@ def _with_machine_feeds(text: str, settings: Settings, words: Dialect) -> tuple[
     if not word or word not in text:
         for name in _OF_MATERIALS:
             # The material of `reorder --feeds` is what its tools mill.
-            if name in settings.asked and not (name == "material" and settings.of(ResequenceOptions).feeds):
+            if name in settings.asked and not (name == "material" and settings.of(FeedOptions).feeds):
                 raise OptionError(f"{flag_name(name)}: not used, the program states its own feeds; leave it out")
         return text, {}, []
     issues: list[Issue] = []

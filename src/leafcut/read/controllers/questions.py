@@ -28,6 +28,7 @@ _LIKE = {
     "mach4": "mach3-router", "fagor8055": "fagor-8055", "qtplasmac": "plasma-table", "plasma": "plasma-table",
     "uccnc": "mach3-router", "edingcnc": "mach3-router", "masso": "mach3-router",
     "marlin": "marlin-mpcnc", "siemens": "haas-vf2", "siemens-iso": "haas-vf2",
+    "heidenhain": "haas-vf2",
     "fanuc-laser": "laser-table", "grbl-laser": "grbl-laser-20w", "flame": "flame-table", "waterjet": "water-table",
 }  # fmt: skip
 _LIKE_OTHERS = "linuxcnc-mill"

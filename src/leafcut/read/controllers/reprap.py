@@ -19,7 +19,8 @@ from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_line
 LONGEST_LINE = 1000
 #: A line of settings, behind what a terminal or the firmware writes before it.
 LINE = re.compile(
-    r"^(?:(?:Recv|Received|<<<|READ|SENT|>>>|>)[:\s]*)?(?:echo:)?\s*([GM]\d{1,4}(?:\.\d)?)\b(.*)$", re.IGNORECASE
+    r"^(?:.{0,100}?\becho:|(?:(?:Recv|Received|<<<|READ|SENT|>>>|>)[:\s]*)?)\s*([GM]\d{1,4}(?:\.\d)?)\b(.*)$",
+    re.IGNORECASE,
 )
 _WORD = re.compile(r"([A-Za-z])\s*(\"[^\"]*\"|\{[^}]*\}|[-+.0-9:eE]+)?")
 _ENDSTOPS = re.compile(

@@ -122,7 +122,8 @@ def _scenes(one: _Shown, other: _Shown) -> tuple[bytes, bytes]:
             return _refusal(problem), _refusal(problem)
     left = [replace(solid.after, heights=np.maximum(solid.after.heights, solid.after.floor)) for solid in solids]
     wrong = differing_cells(left[0], left[1], _TOLERANCE)
-    groups = regions(wrong)
+    deeper = left[1].heights < left[0].heights
+    groups = regions(wrong & deeper) + regions(wrong & ~deeper)
     places = [_place_of(group, left) for group in groups[:_MOST_PLACES]]
     scenes = []
     for at, (each, solid) in enumerate(zip((one, other), solids, strict=True)):

@@ -22,9 +22,12 @@ from leafcut.processes.pocket.plan.cleared_area import ClearedArea, Opened
 from leafcut.processes.pocket.plan.entries import ABOVE, TOUCH, Descent, come_down, follow, wind_down
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.rules import MillingData, finishing_levels
+from leafcut.units import SECONDS_PER_MINUTE
 
 #: A program of more moves cannot be meant.
 MOST_MOVES = 3_000_000
+#: A feed that is another than the tool's is written in so many digits, mm/min.
+DIGITS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,7 +239,7 @@ class _Layer:
         if self.rounded and not walls:
             builder.blending(640)
         for piece in run.pieces:
-            follow(builder, piece.path, data.air_feed if piece.kind == "air" else data.tool.feed)
+            follow(builder, piece.path, data.air_feed if piece.kind == "air" else fed(piece.feed, data.tool.feed))
         if self.rounded and not walls:
             builder.blending(610)
 
@@ -284,3 +287,12 @@ def _runs(path: PocketPath) -> list[_FeedRun]:
             runs.append([])
         runs[-1].append(piece)
     return [_FeedRun(tuple(run), joined(*(p.path for p in run))) for run in runs]
+
+
+def fed(share: float, feed: float) -> float:
+    """Return a share of a tool's feed, mm/s, as it is written: rounded down to three digits in mm/min."""
+    if share == 1.0:
+        return feed
+    value = share * feed * SECONDS_PER_MINUTE
+    unit = 10.0 ** (math.floor(math.log10(value)) - DIGITS + 1)
+    return math.floor(value / unit + 1e-9) * unit / SECONDS_PER_MINUTE

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -19,13 +19,13 @@ from leafcut.model.difference import Difference
 from leafcut.model.pocket import FILM, Pocket, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.proof.difference import place, shorten
-from leafcut.stock.engagement import engagement
+from leafcut.stock.engagement import Engaged, engagement
 from leafcut.stock.removal import Removal, capsules, removal
 from leafcut.stock.step_over import widest_gaps
-from leafcut.stock.tool_steps import way_of
+from leafcut.stock.tool_steps import ToolWay, way_of
 
 #: Room for the rounding of written heights, mm (half of 0.0001 inch is 0.00127 mm), and of the walls' chords.
-_ROOM = 0.002
+ROOM = 0.002
 #: A rapid down ends at least so far over what is cleared, mm.
 OVER = 0.4
 #: A move through cleared ground meets a film of no more than this share of the diameter.
@@ -34,7 +34,7 @@ _CUTTING = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
 
 
 @dataclass(frozen=True, eq=False)
-class _Cut:
+class PocketCut:
     """One feed move: its row and line of the program, and the way of the tool's tip as points (x, y, z) in mm.
 
     `bulge` is that of an arc (`geometry.polyline`), of no more than half a turn; else it goes by its points.
@@ -71,7 +71,7 @@ def check_pockets(
     retract
         Height of the R plane, mm.
     """
-    cuts = list(_cuts(written, rules.tolerance))
+    cuts = list(cuts_of(written, rules.tolerance))
     return shorten([*_rapids(written, cuts, rules, retract), *_too_deep(cuts, depth), *_gouges(cuts, pockets, rules)])
 
 
@@ -97,7 +97,7 @@ def simulated_levels(
     A level that goes the way of another one is not simulated again. Beside a finishing pass between two levels are the
     passes of the lower one, which were there before.
     """
-    cuts = list(_cuts(written, rules.tolerance))
+    cuts = list(cuts_of(written, rules.tolerance))
     shapes = [_shape(pocket, rules) for pocket in pockets]
     opened = _opened(written, cuts, rules)
     known: dict[tuple[int, bytes], tuple[Removal, float]] = {}
@@ -109,8 +109,8 @@ def simulated_levels(
             mine, more = ([p for p in some if _lies_in(p, shape)] for some in (pieces, beside))
             key = (number, b"".join(np.round(p, 4).tobytes() for p in (*mine, *more)))
             if key not in known:
-                found = removal(pocket, _path(mine), rules)
-                way, room = way_of(_path([*mine, *more]), rules), found.centres.difference(opened)
+                found = removal(pocket, as_path(mine), rules)
+                way, room = way_of(as_path([*mine, *more]), rules), found.centres.difference(opened)
                 known[key] = found, widest_gaps(way, room, rules).step_over
             rows.append(SimulatedLevel(z, number, *known[key]))
     return rows
@@ -124,19 +124,15 @@ def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[
     true within the tolerance, so that one beside another may leave one; chips of it are a fifth as thick as others at
     the same feed.
     """
-    cuts = list(_cuts(written, rules.tolerance))
+    cuts = list(cuts_of(written, rules.tolerance))
     speed = {cut.row: float(written.value[cut.row]) for cut in cuts}
     fast = {row for row, value in speed.items() if value > feed * (1.0 + 1e-6)}
-    wrong = [(cut, "goes down") for cut in cuts if cut.row in fast and float(np.ptp(cut.way[:, 2])) > _ROOM]
-    film = max(AIR_FILM * rules.tool_diameter, 6.0 * rules.tolerance)
-    for z in sorted({round(float(cut.way[-1, 2]), 3) for cut in cuts if cut.row in fast}):
-        there = [cut for cut in cuts if abs(float(cut.way[-1, 2]) - z) <= _ROOM]
-        level = [np.ptp(cut.way[:, 2]) <= _ROOM for cut in there]
-        ways = [cut.vertices if flat else cut.vertices[-1:] for cut, flat in zip(there, level, strict=True)]
-        way = way_of(_path(ways), rules)
-        wide = engagement(way, rules).width > film
-        cutting = [there[number] for number in np.unique(way.piece[wide]).tolist() if level[number]]
-        wrong += [(cut, "cuts") for cut in cutting if cut.row in fast]
+    wrong = [(cut, "goes down") for cut in cuts if cut.row in fast and float(np.ptp(cut.way[:, 2])) > ROOM]
+    for there, way, engaged in engaged_levels(cuts, rules, {cut.row for cut in cuts if cut.row in fast}):
+        wide = engaged.width > thinnest(rules)
+        wrong += [
+            (there[number], "cuts") for number in np.unique(way.piece[wide]).tolist() if there[number].row in fast
+        ]
     return shorten(
         [
             Difference(
@@ -151,11 +147,37 @@ def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[
     )
 
 
-def _path(pieces: Sequence[Points]) -> PocketPath:
+def thinnest(rules: PocketRules) -> float:
+    """Return how wide a film is no material, mm."""
+    return max(AIR_FILM * rules.tool_diameter, 6.0 * rules.tolerance)
+
+
+def engaged_levels(
+    cuts: Sequence[PocketCut], rules: PocketRules, rows: Collection[int]
+) -> Iterator[tuple[list[PocketCut], ToolWay, Engaged]]:
+    """Yield each height at which one of some rows ends: its moves, the way of all of them, and what that engages.
+
+    Where a move comes down it is the place where it ends: there nothing is engaged by it. A height at which the tool
+    goes the way of another one is not looked at again.
+    """
+    known: dict[bytes, tuple[ToolWay, Engaged]] = {}
+    for z in sorted({round(float(cut.way[-1, 2]), 3) for cut in cuts if cut.row in rows}):
+        there = [cut for cut in cuts if abs(float(cut.way[-1, 2]) - z) <= ROOM]
+        level = np.array([np.ptp(cut.way[:, 2]) <= ROOM for cut in there])
+        ways = [cut.vertices if flat else cut.vertices[-1:] for cut, flat in zip(there, level.tolist(), strict=True)]
+        key = b"".join([level.tobytes(), *(np.round(one, 4).tobytes() for one in ways)])
+        if key not in known:
+            way = way_of(as_path(ways), rules)
+            known[key] = way, engagement(way, rules, ~level[way.piece])
+        yield there, *known[key]
+
+
+def as_path(pieces: Sequence[Points]) -> PocketPath:
+    """Return the way of some moves, each a piece."""
     return PocketPath("program", tuple(PocketPiece(Polyline(p)) for p in pieces))
 
 
-def _opened(written: Toolpath, cuts: Sequence[_Cut], rules: PocketRules) -> Any:
+def _opened(written: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules) -> Any:
     """Return what the tool clears by going round in it once, as on a helix: circles no wider than the tool."""
     turned: dict[tuple[float, ...], float] = {}
     for cut in cuts:
@@ -210,17 +232,17 @@ def closed_differences(written: Toolpath, rules: PocketRules, levels: Sequence[f
     it.
     """
     wrong, rapids = [], np.cumsum(written.kind == Kind.RAPID)
-    for _, stretch in itertools.groupby(_cuts(written, rules.tolerance), lambda cut: int(rapids[cut.row])):
-        flat = [cut for cut in stretch if np.ptp(cut.way[:, 2]) <= _ROOM]
+    for _, stretch in itertools.groupby(cuts_of(written, rules.tolerance), lambda cut: int(rapids[cut.row])):
+        flat = [cut for cut in stretch if np.ptp(cut.way[:, 2]) <= ROOM]
         there = [list(level) for _, level in itertools.groupby(flat, lambda cut: round(float(cut.way[-1, 2]), 2))]
         heights = [float(level[0].way[-1, 2]) for level in there]
-        if len(heights) != len(levels) or not np.allclose(heights, levels, rtol=0.0, atol=_ROOM):
+        if len(heights) != len(levels) or not np.allclose(heights, levels, rtol=0.0, atol=ROOM):
             done = ", ".join(f"Z{height:.3f}" for height in heights) or "none"
             words = f"of {len(levels)} levels of a closed path these are cleared without a lift: {done}"
             wrong.append(Difference("lifted", 0, flat[0].line if flat else 0, words))
         for level in there:
             begin, end = level[0].way[0], level[-1].way[-1]
-            if math.dist(begin[:2], end[:2]) > 2.0 * _ROOM:
+            if math.dist(begin[:2], end[:2]) > 2.0 * ROOM:
                 words = f"a level of a closed path begins at {place(*begin)} and ends at {place(*end)}"
                 wrong.append(Difference("not closed", 0, level[-1].line, words))
     return shorten(wrong)
@@ -231,11 +253,11 @@ def depth_differences(written: Toolpath, rules: PocketRules, step: float) -> lis
 
     A strip narrower than `FILM` diameters may be: a finishing pass takes the stock off along its whole depth.
     """
-    wrong, levels = [], _levels(list(_cuts(written, rules.tolerance)))
+    wrong, levels = [], _levels(list(cuts_of(written, rules.tolerance)))
     for number, level in enumerate(levels):
-        if level.z >= -step - _ROOM:
+        if level.z >= -step - ROOM:
             continue
-        over = (one for one in levels[:number] if level.z + _ROOM < one.z <= level.z + step + _ROOM)
+        over = (one for one in levels[:number] if level.z + ROOM < one.z <= level.z + step + ROOM)
         above = np.concatenate([np.zeros((0, 2, 2)), *(one.steps for one in over)])
         new = level.steps[~np.isin(_names(level.steps), _names(above))]
         if not len(new):
@@ -265,14 +287,14 @@ class _Level:
         return np.concatenate(self.parts)
 
 
-def _levels(cuts: Sequence[_Cut]) -> list[_Level]:
+def _levels(cuts: Sequence[PocketCut]) -> list[_Level]:
     """Return the levels in the order in which they are cut; ways down are none."""
     found: list[_Level] = []
     for cut in cuts:
-        if np.ptp(cut.way[:, 2]) > _ROOM:
+        if np.ptp(cut.way[:, 2]) > ROOM:
             continue
         z = float(cut.way[-1, 2])
-        if not found or abs(found[-1].z - z) > _ROOM:
+        if not found or abs(found[-1].z - z) > ROOM:
             found.append(_Level(z, cut.line))
         found[-1].parts.append(np.stack([cut.way[:-1, :2], cut.way[1:, :2]], axis=1))
     return found
@@ -299,16 +321,16 @@ def _lies_in(points: Points, shape: Any) -> bool:
 # -- moves -----------------------------------------------------------------------------------------------------------
 
 
-def _cuts(path: Toolpath, tolerance: float) -> Iterator[_Cut]:
+def cuts_of(path: Toolpath, tolerance: float) -> Iterator[PocketCut]:
     """Yield the feed moves that reach below the surface; chords leave their arcs by little."""
     before = path.before
     for row in np.flatnonzero(np.isin(path.kind, [int(k) for k in _CUTTING])).tolist():
         begin, end = before[row], path.end[row]
-        if min(begin[2], end[2]) >= -_ROOM:
+        if min(begin[2], end[2]) >= -ROOM:
             continue
         flat = _flat(path, row, begin[:2], end[:2], FINE * tolerance)
         heights = np.linspace(begin[2], end[2], len(flat))
-        yield _Cut(row, int(path.line[row]), np.column_stack([flat, heights]), _bulge(path, row, flat))
+        yield PocketCut(row, int(path.line[row]), np.column_stack([flat, heights]), _bulge(path, row, flat))
 
 
 def _bulge(path: Toolpath, row: int, flat: Points) -> float:
@@ -340,14 +362,14 @@ def _flat(path: Toolpath, row: int, begin: Points, end: Points, tolerance: float
     return points
 
 
-def _pieces(cuts: Sequence[_Cut], z: float) -> Iterator[Points]:
+def _pieces(cuts: Sequence[PocketCut], z: float) -> Iterator[Points]:
     """Yield the ways that the tool goes at one level, each as long as it goes on from where it comes down.
 
     They are vertices of polylines, float64[n, 3].
     """
     run: list[Points] = []
     for cut in cuts:
-        there = np.abs(cut.way[:, 2] - z) <= _ROOM
+        there = np.abs(cut.way[:, 2] - z) <= ROOM
         on = bool(there.all()) and bool(run) and np.allclose(run[-1][-1, :2], cut.way[0, :2], rtol=0.0, atol=1e-9)
         if run and not on:
             yield _joined(run)
@@ -365,7 +387,7 @@ def _joined(run: Sequence[Points]) -> Points:
     return np.concatenate([*(part[:-1] for part in run[:-1]), run[-1]])
 
 
-def _lines(cuts: Sequence[_Cut]) -> Any:
+def _lines(cuts: Sequence[PocketCut]) -> Any:
     """Return the ways of some moves in the plane as shapely lines."""
     return shapely.linestrings(
         np.concatenate([cut.way[:, :2] for cut in cuts]),
@@ -376,12 +398,12 @@ def _lines(cuts: Sequence[_Cut]) -> Any:
 # -- checks ----------------------------------------------------------------------------------------------------------
 
 
-def _rapids(path: Toolpath, cuts: Sequence[_Cut], rules: PocketRules, retract: float) -> list[Difference]:
+def _rapids(path: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules, retract: float) -> list[Difference]:
     """Return the rapids below the R plane that go sideways, or down to what is not cleared."""
     before = path.before
     rapid = path.kind == Kind.RAPID
     sideways = (np.isfinite(path.end[:, :2]) & ~(path.end[:, :2] == before[:, :2])).any(axis=1)
-    low = np.fmin(before[:, 2], path.end[:, 2]) < retract - _ROOM
+    low = np.fmin(before[:, 2], path.end[:, 2]) < retract - ROOM
     down = low & ~sideways & ~(path.end[:, 2] >= before[:, 2])
     wrong = [
         (row, f"a rapid may move sideways only at Z{retract:.3f} or above")
@@ -401,7 +423,7 @@ def _rapids(path: Toolpath, cuts: Sequence[_Cut], rules: PocketRules, retract: f
 
 
 def _uncleared(
-    path: Toolpath, before: Points, rows: Sequence[int], cuts: Sequence[_Cut], rules: PocketRules
+    path: Toolpath, before: Points, rows: Sequence[int], cuts: Sequence[PocketCut], rules: PocketRules
 ) -> list[int]:
     """Return those of some rapids straight down that end lower than `OVER` over what earlier feeds have cleared.
 
@@ -415,7 +437,7 @@ def _uncleared(
     found = []
     for row in rows:
         at, z = shapely.Point(np.where(np.isnan(before[row]), path.end[row], before[row])[:2]), path.end[row, 2]
-        known = lines[(when < row) & (top <= z - OVER + _ROOM)]
+        known = lines[(when < row) & (top <= z - OVER + ROOM)]
         near = known[shapely.dwithin(known, at, 2.0 * rules.radius)]
         if shapely.dwithin(near, at, 0.1 * rules.tolerance).any():
             continue  # the tool's centre has been here
@@ -426,15 +448,15 @@ def _uncleared(
     return found
 
 
-def _too_deep(cuts: Sequence[_Cut], depth: float) -> list[Difference]:
+def _too_deep(cuts: Sequence[PocketCut], depth: float) -> list[Difference]:
     return [
         Difference("too deep", 0, cut.line, f"the tool goes to Z{low:.3f}; the pocket is {depth:.3f} mm deep")
         for cut in cuts
-        if (low := float(cut.way[:, 2].min())) < -depth - _ROOM
+        if (low := float(cut.way[:, 2].min())) < -depth - ROOM
     ]
 
 
-def _gouges(cuts: Sequence[_Cut], pockets: Sequence[Pocket], rules: PocketRules) -> list[Difference]:
+def _gouges(cuts: Sequence[PocketCut], pockets: Sequence[Pocket], rules: PocketRules) -> list[Difference]:
     """Return the moves that bring the tool's edge more than the tolerance beyond a wall, or outside every pocket."""
     if not cuts:
         return []

@@ -23,6 +23,7 @@ from leafcut.processes.pocket.report.pocket_words import (
 )
 from leafcut.report import chart, views
 from leafcut.report.overview import Tile
+from leafcut.report.pace_words import pace_facts
 from leafcut.report.views import PageRow
 from leafcut.report.wording import (
     NO_VALUE,
@@ -70,6 +71,7 @@ def pocket_content(outcome: Outcome[PocketDetail]) -> PageRow:
         "uncut": any(not s.uncovered.is_empty for s in shapes),
         "far": any(not s.unreachable.is_empty for s in shapes),
         "facts": facts(outcome),
+        "pace": [fact.words for fact in pace_facts(outcome.detail.pace)] if outcome.detail.pace else [],
         "small": _small(outcome, scene),
         "strategies": _strategies(outcome),
         "usual": usual_words(outcome),

@@ -7,6 +7,7 @@ from typing import Any
 
 from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import Fact, SummaryTable, Which
+from leafcut.model.saving import plain
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.pocket.report import pocket_page
@@ -23,6 +24,7 @@ from leafcut.processes.pocket.report.pocket_words import (
     strategy_cells,
 )
 from leafcut.report.overview import overview
+from leafcut.report.pace_words import pace_facts
 from leafcut.report.path_report import PathReport
 from leafcut.report.wording import clean, time_words
 
@@ -52,8 +54,14 @@ class PocketReport(PathReport[PocketDetail]):
         return pocket_counts_words(self.outcome)
 
     def answer(self) -> dict[str, Any]:
-        """Return the path over one level of what is written, and every strategy beside it."""
-        return pockets_as_json(self.outcome)
+        """Return the path over one level of what is written, every strategy beside it, and what new feeds did."""
+        pace = self.outcome.detail.pace
+        return {**pockets_as_json(self.outcome), **({} if pace is None else {"pace": plain(pace)})}
+
+    def pace(self) -> list[Fact]:
+        """Return what feeds that follow what the tool meets save, where that was asked for."""
+        pace = self.outcome.detail.pace
+        return pace_facts(pace) if pace else []
 
     def summary_table(self) -> SummaryTable:
         """Return every strategy over one level that is possible."""
@@ -71,6 +79,7 @@ class PocketReport(PathReport[PocketDetail]):
         return [
             Fact("program", f"{time_words(outcome.after.time_s)} by {chosen_words(outcome)}", "bold"),
             *(Fact(*fact) for fact in facts(outcome)),
+            *self.pace(),
             *(
                 Fact(row.name, f"not possible: {clean(row.refused)}", "dim")
                 for row in self._figures()

@@ -19,6 +19,7 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.corners import RapidCorners, rounds_freely
 from leafcut.processes.program.plan.plain_blocks import block_of_row, is_plain, words_of_row
+from leafcut.stock.least_around import least_around
 from leafcut.stock.loads import Loads, limits_of
 from leafcut.stock.straight_moves import StraightMoves
 from leafcut.timing.profile import move_time
@@ -165,7 +166,7 @@ def _in_material(
         factor = np.where(keeps, np.minimum(factor, 1.0), factor)
         # In steps, so that the speed does not change all the time; a feed that is too high goes down all the way.
         factor = np.where(factor > 1.0, np.minimum(_stepped(factor), factor), factor)
-        factor = _least_around(np.where(mine, factor, np.inf), loads.length, _AROUND * diameter)
+        factor = least_around(np.where(mine, factor, np.inf), loads.length, _AROUND * diameter)
         speed[mine] *= factor[mine]
         plunges = loads.plunges & of_tool
         speed[plunges] *= np.minimum(down[plunges], 1.0)
@@ -203,24 +204,6 @@ def _reached(speed: Floats, own: Floats, length: Floats, acceleration: float) ->
             break
         speed = np.where(short, np.minimum(own * _stepped(best / np.where(own > 0, own, 1.0)), speed), speed)
     return speed
-
-
-def _least_around(values: Floats, length: Floats, reach: float) -> Floats:
-    """Return the least of the values within a distance along the way before and behind every piece."""
-    at = np.cumsum(length) - 0.5 * length
-    first, last = np.searchsorted(at, at - reach, side="left"), np.searchsorted(at, at + reach, side="right")
-    # The least of 2^k values each, by doubling; two of them that overlap make any stretch.
-    table = [values]
-    while 2 << len(table) - 1 <= int((last - first).max(initial=1)):
-        half, longer = 1 << len(table) - 1, table[-1].copy()
-        longer[:-half] = np.minimum(longer[:-half], table[-1][half:])
-        table.append(longer)
-    powers = np.log2(np.maximum(last - first, 1)).astype(np.int64)
-    around = np.empty_like(values)
-    for k, least in enumerate(table):
-        mine = powers == k
-        around[mine] = np.minimum(least[first[mine]], least[last[mine] - (1 << k)])
-    return around
 
 
 def _may_change(program: Program, row: int) -> bool | None:

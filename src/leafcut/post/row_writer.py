@@ -1,0 +1,374 @@
+"""The writer of G-code: row after row of a toolpath in a controller's words; other languages are built on it."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+
+from leafcut.errors import PostError
+from leafcut.gcode.dialects import Dialect
+from leafcut.gcode.numbers import NumberFormat, format_number
+from leafcut.model.cycles import expand_drill
+from leafcut.model.toolpath import DrillCycle, Kind, Motion, Toolpath, plane_axes
+from leafcut.options import PostOptions
+from leafcut.post.blocks import Blocks
+from leafcut.post.comments import plain_text
+from leafcut.post.words import coolant_words, cycle_words, dwell_word, has_cycle, said_with
+
+
+class Writer:
+    """Writes row after row, and remembers what the controller knows."""
+
+    def __init__(
+        self,
+        path: Toolpath,
+        dialect: Dialect,
+        options: PostOptions,
+        tool_names: Mapping[int, str],
+        start_s: float,
+        rapid_velocity: float = math.nan,
+    ) -> None:
+        decimals = dialect.decimals_inch if options.output_units == "inch" else dialect.decimals_mm
+        self.path, self.dialect, self.options = path, dialect, options
+        self.tool_names, self.start_s, self.rapid_velocity = tool_names, start_s, rapid_velocity
+        self.numbers = NumberFormat(options.output_units == "inch", decimals, dialect.point_required)
+        self.out = Blocks(dialect, options.line_numbers, options.repeat_words)
+        # Texts of where the tool is, and the same in mm; None and NaN where that is not known.
+        self.place: list[str | None] = [None, None, None]
+        self.position = [math.nan, math.nan, math.nan]
+        # Whether X and Y may move; whether the tool is at a height of the machine; the length offset still to take up.
+        self.safe = self.at_machine_height = False
+        self.pending_offset: int | None = None
+        self.cycle: DrillCycle | None = None
+        self.initial = math.nan
+        self.coolant_mode = 0
+        self.spinning = False
+        self.ended = False
+        self.next_kind = Kind.END
+        #: The tools of the changes that are still to come, but for the first one.
+        self.tools = iter(path.ref[path.kind == Kind.TOOL][1:].tolist())
+
+    def program(self, header: Sequence[str]) -> str:
+        """Return the whole text."""
+        self._begin(header)
+        write = self._writing()
+        kinds = [*self.path.kind.tolist()[1:], int(Kind.END)]
+        for motion, next_kind in zip(self.path, kinds, strict=False):
+            if self.ended:
+                raise PostError("the toolpath goes on after its end")
+            self.next_kind = Kind(next_kind)
+            if motion.kind is not Kind.DRILL:
+                self._leave_cycle()
+            if motion.kind not in write:
+                raise PostError(f"{self.dialect.name} has no words for a toolpath's {motion.kind.name}")
+            write[motion.kind](motion)
+        if not self.ended:
+            raise PostError("the toolpath has no end (Kind.END)")
+        if self.dialect.percent == "frame":
+            self.out.lines.append("%")
+        return "\n".join(self.out.lines) + "\n"
+
+    def _writing(self) -> dict[Kind, Callable[[Motion], None]]:
+        """Return what writes the rows of each kind."""
+        return {
+            Kind.RAPID: self._rapid,
+            Kind.FEED: self._feed,
+            Kind.ARC_CW: self._arc,
+            Kind.ARC_CCW: self._arc,
+            Kind.DRILL: self._drill,
+            Kind.DWELL: self._dwell,
+            Kind.TOOL: self._tool,
+            Kind.OFFSET: self._offset,
+            Kind.SPINDLE: self._spindle,
+            Kind.COOLANT: self._coolant,
+            Kind.PAUSE: self._pause,
+            Kind.MACHINE: self._machine,
+            **({Kind.BLENDING: self._blending} if self.dialect.corner_tolerance or self.dialect.rounding else {}),
+            Kind.END: self._end,
+        }
+
+    # -- the head ----------------------------------------------------------------------------------------------------
+
+    def _begin(self, header: Sequence[str]) -> None:
+        dialect, lines = self.dialect, self.out.lines
+        name = plain_text(header[0]) if header else ""
+        if dialect.percent == "frame":
+            lines.append("%")
+        elif dialect.percent == "title":
+            title = re.sub(r"[^A-Z0-9 _.-]", "", name.upper())[:20].strip() or "LEAFCUT"
+            lines.append(f"%{title},MX,")
+        if dialect.program_number:
+            title = name[:32].strip().upper() if dialect.uppercase_comments else name[:32].strip()
+            lines.append(f"O{self.options.program_number:04d}" + (f" ({title})" if title else ""))
+        for line in (*header, *(dialect.notes if header else ())):
+            self.out.comment(line)
+        for line in dialect.opening:
+            self.out.say(line)
+        self.out.say(dialect.units_inch if self.numbers.inch else dialect.units_mm)
+        for line in dialect.preamble:
+            self.out.say(line)
+        self.out.modal("plane", "G17")
+
+    # -- moves -------------------------------------------------------------------------------------------------------
+
+    def _rapid(self, row: Motion) -> None:
+        sideways = self._changes(row.end[0], 0) or self._changes(row.end[1], 1)
+        z = row.end[2]
+        if not self.safe and (sideways or math.isnan(z)):
+            raise PostError(
+                "the toolpath moves in X or Y while the height of the tool is not known; at the start, and after a "
+                "change of tool, the first move must be in Z alone"
+            )
+        offset: list[str] = []
+        if self.pending_offset is not None and not math.isnan(z):
+            if sideways:
+                raise PostError("the first move in Z after a change of tool must be in Z alone")
+            offset = self._offset_words(self.pending_offset)
+            self.pending_offset = None
+        words = self._axes(row, only_z=bool(offset) or not self.safe)
+        self.out.say(self.out.modal("motion", "G0"), *offset, *words, self._rapid_feed_word())
+        self._arrive(row)
+
+    def _rapid_feed_word(self) -> str:
+        if not self.dialect.rapid_feed or math.isnan(self.rapid_velocity):
+            return ""
+        return self.out.modal("F", "F" + self.numbers.feed(self.rapid_velocity))
+
+    def _feed(self, row: Motion) -> None:
+        self._check_cutting(row)
+        self.out.say(self.out.modal("motion", "G1"), *self._axes(row), self._feed_word(row))
+        self._arrive(row)
+
+    def _arc(self, row: Motion) -> None:
+        self._check_cutting(row)
+        arc = self.path.arcs[row.ref]
+        axes = plane_axes(arc.plane)
+        if arc.turns > 1 and not self.dialect.arc_turns:
+            raise PostError(f"{self.dialect.name} has no arcs of several turns")
+        begin = [math.nan if text is None else float(text) * self.numbers.unit for text in self.place]
+        if any(math.isnan(begin[axis]) or math.isnan(row.end[axis]) for axis in axes[:2]):
+            raise PostError("an arc from a place that is not known")
+        self._check_chord(row, axes)
+        centre = [f"{'IJK'[a]}{self.numbers.length(arc.center[a] - begin[a])}" for a in sorted(axes[:2])]
+        turns = [f"P{arc.turns}"] if arc.turns > 1 else []
+        plane = self.out.modal("plane", f"G{arc.plane}")
+        motion = self.out.modal("motion", "G2" if row.kind is Kind.ARC_CW else "G3")
+        words = [self._axis(row, axis) for axis in range(3)]
+        if self.dialect.arc_ends and not any(words[axis] for axis in axes[:2]):
+            self.out.forget("XYZ"[axis] for axis in axes[:2])
+            for axis in axes[:2]:
+                words[axis] = self._axis(row, axis)
+        self.out.say(plane, motion, *words, *centre, *turns, self._feed_word(row))
+        self._arrive(row)
+
+    def _check_chord(self, row: Motion, axes: tuple[int, int, int]) -> None:
+        """Refuse an arc so short, or so nearly round, that rounding would turn it into its opposite."""
+        steps = [abs(row.end[a] - self.position[a]) / self.numbers.resolution for a in axes[:2]]
+        if max(steps) < 1e-6:
+            return
+        if max(steps) < 2.0:
+            raise PostError("an arc whose ends are closer than the program's decimals can tell apart")
+
+    def _check_cutting(self, row: Motion) -> None:
+        if not self.safe or self.pending_offset is not None:
+            raise PostError(
+                "the toolpath cuts before the height of the tool is known; at the start, and after a change of tool, "
+                "the first move must be a rapid in Z alone"
+            )
+        if all(math.isnan(v) for v in row.end):
+            raise PostError("a cut to a place that is not known")
+
+    def _changes(self, value: float, axis: int) -> bool:
+        return not math.isnan(value) and self.numbers.length(value) != self.place[axis]
+
+    def _axes(self, row: Motion, only_z: bool = False) -> list[str]:
+        """Return the axis words of a move; all that are known when none of them changes."""
+        if only_z:
+            self.out.forget("Z")
+            return [self._axis(row, 2)]
+        words = [self._axis(row, axis) for axis in range(3)]
+        if not any(words):
+            self.out.forget("XYZ")
+            words = [self._axis(row, axis) for axis in range(3)]
+        if not any(words):
+            raise PostError("a move to a place that is not known")
+        return words
+
+    def _axis(self, row: Motion, axis: int) -> str:
+        value = row.end[axis]
+        return "" if math.isnan(value) else self.out.modal("XYZ"[axis], "XYZ"[axis] + self.numbers.length(value))
+
+    def _feed_word(self, row: Motion) -> str:
+        return self.out.modal("F", "F" + self.numbers.feed(row.value))
+
+    def _arrive(self, row: Motion) -> None:
+        for axis, value in enumerate(row.end):
+            if not math.isnan(value):
+                self.place[axis], self.position[axis] = self.numbers.length(value), value
+        if not math.isnan(row.end[2]):
+            self.safe, self.at_machine_height = True, False
+
+    def _machine(self, row: Motion) -> None:
+        given = [axis for axis in range(3) if not math.isnan(row.end[axis])]
+        if not self.safe and given != [2]:
+            raise PostError("the first move, in machine coordinates, must be in Z alone")
+        if not given:
+            raise PostError("a move in machine coordinates to nowhere")
+        words = ["XYZ"[axis] + self.numbers.length(row.end[axis]) for axis in given]
+        if self.dialect.machine_move == "G28" and all(row.end[axis] == 0.0 for axis in given):
+            self.out.say("G91", "G28", *words)
+            self.out.say("G90")
+        elif 530 not in self.dialect.g_codes:
+            raise PostError(
+                f"{self.dialect.name} has no moves in machine coordinates; take tool_change.position out of the "
+                "machine's profile"
+            )
+        else:
+            self.out.forget(["motion"])
+            self.out.say("G53", self.out.modal("motion", "G0"), *words)
+        for axis in given:
+            self.place[axis], self.position[axis] = None, math.nan
+        self.out.forget("XYZ"[axis] for axis in given)
+        if 2 in given:
+            self.safe = self.at_machine_height = True
+
+    # -- canned cycles -----------------------------------------------------------------------------------------------
+
+    def _drill(self, row: Motion) -> None:
+        cycle = self.path.cycles[row.ref]
+        self._check_cutting(row)
+        if any(math.isnan(v) for v in (*row.end, self.position[2])):
+            raise PostError("a hole while the place of the tool is not known")
+        if not has_cycle(cycle, self.dialect) or not self._can_return(cycle, row.end[2]):
+            self._expand(row, cycle)
+            return
+        same = self.cycle is not None and said_with(self.cycle) == said_with(cycle)
+        if not same or self.cycle is None:
+            self.out.forget(["motion", "retract", *"XY"])
+        plane = self.out.modal("plane", "G17")
+        retract = self.out.modal("retract", "G98" if cycle.to_initial else "G99")
+        name, words = cycle_words(cycle, self.numbers, self.dialect)
+        # A Fagor starts its planes anew with every cycle word: said once a series, whatever the option.
+        again = not same or (self.options.repeat_words and self.dialect.cycle_words != "fagor")
+        place = [self._axis(row, 0), self._axis(row, 1)]
+        if not any(place):
+            self.out.forget("XY")
+            place = [self._axis(row, 0), self._axis(row, 1)]
+        self.out.say(
+            plane, retract, *([name] if again else []), *place, *(words if again else []), self._feed_word(row)
+        )
+        self.cycle = cycle
+        self._arrive(row)
+        self._axis(row, 2)
+
+    def _can_return(self, cycle: DrillCycle, height: float) -> bool:
+        """Return whether the tool will be at `height` after the cycle; starts a new series where that helps.
+
+        After G99 in the same series the initial plane of G98 is still the height from before the first hole, and how
+        LinuxCNC goes to the next hole depends on it (`DrillCycle.approach_in_series`). A hole to which it would not go
+        at the height where it is starts a series of its own, or is written out.
+        """
+        if self.cycle is not None:
+            returns = self._returns(cycle, self.initial, height)
+            restarts = self.dialect.cycle_words == "fagor" and said_with(self.cycle) != said_with(cycle)
+            here = self.position[2]
+            rises = here < cycle.height_after(self.initial)
+            level = not rises and cycle.approach_in_series(self.initial, here) == "level"
+            if returns and not restarts and level:
+                return True
+            self._leave_cycle()
+        self.initial = self.position[2]
+        return self._returns(cycle, self.initial, height)
+
+    def _returns(self, cycle: DrillCycle, initial: float, height: float) -> bool:
+        return self.numbers.length(cycle.height_after(initial)) == self.numbers.length(height)
+
+    def _expand(self, row: Motion, cycle: DrillCycle) -> None:
+        """Write a cycle out in rapids, feeds and dwells."""
+        if cycle.name == "G84":
+            raise PostError("a tapped hole after which the tool does not return to its R plane or its initial plane")
+        self._leave_cycle()
+        for step in expand_drill(row, cycle, self.position[2]):
+            if step.kind is Kind.DWELL:
+                self._dwell(step)
+            else:
+                x, y, z = step.end
+                here = self.position
+                end = (here[0] if math.isnan(x) else x, here[1] if math.isnan(y) else y, z)
+                if step.kind is Kind.RAPID and end == tuple(here):
+                    continue
+                (self._rapid if step.kind is Kind.RAPID else self._feed)(step._replace(end=end))
+
+    def _leave_cycle(self) -> None:
+        if self.cycle is not None:
+            self.out.say("G80")
+            self.out.forget(["motion"])
+            self.cycle = None
+
+    # -- commands ----------------------------------------------------------------------------------------------------
+
+    def _dwell(self, row: Motion) -> None:
+        self.out.say("G4", dwell_word(row.value, self.dialect))
+
+    def _tool(self, row: Motion) -> None:
+        by_hand = self.dialect.changes_by_hand
+        if by_hand and self.spinning:
+            raise PostError("a tool is changed by hand while the spindle turns; stop it before")
+        name = self.tool_names.get(row.ref, "")
+        self.out.comment(f"T{row.ref} {name}".strip())
+        if self.dialect.tool_change == "M0":
+            self.out.say("M0", f"T{row.ref}")
+        elif by_hand:
+            self.out.say(f"T{row.ref}")
+            self.out.say("M0")
+        else:
+            offset = f"D{row.ref}" if self.dialect.length_offset == "D" else ""
+            self.out.say(f"T{row.ref}", offset, "M6")
+            self.out.modal("D", offset)
+            following = next(self.tools, row.ref)
+            if following != row.ref and self.options.preselect_tool:
+                self.out.say(f"T{following}")
+        self.pending_offset = row.ref if self.dialect.length_offset else None
+        # At a height of the machine any tool is clear of the part; elsewhere the new one may be longer.
+        self.safe = self.at_machine_height
+        # People start again at a tool: the first move after it says all its words, G0 too.
+        self.out.forget(["motion", *"XYZF"])
+
+    def _offset(self, row: Motion) -> None:
+        if row.ref:
+            self.pending_offset = row.ref if self.dialect.length_offset else None
+        else:
+            self.pending_offset = None
+            self.out.say(self.dialect.length_offset_off)
+
+    def _offset_words(self, number: int) -> list[str]:
+        if self.dialect.length_offset == "D":
+            return ["G43", self.out.modal("D", f"D{number}")]
+        return ["G43", f"H{number}"]
+
+    def _spindle(self, row: Motion) -> None:
+        if row.value == 0.0:
+            self.out.say("M5")
+            self.spinning = False
+            return
+        self.out.say("S" + format_number(abs(row.value), 0), "M3" if row.value > 0 else "M4")
+        if not self.spinning and self.start_s > 0 and self.next_kind is not Kind.DWELL:
+            self.out.say("G4", dwell_word(self.start_s, self.dialect))
+        self.spinning = True
+
+    def _coolant(self, row: Motion) -> None:
+        self.out.say(*coolant_words(row.ref, self.coolant_mode, self.dialect))
+        self.coolant_mode = row.ref
+
+    def _blending(self, row: Motion) -> None:
+        exact = row.ref != 640
+        tolerance = "" if exact or not row.value else f"P{self.numbers.length(row.value)}"
+        self.out.say("G61" if exact else "G64", tolerance)
+
+    def _pause(self, row: Motion) -> None:
+        self.out.say("M1" if row.ref else "M0")
+
+    def _end(self, row: Motion) -> None:
+        self.out.say(self.dialect.end_word)
+        self.ended = True

@@ -1,0 +1,163 @@
+"""Within what the feeds of one run's pockets may follow what the tool meets."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from leafcut.errors import OptionError, PlanError
+from leafcut.model.feed_limits import FeedLimits
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.machine import Machine
+from leafcut.model.pocket import FILM, PocketRules
+from leafcut.model.tool import Tool
+from leafcut.model.work_material import WorkMaterial
+from leafcut.options import FeedOptions, Settings, SpeedOptions, flag_name
+from leafcut.processes.pocket.options import PocketOptions
+from leafcut.processes.pocket.plan.rules import MillingData, finishing_levels
+from leafcut.stock.chip_feeds import allowed_feed, power_at
+from leafcut.stock.engagement import Engaged
+from leafcut.units import SECONDS_PER_MINUTE
+
+#: A feed below this share of the tool's rubs more than it cuts.
+SLOWEST = 0.25
+
+
+def feed_limits(
+    settings: Settings,
+    machine: Machine,
+    rules: PocketRules,
+    levels: tuple[float, ...],
+    data: MillingData,
+    mill: Tool | None,
+    material: WorkMaterial | None,
+) -> tuple[FeedLimits, list[Issue]]:
+    """Return within what feeds may change, and what has to be said of it.
+
+    Parameters
+    ----------
+    mill
+        The tool of the library; None without one.
+    material
+        What is cut; None where nothing is known of the force that it needs.
+
+    Raises
+    ------
+    OptionError
+        The feed or the speed of the tool is not stated, or a limit of the spindle is given that nothing can be
+        compared with.
+    PlanError
+        The spindle has much less power than a first cut needs.
+    """
+    options = settings.of(PocketOptions)
+    _check_stated(settings, data.tool, mill)
+    tool = data.tool
+    increase = 1.0 + settings.of(FeedOptions).feed_increase / 100.0
+    most = max(min(increase * tool.feed, machine.max_feed, data.air_feed), tool.feed)
+    depth = -levels[0]
+    finish = finishing_levels(-levels[-1], tool.diameter)[0] if options.stock else levels[0]
+    slot = settings.of(FeedOptions).slot_chip
+    limits = FeedLimits(
+        tool.diameter, tool.feed, tool.spindle_rpm, most, depth, -finish, FILM * tool.diameter,
+        1.0 if slot is None else slot / 100.0,
+    )  # fmt: skip
+    power = _power(settings, machine, tool)
+    if power is None:
+        return limits, []
+    if material is None or not tool.teeth:
+        return limits, [_unlimited(settings, tool, material)]
+    limits = replace(limits, power=power, material=material, teeth=tool.teeth)
+    _check_slot(limits, tool)
+    return limits, []
+
+
+def _unlimited(settings: Settings, tool: Tool, material: WorkMaterial | None) -> Issue:
+    """Return why the power of the machine's spindle limits no feed.
+
+    Raises
+    ------
+    OptionError
+        A limit of the spindle was given.
+    """
+    asked = [name for name in ("max_power", "max_torque", "drive_efficiency") if name in settings.given]
+    if "material" not in settings.given:
+        if asked:
+            raise OptionError(f"{flag_name(asked[0])}: only used with --material; add --material or leave it out")
+        return Issue("L705", "power and torque do not limit feeds: give --material", severity=Severity.NOTE)
+    if material is None:
+        name = settings.job.material
+        if asked:
+            raise OptionError(
+                f"{flag_name(asked[0])}: the force that '{name}' needs is not known; name a material of "
+                "`leafcut materials` with --material"
+            )
+        words = f"power and torque do not limit feeds: the force that '{name}' needs is not known"
+        return Issue("L705", f"{words}; name a material of `leafcut materials`", severity=Severity.NOTE)
+    if asked:
+        raise OptionError(
+            f"{flag_name(asked[0])}: the number of teeth of {tool.label} is not known; give a library that states it "
+            "with --tools"
+        )
+    words = f"power and torque do not limit feeds of {tool.label}: give the number of teeth with --tools"
+    return Issue("L705", words, severity=Severity.NOTE)
+
+
+def _check_slot(limits: FeedLimits, tool: Tool) -> None:
+    """Check that the spindle has the power for a cut of the whole width at a feed that still makes chips.
+
+    Raises
+    ------
+    PlanError
+        It has not.
+    """
+    slot = Engaged(np.array([math.pi]), np.array([tool.diameter]), np.ones(1))
+    slowest = float(allowed_feed(slot, replace(limits, slot=1.0))[0])
+    if slowest < SLOWEST * tool.feed:
+        needed = float(power_at(slot, tool.feed, limits)[0])
+        raise PlanError(
+            f"--feeds: a first cut {limits.depth:.4g} mm deep needs {needed / 1000.0:.3g} kW at the feed of "
+            f"{tool.label}, but the spindle gives {limits.power / 1000.0:.3g} kW to it; give a smaller --step-down"
+        )
+
+
+def _check_stated(settings: Settings, tool: Tool, mill: Tool | None) -> None:
+    """Check that the chip of the tool is known: that nobody assumed its feed or its speed."""
+    feed = settings.of(PocketOptions).milling_feed or (mill.feed if mill else 0.0)
+    speed = settings.job.spindle_speed or (mill.spindle_rpm if mill else 0.0)
+    if not feed and not speed:
+        raise OptionError(
+            f"--feeds: feed and spindle speed of {tool.label} are not stated, so that its chips are not known; give "
+            "--milling-feed and --spindle-speed, or a library that states both with --tools"
+        )
+    if not feed:
+        raise OptionError(
+            f"--feeds: the feed of {tool.label} is not stated, so that its chips are not known; give --milling-feed, "
+            "or a library that states it with --tools"
+        )
+    if not speed:
+        raise OptionError(
+            f"--feeds: the spindle speed of {tool.label} is not stated, so that its chips are not known; give "
+            "--spindle-speed, or a library that states it with --tools"
+        )
+
+
+def _power(settings: Settings, machine: Machine, tool: Tool) -> float | None:
+    """Return what the spindle gives to a cut at the tool's speed, W; None where that is not known.
+
+    Raises
+    ------
+    OptionError
+        How much of its power reaches the tool is given, and the power is not known.
+    """
+    options = settings.of(SpeedOptions)
+    power, torque = options.max_power or machine.spindle_power, options.max_torque or machine.spindle_torque
+    found = [power * options.drive_efficiency] if power else []
+    if torque:
+        found.append(torque / 1000.0 * math.tau * tool.spindle_rpm / SECONDS_PER_MINUTE)
+    if not power and "drive_efficiency" in settings.given:
+        raise OptionError(
+            "--drive-efficiency: the power of the spindle is not known; give --max-power, or leave it out"
+        )
+    return min(found) if found else None

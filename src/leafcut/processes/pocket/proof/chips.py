@@ -1,0 +1,163 @@
+"""The chips of a pocketing program, read back: at what feed each move goes, and what it engages there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from leafcut.geometry.arrays import Floats, Indices
+from leafcut.model.difference import Difference
+from leafcut.model.feed_limits import FeedLimits
+from leafcut.model.pace_change import FeedLimit, ToolPace
+from leafcut.model.pocket import PocketRules
+from leafcut.model.tool import Tool
+from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.processes.pocket.proof.pocket import ROOM, PocketCut, cuts_of, engaged_levels, thinnest
+from leafcut.proof.difference import place, shorten
+from leafcut.stock.chip_feeds import chip_at, chip_limit, power_at, removal_rate
+from leafcut.units import SECONDS_PER_MINUTE
+
+#: Numbers are rounded as they are written: no limit is passed by more than this share.
+_PART = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredChips:
+    """What a program's feeds ask of its mill: figures of the tool, how many cuts have another feed, what is wrong."""
+
+    tool: ToolPace
+    changed: int
+    wrong: tuple[Difference, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class _Places:
+    """Places at one height where something is cut: the moves that they are on, and what is asked for there."""
+
+    cuts: list[PocketCut]
+    move: Indices
+    feed: Floats
+    chip: Floats
+    chip_limit: Floats
+    chip_before: Floats
+    width: Floats
+    power: Floats
+    power_before: Floats
+    rate: Floats
+
+
+def measured_chips(written: Toolpath, rules: PocketRules, limits: FeedLimits, tool: Tool) -> MeasuredChips:
+    """Return the chips that a program makes, and where they, its power or a feed are beyond the limits.
+
+    1. No chip is thicker than that of the tool's own feed and speed, or what a cut so wide may have of it, and no cut
+       needs more power than there is (`stock.chip_feeds`): at every step of what is read back, at the feed and the
+       speed that stand there.
+    2. No move that cuts is faster than the highest feed that was allowed.
+    3. What goes down below the surface is no faster than the tool's own feed.
+
+    A film of `thinnest` is no material.
+    """
+    cuts = list(cuts_of(written, rules.tolerance))
+    rpm = np.abs(written.latest(Kind.SPINDLE, written.value))
+    every = list(_levels(cuts, written, rpm, rules, limits))
+    wrong = [
+        Difference("feed", 0, cut.line, _too_fast(cut, written, "goes down", limits.feed))
+        for cut in cuts
+        if float(np.ptp(cut.way[:, 2])) > ROOM and written.value[cut.row] > limits.feed * (1.0 + _PART)
+    ]
+    for level in every:
+        wrong += _beyond(level, written, limits)
+    feed, chip, before, rate = (_all(every, name) for name in ("feed", "chip", "chip_before", "rate"))
+    low, high = (float(feed.min()), float(feed.max())) if len(feed) else (limits.feed, limits.feed)
+    rate_before = float((rate * limits.feed / feed).max(initial=0.0)) if len(feed) else 0.0
+    pace = ToolPace(
+        tool.number, tool.label, (limits.feed, limits.feed), (low, high), float(before.max(initial=0.0)),
+        float(chip.max(initial=0.0)), limits.chip, True, rate_before, float(rate.max(initial=0.0)),
+        tuple(_limits(every, limits)),
+    )  # fmt: skip
+    rows = {level.cuts[k].row for level in every for k in np.unique(level.move).tolist()}
+    changed = sum(abs(float(written.value[row]) - limits.feed) > _PART * limits.feed for row in rows)
+    return MeasuredChips(pace, changed, tuple(shorten(wrong)))
+
+
+def _all(every: list[_Places], name: str) -> Floats:
+    """Return what is known of all places at all heights."""
+    return np.concatenate([np.zeros(0), *(getattr(level, name) for level in every)])
+
+
+def _limits(every: list[_Places], limits: FeedLimits) -> Iterator[FeedLimit]:
+    """Yield what is asked of the other limits at most, before and after: of power at the tool, of the chip in slots."""
+
+    def most(values: Floats) -> float:
+        return float(values.max(initial=0.0))
+
+    if math.isfinite(limits.power):
+        yield FeedLimit("power", most(_all(every, "power_before")), most(_all(every, "power")), limits.power)
+    if limits.slot < 1.0:
+        wide = _all(every, "width") > 0.5 * limits.diameter
+        # As thick as at the full width a chip is at any other one, by its own share.
+        share = limits.slot * limits.chip / _all(every, "chip_limit")[wide]
+        before, after = ((_all(every, name)[wide]) * share for name in ("chip_before", "chip"))
+        yield FeedLimit("slot", most(before), most(after), limits.slot * limits.chip)
+
+
+def _levels(
+    cuts: list[PocketCut], written: Toolpath, rpm: Floats, rules: PocketRules, limits: FeedLimits
+) -> Iterator[_Places]:
+    """Yield the places of every height where something is cut."""
+    flat = {cut.row for cut in cuts if np.ptp(cut.way[:, 2]) <= ROOM}
+    for there, way, engaged in engaged_levels(cuts, rules, flat):
+        rows = np.array([cut.row for cut in there], dtype=np.int64)[way.piece]
+        feed, turns = written.value[rows], np.maximum(rpm[rows], 1e-9)
+        chip = chip_at(engaged, feed, turns)
+        met = engaged.width > thinnest(rules)
+        yield _Places(
+            there, way.piece[met], feed[met], chip[met], chip_limit(engaged, limits)[met],
+            (chip * limits.feed / feed)[met], engaged.width[met], power_at(engaged, feed, limits)[met],
+            power_at(engaged, limits.feed, limits)[met], removal_rate(engaged, feed, limits)[met],
+        )  # fmt: skip
+
+
+def _beyond(level: _Places, written: Toolpath, limits: FeedLimits) -> Iterator[Difference]:
+    """Yield the moves at one height that ask too much of the tool or of the spindle, or are too fast."""
+    thick, strong, fast = (
+        _worst(level, level.chip / level.chip_limit),
+        _worst(level, level.power / limits.power),
+        _worst(level, level.feed / limits.most),
+    )
+    for cut, at in thick:
+        words = (
+            f"{_at(cut, written)} makes a chip of {level.chip[at]:.4g} mm a revolution near {place(*cut.way[-1])}; "
+            f"{level.chip_limit[at]:.4g} mm at most are allowed"
+        )
+        yield Difference("feed", 0, cut.line, words)
+    for cut, at in strong:
+        words = (
+            f"{_at(cut, written)} needs {level.power[at] / 1000.0:.4g} kW near {place(*cut.way[-1])}; the spindle "
+            f"gives {limits.power / 1000.0:.4g} kW at most"
+        )
+        yield Difference("feed", 0, cut.line, words)
+    for cut, _ in fast:
+        yield Difference("feed", 0, cut.line, _too_fast(cut, written, "cuts", limits.most))
+
+
+def _worst(level: _Places, share: Floats) -> Iterator[tuple[PocketCut, int]]:
+    """Yield the moves with a share above 1, each with its worst place."""
+    over = np.flatnonzero(share > 1.0 + _PART)
+    for move in np.unique(level.move[over]).tolist():
+        mine = over[level.move[over] == move]
+        yield level.cuts[move], int(mine[np.argmax(share[mine])])
+
+
+def _too_fast(cut: PocketCut, written: Toolpath, what: str, most: float) -> str:
+    return (
+        f"{_at(cut, written)} {what} near {place(*cut.way[-1])}; the mill cuts at {SECONDS_PER_MINUTE * most:g} mm/min "
+        "at most"
+    )
+
+
+def _at(cut: PocketCut, written: Toolpath) -> str:
+    return f"a move at {SECONDS_PER_MINUTE * float(written.value[cut.row]):g} mm/min"

@@ -1,0 +1,64 @@
+"""How fast a mill may go by what it engages: its chips no thicker than in a slot at its own feed, its power kept."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from leafcut.geometry.arrays import Floats
+from leafcut.model.feed_limits import FeedLimits
+from leafcut.stock.cutting_force import milling_power
+from leafcut.stock.engagement import Engaged
+from leafcut.units import SECONDS_PER_MINUTE
+
+
+def chip_at(engaged: Engaged, feed: Floats | float, rpm: Floats | float) -> Floats:
+    """Return the thickest chip in a revolution at every place, mm, at feeds, mm/s, and speeds, 1/min.
+
+    Of one tooth, if it had but one: h = f sin φ / n, where φ is the angle at which it is thickest (Altintas,
+    Manufacturing Automation, 2nd ed., section 2.6).
+    """
+    return np.asarray(SECONDS_PER_MINUTE * engaged.chip * np.asarray(feed) / np.asarray(rpm))
+
+
+def removal_rate(engaged: Engaged, feed: Floats | float, limits: FeedLimits) -> Floats:
+    """Return the volume that is taken off by time at every place, mm³/s, at feeds, mm/s."""
+    depth = np.where(engaged.width <= limits.film, max(limits.depth, limits.film_depth), limits.depth)
+    return np.asarray(engaged.width * depth * np.asarray(feed))
+
+
+def power_at(engaged: Engaged, feed: Floats | float, limits: FeedLimits) -> Floats:
+    """Return the power of the cut at every place, W, at feeds, mm/s; 0 where it is not limited, or nothing is cut.
+
+    The mean chip is f_z b / (r φ) where a tooth is in the cut over the angle φ and the cut is b wide: the mean of
+    f_z sin φ. It is measured on the whole edge, wherever that is engaged.
+    """
+    feeds = np.broadcast_to(np.asarray(feed, dtype=float), engaged.width.shape)
+    power = np.zeros(len(engaged.width))
+    cuts = engaged.width > 0.0
+    if limits.material is None or not cuts.any():
+        return power
+    # b / (r φ), of a place by its own width and angle; the tool's radius goes away with b = r ∫ sin φ.
+    mean = np.minimum(engaged.width[cuts] / (engaged.angle[cuts] * 0.5 * limits.diameter), 1.0)
+    chip = mean * SECONDS_PER_MINUTE * feeds[cuts] / (limits.rpm * limits.teeth)
+    power[cuts] = milling_power(limits.material, removal_rate(engaged, feeds, limits)[cuts], chip)
+    return power
+
+
+def chip_limit(engaged: Engaged, limits: FeedLimits) -> Floats:
+    """Return the thickest chip in a revolution that is allowed at every place, mm."""
+    beyond = np.clip(2.0 * engaged.width / limits.diameter - 1.0, 0.0, 1.0)
+    return np.asarray(limits.chip * (1.0 - (1.0 - limits.slot) * beyond))
+
+
+def allowed_feed(engaged: Engaged, limits: FeedLimits) -> Floats:
+    """Return the highest feed at every place, mm/s, that keeps the chip, the power and the highest feed.
+
+    The power of a cut goes with f^(1 − mc), where kc goes with h^−mc.
+    """
+    most = chip_limit(engaged, limits) / limits.chip * limits.feed
+    feed = np.minimum(most / np.maximum(engaged.chip, 1e-9), limits.most)
+    if limits.material is not None:
+        power = power_at(engaged, feed, limits)
+        over = power > limits.power
+        feed[over] *= (limits.power / power[over]) ** (1.0 / (1.0 - limits.material.mc))
+    return np.asarray(feed)

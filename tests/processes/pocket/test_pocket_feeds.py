@@ -1,0 +1,186 @@
+"""``leafcut pocket --feeds``: feeds follow what the tool meets, within what was given; the path stays."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+
+from leafcut import api
+from leafcut.errors import OptionError, PlanError, VerifyError
+from leafcut.gcode.dialects import dialect
+from leafcut.gcode.interpreter import interpret
+from leafcut.model.cutter import flat_mill
+from leafcut.model.feed_limits import FeedLimits
+from leafcut.model.pocket import PocketRules
+from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.toolpath import Kind
+from leafcut.processes.pocket.proof.chips import measured_chips
+from leafcut.report.json_answer import as_json
+from leafcut.stock.height_field import HeightField, StockBlock
+from leafcut.stock.loads import StockBefore, loads_of
+
+#: A pocket of 32 × 24 mm with round corners.
+POCKET = shapely.box(5, 5, 27, 19).buffer(5, quad_segs=32)
+GIVEN: dict[str, Any] = {
+    "process": "pocket",
+    "strategy": "contour",
+    "tool_diameter": 6,
+    "depth": 3,
+    "step_down": 1.5,
+    "step_over": 0.15,
+    "milling_feed": "600mm/min",
+    "plunge_feed": "200mm/min",
+    "spindle_speed": 6000,
+    "iterations": 3,
+    "threads": 1,
+    "date": False,
+}
+TOOL = """
+[[tool]]
+number = 1
+diameter = "6 mm"
+kind = "end-mill"
+teeth = 3
+feed = "600 mm/min"
+spindle_speed = "6000 rpm"
+"""
+
+
+@pytest.fixture(scope="module")
+def drawing(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("fed") / "plate.wkt"
+    file.write_text(POCKET.wkt)
+    return file
+
+
+@pytest.fixture(scope="module")
+def even(drawing: Path):
+    return api.optimize(drawing, **GIVEN)
+
+
+@pytest.fixture(scope="module")
+def fed(drawing: Path):
+    return api.optimize(drawing, feeds=True, **GIVEN)
+
+
+def test_the_program_is_faster_by_what_is_told_and_goes_the_same_way(even, fed) -> None:
+    assert fed.after.time_s < 0.95 * even.after.time_s
+    assert fed.detail.pace.feeds_s == pytest.approx(even.after.time_s - fed.after.time_s)
+    assert even.detail.pace is None
+    assert fed.after.cut_mm == pytest.approx(even.after.cut_mm, abs=1e-6)
+    # Every place of the old program is one of the new one, in this order, but for the rounding of what is written.
+    old, new = (np.nan_to_num(o.written.end[o.written.kind <= Kind.ARC_CCW]) for o in (even, fed))
+    rest = iter(new)
+    assert all(any(np.abs(one - place).max() < 0.0015 for one in rest) for place in old)
+    assert len(new) > len(old)
+
+
+def test_no_feed_is_above_what_was_given_and_ways_down_keep_theirs(drawing: Path, even, fed) -> None:
+    for outcome, most in ((fed, 1.5), (api.optimize(drawing, feeds=True, feed_increase=20, **GIVEN), 1.2)):
+        path = outcome.written
+        cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
+        down = cuts & (path.end[:, 2] < path.before[:, 2])
+        before = even.written.value[
+            (even.written.kind == Kind.FEED) & (even.written.end[:, 2] < even.written.before[:, 2])
+        ]
+        assert set(path.value[down].round(4)) <= set(before.round(4))
+        milled = path.value[cuts & ~down & (path.value < 40)]
+        assert 12.0 - 1e-6 <= milled.max() <= 10.0 * most + 1e-6
+
+
+def test_chips_are_no_thicker_by_another_model_of_the_stock(even, fed) -> None:
+    """The height field knows nothing of circles and angles: cells of 0.05 mm, each a cell nearer than it is."""
+    block = StockBlock((-3.0, -3.0, -5.0), (35.0, 27.0, 0.0))
+    for outcome in (even, fed):
+        stock = StockBefore(HeightField.of_block(block, 0.05), -5.0, True)
+        loads = loads_of(outcome.written, {1: flat_mill(6.0)}, stock, 0.5)
+        # Where the tool goes through air at its own feed a corner of a cell is no chip.
+        cuts = loads.mills & (loads.width > 0.3) & (loads.feed < 40.0)
+        assert loads.chip[cuts].max() <= 0.1 * 1.04
+
+
+def test_the_answer_tells_the_feeds_and_the_thickest_chip_before_and_after(fed) -> None:
+    """600 mm/min at 6,000 rpm are 0.1 mm a revolution: in the first cut before and after."""
+    pace = as_json(fed)["pace"]
+    assert pace["feeds_s"] > 0
+    (tool,) = pace["tools"]
+    assert (tool["chip_before"], tool["chip_after"], tool["chip_limit"]) == pytest.approx((0.1, 0.1, 0.1), rel=1e-4)
+    assert tool["feed_before"] == pytest.approx([10.0, 10.0])
+    assert tool["feed_after"][0] == pytest.approx(10.0)
+    assert 12.0 < tool["feed_after"][1] <= 15.0
+
+
+def test_few_lines_are_added_and_no_move_is_tiny(even, fed) -> None:
+    assert fed.text.count("F") < fed.text.count("\n") / 3
+    path = fed.written
+    cuts = (path.kind == Kind.FEED) & (path.value > 10.01) & (path.value < 40)
+    shortest = np.linalg.norm(np.diff(even.written.end[even.written.kind == Kind.FEED], axis=0), axis=1)
+    length = np.linalg.norm(path.end[cuts] - path.before[cuts], axis=1)
+    assert length.min() >= min(0.3, shortest[shortest > 0].min()) - 1e-3
+
+
+def test_a_program_whose_chips_are_too_thick_is_refused(drawing: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The proof is of what is written: a feed that is half as high again in the first cut is found."""
+    monkeypatch.setattr(
+        "leafcut.processes.pocket.feeds.allowed_feed", lambda e, limits: np.full(len(e.chip), limits.most)
+    )
+    with pytest.raises(VerifyError, match=r"a move at 900 mm/min makes a chip of 0.15 mm a revolution near"):
+        api.optimize(drawing, feeds=True, **GIVEN)
+
+
+def test_what_goes_down_faster_than_the_tool_or_cuts_above_the_highest_feed_is_refused() -> None:
+    text = "G21 G90 G17 G94\nT1 M6\nS9000 M3\nG0 X0 Y0 Z2\nG1 X9 Z-2 F1000\nG1 X30 F700\nG1 Y5 F2000\nG0 Z5\nM2\n"
+    limits = FeedLimits(6.0, 15.0, 9000.0, most=22.5, depth=2.0, film_depth=2.0, film=1.2)
+    rules = PocketRules(tool_diameter=6.0, step_over=3.0)
+    found = measured_chips(interpret(text, dialect("linuxcnc")), rules, limits, Tool(1, 6.0, ToolKind.END_MILL))
+    said = [str(one) for one in found.wrong]
+    assert [word in " ".join(said) for word in ("goes down", "makes a chip of 0.2222 mm", "cuts near")] == [True] * 3
+    assert found.tool.chip_after == pytest.approx(2000 / 9000, rel=1e-6)
+    assert found.tool.chip_before == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("machine", ["grbl-3018", "mach3-router"])
+def test_no_program_takes_longer_whatever_the_machine(machine: str, drawing: Path) -> None:
+    before = api.optimize(drawing, machine=machine, **GIVEN)
+    after = api.optimize(drawing, machine=machine, feeds=True, **GIVEN)
+    assert after.after.time_s <= before.after.time_s + 1e-9
+
+
+def test_a_weak_spindle_makes_slots_slower_and_that_is_told(drawing: Path, even, tmp_path: Path) -> None:
+    (tmp_path / "shop.toml").write_text(TOOL)
+    given = {**GIVEN, "milling_feed": None, "spindle_speed": None, "tools": tmp_path / "shop.toml", "material": "c45"}
+    slow = api.optimize(drawing, feeds=True, max_power="0.15 kW", drive_efficiency=0.8, **given)
+    low, high = slow.detail.pace.tools[0].feed_after
+    assert low < 9.7
+    assert high > 10.0
+    with pytest.raises(PlanError, match=r"the spindle gives 0\.04 kW to it; give a smaller --step-down"):
+        api.optimize(drawing, feeds=True, max_power="0.05 kW", drive_efficiency=0.8, **given)
+    slot = api.optimize(drawing, feeds=True, slot_chip=60, **given)
+    assert slot.detail.pace.tools[0].feed_after[0] < 0.62 * 10.0
+    unknown = api.optimize(drawing, feeds=True, machine="haas-vf2", **{**given, "material": "plastic"})
+    assert [issue.message for issue in unknown.issues if issue.code == "L705"] == [
+        "power and torque do not limit feeds: the force that 'plastic' needs is not known; name a material of "
+        "`leafcut materials`"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"milling_feed": None, "spindle_speed": None}, "feed and spindle speed of T1 .* --milling-feed and --spindle"),
+        ({"milling_feed": None}, "the feed of T1 end-mill Ø6 is not stated, .*; give --milling-feed, or"),
+        ({"spindle_speed": None}, "the spindle speed of T1 end-mill Ø6 is not stated"),
+        ({"max_power": "2 kW"}, "--max-power: only used with --material"),
+        ({"max_power": "2 kW", "material": "c45"}, "--max-power: the number of teeth of T1 end-mill Ø6 is not known"),
+        ({"max_torque": "2 N·m", "material": "plastic"}, "--max-torque: the force that 'plastic' needs is not known"),
+        ({"drive_efficiency": 0.8}, "--drive-efficiency: the power of the spindle is not known"),
+        ({"feeds": None, "feed_increase": 20}, "--feed-increase: only used with --feeds"),
+    ],
+)
+def test_feeds_are_refused_where_their_data_are_missing(options: dict[str, Any], words: str, drawing: Path) -> None:
+    with pytest.raises(OptionError, match=words):
+        api.optimize(drawing, **{**GIVEN, "feeds": True, **options})
