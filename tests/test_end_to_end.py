@@ -159,7 +159,9 @@ def test_every_way_to_drill_gives_a_verified_program_on_every_machine(
     machine: str, way: dict[str, object], tmp_path: Path
 ) -> None:
     if machine == "marlin-mpcnc" and way.keys() & {"line_numbers", "output_units"}:  # Marlin has neither
-        with pytest.raises(leafcut.LeafcutError, match="^--(line-numbers|output-units inch): marlin .*; leave it out$"):
+        with pytest.raises(
+            leafcut.LeafcutError, match=r"^--(line-numbers|output-units inch): marlin .*; leave it out$"
+        ):
             leafcut.optimize(_two_sizes(tmp_path), machine=machine, thickness=6, algorithm="2opt", **way)
         return
     outcome = leafcut.optimize(_two_sizes(tmp_path), machine=machine, thickness=6, algorithm="2opt", **way)
