@@ -69,6 +69,20 @@ MOST_WARNINGS = 10
 #: The switch that every command which answers has.
 Json = Annotated[bool, Parameter(name="--json", negative="", help="print the result as JSON")]
 
+#: A file of options.
+OptionsFile = Annotated[str | None, Parameter(name="--options", help="a TOML file of options")]
+
+#: Where `batch` and `watch` write, and who does the inputs.
+ProgramsFolder = Annotated[
+    str, Parameter(name=["--output", "-o"], help="folder to write programs, table and report into")
+]
+ExecutorOption = Annotated[
+    str, Parameter(name="--executor", help="where inputs are done: threads, processes, or dask://host:port")
+]
+WorkersOption = Annotated[
+    int | None, Parameter(name="--workers", help="so many inputs at once (default: one per core, all of a cluster)")
+]
+
 #: Whether the person's own defaults are left out of account.
 NoDefaults = Annotated[
     bool,
@@ -262,7 +276,7 @@ def _optimize(
         str | None, Parameter(name="--report", help="report page to write (HTML); for several inputs, a folder")
     ] = None,
     process: str = "auto",
-    options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
+    options_file: OptionsFile = None,
     no_defaults: NoDefaults = False,
     as_json: Json = False,
     quiet: Annotated[
@@ -368,7 +382,7 @@ def _optimize_each(
 def _filter(
     *sources: str,
     process: str = "auto",
-    options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
+    options_file: OptionsFile = None,
     no_defaults: NoDefaults = False,
     options: dict[str, Any],
 ) -> int:
@@ -398,16 +412,11 @@ def _filter(
 
 def _batch(
     *sources: str,
-    output: Annotated[str, Parameter(name=["--output", "-o"], help="folder to write programs, table and report into")],
+    output: ProgramsFolder,
     process: str = "auto",
-    executor: Annotated[
-        str, Parameter(name="--executor", help="where inputs are done: threads, processes, or dask://host:port")
-    ] = "processes",
-    workers: Annotated[
-        int | None,
-        Parameter(name="--workers", help="so many inputs at once (default: one per core, all of a cluster)"),
-    ] = None,
-    options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
+    executor: ExecutorOption = "processes",
+    workers: WorkersOption = None,
+    options_file: OptionsFile = None,
     no_defaults: NoDefaults = False,
     as_json: Json = False,
     quiet: Annotated[
@@ -451,17 +460,12 @@ def _batch(
 
 def _watch(
     *sources: str,
-    output: Annotated[str, Parameter(name=["--output", "-o"], help="folder to write programs, table and report into")],
+    output: ProgramsFolder,
     process: str = "auto",
     every: Annotated[str, Parameter(name="--every", help="time between two looks at the folder (default: 2s)")] = "2s",
-    executor: Annotated[
-        str, Parameter(name="--executor", help="where inputs are done: threads, processes, or dask://host:port")
-    ] = "processes",
-    workers: Annotated[
-        int | None,
-        Parameter(name="--workers", help="so many inputs at once (default: one per core, all of a cluster)"),
-    ] = None,
-    options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
+    executor: ExecutorOption = "processes",
+    workers: WorkersOption = None,
+    options_file: OptionsFile = None,
     no_defaults: NoDefaults = False,
     quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative="", help="only what is refused")] = False,
     options: dict[str, Any],
@@ -616,7 +620,7 @@ def _nest(
         str | None,
         Parameter(name=["--output", "-o"], help="nested sheet to write (DXF), - for standard output if it is one"),
     ] = None,
-    options_file: Annotated[str | None, Parameter(name="--options", help="a TOML file of options")] = None,
+    options_file: OptionsFile = None,
     no_defaults: NoDefaults = False,
     as_json: Json = False,
     quiet: Annotated[

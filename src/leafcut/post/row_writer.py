@@ -20,6 +20,9 @@ from leafcut.post.words import coolant_words, cycle_words, dwell_word, has_cycle
 class Writer:
     """Writes row after row, and remembers what the controller knows."""
 
+    #: What ends a modal cycle.
+    end_of_cycle = "G80"
+
     def __init__(
         self,
         path: Toolpath,
@@ -302,7 +305,7 @@ class Writer:
 
     def _leave_cycle(self) -> None:
         if self.cycle is not None:
-            self.out.say("G80")
+            self.out.say(self.end_of_cycle)
             self.out.forget(["motion"])
             self.cycle = None
 

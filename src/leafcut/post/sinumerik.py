@@ -19,6 +19,8 @@ class SinumerikWriter(Writer):
     alone before anything else.
     """
 
+    end_of_cycle = "MCALL"
+
     _feed_of_call = 0.0
     _tool_now: int | None = None
 
@@ -70,12 +72,6 @@ class SinumerikWriter(Writer):
             first = max(self.numbers.said(cycle.r_plane) - peck, self.numbers.said(cycle.bottom))
             words += ["", length(first), "", "0", "0", "0", "1", "1" if cycle.name == "G83" else "0"]
         return f"MCALL {name}({','.join(words)})"
-
-    def _leave_cycle(self) -> None:
-        if self.cycle is not None:
-            self.out.say("MCALL")
-            self.out.forget(["motion"])
-            self.cycle = None
 
     def _tool(self, row: Motion) -> None:
         name = self.tool_names.get(row.ref, "")
