@@ -153,10 +153,13 @@ def grid_points(region: CentreRegion, offset: tuple[float, float] = (0.0, 0.0), 
 
 def _spurs(columns: NDArray[np.int64], rows: NDArray[np.int64]) -> int:
     """Return how many steps are longer than the pitch at least, because points have no two neighbours beside them."""
-    cells = set(zip(columns.tolist(), rows.tolist(), strict=True))
-    beside = [((x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)) for x, y in cells]
-    missing = sum(max(0, 2 - sum(cell in cells for cell in near)) for near in beside)
-    return max(0, math.ceil((missing - 2) / 2)) if len(cells) > 1 else 0
+    if len(columns) < 2:
+        return 0
+    # A frame of empty places all round.
+    cells = np.zeros((columns.max() + 3, rows.max() + 3), dtype=bool)
+    cells[columns + 1, rows + 1] = True
+    beside = sum(np.roll(cells, step, axis)[cells].astype(np.int64) for step in (-1, 1) for axis in (0, 1))
+    return max(0, math.ceil((int(np.maximum(2 - beside, 0).sum()) - 2) / 2))
 
 
 def _refuse(count: float, rules: PocketRules) -> None:
