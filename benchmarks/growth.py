@@ -175,12 +175,19 @@ def main() -> None:
     made.add_argument("--part", type=float, default=1.0, help="this part of the largest size (default 1)")
     made.add_argument("--write", type=Path, help="write the table into this page")
     given = made.parse_args()
-    rows = []
+    rows: list[list[str]] = []
     for name in given.names or WORKS:
         for row in measured(name, WORKS[name], int(given.part * WORKS[name].most)):
             print("  ".join(row), file=sys.stderr, flush=True)
             rows.append(row)
-    text = f"""## Time and memory by size
+        if given.write:
+            write_section(given.write, "growth", text_of(rows))
+    print(text_of(rows))
+
+
+def text_of(rows: Sequence[Sequence[str]]) -> str:
+    """Return the section with some rows."""
+    return f"""## Time and memory by size
 
 Every process at n, 2 n and 4 n on the default preset, whose effort follows the size; each in a process of its own:
 processor seconds of all threads, and the peak of resident memory, start and libraries included. The power p of the
@@ -189,9 +196,6 @@ size is from the differences, so the start is not in it: 1 is linear, 2 quadrati
 {facts("growth", sys.argv[1:], ["leafcut", "numpy", "numba"])}
 
 {table(["work", "size", "processor", "power p", "memory at most", "power p"], rows)}"""
-    print(text)
-    if given.write:
-        write_section(given.write, "growth", text)
 
 
 if __name__ == "__main__":

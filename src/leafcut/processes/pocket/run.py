@@ -82,7 +82,7 @@ def pocket(run: Run, source: Source) -> Outcome[PocketDetail]:
 
     job, issues = _prepared(run, source)
     refuse(check_envelope(_box(job), run.machine))  # what no strategy changes is known before any is tried
-    with announced(run.tell):
+    with announced(run.tell, run.clock.leave_out):
         cleared, time = [], SearchTime(job.run, 1.0 - ORDERING if len(job.part.pockets) > 1 else 1.0)
         for number, one in enumerate(job.part.pockets):
             found, more = _cleared(job, one, number, time)

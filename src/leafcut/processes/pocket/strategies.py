@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -179,10 +178,9 @@ class SearchTime:
             return way.path(region, self._run)
         share = max(self._left / max(self._to_come, 1), 0.001)
         solve = replace(self._run.settings.solve, time_limit=share)
-        began = time.perf_counter()
+        began = self._run.clock.elapsed()
         try:
             return way.path(region, replace(self._run, settings=self._run.settings.but(solve)))
         finally:
-            # Laying out what is searched is not the search.
-            self._left -= min(time.perf_counter() - began, share)
+            self._left -= self._run.clock.elapsed() - began
             self._to_come -= 1
