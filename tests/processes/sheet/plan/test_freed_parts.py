@@ -121,6 +121,18 @@ def test_the_way_to_the_end_counts_too() -> None:
     assert 3 in found.corners
 
 
+def test_what_is_known_of_a_way_is_used_only_where_the_same_parts_are_free() -> None:
+    """Shapes that were asked about all ways before lead as new ones do, whatever is free."""
+    sheet = sheet_of(*(square(15.0 * x, 15.0 * y) for x in range(3) for y in range(3)))
+    chance = np.random.default_rng(1)
+    places = [(float(x), float(y)) for x, y in chance.uniform(-5.0, 45.0, (8, 2))]
+    shapes = FreedShapes(sheet, 2.0)
+    for _ in range(6):
+        free = set(np.flatnonzero(chance.random(9) < 0.5).tolist())
+        for a, b in pairwise(places):
+            assert shapes.led(a, b, free) == FreedShapes(sheet, 2.0).led(a, b, free)
+
+
 def test_a_part_is_freed_behind_the_ways_that_cross_it_where_that_costs_less() -> None:
     """A way from the left to the right over the middle, and back to where the middle begins; brute force over all
     orders says which costs least."""
