@@ -157,15 +157,22 @@ def main() -> None:
     given = made.parse_args()
     if given.run:
         run_watched(given.run)
-    rows = []
+    rows: list[list[str]] = []
     with tempfile.TemporaryDirectory() as folder, loaded(given.load):
         for name in given.names or SIZES:
             for row in measured(name, given.limits, folder):
                 print("  ".join(row), file=sys.stderr, flush=True)
                 rows.append(row)
-    text = f"""## Time limits
+            if given.write:
+                write_section(given.write, "limits", text_of(rows, given.load))
+    print(text_of(rows, given.load))
 
-Seconds by the clock, with {given.load} other processes kept busy by the script: *search* in all searches of a run,
+
+def text_of(rows: list[list[str]], load: int) -> str:
+    """Return the section with some rows."""
+    return f"""## Time limits
+
+Seconds by the clock, with {load} other processes kept busy by the script: *search* in all searches of a run,
 *whole* with start, reading, planning and proof, too; *least* is the search with a limit of a millisecond: what any
 answer needs. Late is what takes beyond that more than its limit and a tenth. A search ends before its limit where
 nothing more is to be found, or where planning, which the limit of programs and sheets counts, has used it.
@@ -173,9 +180,6 @@ nothing more is to be found, or where planning, which the limit of programs and 
 {facts("limits", sys.argv[1:], ["leafcut", "numpy", "numba"])}
 
 {table(["work", "size", "limit", "least", "search", "beside the limit", "whole", "note"], rows)}"""
-    print(text)
-    if given.write:
-        write_section(given.write, "limits", text)
 
 
 if __name__ == "__main__":
