@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 
 import numpy as np
 
@@ -117,11 +118,18 @@ def _send_ants(
 
 def warm_up_in_order(problem: RoutingProblem, algorithm: str = "colony") -> None:
     """As `warm_up`, for a search for paths with a direction: what it needs for a problem of this kind."""
+    several, few = problem.n_nodes > problem.n_clusters, problem.n_clusters < FEW_CLUSTERS
+    _warm(is_directed(problem) and not several, few and problem.n_nodes <= FEW_NODES, algorithm)
+
+
+@cache
+def _warm(directed: bool, few: bool, algorithm: str) -> None:
+    """Run what `warm_up_in_order` says, once in a process for problems of the same kind."""
     rng = np.random.default_rng(1)
-    entry, several = rng.uniform(0.0, 100.0, (40, 2)), problem.n_nodes > problem.n_clusters
+    entry = rng.uniform(0.0, 100.0, (40, 2))
     small = RoutingProblem(
         entry=entry,
-        exit=rng.uniform(0.0, 100.0, (40, 2)) if is_directed(problem) and not several else entry,
+        exit=rng.uniform(0.0, 100.0, (40, 2)) if directed else entry,
         cluster=np.arange(40, dtype=np.int32),
         service=np.zeros(40),
         precedence=np.array([[0, 1]], dtype=np.int32),
@@ -129,7 +137,7 @@ def warm_up_in_order(problem: RoutingProblem, algorithm: str = "colony") -> None
     instance, best = build_directed(small, sequential.CANDIDATES), Best(Stop(iterations=3))
     if algorithm == "colony":
         greedy = sequential.greedy_path(instance)
-        if problem.n_clusters < FEW_CLUSTERS and problem.n_nodes <= FEW_NODES:
+        if few:
             _send_ants(instance, layers_of(instance), greedy, 1, best, generations=1)
         sequential.PathSearch(instance, 1, best).run(math.inf, greedy, phase=1)
     else:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -229,7 +230,15 @@ def warm_up(options: SolveOptions, aco: AcoOptions, n: int = 0, variant: str = "
 
     Forty nodes and one iteration: next to nothing when the kernels are there already.
     """
-    options = _decided(options)
+    options = replace(
+        _decided(options), seed=1, threads=1, preset="fast", time_limit=None, iterations=None, target_gap=None
+    )
+    _warm(options, aco, n >= MANY, variant)
+
+
+@cache
+def _warm(options: SolveOptions, aco: AcoOptions, many: bool, variant: str) -> None:
+    """Run what `warm_up` says, once in a process for the same options."""
     small = RoutingProblem.of_points(np.random.default_rng(1).uniform(0.0, 100.0, (40, 2)))
     # Fireflies fly from the second iteration on.
     once = replace(options, iterations=2 if options.algorithm == "firefly" else 1, threads=1, preset="fast")
@@ -238,7 +247,7 @@ def warm_up(options: SolveOptions, aco: AcoOptions, n: int = 0, variant: str = "
     for name in ["colony", "kicks"] if options.algorithm == "colony" else [options.algorithm]:
         few = replace(aco, n_ants=1, parallel="threads"), FireflyOptions(n_fireflies=2, variant=variant)
         found = _run(instance, AlgorithmRun(replace(once, algorithm=name), *few, Best(Stop())))
-    if n >= MANY and options.algorithm in ("colony", "kicks"):
+    if many and options.algorithm in ("colony", "kicks"):
         shorten_long_edges(instance, work_tour(found.tour))
     path_cost(small, instance.path(found.tour))
 

@@ -45,12 +45,12 @@ if TYPE_CHECKING:
     from leafcut.processes.pocket.plan.entries import Descent
     from leafcut.processes.pocket.plan.region import CentreRegion
     from leafcut.processes.pocket.plan.toolpath import Clearing
-    from leafcut.processes.pocket.strategies import ClearingWay
+    from leafcut.processes.pocket.strategies import ClearingWay, SearchTime
     from leafcut.read.format import Source
 
 
-#: So many strategies go on as long as a time limit lets them: fireflies, ants, and the shortening of a connected way.
-SEARCHES = 3
+#: This part of a time limit is for the order of several pockets, for what shops run and for what is written.
+ORDERING = 0.1
 #: Of ways that cost little more than the best, the one that is lifted least: every way down wears the tool and marks
 #: the floor.
 NEARLY = 1.05
@@ -76,15 +76,16 @@ def pocket(run: Run, source: Source) -> Outcome[PocketDetail]:
     ReadError, OptionError, PlanError, SolveError, PostError, VerifyError
         One line that says what was found and what to do.
     """
+    from leafcut.processes.pocket.strategies import SearchTime
     from leafcut.proof.envelope import check_envelope
     from leafcut.solve.compiling import announced
 
     job, issues = _prepared(run, source)
     refuse(check_envelope(_box(job), run.machine))  # what no strategy changes is known before any is tried
-    with announced(run.tell):
-        cleared = []
+    with announced(run.tell, run.clock.leave_out):
+        cleared, time = [], SearchTime(job.run, 1.0 - ORDERING if len(job.part.pockets) > 1 else 1.0)
         for number, one in enumerate(job.part.pockets):
-            found, more = _cleared(job, one, number)
+            found, more = _cleared(job, one, number, time)
             cleared.append(found)
             issues += more
         usual = _ordered(replace(job, run=run.quiet()), [c.ways[c.plan.usual.strategy] for c in cleared])[0]
@@ -217,7 +218,7 @@ def _box(job: PocketJob) -> Toolpath:
 # -- strategies ------------------------------------------------------------------------------------------------------
 
 
-def _cleared(job: PocketJob, one: Pocket, number: int) -> tuple[_Cleared, list[Issue]]:
+def _cleared(job: PocketJob, one: Pocket, number: int, time: SearchTime) -> tuple[_Cleared, list[Issue]]:
     """Clear a pocket in the way that is asked for, or in every way there is, and choose."""
     from leafcut.processes.pocket.plan.region import centre_regions
     from leafcut.processes.pocket.strategies import WAYS
@@ -227,14 +228,14 @@ def _cleared(job: PocketJob, one: Pocket, number: int) -> tuple[_Cleared, list[I
     results: list[PocketResult] = []
     ways: dict[str, list[Clearing]] = {}
     even: dict[str, list[Clearing]] = {}
-    job = _with_share(job, len(regions))
     several = f"pocket {number + 1}: " if len(job.part.pockets) > 1 else ""
     asked = job.run.settings.of(PocketOptions).strategy
     ways_tried = [way for way in WAYS if asked in ("best", way.name)]
+    time.begin(len(regions) * sum(way.searches for way in ways_tried) * (len(job.part.pockets) - number))
     for place, way in enumerate(ways_tried):
         words, share = f"{several}{way.name}", (number + place / len(ways_tried)) / len(job.part.pockets)
         job.run.tell(trial(words, words), None, share)
-        result, clearings, fitted = _tried(job, one, way, regions, roughed)
+        result, clearings, fitted = _tried(job, one, way, regions, roughed, time)
         results.append(result)
         known = result.measures is not None
         figure = format_time(result.program_s) if known else "–"
@@ -245,18 +246,13 @@ def _cleared(job: PocketJob, one: Pocket, number: int) -> tuple[_Cleared, list[I
     return _Cleared(PocketPlan(one, job.rules, job.heights.levels, tuple(results), chosen), ways, even), issues
 
 
-def _with_share(job: PocketJob, regions: int) -> PocketJob:
-    """Return the job with that part of a time limit that one search for one region may take."""
-    solve = job.run.settings.solve
-    if solve.time_limit is None:
-        return job
-    limit = max(solve.time_limit / (SEARCHES * regions * len(job.part.pockets)), 0.001)
-    settings = job.run.settings.but(replace(solve, time_limit=limit))
-    return replace(job, run=replace(job.run, settings=settings))
-
-
 def _tried(
-    job: PocketJob, one: Pocket, way: ClearingWay, regions: list[CentreRegion], roughed: list[CentreRegion]
+    job: PocketJob,
+    one: Pocket,
+    way: ClearingWay,
+    regions: list[CentreRegion],
+    roughed: list[CentreRegion],
+    time: SearchTime,
 ) -> tuple[PocketResult, list[Clearing], list[Clearing]]:
     """Return what a strategy does to a pocket, and its regions, none where it is refused: at one feed, and at others.
 
@@ -269,7 +265,7 @@ def _tried(
     if job.run.cancelled.is_set() and way.name not in (*USUAL, job.run.settings.of(PocketOptions).strategy):
         return PocketResult(way.name, refused="stopped before it was tried"), [], []
     try:
-        clearings = [_clearing(job, way, region, roughed) for region in regions]
+        clearings = [_clearing(job, way, region, roughed, time) for region in regions]
     except (PlanError, SolveError) as problem:
         return PocketResult(way.name, refused=str(problem)), [], []
     path = PocketPath(way.name, tuple(piece for c in clearings for piece in c.path.pieces))
@@ -320,7 +316,9 @@ def _aired(clearing: Clearing, divided: Iterator[list[PocketPiece]]) -> Clearing
     return replace(clearing, rough=rough or clearing.rough, walls=walls)
 
 
-def _clearing(job: PocketJob, way: ClearingWay, region: CentreRegion, roughed: list[CentreRegion]) -> Clearing:
+def _clearing(
+    job: PocketJob, way: ClearingWay, region: CentreRegion, roughed: list[CentreRegion], time: SearchTime
+) -> Clearing:
     """Return one region cleared by a strategy: all of it, or less the stock and then along its walls."""
     from leafcut.processes.pocket.plan.arcs import fitted
     from leafcut.processes.pocket.plan.closed import closed
@@ -333,12 +331,12 @@ def _clearing(job: PocketJob, way: ClearingWay, region: CentreRegion, roughed: l
         along = _along(way.name, region.middle)
         return Clearing(region, region.polygon, fitted(closed(along, region) if closes else along, tolerance))
     if closes:
-        return Clearing(region, region.polygon, fitted(closed(way.path(region, job.run), region), tolerance))
+        return Clearing(region, region.polygon, fitted(closed(time.spent_on(way, region), region), tolerance))
     inside = [r for r in roughed if region.polygon.intersects(r.polygon)] if job.rules.stock > 0.0 else []
     if not inside:
         # Where stock leaves no room the tool clears up to the wall.
-        return Clearing(region, region.polygon, fitted(way.path(region, job.run), tolerance))
-    rough = [fitted(way.path(r, job.run), tolerance) for r in inside]
+        return Clearing(region, region.polygon, fitted(time.spent_on(way, region), tolerance))
+    rough = [fitted(time.spent_on(way, r), tolerance) for r in inside]
     allowed = shapely.union_all([r.polygon for r in inside])
     whole = PocketPath(way.name, tuple(piece for path in rough for piece in path.pieces))
     return Clearing(region, allowed, whole, fitted(wall_passes(region, allowed), tolerance))
@@ -422,6 +420,8 @@ def _ordered(job: PocketJob, pockets: list[list[Clearing]]) -> tuple[list[Cleari
         end=job.heights.end,
     )
     options = settings.solve
+    if options.time_limit is not None:
+        options = replace(options, time_limit=max(0.5 * ORDERING * options.time_limit, 0.001))
     if len(clearings) == 1:
         options = replace(options, algorithm="none", bound=False, target_gap=None)
     tell = run.passing_on("ordering the pockets")

@@ -142,14 +142,45 @@ class ClearingWay:
     name: str
     path: Strategy
     words: str
+    #: Whether it goes on as long as a time limit lets it.
+    searches: bool = True
 
 
 #: Every strategy, in the order in which they are told.
 WAYS = (
     ClearingWay("zigzag", _zigzag, "back-and-forth lines, then along the walls"),
-    ClearingWay("contour", _contour, "rings, linked from the inside out"),
+    ClearingWay("contour", _contour, "rings, linked from the inside out", searches=False),
     ClearingWay("connected", _connected, "one connected path, never lifted"),
     ClearingWay("firefly", _grid("firefly"), "a grid of points ordered by fireflies, then along the walls"),
     ClearingWay("ants", _grid("ants"), "a grid of points ordered by ants, then along the walls"),
-    ClearingWay("adaptive", _adaptive, "arcs that keep the engagement below a limit, then along the walls"),
+    ClearingWay(
+        "adaptive", _adaptive, "arcs that keep the engagement below a limit, then along the walls", searches=False
+    ),
 )
+
+
+class SearchTime:
+    """Shares a time limit among the searches of all pockets: what one does not need is there for those behind it."""
+
+    def __init__(self, run: Run, part: float) -> None:
+        """Begin with a part of the run's time limit, if it has one."""
+        limit = run.settings.solve.time_limit
+        self._run, self._to_come = run, 1
+        self._left = math.inf if limit is None else part * limit
+
+    def begin(self, searches: int) -> None:
+        """Share what is left among so many searches."""
+        self._to_come = searches
+
+    def spent_on(self, way: ClearingWay, region: CentreRegion) -> PocketPath:
+        """Return the path of a strategy over a region, which takes its share where it searches."""
+        if math.isinf(self._left) or not way.searches:
+            return way.path(region, self._run)
+        share = max(self._left / max(self._to_come, 1), 0.001)
+        solve = replace(self._run.settings.solve, time_limit=share)
+        began = self._run.clock.elapsed()
+        try:
+            return way.path(region, replace(self._run, settings=self._run.settings.but(solve)))
+        finally:
+            self._left -= self._run.clock.elapsed() - began
+            self._to_come -= 1

@@ -72,7 +72,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
     from leafcut.processes.program.reading import read_foreign
     from leafcut.solve.compiling import announced
     from leafcut.timing.grbl import sent_lines
-    from leafcut.timing.toolpath import measure
+    from leafcut.timing.toolpath import corner_style, measure
 
     words = dialect(run.settings.post.dialect or run.machine.controller)
     if words.one_command or words.language != "g-code":
@@ -94,7 +94,9 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
 
         def timed_as_run(program: Program) -> Measure:
             dark = dark_rows(program, sequence.process)
-            return measure(program.path, run.machine, dark, stands, sent_lines(program.lines))
+            # Only GRBL's time depends on the lines that it is sent.
+            lines = sent_lines(program.lines) if corner_style(run.machine) == "grbl" else None
+            return measure(program.path, run.machine, dark, stands, lines)
 
         solutions = _solve_sections(searching, sequence, obstacles, begins)
         solutions = [

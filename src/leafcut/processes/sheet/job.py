@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from leafcut.model.part import Part
     from leafcut.model.sheet import Sheet
     from leafcut.processes.sheet.plan.cutting import Cutting
+    from leafcut.processes.sheet.plan.freed_parts import FreedShapes
     from leafcut.read.format import Source
 
 
@@ -54,6 +55,8 @@ class SheetJob:
     words: Dialect
     plan: PlanFile | None
     probe: Probe | None
+    #: Parts as a head may meet them that stays down between cuts; None where it rises.
+    freed: FreedShapes | None = None
     #: Of a time limit, s: kept for what comes after the search.
     reserve: float = 0.0
 
@@ -79,6 +82,7 @@ def prepared(run: Run, source: Source) -> tuple[SheetJob, list[Issue]]:
     from leafcut.processes.sheet.plan.apply_plan_file import follow_plan
     from leafcut.processes.sheet.plan.cut_rules import resolve_rules
     from leafcut.processes.sheet.plan.cutting import corner_point, prepare_cutting, with_options
+    from leafcut.processes.sheet.plan.freed_parts import FreedShapes
     from leafcut.processes.sheet.plan.slots import on_their_middle
     from leafcut.processes.sheet.post import check_words
     from leafcut.processes.zones import parse_zones
@@ -127,6 +131,7 @@ def prepared(run: Run, source: Source) -> tuple[SheetJob, list[Issue]]:
         words=words,
         plan=plan,
         probe=probe,
+        freed=None if words.moves_z else FreedShapes(cutting.sheet, 0.5 * run.machine.nozzle_diameter),
         reserve=min(run.clock.elapsed(), MOST_RESERVED * (settings.solve.time_limit or 0.0)),
     )
     issues += _register_issues(words, data, options)

@@ -134,11 +134,7 @@ def _laid(job: SheetJob, order: list[CutStart]) -> _LaidOrder:
     check_precedence(job.cutting, order)
     order = leads_apart(job.cutting, order, job.travel(), job.start, job.end)
     cuts = tuple(job.cutting.cut(s) for s in order)
-    led = (
-        None
-        if job.words.moves_z
-        else lead_round(job.cutting.sheet, cuts, job.start, job.end, 0.5 * machine.nozzle_diameter)
-    )
+    led = None if job.freed is None else lead_round(job.freed, cuts, job.start, job.end)
     corners = {} if led is None else led.corners
     path, rows = lay_cuts(
         cuts,
@@ -168,14 +164,11 @@ def _kept_off(job: SheetJob, laid: _LaidOrder) -> _LaidOrder:
     parts, then fewer that come close to one, then less time."""
     from leafcut.processes.sheet.plan.freed_parts import cut_free_later
 
-    if laid.round is None or not (laid.round.crossing or laid.round.close or laid.round.corners):
+    if job.freed is None or laid.round is None or not (laid.round.crossing or laid.round.close or laid.round.corners):
         return laid
     numbers = [c.index for c in job.cutting.contours]
     pairs = [(numbers[a], numbers[b]) for a, b in job.cutting.pairs]
-    place = cut_free_later(
-        job.cutting.sheet, laid.plan.cuts, pairs, job.travel(), lambda: not job.run.cancelled.is_set(),
-        0.5 * job.run.machine.nozzle_diameter,
-    )  # fmt: skip
+    place = cut_free_later(job.freed, laid.plan.cuts, pairs, job.travel(), lambda: not job.run.cancelled.is_set())
     other = _laid(job, [laid.order[k] for k in place])
     ranks = [(one.plan.crossings or 0, one.plan.close, one.score(job.run)) for one in (other, laid)]
     return other if ranks[0] < ranks[1] else laid

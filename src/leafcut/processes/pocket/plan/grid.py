@@ -15,6 +15,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import shapely
@@ -121,10 +122,13 @@ def checked_pitch(rules: PocketRules) -> float:
     return pitch
 
 
-def grid_points(region: CentreRegion, offset: tuple[float, float] = (0.0, 0.0), angle: float = 0.0) -> Grid:
+def grid_points(
+    region: CentreRegion, offset: tuple[float, float] = (0.0, 0.0), angle: float = 0.0, grown: Any = None
+) -> Grid:
     """Return the grid whose point of origin is the corner of the region's box moved by `offset` mm, turned by `angle`.
 
-    Points that lie outside by no more than the tolerance are moved onto the boundary.
+    Points that lie outside by no more than the tolerance are moved onto the boundary; `grown` is the region grown by
+    that, where it is known.
 
     Raises
     ------
@@ -140,7 +144,8 @@ def grid_points(region: CentreRegion, offset: tuple[float, float] = (0.0, 0.0), 
     x, y = (np.arange(low[k] + offset[k], high[k], pitch) for k in range(2))
     columns, rows = (a.ravel() for a in np.meshgrid(np.arange(len(x)), np.arange(len(y))))
     places = np.stack([x[columns], y[rows]], axis=1) @ turn
-    inside = shapely.contains_xy(region.polygon.buffer(rules.tolerance), places[:, 0], places[:, 1])
+    grown = region.polygon.buffer(rules.tolerance) if grown is None else grown
+    inside = shapely.contains_xy(grown, places[:, 0], places[:, 1])
     places, colour = places[inside], (columns + rows)[inside] % 2
     if len(places) > MOST_POINTS:
         _refuse(len(places), rules)
@@ -153,10 +158,17 @@ def grid_points(region: CentreRegion, offset: tuple[float, float] = (0.0, 0.0), 
 
 def _spurs(columns: NDArray[np.int64], rows: NDArray[np.int64]) -> int:
     """Return how many steps are longer than the pitch at least, because points have no two neighbours beside them."""
-    cells = set(zip(columns.tolist(), rows.tolist(), strict=True))
-    beside = [((x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)) for x, y in cells]
-    missing = sum(max(0, 2 - sum(cell in cells for cell in near)) for near in beside)
-    return max(0, math.ceil((missing - 2) / 2)) if len(cells) > 1 else 0
+    if len(columns) < 2:
+        return 0
+    # A frame of empty places all round.
+    cells = np.zeros((columns.max() + 3, rows.max() + 3), dtype=bool)
+    cells[columns + 1, rows + 1] = True
+    middle = slice(1, -1)
+    beside = np.add(cells[:-2, middle], cells[2:, middle], dtype=np.int64)
+    beside += cells[middle, :-2]
+    beside += cells[middle, 2:]
+    missing = int(np.maximum(2 - beside, 0)[cells[middle, middle]].sum())
+    return max(0, math.ceil((missing - 2) / 2))
 
 
 def _refuse(count: float, rules: PocketRules) -> None:
@@ -174,7 +186,9 @@ def best_grid(region: CentreRegion, finish: bool = True) -> Grid:
     """
     pitch = checked_pitch(region.rules)
     steps = np.arange(OFFSETS) * pitch / OFFSETS
-    grids = [grid_points(region, (x, y), angle) for angle, x, y in itertools.product(ANGLES, steps, steps)]
+    grown = region.polygon.buffer(region.rules.tolerance)
+    shapely.prepare([grown, region.polygon])
+    grids = [grid_points(region, (x, y), angle, grown) for angle, x, y in itertools.product(ANGLES, steps, steps)]
     grids = [grid for grid in grids if len(grid.points)]
     if not grids:
         middle = region.polygon.representative_point()

@@ -1,6 +1,6 @@
 """Ways of a head that stays down: round the parts that are cut free, which may stand up and be hit.
 
-    found = lead_round(cutting.sheet, cuts, start, end, radius)
+    found = lead_round(FreedShapes(cutting.sheet, radius), cuts, start, end)
 
 A part is free once its outline is cut without micro-joints. A way between two cuts that would cross one, or come nearer
 to it than the radius of the head, goes round it by its corners. Within that radius of the cuts that it leads from and
@@ -77,12 +77,8 @@ def freed_by(sheet: Sheet, cut: Cut) -> list[int]:
     return [k for k, c in outlines if c.depth % 2 == 0 and c.contour.path.closed and c.contour.kind == "cut"]
 
 
-def lead_round(sheet: Sheet, cuts: Sequence[Cut], start: Point | None, end: Point | None, radius: float = 0.0) -> Round:
-    """Return how the head goes from cut to cut.
-
-    `start` and `end` are where it comes from and goes to, or None; `radius` is that of its nozzle, mm.
-    """
-    shapes = FreedShapes(sheet, radius)
+def lead_round(shapes: FreedShapes, cuts: Sequence[Cut], start: Point | None, end: Point | None) -> Round:
+    """Return how the head goes from cut to cut; `start` and `end` are where it comes from and goes to, or None."""
     places = [
         *((start, cut.path.start) if k == 0 else (cuts[k - 1].path.end, cut.path.start) for k, cut in enumerate(cuts))
     ]
@@ -101,13 +97,13 @@ def lead_round(sheet: Sheet, cuts: Sequence[Cut], start: Point | None, end: Poin
             elif led.worst == CLOSE:
                 close.append(k)
         if k < len(cuts):
-            free |= set(freed_by(sheet, cuts[k]))
-    return Round(corners, tuple(crossing), tuple(close), sum(a is not None for a, _ in places), radius)
+            free |= set(freed_by(shapes.sheet, cuts[k]))
+    return Round(corners, tuple(crossing), tuple(close), sum(a is not None for a, _ in places), shapes.radius)
 
 
 def cut_free_later(
-    sheet: Sheet, cuts: Sequence[Cut], pairs: Iterable[tuple[int, int]], cost: Callable[[Point, Point], float],
-    look: Callable[[], bool], radius: float = 0.0,
+    shapes: FreedShapes, cuts: Sequence[Cut], pairs: Iterable[tuple[int, int]], cost: Callable[[Point, Point], float],
+    look: Callable[[], bool],
 ) -> list[int]:  # fmt: skip
     """Return an order of the cuts in which outlines are cut behind ways that cross their parts, where that costs less.
 
@@ -119,11 +115,8 @@ def cut_free_later(
         Of a straight way, in seconds or mm.
     look
         Called between trials; False ends them.
-    radius
-        Of the head, mm.
     """
-    shapes = FreedShapes(sheet, radius)
-    frees = [frozenset(freed_by(sheet, cut)) for cut in cuts]
+    frees = [frozenset(freed_by(shapes.sheet, cut)) for cut in cuts]
     before: dict[int, set[int]] = {}
     for a, b in pairs:
         before.setdefault(a, set()).add(b)
@@ -138,28 +131,30 @@ def cut_free_later(
             known[key] = sum(cost(p, q) for p, q in pairwise([begin, *led.corners, goal])) + led.worst
         return known[key]
 
-    def whole(order: Sequence[int]) -> float:
-        free, total = set[int](), 0.0
-        for place, k in enumerate(order):
-            total += way(order[place - 1], k, free) if place else 0.0
-            free |= frees[k]
+    def stretch(order: Sequence[int], first: int, last: int, free: set[int]) -> float:
+        """Return what the ways cost that lead to some cuts of an order, with what is free before them."""
+        total = 0.0
+        for place in range(first, min(last + 1, len(order))):
+            total += way(order[place - 1], order[place], free) if place else 0.0
+            free = free | frees[order[place]]
         return total
 
     order = list(range(len(cuts)))
-    best, tried, place = whole(order), 0, 1
+    tried, place = 0, 1
     while place < len(order) and tried < MOST_MOVES and look():
-        free_at = {part: at for at, k in enumerate(order[:place]) for part in frees[k]}
-        hit = shapes.met(cuts[order[place - 1]].path.end, cuts[order[place]].path.start) & free_at.keys()
-        for at in sorted({free_at[part] for part in hit}):
+        met = shapes.met(cuts[order[place - 1]].path.end, cuts[order[place]].path.start)
+        free_at = {part: at for at, k in enumerate(order[:place]) for part in frees[k]} if met else {}
+        for at in sorted({free_at[part] for part in met & free_at.keys()}):
             moved = order[at]
             between = order[at + 1 : place + 1]
             if any(not must_follow[moved].isdisjoint(cuts[k].contours) for k in between):
                 continue
             other = [*order[:at], *between, moved, *order[place + 1 :]]
             tried += 1
-            total = whole(other)
-            if total < best - 1e-9:
-                best, order, place = total, other, max(at - 1, 0)
+            # Before and behind these everything stays as it is.
+            free = {one for one, cut in free_at.items() if cut < at}
+            if stretch(other, at, place + 1, free) < stretch(order, at, place + 1, free) - 1e-9:
+                order, place = other, max(at - 1, 0)
                 break
         place += 1
     return order
@@ -173,13 +168,24 @@ class Led:
     worst: float = 0.0
 
 
+@dataclass(frozen=True)
+class _Known:
+    """What was found for a way: its corners, the parts that mattered to it, and which of them were free."""
+
+    seen: frozenset[int]
+    free: frozenset[int]
+    corners: list[Point] | None
+
+
 class FreedShapes:
     """The parts of a sheet as the head may meet them, and its clamps, which are always there.
 
-    What is named as a clamp is kept off by the middle of the head, as everywhere.
+    What is named as a clamp is kept off by the middle of the head, as everywhere. What was found out about a way is
+    known again when another order of the cuts has it, too.
     """
 
     def __init__(self, sheet: Sheet, radius: float = 0.0) -> None:
+        self.sheet = sheet
         outlines = [
             (k, c.contour.path)
             for k, c in enumerate(sheet.contours)
@@ -196,6 +202,7 @@ class FreedShapes:
         self._corners: dict[tuple[int, float], NDArray[np.float64]] = {}
         self._crossed: dict[tuple[Point, Point], frozenset[int]] = {}
         self._met: dict[tuple[Point, Point], frozenset[int]] = {}
+        self._known: dict[tuple[Point, Point, float], list[_Known]] = {}
 
     def crossed(self, a: Point, b: Point) -> frozenset[int]:
         """Return the parts that a straight way crosses, free or not."""
@@ -231,14 +238,26 @@ class FreedShapes:
     def way_round(self, a: Point, b: Point, free: set[int], radius: float) -> list[Point] | None:
         """Return the corners of a short way on which a head of this radius keeps off free parts and its middle off
         clamps, or None where none was found."""
+        for known in self._known.setdefault((a, b, radius), []):
+            if known.seen & free == known.free:
+                return known.corners
+        seen = set[int]()
+        corners = self._sought(a, b, free, radius, seen)
+        self._known[a, b, radius].append(_Known(frozenset(seen), frozenset(seen & free), corners))
+        return corners
+
+    def _sought(self, a: Point, b: Point, free: set[int], radius: float, seen: set[int]) -> list[Point] | None:
+        """Seek what `way_round` returns; add to `seen` the parts of which it mattered whether they are free."""
         stand = free | self.always
-        blocking = set((self.met(a, b) if radius > 0.0 else self.crossed(a, b)) & free)
-        ends = np.array([a, b, *self._steps_away(a, free, radius), *self._steps_away(b, free, radius)])
+        met = self.met(a, b) if radius > 0.0 else self.crossed(a, b)
+        seen |= met
+        blocking = set(met & free)
+        ends = np.array([a, b, *self._steps_away(a, free, radius, seen), *self._steps_away(b, free, radius, seen)])
         for _ in range(MOST_ROUNDS):
             nodes = np.array([*ends.tolist(), *(p for n in sorted(blocking) for p in self._around(n, radius).tolist())])
             if len(nodes) > MOST_CORNERS:
                 return None
-            path, hit = self._shortest(nodes, stand, radius)
+            path, hit = self._shortest(nodes, stand, radius, seen)
             if path is not None:
                 return [(float(x), float(y)) for x, y in nodes[path[1:-1]].tolist()]
             if hit <= blocking:
@@ -246,12 +265,13 @@ class FreedShapes:
             blocking |= hit
         return None
 
-    def _steps_away(self, place: Point, free: set[int], radius: float) -> list[Point]:
+    def _steps_away(self, place: Point, free: set[int], radius: float, seen: set[int]) -> list[Point]:
         """Return where the head keeps off each free part that it is beside at a place, straight away from it."""
         point, away = shapely.Point(place), list[Point]()
         for k in self._parts.query(point, predicate="dwithin", distance=radius).tolist() if radius > 0.0 else ():
             x, y = shapely.get_coordinates(shapely.shortest_line(self._whole[k], point))[0]
             far = math.hypot(place[0] - x, place[1] - y)
+            seen.add(self.numbers[k])
             if self.numbers[k] in free and far > 0.0:
                 out = (radius + BESIDE) / far
                 away.append((float(x + out * (place[0] - x)), float(y + out * (place[1] - y))))
@@ -285,19 +305,31 @@ class FreedShapes:
         return self._corners[number, beside]
 
     def _shortest(
-        self, nodes: NDArray[np.float64], stand: set[int], radius: float
+        self, nodes: NDArray[np.float64], stand: set[int], radius: float, seen: set[int]
     ) -> tuple[list[int] | None, set[int]]:
         """Return the shortest way from the first node to the second along straight lines that keep off all that
         stands, and what stands in the way of the lines that do not."""
         n = len(nodes)
         one, other = np.triu_indices(n, 1)
         lines = np.stack([nodes[one], nodes[other]], axis=1)
+        ends = np.stack([one < 2, other < 2], axis=1)
+
+        def standing(what: NDArray[np.int64]) -> tuple[NDArray[np.bool_], set[int]]:
+            parts = {k: self.numbers[k] for k in np.unique(what).tolist()}
+            seen.update(parts.values())
+            stands = np.zeros(len(self.numbers), dtype=bool)
+            stands[[k for k, part in parts.items() if part in stand]] = True
+            return stands[what], stand.intersection(parts.values())
+
         at, what = self._tree.query(shapely.linestrings(lines), predicate="intersects")
-        near, by = self._neared(lines, np.stack([one < 2, other < 2], axis=1), radius)
-        at, what = np.concatenate([at, near]), np.concatenate([what, by])
-        standing = np.array([self.numbers[k] in stand for k in what.tolist()], dtype=bool)
         blocked = np.zeros(len(lines), dtype=bool)
-        blocked[at[standing]] = True
+        stands, hit = standing(what)
+        blocked[at[stands]] = True
+        crossed, clear = np.flatnonzero(blocked), np.flatnonzero(~blocked)
+        near, by = self._neared(lines[clear], ends[clear], radius)
+        stands, more = standing(by)
+        blocked[clear[near[stands]]] = True
+        hit |= more
         length = np.full((n, n), math.inf)
         far = np.where(blocked, math.inf, np.hypot(*(nodes[one] - nodes[other]).T))
         length[one, other] = length[other, one] = far
@@ -317,4 +349,5 @@ class FreedShapes:
                 if total < best[there]:
                     best[there], last[there] = total, here
                     heapq.heappush(queue, (total, there))
-        return None, {self.numbers[k] for k in what[standing].tolist()}
+        _, by = self._neared(lines[crossed], ends[crossed], radius)
+        return None, hit | standing(by)[1]

@@ -53,23 +53,32 @@ def crossings(laid: LaidRuns, path: Toolpath, radius: float = 0.0) -> list[tuple
     """
     ends = np.array([run.row_line[-1] for run in laid.runs], dtype=np.int64)
     freed = _freed(laid)
+    if not freed:
+        return []
+    cut_by, edges = np.array([run for run, _ in freed]), [edge for _, edge in freed]
+    # What lies in the box of no edge, grown by what the head is wide, is looked at no closer.
+    low, high = (np.array([side(edge, axis=0) for edge in edges]) for side in (np.min, np.max))
+    grown = max(radius - _LEEWAY, 0.0)
     before = path.before
-    rows = np.flatnonzero(path.kind == Kind.RAPID)
+    rows = np.flatnonzero(
+        (path.kind == Kind.RAPID) & np.isfinite(np.hstack([before[:, :2], path.end[:, :2]])).all(axis=1)
+    )
     way_of = np.searchsorted(ends, path.line[rows])
+    order = np.argsort(way_of, kind="stable")
+    cuts = np.flatnonzero(np.diff(way_of[order])) + 1
     found = []
-    for way in np.unique(way_of).tolist():
-        mine = rows[way_of == way]
-        known = np.isfinite(before[mine, :2]).all(axis=1) & np.isfinite(path.end[mine, :2]).all(axis=1)
-        mine = mine[known]
-        free = [edge for run, edge in freed if run < way]
-        if not len(mine) or not free:
-            continue
+    for mine in np.split(rows[order], cuts) if len(rows) else ():
+        free = cut_by < np.searchsorted(ends, path.line[mine[0]])
         begin, goal = before[mine[0], :2], path.end[mine[-1], :2]
         for row in mine.tolist():
             a, b = before[row, :2], path.end[row, :2]
+            beside = (low <= np.maximum(a, b) + grown).all(axis=1) & (high >= np.minimum(a, b) - grown).all(axis=1)
+            near = np.flatnonzero(free & beside).tolist()
+            if not near:
+                continue
             points = _along(a, b)
             away = np.minimum(np.hypot(*(points - begin).T), np.hypot(*(points - goal).T)) >= radius
-            if any(_crosses(points, edge) or _nears(points[away], edge, radius - _LEEWAY) for edge in free):
+            if any(_crosses(points, edges[k]) or _nears(points[away], edges[k], radius - _LEEWAY) for k in near):
                 found.append((int(path.line[row]), (float(b[0]), float(b[1]))))
                 break
     return found

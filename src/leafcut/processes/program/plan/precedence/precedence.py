@@ -228,7 +228,7 @@ def _steps(program: Program, rows: Rows, low: int, high: int, chosen: NDArray[np
     with np.errstate(invalid="ignore"):
         goes_on = (np.abs(begin[1:] - end[:-1]) <= TOLERANCE).all(axis=1)
     ends = np.stack([begin, end], axis=1)
-    bent = np.isin(kinds, [Kind.ARC_CW, Kind.ARC_CCW]) | ~np.isfinite(ends).all(axis=(1, 2))
+    bent = (kinds == Kind.ARC_CW) | (kinds == Kind.ARC_CCW) | ~np.isfinite(ends).all(axis=(1, 2))
     parts = np.concatenate([np.ones(min(len(row), 1), dtype=bool), ~goes_on])
     return _Steps(row, ends, parts, bent, low + np.flatnonzero(kind == Kind.DWELL))
 
@@ -260,7 +260,8 @@ def _lines_of(program: Program, rows: Rows, steps: _Steps, piece: PieceOfWork) -
 def _corners(program: Program, rows: NDArray[np.int64]) -> list[NDArray[np.float64]]:
     """Return the ends of cuts that follow each other, those of arcs with the ends of their chords before them."""
     path = program.path
-    arcs = np.isin(path.kind[rows], [Kind.ARC_CW, Kind.ARC_CCW])
+    kinds = path.kind[rows]
+    arcs = (kinds == Kind.ARC_CW) | (kinds == Kind.ARC_CCW)
     if not arcs.any():
         return [path.end[rows, :2]]
     ends = zip(rows.tolist(), arcs.tolist(), strict=True)

@@ -1,0 +1,42 @@
+"""What is told of growth and of time limits is counted rightly."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+
+import pytest
+
+from benchmarked import benchmark
+
+
+@pytest.mark.parametrize(("power", "told"), [(1, "1.0"), (1.5, "1.5"), (2, "2.0")])
+def test_the_power_is_found_whatever_the_start_takes(power: float, told: str) -> None:
+    assert benchmark("growth").exponent([3.0 + 2.0 * n**power for n in (1, 2, 4)]) == told
+
+
+def test_what_does_not_grow_has_no_power() -> None:
+    assert benchmark("growth").exponent([100.0, 101.0, 103.0]) == "–"
+
+
+def test_searches_within_each_other_are_counted_once_and_a_generator_only_while_it_works(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    limits, now = benchmark("limits"), [0.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    watch = limits.Watch()
+
+    def takes(seconds: float) -> None:
+        now[0] += seconds
+
+    inner = limits.watched(takes, watch)
+
+    def some() -> Iterator[int]:
+        for k in range(2):
+            takes(1.0)
+            inner(2.0)
+            yield k
+
+    for _ in limits.watched(some, watch)():
+        takes(10.0)  # what is done with it is not the search
+    assert watch.seconds == pytest.approx(6.0)

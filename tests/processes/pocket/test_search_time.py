@@ -1,0 +1,61 @@
+"""A time limit is shared among the searches of all pockets, whatever each takes of its share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from leafcut.model.pocket import PocketPath
+from leafcut.processes.course import Run, RunClock, machine_of
+from leafcut.processes.pocket.strategies import ClearingWay, SearchTime
+from leafcut.processes.settings import collect
+
+
+class HandClock(RunClock):
+    """A clock that goes on when it is told to."""
+
+    seconds = 0.0
+
+    def elapsed(self) -> float:
+        return self.seconds
+
+
+def limits(takes: Callable[[float], float], searches: int, **options: Any) -> tuple[list[float | None], float]:
+    """Return the time limits that searches are given one after another, and what all took: `takes` of its limit."""
+    settings = collect(options)
+    clock, given = HandClock(), list[float | None]()
+    run = Run(settings, machine_of(settings), clock=clock)
+
+    def path(_: object, one: Run) -> PocketPath:
+        given.append(one.settings.solve.time_limit)
+        clock.seconds += takes(given[-1] or 0.0)
+        return PocketPath("", ())
+
+    time = SearchTime(run, 1.0)
+    time.begin(searches)
+    for _ in range(searches):
+        time.spent_on(ClearingWay("", path, ""), None)  # type: ignore[arg-type]  # the region does not matter
+    return given, clock.seconds
+
+
+def test_searches_that_take_their_share_have_equal_ones_and_take_the_limit_together() -> None:
+    given, taken = limits(lambda limit: limit, 4, time_limit=8.0)
+    assert given == pytest.approx([2.0] * 4)
+    assert taken == pytest.approx(8.0)
+
+
+def test_what_one_does_not_need_is_there_for_those_behind_it() -> None:
+    given, _ = limits(lambda _: 1.0, 3, time_limit=9.0)
+    assert given == pytest.approx([3.0, 4.0, 7.0])
+
+
+def test_a_search_that_takes_too_long_leaves_less_to_the_others() -> None:
+    """Each takes half a second more than it may: together no more than the last one's half second too much."""
+    _, taken = limits(lambda limit: limit + 0.5, 5, time_limit=10.0)
+    assert 10.0 <= taken <= 10.5 + 1e-9
+
+
+def test_without_a_limit_there_is_none_to_share() -> None:
+    assert limits(lambda _: 1.0, 3) == ([None] * 3, 3.0)
