@@ -284,6 +284,25 @@ def travel(cost: CostModel, i: int, j: int) -> float:
     return _special(cost, i, j)
 
 
+@part
+def is_straight(cost: CostModel) -> bool:
+    """Return whether all costs are what `straight` returns."""
+    return cost.plain and (cost.code == EUCLIDEAN or cost.code == EUC_2D or cost.code == CEIL_2D)
+
+
+@part
+def straight(xy: NDArray, code: int, i: int, j: int) -> float:
+    """Return what `travel` does where costs are straight; so small that it is compiled into the loops that call it.
+
+    A call of `travel` hands over all fields of a cost model. Local search took a quarter longer with it.
+    """
+    dx, dy = xy[i, 0] - xy[j, 0], xy[i, 1] - xy[j, 1]
+    length = math.sqrt(dx * dx + dy * dy)
+    if code == EUCLIDEAN:
+        return length
+    return math.ceil(length) if code == CEIL_2D else math.floor(length + 0.5)
+
+
 @kernel
 def tour_cost(cost: CostModel, tour: NDArray) -> float:
     """Return the cost of the closed tour int32[n]; a tied edge counts nothing."""
