@@ -77,10 +77,10 @@ def test_a_colony_grows_until_time_or_budget_is_short_and_then_takes_what_is_lef
 
 
 def test_with_a_clock_one_colony_takes_the_time_that_would_not_do_for_much_larger_ones() -> None:
-    """Half of the time is for building, at one second an ant; a second more, for the test itself."""
-    assert _how_many(1000, 0, 1.0, Stop(seconds=201.0), math.inf) == 100
+    """44 % of the time is for building, at one second an ant."""
+    assert _how_many(1000, 0, 1.0, Stop(seconds=228.5), math.inf) == 100
     assert _how_many(1000, 0, 1.0, Stop(seconds=400.0), math.inf) == FIRST_ANTS
-    assert _how_many(1000, 1, 1.0, Stop(seconds=901.0), math.inf) == MOST_ANTS
+    assert _how_many(1000, 1, 1.0, Stop(seconds=1000.0), math.inf) == MOST_ANTS
 
 
 def test_a_generation_is_of_use_when_the_best_ant_gained_or_the_others_came_nearer_to_it() -> None:

@@ -65,7 +65,7 @@ SECONDS_PER_VISIT = 3e-5
 
 #: Share of the time that is left in which the ants of the last colony build their tours; following trails takes about
 #: as long again.
-BUILDING_SHARE = 0.5
+BUILDING_SHARE = 0.44
 
 #: How much longer an ant takes whose greedy tour was changed at random, than one without whims.
 WHIMS = 1.3
