@@ -48,7 +48,16 @@ def test_a_straight_cost_is_that_of_travel(name: str, a: tuple[float, float], b:
     assert is_straight(model) == (name in ("euclidean", "EUC_2D", "CEIL_2D"))
     if is_straight(model):
         assert straight(model.xy, model.code, 0, 1) == travel(model, 0, 1)
-    assert not is_straight(model._replace(plain=False))
+    assert not is_straight(model._replace(zones=np.zeros((1, 4))))
+
+
+@pytest.mark.parametrize("name", [m for m in METRICS if m != "EXPLICIT"])
+def test_nodes_beside_free_and_tied_ones_cost_what_they_cost_without_them(name: str) -> None:
+    places = np.array([[0.0, 0.0], [30.0, 41.0], [10.0, 25.5], [7.0, 9.0], [1.0, 2.0]])
+    plain, model = cost_model(Metric(name), places), cost_model(Metric(name), places, tied=(2, 3), free=4)
+    ordinary = [(0, 1), (1, 0), (0, 2), (3, 1), (2, 0)]
+    assert [travel(model, i, j) for i, j in ordinary] == [travel(plain, i, j) for i, j in ordinary]
+    assert [travel(model, 2, 3), travel(model, 3, 2), travel(model, 4, 0)] == [TIED, TIED, 0.0]
 
 
 def test_the_geographical_distance_is_that_of_tsplib() -> None:
