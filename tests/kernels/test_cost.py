@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from leafcut.kernels.cost import TIED, rest_to_rest, tour_cost, travel
+from leafcut.kernels.cost import TIED, is_straight, rest_to_rest, straight, tour_cost, travel
 from leafcut.model.problem import METRICS, Metric
 from leafcut.solve.instance import cost_model
 from leafcut.timing.travel import travel_cost
@@ -38,6 +38,26 @@ def test_every_metric_equals_its_plain_reference(name: str, a: tuple[float, floa
     model = cost_model(metric, np.array([a, b]))
     assert travel(model, 0, 1) == pytest.approx(travel_cost(metric, a, b), rel=1e-12, abs=1e-9)
     assert travel(model, 1, 0) == travel(model, 0, 1)
+
+
+@pytest.mark.parametrize("name", METRICS)
+@given(a=PLACES, b=PLACES)
+def test_a_straight_cost_is_that_of_travel(name: str, a: tuple[float, float], b: tuple[float, float]) -> None:
+    table = np.zeros((2, 2)) if name == "EXPLICIT" else None
+    model = cost_model(Metric(name, matrix=table), np.array([a, b]))
+    assert is_straight(model) == (name in ("euclidean", "EUC_2D", "CEIL_2D"))
+    if is_straight(model):
+        assert straight(model.xy, model.code, 0, 1) == travel(model, 0, 1)
+    assert not is_straight(model._replace(zones=np.zeros((1, 4))))
+
+
+@pytest.mark.parametrize("name", [m for m in METRICS if m != "EXPLICIT"])
+def test_nodes_beside_free_and_tied_ones_cost_what_they_cost_without_them(name: str) -> None:
+    places = np.array([[0.0, 0.0], [30.0, 41.0], [10.0, 25.5], [7.0, 9.0], [1.0, 2.0]])
+    plain, model = cost_model(Metric(name), places), cost_model(Metric(name), places, tied=(2, 3), free=4)
+    ordinary = [(0, 1), (1, 0), (0, 2), (3, 1), (2, 0)]
+    assert [travel(model, i, j) for i, j in ordinary] == [travel(plain, i, j) for i, j in ordinary]
+    assert [travel(model, 2, 3), travel(model, 3, 2), travel(model, 4, 0)] == [TIED, TIED, 0.0]
 
 
 def test_the_geographical_distance_is_that_of_tsplib() -> None:

@@ -14,7 +14,7 @@ from every import every
 from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import SolveOptions
-from leafcut.solve.colony import FIRST_ANTS, Colony, _how_many, found_colony, next_generation
+from leafcut.solve.colony import FIRST_ANTS, MOST_ANTS, Colony, _how_many, _learned, found_colony, next_generation
 from leafcut.solve.instance import Instance, build_instance
 from leafcut.solve.solve import solve
 from leafcut.solve.statistics import WorkerLog
@@ -74,6 +74,22 @@ def test_a_colony_grows_until_time_or_budget_is_short_and_then_takes_what_is_lef
     assert [_how_many(100, k, 1.0, stop, math.inf) for k in range(3)] == [FIRST_ANTS, 4 * FIRST_ANTS, 100]
     assert _how_many(100, 0, 1.0, stop, 1500.0) == 15
     assert _how_many(100, 0, 1.0, Stop(seconds=0.0), math.inf) == 1
+
+
+def test_with_a_clock_one_colony_takes_the_time_that_would_not_do_for_much_larger_ones() -> None:
+    """44 % of the time is for building, at one second an ant."""
+    assert _how_many(1000, 0, 1.0, Stop(seconds=228.5), math.inf) == 100
+    assert _how_many(1000, 0, 1.0, Stop(seconds=400.0), math.inf) == FIRST_ANTS
+    assert _how_many(1000, 1, 1.0, Stop(seconds=1000.0), math.inf) == MOST_ANTS
+
+
+def test_a_generation_is_of_use_when_the_best_ant_gained_or_the_others_came_nearer_to_it() -> None:
+    before = np.array([100.0, 110.0, 120.0])
+    assert _learned(before, np.array([99.0, 110.0, 120.0]), little=0.5)
+    assert _learned(before, np.array([100.0, 105.0, 110.0]), little=0.5)
+    assert not _learned(before, np.array([100.0, 109.9, 120.0]), little=0.5)
+    assert _learned(before, np.array([100.0, 109.9, 120.0]), little=0.0)
+    assert not _learned(before, before, little=0.0)
 
 
 @every("n", [5, 6, 7, 12])

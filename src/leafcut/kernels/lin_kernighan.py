@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels import EPSILON, kernel, part
-from leafcut.kernels.cost import CostModel, travel
+from leafcut.kernels.cost import CostModel, is_straight, straight, travel
 
 #: Most edges that one move exchanges.
 DEPTH = 5
@@ -250,6 +250,8 @@ def find_move(
 
     Changes: move, gain, tried.
     """
+    quick, code, xy = is_straight(cost), cost.code, cost.xy
+    special = (cost.free, cost.tied_a, cost.tied_b)  # at hand: `is_special` would be handed the cost model
     for direction in range(2):
         t1 = after(node, place, t0) if direction == 0 else before(node, place, t0)
         move[ENDS, 0], move[ENDS, 1] = t0, t1
@@ -277,8 +279,12 @@ def find_move(
             if not _is_new(move, depth, c, d):
                 continue
             move[ENDS, 2 * depth], move[ENDS, 2 * depth + 1] = c, d
-            total = left + travel(cost, c, d)
-            closed = total - travel(cost, d, t0)
+            total = left + (
+                straight(xy, code, c, d) if quick and c not in special and d not in special else travel(cost, c, d)
+            )
+            closed = total - (
+                straight(xy, code, d, t0) if quick and d not in special and t0 not in special else travel(cost, d, t0)
+            )
             # With two edges the way round decides; with more, the order of the places.
             if closed > EPSILON and (
                 forward == (direction == 1) if depth == 1 else is_one_tour(place, move, depth + 1)
