@@ -124,6 +124,8 @@ def _works(command: str) -> Work:
     if command in _OF_ALL_KINDS:
         words = ", ".join(one.command for one in registry.processes() if one.reads)
         raise OptionError(f"{command} does several kinds of work; name one of {words}")
+    if command not in works and command in registry.OTHER_COMMANDS and command != "auto":
+        raise OptionError(f"{command} takes nothing from your defaults; leafcut {command} --help tells its options")
     if command not in works:
         raise OptionError(f"unknown command '{command}'{nearest(command, works)}")
     return works[command]

@@ -10,6 +10,7 @@ from leafcut.sender.answers import (
     LONGEST_ANSWER,
     Accepted,
     Alarm,
+    Build,
     ControllerAnswer,
     Greeting,
     Refused,
@@ -18,7 +19,7 @@ from leafcut.sender.answers import (
     Strange,
     parse,
 )
-from leafcut.sender.explained import alarm_in_words, error_in_words, state_in_words
+from leafcut.sender.explained import alarm_in_words, error_in_words, family_of, state_in_words
 from leafcut.sender.facts import Facts, gathered
 from leafcut.sender.port import Port
 
@@ -53,6 +54,8 @@ class Conversation:
     restarted
         It has started anew since it was connected, as many boards do when their port is opened: without homing it
         counts its place from where it stands.
+    family
+        The firmware that it told of, by whose list an error or an alarm is explained (`explained.family_of`).
     """
 
     patience = 1.0
@@ -62,6 +65,7 @@ class Conversation:
         self.log = log or (lambda _way, _text: None)
         self.status: Status | None = None
         self.restarted = False
+        self.family = ""
         self._rest = b""
 
     def _until(self, seconds: float) -> float:
@@ -90,6 +94,8 @@ class Conversation:
             answer = parse(text)
             if not isinstance(answer, Status):
                 self.log("<", shown(text, 200))
+                if isinstance(answer, Greeting | Build | Remark):
+                    self.family = self.family or family_of(text)
             else:
                 self.log("<", text)
                 self.status = answer
@@ -164,9 +170,9 @@ class Conversation:
                     case Accepted():
                         return found
                     case Refused(code):
-                        raise SendError(f"'{text}' was refused: {error_in_words(code)}")
+                        raise SendError(f"'{text}' was refused: {error_in_words(code, self.family)}")
                     case Alarm(code):
-                        raise SendError(f"'{text}': {alarm_in_words(code)}")
+                        raise SendError(f"'{text}': {alarm_in_words(code, self.family)}")
                     case Greeting():
                         raise SendError(f"the controller was reset at '{text}'")
                     case Strange(words):

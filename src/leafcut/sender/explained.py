@@ -1,7 +1,8 @@
 """The numbers of GRBL's errors and alarms in words.
 
-Source: gnea/grbl 1.1, doc/csv/error_codes_en_US.csv and alarm_codes_en_US.csv, and report.h; from error 39 on
-grblHAL/core, errors.h and alarms.h.
+Source: gnea/grbl 1.1, doc/csv/error_codes_en_US.csv and alarm_codes_en_US.csv, and report.h. What grblHAL and FluidNC
+have besides, or mean otherwise, by the same numbers: grblHAL/core, errors.h and alarms.h; bdring/FluidNC, Error.h,
+Error.cpp and ExecAlarm of Protocol.h.
 """
 
 from __future__ import annotations
@@ -43,12 +44,6 @@ _ERRORS = {
     36: "words are left over that nothing uses",
     37: "a tool length is given on another axis than Z",
     38: "the number of a tool is too large",
-    39: "a value is out of range",
-    40: "the tool change is not finished",
-    41: "the spindle does not turn",
-    45: "homing is needed first",
-    46: "homing is needed first",
-    79: "the emergency stop is pressed",
 }
 
 _ALARMS = {
@@ -61,11 +56,127 @@ _ALARMS = {
     7: "homing was ended by the safety door",
     8: "homing did not get free of the limit switch; look at the switches and at $27",
     9: "homing did not find the limit switch within its travel",
-    10: "the emergency stop is pressed",
-    11: "homing is needed first",
-    12: "a limit switch is pressed; free it first",
-    14: "the spindle does not turn as it was told",
-    17: "a motor reports a fault",
+}
+
+_ERRORS_OF = {
+    "grblHAL": {
+        18: "the controller was reset",
+        19: "a value must be more than zero",
+        39: "a value is out of range",
+        40: "the tool change is not finished",
+        41: "the spindle does not turn",
+        42: "this plane may not be used here",
+        43: "the feed is higher than the machine's highest",
+        44: "the spindle speed is out of range",
+        45: "a limit switch is pressed",
+        46: "homing is needed first",
+        47: "the tool is not what is needed",
+        48: "two values contradict each other",
+        49: "its test of itself failed",
+        50: "the emergency stop is pressed",
+        51: "a motor reports a fault",
+        52: "the value of a setting is out of range",
+        53: "the setting is off, or the board does not have it",
+        54: "the height to retract to cannot be used",
+        55: "homing is set up in a way that cannot be",
+        56: "this work offset is locked",
+        57: "a % is where none may be",
+        58: "the board has no such auxiliary input or output",
+        60: "the card cannot be used",
+        61: "a file cannot be read",
+        62: "a folder cannot be opened",
+        63: "there is no such folder",
+        64: "no card is in use",
+        65: "no file system is in use",
+        66: "the file system is read-only",
+        70: "Bluetooth does not start",
+        71: "an expression has an unknown operator",
+        72: "an expression divides by zero",
+        73: "a value in an expression is out of range",
+        74: "a value in an expression cannot be used",
+        75: "an expression cannot be read",
+        76: "the result of an expression cannot be used",
+        77: "one must log in first",
+        78: "access is denied",
+        79: "this is not taken while a critical event, such as the emergency stop, lasts",
+        80: "flow control works only inside a macro",
+        81: "flow control cannot be read",
+        82: "flow control is nested too deep",
+        83: "flow control needs more memory than there is",
+        84: "a file cannot be opened",
+        253: "the program itself raised an error",
+    },
+    "FluidNC": {
+        5: "the setting is off",
+        18: "no homing cycle is set up",
+        19: "single axes may not be homed",
+        38: "a value is too large",
+        39: "the value of P is too large",
+        40: "a control input is on",
+        60: "the card or the flash memory cannot be used",
+        61: "a file cannot be read",
+        62: "a folder cannot be opened",
+        63: "there is no such folder",
+        64: "the file is empty",
+        65: "there is no such file",
+        66: "a file cannot be opened",
+        67: "the file system is busy",
+        68: "a folder cannot be deleted",
+        69: "a file cannot be deleted",
+        70: "a file cannot be renamed",
+        80: "the value of a setting is out of range",
+        81: "the value of a setting cannot be used",
+        82: "a file cannot be made",
+        83: "the file system cannot be formatted",
+        90: "a message could not be sent",
+        100: "a setting could not be stored",
+        101: "its store of settings does not answer",
+        110: "the password is wrong, or missing",
+        111: "the line ended too soon",
+        112: "the file ended",
+        113: "the controller was reset",
+        114: "there is no data",
+        120: "another connection is in use",
+        130: "the jog was cancelled",
+        150: "a pin in its configuration cannot be used",
+        151: "a value for its configuration cannot be used",
+        152: "its configuration is wrong: see what it says when it starts",
+        160: "a file could not be sent to it",
+        161: "a file could not be had from it",
+        162: "the setting is read-only",
+        170: "an expression divides by zero",
+        171: "a value in an expression cannot be used",
+        172: "the result of an expression cannot be used",
+        173: "an expression has an unknown operator",
+        174: "a value in an expression is out of range",
+        175: "an expression cannot be read",
+        176: "flow control cannot be read",
+        177: "flow control works only inside a macro",
+        178: "flow control needs more memory than there is",
+        179: "flow control is nested too deep",
+    },
+}
+
+_ALARMS_OF = {
+    "grblHAL": {
+        10: "the emergency stop is pressed",
+        11: "homing is needed first",
+        12: "a limit switch is pressed; free it first",
+        13: "the probe was touched while it was guarded",
+        14: "the spindle does not turn as it was told",
+        15: "homing did not find the second limit switch of an axis that squares itself",
+        16: "its test of itself failed",
+        17: "a motor reports a fault",
+        18: "homing failed",
+    },
+    "FluidNC": {
+        10: "the spindle does not do as it was told",
+        11: "a control or limit input was on when it started",
+        12: "limit switches at both ends are pressed, or it is unclear which",
+        13: "it was stopped hard: its position is lost; home it",
+        14: "homing is needed first",
+        15: "it has just started",
+    },
 }
 
 _STATES = {
@@ -82,14 +193,24 @@ _STATES = {
 }
 
 
-def error_in_words(code: int) -> str:
-    """Return what an error means: ``error 20: the controller does not have this word``."""
-    return f"error {code}: {_ERRORS.get(code, 'not in the list of GRBL; see the manual of your controller')}"
+def family_of(text: str) -> str:
+    """Return the firmware that a greeting or an answer to ``$I`` names, ``grblHAL`` or ``FluidNC``; "" if neither."""
+    return next((name for name in _ERRORS_OF if name.lower() in text.lower()), "")
 
 
-def alarm_in_words(code: int) -> str:
-    """Return what an alarm means, and what to do."""
-    return f"alarm {code}: {_ALARMS.get(code, 'not in the list of GRBL; see the manual of your controller')}"
+def error_in_words(code: int, family: str = "") -> str:
+    """Return what an error means: ``error 20: the controller does not have this word``; GRBL's own without a family."""
+    return f"error {code}: {_meaning(code, _ERRORS_OF.get(family, {}), _ERRORS, family)}"
+
+
+def alarm_in_words(code: int, family: str = "") -> str:
+    """Return what an alarm means, and what to do; GRBL's own without a family."""
+    return f"alarm {code}: {_meaning(code, _ALARMS_OF.get(family, {}), _ALARMS, family)}"
+
+
+def _meaning(code: int, own: dict[int, str], common: dict[int, str], family: str) -> str:
+    unknown = f"not in the list of {family or 'GRBL'}; see the manual of your controller"
+    return own.get(code, common.get(code, unknown))
 
 
 def state_in_words(state: str) -> str:

@@ -336,7 +336,7 @@ class SendRun:
             case Refused(code):
                 self._take(code)
             case Alarm(code):
-                raise _Alarmed(f"{self._where()}: {alarm_in_words(code)}")
+                raise _Alarmed(f"{self._where()}: {alarm_in_words(code, self.talk.family)}")
             case Greeting():
                 raise _Ended(f"the controller was reset{self._while_in()}")
             case Strange(words):
@@ -357,7 +357,11 @@ class SendRun:
         if not code:
             return
         text = self.job.text(line.number) or line.text
-        what = f"line {line.number} '{text}': {error_in_words(code)}" if line.number else f"'{text}': {code}"
+        what = (
+            f"line {line.number} '{text}': {error_in_words(code, self.talk.family)}"
+            if line.number
+            else f"'{text}': {code}"
+        )
         if not self.check or not line.number:
             raise _Ended(what)
         self._errors.append((line.number, what))

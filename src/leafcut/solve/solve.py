@@ -117,6 +117,10 @@ def solve(
 
         warm_up_in_order(problem, options.algorithm)
     elif not tiny and options.algorithm != "none":
+        if aco.device == "gpu":
+            from leafcut.solve.gpu_ants import check_gpu
+
+            check_gpu()  # before kernels are compiled, which takes long and would be for nothing
         warm_up(options, aco, problem.n_clusters, firefly.variant if firefly else "leafcut")
     limit = math.inf if options.time_limit is None else options.time_limit
     stop = Stop(seconds=limit, cancelled=cancelled or threading.Event(), thrift=Thrift.of(options, problem))
