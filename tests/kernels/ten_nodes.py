@@ -142,7 +142,7 @@ def seen_from_above() -> list[object]:
         dtype=np.float64,
     )
     heights, widest = np.full((12, 12), -np.inf), np.zeros((12, 12))
-    surface.raise_cells(triangles, -1.0, -1.0, 1.0, heights)
+    surface.raise_whole_cells(triangles, -1.0, -1.0, 1.0, heights)
     surface.raise_around(heights, surface.reach_in_cells(1.5, 1.0), widest)
     x, y = np.array([-0.5, 0.5, 3.0, 8.0]), np.array([2.0, 0.5, 3.0, 7.0])
     top, under = np.full(4, -np.inf), np.full(4, np.inf)

@@ -13,7 +13,7 @@ _ON_EDGE = 1e-6
 
 
 @kernel
-def raise_cells(heights: NDArray, x: float, y: float, cell: float, triangles: NDArray) -> int:
+def raise_cell_middles(heights: NDArray, x: float, y: float, cell: float, triangles: NDArray) -> int:
     """Raise every cell to the highest triangle over its middle; return how many triangles were seen.
 
     heights    float32[rows, columns]  height of the material, mm

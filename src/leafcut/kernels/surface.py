@@ -35,7 +35,7 @@ def _highest_in_column(
 
 
 @kernel
-def raise_cells(triangles: NDArray, x: float, y: float, cell: float, heights: NDArray) -> None:
+def raise_whole_cells(triangles: NDArray, x: float, y: float, cell: float, heights: NDArray) -> None:
     """Raise every cell to the highest place that a triangle has in it.
 
     On a rectangle a plane is highest at a corner, and a triangle within it where the rectangle's corner lies under the

@@ -50,7 +50,7 @@ def raise_by_mesh(field: HeightField, mesh: Mesh) -> None:
     PlanError
         There would be too many triangles over each.
     """
-    from leafcut.kernels.from_above import raise_cells
+    from leafcut.kernels.from_above import raise_cell_middles
 
     cell = field.cell
     size = np.ptp(mesh.triangles[:, :, :2], axis=1) / cell + 1.0
@@ -60,7 +60,7 @@ def raise_by_mesh(field: HeightField, mesh: Mesh) -> None:
             f"{mesh.name}: {looks / field.heights.size:,.0f} triangles lie over every cell on average; save it "
             "coarser, or use larger cells"
         )
-    raise_cells(field.heights, field.x, field.y, cell, mesh.triangles)
+    raise_cell_middles(field.heights, field.x, field.y, cell, mesh.triangles)
 
 
 def overhang(mesh: Mesh) -> float:

@@ -70,7 +70,7 @@ def safe_tiles(triangles: NDArray[np.float64], radius: float, above: float, most
     most
         Tiles along the longer side.
     """
-    from leafcut.kernels.surface import raise_around, raise_cells, reach_in_cells
+    from leafcut.kernels.surface import raise_around, raise_whole_cells, reach_in_cells
 
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
     side = max(float(max(high[:2] - low[:2])) / most, FINEST_TILE, radius / MOST_IN_REACH)
@@ -78,7 +78,7 @@ def safe_tiles(triangles: NDArray[np.float64], radius: float, above: float, most
     x, y = float(low[0]) - margin * side, float(low[1]) - margin * side
     columns, rows = (math.ceil(float(high[k] - low[k]) / side) + 2 * margin + 1 for k in range(2))
     heights, widest = np.full((rows, columns), -np.inf), np.empty((rows, columns))
-    raise_cells(np.ascontiguousarray(triangles), x, y, side, heights)
+    raise_whole_cells(np.ascontiguousarray(triangles), x, y, side, heights)
     raise_around(heights, reach_in_cells(radius, side), widest)
     return SafeTiles(widest + above, x, y, side)
 
