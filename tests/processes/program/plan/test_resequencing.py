@@ -117,8 +117,13 @@ def test_a_coolant_or_tool_change_is_told_in_an_issue() -> None:
 def test_a_program_of_one_piece_says_that_nothing_can_move() -> None:
     sequence = sequence_of("G0 X0 Y0 / G1 Z-1 F100 / X10 / G0 Z5")
     assert [type(i) for i in sequence.items] == [Kept]
-    assert [i.code for i in sequence.issues] == ["L502"]
+    assert [(i.code, i.message) for i in sequence.issues] == [("L502", "nothing in the program can be reordered")]
     assert [(s.reason, s.line) for s in sequence.stays] == [("only", 5)]
+
+
+def test_of_a_program_that_works_nowhere_it_is_said_that_there_is_no_work() -> None:
+    (issue,) = sequence_of("G0 X0 Y0 / X10 / G0 Z5").issues
+    assert (issue.code, issue.message) == ("L502", "nothing in the program can be reordered: there is no work in it")
 
 
 def test_relative_blocks_move_inside_a_piece_and_hold_it_fast_outside() -> None:

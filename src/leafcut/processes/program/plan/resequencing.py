@@ -146,7 +146,9 @@ def _issues(finder: Finder, items: list[Kept | Section]) -> list[Issue]:
                 where.setdefault(reason, []).append(finder.line_of(item, reason))
     issues = []
     if not any(isinstance(item, Section) for item in items):
-        why = "" if where else ": " + next(iter(finder.program.fixed.values()), "there is no work in it")
+        # Work that stays for the way it is reached, not for a line of its own, is told piece by piece (`Finder.stays`).
+        told = where or any(isinstance(item, Kept) and item.reason for item in items)
+        why = "" if told else ": " + next(iter(finder.program.fixed.values()), "there is no work in it")
         issues.append(Issue("L502", f"nothing in the program can be reordered{why}", severity=Severity.NOTE))
     for reason, lines in where.items():
         times = f", here and {len(lines) - 1} times more" if len(lines) > 1 else ""
