@@ -9,6 +9,7 @@ held (unless it was begun to go on alone) and a jog or a frame is ended.
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections import deque
@@ -33,17 +34,19 @@ from leafcut.sender.run import SILENCE_SECONDS, STATUS_SECONDS, Ending, Request,
 from leafcut.sender.told import ending_in_words
 from leafcut.studio.machine.state import (
     Connection,
+    MachineQuestion,
+    MachineState,
     MachineTask,
     ProgramEnd,
-    MachineState,
     ProgramProgress,
-    MachineQuestion,
 )
 
 #: So long no page may show the machine before a program is held, s.
 GRACE = 5.0
 #: More jogs than this wait for none: who holds a key down is not to be run after.
 _MOST_JOGS = 2
+#: So far ahead of the machine is a key that is held, s.
+_JOG_AHEAD = 0.3
 #: Alarms after which the position is kept: soft limits, and those of a probe. Source: gnea/grbl 1.1, alarm codes.
 _KEPT = (2, 4, 5)
 #: The end of the studio waits so long for the machine to come to rest, s.
@@ -60,6 +63,7 @@ class _Task:
     act: _Act
     future: Future[Any]
     by_hand: bool = False
+    jog: bool = False
 
 
 @dataclass(frozen=True)
@@ -68,8 +72,8 @@ class RunWishes:
 
     Attributes
     ----------
-    from_hole
-        Go on with this hole, counted from 1; None begins from the start.
+    from_hole, from_line
+        Go on with this hole, or this line, counted from 1; None for both begins from the start.
     by_hole
         Ask before every hole.
     unhomed
@@ -81,6 +85,7 @@ class RunWishes:
     """
 
     from_hole: int | None = None
+    from_line: int | None = None
     by_hole: bool = False
     unhomed: bool = False
     alone: bool = False
@@ -106,7 +111,7 @@ class MachineLink:
         self._wishes = RunWishes()
         self._leaving = self._cancel = self._left_alone = False
         self._alive_at = clock()
-        self._asked_at = self._heard_at = 0.0
+        self._asked_at = self._heard_at = self._jog_until = 0.0
 
     # What may be asked for, by anybody.
 
@@ -169,19 +174,26 @@ class MachineLink:
         """Bring it to rest: out of an alarm, a hold, or whatever else it does."""
         return self._post(holder, MachineTask.STOPPING, self._unlock)
 
-    def jog(self, holder: str, moves: dict[str, float], feed: float) -> Future[Any]:
-        """Move by lengths in mm at a feed in mm/min; nothing is done while two more wait."""
+    def jog(self, holder: str, moves: dict[str, float], feed: float, *, held: bool = False) -> Future[Any]:
+        """Move by lengths in mm at a feed in mm/min.
+
+        Of a key that is `held` no more is taken than the machine has soon done: it comes to rest when the key does.
+        """
         with self._lock:
-            if len(self._tasks) >= _MOST_JOGS:
+            if held and (len(self._tasks) >= _MOST_JOGS or self._jog_until - self._clock() > _JOG_AHEAD):
                 done: Future[Any] = Future()
                 done.set_result(None)
                 return done
-        return self._post(holder, MachineTask.ASKING, lambda _: self._jog(moves, feed), by_hand=True)
+        return self._post(holder, MachineTask.ASKING, lambda _: self._jog(moves, feed), by_hand=True, jog=True)
 
     def cancel(self, holder: str) -> None:
         """End a jog, or a frame: it comes to rest, and its position is kept."""
-        self._claim(holder)
-        self._cancel = True
+        with self._lock:
+            self._claim(holder)
+            for task in [task for task in self._tasks if task.jog]:
+                self._tasks.remove(task)
+                task.future.set_result(None)
+            self._cancel = True
 
     def zero(self, holder: str, axes: str) -> Future[Any]:
         """Make the place of the tool the zero of G54 in some axes, such as ``XY``."""
@@ -230,6 +242,7 @@ class MachineLink:
         with self._lock:
             waiting, talk = [*self._tasks], self._talk
             self._tasks.clear()
+            self._jog_until = 0.0
             if talk is not None:
                 talk.interrupt()
         for task in waiting:
@@ -258,14 +271,16 @@ class MachineLink:
             if self.state.holder != holder:
                 self._tell(holder=holder)
 
-    def _post(self, holder: str, doing: MachineTask, act: _Act, *, by_hand: bool = False) -> Future[Any]:
+    def _post(
+        self, holder: str, doing: MachineTask, act: _Act, *, by_hand: bool = False, jog: bool = False
+    ) -> Future[Any]:
         future: Future[Any] = Future()
         with self._lock:
             self._claim(holder)
             busy = self.state.doing not in (MachineTask.NOTHING, MachineTask.ASKING)
             if busy and not (by_hand and self.state.question is not None):
                 raise SendError("the machine is busy; wait until that is done, or stop it")
-            self._tasks.append(_Task(doing, act, future, by_hand))
+            self._tasks.append(_Task(doing, act, future, by_hand, jog))
         return future
 
     def _tell(self, **changes: Any) -> None:
@@ -348,7 +363,6 @@ class MachineLink:
             if not self._tasks:
                 return
             task = self._tasks.popleft()
-            self._cancel = False
             # By hand while a program asks something: that it runs stays so.
             doing = self.state.doing
             self._tell(doing=task.doing if self._run is None else doing)
@@ -387,7 +401,7 @@ class MachineLink:
         if now - self._heard_at > SILENCE_SECONDS * talk.patience:
             raise PortLost(f"nothing answers on {talk.port.name} any more")
         if self._cancel or (self._forsaken() and self.state.status == "Jog"):
-            self._cancel = False
+            self._cancel, self._jog_until = False, 0.0
             cancel_jog(talk)
 
     def _hear(self, answer: ControllerAnswer) -> None:
@@ -482,6 +496,8 @@ class MachineLink:
         if self._facts is not None and not self.state.unsure:
             check_jog(self._facts, self.state.machine, moves)
         jog(self._talk, moves, feed)
+        seconds = 60.0 * math.hypot(*moves.values()) / feed
+        self._jog_until = max(self._jog_until, self._clock()) + seconds
 
     def _zero(self, axes: str) -> None:
         assert self._talk is not None
@@ -534,10 +550,13 @@ class MachineLink:
         steps: Sequence[SentStep] = job.steps
         if wishes.by_hole and not job.holes:
             raise SendError(f"{job.file} drills no holes that could be gone through one by one")
-        if wishes.from_hole is not None:
+        if wishes.from_hole is not None or wishes.from_line is not None:
+            line = wishes.from_line or 0 if wishes.from_hole is None else line_of_hole(job, wishes.from_hole)
+            if line < 1:
+                raise OptionError(f"--from-line {line}: lines are counted from 1")
             place = facts.machine_place()
             height = None if place is None else place[2] - facts.origin(540)[2]
-            steps, tool = resumed(job, line_of_hole(job, wishes.from_hole), height)
+            steps, tool = resumed(job, line, height)
             if tool is not None:
                 told.append(f"tool T{tool} must be in the spindle")
         return job.on(facts.timed(job.machine)), facts, told, steps

@@ -80,6 +80,7 @@ class RunBody(ProgramBody):
     """How it is run: from a hole on, hole by hole, on a machine without homing, and also when nobody asks any more."""
 
     from_hole: int | None = None
+    from_line: int | None = None
     by_hole: bool = False
     unhomed: bool = False
     alone: bool = False
@@ -211,7 +212,7 @@ def _add_program(made: APIRouter, studio: Studio) -> None:
 
 
 def _wishes(body: RunBody) -> RunWishes:
-    return RunWishes(body.from_hole, body.by_hole, body.unhomed, body.alone, codes_of(body.accept))
+    return RunWishes(body.from_hole, body.from_line, body.by_hole, body.unhomed, body.alone, codes_of(body.accept))
 
 
 def _program(studio: Studio, body: ProgramBody) -> SendJob:
