@@ -1,0 +1,122 @@
+"""Fields of the machine's page: what is typed in one is known at once, and is never drawn anew under the hand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from nicegui.element import Element
+
+from leafcut.errors import OptionError
+from leafcut.studio.page.elements import box, text
+
+
+class Field:
+    """A labelled field for a text; `numbers` offer the keys of numbers on a phone."""
+
+    def __init__(
+        self, name: str, label: str, value: str = "", unit: str = "", *, numbers: bool = True, offered: str = ""
+    ) -> None:
+        self.value, self.label = value, label
+        with box("div", "field machine-field") as self.place:
+            text("label", label, for_=f"machine-{name}")
+            with box("span", "box"):
+                more = {"list": offered} if offered else {}
+                self.input = box(
+                    "input", "", id=f"machine-{name}", type="text", autocomplete="off", spellcheck="false",
+                    value=value, inputmode="decimal" if numbers else "text", **more,
+                )  # fmt: skip
+                if unit:
+                    text("span", unit, "unit", aria_hidden="true")
+        self.input.on("input", self._typed, js_handler="(e) => emit(e.target.value)")
+
+    def _typed(self, event: Any) -> None:
+        self.value = str(event.args)
+
+    def put(self, value: str) -> None:
+        """Put something into the field."""
+        self.value = value
+        self.input._props["value"] = value
+        self.input.update()
+
+    def number(self) -> float:
+        """Return what was typed as a number; a comma is a point.
+
+        Raises
+        ------
+        OptionError
+            It is none.
+        """
+        try:
+            return float(self.value.replace(",", "."))
+        except ValueError:
+            raise OptionError(f"{self.label}: '{self.value}' is not a number") from None
+
+    def count(self) -> int | None:
+        """Return what was typed as a whole number; None for nothing.
+
+        Raises
+        ------
+        OptionError
+            It is none.
+        """
+        word = self.value.strip()
+        if not word:
+            return None
+        if not word.isdecimal() or len(word) > 9:
+            raise OptionError(f"{self.label}: '{word}' is not a whole number")
+        return int(word)
+
+
+class Menu:
+    """A labelled field with choices: value → words."""
+
+    def __init__(self, name: str, label: str, choices: Mapping[str, str], value: str) -> None:
+        self.value, self._choices = value, dict[str, str]()
+        with box("div", "field machine-field") as self.place:
+            text("label", label, for_=f"machine-{name}")
+            self.select = box("select", "", id=f"machine-{name}")
+        self.select.on("change", self._chosen, js_handler="(e) => emit(e.target.value)")
+        self.on_change: Any = lambda: None
+        self.offer(choices, value)
+
+    def offer(self, choices: Mapping[str, str], value: str) -> None:
+        """Offer other choices."""
+        if (dict(choices), value) == (self._choices, self.value):
+            return
+        self._choices, self.value = dict(choices), value
+        self.select.clear()
+        with self.select:
+            for one, words in choices.items():
+                text("option", words, value=one, **({"selected": ""} if one == value else {}))
+
+    def _chosen(self, event: Any) -> Any:
+        if str(event.args) in self._choices:
+            self.value = str(event.args)
+            return self.on_change()
+        return None
+
+
+class Switch:
+    """A labelled switch."""
+
+    def __init__(self, name: str, label: str) -> None:
+        self.on = False
+        with box("label", "machine-switch") as self.place:
+            self.input = box("input", "switch", type="checkbox", id=f"machine-{name}")
+            text("span", label)
+        self.input.on("change", self._turned, js_handler="(e) => emit(e.target.checked)")
+
+    def _turned(self, event: Any) -> None:
+        self.on = bool(event.args)
+
+
+def enable(element: Element, on: bool) -> None:
+    """Let a button be pressed, or not."""
+    off = element._props.get("disabled") is not None
+    if off == on:
+        if on:
+            element._props.pop("disabled", None)
+        else:
+            element._props["disabled"] = ""
+        element.update()
