@@ -575,6 +575,7 @@ class MachineLink:
         )  # fmt: skip
         self._run = run
         self._tell(progress=progress, ended=None)
+        self._say("")
         begun(told)
         try:
             ending = run.run()

@@ -40,6 +40,7 @@ class MachineProgramPanel:
         #: The program that is read, and why it cannot be sent.
         self._key: tuple[str, ...] = ()
         self._tool: object = None
+        self._next: tuple[float, float] | None = None
         self._asked: object = None
         self._ended: object = None
         w = view.words
@@ -83,7 +84,7 @@ class MachineProgramPanel:
                 self.figures = {}
                 for key in ("hole", "line", "done", "left", "ends", "feed"):
                     text("dt", w(f"machine.{key}_now"))
-                    self.figures[key] = text("dd", "", id=f"machine-{key}")
+                    self.figures[key] = text("dd", "", id=f"machine-now-{key}")
             with box("div", "ends feeds", role="group", aria_label=w("machine.override")):
                 for words, request in (("−10 %", Request.SLOWER), ("100 %", Request.NORMAL), ("+10 %", Request.FASTER)):
                     button(words, lambda request=request: self.panel.ask(self.link.request, request), "small")
@@ -228,6 +229,7 @@ class MachineProgramPanel:
         found = await self._with_program(self.link.run, wishes)
         if found is not None:
             self._tell_issues(found)
+            self.panel.tell("")
 
     def _tell_issues(self, lines: list[str]) -> None:
         self.told.clear()
@@ -304,7 +306,9 @@ class MachineProgramPanel:
         w = self.view.words
         self.question.clear()
         self.question.set_visibility(asked is not None)
+        self._next = None
         if asked is None:
+            self.canvas.select(None)
             return
         with self.question:
             if asked.kind == "hole":
@@ -316,7 +320,7 @@ class MachineProgramPanel:
                 text("p", w.plain(line), "quiet small")
             with box("div", "ends"):
                 words = w("machine.drill", hole=asked.hole) if asked.kind == "hole" else w("machine.go_on")
-                go = button(words, lambda: self.panel.ask(self.link.answer, ""), "primary large", data_key="enter")
+                go = button(words, lambda: self.panel.ask(self.link.answer, ""), "primary large", id="machine-go")
                 enable(go, mine)
                 if asked.kind == "hole":
                     to_end = button(w("machine.to_end"), lambda: self.panel.ask(self.link.answer, "all"), "")
@@ -336,16 +340,17 @@ class MachineProgramPanel:
                     text("span", str(line), "quiet n")
                     text("code", code)
                     text("span", words)
+        self._next = (hole.x, hole.y)
         self.canvas.show_line(hole.last)
 
     def _show_place(self, state: MachineState) -> None:
         """Show where the machine is on the drawing, and how far it may go."""
         place = state.work if state.open else None
         cuts = state.progress is not None and place is not None and place[2] < 0.0
-        shown = None if place is None or self.job is None else (round(place[0], 3), round(place[1], 3), cuts)
-        if shown != self._tool:
-            self._tool = shown
-            self.canvas.set_tool(None if shown is None else shown[:2], cuts=bool(shown and shown[2]))
+        at = None if place is None or self.job is None else (round(place[0], 3), round(place[1], 3))
+        if (at, cuts, self._next) != self._tool:
+            self._tool = (at, cuts, self._next)
+            self.canvas.set_tool(at, cuts=cuts, going_to=self._next)
         self.canvas.set_placement(self._travel(state), movable=False)
 
     def _travel(self, state: MachineState) -> dict[str, Any] | None:

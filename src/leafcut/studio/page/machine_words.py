@@ -46,8 +46,10 @@ def _move(kind: Kind, before: list[float], end: list[float], feed: float, words:
     given = {"x": _mm(end[0]), "y": _mm(end[1]), "z": _mm(end[2]), "feed": _feed(feed)}
     if sideways and math.isfinite(end[0] + end[1]):
         return words(f"explain.{'go' if rapid else 'cut'}{'' if level else '_z'}", **given)
-    if (level and math.isfinite(before[2])) or not math.isfinite(end[2]):
+    if not math.isfinite(end[2]):
         return ""
+    if level and math.isfinite(before[2]):
+        return words("explain.stay", **given)
     up = not end[2] < before[2]
     key = ("rise" if rapid else "draw") if up else ("lower" if rapid else "drill")
     return words(f"explain.{key}", **given)

@@ -192,7 +192,7 @@ class StopBar:
         self.view = view
         self._shown: object = None
         w = view.words
-        with box("div", "machine-stop hidden", role="region", aria_label=w("machine.stop_region")) as self.place:
+        with box("div", "machine-stop", role="region", aria_label=w("machine.stop_region")) as self.place:
             self.words = text("span", "", "machine-stop-state")
             with box(
                 "button", "machine-stop-button", type="button", data_machine_stop="", data_lost=w("machine.stop_lost"),

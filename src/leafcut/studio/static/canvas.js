@@ -270,7 +270,7 @@ export class Drawing {
     this._choose({ row, which: scene.header.which });
   }
 
-  /** Show where the machine really is: x, y and z in mm, and whether it cuts; null for not at all. */
+  /** Show where the machine really is: x and y in mm, whether it cuts, and the place that is next; null: not at all. */
   setTool(place) {
     this.tool = place;
     this.panes.forEach((pane) => { pane.dirty = true; });

@@ -241,8 +241,17 @@ export function drawTool(ctx, view, colours, x, y, working) {
   ctx.fill();
 }
 
-/** Draw where the machine really is: a cross with a ring, which is full while it cuts. */
-export function drawMachine(ctx, view, colours, { x, y, cuts }) {
+/** Draw where the machine really is: a cross with a ring, which is full while it cuts; and the hole that is next. */
+export function drawMachine(ctx, view, colours, { x, y, cuts, next }) {
+  if (next) {
+    for (const [colour, width] of [[colours.card, 7], [colours.accent, 3]]) {
+      ctx.strokeStyle = colour;
+      ctx.lineWidth = width;
+      ctx.beginPath();
+      ctx.arc(view.toX(next[0]), view.toY(next[1]), 13, 0, 2 * Math.PI);
+      ctx.stroke();
+    }
+  }
   const px = view.toX(x), py = view.toY(y), ring = 11, arm = 20;
   if (!Number.isFinite(px + py)) return;
   for (const [colour, width] of [[colours.card, 5], [colours.bad, 2]]) {
