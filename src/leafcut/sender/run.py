@@ -137,7 +137,7 @@ class Ending:
     @property
     def go_on(self) -> str:
         """The option with which the program goes on from there; empty where it begins from the start."""
-        if self.complete or not self.line:
+        if self.complete or not self.line or (self.hole is not None and self.hole.number == 1):
             return ""
         if self.hole is not None:
             return f"--from-hole {self.hole.number}"

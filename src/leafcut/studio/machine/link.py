@@ -113,6 +113,12 @@ class MachineLink:
         self._alive_at = clock()
         self._asked_at = self._heard_at = self._jog_until = 0.0
 
+    @property
+    def job(self) -> SendJob | None:
+        """The program that runs."""
+        run = self._run
+        return None if run is None else run.job
+
     # What may be asked for, by anybody.
 
     def alive(self, holder: str, *, adopt: bool = False) -> None:
@@ -585,10 +591,12 @@ class MachineLink:
         self._finish(job, ending)
 
     def _finish(self, job: SendJob, ending: Ending) -> None:
-        hole = 0 if ending.complete or ending.hole is None or not ending.line else ending.hole.number
         words = ending_in_words(ending, job)
+        on = bool(ending.go_on)
+        hole = ending.hole.number if on and ending.hole is not None else 0
+        line = ending.line if on else 0
         self._tell(
-            ended=ProgramEnd(job.file, ending.complete, words, ending.line, hole, ending.homed),
+            ended=ProgramEnd(job.file, ending.complete, words, line, hole, ending.homed),
             unsure=self.state.unsure or not ending.homed,
         )
         self._say(words, bad=not ending.complete)

@@ -66,7 +66,7 @@ class ProgramProgress:
 
 @dataclass(frozen=True)
 class ProgramEnd:
-    """How the last program ended, in words; `go_on_hole` is the hole with which it can go on, 0 for none."""
+    """How the last program ended, in words; `line` and `go_on_hole` are those with which it can go on, 0 for none."""
 
     name: str
     complete: bool

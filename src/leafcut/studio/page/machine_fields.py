@@ -11,32 +11,47 @@ from leafcut.errors import OptionError
 from leafcut.studio.page.elements import box, text
 
 
+class _Typed(Element, component="../static/machine_field.js"):
+    """The field itself."""
+
+    def __init__(self, name: str, value: str, unit: str, *, numbers: bool, offered: str) -> None:
+        super().__init__()
+        self._props.update(field=f"machine-{name}", value=value, version=0, unit=unit)
+        self._props.update(numbers=numbers, offered=offered, placeholder="")
+
+
 class Field:
-    """A labelled field for a text; `numbers` offer the keys of numbers on a phone."""
+    """A labelled field for a text; `numbers` offer the keys of numbers on a phone.
+
+    `offered` is the id of a list of what may be typed. A field that is left empty has what stands in it faintly.
+    """
 
     def __init__(
         self, name: str, label: str, value: str = "", unit: str = "", *, numbers: bool = True, offered: str = ""
     ) -> None:
-        self.value, self.label = value, label
+        self.typed, self.usual, self.label = value, "", label
         with box("div", "field machine-field") as self.place:
             text("label", label, for_=f"machine-{name}")
-            with box("span", "box"):
-                more = {"list": offered} if offered else {}
-                self.input = box(
-                    "input", "", id=f"machine-{name}", type="text", autocomplete="off", spellcheck="false",
-                    value=value, inputmode="decimal" if numbers else "text", **more,
-                )  # fmt: skip
-                if unit:
-                    text("span", unit, "unit", aria_hidden="true")
-        self.input.on("input", self._typed, js_handler="(e) => emit(e.target.value)")
+            self.input = _Typed(name, value, unit, numbers=numbers, offered=offered)
+        self.input.on("typed", self._take)
 
-    def _typed(self, event: Any) -> None:
-        self.value = str(event.args)
+    @property
+    def value(self) -> str:
+        """What was typed, or what holds where nothing was."""
+        return self.typed or self.usual
+
+    def _take(self, event: Any) -> None:
+        self.typed = str(event.args["value"])
 
     def put(self, value: str) -> None:
         """Put something into the field."""
-        self.value = value
-        self.input._props["value"] = value
+        self.typed = value
+        self.input._props.update(value=value, version=self.input._props["version"] + 1)
+        self.input.update()
+
+    def suggest(self, value: str) -> None:
+        """Let something hold where nothing is typed."""
+        self.usual = self.input._props["placeholder"] = value
         self.input.update()
 
     def number(self) -> float:

@@ -39,6 +39,8 @@ class MachineProgramPanel:
         self.job: SendJob | None = None
         #: The program that is read, and why it cannot be sent.
         self._key: tuple[str, ...] = ()
+        #: The one that is drawn: one that runs, from whichever page, comes first.
+        self._drawn: SendJob | None = None
         self._tool: object = None
         self._next: tuple[float, float] | None = None
         self._asked: object = None
@@ -46,6 +48,7 @@ class MachineProgramPanel:
         w = view.words
         with drawing:
             self.canvas = Canvas(words=w.section("canvas"), layers={"issues": False})
+            self.canvas.set_visibility(False)
             with box("div", "empty") as self.empty, box("div", "inviting"):
                 self.empty_title = text("h2", w("machine.no_program"))
                 self.empty_words = text("p", w("machine.no_program_hint"), "quiet")
@@ -136,7 +139,7 @@ class MachineProgramPanel:
         self.empty_words.set_text("" if problem else w("machine.no_program_hint"))
         self.facts.set_text(_facts(made, w) if made else "")
         self.told.clear()
-        self._draw_program(made)
+        self._show_drawing()
         self._show_fields(self.link.state)
         self.panel.tick_now()
 
@@ -165,9 +168,14 @@ class MachineProgramPanel:
         _ = made.seconds, made.holes  # slow for a large one
         return made
 
-    def _draw_program(self, job: SendJob | None) -> None:
+    def _show_drawing(self) -> None:
+        """Draw the program that runs, else the one that is open, where another one is drawn."""
         from leafcut.studio.drawing.scene import toolpath_scene
 
+        job = self.link.job or self.job
+        if job is self._drawn or (job is not None and self._drawn is not None and job.program is self._drawn.program):
+            return
+        self._drawn = job
         self.empty.set_visibility(job is None)
         self.canvas.set_visibility(job is not None)
         if job is None:
@@ -249,6 +257,7 @@ class MachineProgramPanel:
         for one in (self.check, self.frame, self.start):
             enable(one, ready)
         self._show_fields(state)
+        self._show_drawing()
         self._show_progress(state, mine)
         self._show_question(state, mine)
         self._show_place(state)
@@ -329,7 +338,7 @@ class MachineProgramPanel:
     def _next_hole(self, number: int) -> None:
         """Show the next hole: on the drawing, its lines, and what they do."""
         w = self.view.words
-        job = self.job
+        job = self._drawn
         text("h3", w("machine.next_hole", hole=number))
         if job is None or number > len(job.holes):
             return
@@ -347,7 +356,7 @@ class MachineProgramPanel:
         """Show where the machine is on the drawing, and how far it may go."""
         place = state.work if state.open else None
         cuts = state.progress is not None and place is not None and place[2] < 0.0
-        at = None if place is None or self.job is None else (round(place[0], 3), round(place[1], 3))
+        at = None if place is None or self._drawn is None else (round(place[0], 3), round(place[1], 3))
         if (at, cuts, self._next) != self._tool:
             self._tool = (at, cuts, self._next)
             self.canvas.set_tool(at, cuts=cuts, going_to=self._next)
@@ -361,12 +370,12 @@ class MachineProgramPanel:
         box_of = [low[0] - zero[0], low[1] - zero[1], high[0] - zero[0], high[1] - zero[1]]
         if not all(math.isfinite(one) for one in box_of):
             return None
-        name = self.job.machine.name if self.job else ""
+        name = self._drawn.machine.name if self._drawn else ""
         fits = True
-        if self.job is not None:
+        if self._drawn is not None:
             from leafcut.sender.by_hand import fed_box
 
-            found = fed_box(self.job)
+            found = fed_box(self._drawn)
             fits = found is None or all(
                 box_of[k] <= found[0][k] + 0.005 and found[1][k] - 0.005 <= box_of[k + 2] for k in range(2)
             )

@@ -35,7 +35,10 @@ class MachinePanel:
     def __init__(self, view: View, page: PageParts, client: Client) -> None:
         self.view, self.page, self._client = view, page, client
         self.link, self.key = view.studio.machine, str(client.id)
-        self._number, self._told, self._ticks = -1, self.link.state.saying, 0
+        self._number, self._ticks = -1, 0
+        state = self.link.state
+        # What was told last is told again where there is a machine.
+        self._told = -1 if state.open else state.saying
         self._drawing = False
         w = view.words
         with box("div", "control"):
@@ -105,8 +108,7 @@ class MachinePanel:
             for name, words in found:
                 text("option", words if words not in ("", "n/a") else name, value=name)
         self.no_ports.set_visibility(not found)
-        if found and not self.port.value:
-            self.port.put(found[0][0])
+        self.port.suggest(found[0][0] if found else "")
 
     async def _connect(self) -> None:
         self.tell("")
