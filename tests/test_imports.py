@@ -74,7 +74,7 @@ MAY_IMPORT["studio"] = MODEL | {
     "report",
     "user_files",
 }
-MAY_IMPORT["studio"] |= {"processes", "stock", "_version"}
+MAY_IMPORT["studio"] |= {"gcode", "processes", "sender", "stock", "_version"}
 MAY_IMPORT["public"] = MODEL | {"api", "keywords", "options", "files", "processes", "read", "stock"}
 MAY_IMPORT["user_files"] = MAY_IMPORT["files"] | {"files"}
 MAY_IMPORT["several"] = BASE | {"files", "read"}
@@ -144,8 +144,9 @@ PROCESSES = {"drilling", "sheet", "pocket", "program", "nesting"}
 OF_STUDIO: dict[str, set[str]] = {
     "drawing": set(),
     "jobs": {"drawing"},
-    "page": {"drawing", "jobs"},
-    "server": {"jobs", "page"},
+    "machine": {"jobs"},
+    "page": {"drawing", "jobs", "machine"},
+    "server": {"jobs", "machine", "page"},
 }
 
 FILES = sorted(ROOT.rglob("*.py"))

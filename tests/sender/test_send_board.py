@@ -13,8 +13,8 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from grbl_board import EACH, HEAD, HOLES, ZERO, Board, plate
 
+from grbl_board import EACH, HEAD, HOLES, ZERO, Board, plate
 from leafcut.cli import run as leafcut
 from leafcut.sender.checking import check_program, check_ready
 from leafcut.sender.conversation import Conversation

@@ -12,8 +12,11 @@ from urllib.parse import urlsplit
 import pytest
 from starlette.testclient import TestClient
 
+from grbl_board import board, patient, running
 from leafcut.studio.server.app import guarded, make_api
 from leafcut.studio.studio import PORT, Studio, open_studio
+
+__all__ = ["board", "patient", "running"]
 
 PLATE = Path(__file__).parents[2] / "examples" / "plate_10.dxf"
 
@@ -23,6 +26,7 @@ def studio(tmp_path: Path) -> Iterator[Studio]:
     """Return a studio that nobody has used; its runs are ended with the test."""
     opened = open_studio(tmp_path / "studio")
     yield opened
+    opened.machine.close()
     opened.jobs.close()
     opened.history.close()
 

@@ -21,6 +21,7 @@ ES = words("es")
 ERRORS = {
     **{name: (0,) for name in dir(errors) if name.endswith("Error")},
     **dict.fromkeys(("OutputError", "BlockError", "UnclearBlock", "NesterError"), (0,)),
+    **dict.fromkeys(("_Ended", "_Alarmed", "_Silent", "PortLost"), (0,)),  # of a program that is sent
     "ReadError": (1,),
     "parsing": (1,),
 }
@@ -44,13 +45,6 @@ ELSEWHERE = {
     "report/front_chart.py": "the command `cutting-data` alone",
     "read/work_materials.py": "the command `cutting-data` alone",
     "cli_send.py": "the command `send` alone",
-    **dict.fromkeys(
-        (
-            f"sender/{name}.py"
-            for name in ("checking", "conversation", "facts", "job", "lines", "port", "resuming", "run")
-        ),
-        "the command `send` alone",
-    ),
     "addons/__init__.py": "the command `addon` alone",
     "cli_inside.py": "the commands `filter`, `watch`, `defaults` and `addon` alone",
     "linuxcnc_filter.py": "the command `filter` alone",
@@ -69,6 +63,7 @@ ELSEWHERE = {
 }
 #: Lines that are made of others, each of which is looked up where it is made.
 MADE_OF_OTHERS = {
+    "--baud {}: {}",
     "the {} '{}' is a {}",
     "the reader '{}' is a {}",
     "{} is active is not known",
@@ -220,6 +215,20 @@ def texts_of(source: Source) -> Iterable[str]:
         ("l.toml: 'depth' is wrong: '3mn' is not a number", "l.toml: 'depth' no es válido: '3mn' no es un número"),
         ("plate.dxf: nothing is left to cut or mark", "plate.dxf: no queda nada que cortar ni marcar"),
         ("stopped", "detenido"),
+        (
+            "line 40 'G0 Z0.5 M7': error 20: the controller does not have this word; the machine is standing still; "
+            "it stands at X1.000 Y2.000 Z-0.500 (machine coordinates); it was in line 44, hole 11; "
+            "lines up to 60 of 287 were taken; go on with --from-hole 11",
+            "línea 40 'G0 Z0.5 M7': error 20: el control no tiene esta palabra; la máquina está parada; "
+            "está en X1.000 Y2.000 Z-0.500 (coordenadas de máquina); estaba en la línea 44, agujero 11; "
+            "se aceptaron las líneas hasta la 60 de 287; siga con “Desde el agujero” 11",
+        ),
+        (
+            "line 12 'G1 Z-1': alarm 1: a limit switch was reached: the machine stood still at once, and its "
+            "position is lost; home it",
+            "línea 12 'G1 Z-1': alarma 1: se alcanzó un final de carrera: la máquina se paró en seco y su "
+            "posición se perdió; haga el recorrido de referencia",
+        ),
         ("12 holes outside the selected diameters left out", "se omiten por su diámetro: 12 agujeros"),
         ("", ""),
     ],

@@ -120,6 +120,14 @@ class Abilities:
 
 
 @dataclass(frozen=True)
+class Contact:
+    """Where a probe was closed, in machine coordinates in the units of ``$13``; `touched` is False where it was not."""
+
+    place: XYZ
+    touched: bool
+
+
+@dataclass(frozen=True)
 class Remark:
     """Anything else that it says in brackets, such as ``[MSG:Caution: Unlocked]``."""
 
@@ -144,6 +152,7 @@ ControllerAnswer = (
     | Modes
     | Build
     | Abilities
+    | Contact
     | Remark
     | Strange
 )
@@ -175,6 +184,10 @@ def _bracketed(text: str) -> ControllerAnswer:
     if name in _PLACES or name == "TLO":
         values = _numbers(rest)
         return Remark(shown(text)) if values is None else Place(name, values)
+    if name == "PRB":
+        numbers, _, touched = rest.partition(":")
+        place = _place(numbers)
+        return Remark(shown(text)) if place is None else Contact(place, touched.strip() == "1")
     if name == "GC":
         return Modes(tuple(rest.split()))
     if name == "VER":

@@ -85,14 +85,17 @@ def _check_speeds(job: SendJob, facts: Facts) -> None:
         raise SendError(f"{what}; is this the program of another machine?")
 
 
-def machine_places(job: SendJob, facts: Facts) -> tuple[Floats, Floats]:
-    """Return every place that a program reaches in machine coordinates, float64[n, 3] mm, NaN unknown, and its line."""
+def machine_places(job: SendJob, facts: Facts, *, fed: bool = False) -> tuple[Floats, Floats]:
+    """Return every place that a program reaches in machine coordinates, float64[n, 3] mm, NaN unknown, and its line.
+
+    `fed` leaves out where it only goes as a rapid.
+    """
     path = job.program.path
     frames = path.latest(Kind.FRAME, path.ref, 540)
     places, lines = [np.zeros((0, 3))], [np.zeros(0)]
     for frame in np.unique(frames).tolist():
         zero = np.array(facts.origin(int(frame)))
-        moving = (frames == frame) & np.isin(path.kind, [int(k) for k in MOTIONS])
+        moving = (frames == frame) & np.isin(path.kind, [int(k) for k in MOTIONS if not (fed and k is Kind.RAPID)])
         places.append(path.end[moving] + zero)
         lines.append(path.line[moving].astype(np.float64))
         for row in np.flatnonzero((frames == frame) & np.isin(path.kind, (Kind.ARC_CW, Kind.ARC_CCW))).tolist():
@@ -100,7 +103,7 @@ def machine_places(job: SendJob, facts: Facts) -> tuple[Floats, Floats]:
             if extremes:
                 places.append(np.array(extremes) + zero)
                 lines.append(np.full(len(extremes), float(path.line[row])))
-    for row in np.flatnonzero(path.kind == Kind.MACHINE).tolist():
+    for row in [] if fed else np.flatnonzero(path.kind == Kind.MACHINE).tolist():
         place, line = path.end[row], int(path.line[row])
         text = job.program.lines[line - 1].upper().replace(" ", "")
         for word in ("G28", "G30"):

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 
 from leafcut.errors import SendError, shown
+from leafcut.model.machine import XYZ
 from leafcut.sender.answers import (
     LONGEST_ANSWER,
     Accepted,
@@ -38,6 +39,11 @@ _READ_SECONDS = 0.02
 #: States in which a machine stands, and goes on with nothing by itself.
 _AT_REST = ("Idle", "Alarm", "Check", "Sleep")
 
+
+class Interrupted(Exception):
+    """A person wants the machine to do something else than what is waited for."""
+
+
 #: Is told what goes over the line: "<" or ">", and the text.
 Log = Callable[[str, str], None]
 
@@ -51,6 +57,10 @@ class Conversation:
         How many times longer than usual is waited for anything: for a computer that does much else.
     status
         What it said last of what it does.
+    on_status
+        Is told every status.
+    offset
+        What lay between machine and work coordinates when it said so last, in the units of ``$13``.
     restarted
         It has started anew since it was connected, as many boards do when their port is opened: without homing it
         counts its place from where it stands.
@@ -64,8 +74,12 @@ class Conversation:
         self.port, self.clock = port, clock
         self.log = log or (lambda _way, _text: None)
         self.status: Status | None = None
+        self.on_status: Callable[[Status], None] = lambda _: None
+        self.offset: XYZ | None = None
         self.restarted = False
         self.family = ""
+        self._zeroed: set[str] = set()
+        self._interrupted = self._resetting = False
         self._rest = b""
 
     def _until(self, seconds: float) -> float:
@@ -80,8 +94,21 @@ class Conversation:
         """Ask what it does now; the answer comes like any other."""
         self.port.write(ASK)
 
+    def interrupt(self) -> None:
+        """Let whatever waits for an answer end with `Interrupted`; may be called from any thread."""
+        self._interrupted = True
+
     def listen(self, seconds: float = _READ_SECONDS) -> list[ControllerAnswer]:
-        """Return what it has said, waiting at most so long; the last status is kept."""
+        """Return what it has said, waiting at most so long; the last status is kept.
+
+        Raises
+        ------
+        Interrupted
+            A person wants something else first.
+        """
+        if self._interrupted and not self._resetting:
+            self._interrupted = False
+            raise Interrupted
         self._rest += self.port.read(seconds)
         *lines, self._rest = self._rest.replace(b"\r", b"").split(b"\n")
         if len(self._rest) > LONGEST_ANSWER:
@@ -98,7 +125,8 @@ class Conversation:
                     self.family = self.family or family_of(text)
             else:
                 self.log("<", text)
-                self.status = answer
+                self.status, self.offset = answer, answer.offset or self.offset
+                self.on_status(answer)
             answers.append(answer)
         return answers
 
@@ -154,7 +182,7 @@ class Conversation:
         raise SendError(_not_grbl(self.port.name, []))
 
     def ask(self, text: str, seconds: float = ANSWER_SECONDS) -> list[ControllerAnswer]:
-        """Return what it says to a line, while nothing else is on its way.
+        """Return what it says to a line, while nothing else is on its way; its status is asked for in a long wait.
 
         Raises
         ------
@@ -163,8 +191,11 @@ class Conversation:
         """
         self.write(text.encode("ascii") + b"\n")
         found: list[ControllerAnswer] = []
-        until = self._until(seconds)
+        until, again = self._until(seconds), self.clock() + 2 * _AGAIN
         while self.clock() < until:
+            if seconds > ANSWER_SECONDS and self.clock() >= again:
+                self.ask_status()
+                again = self.clock() + 2 * _AGAIN
             for answer in self.listen():
                 match answer:
                     case Accepted():
@@ -175,6 +206,8 @@ class Conversation:
                         raise SendError(f"'{text}': {alarm_in_words(code, self.family)}")
                     case Greeting():
                         raise SendError(f"the controller was reset at '{text}'")
+                    case Status():
+                        continue
                     case Strange(words):
                         raise SendError(f"what came over the line to '{text}' makes no sense: '{words}'")
                     case _:
@@ -199,6 +232,11 @@ class Conversation:
                     return answer
         raise SendError(f"nothing answers on {self.port.name} any more")
 
+    def start_anew(self) -> None:
+        """Note that it has started anew: what was set as zero is forgotten."""
+        self.restarted = True
+        self._zeroed.clear()
+
     def home(self) -> None:
         """Home the machine.
 
@@ -209,16 +247,18 @@ class Conversation:
         """
         self.ask("$H", HOMING_SECONDS)
 
-    def zero_here(self) -> None:
-        """Make the place where the tool is the zero of the first work offset (G54).
+    def zero_here(self, axes: str = "XYZ") -> None:
+        """Make the place where the tool is the zero of the first work offset (G54), in some axes.
 
         Raises
         ------
         SendError
             It is refused.
         """
-        self.ask("G10 L20 P1 X0 Y0 Z0")
-        self.restarted = False
+        self.ask("G10 L20 P1 " + " ".join(f"{axis}0" for axis in axes))
+        self._zeroed |= set(axes)
+        if self._zeroed >= set("XYZ"):
+            self.restarted = False
 
     def unlock(self) -> bool:
         """Bring a machine that is on hold, moving or locked to rest, without homing it; return whether it was locked.
@@ -248,7 +288,7 @@ class Conversation:
         try:
             self.write(HOLD)
             self._wait_for_rest(heard)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, Interrupted):
             pass  # twice: at once, then
         return self.reset(heard)
 
@@ -273,6 +313,13 @@ class Conversation:
         SendError
             It does not answer any more.
         """
+        self._resetting = True
+        try:
+            return self._reset(heard)
+        finally:
+            self._resetting = self._interrupted = False
+
+    def _reset(self, heard: Callable[[ControllerAnswer], None]) -> Status:
         until, again, sent = self._until(ANSWER_SECONDS), 0.0, 0
         greeted = False
         while not greeted and self.clock() < until:

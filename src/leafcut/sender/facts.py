@@ -116,6 +116,16 @@ class Facts:
         zero = self.origin(self.frame) if status.offset is None else _scaled(status.offset, self.unit)
         return (x + zero[0], y + zero[1], z + zero[2])
 
+    def work_place(self, status: Status, offset: XYZ | None) -> XYZ | None:
+        """Return where the machine is in work coordinates, mm; `offset` is what it said of that last, in its units."""
+        if status.work is not None:
+            return _scaled(status.work, self.unit)
+        place = self.machine_place(status)
+        if place is None:
+            return None
+        zero = self.origin(self.frame) if offset is None else _scaled(offset, self.unit)
+        return (place[0] - zero[0], place[1] - zero[1], place[2] - zero[2])
+
     def timed(self, machine: Machine) -> Machine:
         """Return a machine with the speeds, accelerations and all else that this board's clock goes by."""
         given = self.settings

@@ -139,12 +139,17 @@ def read_job(
     """
     known = load_machine(machine)
     words = dialect(dialect_name or known.controller)
-    if known.control not in ("grbl", "grbl-laser"):
+    if not is_sent_to(known):
         raise OptionError(f"--machine {machine}: its controller is {known.control}; only GRBL boards can be sent to")
     text = read_program(file)
     if what := other_language(text):
         raise ReadError(file, what)
     return job_of(text, file, known, words, units, accept)
+
+
+def is_sent_to(machine: Machine) -> bool:
+    """Return whether a machine has a board to which programs can be sent."""
+    return machine.control in ("grbl", "grbl-laser")
 
 
 def job_of(

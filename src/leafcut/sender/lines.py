@@ -5,8 +5,10 @@ M0 and M6 are never sent: the person is asked when the machine stands, and the p
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from leafcut.errors import ReadError, shown
 from leafcut.gcode.dialects import Dialect
@@ -23,19 +25,50 @@ _REACH = 3
 
 @dataclass(frozen=True)
 class Pause:
-    """A stop of the program at a line: for a change of tool (its number where it is known), or for a person."""
+    """A stop of the program at a line: for a change of tool (its number where it is known), or for a person.
+
+    `hole` is the number of the hole before which a person who goes hole by hole is asked; 0 for a stop of the program.
+    """
 
     number: int
     change: bool = False
     tool: int | None = None
     remark: str = ""
+    hole: int = 0
 
     def __str__(self) -> str:
+        if self.hole:
+            return f"line {self.number}: before hole {self.hole}"
         what = "pause" if not self.change else "change the tool" if self.tool is None else f"put in tool T{self.tool}"
         return f"line {self.number}: {what}" + (f" ({self.remark})" if self.remark else "")
 
 
 SentStep = SentLine | Pause
+
+
+class HoleLines(Protocol):
+    """A hole: its number, and the line that goes there."""
+
+    @property
+    def number(self) -> int:
+        """Counted from 1."""
+
+    @property
+    def first(self) -> int:
+        """The line of the program."""
+
+
+def pauses_at_holes(steps: Sequence[SentStep], holes: Sequence[HoleLines]) -> list[SentStep]:
+    """Return the steps with a pause before the first line of each hole."""
+    waiting = deque(holes)
+    made: list[SentStep] = []
+    for step in steps:
+        while waiting and step.number >= waiting[0].first:
+            hole = waiting.popleft()
+            if step.number == hole.first:
+                made.append(Pause(hole.first, hole=hole.number))
+        made.append(step)
+    return made
 
 
 def steps_of(lines: Sequence[str], words: Dialect, file: str, first: int = 1) -> list[SentStep]:

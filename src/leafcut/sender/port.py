@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+from types import ModuleType
 from typing import Protocol
 
 from leafcut.errors import OptionError, SendError, nearest
@@ -49,8 +50,7 @@ class SerialPort:
         SendError
             It is in use, or may not be opened.
         """
-        import serial
-
+        serial = _pyserial()
         if baud not in BAUDS:
             raise OptionError(f"--baud {baud}: {nearest(str(baud), [str(one) for one in BAUDS])[2:]}")
         self.name = name
@@ -93,6 +93,14 @@ class SerialPort:
             return
 
 
+def _pyserial() -> ModuleType:
+    try:
+        import serial
+    except ModuleNotFoundError:
+        raise OptionError("serial ports need the package pyserial: pip install pyserial") from None
+    return serial
+
+
 def _refusal(name: str, problem: Exception) -> SendError:
     number = getattr(problem, "errno", None)
     text = str(problem)
@@ -107,6 +115,7 @@ def _refusal(name: str, problem: Exception) -> SendError:
 
 def ports() -> list[tuple[str, str]]:
     """Return the serial ports of this computer: name and description."""
+    _pyserial()
     from serial.tools.list_ports import comports
 
     return sorted((str(one.device), str(one.description)) for one in comports())

@@ -15,12 +15,12 @@ from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind
 from leafcut.sender.answers import Accepted, Alarm, ControllerAnswer, Greeting, Refused, Status, Strange
 from leafcut.sender.checking import check_program
-from leafcut.sender.conversation import HOLD, RESET, RESUME, Conversation
+from leafcut.sender.conversation import HOLD, RESET, RESUME, Conversation, Interrupted
 from leafcut.sender.counting import GRBL_BUFFER, SPARED, CharacterCounter, SentLine
 from leafcut.sender.explained import alarm_in_words, error_in_words, state_in_words
 from leafcut.sender.facts import Facts
 from leafcut.sender.job import DrilledHole, SendJob
-from leafcut.sender.lines import Pause, SentStep
+from leafcut.sender.lines import Pause, SentStep, pauses_at_holes
 from leafcut.sender.place import Tracker
 from leafcut.sender.port import PortLost
 from leafcut.sender.resuming import modes_before, resumed, spindle_words, with_motion
@@ -137,7 +137,7 @@ class Ending:
     @property
     def go_on(self) -> str:
         """The option with which the program goes on from there; empty where it begins from the start."""
-        if self.complete or not self.line:
+        if self.complete or not self.line or (self.hole is not None and self.hole.number == 1):
             return ""
         if self.hole is not None:
             return f"--from-hole {self.hole.number}"
@@ -178,6 +178,10 @@ class SendRun:
         Is called with a `RunView` at every status.
     check
         The controller is in check mode: nothing moves, and errors are collected.
+    by_hole
+        The person is asked before every hole, by a `Pause` that has its number.
+    touched
+        Set by a prompt that had the machine do something itself: then the program comes back to its place.
     """
 
     talk: Conversation
@@ -188,11 +192,13 @@ class SendRun:
     observe: Callable[[RunView], None] | None = None
     check: bool = False
     unhomed: bool = False
+    by_hole: bool = False
+    touched: bool = False
     requests: deque[Request] = field(default_factory=deque)
 
     def __post_init__(self) -> None:
         self.counter = CharacterCounter(self.facts.buffer)
-        self.left: deque[SentStep] = deque(self.steps)
+        self.left: deque[SentStep] = deque(self._stepping_holes(self.steps))
         self.path = self.job.program.path
         self._tracker = Tracker(self.path)
         fed, other = self.job.seconds
@@ -204,11 +210,23 @@ class SendRun:
         self._history: deque[int] = deque(maxlen=_AHEAD)
         self._overrides = (100, 100, 100)
         self._wanted: int | None = None
-        self._stepping = False
+        self._changing = False
         self._offset = self.facts.status.offset
         self._errors: list[tuple[int, str]] = []
         self._rests = 0
         self._heard_at = self._owed_since = self._asked_at = self.talk.clock()
+
+    def _stepping_holes(self, steps: Sequence[SentStep], after: int = 0) -> Sequence[SentStep]:
+        """Return the steps with a pause before every hole behind hole `after`, where these are gone through one by one.
+
+        The lines up to the first hole are those that bring the tool to its height and start the spindle.
+        """
+        return pauses_at_holes(steps, self.job.holes[after:]) if self.by_hole else steps
+
+    def go_on_to_the_end(self) -> None:
+        """Ask before no hole any more; may be called where a pause is asked for."""
+        self.by_hole = False
+        self.left = deque(step for step in self.left if not (isinstance(step, Pause) and step.hole))
 
     def ask(self, request: Request) -> None:
         """Ask for something; may be called from any thread, and is done at the next look."""
@@ -228,7 +246,7 @@ class SendRun:
             return self._lost(f"{silent}; {self._stop_unheard()}")
         except PortLost as lost:
             return self._lost(str(lost))
-        except (_Asked, KeyboardInterrupt):
+        except (_Asked, Interrupted, KeyboardInterrupt):
             return self._stopped("stopped by you")
         except LeafcutError as problem:
             return self._stopped(str(problem), at_once=isinstance(problem, _Alarmed))
@@ -275,7 +293,7 @@ class SendRun:
 
     def _step_override(self) -> None:
         """Go on towards the feed's override that is wanted, a step at a time: the board takes two at once for one."""
-        if self._wanted is None or self._stepping:
+        if self._wanted is None or self._changing:
             return
         missing = self._wanted - self._overrides[0]
         if not missing:
@@ -283,7 +301,7 @@ class SendRun:
             return
         step = (10 if abs(missing) >= 10 else 1) * (1 if missing > 0 else -1)
         self.talk.write(_FEED_NORMAL if self._wanted == 100 else _FEED_STEPS[step])
-        self._stepping = True
+        self._changing = True
         self._asked_at = 0.0
 
     def _fill(self) -> None:
@@ -377,7 +395,7 @@ class SendRun:
             raise _Ended("there is more in the controller's buffer than was sent: is another program speaking to it?")
         self._rests = self._rests + 1 if status.state in ("Idle", "Check") else 0
         if status.overrides is not None:
-            self._overrides, self._stepping = status.overrides, False
+            self._overrides, self._changing = status.overrides, False
         self._offset = status.offset or self._offset
         place = self._program_place(status)
         if not self.check:
@@ -394,18 +412,7 @@ class SendRun:
 
     def _program_place(self, status: Status) -> XYZ | None:
         """Return where it is in the coordinates of the program, mm."""
-        unit = self.facts.unit
-        if status.work is not None:
-            x, y, z = status.work
-            return (x * unit, y * unit, z * unit)
-        place = self.facts.machine_place(status)
-        if place is None:
-            return None
-        if self._offset is not None:
-            zero = (self._offset[0] * unit, self._offset[1] * unit, self._offset[2] * unit)
-        else:
-            zero = self.facts.origin(self.facts.frame)
-        return (place[0] - zero[0], place[1] - zero[1], place[2] - zero[2])
+        return self.facts.work_place(status, self._offset)
 
     def _view(self, status: Status, place: XYZ | None) -> RunView:
         line = self.taken if self.check else max(self.line - 1, 0)
@@ -446,7 +453,8 @@ class SendRun:
         following = next((step.number for step in self.left if isinstance(step, SentLine)), 0)
         if not following:
             return
-        if changed:
+        if changed or self.touched:
+            self.touched = False
             self._come_back(pause, following)
         elif pause.change and not self.job.laser:
             self.left.extendleft(reversed(spindle_words(self.job, following)))
@@ -478,7 +486,7 @@ class SendRun:
             # Where it has not moved yet there is no place to come back to.
             motion, lines = modes_before(self.job, following)
             steps = (*lines, *with_motion(list(self.left), motion))
-        self.left = deque(step for step in steps if step != pause)
+        self.left = deque(self._stepping_holes([step for step in steps if step != pause], pause.hole))
 
     def _wait_idle(self) -> None:
         for _ in range(2):

@@ -39,7 +39,8 @@ def ending_in_words(ending: Ending, job: SendJob) -> str:
     if ending.line:
         at = f"line {ending.line}" + (f", hole {ending.hole.number}" if ending.hole else "")
         parts.append(f"it was in {at}; lines up to {ending.taken} of {lines} were taken")
-        parts.append(f"go on with {ending.go_on}" + ("" if ending.homed else " after homing it, or setting its place"))
+        how = f"go on with {ending.go_on}" if ending.go_on else "begin from the start"
+        parts.append(how + ("" if ending.homed else " after homing it, or setting its place"))
     else:
         parts.append("nothing of the program was run")
     return brief("; ".join(parts))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from leafcut.studio.drafts import Drafts
@@ -12,6 +12,7 @@ from leafcut.studio.jobs.jobs import Jobs
 from leafcut.studio.kept_pages import KeptPages
 from leafcut.studio.keys import StudioKeys, kept_secret
 from leafcut.studio.lab_runs import LabRuns
+from leafcut.studio.machine.link import MachineLink
 from leafcut.studio.recent_files import RecentFiles
 
 HOST, PORT = "127.0.0.1", 8173
@@ -29,13 +30,15 @@ class Studio:
     pages: KeptPages
     recent: RecentFiles
     lab: LabRuns
+    machine: MachineLink = field(default_factory=MachineLink)
 
     def drafts(self, kind: str) -> Drafts:
         """Return what was typed of the person's own ``machines`` or ``tools`` and not saved."""
         return Drafts(self.folder, kind)
 
     def close(self) -> None:
-        """End all that runs."""
+        """End all that runs, the machine first."""
+        self.machine.close()
         self.lab.stop()
         self.jobs.close()
         self.lab.close()

@@ -82,6 +82,8 @@ class Words:
         name = found["flag"].replace("-", "_")
         if f"option.{name}" in self.table:
             return f"“{self.option(name)}”"
+        if f"flag.{name}" in self.table:
+            return f"“{self(f'flag.{name}')}”"
         stem = name.removeprefix("no_")
         return f"“{self.option(stem)}” {self('form.off')}" if f"option.{stem}" in self.table else found[0]
 

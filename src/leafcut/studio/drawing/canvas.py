@@ -153,6 +153,20 @@ class Canvas(Serving, component="../static/canvas_element.js"):
         """Select a difference of two programs, by its index, and move to where it is."""
         self.run_method("selectDifference", index)
 
+    def show_line(self, line: int) -> None:
+        """Select what a line of the program does, and move to it."""
+        self.run_method("showLine", line)
+
+    def set_tool(
+        self, place: tuple[float, float] | None, *, cuts: bool = False, going_to: tuple[float, float] | None = None
+    ) -> None:
+        """Show where the machine really is, mm in the program's coordinates; None for not at all.
+
+        `cuts` fills its ring, `going_to` is the hole that comes next.
+        """
+        tool = None if place is None else {"x": place[0], "y": place[1], "cuts": cuts, "next": going_to}
+        self.run_method("setTool", tool)
+
     def play(self, rate: float = 1.0) -> None:
         """Play at so many machine seconds in a second."""
         self.run_method("play", rate)

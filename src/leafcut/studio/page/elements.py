@@ -167,6 +167,24 @@ class Editor(Element, component="../static/editor.js"):
         self.update()
 
 
+class JogPad(Element, component="../static/jog.js"):
+    """Buttons and keys that move a machine; `on_jog` is told axis, sign, and whether a key is held down."""
+
+    def __init__(
+        self, label: str, hint: str, on_jog: Callable[[str, int, bool], Any], on_release: Callable[[], Any]
+    ) -> None:
+        super().__init__()
+        self._props.update(label=label, hint=hint, off=True)
+        self.on("jog", lambda e: on_jog(str(e.args["axis"]), int(e.args["sign"]), bool(e.args["held"])))
+        self.on("release", on_release)
+
+    def switch(self, on: bool) -> None:
+        """Let the machine be moved, or not."""
+        if self._props["off"] == on:
+            self._props["off"] = not on
+            self.update()
+
+
 class SaveBar(Element, component="../static/save_bar.js"):
     """A name with a button that keeps something under it, told `on_save`; `on_go` leads to the line of a problem."""
 

@@ -17,9 +17,9 @@ LEAF = (
     '10-17z"></path><path d="M5 20 14 10"></path><path d="M20 4l-3.5 3.5"></path></svg>'
 )
 
-_STYLES = ("colours.css", "studio.css", "room.css", "works.css", "figures.css")
+_STYLES = ("colours.css", "studio.css", "room.css", "works.css", "figures.css", "machine.css")
 #: Only the first must have run before anything is painted: it knows whether the page is light or dark.
-_SCRIPTS = ("shell.js", "focus.js", "badge.js")
+_SCRIPTS = ("shell.js", "focus.js", "badge.js", "machine_stop.js")
 _IMPORT = re.compile(r'from "(?:\./|leafcut-canvas/)([\w.]+)"')
 
 

@@ -10,7 +10,7 @@ from leafcut._version import __version__
 from leafcut.studio.wording import Words
 
 #: The views of the page, each with its key.
-VIEWS = (("work", "1"), ("jobs", "2"), ("machines", "3"), ("tools", "4"), ("lab", "5"))
+VIEWS = (("work", "1"), ("jobs", "2"), ("machines", "3"), ("tools", "4"), ("lab", "5"), ("control", "6"))
 #: Keys of the page, each with what tells of it, beside those of the views.
 _KEYS: tuple[tuple[tuple[str, ...], str], ...] = (
     (("O",), "key.o"),
@@ -24,6 +24,7 @@ _KEYS: tuple[tuple[tuple[str, ...], str], ...] = (
     (("/",), "key.find"),
     (("F1",), "key.field"),
     (("T",), "key.t"),
+    (("Esc", "Pause"), "key.machine_stop"),
     (("?",), "key.help"),
 )
 #: Keys of the drawing as they are shown, each with what tells of it.

@@ -1,4 +1,4 @@
-"""The pages of the studio: one page with five views, laid out here; what stands in them is in the panels."""
+"""The pages of the studio: one page with six views, laid out here; what stands in them is in the panels."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from fastapi import Request
-from nicegui import Client, ui
+from nicegui import Client, background_tasks, ui
 
 from leafcut.studio.folder import Folder
 from leafcut.studio.page import preview
@@ -28,6 +28,7 @@ from leafcut.studio.page.panel_input import InputPanel
 from leafcut.studio.page.panel_jobs import JobsPanel
 from leafcut.studio.page.panel_lab import LabPanel
 from leafcut.studio.page.panel_library import LibraryPanel
+from leafcut.studio.page.panel_machine import MachinePanel, StopBar
 from leafcut.studio.page.panel_result import ResultPanel
 from leafcut.studio.page.panel_run import RunPanel
 from leafcut.studio.wording import LANGUAGES, Words, preferred, words
@@ -167,6 +168,9 @@ class Page:
                     self.__dict__[kind] = LibraryPanel(self.view, self, kind)
             with box("div", "sheet", id="view-lab") as self.views["lab"]:
                 self.lab = LabPanel(self.view, self)
+            with box("div", "sheet", id="view-control") as self.views["control"]:
+                self.control = MachinePanel(self.view, self, ui.context.client)
+            self.stop_bar = StopBar(self.view)
             help_dialog(w)
             self.said = text("div", "", "said", id="said", role="status", aria_live="polite")
             self.said.on("click", lambda: self.say(""))
@@ -227,6 +231,8 @@ class Page:
             self.jobs.draw()
         elif name == "lab":
             self.lab.draw()
+        elif name == "control":
+            background_tasks.create(self.control.draw())
         elif name in ("machines", "tools"):
             self.__dict__[name].draw()
 
@@ -326,6 +332,8 @@ class Page:
         if time.monotonic() > self._until:
             self.say("", stays=True)
         self.badge.tick()
+        self.stop_bar.tick()
+        self.control.tick(shown=self.shown == "control")
         self.run.tick()
         self.result.tick()
         if self.shown == "jobs":

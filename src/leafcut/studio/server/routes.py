@@ -28,6 +28,7 @@ from leafcut.studio.jobs.nest_request import wanted_parts
 from leafcut.studio.jobs.sheets import comparison, plan_cuts, sheets_of
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.lab_runs import LabRuns
+from leafcut.studio.server.machine_routes import add_machine
 from leafcut.studio.server.safety import STILL_POLICY
 
 if TYPE_CHECKING:
@@ -111,6 +112,7 @@ def router(studio: Studio) -> APIRouter:
     _add_lists(made)
     _add_lab(made, studio.lab)
     _add_points(made, studio.folder)
+    add_machine(made, studio)
 
     @made.get("", include_in_schema=False)
     @made.get("/{rest:path}", include_in_schema=False)

@@ -46,6 +46,7 @@ export class Drawing {
     };
     this.editable = editable;
     this.selected = null;
+    this.tool = null;
     /** The names of the drawing's own layers that are switched off. */
     this.hidden = new Set();
     this.scenes = { whole: null, part: null, before: null, after: null, pheromone: null, live: null, differences: null };
@@ -267,6 +268,13 @@ export class Drawing {
     }
     this.view.show(scene.x1(row) + scene.origin[0], scene.y1(row) + scene.origin[1]);
     this._choose({ row, which: scene.header.which });
+  }
+
+  /** Show where the machine really is: x and y in mm, whether it cuts, and the place that is next; null: not at all. */
+  setTool(place) {
+    this.tool = place;
+    this.panes.forEach((pane) => { pane.dirty = true; });
+    this._wake();
   }
 
   /** Select what a line of the program does. */

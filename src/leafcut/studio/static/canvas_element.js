@@ -72,6 +72,10 @@ export default {
     },
     /** Show all, also of what is being fetched just now. */
     fit() { this.loading = (this.loading ?? Promise.resolve()).then(() => this.drawing.fit()); },
+    /** Show where the machine really is, mm; null for not at all. */
+    setTool(place) { this.drawing.setTool(place); },
+    /** Select what a line does, also of a program that is being fetched just now. */
+    showLine(line) { this.loading = (this.loading ?? Promise.resolve()).then(() => this.drawing.selectLine(line)); },
     select(row) { this.drawing.select(row); },
     selectLine(line) { this.drawing.selectLine(line); },
     selectDifference(index) { this.drawing.selectDifference(index); },

@@ -240,3 +240,36 @@ export function drawTool(ctx, view, colours, x, y, working) {
   ctx.arc(px, py, 2.6, 0, 2 * Math.PI);
   ctx.fill();
 }
+
+/** Draw where the machine really is: a cross with a ring, which is full while it cuts; and the hole that is next. */
+export function drawMachine(ctx, view, colours, { x, y, cuts, next }) {
+  if (next) {
+    for (const [colour, width] of [[colours.card, 7], [colours.accent, 3]]) {
+      ctx.strokeStyle = colour;
+      ctx.lineWidth = width;
+      ctx.beginPath();
+      ctx.arc(view.toX(next[0]), view.toY(next[1]), 13, 0, 2 * Math.PI);
+      ctx.stroke();
+    }
+  }
+  const px = view.toX(x), py = view.toY(y), ring = 11, arm = 20;
+  if (!Number.isFinite(px + py)) return;
+  for (const [colour, width] of [[colours.card, 5], [colours.bad, 2]]) {
+    ctx.strokeStyle = colour;
+    ctx.lineWidth = width;
+    ctx.lineCap = "butt";
+    ctx.beginPath();
+    ctx.arc(px, py, ring, 0, 2 * Math.PI);
+    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+      ctx.moveTo(px + 4 * dx, py + 4 * dy);
+      ctx.lineTo(px + arm * dx, py + arm * dy);
+    }
+    ctx.stroke();
+  }
+  ctx.fillStyle = colours.bad;
+  ctx.globalAlpha = cuts ? 0.35 : 0.1;
+  ctx.beginPath();
+  ctx.arc(px, py, ring, 0, 2 * Math.PI);
+  ctx.fill();
+  ctx.globalAlpha = 1;
+}

@@ -2,7 +2,7 @@
 
 import { Buffer, Frame, budget } from "./buffer.js";
 import { ringMark } from "./differences.js";
-import { drawGrid, drawRulers, drawScaleBar, drawTool } from "./marks.js";
+import { drawGrid, drawMachine, drawRulers, drawScaleBar, drawTool } from "./marks.js";
 import { distanceToMove, gridOfHoles, gridOfMoves, nearest } from "./hit_test.js";
 import { paintDone, paintGround, paintMarks, paintMore, paintPaths } from "./painters.js";
 import { PartPaths, ToolpathPaths, pathsOfRows } from "./paths.js";
@@ -184,6 +184,7 @@ export class Pane extends EventTarget {
     if (this.hovered) this._highlight(ctx, frame, this.hovered, colours.ink, 0.75);
     if (this.time !== null && this.main) this._current(ctx, frame);
     ctx.setTransform(ratio, 0, 0, ratio, 0, 0);
+    if (this.shared.tool) drawMachine(ctx, view, colours, this.shared.tool);
     if (this.drag) this._dragLine(ctx);
     const unit = [this.part, this.main?.scene].some((scene) => scene?.header.unitless) ? "" : "mm";
     this.shared.placement.draw(ctx, view, colours);

@@ -7,10 +7,15 @@ import select
 import subprocess
 import threading
 import tty
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
+import pytest
+
 from benchmarked import benchmark
+from leafcut.sender.conversation import Conversation
+from leafcut.sender.port import SerialPort
 
 grbl_time = benchmark("grbl_time")
 
@@ -124,3 +129,47 @@ class Board:
         self._process.wait()
         assert self._process.stdout is not None
         self._process.stdout.close()
+
+
+@pytest.fixture(scope="module")
+def patient() -> Iterator[None]:
+    """Wait longer than a person would: the board runs on a processor that does much else."""
+    before, Conversation.patience = Conversation.patience, 10.0
+    yield
+    Conversation.patience = before
+
+
+@pytest.fixture(scope="module")
+def running(patient: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Board]:
+    """Yield the board, set up; skip without the firmware, and without its compiler fail where that is required."""
+    if not (grbl_time.BOARD / grbl_time.FIRMWARE).exists():
+        pytest.skip("the simulated GRBL board is not here; set LEAFCUT_GRBL")
+    if grbl_time.missing():
+        if os.environ.get("LEAFCUT_REQUIRE_EXTERNAL") == "1":
+            pytest.fail(f"{grbl_time.missing()} are required here")
+        pytest.skip(f"{grbl_time.missing()} are not installed")
+    board = Board(tmp_path_factory.mktemp("board"))
+    try:
+        port = SerialPort(board.port)
+        talk = Conversation(port)
+        talk.connect()
+        for number, value in SETTINGS.items():
+            talk.ask(f"${number}={value}")
+        talk.ask("G10 L2 P1 X{} Y{} Z{}".format(*ZERO))
+        port.close()
+        yield board
+    finally:
+        board.close()
+
+
+@pytest.fixture
+def board(running: Board) -> Board:
+    """Return the board at rest, as it was switched on but for its place."""
+    port = SerialPort(running.port)
+    talk = Conversation(port)
+    talk.connect()
+    talk.reset()
+    talk.unlock()
+    port.close()
+    running.forget()
+    return running

@@ -1,0 +1,667 @@
+"""The studio's connection to one controller: a thread speaks to it, and everybody else asks that thread.
+
+All that is said to the controller is said by `leafcut.sender`; here stands who may command it, what it is told next,
+and what pages see of it. Only Stop and what a program is asked while it runs go past the queue.
+
+As long as a page shows the machine it tells so every moment. When none has for `GRACE` seconds, a program that runs is
+held (unless it was begun to go on alone) and a jog or a frame is ended.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Collection, Sequence
+from concurrent.futures import Future
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Any
+
+from leafcut.errors import LeafcutError, OptionError, SendError
+from leafcut.sender.answers import Alarm, ControllerAnswer, Greeting, Status, Strange
+from leafcut.sender.by_hand import cancel_jog, check_jog, frame_of, jog, probe_z
+from leafcut.sender.checking import check_program, check_ready
+from leafcut.sender.conversation import Conversation, Interrupted
+from leafcut.sender.explained import alarm_in_words, state_in_words
+from leafcut.sender.facts import Facts
+from leafcut.sender.job import SendJob, issues_to_tell
+from leafcut.sender.lines import Pause, SentStep
+from leafcut.sender.port import BAUD, Port, PortLost, SerialPort
+from leafcut.sender.resuming import line_of_hole, resumed
+from leafcut.sender.run import SILENCE_SECONDS, STATUS_SECONDS, Ending, Request, RunView, SendRun
+from leafcut.sender.told import ending_in_words
+from leafcut.studio.machine.state import (
+    Connection,
+    MachineQuestion,
+    MachineState,
+    MachineTask,
+    ProgramEnd,
+    ProgramProgress,
+)
+
+#: So long no page may show the machine before a program is held, s.
+GRACE = 5.0
+#: More jogs than this wait for none: who holds a key down is not to be run after.
+_MOST_JOGS = 2
+#: So far ahead of the machine is a key that is held, s.
+_JOG_AHEAD = 0.3
+#: Alarms after which the position is kept: soft limits, and those of a probe. Source: gnea/grbl 1.1, alarm codes.
+_KEPT = (2, 4, 5)
+#: The end of the studio waits so long for the machine to come to rest, s.
+_END_SECONDS = 30.0
+
+_Act = Callable[[Callable[[], None]], Any]
+
+
+@dataclass
+class _Task:
+    """Something to be done by the thread: `act` calls what it is given as soon as all is checked and it is begun."""
+
+    doing: MachineTask
+    act: _Act
+    future: Future[Any]
+    by_hand: bool = False
+    jog: bool = False
+
+
+@dataclass(frozen=True)
+class RunWishes:
+    """How a program is run.
+
+    Attributes
+    ----------
+    from_hole, from_line
+        Go on with this hole, or this line, counted from 1; None for both begins from the start.
+    by_hole
+        Ask before every hole.
+    unhomed
+        The machine has no homing: a person has set its zero.
+    alone
+        Go on when no page shows the machine.
+    accept
+        Codes of dangers that a person has seen.
+    """
+
+    from_hole: int | None = None
+    from_line: int | None = None
+    by_hole: bool = False
+    unhomed: bool = False
+    alone: bool = False
+    accept: tuple[str, ...] = ()
+
+
+class MachineLink:
+    """One controller, or none; may be used from any thread."""
+
+    def __init__(
+        self, open_port: Callable[[str, int], Port] = SerialPort, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self.state = MachineState()
+        self.grace = GRACE
+        self._open_port, self._clock = open_port, clock
+        self._lock = threading.RLock()
+        self._tasks: deque[_Task] = deque()
+        self._answers: deque[str | None] = deque()
+        self._thread: threading.Thread | None = None
+        self._talk: Conversation | None = None
+        self._facts: Facts | None = None
+        self._run: SendRun | None = None
+        self._wishes = RunWishes()
+        self._leaving = self._cancel = self._left_alone = False
+        self._alive_at = clock()
+        self._asked_at = self._heard_at = self._jog_until = 0.0
+
+    @property
+    def job(self) -> SendJob | None:
+        """The program that runs."""
+        run = self._run
+        return None if run is None else run.job
+
+    # What may be asked for, by anybody.
+
+    def alive(self, holder: str, *, adopt: bool = False) -> None:
+        """Note that a page still shows the machine; one that nobody commands may be adopted."""
+        with self._lock:
+            if self.state.holder == holder or (
+                adopt and self.state.connection is not Connection.CLOSED and self._forsaken()
+            ):
+                self._alive_at = self._clock()
+                if self.state.holder != holder:
+                    self._tell(holder=holder)
+
+    def take(self, holder: str) -> None:
+        """Command the machine from here on, in place of another page."""
+        with self._lock:
+            self._alive_at = self._clock()
+            self._tell(holder=holder)
+
+    def connect(self, holder: str, port: str, baud: int = BAUD) -> Future[Any]:
+        """Open a port, and ask what is there.
+
+        Raises
+        ------
+        SendError
+            A machine is connected already.
+        """
+        future: Future[Any] = Future()
+        with self._lock:
+            if self.state.connection is not Connection.CLOSED:
+                raise SendError(f"the machine on {self.state.port} is connected; disconnect it first")
+            if self._thread is not None:
+                self._thread.join()
+            self._leaving, self._alive_at = False, self._clock()
+            self._tell(
+                connection=Connection.OPENING, port=port, baud=baud, holder=holder, said="", bad=False, ended=None
+            )
+            self._thread = threading.Thread(target=self._live, args=(port, baud, future), daemon=True)
+            self._thread.start()
+        return future
+
+    def disconnect(self, holder: str) -> None:
+        """Give the port back.
+
+        Raises
+        ------
+        SendError
+            It does something, or another page commands it.
+        """
+        self._claim(holder)
+        if self.state.doing not in (MachineTask.NOTHING, MachineTask.ASKING) or self.state.moves:
+            raise SendError("the machine is not at rest; stop it first, then disconnect it")
+        self._end()
+
+    def home(self, holder: str) -> Future[Any]:
+        """Home it."""
+        return self._post(holder, MachineTask.HOMING, self._home)
+
+    def unlock(self, holder: str) -> Future[Any]:
+        """Bring it to rest: out of an alarm, a hold, or whatever else it does."""
+        return self._post(holder, MachineTask.STOPPING, self._unlock)
+
+    def jog(self, holder: str, moves: dict[str, float], feed: float, *, held: bool = False) -> Future[Any]:
+        """Move by lengths in mm at a feed in mm/min.
+
+        Of a key that is `held` no more is taken than the machine has soon done: it comes to rest when the key does.
+        """
+        with self._lock:
+            if held and (len(self._tasks) >= _MOST_JOGS or self._jog_until - self._clock() > _JOG_AHEAD):
+                done: Future[Any] = Future()
+                done.set_result(None)
+                return done
+        return self._post(holder, MachineTask.ASKING, lambda _: self._jog(moves, feed), by_hand=True, jog=True)
+
+    def cancel(self, holder: str) -> None:
+        """End a jog, or a frame: it comes to rest, and its position is kept."""
+        with self._lock:
+            self._claim(holder)
+            for task in [task for task in self._tasks if task.jog]:
+                self._tasks.remove(task)
+                task.future.set_result(None)
+            self._cancel = True
+
+    def zero(self, holder: str, axes: str) -> Future[Any]:
+        """Make the place of the tool the zero of G54 in some axes, such as ``XY``."""
+        named = "".join(axis for axis in "XYZ" if axis in axes.upper())
+        if not named or len(named) != len(axes):
+            raise OptionError(f"'{axes}' are no axes; name some of X, Y and Z")
+        return self._post(holder, MachineTask.ASKING, lambda _: self._zero(named), by_hand=True)
+
+    def probe(self, holder: str, plate: float, feed: float, travel: float) -> Future[Any]:
+        """Set Z0 by a plate of a thickness, mm, at a feed, mm/min, no farther down than `travel`, mm."""
+        return self._post(holder, MachineTask.PROBING, lambda _: self._probe(plate, feed, travel), by_hand=True)
+
+    def frame(self, holder: str, job: SendJob, feed: float) -> Future[Any]:
+        """Trace the box of a program in the air, at a feed in mm/min; done when it has begun."""
+        return self._post(holder, MachineTask.FRAMING, lambda begun: self._frame(begun, job, feed))
+
+    def check(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:
+        """Return, in words, what a person should know before a program is run; nothing of it is sent."""
+        return self._post(holder, MachineTask.ASKING, lambda _: self._ready(job, wishes)[2])
+
+    def run(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:
+        """Run a program; done when it has begun, with what a person should know of it."""
+        return self._post(holder, MachineTask.RUNNING, lambda begun: self._send(begun, job, wishes))
+
+    def answer(self, holder: str, words: str | None) -> None:
+        """Answer what a program asks: nothing to go on, ``all`` to be asked before no hole any more, None to stop."""
+        self._claim(holder)
+        if self.state.question is None:
+            raise SendError("nothing is asked")
+        self._answers.append(words)
+
+    def request(self, holder: str, request: Request) -> None:
+        """Hold, go on, or change the feed, while a program runs; a jog and a frame that are held are ended."""
+        self._claim(holder)
+        if self._run is not None:
+            if request is Request.RESUME:
+                self._left_alone = False
+            self._run.ask(request)
+        elif request is Request.HOLD:
+            self._cancel = True
+        else:
+            raise SendError("no program runs")
+
+    def stop(self) -> None:
+        """Stop the machine, whatever it does and whoever commands it: hold, wait until it stands, reset."""
+        with self._lock:
+            waiting, talk = [*self._tasks], self._talk
+            self._tasks.clear()
+            self._jog_until = 0.0
+            if talk is not None:
+                talk.interrupt()
+        for task in waiting:
+            task.future.set_exception(SendError("stopped by you"))
+
+    def close(self) -> None:
+        """Stop what runs, and give the port back: the studio ends."""
+        if self._thread is not None:
+            if self.state.moves:
+                self.stop()
+            self._end()
+
+    # Who commands it.
+
+    def _forsaken(self) -> bool:
+        return not self.state.holder or self._clock() - self._alive_at > self.grace
+
+    def _claim(self, holder: str) -> None:
+        """Let somebody command the machine, if nobody else does."""
+        with self._lock:
+            if not self.state.open:
+                raise SendError("no machine is connected")
+            if self.state.holder != holder and not self._forsaken():
+                raise SendError("another page commands the machine; take it over first")
+            self._alive_at = self._clock()
+            if self.state.holder != holder:
+                self._tell(holder=holder)
+
+    def _post(
+        self, holder: str, doing: MachineTask, act: _Act, *, by_hand: bool = False, jog: bool = False
+    ) -> Future[Any]:
+        future: Future[Any] = Future()
+        with self._lock:
+            self._claim(holder)
+            busy = self.state.doing not in (MachineTask.NOTHING, MachineTask.ASKING)
+            if busy and not (by_hand and self.state.question is not None):
+                raise SendError("the machine is busy; wait until that is done, or stop it")
+            self._tasks.append(_Task(doing, act, future, by_hand, jog))
+        return future
+
+    def _tell(self, **changes: Any) -> None:
+        """Let everybody see what has changed."""
+        with self._lock:
+            self.state = replace(self.state, number=self.state.number + 1, **changes)
+
+    def _say(self, line: str, *, bad: bool = False) -> None:
+        self._tell(said=line, bad=bad, saying=self.state.saying + 1)
+
+    def _end(self) -> None:
+        self._leaving = True
+        thread = self._thread
+        if thread is not None and thread is not threading.current_thread():
+            thread.join(_END_SECONDS)
+
+    # The thread.
+
+    def _live(self, name: str, baud: int, began: Future[Any]) -> None:
+        port: Port | None = None
+        told = ""
+        try:
+            port = self._open_port(name, baud)
+            talk = Conversation(port, clock=self._clock)
+            with self._lock:
+                self._talk = talk
+            talk.on_status = self._see
+            status = talk.connect()
+            self._asked_at = self._heard_at = self._clock()
+            if status.state in ("Idle", "Alarm"):
+                self._look_up()
+            self._tell(connection=Connection.OPEN)
+            self._see(talk.status or status)
+            began.set_result(None)
+            self._serve(talk)
+        except Interrupted:
+            told = "stopped by you"
+        except LeafcutError as problem:
+            told = str(problem)
+        except Exception as fault:  # a fault of ours must not leave a page that believes in a machine
+            told = f"a fault in leafcut ({fault}): the connection is closed; stop the machine at its own switch"
+        finally:
+            if port is not None:
+                port.close()
+            self._forget(told)
+            if not began.done():
+                began.set_exception(SendError(told))
+
+    def _forget(self, told: str) -> None:
+        """Be without a machine; what was still to be done is refused."""
+        with self._lock:
+            waiting = [*self._tasks]
+            self._tasks.clear()
+            self._answers.clear()
+            self._talk = self._facts = self._run = None
+            self._cancel = self._left_alone = False
+            kept = self.state
+            self.state = MachineState(kept.number, said=kept.said, bad=kept.bad, saying=kept.saying, ended=kept.ended)
+            self._say(told, bad=bool(told))
+        for task in waiting:
+            task.future.set_exception(SendError(told or "no machine is connected"))
+
+    def _serve(self, talk: Conversation) -> None:
+        while not self._leaving:
+            try:
+                self._do_next()
+                self._turn(talk)
+            except Interrupted:
+                self._stop_now(talk)
+            except PortLost:
+                raise
+            except LeafcutError as problem:
+                self._say(str(problem), bad=True)
+        if talk.status is not None and talk.status.state in ("Jog", "Run", "Hold"):
+            talk.stop()
+
+    def _do_next(self) -> None:
+        """Do what was asked for first, if anything was."""
+        with self._lock:
+            if not self._tasks:
+                return
+            task = self._tasks.popleft()
+            # By hand while a program asks something: that it runs stays so.
+            doing = self.state.doing
+            self._tell(doing=task.doing if self._run is None else doing)
+        future = task.future
+
+        def begun(result: object = None) -> None:
+            if not future.done():
+                future.set_result(result)
+
+        try:
+            begun(task.act(begun))
+        except Interrupted:
+            if not future.done():
+                future.set_exception(SendError("stopped by you"))
+            raise
+        except LeafcutError as problem:
+            if not future.done():
+                future.set_exception(problem)
+            raise
+        except Exception as fault:
+            if not future.done():
+                future.set_exception(SendError(f"a fault in leafcut ({fault})"))
+            raise
+        finally:
+            self._heard_at = self._clock()
+            self._tell(doing=doing)
+
+    def _turn(self, talk: Conversation, mind: Callable[[ControllerAnswer], None] | None = None) -> None:
+        """Ask for the status when it is time, hear what is said, and see that a page is still there."""
+        now = self._clock()
+        if now - self._asked_at >= STATUS_SECONDS:
+            self._asked_at = now
+            talk.ask_status()
+        for answer in talk.listen():
+            (mind or self._hear)(answer)
+        if now - self._heard_at > SILENCE_SECONDS * talk.patience:
+            raise PortLost(f"nothing answers on {talk.port.name} any more")
+        if self._cancel or (self._forsaken() and self.state.status == "Jog"):
+            self._cancel, self._jog_until = False, 0.0
+            cancel_jog(talk)
+
+    def _hear(self, answer: ControllerAnswer) -> None:
+        """Take what is said without having been asked."""
+        match answer:
+            case Alarm(code):
+                self._say(alarm_in_words(code), bad=True)
+                self._tell(unsure=self.state.unsure or code not in _KEPT)
+            case Greeting():
+                assert self._talk is not None
+                self._talk.start_anew()
+                self._facts = None
+                self._say("the controller was reset", bad=True)
+            case Strange(words):
+                self._say(f"what came over the line makes no sense: '{words}'; look at the cable", bad=True)
+            case _:
+                pass
+
+    def _see(self, status: Status) -> None:
+        """Publish a status."""
+        self._heard_at = self._clock()
+        talk, facts = self._talk, self._facts
+        if talk is None:
+            return
+        unit = 1.0 if facts is None else facts.unit
+        changes: dict[str, Any] = {
+            "status": status.state,
+            "pins": status.pins,
+            "feed": (status.feed or 0.0) * unit,
+            "speed": status.speed or 0.0,
+        }
+        if facts is not None:
+            changes |= {"machine": facts.machine_place(status), "work": facts.work_place(status, talk.offset)}
+        now = self.state
+        if any(getattr(now, name) != value for name, value in changes.items()):
+            self._tell(**changes)
+
+    def _look_up(self) -> Facts:
+        """Ask the controller what it is set to."""
+        assert self._talk is not None
+        facts = self._facts = self._talk.facts()
+        self._tell(version=facts.version, homing=facts.homing, soft_limits=facts.soft_limits, travel=facts.travel())
+        self._see(facts.status)
+        return facts
+
+    def _at_rest(self) -> Facts:
+        """Return what the controller says of itself; refuse a machine that moves, or is locked."""
+        assert self._talk is not None
+        state = self._talk.fresh_status().state
+        if state != "Idle":
+            raise SendError(f"the machine is {state_in_words(state)}; bring it to rest first")
+        return self._look_up()
+
+    def _stop_now(self, talk: Conversation) -> None:
+        self._tell(doing=MachineTask.STOPPING, question=None)
+        try:
+            talk.stop()
+        finally:
+            self._tell(doing=MachineTask.NOTHING)
+        if talk.status is not None and talk.status.state == "Alarm":
+            self._tell(unsure=True)
+        self._say("stopped by you; the spindle is off")
+
+    # What is done by hand.
+
+    def _home(self, begun: Callable[[], None]) -> None:
+        assert self._talk is not None
+        begun()
+        try:
+            self._talk.home()
+        except (Interrupted, SendError) as problem:
+            # A hold means nothing to a machine that homes.
+            with suppress(SendError):
+                self._talk.reset()
+            self._tell(unsure=True)
+            if isinstance(problem, Interrupted):
+                raise SendError("homing was stopped by you: the position is lost") from None
+            raise
+        self._talk.restarted = False
+        self._tell(unsure=False)
+        self._look_up()
+
+    def _unlock(self, _: Callable[[], None]) -> None:
+        assert self._talk is not None
+        if self._talk.unlock():
+            self._tell(unsure=True)
+        self._look_up()
+
+    def _jog(self, moves: dict[str, float], feed: float) -> None:
+        assert self._talk is not None
+        self._touch()
+        if self._facts is not None and not self.state.unsure:
+            check_jog(self._facts, self.state.machine, moves)
+        jog(self._talk, moves, feed)
+        seconds = 60.0 * math.hypot(*moves.values()) / feed
+        self._jog_until = max(self._jog_until, self._clock()) + seconds
+
+    def _zero(self, axes: str) -> None:
+        assert self._talk is not None
+        self._touch()
+        self._talk.ask("G54")
+        self._talk.zero_here(axes)
+        if not self._talk.restarted and axes == "XYZ":
+            self._tell(unsure=False)
+        self._look_up()
+
+    def _probe(self, plate: float, feed: float, travel: float) -> None:
+        assert self._talk is not None
+        facts = self._at_rest()
+        self._touch()
+        probe_z(self._talk, facts, plate, feed, travel)
+        self._say("Z0 is set by the probe")
+
+    def _touch(self) -> None:
+        if self._run is not None:
+            self._run.touched = True
+
+    def _frame(self, begun: Callable[[], None], job: SendJob, feed: float) -> None:
+        talk = self._talk
+        assert talk is not None
+        lines = frame_of(job, self._at_rest()).lines(feed)
+        begun()
+        for line in lines:
+            talk.ask(line)
+        rests = 0
+        while rests < 2:
+            before = talk.status
+            self._turn(talk)
+            if talk.status is not before and talk.status is not None:
+                rests = rests + 1 if talk.status.state in ("Idle", "Alarm") else 0
+
+    # A program.
+
+    def _ready(self, job: SendJob, wishes: RunWishes) -> tuple[SendJob, Facts, list[str], Sequence[SentStep]]:
+        """Check a program against the machine as it stands; return what is told of it, and what is sent."""
+        talk = self._talk
+        assert talk is not None
+        facts = self._look_up()
+        check_ready(facts, unhomed=wishes.unhomed, restarted=talk.restarted)
+        if self.state.unsure and not wishes.unhomed:
+            raise SendError("it was locked by an alarm, and may not be where it thinks: home it, or set its zero anew")
+        issues = check_program(job, facts, unhomed=wishes.unhomed, accept=wishes.accept)
+        told = [str(issue) for issue in issues_to_tell([*job.issues, *issues])]
+        if not facts.soft_limits:
+            told.append("soft limits are off ($20=0): the controller itself stops at no limit")
+        steps: Sequence[SentStep] = job.steps
+        if wishes.by_hole and not job.holes:
+            raise SendError(f"{job.file} drills no holes that could be gone through one by one")
+        if wishes.from_hole is not None or wishes.from_line is not None:
+            line = wishes.from_line or 0 if wishes.from_hole is None else line_of_hole(job, wishes.from_hole)
+            if line < 1:
+                raise OptionError(f"--from-line {line}: lines are counted from 1")
+            place = facts.machine_place()
+            height = None if place is None else place[2] - facts.origin(540)[2]
+            steps, tool = resumed(job, line, height)
+            if tool is not None:
+                told.append(f"tool T{tool} must be in the spindle")
+        return job.on(facts.timed(job.machine)), facts, told, steps
+
+    def _send(self, begun: Callable[..., None], job: SendJob, wishes: RunWishes) -> None:
+        assert self._talk is not None
+        job, facts, told, steps = self._ready(job, wishes)
+        self._wishes, self._left_alone = wishes, False
+        self._answers.clear()
+        run = SendRun(self._talk, facts, job, steps, unhomed=wishes.unhomed, by_hole=wishes.by_hole)
+        run.prompt, run.observe = self._prompt, lambda view: self._observe(run, view)
+        fed, other = job.seconds
+        progress = ProgramProgress(
+            job.file, job.steps[-1].number, len(job.holes), left_s=float(fed.sum() + other.sum()),
+            by_hole=wishes.by_hole, alone=wishes.alone,
+        )  # fmt: skip
+        self._run = run
+        self._tell(progress=progress, ended=None)
+        self._say("")
+        begun(told)
+        try:
+            ending = run.run()
+        finally:
+            self._run = None
+            self._tell(question=None, progress=None)
+        self._finish(job, ending)
+
+    def _finish(self, job: SendJob, ending: Ending) -> None:
+        words = ending_in_words(ending, job)
+        on = bool(ending.go_on)
+        hole = ending.hole.number if on and ending.hole is not None else 0
+        line = ending.line if on else 0
+        self._tell(
+            ended=ProgramEnd(job.file, ending.complete, words, line, hole, ending.homed),
+            unsure=self.state.unsure or not ending.homed,
+        )
+        self._say(words, bad=not ending.complete)
+
+    def _observe(self, run: SendRun, view: RunView) -> None:
+        """Publish how far a program is; hold it where no page shows it any more."""
+        now = self.state.progress
+        if now is None:
+            return
+        self._tell(
+            progress=replace(
+                now, line=view.line, hole=view.hole, feed=view.feed, override=view.override, done_s=view.done_s,
+                left_s=view.left_s, by_hole=run.by_hole,
+            )
+        )  # fmt: skip
+        if self._forsaken() and not (self._wishes.alone or self._left_alone):
+            self._left_alone = True
+            run.ask(Request.HOLD)
+            self._say("no page shows the machine any more: it is on hold", bad=True)
+
+    def _prompt(self, pause: Pause, said: Sequence[str]) -> str | None:
+        """Ask a person; what they do by hand meanwhile is done here."""
+        talk, run = self._talk, self._run
+        assert talk is not None and run is not None
+        kind = "hole" if pause.hole else "tool" if pause.change else "pause"
+        self._tell(question=MachineQuestion(kind, str(pause), pause.number, pause.hole, pause.tool, tuple(said)))
+
+        def mind(answer: ControllerAnswer) -> None:
+            if isinstance(answer, Alarm):
+                raise SendError(alarm_in_words(answer.code))
+            if isinstance(answer, Greeting):
+                raise SendError("the controller was reset")
+
+        try:
+            while not self._answers:
+                try:
+                    self._do_next()
+                except PortLost:
+                    raise
+                except LeafcutError as problem:
+                    self._say(str(problem), bad=True)
+                self._turn(talk, mind)
+                if self._leaving:
+                    return None
+            answer = self._answers.popleft()
+        finally:
+            self._tell(question=None)
+        if answer == "all":
+            run.go_on_to_the_end()
+            return ""
+        return answer
+
+
+def codes_of(words: str) -> tuple[str, ...]:
+    """Return the codes of dangers that a person has seen, as they are typed: ``L801, L806``.
+
+    Raises
+    ------
+    OptionError
+        One is none.
+    """
+    from leafcut.model.issue import CODES
+
+    codes: Collection[str] = [one.strip().upper() for one in words.split(",") if one.strip()]
+    for code in codes:
+        if code not in CODES:
+            raise OptionError(f"--accept: '{code}' is no code of an issue, such as L801")
+    return tuple(codes)

@@ -1,0 +1,132 @@
+"""The machine by hand: where it is, its zeros, the jog pad, and the probe."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from nicegui.elements.mixins.text_element import TextElement
+
+from leafcut.errors import LeafcutError
+from leafcut.studio.machine.state import MachineState, MachineTask
+from leafcut.studio.page.elements import JogPad, box, button, text
+from leafcut.studio.page.machine_fields import Field, enable
+from leafcut.studio.page.page_state import View
+
+if TYPE_CHECKING:
+    from leafcut.studio.page.panel_machine import MachinePanel
+
+_AXES = "XYZ"
+#: Steps of a jog, mm.
+STEPS = ("0.1", "1", "10", "100")
+
+
+class ByHandPanel:
+    """Position, jog and probe."""
+
+    def __init__(self, view: View, panel: MachinePanel) -> None:
+        self.view, self.panel, self.link = view, panel, view.studio.machine
+        self.step = "1"
+        self._position()
+        self._jog()
+        self._probe()
+
+    def _position(self) -> None:
+        w = self.view.words
+        self.work: list[TextElement] = []
+        self.machine: list[TextElement] = []
+        self.zeros: list[TextElement] = []
+        with box("section", "card machine-card", aria_label=w("machine.position")):
+            text("h2", w("machine.position"))
+            with box("table", "place", aria_label=w("machine.position")):
+                with box("thead"), box("tr"):
+                    text("td", "")
+                    text("th", w("machine.work"), "n", scope="col")
+                    text("th", w("machine.machine"), "n", scope="col")
+                    text("td", "")
+                with box("tbody"):
+                    for axis in _AXES:
+                        with box("tr"):
+                            text("th", axis, scope="row")
+                            self.work.append(text("td", "–", "n large", id=f"machine-work-{axis.lower()}"))
+                            self.machine.append(text("td", "–", "n quiet", id=f"machine-place-{axis.lower()}"))
+                            with box("td", "n"):
+                                self._zero(w("machine.zero_axis", axis=axis), axis)
+            with box("div", "ends"):
+                self._zero(w("machine.zero_xy"), "XY")
+                self._zero(w("machine.zero_all"), "XYZ")
+            self.unsure = text("p", w("machine.unsure"), "warn small")
+
+    def _zero(self, words: str, axes: str) -> None:
+        self.zeros.append(button(words, lambda: self.panel.ask(self.link.zero, axes), "small"))
+
+    def _jog(self) -> None:
+        w = self.view.words
+        with box("section", "card machine-card", aria_label=w("machine.jog")):
+            text("h2", w("machine.jog"))
+            with box("div", "steps", role="group", aria_label=w("machine.step")):
+                self.steps = {
+                    step: button(
+                        step, lambda step=step: self._choose(step), "tab small",
+                        aria_pressed="true" if step == self.step else "false", aria_label=f"{step} mm",
+                    )
+                    for step in STEPS
+                }  # fmt: skip
+                text("span", "mm", "quiet small")
+            self.pad = JogPad(w("machine.jog"), w("machine.jog_hint"), self._move, self._let_go)
+            self.feed = Field("jog-feed", w("machine.feed"), "1000", "mm/min")
+            text("p", w("machine.jog_hint"), "quiet small")
+
+    def _choose(self, step: str) -> None:
+        self.step = step
+        for one, made in self.steps.items():
+            made.props(f"aria-pressed={'true' if one == step else 'false'}")
+
+    async def _move(self, axis: str, sign: int, held: bool) -> None:
+        if axis not in _AXES:
+            return
+        try:
+            feed = self.feed.number()
+        except LeafcutError as problem:
+            self.panel.tell(str(problem), bad=True)
+            return
+        await self.panel.ask(self.link.jog, {axis: (1 if sign > 0 else -1) * float(self.step)}, feed, held=held)
+
+    async def _let_go(self) -> None:
+        await self.panel.ask(self.link.cancel)
+
+    def _probe(self) -> None:
+        w = self.view.words
+        with box("details", "card machine-card") as place:
+            text("summary", w("machine.probe"))
+            with box("div", "fields"):
+                text("p", w("machine.probe_hint"), "quiet small")
+                self.plate = Field("plate", w("machine.plate"), "1.5", "mm")
+                self.probe_feed = Field("probe-feed", w("machine.feed"), "50", "mm/min")
+                self.limit = Field("probe-limit", w("machine.limit"), "15", "mm")
+                with box("div", "ends"):
+                    self.probe = button(w("machine.probe_now"), self._probe_now, "")
+        self.probe_place = place
+
+    async def _probe_now(self) -> None:
+        try:
+            given = (self.plate.number(), self.probe_feed.number(), self.limit.number())
+        except LeafcutError as problem:
+            self.panel.tell(str(problem), bad=True)
+            return
+        await self.panel.ask(self.link.probe, *given)
+
+    def show(self, state: MachineState, mine: bool) -> None:
+        """Show where the machine is, and what may be done with it now."""
+        for places, place in ((self.work, state.work), (self.machine, state.machine)):
+            for axis, cell in enumerate(places):
+                words = "–" if place is None or not state.open else f"{place[axis]:.3f}".replace("-0.000", "0.000")
+                if cell.text != words:
+                    cell.set_text(words)
+        asked = state.question is not None
+        free = mine and (asked or state.doing in (MachineTask.NOTHING, MachineTask.ASKING))
+        still = free and state.status == "Idle"
+        for one in self.zeros:
+            enable(one, still)
+        enable(self.probe, still)
+        self.pad.switch(free and state.status in ("Idle", "Jog"))
+        self.unsure.set_visibility(state.open and state.unsure)

@@ -1,0 +1,137 @@
+"""Fields of the machine's page: what is typed in one is known at once, and is never drawn anew under the hand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from nicegui.element import Element
+
+from leafcut.errors import OptionError
+from leafcut.studio.page.elements import box, text
+
+
+class _Typed(Element, component="../static/machine_field.js"):
+    """The field itself."""
+
+    def __init__(self, name: str, value: str, unit: str, *, numbers: bool, offered: str) -> None:
+        super().__init__()
+        self._props.update(field=f"machine-{name}", value=value, version=0, unit=unit)
+        self._props.update(numbers=numbers, offered=offered, placeholder="")
+
+
+class Field:
+    """A labelled field for a text; `numbers` offer the keys of numbers on a phone.
+
+    `offered` is the id of a list of what may be typed. A field that is left empty has what stands in it faintly.
+    """
+
+    def __init__(
+        self, name: str, label: str, value: str = "", unit: str = "", *, numbers: bool = True, offered: str = ""
+    ) -> None:
+        self.typed, self.usual, self.label = value, "", label
+        with box("div", "field machine-field") as self.place:
+            text("label", label, for_=f"machine-{name}")
+            self.input = _Typed(name, value, unit, numbers=numbers, offered=offered)
+        self.input.on("typed", self._take)
+
+    @property
+    def value(self) -> str:
+        """What was typed, or what holds where nothing was."""
+        return self.typed or self.usual
+
+    def _take(self, event: Any) -> None:
+        self.typed = str(event.args["value"])
+
+    def put(self, value: str) -> None:
+        """Put something into the field."""
+        self.typed = value
+        self.input._props.update(value=value, version=self.input._props["version"] + 1)
+        self.input.update()
+
+    def suggest(self, value: str) -> None:
+        """Let something hold where nothing is typed."""
+        self.usual = self.input._props["placeholder"] = value
+        self.input.update()
+
+    def number(self) -> float:
+        """Return what was typed as a number; a comma is a point.
+
+        Raises
+        ------
+        OptionError
+            It is none.
+        """
+        try:
+            return float(self.value.replace(",", "."))
+        except ValueError:
+            raise OptionError(f"{self.label}: '{self.value}' is not a number") from None
+
+    def count(self) -> int | None:
+        """Return what was typed as a whole number; None for nothing.
+
+        Raises
+        ------
+        OptionError
+            It is none.
+        """
+        word = self.value.strip()
+        if not word:
+            return None
+        if not word.isdecimal() or len(word) > 9:
+            raise OptionError(f"{self.label}: '{word}' is not a whole number")
+        return int(word)
+
+
+class Menu:
+    """A labelled field with choices: value → words."""
+
+    def __init__(self, name: str, label: str, choices: Mapping[str, str], value: str) -> None:
+        self.value, self._choices = value, dict[str, str]()
+        with box("div", "field machine-field") as self.place:
+            text("label", label, for_=f"machine-{name}")
+            self.select = box("select", "", id=f"machine-{name}")
+        self.select.on("change", self._chosen, js_handler="(e) => emit(e.target.value)")
+        self.on_change: Any = lambda: None
+        self.offer(choices, value)
+
+    def offer(self, choices: Mapping[str, str], value: str) -> None:
+        """Offer other choices."""
+        if (dict(choices), value) == (self._choices, self.value):
+            return
+        self._choices, self.value = dict(choices), value
+        self.select.clear()
+        with self.select:
+            for one, words in choices.items():
+                text("option", words, value=one, **({"selected": ""} if one == value else {}))
+
+    def _chosen(self, event: Any) -> Any:
+        if str(event.args) in self._choices:
+            self.value = str(event.args)
+            return self.on_change()
+        return None
+
+
+class Switch:
+    """A labelled switch."""
+
+    def __init__(self, name: str, label: str) -> None:
+        self.on = False
+        with box("label", "machine-switch") as self.place:
+            self.input = box("input", "switch", type="checkbox", id=f"machine-{name}")
+            text("span", label)
+        self.input.on("change", self._turned, js_handler="(e) => emit(e.target.checked)")
+
+    def _turned(self, event: Any) -> None:
+        self.on = bool(event.args)
+
+
+def enable(element: Element, on: bool) -> None:
+    """Let a button be pressed, or not."""
+    off = element._props.get("disabled") is not None
+    if off == on:
+        if on:
+            element._props.pop("disabled", None)
+        else:
+            element._props["disabled"] = ""
+        element.update()

@@ -1,0 +1,390 @@
+"""The program on the machine: which it is, the check, the frame, the run, and the steps from hole to hole."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import time
+from typing import TYPE_CHECKING, Any
+
+from leafcut.errors import LeafcutError
+from leafcut.sender.job import SendJob
+from leafcut.sender.run import Request
+from leafcut.studio.drawing.canvas import Canvas
+from leafcut.studio.folder import OWN
+from leafcut.studio.jobs.jobs import line_of
+from leafcut.studio.machine.link import RunWishes, codes_of
+from leafcut.studio.machine.program import program_of_file, program_of_job, sendable
+from leafcut.studio.machine.state import MachineState, MachineTask
+from leafcut.studio.page.elements import box, button, text
+from leafcut.studio.page.machine_fields import Field, Menu, Switch, enable
+from leafcut.studio.page.machine_words import lines_of_hole
+from leafcut.studio.page.page_state import View
+from leafcut.studio.page.panel_program import is_program
+from leafcut.units import format_time
+
+if TYPE_CHECKING:
+    from nicegui.element import Element
+
+    from leafcut.studio.page.panel_machine import MachinePanel
+
+_USUAL = "grbl-3018"
+
+
+class MachineProgramPanel:
+    """What runs, or may be run."""
+
+    def __init__(self, view: View, panel: MachinePanel, drawing: Element) -> None:
+        self.view, self.panel, self.link = view, panel, view.studio.machine
+        self.job: SendJob | None = None
+        #: The program that is read, and why it cannot be sent.
+        self._key: tuple[str, ...] = ()
+        #: The one that is drawn: one that runs, from whichever page, comes first.
+        self._drawn: SendJob | None = None
+        self._tool: object = None
+        self._next: tuple[float, float] | None = None
+        self._asked: object = None
+        self._ended: object = None
+        w = view.words
+        with drawing:
+            self.canvas = Canvas(words=w.section("canvas"), layers={"issues": False})
+            self.canvas.set_visibility(False)
+            with box("div", "empty") as self.empty, box("div", "inviting"):
+                self.empty_title = text("h2", w("machine.no_program"))
+                self.empty_words = text("p", w("machine.no_program_hint"), "quiet")
+        self._program()
+        self._running()
+
+    def _program(self) -> None:
+        w = self.view.words
+        with box("section", "card machine-card", aria_label=w("machine.program")) as self.choosing:
+            text("h2", w("machine.program"))
+            self.name = text("p", "", "name", dir="auto")
+            self.machine = Menu("machine", w("result.machine"), {_USUAL: _USUAL}, _USUAL)
+            self.machine.on_change = self.draw
+            self.facts = text("p", "", "quiet small")
+            self.problem = text("p", "", "error small", role="status")
+            with box("ul", "warnings") as self.told:
+                pass
+            with box("div", "fields"):
+                self.from_hole = Field("from-hole", w("flag.from_hole"))
+                self.from_line = Field("from-line", w("flag.from_line"))
+                self.by_hole = Switch("by-hole", w("machine.by_hole"))
+                self.alone = Switch("alone", w("machine.alone"))
+                self.unhomed = Switch("unhomed", w("flag.unhomed"))
+                self.accept = Field("accept", w("flag.accept"), numbers=False)
+            with box("div", "ends"):
+                self.check = button(w("machine.check"), self._check, "")
+                self.frame = button(w("machine.frame"), self._frame, "")
+            self.start = button(w("machine.start"), self._start, "primary wide", data_sure=w("machine.start_sure"))
+
+    def _running(self) -> None:
+        w = self.view.words
+        with box("section", "card machine-card", aria_label=w("machine.run")) as self.running:
+            self.what = text("h2", "")
+            self.bar = box("progress", "", max="1000", aria_label=w("machine.run"))
+            with box("dl", "facts"):
+                self.figures = {}
+                for key in ("hole", "line", "done", "left", "ends", "feed"):
+                    text("dt", w(f"machine.{key}_now"))
+                    self.figures[key] = text("dd", "", id=f"machine-now-{key}")
+            with box("div", "ends feeds", role="group", aria_label=w("machine.override")):
+                for words, request in (("−10 %", Request.SLOWER), ("100 %", Request.NORMAL), ("+10 %", Request.FASTER)):
+                    button(words, lambda request=request: self.panel.ask(self.link.request, request), "small")
+            with box("div", "question") as self.question:
+                pass
+            with box("div", "ends holds"):
+                self.hold = button(w("machine.hold"), lambda: self.panel.ask(self.link.request, Request.HOLD), "large")
+                self.resume = button(
+                    w("machine.resume"), lambda: self.panel.ask(self.link.request, Request.RESUME), "large primary"
+                )
+
+    # Which program.
+
+    def _chosen(self) -> tuple[str, str]:
+        """Return the run whose program is meant, or the file that is open."""
+        view = self.view
+        record = view.studio.jobs.record(view.job) if view.job else None
+        if record is not None and view.studio.history.artefact(record.id, "program") is not None:
+            return record.id, ""
+        return "", view.source if is_program(view) else ""
+
+    def changed(self) -> bool:
+        """Return whether another program is open than the one that is shown."""
+        return (*self._chosen(), self.machine.value) != self._key[:3]
+
+    async def draw(self) -> None:
+        """Read the program that is open for the machine that is chosen."""
+        view, w = self.view, self.view.words
+        job, source = self._chosen()
+        self._offer(job)
+        key = (job, source, self.machine.value, self.accept.value)
+        if key == self._key:
+            return
+        self._key = key
+        made, problem = None, ""
+        if job or source:
+            try:
+                made = await asyncio.to_thread(self._read, *key)
+            except LeafcutError as refusal:
+                problem = view.studio.folder.without_paths(str(refusal))
+            except Exception as fault:
+                problem = line_of(fault)
+        if key != self._key:
+            return
+        self.job = made
+        self.name.set_text(made.file if made else view.name if source else w("machine.none"))
+        self.problem.set_text(w.plain(problem))
+        self.empty_title.set_text(w("empty.unseen", name=self.view.name) if problem else w("machine.no_program"))
+        self.empty_words.set_text("" if problem else w("machine.no_program_hint"))
+        self.facts.set_text(_facts(made, w) if made else "")
+        self.told.clear()
+        self._show_drawing()
+        self._show_fields(self.link.state)
+        self.panel.tick_now()
+
+    def _offer(self, job: str) -> None:
+        view = self.view
+        found = sendable(view.studio.folder)
+        names = {
+            word: view.words("machines.own", name=word.removeprefix(OWN)) if word.startswith(OWN) else word
+            for word in found
+        }
+        value = self.machine.value
+        record = view.studio.jobs.record(job) if job else None
+        if record is not None and self._key[:1] != (job,):
+            wanted = str(record.task.options.get("machine") or "")
+            value = wanted if wanted in names else value
+        self.machine.offer(names, value if value in names else _USUAL)
+
+    def _read(self, job: str, source: str, machine: str, accept: str) -> SendJob:
+        studio = self.view.studio
+        codes = codes_of(accept)
+        if job:
+            made = program_of_job(studio.history, studio.folder, job, machine, codes)
+        else:
+            units = self.view.values.get("units")
+            made = program_of_file(studio.folder, source, machine, units if units in ("mm", "in") else None, codes)
+        _ = made.seconds, made.holes  # slow for a large one
+        return made
+
+    def _show_drawing(self) -> None:
+        """Draw the program that runs, else the one that is open, where another one is drawn."""
+        from leafcut.studio.drawing.scene import toolpath_scene
+
+        job = self.link.job or self.job
+        if job is self._drawn or (job is not None and self._drawn is not None and job.program is self._drawn.program):
+            return
+        self._drawn = job
+        self.empty.set_visibility(job is None)
+        self.canvas.set_visibility(job is not None)
+        if job is None:
+            self.canvas.clear()
+            return
+        text_of = "\n".join(job.program.lines)
+        self.canvas.show(
+            lambda: toolpath_scene(job.program.path, job.machine, name=job.file, text=text_of, beam=job.laser), "after"
+        )
+        self.canvas.fit()
+        self._tool = None
+
+    # What is asked for.
+
+    def _wishes(self) -> RunWishes:
+        holes = bool(self.job and self.job.holes)
+        return RunWishes(
+            from_hole=self.from_hole.count() if holes else None,
+            from_line=None if holes else self.from_line.count(),
+            by_hole=self.by_hole.on and holes,
+            unhomed=self.unhomed.on,
+            alone=self.alone.on,
+            accept=codes_of(self.accept.value),
+        )
+
+    async def _with_program(self, what: Any, *given: Any) -> Any:
+        """Have something done with the program that is open now."""
+        await self.draw()
+        if self.job is None:
+            self.panel.tell(self.problem.text or self.view.words("machine.no_program"), bad=True)
+            return None
+        return await self.panel.ask(what, self.job, *given)
+
+    async def _check(self) -> None:
+        try:
+            wishes = self._wishes()
+        except LeafcutError as problem:
+            self.panel.tell(str(problem), bad=True)
+            return
+        found = await self._with_program(self.link.check, wishes)
+        if found is not None:
+            self._tell_issues(found)
+            self.panel.tell(self.view.words("machine.checked"))
+
+    async def _frame(self) -> None:
+        try:
+            feed = self.panel.by_hand.feed.number()
+        except LeafcutError as problem:
+            self.panel.tell(str(problem), bad=True)
+            return
+        await self._with_program(self.link.frame, feed)
+
+    async def _start(self) -> None:
+        try:
+            wishes = self._wishes()
+        except LeafcutError as problem:
+            self.panel.tell(str(problem), bad=True)
+            return
+        found = await self._with_program(self.link.run, wishes)
+        if found is not None:
+            self._tell_issues(found)
+            self.panel.tell("")
+
+    def _tell_issues(self, lines: list[str]) -> None:
+        self.told.clear()
+        with self.told:
+            for line in lines:
+                text("li", self.view.words.plain(line), dir="auto")
+
+    # What is shown.
+
+    def show(self, state: MachineState, mine: bool) -> None:
+        """Show what may be done now, and how far the program is."""
+        runs = state.progress is not None
+        self.choosing.set_visibility(not runs)
+        self.running.set_visibility(runs)
+        ready = mine and self.job is not None and state.doing in (MachineTask.NOTHING, MachineTask.ASKING)
+        ready = ready and state.status == "Idle"
+        for one in (self.check, self.frame, self.start):
+            enable(one, ready)
+        self._show_fields(state)
+        self._show_drawing()
+        self._show_progress(state, mine)
+        self._show_question(state, mine)
+        self._show_place(state)
+        if state.ended != self._ended:
+            self._ended = state.ended
+            if state.ended is not None and not state.ended.complete:
+                hole, line = state.ended.go_on_hole, state.ended.line
+                self.from_hole.put(str(hole) if hole else "")
+                self.from_line.put(str(line) if line and not hole else "")
+            elif state.ended is not None:
+                self.from_hole.put("")
+                self.from_line.put("")
+
+    def _show_fields(self, state: MachineState) -> None:
+        holes = bool(self.job and self.job.holes)
+        self.from_hole.place.set_visibility(self.job is not None and holes)
+        self.by_hole.place.set_visibility(self.job is not None and holes)
+        self.from_line.place.set_visibility(self.job is not None and not holes)
+        self.unhomed.place.set_visibility(state.open and not state.homing)
+
+    def _show_progress(self, state: MachineState, mine: bool) -> None:
+        now = state.progress
+        if now is None:
+            return
+        held = state.status in ("Hold", "Door")
+        whole = now.done_s + now.left_s
+        self.what.set_text(now.name)
+        share = str(round(1000.0 * now.done_s / whole)) if whole > 0.0 else "0"
+        if self.bar._props.get("value") != share:
+            self.bar._props["value"] = share
+            self.bar.update()
+        ends = time.strftime("%H:%M:%S", time.localtime(time.time() + now.left_s))
+        asked = state.question is not None
+        told = {
+            "hole": f"{now.hole} / {now.holes}" if now.holes else "–",
+            "line": f"{now.line} / {now.lines}",
+            "done": format_time(now.done_s),
+            "left": format_time(now.left_s),
+            "ends": "–" if held or asked else ends,
+            "feed": f"{now.feed:.0f} mm/min · {now.override} %",
+        }
+        for key, words in told.items():
+            if self.figures[key].text != words:
+                self.figures[key].set_text(words)
+        self.hold.set_visibility(not held and not asked)
+        self.resume.set_visibility(held and not asked)
+        enable(self.hold, mine)
+        enable(self.resume, mine)
+
+    def _show_question(self, state: MachineState, mine: bool) -> None:
+        asked = state.question
+        if (asked, mine) == self._asked:
+            return
+        self._asked = (asked, mine)
+        w = self.view.words
+        self.question.clear()
+        self.question.set_visibility(asked is not None)
+        self._next = None
+        if asked is None:
+            self.canvas.select(None)
+            return
+        with self.question:
+            if asked.kind == "hole":
+                self._next_hole(asked.hole)
+            else:
+                text("p", w.plain(asked.words), "large")
+                text("p", w("machine.at_pause"), "quiet small")
+            for line in asked.said:
+                text("p", w.plain(line), "quiet small")
+            with box("div", "ends"):
+                words = w("machine.drill", hole=asked.hole) if asked.kind == "hole" else w("machine.go_on")
+                go = button(words, lambda: self.panel.ask(self.link.answer, ""), "primary large", id="machine-go")
+                enable(go, mine)
+                if asked.kind == "hole":
+                    to_end = button(w("machine.to_end"), lambda: self.panel.ask(self.link.answer, "all"), "")
+                    enable(to_end, mine)
+
+    def _next_hole(self, number: int) -> None:
+        """Show the next hole: on the drawing, its lines, and what they do."""
+        w = self.view.words
+        job = self._drawn
+        text("h3", w("machine.next_hole", hole=number))
+        if job is None or number > len(job.holes):
+            return
+        hole = job.holes[number - 1]
+        with box("ol", "explained"):
+            for line, code, words in lines_of_hole(job, hole, w):
+                with box("li"):
+                    text("span", str(line), "quiet n")
+                    text("code", code)
+                    text("span", words)
+        self._next = (hole.x, hole.y)
+        self.canvas.show_line(hole.last)
+
+    def _show_place(self, state: MachineState) -> None:
+        """Show where the machine is on the drawing, and how far it may go."""
+        place = state.work if state.open else None
+        cuts = state.progress is not None and place is not None and place[2] < 0.0
+        at = None if place is None or self._drawn is None else (round(place[0], 3), round(place[1], 3))
+        if (at, cuts, self._next) != self._tool:
+            self._tool = (at, cuts, self._next)
+            self.canvas.set_tool(at, cuts=cuts, going_to=self._next)
+        self.canvas.set_placement(self._travel(state), movable=False)
+
+    def _travel(self, state: MachineState) -> dict[str, Any] | None:
+        if state.travel is None or state.machine is None or state.work is None or not state.homing:
+            return None
+        zero = [round(a - b, 3) for a, b in zip(state.machine, state.work, strict=True)]
+        low, high = state.travel
+        box_of = [low[0] - zero[0], low[1] - zero[1], high[0] - zero[0], high[1] - zero[1]]
+        if not all(math.isfinite(one) for one in box_of):
+            return None
+        name = self._drawn.machine.name if self._drawn else ""
+        fits = True
+        if self._drawn is not None:
+            from leafcut.sender.by_hand import fed_box
+
+            found = fed_box(self._drawn)
+            fits = found is None or all(
+                box_of[k] <= found[0][k] + 0.005 and found[1][k] - 0.005 <= box_of[k + 2] for k in range(2)
+            )
+        return {"box": box_of, "known": True, "fits": fits, "machine": name}
+
+
+def _facts(job: SendJob, w: Any) -> str:
+    fed, other = job.seconds
+    parts = [format_time(float(fed.sum() + other.sum())), w("machine.lines", number=job.steps[-1].number)]
+    if job.holes:
+        parts.append(w("machine.holes", number=len(job.holes)))
+    return " · ".join(parts)

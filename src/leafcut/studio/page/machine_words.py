@@ -1,0 +1,63 @@
+"""What the lines of a program do, in words: one line for each, for who learns to read them."""
+
+from __future__ import annotations
+
+import math
+
+from leafcut.model.toolpath import Kind
+from leafcut.sender.job import DrilledHole, SendJob
+from leafcut.studio.wording import Words
+
+#: Ends closer than this are one place, mm.
+_SAME = 1e-6
+
+
+def lines_of_hole(job: SendJob, hole: DrilledHole, words: Words) -> list[tuple[int, str, str]]:
+    """Return the lines with which a hole is drilled, up to where the tool leaves it: number, text, and what it does."""
+    following = job.holes[hole.number].first if hole.number < len(job.holes) else hole.last + 2
+    last = min(max(hole.last, following - 1), hole.last + 1, len(job.program.lines))
+    return [(line, job.text(line), line_in_words(job, line, words)) for line in range(hole.first, last + 1)]
+
+
+def line_in_words(job: SendJob, line: int, words: Words) -> str:
+    """Return what a line does; nothing for one that does nothing by itself."""
+    path = job.program.path
+    parts = []
+    for row in (path.line == line).nonzero()[0].tolist():
+        kind, value = Kind(int(path.kind[row])), float(path.value[row])
+        end, before = path.end[row].tolist(), path.before[row].tolist()
+        if kind in (Kind.ARC_CW, Kind.ARC_CCW):
+            name = "clockwise" if kind is Kind.ARC_CW else "counter"
+            parts.append(words(f"explain.{name}", x=_mm(end[0]), y=_mm(end[1]), feed=_feed(value)))
+        elif kind is Kind.RAPID or kind is Kind.FEED:
+            parts.append(_move(kind, before, end, value, words))
+        elif kind is Kind.SPINDLE:
+            parts.append(words("explain.spindle", rpm=f"{abs(value):g}") if value else words("explain.spindle_off"))
+        elif kind is Kind.DWELL:
+            parts.append(words("explain.dwell", seconds=f"{value:g}"))
+    return "; ".join(part for part in parts if part)
+
+
+def _move(kind: Kind, before: list[float], end: list[float], feed: float, words: Words) -> str:
+    """Return what a straight move does; what was not known before it, NaN, counts as another place."""
+    sideways = any(not abs(a - b) <= _SAME for a, b in zip(before[:2], end[:2], strict=True))
+    level = not abs(before[2] - end[2]) > _SAME
+    rapid = kind is Kind.RAPID
+    given = {"x": _mm(end[0]), "y": _mm(end[1]), "z": _mm(end[2]), "feed": _feed(feed)}
+    if sideways and math.isfinite(end[0] + end[1]):
+        return words(f"explain.{'go' if rapid else 'cut'}{'' if level else '_z'}", **given)
+    if not math.isfinite(end[2]):
+        return ""
+    if level and math.isfinite(before[2]):
+        return words("explain.stay", **given)
+    up = not end[2] < before[2]
+    key = ("rise" if rapid else "draw") if up else ("lower" if rapid else "drill")
+    return words(f"explain.{key}", **given)
+
+
+def _mm(value: float) -> str:
+    return f"{value:.3f}".rstrip("0").rstrip(".") or "0"
+
+
+def _feed(value: float) -> str:
+    return f"{60.0 * value:.0f}"

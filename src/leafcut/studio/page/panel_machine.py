@@ -1,0 +1,216 @@
+"""The machine's page: connect it, move it by hand, and run a program on it; and Stop, which every view has."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from nicegui import background_tasks
+
+from leafcut.errors import LeafcutError
+from leafcut.sender.port import BAUD, BAUDS, ports
+from leafcut.studio.machine.state import Connection, MachineState, MachineTask
+from leafcut.studio.page.elements import box, button, text
+from leafcut.studio.page.machine_by_hand import ByHandPanel
+from leafcut.studio.page.machine_fields import Field, Menu, enable
+from leafcut.studio.page.machine_program import MachineProgramPanel
+from leafcut.studio.page.page_state import View
+
+if TYPE_CHECKING:
+    from nicegui import Client
+
+    from leafcut.studio.page.page_parts import PageParts
+
+#: What the controller does as a colour: at rest, moving, held, stopped by itself.
+_COLOURS = {"Idle": "done", "Run": "running", "Jog": "running", "Home": "running", "Alarm": "failed"}
+#: Between two signs of life of a page, in its ticks.
+_EVERY = 10
+
+
+class MachinePanel:
+    """What one page shows of the machine, and asks of it."""
+
+    def __init__(self, view: View, page: PageParts, client: Client) -> None:
+        self.view, self.page, self._client = view, page, client
+        self.link, self.key = view.studio.machine, str(client.id)
+        self._number, self._ticks = -1, 0
+        state = self.link.state
+        # What was told last is told again where there is a machine.
+        self._told = -1 if state.open else state.saying
+        self._drawing = False
+        w = view.words
+        with box("div", "control"):
+            with box("div", "control-column"):
+                text("h1", w("machine.title"), "unseen")
+                self._connection()
+                self.by_hand = ByHandPanel(view, self)
+            with box("section", "control-drawing", aria_label=w("middle.title")):
+                self.drawing = box("div", "frame")
+            with box("div", "control-column"):
+                self.program = MachineProgramPanel(view, self, self.drawing)
+        self._show(self.link.state)
+
+    def _connection(self) -> None:
+        w = self.view.words
+        with box("section", "card machine-card", aria_label=w("machine.connection")):
+            with box("div", "title"):
+                text("h2", w("machine.connection"))
+                self.tag = text("span", "", "tag", role="status")
+            with box("div", "fields") as self.closed:
+                self._offered = box("datalist", id="machine-ports")
+                self.port = Field("port", w("flag.port"), numbers=False, offered="machine-ports")
+                self.baud = Menu("baud", w("flag.baud"), {str(one): str(one) for one in BAUDS}, str(BAUD))
+                self.no_ports = text("p", w("machine.no_ports"), "quiet small")
+                with box("div", "ends"):
+                    self.connect = button(w("machine.connect"), self._connect, "primary")
+                    button(w("machine.look"), self.look, "plain small")
+            with box("div", "fields") as self.open:
+                self.about = text("p", "", "quiet small")
+                self.alone = box("div", "stale other-page")
+                with self.alone:
+                    text("b", w("machine.other_page"))
+                    with box("div", "ends"):
+                        button(w("machine.take"), self._take, "small")
+                with box("div", "ends"):
+                    self.home = button(w("flag.home"), lambda: self.ask(self.link.home), "small")
+                    self.unlock = button(w("flag.unlock"), lambda: self.ask(self.link.unlock), "small")
+                    self.leave = button(w("machine.disconnect"), self._disconnect, "plain small")
+            # Of which machine a person is told, also where nothing else of the page is looked at.
+            self.line = text("p", "", "machine-line", role="status", aria_live="polite", id="machine-line")
+
+    # What is asked for.
+
+    async def ask(self, what: Callable[..., Any], *given: Any, **named: Any) -> Any:
+        """Have the machine do something; what is refused is told. Return what it answers, None where it is refused."""
+        try:
+            made = what(self.key, *given, **named)
+            return True if made is None else await asyncio.wrap_future(made)
+        except LeafcutError as problem:
+            self.tell(str(problem), bad=True)
+            return None
+
+    def tell(self, line: str, *, bad: bool = False) -> None:
+        """Tell a person something, where the machine is."""
+        self.line.set_text(self.view.words.plain(line))
+        self.line.classes(replace="machine-line bad" if bad else "machine-line")
+
+    async def look(self) -> None:
+        """Look which ports there are."""
+        try:
+            found = await asyncio.to_thread(ports)
+        except LeafcutError as problem:
+            self.tell(str(problem), bad=True)
+            return
+        self._offered.clear()
+        with self._offered:
+            for name, words in found:
+                text("option", words if words not in ("", "n/a") else name, value=name)
+        self.no_ports.set_visibility(not found)
+        self.port.suggest(found[0][0] if found else "")
+
+    async def _connect(self) -> None:
+        self.tell("")
+        await self.ask(self.link.connect, self.port.value.strip(), int(self.baud.value))
+
+    async def _disconnect(self) -> None:
+        try:
+            await asyncio.to_thread(self.link.disconnect, self.key)
+        except LeafcutError as problem:
+            self.tell(str(problem), bad=True)
+
+    def _take(self) -> None:
+        self.link.take(self.key)
+
+    # What is shown.
+
+    async def draw(self) -> None:
+        """Show the page: the ports as they are now, and the program that is open."""
+        self._drawing = True
+        try:
+            if self.link.state.connection is Connection.CLOSED:
+                await self.look()
+            await self.program.draw()
+        finally:
+            self._drawing = False
+
+    def tick(self, *, shown: bool) -> None:
+        """Show what is new; a page that can be seen says that it is there."""
+        self._ticks += 1
+        here = self._client.has_socket_connection
+        if here and self._ticks % _EVERY == 0:
+            self.link.alive(self.key, adopt=shown)
+        if shown and here and self._ticks % _EVERY == 0 and not self._drawing and self.program.changed():
+            background_tasks.create(self.draw())
+        state = self.link.state
+        if state.number != self._number and here:
+            self._show(state)
+
+    def tick_now(self) -> None:
+        """Show the state as it is, whether it is new or not."""
+        self._show(self.link.state)
+
+    def mine(self, state: MachineState) -> bool:
+        """Return whether this page commands the machine."""
+        return state.open and state.holder == self.key
+
+    def _show(self, state: MachineState) -> None:
+        self._number = state.number
+        w = self.view.words
+        self.closed.set_visibility(state.connection is Connection.CLOSED)
+        self.open.set_visibility(state.open)
+        kind = "running" if state.connection is Connection.OPENING else _COLOURS.get(state.status, "cancelled")
+        self.tag.set_text(status_words(state, self.view))
+        self.tag.classes(replace=f"tag {kind if state.connection is not Connection.CLOSED else ''}")
+        self.about.set_text(w("machine.about", version=state.version, port=state.port) if state.version else state.port)
+        mine = self.mine(state)
+        self.alone.set_visibility(state.open and not mine)
+        free = mine and state.doing in (MachineTask.NOTHING, MachineTask.ASKING)
+        enable(self.home, free and state.homing and state.status in ("Idle", "Alarm"))
+        enable(self.unlock, free and (state.status != "Idle"))
+        enable(self.leave, free and not state.moves)
+        if state.saying != self._told:
+            self._told = state.saying
+            self.tell(state.said, bad=state.bad)
+        self.by_hand.show(state, mine)
+        self.program.show(state, mine)
+
+
+def status_words(state: MachineState, view: View) -> str:
+    """Return what the machine does, in a word."""
+    w = view.words
+    if state.connection is not Connection.OPEN:
+        return w(f"machine.{state.connection.value}")
+    if state.doing is MachineTask.HOMING:
+        return w("machine.state.Home")
+    return w.table.get(f"machine.state.{state.status}", state.status)
+
+
+class StopBar:
+    """Stop of the machine, over every view while one is connected."""
+
+    def __init__(self, view: View) -> None:
+        self.view = view
+        self._shown: object = None
+        w = view.words
+        with box("div", "machine-stop", role="region", aria_label=w("machine.stop_region")) as self.place:
+            self.words = text("span", "", "machine-stop-state")
+            with box(
+                "button", "machine-stop-button", type="button", data_machine_stop="", data_lost=w("machine.stop_lost"),
+                aria_keyshortcuts="Escape Pause",
+            ) as self.button:  # fmt: skip
+                text("b", w("machine.stop"))
+                text("kbd", "Esc", aria_hidden="true")
+
+    def tick(self) -> None:
+        """Show it while a machine is connected."""
+        state = self.view.studio.machine.state
+        now = (state.connection is not Connection.CLOSED, state.moves, status_words(state, self.view))
+        if now == self._shown:
+            return
+        self._shown = now
+        self.place.set_visibility(now[0])
+        self.words.set_text(now[2])
+        self.button._props["data-moves"] = json.dumps(now[1])
+        self.button.update()

@@ -1,0 +1,224 @@
+"""The routes of the machine: what it does now, and all that a person can have it do.
+
+What is refused answers with one line. What takes long, such as homing or a program, answers as soon as it has begun:
+the state tells the rest. Stop is answered at once, and works for whoever has the key, also while a page commands it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from concurrent.futures import Future
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from fastapi import APIRouter, Path
+from pydantic import BaseModel, Field
+
+from leafcut.errors import OptionError
+from leafcut.sender.job import SendJob
+from leafcut.sender.port import BAUD, ports
+from leafcut.sender.run import Request
+from leafcut.studio.machine.link import RunWishes, codes_of
+from leafcut.studio.machine.program import program_of_file, program_of_job
+
+if TYPE_CHECKING:
+    from leafcut.studio.studio import Studio
+
+#: Who commands the machine through these routes.
+PROGRAM = "program"
+
+Length = Annotated[float, Field(allow_inf_nan=False, ge=-10_000.0, le=10_000.0)]
+Feed = Annotated[float, Field(allow_inf_nan=False, gt=0.0, le=100_000.0, description="mm/min")]
+_FEEDS = {"faster": Request.FASTER, "slower": Request.SLOWER, "normal": Request.NORMAL}
+
+
+class ConnectBody(BaseModel):
+    """A port and its speed, bits per second."""
+
+    port: Annotated[str, Field(min_length=1, max_length=200)]
+    baud: int = BAUD
+
+
+class JogBody(BaseModel):
+    """Lengths from where the tool is, mm."""
+
+    x: Length = 0.0
+    y: Length = 0.0
+    z: Length = 0.0
+    feed: Feed
+
+
+class ZeroBody(BaseModel):
+    """The axes whose zero is where the tool is, such as ``XY``."""
+
+    axes: Annotated[str, Field(max_length=3)]
+
+
+class ProbeBody(BaseModel):
+    """Thickness of the plate and limit of the way down, mm."""
+
+    plate: Length
+    feed: Feed
+    travel: Length
+
+
+class ProgramBody(BaseModel):
+    """The program: that of a run (`job`), or a file that is open (`source`); the machine; codes of accepted dangers."""
+
+    job: Annotated[str, Field(max_length=12)] = ""
+    source: Annotated[str, Field(max_length=16)] = ""
+    machine: Annotated[str, Field(max_length=100)]
+    accept: Annotated[str, Field(max_length=200)] = ""
+
+
+class FrameBody(ProgramBody):
+    """The program whose box is traced."""
+
+    feed: Feed
+
+
+class RunBody(ProgramBody):
+    """How it is run: from a hole on, hole by hole, on a machine without homing, and also when nobody asks any more."""
+
+    from_hole: int | None = None
+    from_line: int | None = None
+    by_hole: bool = False
+    unhomed: bool = False
+    alone: bool = False
+
+
+class AnswerBody(BaseModel):
+    """Go on, go on and ask before no hole any more, or stop."""
+
+    answer: Literal["go on", "all", "stop"]
+
+
+def add_machine(made: APIRouter, studio: Studio) -> None:
+    """Add the routes of the machine."""
+    _add_connection(made, studio)
+    _add_by_hand(made, studio)
+    _add_program(made, studio)
+
+
+def _state(studio: Studio) -> dict[str, Any]:
+    studio.machine.alive(PROGRAM)
+    return studio.machine.state.as_json()
+
+
+async def _done(studio: Studio, future: Future[Any]) -> dict[str, Any]:
+    await asyncio.wrap_future(future)
+    return _state(studio)
+
+
+def _add_connection(made: APIRouter, studio: Studio) -> None:
+    link = studio.machine
+
+    @made.get("/machine", summary="What the machine does, where it is, and how far its program is")
+    async def state() -> dict[str, Any]:
+        return _state(studio)
+
+    @made.get("/machine/ports", summary="The serial ports of this computer")
+    def serial_ports() -> list[dict[str, str]]:
+        return [{"name": name, "description": words} for name, words in ports()]
+
+    @made.post("/machine/connect", summary="Connect a GRBL board")
+    async def connect(body: ConnectBody) -> dict[str, Any]:
+        return await _done(studio, link.connect(PROGRAM, body.port, body.baud))
+
+    @made.post("/machine/disconnect", summary="Give the port back")
+    async def disconnect() -> dict[str, Any]:
+        await asyncio.to_thread(link.disconnect, PROGRAM)
+        return _state(studio)
+
+    @made.post("/machine/take", summary="Command the machine in place of a page")
+    async def take() -> dict[str, Any]:
+        link.take(PROGRAM)
+        return _state(studio)
+
+    @made.post("/machine/stop", summary="Stop it: hold, wait until it stands, reset; the spindle is off")
+    async def stop() -> dict[str, str]:
+        link.stop()
+        return {"stop": "sent"}
+
+
+def _add_by_hand(made: APIRouter, studio: Studio) -> None:
+    link = studio.machine
+
+    @made.post("/machine/home", summary="Home it")
+    async def home() -> dict[str, Any]:
+        return await _done(studio, link.home(PROGRAM))
+
+    @made.post("/machine/unlock", summary="Bring it to rest out of an alarm or a hold, without homing it")
+    async def unlock() -> dict[str, Any]:
+        return await _done(studio, link.unlock(PROGRAM))
+
+    @made.post("/machine/jog", summary="Move it by hand")
+    async def jog(body: JogBody) -> dict[str, Any]:
+        moves = {axis: value for axis, value in (("X", body.x), ("Y", body.y), ("Z", body.z)) if value}
+        return await _done(studio, link.jog(PROGRAM, moves, body.feed))
+
+    @made.post("/machine/cancel", summary="End a jog or a frame")
+    async def cancel() -> dict[str, Any]:
+        link.cancel(PROGRAM)
+        return _state(studio)
+
+    @made.post("/machine/zero", summary="Set the work zero where the tool is (G10 L20 P1)")
+    async def zero(body: ZeroBody) -> dict[str, Any]:
+        return await _done(studio, link.zero(PROGRAM, body.axes))
+
+    @made.post("/machine/probe", summary="Set the zero of Z by a plate (G38.2)")
+    async def probe(body: ProbeBody) -> dict[str, Any]:
+        return await _done(studio, link.probe(PROGRAM, body.plate, body.feed, body.travel))
+
+
+def _add_program(made: APIRouter, studio: Studio) -> None:
+    link = studio.machine
+
+    @made.post("/machine/check", summary="Check a program against the machine as it stands; nothing of it is sent")
+    async def check(body: RunBody) -> dict[str, Any]:
+        job = await asyncio.to_thread(_program, studio, body)
+        told = await asyncio.wrap_future(link.check(PROGRAM, job, _wishes(body)))
+        return {"told": told, "seconds": float(sum(part.sum() for part in job.seconds)), "holes": len(job.holes)}
+
+    @made.post("/machine/frame", summary="Trace the box of a program in the air")
+    async def frame(body: FrameBody) -> dict[str, Any]:
+        job = await asyncio.to_thread(_program, studio, body)
+        return await _done(studio, link.frame(PROGRAM, job, body.feed))
+
+    @made.post("/machine/run", summary="Run a program")
+    async def run(body: RunBody) -> dict[str, Any]:
+        job = await asyncio.to_thread(_program, studio, body)
+        told = await asyncio.wrap_future(link.run(PROGRAM, job, _wishes(body)))
+        return {**_state(studio), "told": told}
+
+    @made.post("/machine/answer", summary="Answer what a program asks: the next hole, a tool, a pause")
+    async def answer(body: AnswerBody) -> dict[str, Any]:
+        link.answer(PROGRAM, {"go on": "", "all": "all", "stop": None}[body.answer])
+        return _state(studio)
+
+    @made.post("/machine/hold", summary="Hold the program: it slows down and stands, the spindle turns on")
+    async def hold() -> dict[str, Any]:
+        link.request(PROGRAM, Request.HOLD)
+        return _state(studio)
+
+    @made.post("/machine/resume", summary="Go on after a hold")
+    async def resume() -> dict[str, Any]:
+        link.request(PROGRAM, Request.RESUME)
+        return _state(studio)
+
+    @made.post("/machine/feed/{change}", summary="Change the feed by 10 %, or take it as programmed")
+    async def feed(change: Annotated[Literal["faster", "slower", "normal"], Path()]) -> dict[str, Any]:
+        link.request(PROGRAM, _FEEDS[change])
+        return _state(studio)
+
+
+def _wishes(body: RunBody) -> RunWishes:
+    return RunWishes(body.from_hole, body.from_line, body.by_hole, body.unhomed, body.alone, codes_of(body.accept))
+
+
+def _program(studio: Studio, body: ProgramBody) -> SendJob:
+    if bool(body.job) == bool(body.source):
+        raise OptionError("name the program: a job, or an open file as 'source'")
+    accept = codes_of(body.accept)
+    if body.job:
+        return program_of_job(studio.history, studio.folder, body.job, body.machine, accept)
+    return program_of_file(studio.folder, body.source, body.machine, accept=accept)
