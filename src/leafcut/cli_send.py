@@ -94,14 +94,14 @@ def send(
     """
     from leafcut.files import check_output
     from leafcut.sender.conversation import Conversation
-    from leafcut.sender.job import read_job
+    from leafcut.sender.job import accepted_codes, read_job
     from leafcut.sender.port import SerialPort, ports_in_words
 
     if more:
         raise OptionError(f"send takes one program, not {1 + len(more)}; send them one by one")
     _check_wishes(program, from_hole, from_line, check=check, dry_run=dry_run, yes=yes)
     check_output(log, [program, *[one for one in (machine, dialect) if one and one.endswith(".toml")]])
-    accepted = _codes(accept)
+    accepted = accepted_codes(accept or "")
     job = read_job(program, machine, dialect_name=dialect, units=units, accept=accepted)
     if port is None:
         raise OptionError(f"send needs --port; {ports_in_words()}")
@@ -112,7 +112,7 @@ def send(
             talk.connect()
             locked = unlock and talk.unlock()
             if home:
-                _home(talk)
+                talk.home()
             if zero_here:
                 talk.zero_here()
             if locked and not (home or zero_here or unhomed):
@@ -129,44 +129,25 @@ def send(
     return _finish(ending, job, port, as_json=as_json, quiet=quiet)
 
 
-def _home(talk: Conversation) -> None:
-    """Home the machine; if that ends in any other way, it is reset, so that nothing goes on moving."""
-    try:
-        talk.home()
-    except (KeyboardInterrupt, SendError):
-        with suppress(SendError):
-            talk.reset()
-        raise
-
-
 def _check_wishes(
     program: str, from_hole: int | None, from_line: int | None, *, check: bool, dry_run: bool, yes: bool
 ) -> None:
+    from leafcut.sender.resuming import check_place
+
     if program in (DASH, HELD):
         raise OptionError("send -: a program is sent from a file, which can be gone on with after a break")
-    if from_hole is not None and from_line is not None:
-        raise OptionError("--from-hole and --from-line both say where to go on; leave one out")
+    check_place(from_hole, from_line)
     if check and dry_run:
         raise OptionError("--check and --dry-run exclude each other: the one sends the program, the other does not")
     if not (check or dry_run or yes or (sys.stdin is not None and sys.stdin.isatty())):
         raise OptionError("nobody is there to say when to start: use a terminal, or add --yes")
 
 
-def _codes(accept: str | None) -> tuple[str, ...]:
-    from leafcut.model.issue import CODES
-
-    codes = tuple(one.strip().upper() for one in (accept or "").split(",") if one.strip())
-    for code in codes:
-        if code not in CODES:
-            raise OptionError(f"--accept: '{code}' is no code of an issue, such as L801")
-    return codes
-
-
 def _ready(
     talk: Conversation, job: SendJob, accept: Sequence[str], *, unhomed: bool, quiet: bool
 ) -> tuple[Facts, SendJob]:
     """Return what the controller says of itself, and the job with its times, after all that is checked."""
-    from leafcut.sender.checking import check_program, check_ready
+    from leafcut.sender.checking import SOFT_LIMITS_OFF, check_program, check_ready
     from leafcut.sender.job import issues_to_tell
 
     facts = talk.facts()
@@ -175,7 +156,7 @@ def _ready(
     for issue in issues_to_tell([*job.issues, *differences]):
         print(f"leafcut: {issue.severity}: {issue}", file=sys.stderr)
     if not quiet and not facts.soft_limits:
-        print("leafcut: soft limits are off ($20=0): the controller itself stops at no limit", file=sys.stderr)
+        print(f"leafcut: {SOFT_LIMITS_OFF}", file=sys.stderr)
     return facts, job.on(facts.timed(job.machine))
 
 
@@ -183,17 +164,12 @@ def _steps(
     job: SendJob, facts: Facts, from_hole: int | None, from_line: int | None, *, quiet: bool
 ) -> Sequence[SentStep]:
     """Return what is sent: all, or the rest from a hole or a line on."""
-    from leafcut.sender.resuming import line_of_hole, resumed
+    from leafcut.sender.resuming import rest_of
 
-    if from_hole is None and from_line is None:
-        return job.steps
-    line = line_of_hole(job, from_hole) if from_hole is not None else int(from_line or 0)
-    if line < 1:
-        raise OptionError(f"--from-line {line}: lines are counted from 1")
-    place = facts.machine_place()
-    steps, tool = resumed(job, line, None if place is None else place[2] - facts.origin(540)[2])
+    line, steps, tool = rest_of(job, facts, from_hole, from_line)
     put = "" if tool is None else f"; tool T{tool} must be in the spindle"
-    _tell(f"goes on from line {line} '{job.text(line)}'{put}", quiet=quiet)
+    if line:
+        _tell(f"goes on from line {line} '{job.text(line)}'{put}", quiet=quiet)
     return steps
 
 

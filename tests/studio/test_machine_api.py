@@ -129,6 +129,8 @@ def test_the_frame_of_a_program_is_traced_in_the_air_and_only_within_the_travel(
 def test_a_program_runs_is_held_goes_on_is_hurried_and_ends(open_board: Machine) -> None:
     checked = open_board.ask("check", source=open_board.file(plate()), machine="mine:board")
     assert checked["holes"] == 70 and checked["seconds"] > 1.0
+    twice = {"source": open_board.file(plate()), "machine": "mine:board", "from_hole": 3, "from_line": 40}
+    assert "both say where to go on" in open_board.refused("check", 400, **twice)
     assert checked["told"] == ["soft limits are off ($20=0): the controller itself stops at no limit"]
     open_board.start(plate())
     open_board.until(lambda s: s["progress"]["hole"] >= 3)

@@ -20,6 +20,7 @@ from leafcut.sender.conversation import Conversation
 from leafcut.sender.explained import error_in_words
 from leafcut.sender.facts import Facts
 from leafcut.sender.job import SendJob
+from leafcut.sender.resuming import number_in_mm
 
 #: Ends a jog at once, with the position kept.
 JOG_CANCEL = b"\x85"
@@ -40,12 +41,12 @@ def jog_line(moves: dict[str, float], feed: float, *, machine: bool = False) -> 
     OptionError
         An axis, a length or a feed is none.
     """
-    words = [f"{axis}{_number(value)}" for axis, value in moves.items() if axis in _AXES and math.isfinite(value)]
+    words = [f"{axis}{number_in_mm(value)}" for axis, value in moves.items() if axis in _AXES and math.isfinite(value)]
     if not words or len(words) < len(moves):
         raise OptionError("a jog needs lengths in X, Y or Z, mm")
     if not (math.isfinite(feed) and feed > 0.0):
         raise OptionError("a jog needs a feed above 0 mm/min")
-    return f"$J={'G53' if machine else 'G91'}G21{''.join(words)}F{_number(feed)}"
+    return f"$J={'G53' if machine else 'G91'}G21{''.join(words)}F{number_in_mm(feed)}"
 
 
 def jog(talk: Conversation, moves: dict[str, float], feed: float) -> None:
@@ -109,7 +110,7 @@ def probe_z(talk: Conversation, facts: Facts, plate: float, feed: float, travel:
             f"its limit is {travel:g} mm"
         )
     try:
-        answers = talk.ask(f"G91G21G38.2Z{_number(-travel)}F{_number(feed)}", _PROBE_SECONDS)
+        answers = talk.ask(f"G91G21G38.2Z{number_in_mm(-travel)}F{number_in_mm(feed)}", _PROBE_SECONDS)
     except SendError:
         talk.hear_alarm()
         raise
@@ -120,7 +121,7 @@ def probe_z(talk: Conversation, facts: Facts, plate: float, feed: float, travel:
         raise SendError("the controller does not say where the probe touched")
     # It has come to rest a little below the place where it was closed.
     talk.ask("G54")
-    talk.ask(f"G10 L20 P1 Z{_number(plate + now[2] - contact.place[2] * facts.unit)}")
+    talk.ask(f"G10 L20 P1 Z{number_in_mm(plate + now[2] - contact.place[2] * facts.unit)}")
     talk.ask(jog_line({"Z": _BACK}, max(feed, 100.0)))
 
 
@@ -185,8 +186,3 @@ def fed_box(job: SendJob) -> tuple[XYZ, XYZ] | None:
         return None
     low, high = known.min(axis=0).tolist(), known.max(axis=0).tolist()
     return (low[0], low[1], low[2]), (high[0], high[1], high[2])
-
-
-def _number(value: float) -> str:
-    text = f"{value:.4f}".rstrip("0").rstrip(".")
-    return "0" if text in ("-0", "") else text

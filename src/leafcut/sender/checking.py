@@ -19,6 +19,8 @@ from leafcut.sender.job import SendJob
 _ROOM = 0.005
 #: Speeds and travels that differ by more are told.
 _APART = 0.01
+#: Is told of a controller whose soft limits are off.
+SOFT_LIMITS_OFF = "soft limits are off ($20=0): the controller itself stops at no limit"
 
 
 def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False) -> None:

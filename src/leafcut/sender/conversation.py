@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 
 from leafcut.errors import SendError, shown
 from leafcut.model.machine import XYZ
@@ -201,9 +202,9 @@ class Conversation:
                     case Accepted():
                         return found
                     case Refused(code):
-                        raise SendError(f"'{text}' was refused: {error_in_words(code, self.family)}")
+                        raise SendError(f"'{text}' was refused: {self.error_in_words(code)}")
                     case Alarm(code):
-                        raise SendError(f"'{text}': {alarm_in_words(code, self.family)}")
+                        raise SendError(f"'{text}': {self.alarm_in_words(code)}")
                     case Greeting():
                         raise SendError(f"the controller was reset at '{text}'")
                     case Status():
@@ -232,20 +233,34 @@ class Conversation:
                     return answer
         raise SendError(f"nothing answers on {self.port.name} any more")
 
+    def error_in_words(self, code: int) -> str:
+        """Return what an error means to the firmware that is here."""
+        return error_in_words(code, self.family)
+
+    def alarm_in_words(self, code: int) -> str:
+        """Return what an alarm means to the firmware that is here, and what to do."""
+        return alarm_in_words(code, self.family)
+
     def start_anew(self) -> None:
         """Note that it has started anew: what was set as zero is forgotten."""
         self.restarted = True
         self._zeroed.clear()
 
     def home(self) -> None:
-        """Home the machine.
+        """Home the machine; if that ends in any other way, it is reset, so that nothing goes on moving.
 
         Raises
         ------
         SendError
             Homing is off, or failed.
         """
-        self.ask("$H", HOMING_SECONDS)
+        try:
+            self.ask("$H", HOMING_SECONDS)
+        except (KeyboardInterrupt, Interrupted, SendError):
+            # A hold means nothing to a machine that homes.
+            with suppress(SendError):
+                self.reset()
+            raise
 
     def zero_here(self, axes: str = "XYZ") -> None:
         """Make the place where the tool is the zero of the first work offset (G54), in some axes.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.geometry.arrays import Floats
 from leafcut.kinds import Head
-from leafcut.model.issue import Issue, Severity
+from leafcut.model.issue import CODES, Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind
 from leafcut.proof.dangers import find_dangers
@@ -139,17 +140,49 @@ def read_job(
     """
     known = load_machine(machine)
     words = dialect(dialect_name or known.controller)
-    if not is_sent_to(known):
-        raise OptionError(f"--machine {machine}: its controller is {known.control}; only GRBL boards can be sent to")
+    check_board(known, machine)
+    return job_of(program_text(file, file), file, known, words, units, accept)
+
+
+def check_board(machine: Machine, name: str) -> None:
+    """Refuse a machine, called so by the person, that has no board to which programs can be sent.
+
+    Raises
+    ------
+    OptionError
+        It has none.
+    """
+    if machine.control not in ("grbl", "grbl-laser"):
+        raise OptionError(f"--machine {name}: its controller is {machine.control}; only GRBL boards can be sent to")
+
+
+def program_text(file: str | Path, name: str) -> str:
+    """Return the text of a program, called so by the person.
+
+    Raises
+    ------
+    ReadError
+        It cannot be read, or is not G-code.
+    """
     text = read_program(file)
     if what := other_language(text):
-        raise ReadError(file, what)
-    return job_of(text, file, known, words, units, accept)
+        raise ReadError(name, what)
+    return text
 
 
-def is_sent_to(machine: Machine) -> bool:
-    """Return whether a machine has a board to which programs can be sent."""
-    return machine.control in ("grbl", "grbl-laser")
+def accepted_codes(words: str) -> tuple[str, ...]:
+    """Return the codes of dangers that a person has seen, as they are typed: ``L801,L806``.
+
+    Raises
+    ------
+    OptionError
+        One is none.
+    """
+    codes = tuple(one.strip().upper() for one in words.split(",") if one.strip())
+    for code in codes:
+        if code not in CODES:
+            raise OptionError(f"--accept: '{code}' is no code of an issue, such as L801")
+    return codes
 
 
 def job_of(

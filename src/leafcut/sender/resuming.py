@@ -8,6 +8,7 @@ must make the same moves as the program makes from there on.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from leafcut.gcode.words import split_line, words_of
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.sender.counting import SentLine
+from leafcut.sender.facts import Facts
 from leafcut.sender.job import SendJob, job_of
 from leafcut.sender.lines import SentStep, steps_of
 
@@ -40,6 +42,41 @@ def line_of_hole(job: SendJob, number: int) -> int:
         have = f"{len(job.holes)} holes" if job.holes else "no holes: give a line instead, with --from-line"
         raise OptionError(f"--from-hole {number}: the program has {have}")
     return job.holes[number - 1].first
+
+
+def check_place(from_hole: int | None, from_line: int | None) -> None:
+    """Refuse two places to go on from.
+
+    Raises
+    ------
+    OptionError
+        Both are given.
+    """
+    if from_hole is not None and from_line is not None:
+        raise OptionError("--from-hole and --from-line both say where to go on; leave one out")
+
+
+def rest_of(
+    job: SendJob, facts: Facts, from_hole: int | None, from_line: int | None
+) -> tuple[int, Sequence[SentStep], int | None]:
+    """Return the line from which a program goes on, what is sent, and the tool that must be in the spindle.
+
+    Line 0 and all of it where no place is given; None where no tool is named.
+
+    Raises
+    ------
+    OptionError
+        There is no such hole or line, both are given, or it cannot go on there.
+    """
+    check_place(from_hole, from_line)
+    if from_hole is None and from_line is None:
+        return 0, job.steps, None
+    line = line_of_hole(job, from_hole) if from_hole is not None else int(from_line or 0)
+    if line < 1:
+        raise OptionError(f"--from-line {line}: lines are counted from 1")
+    place = facts.machine_place()
+    steps, tool = resumed(job, line, None if place is None else place[2] - facts.origin(540)[2])
+    return line, steps, tool
 
 
 def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple[SentStep, ...], int | None]:
@@ -110,8 +147,8 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, h
     lines = ["M5", "M9", "G21 G90 G94 G17 G40 G49", f"G{modal.frame / 10:g}"]
     if len(known):
         top = max(float(known.max()), z if height is None else height)
-        lines.append(f"G0 Z{_number(top)}")
-    lines.append(f"G0 X{_number(x)} Y{_number(y)}")
+        lines.append(f"G0 Z{number_in_mm(top)}")
+    lines.append(f"G0 X{number_in_mm(x)} Y{number_in_mm(y)}")
     lines += _COOLANT[modal.coolant]
     spindle = f"{_SPINDLE[modal.spindle]} S{modal.rpm:g}" if modal.spindle else f"S{modal.rpm:g}"
     if not job.laser:
@@ -139,14 +176,14 @@ def _way_down(modal: Modal, path: Toolpath, row: int, z: float) -> str:
         travels = path.kind[first] == Kind.RAPID and (sideways or bool(path.end[first, 2] > z))
         travels &= sideways or _came_by_rapid(path, row)
     if travels:
-        return f"G0 Z{_number(z)}"
+        return f"G0 Z{number_in_mm(z)}"
     feed = modal.feed * (modal.unit or 1.0)
     if not feed:
         fed = path.value[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)]
         feed = float(fed.min()) * 60.0 if len(fed) else 0.0
     if not feed:
         raise OptionError("the program has no feed to come down with there; begin from the start")
-    return f"G1 Z{_number(z)} F{_number(feed)}"
+    return f"G1 Z{number_in_mm(z)} F{number_in_mm(feed)}"
 
 
 def _came_by_rapid(path: Toolpath, row: int) -> bool:
@@ -158,7 +195,8 @@ def _came_by_rapid(path: Toolpath, row: int) -> bool:
     return bool(path.kind[last] == Kind.RAPID and not path.end[last, 2] < path.before[last, 2])
 
 
-def _number(value: float) -> str:
+def number_in_mm(value: float) -> str:
+    """Return a length in mm, or a feed in mm/min, as it is sent: without needless zeros."""
     text = f"{value:.{_DECIMALS}f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 

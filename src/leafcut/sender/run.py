@@ -17,7 +17,7 @@ from leafcut.sender.answers import Accepted, Alarm, ControllerAnswer, Greeting, 
 from leafcut.sender.checking import check_program
 from leafcut.sender.conversation import HOLD, RESET, RESUME, Conversation, Interrupted
 from leafcut.sender.counting import GRBL_BUFFER, SPARED, CharacterCounter, SentLine
-from leafcut.sender.explained import alarm_in_words, error_in_words, state_in_words
+from leafcut.sender.explained import state_in_words
 from leafcut.sender.facts import Facts
 from leafcut.sender.job import DrilledHole, SendJob
 from leafcut.sender.lines import Pause, SentStep, pauses_at_holes
@@ -354,7 +354,7 @@ class SendRun:
             case Refused(code):
                 self._take(code)
             case Alarm(code):
-                raise _Alarmed(f"{self._where()}: {alarm_in_words(code, self.talk.family)}")
+                raise _Alarmed(f"{self._where()}: {self.talk.alarm_in_words(code)}")
             case Greeting():
                 raise _Ended(f"the controller was reset{self._while_in()}")
             case Strange(words):
@@ -375,11 +375,7 @@ class SendRun:
         if not code:
             return
         text = self.job.text(line.number) or line.text
-        what = (
-            f"line {line.number} '{text}': {error_in_words(code, self.talk.family)}"
-            if line.number
-            else f"'{text}': {code}"
-        )
+        what = f"line {line.number} '{text}': {self.talk.error_in_words(code)}" if line.number else f"'{text}': {code}"
         if not self.check or not line.number:
             raise _Ended(what)
         self._errors.append((line.number, what))

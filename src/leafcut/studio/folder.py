@@ -129,6 +129,20 @@ class Folder:
             raise OptionError(f"'{safe_name(name)}' is not a valid name; use lower-case letters, digits, - and _")
         return self.root / kind / f"{name}.toml"
 
+    def kept_own(self, kind: str, word: str, flag: str) -> Path:
+        """Return the path of a file of the person's own that is there, by ``mine:NAME``; `flag` asks for it.
+
+        Raises
+        ------
+        OptionError
+            The name is none, or the file is gone.
+        """
+        name = word.removeprefix(OWN)
+        path = self.own_path(kind, name)
+        if not path.is_file():
+            raise OptionError(f"{flag}: '{name}' is no longer in your library")
+        return path
+
     def save_own(self, kind: str, name: str, text: str) -> None:
         """Write a file of the person's own, whole or not at all."""
         write_whole(self.own_path(kind, name), text)

@@ -176,10 +176,7 @@ def _resolved(name: str, value: Any, folder: Folder) -> Any:
     if not isinstance(value, str):
         raise OptionError(f"{flag}: unknown file id '{value}'")
     if value.startswith(OWN) and name in OWN_KINDS:
-        path = folder.own_path(OWN_KINDS[name], value.removeprefix(OWN))
-        if not path.is_file():
-            raise OptionError(f"{flag}: '{value.removeprefix(OWN)}' is no longer in your library")
-        return str(path)
+        return str(folder.kept_own(OWN_KINDS[name], value, flag))
     named = spec.may_be_path == ".toml"
     if spec.may_be_path and not spec.names_file(value) and not (named and ("/" in value or "\\" in value)):
         return value  # the name of a shipped one, checked where it is loaded, or no name

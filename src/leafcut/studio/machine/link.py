@@ -13,23 +13,22 @@ import math
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
 from leafcut.errors import LeafcutError, OptionError, SendError
 from leafcut.sender.answers import Alarm, ControllerAnswer, Greeting, Status, Strange
 from leafcut.sender.by_hand import cancel_jog, check_jog, frame_of, jog, probe_z
-from leafcut.sender.checking import check_program, check_ready
+from leafcut.sender.checking import SOFT_LIMITS_OFF, check_program, check_ready
 from leafcut.sender.conversation import Conversation, Interrupted
-from leafcut.sender.explained import alarm_in_words, state_in_words
+from leafcut.sender.explained import state_in_words
 from leafcut.sender.facts import Facts
 from leafcut.sender.job import SendJob, issues_to_tell
 from leafcut.sender.lines import Pause, SentStep
 from leafcut.sender.port import BAUD, Port, PortLost, SerialPort
-from leafcut.sender.resuming import line_of_hole, resumed
+from leafcut.sender.resuming import rest_of
 from leafcut.sender.run import SILENCE_SECONDS, STATUS_SECONDS, Ending, Request, RunView, SendRun
 from leafcut.sender.told import ending_in_words
 from leafcut.studio.machine.state import (
@@ -412,12 +411,12 @@ class MachineLink:
 
     def _hear(self, answer: ControllerAnswer) -> None:
         """Take what is said without having been asked."""
+        assert self._talk is not None
         match answer:
             case Alarm(code):
-                self._say(alarm_in_words(code, "" if self._talk is None else self._talk.family), bad=True)
+                self._say(self._talk.alarm_in_words(code), bad=True)
                 self._tell(unsure=self.state.unsure or code not in _KEPT)
             case Greeting():
-                assert self._talk is not None
                 self._talk.start_anew()
                 self._facts = None
                 self._say("the controller was reset", bad=True)
@@ -479,9 +478,6 @@ class MachineLink:
         try:
             self._talk.home()
         except (Interrupted, SendError) as problem:
-            # A hold means nothing to a machine that homes.
-            with suppress(SendError):
-                self._talk.reset()
             self._tell(unsure=True)
             if isinstance(problem, Interrupted):
                 raise SendError("homing was stopped by you: the position is lost") from None
@@ -552,19 +548,12 @@ class MachineLink:
         issues = check_program(job, facts, unhomed=wishes.unhomed, accept=wishes.accept)
         told = [str(issue) for issue in issues_to_tell([*job.issues, *issues])]
         if not facts.soft_limits:
-            told.append("soft limits are off ($20=0): the controller itself stops at no limit")
-        steps: Sequence[SentStep] = job.steps
+            told.append(SOFT_LIMITS_OFF)
         if wishes.by_hole and not job.holes:
             raise SendError(f"{job.file} drills no holes that could be gone through one by one")
-        if wishes.from_hole is not None or wishes.from_line is not None:
-            line = wishes.from_line or 0 if wishes.from_hole is None else line_of_hole(job, wishes.from_hole)
-            if line < 1:
-                raise OptionError(f"--from-line {line}: lines are counted from 1")
-            place = facts.machine_place()
-            height = None if place is None else place[2] - facts.origin(540)[2]
-            steps, tool = resumed(job, line, height)
-            if tool is not None:
-                told.append(f"tool T{tool} must be in the spindle")
+        _, steps, tool = rest_of(job, facts, wishes.from_hole, wishes.from_line)
+        if tool is not None:
+            told.append(f"tool T{tool} must be in the spindle")
         return job.on(facts.timed(job.machine)), facts, told, steps
 
     def _send(self, begun: Callable[..., None], job: SendJob, wishes: RunWishes) -> None:
@@ -626,7 +615,7 @@ class MachineLink:
 
         def mind(answer: ControllerAnswer) -> None:
             if isinstance(answer, Alarm):
-                raise SendError(alarm_in_words(answer.code, talk.family))
+                raise SendError(talk.alarm_in_words(answer.code))
             if isinstance(answer, Greeting):
                 raise SendError("the controller was reset")
 
@@ -648,20 +637,3 @@ class MachineLink:
             run.go_on_to_the_end()
             return ""
         return answer
-
-
-def codes_of(words: str) -> tuple[str, ...]:
-    """Return the codes of dangers that a person has seen, as they are typed: ``L801, L806``.
-
-    Raises
-    ------
-    OptionError
-        One is none.
-    """
-    from leafcut.model.issue import CODES
-
-    codes: Collection[str] = [one.strip().upper() for one in words.split(",") if one.strip()]
-    for code in codes:
-        if code not in CODES:
-            raise OptionError(f"--accept: '{code}' is no code of an issue, such as L801")
-    return tuple(codes)

@@ -6,12 +6,10 @@ from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, ReadError
-from leafcut.files import read_program
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.languages import other_language
 from leafcut.kinds import Head
 from leafcut.read.machine import load_machine, machine_names
-from leafcut.sender.job import SendJob, is_sent_to, job_of
+from leafcut.sender.job import SendJob, check_board, job_of, program_text
 from leafcut.studio.folder import OWN, Folder
 
 if TYPE_CHECKING:
@@ -28,16 +26,12 @@ def machine_of(word: str, folder: Folder) -> Machine:
         There is none of that name, its profile is wrong, or programs cannot be sent to its controller.
     """
     if word.startswith(OWN):
-        path = folder.own_path("machines", word.removeprefix(OWN))
-        if not path.is_file():
-            raise OptionError(f"--machine: '{word.removeprefix(OWN)}' is no longer in your library")
-        made = load_machine(str(path))
+        made = load_machine(str(folder.kept_own("machines", word, "--machine")))
     elif word in machine_names():
         made = load_machine(word)
     else:
         raise OptionError("choose a machine of the library")
-    if not is_sent_to(made):
-        raise OptionError(f"--machine {made.name}: its controller is {made.control}; only GRBL boards can be sent to")
+    check_board(made, made.name)
     return made
 
 
@@ -85,7 +79,5 @@ def program_of_file(
         It cannot be read, or may not be sent.
     """
     path = folder.input_path(source)
-    text, made_for = read_program(path), machine_of(machine, folder)
-    if what := other_language(text):
-        raise ReadError(path.name, what)
+    text, made_for = program_text(path, path.name), machine_of(machine, folder)
     return job_of(text, path.name, made_for, dialect(made_for.controller), units, accept)

@@ -8,12 +8,12 @@ import time
 from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import LeafcutError
-from leafcut.sender.job import SendJob
+from leafcut.sender.job import SendJob, accepted_codes
 from leafcut.sender.run import Request
 from leafcut.studio.drawing.canvas import Canvas
 from leafcut.studio.folder import OWN
 from leafcut.studio.jobs.jobs import line_of
-from leafcut.studio.machine.link import RunWishes, codes_of
+from leafcut.studio.machine.link import RunWishes
 from leafcut.studio.machine.program import program_of_file, program_of_job, sendable
 from leafcut.studio.machine.state import MachineState, MachineTask
 from leafcut.studio.page.elements import box, button, text
@@ -158,7 +158,7 @@ class MachineProgramPanel:
 
     def _read(self, job: str, source: str, machine: str, accept: str) -> SendJob:
         studio = self.view.studio
-        codes = codes_of(accept)
+        codes = accepted_codes(accept)
         if job:
             made = program_of_job(studio.history, studio.folder, job, machine, codes)
         else:
@@ -197,7 +197,7 @@ class MachineProgramPanel:
             by_hole=self.by_hole.on and holes,
             unhomed=self.unhomed.on,
             alone=self.alone.on,
-            accept=codes_of(self.accept.value),
+            accept=accepted_codes(self.accept.value),
         )
 
     async def _with_program(self, what: Any, *given: Any) -> Any:

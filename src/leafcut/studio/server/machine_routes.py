@@ -14,10 +14,10 @@ from fastapi import APIRouter, Path
 from pydantic import BaseModel, Field
 
 from leafcut.errors import OptionError
-from leafcut.sender.job import SendJob
+from leafcut.sender.job import SendJob, accepted_codes
 from leafcut.sender.port import BAUD, ports
 from leafcut.sender.run import Request
-from leafcut.studio.machine.link import RunWishes, codes_of
+from leafcut.studio.machine.link import RunWishes
 from leafcut.studio.machine.program import program_of_file, program_of_job
 
 if TYPE_CHECKING:
@@ -212,13 +212,15 @@ def _add_program(made: APIRouter, studio: Studio) -> None:
 
 
 def _wishes(body: RunBody) -> RunWishes:
-    return RunWishes(body.from_hole, body.from_line, body.by_hole, body.unhomed, body.alone, codes_of(body.accept))
+    return RunWishes(
+        body.from_hole, body.from_line, body.by_hole, body.unhomed, body.alone, accepted_codes(body.accept)
+    )
 
 
 def _program(studio: Studio, body: ProgramBody) -> SendJob:
     if bool(body.job) == bool(body.source):
         raise OptionError("name the program: a job, or an open file as 'source'")
-    accept = codes_of(body.accept)
+    accept = accepted_codes(body.accept)
     if body.job:
         return program_of_job(studio.history, studio.folder, body.job, body.machine, accept)
     return program_of_file(studio.folder, body.source, body.machine, accept=accept)
