@@ -130,21 +130,12 @@ def take(address: str) -> None:
 def router() -> Iterator[str]:
     """Yield the port of the simulated board, set up as a router."""
     sys.path.append(str(HERE.parent / "tests"))
-    from grbl_board import SETTINGS, Board
-    from leafcut.sender.conversation import Conversation
-    from leafcut.sender.port import SerialPort
+    from grbl_board import SETTINGS, set_up
 
-    with tempfile.TemporaryDirectory() as folder:
-        board = Board(Path(folder))
-        port = SerialPort(board.port)
-        talk = Conversation(port)
-        talk.connect()
-        for number, value in [*{**SETTINGS, **STORED}.items(), (20, 1)]:
-            talk.ask(f"${number}={value}")
-        talk.ask("G10 L2 P1 X-380 Y-390 Z-60")
-        port.close()
+    # Soft limits at the end: they need homing, which is among the rest.
+    settings = {**{k: v for k, v in SETTINGS.items() if k != 20}, **STORED, 20: 1}
+    with tempfile.TemporaryDirectory() as folder, set_up(Path(folder), settings, (-380, -390, -60)) as board:
         yield board.port
-        board.close()
 
 
 def machine(page: Page) -> None:

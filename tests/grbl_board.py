@@ -7,8 +7,8 @@ import select
 import subprocess
 import threading
 import tty
-from collections.abc import Iterator
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -45,6 +45,16 @@ def plate(count: int = HOLES) -> str:
         x = 1.5 * (column if row % 2 == 0 else 9 - column)
         lines += [f"G0 X{x:.3f} Y{1.5 * row:.3f}", "Z0.5", "G1 Z-0.5 F3000", "G0 Z0.5"]
     return "\n".join([*lines, "G0 Z4", "M5", "M30", ""])
+
+
+def needed_board() -> None:
+    """Skip without the firmware, and without its compiler fail where that is required."""
+    if not (grbl_time.BOARD / grbl_time.FIRMWARE).exists():
+        pytest.skip("the simulated GRBL board is not here; set LEAFCUT_GRBL")
+    if grbl_time.missing():
+        if os.environ.get("LEAFCUT_REQUIRE_EXTERNAL") == "1":
+            pytest.fail(f"{grbl_time.missing()} are required here")
+        pytest.skip(f"{grbl_time.missing()} are not installed")
 
 
 class Board:
@@ -131,6 +141,23 @@ class Board:
         self._process.stdout.close()
 
 
+@contextmanager
+def set_up(folder: Path, settings: Mapping[int, float], zero: tuple[float, float, float]) -> Iterator[Board]:
+    """Switch a board on, with its settings and the zero of G54 in machine coordinates; in the end, switch it off."""
+    board = Board(folder)
+    try:
+        port = SerialPort(board.port)
+        talk = Conversation(port)
+        talk.connect()
+        for number, value in settings.items():
+            talk.ask(f"${number}={value}")
+        talk.ask("G10 L2 P1 X{} Y{} Z{}".format(*zero))
+        port.close()
+        yield board
+    finally:
+        board.close()
+
+
 @pytest.fixture(scope="module")
 def patient() -> Iterator[None]:
     """Wait longer than a person would: the board runs on a processor that does much else."""
@@ -141,25 +168,10 @@ def patient() -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def running(patient: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Board]:
-    """Yield the board, set up; skip without the firmware, and without its compiler fail where that is required."""
-    if not (grbl_time.BOARD / grbl_time.FIRMWARE).exists():
-        pytest.skip("the simulated GRBL board is not here; set LEAFCUT_GRBL")
-    if grbl_time.missing():
-        if os.environ.get("LEAFCUT_REQUIRE_EXTERNAL") == "1":
-            pytest.fail(f"{grbl_time.missing()} are required here")
-        pytest.skip(f"{grbl_time.missing()} are not installed")
-    board = Board(tmp_path_factory.mktemp("board"))
-    try:
-        port = SerialPort(board.port)
-        talk = Conversation(port)
-        talk.connect()
-        for number, value in SETTINGS.items():
-            talk.ask(f"${number}={value}")
-        talk.ask("G10 L2 P1 X{} Y{} Z{}".format(*ZERO))
-        port.close()
+    """Yield the board, set up."""
+    needed_board()
+    with set_up(tmp_path_factory.mktemp("board"), SETTINGS, ZERO) as board:
         yield board
-    finally:
-        board.close()
 
 
 @pytest.fixture

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarked import benchmark
+from grbl_board import needed_board
 from leafcut.api import simulate
 from leafcut.errors import OptionError
 from leafcut.kinds import Head
@@ -50,13 +50,8 @@ def test_no_program_is_farther_off_than_is_said_from_what_the_firmware_needed_fo
 
 @pytest.fixture(scope="module")
 def board(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the simulated board; skip without the firmware, and without its compiler fail where that is required."""
-    if not (grbl_time.BOARD / grbl_time.FIRMWARE).exists():
-        pytest.skip("the simulated GRBL board is not here; set LEAFCUT_GRBL")
-    if grbl_time.missing():
-        if os.environ.get("LEAFCUT_REQUIRE_EXTERNAL") == "1":
-            pytest.fail(f"{grbl_time.missing()} are required here")
-        pytest.skip(f"{grbl_time.missing()} are not installed")
+    """Return the simulated board."""
+    needed_board()
     return grbl_time.build_board(tmp_path_factory.mktemp("board"))
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from nicegui.elements.mixins.text_element import TextElement
 
-from leafcut.errors import LeafcutError
 from leafcut.studio.machine.state import MachineState, MachineTask
 from leafcut.studio.page.elements import JogPad, box, button, text
 from leafcut.studio.page.machine_fields import AskingPanel, Field, enable
@@ -79,12 +78,8 @@ class ByHandPanel:
     async def _move(self, axis: str, sign: int, held: bool) -> None:
         if axis not in _AXES:
             return
-        try:
-            feed = self.feed.number()
-        except LeafcutError as problem:
-            self.panel.tell(str(problem), bad=True)
-            return
-        await self.panel.ask(self.link.jog, {axis: (1 if sign > 0 else -1) * float(self.step)}, feed, held=held)
+        way = {axis: (1 if sign > 0 else -1) * float(self.step)}
+        await self.panel.ask(lambda key: self.link.jog(key, way, self.feed.number(), held=held))
 
     async def _let_go(self) -> None:
         await self.panel.ask(self.link.cancel)
@@ -103,12 +98,9 @@ class ByHandPanel:
         self.probe_place = place
 
     async def _probe_now(self) -> None:
-        try:
-            given = (self.plate.number(), self.probe_feed.number(), self.limit.number())
-        except LeafcutError as problem:
-            self.panel.tell(str(problem), bad=True)
-            return
-        await self.panel.ask(self.link.probe, *given)
+        await self.panel.ask(
+            lambda key: self.link.probe(key, self.plate.number(), self.probe_feed.number(), self.limit.number())
+        )
 
     def show(self, state: MachineState, mine: bool) -> None:
         """Show where the machine is, and what may be done with it now."""

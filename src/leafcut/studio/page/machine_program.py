@@ -5,9 +5,12 @@ from __future__ import annotations
 import asyncio
 import math
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import LeafcutError
+from leafcut.model.machine import XYZ
+from leafcut.sender.by_hand import fed_box
 from leafcut.sender.job import SendJob, accepted_codes
 from leafcut.sender.run import Request
 from leafcut.studio.drawing.canvas import Canvas
@@ -40,6 +43,7 @@ class MachineProgramPanel:
         self._key: tuple[str, ...] = ()
         #: The one that is drawn: one that runs, from whichever page, comes first.
         self._drawn: SendJob | None = None
+        self._box: tuple[XYZ, XYZ] | None = None
         self._tool: object = None
         self._next: tuple[float, float] | None = None
         self._asked: object = None
@@ -175,6 +179,7 @@ class MachineProgramPanel:
         if job is self._drawn or (job is not None and self._drawn is not None and job.program is self._drawn.program):
             return
         self._drawn = job
+        self._box = None if job is None else fed_box(job)
         self.empty.set_visibility(job is None)
         self.canvas.set_visibility(job is not None)
         if job is None:
@@ -200,40 +205,26 @@ class MachineProgramPanel:
             accept=accepted_codes(self.accept.value),
         )
 
-    async def _with_program(self, what: Any, *given: Any) -> Any:
-        """Have something done with the program that is open now."""
+    async def _with_program(self, what: Callable[[str, SendJob], Any]) -> Any:
+        """Have something done, by this page, with the program that is open now."""
         await self.draw()
-        if self.job is None:
+        job = self.job
+        if job is None:
             self.panel.tell(self.problem.text or self.view.words("machine.no_program"), bad=True)
             return None
-        return await self.panel.ask(what, self.job, *given)
+        return await self.panel.ask(lambda key: what(key, job))
 
     async def _check(self) -> None:
-        try:
-            wishes = self._wishes()
-        except LeafcutError as problem:
-            self.panel.tell(str(problem), bad=True)
-            return
-        found = await self._with_program(self.link.check, wishes)
+        found = await self._with_program(lambda key, job: self.link.check(key, job, self._wishes()))
         if found is not None:
             self._tell_issues(found)
             self.panel.tell(self.view.words("machine.checked"))
 
     async def _frame(self) -> None:
-        try:
-            feed = self.panel.jog_feed()
-        except LeafcutError as problem:
-            self.panel.tell(str(problem), bad=True)
-            return
-        await self._with_program(self.link.frame, feed)
+        await self._with_program(lambda key, job: self.link.frame(key, job, self.panel.jog_feed()))
 
     async def _start(self) -> None:
-        try:
-            wishes = self._wishes()
-        except LeafcutError as problem:
-            self.panel.tell(str(problem), bad=True)
-            return
-        found = await self._with_program(self.link.run, wishes)
+        found = await self._with_program(lambda key, job: self.link.run(key, job, self._wishes()))
         if found is not None:
             self._tell_issues(found)
             self.panel.tell("")
@@ -370,14 +361,10 @@ class MachineProgramPanel:
         if not all(math.isfinite(one) for one in box_of):
             return None
         name = self._drawn.machine.name if self._drawn else ""
-        fits = True
-        if self._drawn is not None:
-            from leafcut.sender.by_hand import fed_box
-
-            found = fed_box(self._drawn)
-            fits = found is None or all(
-                box_of[k] <= found[0][k] + 0.005 and found[1][k] - 0.005 <= box_of[k + 2] for k in range(2)
-            )
+        found = self._box
+        fits = found is None or all(
+            box_of[k] <= found[0][k] + 0.005 and found[1][k] - 0.005 <= box_of[k + 2] for k in range(2)
+        )
         return {"box": box_of, "known": True, "fits": fits, "machine": name}
 
 
