@@ -20,7 +20,7 @@ from leafcut.model.heartbeat import Progress
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution, WorkerFigures
-from leafcut.options import ALGORITHM_TITLES, LITERATURE, AcoOptions, FireflyOptions, SolveOptions
+from leafcut.options import ALGORITHM_TITLES, ANT_ALGORITHMS, LITERATURE, AcoOptions, FireflyOptions, SolveOptions
 from leafcut.solve.algorithms import PACKAGED, Algorithm, AlgorithmRun, run_packaged
 from leafcut.solve.certificate import aim, aim_without_order, certify, foresee, stands_for_its_tour
 from leafcut.solve.clusters import choose_nodes
@@ -117,7 +117,7 @@ def solve(
 
         warm_up_in_order(problem, options.algorithm)
     elif not tiny and options.algorithm != "none":
-        if aco.device == "gpu":
+        if options.algorithm in ANT_ALGORITHMS and aco.device == "gpu":
             from leafcut.solve.gpu_ants import check_gpu
 
             check_gpu()  # before kernels are compiled, which takes long and would be for nothing
@@ -245,7 +245,7 @@ def _warm(options: SolveOptions, aco: AcoOptions, many: bool, variant: str) -> N
     """Run what `warm_up` says, once in a process for the same options."""
     small = RoutingProblem.of_points(np.random.default_rng(1).uniform(0.0, 100.0, (40, 2)))
     # Fireflies fly from the second iteration on.
-    once = replace(options, iterations=2 if options.algorithm == "firefly" else 1, threads=1, preset="fast")
+    once = replace(options, iterations=2 if options.algorithm == "firefly" else 1)
     build_instance(small, 0)
     instance = build_instance(small, CANDIDATES)
     for name in ["colony", "kicks"] if options.algorithm == "colony" else [options.algorithm]:
