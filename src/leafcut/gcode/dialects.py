@@ -401,6 +401,7 @@ def _on_base(said: dict[str, Any], base: str | None) -> dict[str, Any]:
     return {**below, **said, **tables}
 
 
+@cache
 def _kinds(of: type[Dialect] | type[Torch]) -> dict[str, Any]:
     """Return the keys that a file may have, and the types of their values; those of tables are left out."""
     return {key: kind for key, kind in get_type_hints(of).items() if key not in ("name", "family", *_TABLES)}
