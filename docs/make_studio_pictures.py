@@ -1,8 +1,9 @@
 """Makes the pictures of the page on the studio from the running program, in a headless Chromium.
 
-    python docs/make_studio_pictures.py [solid]
+    python docs/make_studio_pictures.py [solid | machine]
 
-With ``solid`` only those of the solid view are made.
+With ``solid`` only those of the solid view are made, with ``machine`` only those of the machine's page: with the real
+firmware of GRBL on the simulated board of the tests.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ import signal
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from curved_part import FIXTURES, holes_csv, part_stl
@@ -57,6 +60,17 @@ feed = "260 mm/min"
 spindle_speed = "3000 rpm"
 holder = "16-22 x 6, 22 x 14"
 """
+#: The machine of the page on machines.
+ROUTER = """
+name = "router"
+controller = "grbl"
+rapid.velocity = ["6 m/min", "6 m/min", "3 m/min"]
+rapid.acceleration = "1000 mm/s2"
+travel.min = ["-400 mm", "-400 mm", "-90 mm"]
+travel.max = ["0 mm", "0 mm", "0 mm"]
+"""
+#: And what its board is set to.
+STORED = {110: 6000, 111: 6000, 112: 3000, 120: 1000, 121: 1000, 122: 1000, 130: 400, 131: 400, 132: 90}
 #: A run, ms.
 LONG = 120_000
 
@@ -64,6 +78,9 @@ LONG = 120_000
 def main() -> None:
     """Write docs/pictures/studio_empty.png, and so on: result, nest, program, dark, and those of the solid view."""
     with tempfile.TemporaryDirectory() as home:
+        machines = Path(home) / "leafcut" / "studio" / "machines"
+        machines.mkdir(parents=True)
+        (machines / "router.toml").write_text(ROUTER, encoding="utf-8")
         command = [sys.executable, "-m", "leafcut.cli", "studio", "--no-open", "--port", "8399"]
         environment = {**os.environ, "XDG_DATA_HOME": home}
         server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
@@ -87,8 +104,12 @@ def take(address: str) -> None:
         page.set_default_timeout(LONG)
         page.goto(address)
         page.wait_for_selector("#view-work")
-        solids(page)
-        if "solid" in sys.argv[1:]:
+        chosen = sys.argv[1:]
+        if "machine" not in chosen:
+            solids(page)
+        if "solid" not in chosen:
+            machine(page)
+        if chosen:
             browser.close()
             return
         page.goto(page.url.partition("?")[0])
@@ -103,6 +124,83 @@ def take(address: str) -> None:
         page.get_by_role("tab", name="Search").click()
         shot(page, "dark")
         browser.close()
+
+
+@contextmanager
+def router() -> Iterator[str]:
+    """Yield the port of the simulated board, set up as a router."""
+    sys.path.append(str(HERE.parent / "tests"))
+    from grbl_board import SETTINGS, Board
+    from leafcut.sender.conversation import Conversation
+    from leafcut.sender.port import SerialPort
+
+    with tempfile.TemporaryDirectory() as folder:
+        board = Board(Path(folder))
+        port = SerialPort(board.port)
+        talk = Conversation(port)
+        talk.connect()
+        for number, value in [*{**SETTINGS, **STORED}.items(), (20, 1)]:
+            talk.ask(f"${number}={value}")
+        talk.ask("G10 L2 P1 X-380 Y-390 Z-60")
+        port.close()
+        yield board.port
+        board.close()
+
+
+def machine(page: Page) -> None:
+    """Drill a plate on a GRBL board: hole by hole, in the dark, and on a narrow page."""
+    with router() as port:
+        page.goto(page.url.partition("?")[0])
+        page.set_input_files("#open-file", EXAMPLES / "plate_27.dxf")
+        page.locator(".about-part .name", has_text="plate_27.dxf").wait_for()
+        page.get_by_label("Machine", exact=True).first.select_option("mine:router")
+        fill(page, "Thickness", "6")
+        page.get_by_role("button", name="Run", exact=True).click()
+        page.locator(".headline").wait_for(timeout=LONG)
+        page.keyboard.press("6")
+        page.locator("#machine-port").fill(port)
+        press(page, "Connect")
+        page.locator("#machine-jog-feed").fill("6000")
+        for step, key in (("100 mm", "X−"), ("100 mm", "X−"), ("100 mm", "Y−"), ("10 mm", "Z−")):
+            page.get_by_role("button", name=step, exact=True).click()
+            page.get_by_role("button", name=key, exact=True).click()
+            page.wait_for_timeout(1000)
+            page.locator("#view-control .tag", has_text="Idle").wait_for()
+        shot(page, "machine")
+        drill(page)
+        page.set_viewport_size({"width": 1280, "height": 720})
+        page.keyboard.press("Escape")
+        press(page, "Disconnect")
+        page.locator("#machine-port").wait_for()
+        page.keyboard.press("1")
+
+
+def drill(page: Page) -> None:
+    """Go through eight holes one by one, then on; hold."""
+    page.locator("#view-control").get_by_text("Hole by hole").click()
+    begun = page.locator("#view-control button[data-sure]")
+    begun.click()
+    begun.click()
+    press(page, "Go on")  # the tool is in
+    for hole in range(1, 9):
+        press(page, f"Drill hole {hole}")
+    page.get_by_role("button", name="Drill hole 9", exact=True).wait_for()
+    shot(page, "machine_step")
+    press(page, "Go on to the end")
+    page.wait_for_timeout(4000)
+    press(page, "Hold")
+    page.get_by_role("button", name="Resume", exact=True).wait_for()
+    page.keyboard.press("t")
+    shot(page, "machine_dark")
+    page.keyboard.press("t")
+    page.set_viewport_size({"width": 430, "height": 900})
+    page.get_by_role("button", name="Resume", exact=True).scroll_into_view_if_needed()
+    shot(page, "machine_narrow")
+
+
+def press(page: Page, name: str) -> None:
+    """Press a button of the machine's page."""
+    page.locator("#view-control").get_by_role("button", name=name, exact=True).click()
 
 
 def run(page: Page, file: Path) -> None:

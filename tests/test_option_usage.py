@@ -175,10 +175,10 @@ def test_the_options_that_a_kind_of_work_names_are_those_that_its_runs_read(
         "simulate": {"strict"},
         "stock": {"strict"},
     }.get(work, set())
-    # The search looks whether there are colonies, to refuse them where they cannot be.
+    # The search looks whether there are colonies and a GPU, to refuse them where they cannot be.
     # Speeds are chosen for a program that is planned, written and proved as usual, but not shown.
     unseen = {*PostOptions.specs(), *SolveOptions.specs(), *FireflyOptions.specs()} if work == "cutting-data" else set()
-    assert (sorted(named - reads), sorted(reads - named - unseen - {"colonies"})) == ([], [])
+    assert (sorted(named - reads), sorted(reads - named - unseen - {"colonies", "device"})) == ([], [])
 
 
 @every("work", WORKS)

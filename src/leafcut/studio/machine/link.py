@@ -414,7 +414,7 @@ class MachineLink:
         """Take what is said without having been asked."""
         match answer:
             case Alarm(code):
-                self._say(alarm_in_words(code), bad=True)
+                self._say(alarm_in_words(code, "" if self._talk is None else self._talk.family), bad=True)
                 self._tell(unsure=self.state.unsure or code not in _KEPT)
             case Greeting():
                 assert self._talk is not None
@@ -626,7 +626,7 @@ class MachineLink:
 
         def mind(answer: ControllerAnswer) -> None:
             if isinstance(answer, Alarm):
-                raise SendError(alarm_in_words(answer.code))
+                raise SendError(alarm_in_words(answer.code, talk.family))
             if isinstance(answer, Greeting):
                 raise SendError("the controller was reset")
 

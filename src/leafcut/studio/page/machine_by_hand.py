@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from nicegui.elements.mixins.text_element import TextElement
 
 from leafcut.errors import LeafcutError
 from leafcut.studio.machine.state import MachineState, MachineTask
 from leafcut.studio.page.elements import JogPad, box, button, text
-from leafcut.studio.page.machine_fields import Field, enable
+from leafcut.studio.page.machine_fields import AskingPanel, Field, enable
 from leafcut.studio.page.page_state import View
-
-if TYPE_CHECKING:
-    from leafcut.studio.page.panel_machine import MachinePanel
 
 _AXES = "XYZ"
 #: Steps of a jog, mm.
@@ -23,7 +18,7 @@ STEPS = ("0.1", "1", "10", "100")
 class ByHandPanel:
     """Position, jog and probe."""
 
-    def __init__(self, view: View, panel: MachinePanel) -> None:
+    def __init__(self, view: View, panel: AskingPanel) -> None:
         self.view, self.panel, self.link = view, panel, view.studio.machine
         self.step = "1"
         self._position()

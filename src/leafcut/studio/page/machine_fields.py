@@ -2,13 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
 
 from nicegui.element import Element
 
 from leafcut.errors import OptionError
 from leafcut.studio.page.elements import box, text
+
+
+class AskingPanel(Protocol):
+    """What the parts of the machine's page know of the whole."""
+
+    async def ask(self, what: Callable[..., Any], *given: Any, **named: Any) -> Any:
+        """Have the machine do something; what is refused is told. Return what it answers, None where it is refused."""
+
+    def tell(self, line: str, *, bad: bool = False) -> None:
+        """Tell a person something, where the machine is."""
+
+    def tick_now(self) -> None:
+        """Look at the machine at once."""
+
+    def jog_feed(self) -> float:
+        """Return the feed of jogs, mm/min."""
+        ...
 
 
 class _Typed(Element, component="../static/machine_field.js"):

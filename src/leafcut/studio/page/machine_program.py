@@ -17,7 +17,7 @@ from leafcut.studio.machine.link import RunWishes, codes_of
 from leafcut.studio.machine.program import program_of_file, program_of_job, sendable
 from leafcut.studio.machine.state import MachineState, MachineTask
 from leafcut.studio.page.elements import box, button, text
-from leafcut.studio.page.machine_fields import Field, Menu, Switch, enable
+from leafcut.studio.page.machine_fields import AskingPanel, Field, Menu, Switch, enable
 from leafcut.studio.page.machine_words import lines_of_hole
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_program import is_program
@@ -26,7 +26,6 @@ from leafcut.units import format_time
 if TYPE_CHECKING:
     from nicegui.element import Element
 
-    from leafcut.studio.page.panel_machine import MachinePanel
 
 _USUAL = "grbl-3018"
 
@@ -34,7 +33,7 @@ _USUAL = "grbl-3018"
 class MachineProgramPanel:
     """What runs, or may be run."""
 
-    def __init__(self, view: View, panel: MachinePanel, drawing: Element) -> None:
+    def __init__(self, view: View, panel: AskingPanel, drawing: Element) -> None:
         self.view, self.panel, self.link = view, panel, view.studio.machine
         self.job: SendJob | None = None
         #: The program that is read, and why it cannot be sent.
@@ -222,7 +221,7 @@ class MachineProgramPanel:
 
     async def _frame(self) -> None:
         try:
-            feed = self.panel.by_hand.feed.number()
+            feed = self.panel.jog_feed()
         except LeafcutError as problem:
             self.panel.tell(str(problem), bad=True)
             return

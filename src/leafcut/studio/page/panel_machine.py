@@ -96,6 +96,10 @@ class MachinePanel:
         self.line.set_text(self.view.words.plain(line))
         self.line.classes(replace="machine-line bad" if bad else "machine-line")
 
+    def jog_feed(self) -> float:
+        """Return the feed of jogs, mm/min."""
+        return self.by_hand.feed.number()
+
     async def look(self) -> None:
         """Look which ports there are."""
         try:

@@ -264,6 +264,7 @@ export class Drawing {
     const scene = this.main?.scene;
     if (!scene || row === null || row < 0 || row >= scene.rows) {
       this._choose(null);
+      this._say([]);
       return;
     }
     this.view.show(scene.x1(row) + scene.origin[0], scene.y1(row) + scene.origin[1]);
