@@ -42,8 +42,8 @@ _STATUS_ORDER = (DONE, INCOMPLETE, REFUSED, USAGE)
 #: New objects between two looks for garbage: what is imported and compiled stays, and looking takes a tenth of a start.
 LITTER = 100_000
 
-#: Where a person says how many threads NumPy's linear algebra starts. It is not said, one: leafcut asks for nothing large
-#: of it, and starting one per core takes a twentieth of a second of them.
+#: Where a person says how many threads NumPy's linear algebra starts. Else it is one: leafcut asks for nothing large of
+#: it, and to start one per core takes a twentieth of a second.
 _SAYS_THREADS = {"OPENBLAS_NUM_THREADS", "GOTO_NUM_THREADS", "OMP_NUM_THREADS"}
 
 #: The options of `cutting-data` that matter most.
@@ -127,7 +127,8 @@ def _answered(arguments: Sequence[str]) -> int:
     words = [HELD if word == DASH else word for word in arguments]
     if not {"--help", "-h", "--install-completion"}.intersection(words):
         with suppress(CycloptsError):  # what is wrong is told by who knows all commands and flags
-            command, bound, _ = app(arguments, named_only=True).parse_args(words, exit_on_error=False, print_error=False)
+            few = app(arguments, named_only=True)
+            command, bound, _ = few.parse_args(words, exit_on_error=False, print_error=False)
             return int(command(*bound.args, **bound.kwargs) or DONE)
     return int(app(arguments)(words, exit_on_error=False, print_error=False) or DONE)
 

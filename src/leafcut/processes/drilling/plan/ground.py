@@ -184,6 +184,8 @@ def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: fl
     """
     if ground.fixture is None or not len(xy):
         return
+    import shapely  # as above
+
     triangles = ground.fixture.triangles
     flat: Any = shapely.convex_hull(shapely.multipoints(triangles[:, :, :2]))
     places: Any = shapely.points(xy)
