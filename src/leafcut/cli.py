@@ -1095,7 +1095,7 @@ _OTHERS: tuple[tuple[tuple[str, ...], Callable[[App], object]], ...] = (
     (("machine", "tools"), _add_machine),
     (("send",), _add_send),
     (("lab",), _add_lab),
-    (("defaults", "addon", "completion"), _add_inside),
+    (("defaults", "addon", "completion", "warm-up"), _add_inside),
     (("machines",), lambda made: made.command(_machines, name="machines")),
     (("materials",), lambda made: made.command(_materials, name="materials")),
     (("dialects",), lambda made: made.command(_dialects, name="dialects")),
