@@ -2,9 +2,9 @@
 
     python benchmarks/start.py [--runs N] [--beside CHECKOUT] [--write docs/benchmarks.md]
 
-Cold is the first run of a new installation, with an empty folder for compiled code; warm is every run after it. Byte code
-is kept before both, as it is where pip installs leafcut, whatever `PYTHONDONTWRITEBYTECODE` says here. The
-other checkout's runs take turns with this one's, so that a busy machine is busy for both; its programs must be equal.
+Cold is the first run of a new installation, with an empty folder for compiled code; warm is every run after it. Byte
+code is kept before both, as it is where pip installs leafcut, whatever `PYTHONDONTWRITEBYTECODE` says here. The other
+checkout's runs take turns with this one's, so that a busy machine is busy for both; its programs must be equal.
 """
 
 from __future__ import annotations
@@ -84,8 +84,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     told = [f"--runs {given.runs}", *(["--beside CHECKOUT"] if given.beside else []), "--write docs/benchmarks.md"]
     head = facts("start", " ".join(told).split(), ("leafcut", "numpy", "numba"))
     note = (
-        "Medians. Cold: no machine code is there. Warm: every later run. Byte code is there, as pip puts it. The programs "
-        "were equal, byte for byte."
+        "Medians. Cold: no machine code is there. Warm: every later run. Byte code is there, as pip puts it. "
+        "The programs were equal, byte for byte."
     )
     text = f"## The start\n\n{note}\n\n{head}\n\n{made}"
     print(text)

@@ -126,9 +126,12 @@ def _answered(arguments: Sequence[str]) -> int:
     """Run one command line and return its exit status; the parser raises what is wrong in it."""
     words = [HELD if word == DASH else word for word in arguments]
     if not {"--help", "-h", "--install-completion"}.intersection(words):
-        with suppress(CycloptsError):  # what is wrong is told by who knows all commands and flags
+        try:
             few = app(arguments, named_only=True)
             command, bound, _ = few.parse_args(words, exit_on_error=False, print_error=False)
+        except CycloptsError:
+            pass  # told below, by what knows all commands and flags
+        else:
             return int(command(*bound.args, **bound.kwargs) or DONE)
     return int(app(arguments)(words, exit_on_error=False, print_error=False) or DONE)
 
