@@ -33,7 +33,7 @@ _OF_JERK = (1.0 - math.sqrt(0.5)) / math.sqrt(0.5)
 
 
 @dataclass(frozen=True)
-class Place:
+class _Place:
     """A line, of the file itself or of one that it runs."""
 
     line: int
@@ -44,7 +44,7 @@ class Place:
 class _Line:
     """A line that is a word of settings: the text of each of its letters."""
 
-    place: Place
+    place: _Place
     word: str
     letters: dict[str, str]
 
@@ -61,8 +61,8 @@ _MOST_RUN, _DEEPEST_RUN, _MOST_BYTES_RUN = 100, 8, 262_144
 class _Settings:
     """The last value of each letter of each word, and the line it stands in."""
 
-    words: dict[str, dict[str, tuple[str, Place]]] = field(default_factory=dict)
-    inch: Place | None = None
+    words: dict[str, dict[str, tuple[str, _Place]]] = field(default_factory=dict)
+    inch: _Place | None = None
 
 
 def read_marlin(text: str, file: str) -> Values:
@@ -227,7 +227,7 @@ def _steps(values: Values, settings: _Settings, unit: str) -> None:
             values.take("motors.steps_per_mm", texts(steps, "steps/mm"), f"M92, {places}")
 
 
-def _jerk_corners(values: Values, jerk: float, place: Place, unit: str, what: str) -> None:
+def _jerk_corners(values: Values, jerk: float, place: _Place, unit: str, what: str) -> None:
     """Keep the junction deviation with which a corner of 90° is taken at the speed that a jerk allows."""
     acceleration = values.found["rapid.acceleration"].value
     first = acceleration if isinstance(acceleration, str) else acceleration[0]
@@ -272,18 +272,18 @@ def _axes(values: Values, settings: _Settings, word: str, unit: str, what: str) 
     return Axes(tuple(numbers), unit, f"{word}, {_in(letters[axis][1] for axis in 'XYZ')}")
 
 
-def _number(values: Values, text: str, what: str, place: Place) -> float:
+def _number(values: Values, text: str, what: str, place: _Place) -> float:
     if place.file:
         return number(values, text, f"{what} ({place.file}, line {place.line})")
     return number(values, text, what, place.line)
 
 
-def _first(values: Values, entry: tuple[str, Place], what: str) -> float:
+def _first(values: Values, entry: tuple[str, _Place], what: str) -> float:
     """Return the value of the first of several motors."""
     return _number(values, entry[0].partition(":")[0], what, entry[1])
 
 
-def _in(places: Iterable[Place]) -> str:
+def _in(places: Iterable[_Place]) -> str:
     """Return ``line 3``, or ``speed.g, lines 2 and 4``."""
     each: dict[str, list[int]] = {}
     for place in places:
@@ -303,11 +303,11 @@ def has_travel(text: str) -> bool:
 
 def _lines(text: str) -> list[_Line]:
     """Return each line that is a word of settings."""
-    found = (_line(line, Place(count)) for count, line in enumerate(text.splitlines(), 1))
+    found = (_line(line, _Place(count)) for count, line in enumerate(text.splitlines(), 1))
     return [line for line in found if line is not None]
 
 
-def _line(line: str, place: Place) -> _Line | None:
+def _line(line: str, place: _Place) -> _Line | None:
     match = word_of(line)
     if match is None:
         return None
@@ -362,7 +362,7 @@ class _Running:
                 self.variables[f"{variable[1].split()[-1]}.{variable[2]}"] = variable[3]
                 continue
             line = _line(
-                _USE.sub(lambda use: self.variables.get(f"{use[1]}.{use[2]}", use[0]), words), Place(count, file)
+                _USE.sub(lambda use: self.variables.get(f"{use[1]}.{use[2]}", use[0]), words), _Place(count, file)
             )
             if line is None:
                 continue
