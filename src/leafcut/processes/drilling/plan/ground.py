@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError, count_of
@@ -84,6 +83,8 @@ class Ground:
 
     def is_free(self, x: float, y: float, radius: float, z: float) -> bool:
         """Return whether nothing of the surface is above a height within a radius of a place."""
+        import shapely  # not at the top: most drawings have no ground, and start without it
+
         corners = self.mesh.triangles
         near = corners[:, :, 2].max(axis=1) > z + SAME_HEIGHT
         for axis, at in enumerate((x, y)):
@@ -237,6 +238,8 @@ def _meeting(
     triangles: NDArray[np.float64], xy: NDArray[np.float64], heights: NDArray[np.float64], radius: float
 ) -> set[int]:
     """Return at which places float64[n, 2] some of a mesh is above a height, float64[n], within a radius."""
+    import shapely  # as above
+
     triangles = triangles[triangles[:, :, 2].max(axis=1) > heights.min()]
     if not len(triangles):
         return set()
