@@ -93,7 +93,7 @@ def send(
     is told.
     """
     from leafcut.files import check_output
-    from leafcut.sender.conversation import Conversation
+    from leafcut.sender.grbl import GrblConversation
     from leafcut.sender.job import accepted_codes, read_job
     from leafcut.sender.port import SerialPort, ports_in_words
 
@@ -108,7 +108,7 @@ def send(
     with _logging(log) as add, _terminating():
         line = SerialPort(port, baud)
         try:
-            talk = Conversation(line, add)
+            talk = GrblConversation(line, add)
             talk.connect()
             locked = unlock and talk.unlock()
             if home:
@@ -147,16 +147,16 @@ def _ready(
     talk: Conversation, job: SendJob, accept: Sequence[str], *, unhomed: bool, quiet: bool
 ) -> tuple[Facts, SendJob]:
     """Return what the controller says of itself, and the job with its times, after all that is checked."""
-    from leafcut.sender.checking import SOFT_LIMITS_OFF, check_program, check_ready
+    from leafcut.sender.checking import check_program, check_ready
     from leafcut.sender.job import issues_to_tell
 
     facts = talk.facts()
-    check_ready(facts, unhomed=unhomed, restarted=talk.restarted)
+    check_ready(facts, unhomed=unhomed, restarted=talk.restarted, family=talk.family)
     differences = check_program(job, facts, unhomed=unhomed, accept=accept)
     for issue in issues_to_tell([*job.issues, *differences]):
         print(f"leafcut: {issue.severity}: {issue}", file=sys.stderr)
-    if not quiet and not facts.soft_limits:
-        print(f"leafcut: {SOFT_LIMITS_OFF}", file=sys.stderr)
+    if not quiet and facts.soft_limits_off:
+        print(f"leafcut: {facts.soft_limits_off}", file=sys.stderr)
     return facts, job.on(facts.timed(job.machine))
 
 

@@ -30,9 +30,7 @@ def ending_in_words(ending: Ending, job: SendJob) -> str:
     lines = job.steps[-1].number
     if ending.complete:
         return f"{job.file}: all {count_of(lines, 'line')} done; the machine is {ending.state}"
-    parts = [ending.reason, f"the machine is {ending.state}" if ending.homed else ending.state]
-    if not ending.homed and ending.state.startswith("locked"):
-        parts[-1] = f"the machine is {ending.state}"
+    parts = [ending.reason, ending.state if ending.lost else f"the machine is {ending.state}"]
     if ending.place is not None:
         where = "it stands at" if ending.homed else "it was last seen at"
         parts.append(f"{where} {place_in_words(ending.place)} (machine coordinates)")
