@@ -1,4 +1,4 @@
-"""The command `leafcut send`: a program goes to a GRBL board over its serial port."""
+"""The command `leafcut send`: a program goes to a GRBL or Marlin board over its serial port."""
 
 from __future__ import annotations
 
@@ -87,13 +87,13 @@ def send(
         bool, Parameter(name=["--quiet", "-q"], negative="", help="no progress, no summary; warnings only")
     ] = False,
 ) -> int:
-    """Send a program to a GRBL board (GRBL 1.1, grblHAL, FluidNC), after checking it against the machine as it stands.
+    """Send a program to a GRBL or Marlin board, after checking it against the machine as it stands.
 
     While it runs, keys hold it, stop it and change the feed. Whatever happens, the machine is stopped, and how to go on
     is told.
     """
     from leafcut.files import check_output
-    from leafcut.sender.grbl import GrblConversation
+    from leafcut.sender.firmware import speaker_of
     from leafcut.sender.job import accepted_codes, read_job
     from leafcut.sender.port import SerialPort, ports_in_words
 
@@ -103,12 +103,15 @@ def send(
     check_output(log, [program, *[one for one in (machine, dialect) if one and one.endswith(".toml")]])
     accepted = accepted_codes(accept or "")
     job = read_job(program, machine, dialect_name=dialect, units=units, accept=accepted)
+    speaker = speaker_of(job.machine, machine)
+    if check and not speaker.check_line:
+        raise OptionError("--check: Marlin has no check mode; --dry-run checks the program, and sends nothing of it")
     if port is None:
         raise OptionError(f"send needs --port; {ports_in_words()}")
     with _logging(log) as add, _terminating():
         line = SerialPort(port, baud)
         try:
-            talk = GrblConversation(line, add)
+            talk = speaker(line, add)
             talk.connect()
             locked = unlock and talk.unlock()
             if home:

@@ -74,9 +74,15 @@ class Conversation(ABC):
         The firmware that it told of, by whose list an error or an alarm is explained (`explained.family_of`).
     most_lines
         So many lines may wait for an answer at once; None where only its buffer counts.
+    most_ahead
+        So many lines at most are taken and not run yet: blocks of the planner, and lines between that move nothing.
+    check_line
+        Has it read what comes, and move nothing; empty where it cannot.
     """
 
     patience = 1.0
+    check_line = ""
+    most_ahead = 40
     most_lines: int | None = None
 
     def __init__(self, port: Port, log: Log | None = None, clock: Callable[[], float] = time.monotonic) -> None:
@@ -102,8 +108,8 @@ class Conversation(ABC):
         """Return what it does now, after waiting for it to answer; raise `SendError` where another one answers."""
 
     @abstractmethod
-    def ask_status(self) -> None:
-        """Ask what it does now; the answer comes like any other."""
+    def ask_status(self, *, more: bool = False) -> None:
+        """Ask what it does now; the answer comes like any other. With `more`, lines follow at once."""
 
     @abstractmethod
     def gather(self) -> Facts:
@@ -124,10 +130,6 @@ class Conversation(ABC):
     @abstractmethod
     def step_feed(self, now: int, wanted: int) -> None:
         """Go a step from one override of the feed towards another, percent."""
-
-    @abstractmethod
-    def begin_check(self) -> None:
-        """Have it read what comes, and move nothing; raise `SendError` where it cannot."""
 
     @abstractmethod
     def home_lines(self) -> str:
@@ -156,6 +158,10 @@ class Conversation(ABC):
     @abstractmethod
     def stop_unheard(self) -> str:
         """Stop a machine that does not answer any more, and return what was sent, in words."""
+
+    @abstractmethod
+    def begin(self) -> None:
+        """Do what is needed before a program."""
 
     @property
     def takes_lines(self) -> bool:

@@ -192,6 +192,7 @@ _STATES = {
     "Door": "stopped by its safety door",
     "Sleep": "asleep",
     "Tool": "waiting for a tool change",
+    "Stopped": "stopped short, and may have lost steps",
     # FluidNC, Types.h: `State`. Most versions say Alarm of both.
     "ConfigAlarm": "locked, as its configuration is wrong: see what it says when it starts",
     "Critical": "locked by something critical: look at its switches, and reset it",

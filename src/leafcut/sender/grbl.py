@@ -60,6 +60,7 @@ class GrblConversation(Conversation):
     """A controller that speaks as GRBL 1.1 does."""
 
     act = _LEGACY
+    check_line = "$C"
 
     def parse(self, line: str) -> ControllerAnswer:
         """Return what a line of it means, and note which firmware it tells of."""
@@ -70,8 +71,8 @@ class GrblConversation(Conversation):
                 self.act = _GRBLHAL
         return answer
 
-    def ask_status(self) -> None:
-        """Ask what it does now; the answer comes like any other."""
+    def ask_status(self, *, more: bool = False) -> None:
+        """Ask what it does now, which needs no line; the answer comes like any other."""
         self.port.write(self.act.ask)
 
     def connect(self) -> Status:
@@ -171,9 +172,8 @@ class GrblConversation(Conversation):
         step = (10 if abs(missing) >= 10 else 1) * (1 if missing > 0 else -1)
         self.write(_FEED_NORMAL if wanted == 100 else _FEED_STEPS[step])
 
-    def begin_check(self) -> None:
-        """Have it read what comes, and move nothing (``$C``)."""
-        self.ask("$C")
+    def begin(self) -> None:
+        """Do nothing: it is ready."""
 
     def home_lines(self) -> str:
         """Return the line that homes it."""

@@ -31,8 +31,6 @@ STATUS_SECONDS = 0.25
 SILENCE_SECONDS = 5.0
 #: An idle machine that owes an answer for so long has lost it, s.
 OWING_SECONDS = 3.0
-#: So many lines at most are taken and not run yet: blocks of the planner, and lines between that move nothing.
-_AHEAD = 40
 #: A check does not collect more errors.
 _MOST_ERRORS = 20
 
@@ -103,7 +101,8 @@ class Ending:
     reason
         Why it ended before that, in words.
     taken, sent, line
-        The last line that was taken, that was sent, and the one in which the machine was.
+        The last line that was taken, that was sent, and the one in which the machine was; not `sure`: in that line or a
+        later one, as it did not say where it was.
     hole
         The hole that was being drilled, or that comes next; None where there is none.
     state
@@ -127,6 +126,7 @@ class Ending:
     place: XYZ | None
     errors: tuple[tuple[int, str], ...] = ()
     lost: bool = False
+    sure: bool = True
 
     @property
     def go_on(self) -> str:
@@ -201,11 +201,12 @@ class SendRun:
         self._first = min(numbers, default=1)
         self.taken = self.sent = self._first - 1
         self.line = self._passed = self._first
-        self._history: deque[int] = deque(maxlen=_AHEAD)
+        self._history: deque[int] = deque(maxlen=self.talk.most_ahead)
         self._overrides = (100, 100, 100)
         self._wanted: int | None = None
         self._changing = False
         self._offset = self.facts.status.offset
+        self._sure = True
         self._errors: list[tuple[int, str]] = []
         self._rests = 0
         self._heard_at = self._owed_since = self._asked_at = self.talk.clock()
@@ -232,7 +233,9 @@ class SendRun:
             self._skip_first_tool()
         try:
             if self.check:
-                self.talk.begin_check()
+                self.talk.ask(self.talk.check_line)
+            else:
+                self.talk.begin()
             self._heard_at = self._owed_since = self.talk.clock()
             self._send_all()
             return self._leave_check() if self.check else self._ending("", self.talk.status)
@@ -322,7 +325,7 @@ class SendRun:
         now = self.talk.clock()
         if now - self._asked_at >= STATUS_SECONDS:
             self._asked_at = now
-            self.talk.ask_status()
+            self.talk.ask_status(more=bool(self.left) and not isinstance(self.left[0], Pause))
         if now - self._heard_at > SILENCE_SECONDS * self.talk.patience:
             raise _Silent(f"nothing answers on {self.talk.port.name} any more")
         if (
@@ -396,11 +399,21 @@ class SendRun:
     def _line_of(self, place: XYZ | None) -> int:
         """Return the line that is run at a place; of a machine that does not say it, the last one that it has taken."""
         last = max(self.taken, self._first)
+        self._sure = place is not None
         if place is None:
             return last
-        first = max(self._passed, self._history[0] if len(self._history) == _AHEAD else self._first)
-        self._passed = self._tracker.line_at(place, min(first, last), last)
+        self._passed = self._tracker.line_at(place, min(self._earliest, last), last)
         return self._passed
+
+    @property
+    def _earliest(self) -> int:
+        """The line before which it cannot be any more."""
+        return max(self._passed, self._history[0] if len(self._history) == self.talk.most_ahead else self._first)
+
+    def _settle_line(self) -> None:
+        """Take, of a machine that does not say where it is, the first line in which it can be: nothing is left out."""
+        if not self._sure:
+            self.line = min(self._earliest, max(self.taken, self._first))
 
     def _program_place(self, status: Status) -> XYZ | None:
         """Return where it is in the coordinates of the program, mm."""
@@ -529,6 +542,7 @@ class SendRun:
 
     def _ending(self, reason: str, status: Status | None) -> Ending:
         self.counter.forget()
+        self._settle_line()
         complete = not reason
         state = "standing still" if status is None else state_in_words(replace(status, detail=None))
         return Ending(
@@ -542,10 +556,12 @@ class SendRun:
             homed=status is None or status.state not in (*LOCKED, STOPPED_SHORT),
             place=None if status is None else self.facts.machine_place(status),
             errors=tuple(self._errors),
+            sure=self._sure,
         )
 
     def _lost(self, reason: str) -> Ending:
         """Tell what a machine does that cannot be reached: it runs what it has, and stands then."""
+        self._settle_line()
         last = self.talk.status
         turns = self._spindle_turns()
         rest = (
@@ -565,6 +581,7 @@ class SendRun:
             homed=False,
             place=None if last is None else self.facts.machine_place(last),
             lost=True,
+            sure=self._sure,
         )
 
     def _hole(self) -> DrilledHole | None:

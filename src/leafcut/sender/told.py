@@ -35,7 +35,9 @@ def ending_in_words(ending: Ending, job: SendJob) -> str:
         where = "it stands at" if ending.homed else "it was last seen at"
         parts.append(f"{where} {place_in_words(ending.place)} (machine coordinates)")
     if ending.line:
-        at = f"line {ending.line}" + (f", hole {ending.hole.number}" if ending.hole else "")
+        at = f"{'' if ending.sure else 'or behind '}line {ending.line}" + (
+            f", hole {ending.hole.number}" if ending.hole else ""
+        )
         parts.append(f"it was in {at}; lines up to {ending.taken} of {lines} were taken")
         how = f"go on with {ending.go_on}" if ending.go_on else "begin from the start"
         parts.append(how + ("" if ending.homed else " after homing it, or setting its place"))
