@@ -79,6 +79,9 @@ class FakeMarlin:
         self.lacks = {"G17", "M9", "M8"}
         self.endstops: tuple[bool, list[float], list[float]] = (True, [0.0, 0.0, -30.0], [600.0, 600.0, 50.0])
         self.resend_ok = True
+        #: Whether it says ``wait`` where it has nothing to do (NO_TIMEOUTS).
+        self.waiting = False
+        self.wait_at = 0.0
         self.silent = self.lost = self.killed = False
         self.spindle = 0.0
         self.percent = 100
@@ -231,6 +234,9 @@ class FakeMarlin:
                 self.doing = (self.queue.popleft(), self.now)
                 self.busy_at = self.now + BUSY
             if self.doing is None:
+                if self.waiting and self.now >= self.wait_at:
+                    self.say("wait")
+                    self.wait_at = self.now + 1.0
                 return
             if not self._done(*self.doing):
                 if self.now >= self.busy_at:

@@ -110,11 +110,12 @@ def test_a_checksum_is_that_of_marlins_own_example() -> None:
 @given(
     faults=st.dictionaries(st.integers(1, 30), st.sampled_from(["noise", "split", "dropped", "deaf"]), max_size=6),
     resend_ok=st.booleans(),
+    waiting=st.booleans(),
 )
-def test_noise_on_the_line_changes_nothing_every_line_is_obeyed_once_and_in_order(faults, resend_ok) -> None:
-    """Marlin 2.1 says ok behind Resend:, some before it do not."""
+def test_noise_on_the_line_changes_nothing_every_line_is_obeyed_once_and_in_order(faults, resend_ok, waiting) -> None:
+    """Marlin 2.1 says ok behind Resend:, some before it do not; ``wait`` is no sign that a line has come."""
     board = FakeMarlin(faults)
-    board.resend_ok = resend_ok
+    board.resend_ok, board.waiting = resend_ok, waiting
     ending = sent(board, job_with(drilled(6)))
     assert ending.complete, ending.reason
     assert obeyed(board) == [*OPENING, *bare(HEAD), *bare(drilled(6)), "M5"]
@@ -353,6 +354,7 @@ def test_the_machine_decides_how_it_is_spoken_to(tmp_path: Path) -> None:
         ("start", Greeting("", "Marlin")),
         ("Resend: 7", Report("Resend", "7")),
         ("Error:checksum mismatch, Last Line: 6", Report("line error", "checksum mismatch, Last Line: 6")),
+        ("Error: Missing checksum", Report("line error", "Missing checksum")),
         ("echo:busy: paused for user", Report("busy", "paused for user")),
         ('echo:Unknown command: "G81 X1"', Report("Unknown command", "G81 X1")),
         ("echo:Home XY First", Report("Home first", "XY")),

@@ -9,6 +9,8 @@ protocol.c, `protocol_enqueue_realtime_command`; bdring/FluidNC, RealtimeCmd.h, 
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -24,12 +26,14 @@ from leafcut.sender.conversation import (
     Conversation,
     Heard,
     Interrupted,
+    Log,
     unheard,
     what_answers,
 )
 from leafcut.sender.explained import family_of
 from leafcut.sender.facts import Facts
 from leafcut.sender.grbl_facts import gathered
+from leafcut.sender.port import Port
 
 #: Ends everything, on each of them.
 RESET = b"\x18"
@@ -59,8 +63,14 @@ _LEGACY, _GRBLHAL = RealtimeBytes(b"?", b"!", b"~"), RealtimeBytes(b"\x80", b"\x
 class GrblConversation(Conversation):
     """A controller that speaks as GRBL 1.1 does."""
 
-    act = _LEGACY
     check_line = "$C"
+
+    def __init__(self, port: Port, log: Log | None = None, clock: Callable[[], float] = time.monotonic) -> None:
+        super().__init__(port, log, clock)
+        self.act = _LEGACY
+        self._knocks = 0
+        #: Lines that are kept as they are, while something is told that is no answer.
+        self._raw: list[str] | None = None
 
     def parse(self, line: str) -> ControllerAnswer:
         """Return what a line of it means, and note which firmware it tells of."""
@@ -96,8 +106,6 @@ class GrblConversation(Conversation):
                 heard.append(answer.text)
         heard += [shown(self._rest.decode("ascii", "replace"))] * bool(self._rest)
         raise what_answers(self.port.name, heard, "GRBL")
-
-    _knocks = 0
 
     def _knock(self) -> None:
         """Ask whoever is there: one that does not hear ``?`` may be a grblHAL that hears its own byte alone."""
@@ -144,8 +152,6 @@ class GrblConversation(Conversation):
         finally:
             self._raw = None
         return "\n".join(lines) + "\n"
-
-    _raw: list[str] | None = None
 
     def _heard_line(self, text: str) -> ControllerAnswer:
         if self._raw is not None and isinstance(grbl_lines.parse(text), Strange):

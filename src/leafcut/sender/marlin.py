@@ -24,7 +24,9 @@ M410: "Since there will be no deceleration, steppers are expected to be out of p
 from __future__ import annotations
 
 import re
+import time
 from collections import deque
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -48,12 +50,14 @@ from leafcut.sender.conversation import (
     STOPPED_SHORT,
     Conversation,
     Heard,
+    Log,
     unheard,
     what_answers,
 )
 from leafcut.sender.counting import GRBL_BUFFER
 from leafcut.sender.facts import Clock, Facts, SettingNames
 from leafcut.sender.marlin_lines import BUSY, CAPABILITY, FIRMWARE, HOME_FIRST, PLACE, RESEND, UNKNOWN
+from leafcut.sender.port import Port
 
 #: A board with a boot loader takes so long to start, s; so often it is asked whether it has.
 START_SECONDS, KNOCK_SECONDS = 12.0, 1.0
@@ -101,6 +105,8 @@ class NumberedLine:
         return body + b"*%d\n" % check
 
 
+#: It has nothing to do, and waits (NO_TIMEOUTS): no sign that it has the line that is on its way.
+_WAITS = Report("", "wait")
 #: Makes the next number 1; taken whatever the last one was.
 _FIRST = NumberedLine(0, "M110 N0")
 
@@ -108,22 +114,26 @@ _FIRST = NumberedLine(0, "M110 N0")
 class MarlinConversation(Conversation):
     """A controller with Marlin 2."""
 
-    family = "Marlin"
     most_lines, most_ahead = 1, 80
 
-    _number = 0
-    _flying: NumberedLine | None = None
-    _heard_at = 0.0
-    _times = 0
-    #: Until when an ``ok`` answers no line, and which line it asked for.
-    _wanted: tuple[float, int] | None = None
-    #: Answers that may still come to what has no number.
-    _stray = 0
-    _wrong = ""
-    #: Whether it is held; its status is to be told; it has killed itself; it may move; it counts its place anew.
-    _held = _asked = _killed = _moved = _anew = False
-    _place: XYZ | None = None
-    _percent = 100
+    def __init__(self, port: Port, log: Log | None = None, clock: Callable[[], float] = time.monotonic) -> None:
+        super().__init__(port, log, clock)
+        self.family = "Marlin"
+        #: The last number; the line that waits for its answer; how often that was sent again, and when it was heard.
+        self._number, self._times, self._heard_at = 0, 0, 0.0
+        self._flying: NumberedLine | None = None
+        #: Lines that only this file knows of, and that wait until nothing is on its way.
+        self._ours: deque[str] = deque()
+        #: Until when an ``ok`` answers no line, and which line it asked for.
+        self._wanted: tuple[float, int] | None = None
+        #: Answers that may still come to what has no number; what is wrong with the line that waits for its answer.
+        self._stray, self._wrong = 0, ""
+        self._place: XYZ | None = None
+        self._percent = 100
+        #: Whether it is held; its status is to be told; it has killed itself.
+        self._held = self._asked = self._killed = False
+        #: Whether it may move; it counts its place anew.
+        self._moved = self._anew = False
 
     # What is heard.
 
@@ -131,18 +141,12 @@ class MarlinConversation(Conversation):
         """Return what a line of it means."""
         return marlin_lines.parse(line)
 
-    @property
-    def _ours(self) -> deque[str]:
-        """Lines that only this file knows of, and that wait until nothing is on its way."""
-        if not hasattr(self, "_waiting"):
-            self._waiting: deque[str] = deque()
-        return self._waiting
-
     def listen(self, seconds: float = 0.02) -> list[ControllerAnswer]:
         """Return what it has said, waiting at most so long; what is sent again, and why, nobody else needs to know."""
         found = self._take_turn()
         for answer in super().listen(seconds):
-            self._heard_at = self.clock()
+            if answer != _WAITS:
+                self._heard_at = self.clock()
             found += self._digest(answer)
             if self._asked:
                 # It says no status of itself: as long as it says anything while lines are on their way, it runs.
@@ -459,8 +463,8 @@ class MarlinConversation(Conversation):
         for answer in self.heard(DROPPED_SECONDS / self.patience):
             heard(answer)
         self._forget()
-        self.write(_FIRST.data)
-        if not any(isinstance(one, Accepted) for one in self.heard(ANSWER_SECONDS)):
+        self._stray = 0  # its answer may have been taken for that of a line which had none
+        if not any(isinstance(one, Accepted) for one in self.heard(ANSWER_SECONDS, KNOCK_SECONDS, self._knock)):
             self.write(b"M112\n")
             raise SendError("it does not answer to M410; M112 (emergency stop) was sent")
         self._synchronise()

@@ -22,8 +22,8 @@ RESEND, BUSY, PLACE, UNKNOWN, HOME_FIRST, FIRMWARE, CAPABILITY, ACTION = (
 
 _OK = re.compile(r"ok(\s.*)?")
 _RESEND = re.compile(r"(?:Resend:|rs)\s*N?(\d{1,9})", re.IGNORECASE)
-#: What it says of a line that came wrong, each with the `Resend:` behind it.
-_LINE_ERRORS = ("checksum mismatch", "Line Number is not Last Line Number", "No Checksum", "No Line Number")
+#: What is in the errors of a line that came wrong, in this and other versions; a `Resend:` stands behind them.
+_LINE_ERRORS = ("checksum", "line number", "expected line")
 _UNKNOWN = re.compile(r".*Unknown command:\s*\"?([^\"]*)\"?\s*$", re.IGNORECASE)
 _HOME_FIRST = re.compile(r"echo:\s*Home\s+([XYZ ]+)\s+First", re.IGNORECASE)
 _PLACE = re.compile(r"X:\s*(-?[\d.]+)\s+Y:\s*(-?[\d.]+)\s+Z:\s*(-?[\d.]+)")
@@ -74,7 +74,7 @@ def parse(line: str) -> ControllerAnswer:
 
 
 def _error(text: str) -> ControllerAnswer:
-    if any(words in text for words in _LINE_ERRORS):
+    if any(words in text.lower() for words in _LINE_ERRORS):
         return Report("line error", shown(text, 80))
     meaning = next((words for part, words in _ERRORS.items() if part in text), "")
     return Alarm(meaning or f"Marlin stopped with '{shown(text, 80)}'")
