@@ -58,8 +58,7 @@ def work_tour(node: NDArray[np.int32], queued: bool = True, log: int = 0) -> Tou
         log=np.zeros((log, 2), dtype=np.int32),
         buffer=np.zeros(n, dtype=np.int32),
         move=np.zeros((4, 2 * DEPTH), dtype=np.int64),
-        gain=np.zeros(DEPTH),
-        tried=np.zeros(DEPTH, dtype=np.int64),
+        gain=np.zeros(1),
     )
     tour.place[node] = np.arange(n, dtype=np.int32)
     if queued:
