@@ -226,6 +226,18 @@ def _is_gone(ends: NDArray, last: int, c: int, d: int) -> bool:
 
 
 @part
+def _is_plain(free: int, tied_a: int, tied_b: int, v: int) -> bool:
+    """Return whether a node is neither free nor tied."""
+    return v != free and v != tied_a and v != tied_b
+
+
+@part
+def to_and_home(cost: CostModel, c: int, d: int, t0: int) -> tuple[float, float]:
+    """Return what it costs to travel from c to d, and from d to t0."""
+    return travel(cost, c, d), travel(cost, d, t0)
+
+
+@part
 def find_move(
     cost: CostModel,
     node: NDArray,
@@ -249,53 +261,57 @@ def find_move(
 
     Changes: move, gain.
     """
-    ends, quick, code, xy = move[ENDS], is_straight(cost), cost.code, cost.xy
+    ends, code, xy = move[ENDS], cost.code, cost.xy
     free, tied_a, tied_b = cost.free, cost.tied_a, cost.tied_b
-
-    def way(i: int, j: int) -> float:  # compiled into each place that calls it: a call would hand over the cost model
-        if quick and i != free and j != free and i != tied_a and j != tied_a and i != tied_b and j != tied_b:
-            return straight(xy, code, i, j)
-        return travel(cost, i, j)
-
+    # A call of `travel` hands over the cost model: where costs are straight it is only made beside free and tied nodes.
+    quick = is_straight(cost) and t0 != free and t0 != tied_a and t0 != tied_b
     b1, b2, b3, b4 = breadth[1], breadth[2], breadth[3], breadth[4]
     for direction in range(2):
         t1 = after(node, place, t0) if direction == 0 else before(node, place, t0)
-        g0 = way(t0, t1)
+        g0 = travel(cost, t0, t1)
         ends[0], ends[1] = t0, t1
         for i1 in range(b1):
             t2 = candidates[t1, i1]
             g1 = g0 - lengths[t1, i1]
             if t2 < 0 or g1 <= EPSILON:
                 break
-            ahead1, back1 = after(node, place, t2), before(node, place, t2)
-            if t1 in (ahead1, back1):
+            ahead1, behind1 = after(node, place, t2), before(node, place, t2)
+            if t1 == ahead1 or t1 == behind1:
                 continue  # an edge of the tour: neither way is of use
             ends[2] = t2
             for side1 in range(2):
-                t3 = ahead1 if side1 == 0 else back1
-                h1 = g1 + way(t2, t3)
+                t3 = ahead1 if side1 == 0 else behind1
+                if quick and _is_plain(free, tied_a, tied_b, t2) and _is_plain(free, tied_a, tied_b, t3):
+                    gone, back = straight(xy, code, t2, t3), straight(xy, code, t3, t0)
+                else:
+                    gone, back = to_and_home(cost, t2, t3, t0)
+                h1 = g1 + gone
+                closed = h1 - back
                 ends[3] = t3
-                if side1 != direction:  # with two edges the way round decides; with more, the order of the places
-                    closed = h1 - way(t3, t0)
-                    if closed > EPSILON:
-                        sort_ends(place, move, 2)
-                        gain[0] = closed
-                        return 2
+                # With two edges the way round decides; with more, the order of the places.
+                if closed > EPSILON and side1 != direction:
+                    sort_ends(place, move, 2)
+                    gain[0] = closed
+                    return 2
                 for i2 in range(b2):
                     t4 = candidates[t3, i2]
                     g2 = h1 - lengths[t3, i2]
                     if t4 < 0 or g2 <= EPSILON:
                         break
-                    ahead2, back2 = after(node, place, t4), before(node, place, t4)
-                    if t3 in (ahead2, back2):
+                    ahead2, behind2 = after(node, place, t4), before(node, place, t4)
+                    if t3 == ahead2 or t3 == behind2:
                         continue
                     ends[4] = t4
                     for side2 in range(2):
-                        t5 = ahead2 if side2 == 0 else back2
+                        t5 = ahead2 if side2 == 0 else behind2
                         if _is_gone(ends, 0, t4, t5):
                             continue
-                        h2 = g2 + way(t4, t5)
-                        closed = h2 - way(t5, t0)
+                        if quick and _is_plain(free, tied_a, tied_b, t4) and _is_plain(free, tied_a, tied_b, t5):
+                            gone, back = straight(xy, code, t4, t5), straight(xy, code, t5, t0)
+                        else:
+                            gone, back = to_and_home(cost, t4, t5, t0)
+                        h2 = g2 + gone
+                        closed = h2 - back
                         ends[5] = t5
                         if closed > EPSILON and is_one_tour(place, move, 3):
                             gain[0] = closed
@@ -305,16 +321,20 @@ def find_move(
                             g3 = h2 - lengths[t5, i3]
                             if t6 < 0 or g3 <= EPSILON:
                                 break
-                            ahead3, back3 = after(node, place, t6), before(node, place, t6)
-                            if t5 in (ahead3, back3):
+                            ahead3, behind3 = after(node, place, t6), before(node, place, t6)
+                            if t5 == ahead3 or t5 == behind3:
                                 continue
                             ends[6] = t6
                             for side3 in range(2):
-                                t7 = ahead3 if side3 == 0 else back3
+                                t7 = ahead3 if side3 == 0 else behind3
                                 if _is_gone(ends, 1, t6, t7):
                                     continue
-                                h3 = g3 + way(t6, t7)
-                                closed = h3 - way(t7, t0)
+                                if quick and _is_plain(free, tied_a, tied_b, t6) and _is_plain(free, tied_a, tied_b, t7):
+                                    gone, back = straight(xy, code, t6, t7), straight(xy, code, t7, t0)
+                                else:
+                                    gone, back = to_and_home(cost, t6, t7, t0)
+                                h3 = g3 + gone
+                                closed = h3 - back
                                 ends[7] = t7
                                 if closed > EPSILON and is_one_tour(place, move, 4):
                                     gain[0] = closed
@@ -324,15 +344,19 @@ def find_move(
                                     g4 = h3 - lengths[t7, i4]
                                     if t8 < 0 or g4 <= EPSILON:
                                         break
-                                    ahead4, back4 = after(node, place, t8), before(node, place, t8)
-                                    if t7 in (ahead4, back4):
+                                    ahead4, behind4 = after(node, place, t8), before(node, place, t8)
+                                    if t7 == ahead4 or t7 == behind4:
                                         continue
                                     ends[8] = t8
                                     for side4 in range(2):
-                                        t9 = ahead4 if side4 == 0 else back4
+                                        t9 = ahead4 if side4 == 0 else behind4
                                         if _is_gone(ends, 2, t8, t9):
                                             continue
-                                        closed = g4 + way(t8, t9) - way(t9, t0)
+                                        if quick and _is_plain(free, tied_a, tied_b, t8) and _is_plain(free, tied_a, tied_b, t9):
+                                            gone, back = straight(xy, code, t8, t9), straight(xy, code, t9, t0)
+                                        else:
+                                            gone, back = to_and_home(cost, t8, t9, t0)
+                                        closed = g4 + gone - back
                                         ends[9] = t9
                                         if closed > EPSILON and is_one_tour(place, move, 5):
                                             gain[0] = closed

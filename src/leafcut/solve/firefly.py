@@ -244,7 +244,7 @@ class Fireflies:
             now = min(moves, per_look)
             if self.mended:
                 fly_and_mend(
-                    instance.cost, tour, instance.candidates, instance.lengths, self.breadth, now, longest, words, f
+                    instance.cost, tour, *instance.exchange_lists, self.breadth, now, longest, words, f
                 )
             else:
                 fly(self.costs, tour.node, tour.place, now, longest, words, f)
