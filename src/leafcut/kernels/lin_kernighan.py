@@ -329,7 +329,11 @@ def find_move(
                                 t7 = ahead3 if side3 == 0 else behind3
                                 if _is_gone(ends, 1, t6, t7):
                                     continue
-                                if quick and _is_plain(free, tied_a, tied_b, t6) and _is_plain(free, tied_a, tied_b, t7):
+                                if (
+                                    quick
+                                    and _is_plain(free, tied_a, tied_b, t6)
+                                    and _is_plain(free, tied_a, tied_b, t7)
+                                ):
                                     gone, back = straight(xy, code, t6, t7), straight(xy, code, t7, t0)
                                 else:
                                     gone, back = to_and_home(cost, t6, t7, t0)
@@ -352,7 +356,11 @@ def find_move(
                                         t9 = ahead4 if side4 == 0 else behind4
                                         if _is_gone(ends, 2, t8, t9):
                                             continue
-                                        if quick and _is_plain(free, tied_a, tied_b, t8) and _is_plain(free, tied_a, tied_b, t9):
+                                        if (
+                                            quick
+                                            and _is_plain(free, tied_a, tied_b, t8)
+                                            and _is_plain(free, tied_a, tied_b, t9)
+                                        ):
                                             gone, back = straight(xy, code, t8, t9), straight(xy, code, t9, t0)
                                         else:
                                             gone, back = to_and_home(cost, t8, t9, t0)
@@ -378,9 +386,7 @@ def improve_queued(
         v = pop(tour)
         looked += 1
         while True:
-            k = find_move(
-                cost, tour.node, tour.place, tour.move, tour.gain, candidates, lengths, breadth, v
-            )
+            k = find_move(cost, tour.node, tour.place, tour.move, tour.gain, candidates, lengths, breadth, v)
             if k == 0:
                 break
             if not make_move(tour, k):
