@@ -19,7 +19,7 @@ SMOKE := tests/test_extras.py tests/test_files.py tests/geometry/test_curves.py 
 STUDIO := $(addprefix tests/studio/test_studio_,api.py forms.py jobs.py library.py safety.py)
 SMOKE_FLAGS := -n 2 -p no:cacheprovider -o filterwarnings= --disable-warnings
 
-.PHONY: demo test test-lowest test-core check coverage docs wheel-check format clean
+.PHONY: demo test test-lowest test-core check coverage docs wheels wheel-check format clean
 
 demo: $(READY)
 	@mkdir -p demo
@@ -49,7 +49,11 @@ coverage: $(READY_DEV)
 docs: $(READY_DOCS)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
-# The wheel in an environment of its own, without extras: its commands work without the checkout.
+# Two wheels in dist: one for every machine, and one with machine code for machines as this one.
+wheels:
+	$(PYTHON) .ci/build_wheels.py
+
+# The wheels in an environment of their own, without extras: their commands work without the checkout.
 wheel-check:
 	$(PYTHON) .ci/check_wheel.py
 

@@ -91,7 +91,10 @@ MAY_IMPORT["batch"] = BASE | {
 MAY_IMPORT["watch_folder"] = BASE | {"api", "batch", "executors", "files", "read"}
 MAY_IMPORT["shop_defaults"] = BASE | {"files", "option_spec", "processes"}
 MAY_IMPORT["addons"] = BASE | {"files"}
+MAY_IMPORT["warming"] = MODEL | {"api", "files", "kernels", "options", "solve", "stock"}
 MAY_IMPORT["cli_inside"] = BASE | {
+    "progress",
+    "warming",
     "addons",
     "files",
     "gcode",

@@ -21,7 +21,10 @@ else:
         if name.startswith("__") and name != "__all__":
             raise AttributeError(f"module 'leafcut' has no attribute '{name}'")
         from importlib import import_module
+        from importlib.util import find_spec
 
+        if name != "__all__" and find_spec(f"leafcut.{name}"):  # `from leafcut import api` asks before it imports
+            raise AttributeError(f"module 'leafcut' has no attribute '{name}'")
         public = import_module("leafcut.public")
         if name == "__all__":
             return [*public.__all__, "__version__"]

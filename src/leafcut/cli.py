@@ -17,10 +17,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import App, CycloptsError, Parameter
 
 from leafcut._version import __version__
-from leafcut.cli_inside import add_commands, type_for_shell
-from leafcut.cli_lab import lab_app
-from leafcut.cli_machine import machine_app, tools_app
-from leafcut.cli_send import send
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput
 from leafcut.flags import command_of
@@ -45,6 +41,10 @@ _WORST_FIRST = ("danger", "missing", "warning")
 _STATUS_ORDER = (DONE, INCOMPLETE, REFUSED, USAGE)
 #: New objects between two looks for garbage: what is imported and compiled stays, and looking takes a tenth of a start.
 LITTER = 100_000
+
+#: Where a person says how many threads NumPy's linear algebra starts. Else it is one: leafcut asks for nothing large of
+#: it, and to start one per core takes a twentieth of a second.
+_SAYS_THREADS = {"OPENBLAS_NUM_THREADS", "GOTO_NUM_THREADS", "OMP_NUM_THREADS"}
 
 #: The options of `cutting-data` that matter most.
 _FIRST_OF_SPEEDS = ("material", "tools", "holes", "depth", "thickness", "machine", "shop_rate", "tool_cost")
@@ -97,6 +97,8 @@ NoDefaults = Annotated[
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit status: 0 done, 1 refused, 2 wrong usage."""
     gc.set_threshold(LITTER)
+    if not _SAYS_THREADS.intersection(os.environ):
+        os.environ["OPENBLAS_NUM_THREADS"] = "1"
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without "→" shows "?", it does not stop the work
@@ -106,9 +108,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def run(arguments: Sequence[str]) -> int:
     """Run one command line and return its exit status; errors are one line on standard error."""
     try:
-        words = [HELD if word == DASH else word for word in arguments]
-        status = app(arguments)(words, exit_on_error=False, print_error=False)
-        return int(status or DONE)
+        return _answered(arguments)
     except CycloptsError as problem:
         return _refuse(_told(problem, command_in(arguments)), USAGE)
     except KeyboardInterrupt:
@@ -120,6 +120,20 @@ def run(arguments: Sequence[str]) -> int:
         return DONE
     except Exception as problem:  # the last net: no traceback reaches a user
         return _refuse(*_failure(problem))
+
+
+def _answered(arguments: Sequence[str]) -> int:
+    """Run one command line and return its exit status; the parser raises what is wrong in it."""
+    words = [HELD if word == DASH else word for word in arguments]
+    if not {"--help", "-h", "--install-completion"}.intersection(words):
+        try:
+            few = app(arguments, named_only=True)
+            command, bound, _ = few.parse_args(words, exit_on_error=False, print_error=False)
+        except CycloptsError:
+            pass  # told below, by what knows all commands and flags
+        else:
+            return int(command(*bound.args, **bound.kwargs) or DONE)
+    return int(app(arguments)(words, exit_on_error=False, print_error=False) or DONE)
 
 
 def _told(problem: CycloptsError, command: str) -> str:
@@ -179,10 +193,11 @@ def _nothing_new_in(output: str | None) -> Iterator[None]:
         raise
 
 
-def app(arguments: Sequence[str] = ()) -> App:
+def app(arguments: Sequence[str] = (), *, named_only: bool = False) -> App:
     """Return the application with its commands; flags are made from the option groups.
 
-    Of a command line only the flags of its command are made: there are hundreds.
+    Of a command line only the flags of its command are made: there are hundreds. With `named_only`, only those that it
+    names, and no other command: that parses what is right, and cannot tell what is wrong.
     """
     made = App(
         name="leafcut",
@@ -195,25 +210,57 @@ def app(arguments: Sequence[str] = ()) -> App:
     )
     asked = command_in(arguments)
     all_of_them = not arguments or "--install-completion" in arguments
-    for name, function, works, special in _working_commands():
-        whole = command_of(function, used_by(*works), **special) if all_of_them or asked == name else function
+    named = _words_of_flags(arguments)
+    first = asked.split(" ", maxsplit=1)[0]
+    others = [add for names, add in _OTHERS if not named_only or first in names]
+    for add in others:
+        add(made)
+    is_work = not named_only or (first and not others)
+    for name, function, works, special in _working_commands() if is_work else ():
+        if named_only and name != asked:
+            continue
+        options = used_by(*works) if all_of_them or asked == name else ()
+        few = [one for one in options if not named_only or one[1] in named]
+        whole = command_of(function, few, **special) if all_of_them or asked == name else function
         made.command(whole, name=name, help=special.get("help"))
-    made.command(_machines, name="machines")
+    if "--install-completion" in arguments:
+        from leafcut.cli_inside import type_for_shell
+
+        type_for_shell(made)
+    if not named_only:
+        made.register_install_completion_command(help="install command completion for your shell")
+    return made
+
+
+def _words_of_flags(arguments: Sequence[str]) -> set[str]:
+    """Return the names of options whose flags a command line may hold: as it names them, and without their ``no``."""
+    words = {word.lstrip("-").partition("=")[0].partition(".")[0].replace("-", "_").lower() for word in arguments}
+    return words | {word.removeprefix("no_") for word in words}
+
+
+def _add_inside(made: App) -> None:
+    from leafcut.cli_inside import add_commands
+
+    add_commands(made, app)
+
+
+def _add_machine(made: App) -> None:
+    from leafcut.cli_machine import machine_app, tools_app
+
     made.command(machine_app())
     made.command(tools_app())
+
+
+def _add_send(made: App) -> None:
+    from leafcut.cli_send import send
+
     made.command(send, name="send")
-    made.command(_materials, name="materials")
-    made.command(_dialects, name="dialects")
-    made.command(_algorithms, name="algorithms")
-    made.command(_formats, name="formats")
-    made.command(_plugins, name="plugins")
-    add_commands(made, app)
-    made.command(_studio, name="studio")
+
+
+def _add_lab(made: App) -> None:
+    from leafcut.cli_lab import lab_app
+
     made.command(lab_app())
-    if "--install-completion" in arguments:
-        type_for_shell(made)
-    made.register_install_completion_command(help="install command completion for your shell")
-    return made
 
 
 def _working_commands() -> Iterator[tuple[str, Callable[..., int], Sequence[Work], dict[str, Any]]]:
@@ -1044,6 +1091,22 @@ def _print_json(answer: Any) -> None:
         # Standard output does not have all letters: as escapes they come through whole.
         text = json.dumps(json.loads(text), indent=2)
     print(text)
+
+
+#: What adds commands that are no work on an input, by their names.
+_OTHERS: tuple[tuple[tuple[str, ...], Callable[[App], object]], ...] = (
+    (("machine", "tools"), _add_machine),
+    (("send",), _add_send),
+    (("lab",), _add_lab),
+    (("defaults", "addon", "completion", "warm-up"), _add_inside),
+    (("machines",), lambda made: made.command(_machines, name="machines")),
+    (("materials",), lambda made: made.command(_materials, name="materials")),
+    (("dialects",), lambda made: made.command(_dialects, name="dialects")),
+    (("algorithms",), lambda made: made.command(_algorithms, name="algorithms")),
+    (("formats",), lambda made: made.command(_formats, name="formats")),
+    (("plugins",), lambda made: made.command(_plugins, name="plugins")),
+    (("studio",), lambda made: made.command(_studio, name="studio")),
+)
 
 
 if __name__ == "__main__":

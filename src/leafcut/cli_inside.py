@@ -1,4 +1,4 @@
-"""The commands `leafcut defaults`, `completion` and `addon`: what makes leafcut at home in a shop."""
+"""The commands `leafcut defaults`, `completion`, `addon` and `warm-up`: what makes leafcut at home in a shop."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from cyclopts import App, Parameter
 
-from leafcut.errors import OptionError, nearest
+from leafcut.errors import LeafcutError, OptionError, count_of, nearest
 from leafcut.usage import refuse_dash
 from leafcut.user_files import DEFAULTS_VARIABLE, defaults_file, usual_defaults_file
 
@@ -43,6 +43,7 @@ def add_commands(app: App, whole: Callable[[], App]) -> None:
     app.command(_defaults, name="defaults")
     app.command(_addon, name="addon")
     app.command(completion, name="completion")
+    app.command(_warm_up, name="warm-up")
 
 
 def _defaults(
@@ -114,6 +115,22 @@ def _addon(
         print(json.dumps({"name": name, "files": [str(file) for file in files]}, indent=2))
     else:
         print(f"wrote {', '.join(map(str, files))}; {ADDONS[name].then}")
+    return 0
+
+
+def _warm_up(*, as_json: _Json = False) -> int:
+    """Compile now what the first job would wait for; it is kept for all later ones."""
+    from leafcut.progress import Reporter
+    from leafcut.warming import warm_all
+
+    with Reporter() as reporter:
+        warmed = warm_all(lambda words: reporter(words, None, 0.0, None))
+    if as_json:
+        print(json.dumps({"compiled": warmed.compiled, "seconds": round(warmed.seconds, 1), "kept": warmed.kept}))
+    elif warmed.compiled:
+        print(f"{count_of(warmed.compiled, 'kernel')} compiled in {warmed.seconds:.0f} s")
+    if not warmed.kept:
+        raise LeafcutError("no folder for compiled code can be written; set NUMBA_CACHE_DIR to one that can")
     return 0
 
 

@@ -66,9 +66,9 @@ def test_the_views_are_one_stop_of_tab_and_arrows_go_through_them(page: Page) ->
     page.keyboard.press("ArrowRight")
     assert focused(page) == "Jobs"
     page.keyboard.press("End")
-    assert focused(page) == "Lab"
+    assert focused(page) == "Control"
     page.keyboard.press("Enter")
-    expect(page.locator("#view-lab")).to_be_visible()
+    expect(page.locator("#view-control")).to_be_visible()
     assert views.locator("[tabindex='0']").count() == 1
     page.keyboard.press("Home")
     assert focused(page) == "Work"

@@ -377,8 +377,9 @@ def parse_dialect(content: bytes, name: str, place: str = "") -> Dialect:
     _check_kinds(table, Dialect, "", refused)
     if "torch" in table:
         _check_kinds(table["torch"], Torch, "torch.", refused)
+    known = _kinds(Dialect)
     for key in table.get("sources", {}):
-        if key not in (*_kinds(Dialect), "torch") or not isinstance(table["sources"][key], str):
+        if key not in (*known, "torch") or not isinstance(table["sources"][key], str):
             raise refused(f"sources.{key}", f"'{shown(key)}' in [sources] is no key of a dialect with a text behind it")
     torch = {**_defaults(Torch), **table["torch"]} if "torch" in table else None
     for key, words in faults_of_words({**_defaults(Dialect), **table, "torch": torch}):

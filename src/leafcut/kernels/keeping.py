@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import importlib.util
 import os
 import platform
 import sys
@@ -170,11 +171,24 @@ def _needs_numba(code: MachineCode) -> bool:
 @functools.cache
 def _made_with() -> tuple[str, ...]:
     """Return what machine code depends on besides sources and arguments."""
-    from importlib.metadata import version
-
     settings = sorted(f"{k}={v}" for k, v in os.environ.items() if k.startswith("NUMBA_") and k not in _HARMLESS)
     machine = f"{sys.platform} {platform.machine()} {sys.maxsize} {object.__basicsize__}"
-    return (machine, f"numba {version('numba')}", f"llvmlite {version('llvmlite')}", *settings)
+    return (machine, *map(_versioned, ("numba", "llvmlite")), *settings)
+
+
+def _versioned(package: str) -> str:
+    """Return the name and the version of a package: its folder of facts is named so.
+
+    What reads the facts themselves takes longer to import than a kernel to load; it is asked where no one folder tells.
+    """
+    spec = importlib.util.find_spec(package)
+    beside = Path(spec.origin).parents[1] if spec and spec.origin else None
+    told = [] if beside is None else [folder.stem for folder in beside.glob(f"{package}-*.dist-info")]
+    if len(told) == 1:
+        return told[0].replace("-", " ")
+    from importlib.metadata import version
+
+    return f"{package} {version(package)}"
 
 
 @functools.cache

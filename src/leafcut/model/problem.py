@@ -152,7 +152,7 @@ class RoutingProblem:
         ends = [np.array(p) for p in (self.start, self.end) if p is not None]
         if not all((np.abs(p) < FARTHEST).all() for p in (self.entry, self.exit, *ends)):
             raise PlanError(f"a coordinate is not a number, or farther away than {FARTHEST:g}")
-        if n and not np.array_equal(np.unique(self.cluster), np.arange(self.cluster.max() + 1)):
+        if n and (self.cluster.min() < 0 or not np.bincount(self.cluster).all()):
             raise PlanError("clusters must be numbered from 0 without gaps")
 
     @classmethod

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
-from leafcut.model.cutting import CutPlan
-from leafcut.model.measure import Measure
-from leafcut.model.shown_stock import ShownStock
-from leafcut.model.toolpath import Toolpath
+if TYPE_CHECKING:
+    from leafcut.model.cutting import CutPlan
+    from leafcut.model.measure import Measure
+    from leafcut.model.shown_stock import ShownStock
+    from leafcut.model.toolpath import Toolpath
 
 #: Which of the two paths of an outcome.
 Which = Literal["before", "after"]

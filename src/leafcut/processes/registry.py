@@ -49,6 +49,7 @@ OTHER_COMMANDS = (
     "defaults",
     "completion",
     "addon",
+    "warm-up",
     "watch",
     "algorithms",
     "formats",

@@ -168,8 +168,9 @@ class Page:
                     self.__dict__[kind] = LibraryPanel(self.view, self, kind)
             with box("div", "sheet", id="view-lab") as self.views["lab"]:
                 self.lab = LabPanel(self.view, self)
-            with box("div", "sheet", id="view-control") as self.views["control"]:
-                self.control = MachinePanel(self.view, self, ui.context.client)
+            #: Made when it is first shown: most pages never show it.
+            self.control: MachinePanel | None = None
+            self.views["control"] = box("div", "sheet", id="view-control")
             self.stop_bar = StopBar(self.view)
             help_dialog(w)
             self.said = text("div", "", "said", id="said", role="status", aria_live="polite")
@@ -232,9 +233,16 @@ class Page:
         elif name == "lab":
             self.lab.draw()
         elif name == "control":
-            background_tasks.create(self.control.draw())
+            background_tasks.create(self._control().draw())
         elif name in ("machines", "tools"):
             self.__dict__[name].draw()
+
+    def _control(self) -> MachinePanel:
+        """Return what is shown of the machine, made if it is not yet."""
+        if self.control is None:
+            with self.views["control"]:
+                self.control = MachinePanel(self.view, self, self.views["control"].client)
+        return self.control
 
     def go(self, name: str) -> None:
         """Show one of the views, as a step of the browser's history."""
@@ -333,7 +341,8 @@ class Page:
             self.say("", stays=True)
         self.badge.tick()
         self.stop_bar.tick()
-        self.control.tick(shown=self.shown == "control")
+        if self.control is not None:
+            self.control.tick(shown=self.shown == "control")
         self.run.tick()
         self.result.tick()
         if self.shown == "jobs":

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError, count_of
@@ -80,6 +79,8 @@ class Ground:
 
     def is_free(self, x: float, y: float, radius: float, z: float) -> bool:
         """Return whether nothing of the surface is above a height within a radius of a place."""
+        import shapely  # not at the top: most drawings have no ground, and start without it
+
         corners = self.mesh.triangles
         near = corners[:, :, 2].max(axis=1) > z + SAME_HEIGHT
         for axis, at in enumerate((x, y)):
@@ -183,6 +184,8 @@ def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: fl
     """
     if ground.fixture is None or not len(xy):
         return
+    import shapely  # as above
+
     triangles = ground.fixture.triangles
     flat: Any = shapely.convex_hull(shapely.multipoints(triangles[:, :, :2]))
     places: Any = shapely.points(xy)

@@ -1,0 +1,102 @@
+"""Warming up: tiny work of every kind, so that each kernel is compiled and kept before the first job needs it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from leafcut import api
+from leafcut.files import StandardInput
+from leafcut.kernels.keeping import not_kept
+from leafcut.model.mesh import Mesh
+from leafcut.model.problem import RoutingProblem
+from leafcut.model.study import Study
+from leafcut.options import LITERATURE, AcoOptions, FireflyOptions, SolveOptions
+from leafcut.solve.compiling import announced
+from leafcut.solve.construction import FEW
+from leafcut.solve.kicks import MANY
+from leafcut.solve.solve import solve, warm_up
+from leafcut.solve.spanning_tree import ALL_PAIRS
+from leafcut.stock.mesh_field import field_of_mesh
+from leafcut.stock.surface import rims_of, safe_tiles
+
+#: Moves that a controller joins to one, and a hole in stock.
+_PROGRAM = b"""G21 G90 G17 G64 P0.1
+T1 M6 (drill D6)
+S1000 M3
+G0 X0 Y0 Z5
+G1 Z-1 F300
+X5
+X9 Y0.01
+X14 Y0
+G0 Z5
+M5
+M30
+"""
+
+
+@dataclass
+class Warmed:
+    """How many kernels were compiled, in how many seconds, and whether the next run finds them."""
+
+    compiled: int = 0
+    seconds: float = 0.0
+    kept: bool = True
+
+    def count(self, seconds: float) -> None:
+        """Count one more that took so many seconds."""
+        self.compiled += 1
+        self.seconds += seconds
+
+
+def warm_all(tell: Callable[[str], None] = lambda _: None) -> Warmed:
+    """Have every kernel compiled and kept that is not; `tell` is called once if there is any."""
+    warmed = Warmed()
+    with announced(tell, warmed.count):
+        _order()
+        _follow_programs()
+        _look_at_surfaces()
+    warmed.kept = not not_kept()
+    return warmed
+
+
+def _order() -> None:
+    """Seek orders in every way: with and without a direction, of few nodes and of many."""
+    for n in (40, ALL_PAIRS + 10):
+        solve(RoutingProblem.of_points(_places(n)), SolveOptions(iterations=1))
+    warm_up(SolveOptions(algorithm="colony"), AcoOptions(), MANY)
+    solve(RoutingProblem.of_points(_places(FEW + 1)), SolveOptions(algorithm="nn", bound=False))
+    free = RoutingProblem.of_points(_places(12))
+    directed = RoutingProblem(
+        entry=_places(12), exit=_places(24)[12:], cluster=np.arange(12, dtype=np.int32), service=np.zeros(12),
+        precedence=np.array([[0, 1]], dtype=np.int32),
+    )  # fmt: skip
+    ants = AcoOptions(n_ants=2)
+    for problem in (free, directed):
+        for algorithm in ("colony", *LITERATURE):
+            for mended in (True, False):
+                options = SolveOptions(algorithm=algorithm, iterations=2, threads=1, local_search=mended, bound=False)
+                solve(problem, options, ants, firefly=FireflyOptions(n_fireflies=3), observe=Study())
+    published = FireflyOptions(n_fireflies=3, variant="published")
+    solve(free, SolveOptions(algorithm="firefly", iterations=2, threads=1, bound=False), firefly=published)
+
+
+def _places(n: int) -> np.ndarray:
+    """Return places float64[n, 2], mm, spread as by chance."""
+    return np.arange(1.0, n + 1.0)[:, None] * (75.4878, 56.9840) % 100.0
+
+
+def _follow_programs() -> None:
+    """Time a program as two controllers do, and cut with it."""
+    for machine in ("linuxcnc-mill", "grbl-3018"):
+        api.simulate(StandardInput(_PROGRAM), machine=machine)
+    api.cut_stock(StandardInput(_PROGRAM), machine="linuxcnc-mill", workpiece="-5,-5,-5,20,10,0", mill_diameter=6)
+
+
+def _look_at_surfaces() -> None:
+    slope = np.array([[[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, 10.0, 1.0]]])
+    safe_tiles(slope, 1.0, 1.0, 20)
+    rims_of(slope, np.array([[2.0, 2.0]]), np.array([1.0]))
+    field_of_mesh(Mesh(slope, "slope"), 1.0)

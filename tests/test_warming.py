@@ -1,0 +1,76 @@
+"""Warming up: after it no job waits for a kernel."""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+import sys
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from leafcut import warming
+from leafcut.cli import run
+from leafcut.kernels import keeping
+from leafcut.kernels.calling import Kernel
+
+ROOT = Path(__file__).parents[1] / "src" / "leafcut"
+
+
+def called_by_python() -> dict[str, Kernel]:
+    """Return the kernels that other rooms than theirs name, as ``module.name``."""
+    named = {name for file in ROOT.rglob("*.py") if file.parent.name != "kernels" for name in _named_by(file)}
+    found = {name: getattr(import_module(f"leafcut.kernels.{name[0]}"), name[1], None) for name in named}
+    return {".".join(name): one for name, one in found.items() if isinstance(one, Kernel)}
+
+
+def _named_by(file: Path) -> Iterator[tuple[str, str]]:
+    """Yield what a file names of the kernels' modules: (module, name)."""
+    tree, modules = ast.parse(file.read_text(encoding="utf-8")), {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module == "leafcut.kernels":
+            modules |= {alias.asname or alias.name: alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("leafcut.kernels."):
+            yield from ((str(node.module).rpartition(".")[2], alias.name) for alias in node.names)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in modules:
+            yield modules[node.value.id], node.attr
+
+
+def test_every_kernel_is_ready_after_a_warm_up() -> None:
+    warmed = warming.warm_all()
+    kernels = called_by_python()
+    assert warmed.kept and len(kernels) > 40
+    assert [name for name, kernel in kernels.items() if not kernel.signatures] == []
+
+
+def test_nothing_is_said_where_all_is_there(capsys: pytest.CaptureFixture[str]) -> None:
+    warming.warm_all()
+    capsys.readouterr()
+    assert run(["warm-up"]) == 0
+    assert capsys.readouterr() == ("", "")
+    assert run(["warm-up", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"compiled": 0, "seconds": 0.0, "kept": True}
+
+
+def test_what_was_compiled_is_said_and_where_it_could_not_be_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "a_kernel.py").write_text("from leafcut.kernels import kernel\n\n@kernel\ndef same(x):\n    return x\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(keeping, "_not_kept", set())
+    for name in ("_order", "_follow_programs"):
+        monkeypatch.setattr(warming, name, lambda: None)
+    monkeypatch.setattr(warming, "_look_at_surfaces", lambda: import_module("a_kernel").same(1))
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    assert run(["warm-up"]) == 0
+    said = capsys.readouterr()
+    assert re.fullmatch(r"1 kernel compiled in \d+ s\n", said.out)
+    assert said.err == "leafcut: compiling (first run on this machine) …\n"
+    del sys.modules["a_kernel"]
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "a_kernel.py" / "cache"))
+    assert run(["warm-up"]) == 1
+    assert "leafcut: no folder for compiled code can be written; set NUMBA_CACHE_DIR" in capsys.readouterr().err
