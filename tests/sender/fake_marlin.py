@@ -76,6 +76,7 @@ class FakeMarlin:
         self.said = b""
         self.written = b""
         self.firmware, self.settings, self.keepalive = FIRMWARE, SETTINGS, "echo:M113 S2"
+        self.abilities = "Cap:SERIAL_XON_XOFF:0\nCap:EEPROM:1\nCap:EMERGENCY_PARSER:0\nCap:ARCS:1"
         self.lacks = {"G17", "M9", "M8"}
         self.endstops: tuple[bool, list[float], list[float]] = (True, [0.0, 0.0, -30.0], [600.0, 600.0, 50.0])
         self.resend_ok = True
@@ -324,7 +325,7 @@ class FakeMarlin:
         on, low, high = self.endstops
         ends = [" ".join(f"{a}{v:.2f}" for a, v in zip("XYZ", end, strict=True)) for end in (low, high)]
         for line in {
-            "M115": f"{self.firmware}\nCap:SERIAL_XON_XOFF:0\nCap:EEPROM:1\nCap:EMERGENCY_PARSER:0\nCap:ARCS:1",
+            "M115": f"{self.firmware}\n{self.abilities}",
             "M503": self.settings,
             "M113": self.keepalive,
             "M114": f"X:{x:.2f} Y:{y:.2f} Z:{z:.2f} Count X:{x * 80:.0f} Y:{y * 80:.0f} Z:{z * 400:.0f}",

@@ -56,7 +56,7 @@ from leafcut.sender.conversation import (
 )
 from leafcut.sender.counting import GRBL_BUFFER
 from leafcut.sender.facts import Clock, Facts, SettingNames
-from leafcut.sender.marlin_lines import BUSY, CAPABILITY, FIRMWARE, HOME_FIRST, PLACE, RESEND, UNKNOWN
+from leafcut.sender.marlin_lines import ACTION, BUSY, CAPABILITY, FIRMWARE, HOME_FIRST, PLACE, RESEND, UNKNOWN
 from leafcut.sender.port import Port
 
 #: A board with a boot loader takes so long to start, s; so often it is asked whether it has.
@@ -84,7 +84,9 @@ def _each(word: str) -> tuple[str, str, str]:
     return (f"{word} X", f"{word} Y", f"{word} Z")
 
 
-_NAMES = SettingNames("M211", "M211 S0", _each("M211"), _each("M203"), _each("M201"))
+_NAMES = SettingNames(
+    "M211", "M211 S0", _each("M211"), _each("M203"), _each("M201"), coordinates="the program's coordinates"
+)
 
 
 @dataclass(frozen=True)
@@ -196,9 +198,21 @@ class MarlinConversation(Conversation):
                 return [self._told(self._doing("Run"))]
             case Report(name, text) if name == PLACE:
                 self._place = place_in(text)
+            case Report(name, text) if name == ACTION:
+                return self._at_display(text.partition(" ")[0])
             case _:
                 pass
         return [answer]
+
+    def _at_display(self, action: str) -> list[ControllerAnswer]:
+        """Do what a person wants who stands at the machine's own display."""
+        if action in ("pause", "paused"):
+            self._held = True
+        elif action in ("resume", "resumed"):
+            self._held = False
+        elif action in ("cancel", "poweroff", "disconnect"):
+            return [Alarm(f"it was stopped at its own display ({action})")]
+        return []
 
     def _ok(self) -> list[ControllerAnswer]:
         if self._wanted is not None:
@@ -363,8 +377,8 @@ class MarlinConversation(Conversation):
         SendError
             It does not say what is needed: settings, travel, signs of life.
         """
-        version, _ = self._firmware()
-        if not re.search(r"M113 S[1-9]", self._words("M113", _NO_BUSY)):
+        version, abilities = self._firmware()
+        if not re.search(r"M113 S[12]\b", self._words("M113", _NO_BUSY)):
             raise SendError(_NO_BUSY)
         settings = self._words("M503", "the firmware does not say its settings (M503): build it with them")
         on, low, high = _soft_endstops(self._words("M211", _NO_TRAVEL))
@@ -383,6 +397,7 @@ class MarlinConversation(Conversation):
             names=_NAMES,
             homed=True if self.homed else None,
             soft_limits=on,
+            arcs=abilities.get("ARCS", True),
             clock=Clock(machine.rapid_velocity, machine.acceleration, None, machine.corner_deviation),
         )
 
