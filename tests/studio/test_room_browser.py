@@ -75,6 +75,19 @@ def test_what_runs_can_be_stopped_also_where_the_results_are_folded_away(page: P
     expect(page.locator("#result-panel")).to_be_visible()
 
 
+@pytest.mark.parametrize("width_px", [390, 640, 780, 900, 1080])
+def test_the_bar_of_the_page_fits_a_small_window_in_the_longest_words(
+    browser: Browser, server: Server, width_px: int
+) -> None:
+    context = browser.new_context(viewport={"width": width_px, "height": 700}, locale="es-ES")
+    server.let_in(context)
+    page = context.new_page()
+    page.goto(server.origin)
+    expect(page.get_by_role("button", name="Control", exact=True)).to_be_visible()
+    assert steady(page, STICKS_OUT) == [False]
+    context.close()
+
+
 @pytest.mark.parametrize(("width_px", "height_px"), [(390, 844), (640, 360), (900, 700)])
 def test_nothing_sticks_out_of_a_small_window(browser: Browser, server: Server, width_px: int, height_px: int) -> None:
     """A phone; a laptop at a zoom of 200 %, which is 640 × 360; a tablet."""
