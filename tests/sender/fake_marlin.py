@@ -62,7 +62,8 @@ class FakeMarlin:
     faults
         What happens to the line of the program of that number, counted from 1 as they are first sent: ``noise`` (a
         byte comes wrong), ``split`` (a line end comes in the middle), ``dropped`` (it never comes), ``deaf`` (its
-        answer is lost), ``reset``, ``kill``, ``error``, ``endstop``, ``silent``, ``lost`` (the cable), ``garbage``.
+        answer is lost), ``slow`` (it says nothing for 4 s), ``reset``, ``kill``, ``error``, ``endstop``, ``silent``,
+        ``lost`` (the cable), ``garbage``.
     taken
         What it obeyed, without numbers, in order; behind the questions, from ``M84 S0`` on.
     """
@@ -203,9 +204,11 @@ class FakeMarlin:
         self.silent |= fault == "silent"
         self.lost |= fault == "lost"
         self.deaf = fault == "deaf"
+        self.stalled = self.now + 4.0 if fault == "slow" else self.stalled
         return line
 
     deaf = False
+    stalled = 0.0
 
     def _kill(self) -> None:
         self.blocks.clear()
@@ -230,6 +233,8 @@ class FakeMarlin:
 
     def _run(self, seconds: float) -> None:
         self._move(seconds)
+        if self.now < self.stalled:
+            return
         for _ in range(QUEUE):
             if self.doing is None and self.queue:
                 self.doing = (self.queue.popleft(), self.now)

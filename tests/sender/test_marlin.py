@@ -108,7 +108,9 @@ def test_a_checksum_is_that_of_marlins_own_example() -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(
-    faults=st.dictionaries(st.integers(1, 30), st.sampled_from(["noise", "split", "dropped", "deaf"]), max_size=6),
+    faults=st.dictionaries(
+        st.integers(1, 30), st.sampled_from(["noise", "split", "dropped", "deaf", "slow"]), max_size=6
+    ),
     resend_ok=st.booleans(),
     waiting=st.booleans(),
 )
@@ -428,3 +430,25 @@ def test_the_command_sends_to_a_marlin_behind_a_port_and_logs_it(
     assert cable.board.bad and obeyed(cable.board) == [*OPENING, *bare(HEAD), *bare(drilled(3)), "M5"]
     text = log.read_text()
     assert re.search(r" > N\d+ G28\*\d+", text) and " < Resend: " in text
+
+
+def test_the_page_of_the_studio_serves_grbl_boards_alone_and_says_so(tmp_path: Path) -> None:
+    from leafcut.studio.folder import Folder
+    from leafcut.studio.machine.program import machine_of, sendable
+
+    with pytest.raises(OptionError, match="serves GRBL boards alone; send to marlin with leafcut send"):
+        machine_of("marlin-mpcnc", Folder(tmp_path))
+    assert "marlin-mpcnc" not in sendable(Folder(tmp_path)) and "grbl-3018" in sendable(Folder(tmp_path))
+
+
+def test_a_board_that_stopped_itself_is_freed_by_m999_and_one_that_moves_is_stopped_for_it() -> None:
+    """M999.cpp: with S1 it asks for no line again."""
+    board = FakeMarlin()
+    talk, _ = met(board)
+    assert talk.unlock() is False and board.written.rstrip().rpartition(b" ")[0].endswith(b"M999")
+    board = FakeMarlin(keen=0.05)
+    talk = MarlinConversation(board, clock=board.clock)
+    talk.connect()
+    talk.ask("G1 X100 F600")
+    talk.unlock()
+    assert b"M410\n" in board.written and not board.blocks

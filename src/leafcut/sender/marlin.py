@@ -165,7 +165,8 @@ class MarlinConversation(Conversation):
                 return []
             self._wanted = None
             if flying is not None and number == flying.number + 1:
-                return self._answered()  # its answer was lost
+                self._stray += 1  # its answer was lost, or is still to come
+                return self._answered()
             if flying is not None:
                 self._put(flying)
         elif flying is not None:
@@ -252,7 +253,7 @@ class MarlinConversation(Conversation):
         return []
 
     def _doing(self, state: str, place: XYZ | None = None) -> Status:
-        state = "Hold" if self._held and place is not None else state
+        state = "Hold" if self._held and state == "Idle" else state
         percent = (self._percent, self._percent, 100)
         return Status(state, 0 if state == "Hold" else None, machine=place, work=place, overrides=percent)
 
@@ -269,6 +270,7 @@ class MarlinConversation(Conversation):
     def _fly(self, text: str, *, ours: bool = False) -> None:
         self._number += 1
         self._moved |= not ours
+        self._place = None if text == "M114" else self._place
         self._flying = NumberedLine(self._number, text, ours)
         self._put(self._flying)
 
@@ -388,10 +390,13 @@ class MarlinConversation(Conversation):
             raise SendError(f"the controller's settings cannot be used: {problem}") from None
         if machine.units != "mm":
             raise SendError("the controller counts in inches (G20 in M503); leafcut sends millimetres to Marlin")
+        status = self._rested()
+        if status.machine is None:
+            raise SendError("the controller does not say where it is (M114)")
         return Facts(
             version=version,
             buffer=GRBL_BUFFER,
-            status=self.fresh_status(PLANNED_SECONDS),
+            status=status,
             low=low,
             high=high,
             names=_NAMES,
