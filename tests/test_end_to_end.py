@@ -68,10 +68,11 @@ def test_a_plate_is_drilled_once_on_every_machine_that_drills(examples: Path) ->
 
 
 @every("name", BOARDS)
-def test_every_hole_of_real_boards_is_drilled_once_on_half_of_the_machines(name: str, data: Path) -> None:
+def test_every_hole_of_real_boards_is_drilled_once_on_a_quarter_of_the_machines(name: str, data: Path) -> None:
+    """Each board on the next quarter: every machine drills three or so."""
     board = data / "boards" / f"{name}.drl"
     holes = np.array(excellon_holes(board))
-    for machine in DRILLING[BOARDS.index(name) % 2 :: 2]:
+    for machine in DRILLING[BOARDS.index(name) % 4 :: 4]:
         outcome = leafcut.optimize(board, machine=machine, thickness="1.6mm", algorithm="2opt")
         assert outcome.verified
         assert sum(len(o.hole_order) for o in outcome.operations if not o.slots) == len(holes)
