@@ -88,8 +88,9 @@ def cut_stock(
     if not removed.cuts.any():
         sides = ", ".join(f"{a} {block.low[k]:g} to {block.high[k]:g}" for k, a in enumerate("XYZ"))
         unit = in_other_unit(given or "", mine.read.program, mine.cutters, block)
+        more = f"; in {unit} it would hold all cuts: save it in mm" if unit else ""
         raise PlanError(
-            f"{mine.source}: the program never touches the stock, {sides} mm; give --workpiece in its coordinates{unit}"
+            f"{mine.source}: the program never touches the stock, {sides} mm; give --workpiece in its coordinates{more}"
         )
     rapids, collisions = _rapids(moves, removed), _collisions(moves, removed)
     return StockCut(

@@ -239,10 +239,11 @@ def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBloc
     found = beyond(program, cutters, block)
     if found is not None:
         line, axis, place, edge = found
-        unit = in_other_unit(text, program, cutters, block)
+        unit = [in_other_unit(text, program, cutters, block)]
+        more = f"; in {unit[0]} it would hold all cuts: save it in mm" if unit[0] else ""
         raise OptionError(
             f"--workpiece: {source}:{line}: a cut reaches {axis}{place:.2f}, but this stock ends at {axis}{edge:g}; "
-            f"give all of the material{unit}"
+            f"give all of the material{more}"
         )
 
 
@@ -255,14 +256,15 @@ class Beyond(NamedTuple):
     edge: float
 
     def issue(self, unit: str = "") -> Issue:
-        """Return it as a warning, with what is to be said of the unit of the stock."""
+        """Return it as a warning, with the unit in which the stock would hold all cuts."""
+        more = f"; in {unit} it would hold all cuts: save it in mm" if unit else ""
         place, edge = f"{self.axis}{self.place:.2f}", f"{self.axis}{self.edge:g}"
-        message = f"a cut reaches {place}, but the stock that was given ends at {edge}{unit}"
+        message = f"a cut reaches {place}, but the stock that was given ends at {edge}{more}"
         return Issue("L810", message, f"line {self.line}")
 
 
 def in_other_unit(text: str, program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> str:
-    """Return that the file of a stock would hold all cuts in another unit, where one is many times its length away."""
+    """Return in what unit the file of a stock would hold all cuts, where one is many times its length away; else ""."""
     length = max(high - low for low, high in zip(block.low[:2], block.high[:2], strict=True))
     outside = beyond(program, cutters, block) if _is_file(text) else None
     if outside is None or abs(outside.place - outside.edge) < FAR_OFF * length:
@@ -271,7 +273,7 @@ def in_other_unit(text: str, program: Program, cutters: Mapping[int, Cutter], bl
         low, high = (tuple(times * value for value in corner) for corner in (block.low, block.high))
         larger = StockBlock((low[0], low[1], low[2]), (high[0], high[1], high[2]))
         if times * length <= LONGEST and beyond(program, cutters, larger) is None:
-            return f"; in {name} it would hold all cuts: save it in mm"
+            return name
     return ""
 
 
