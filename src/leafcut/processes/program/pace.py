@@ -144,7 +144,8 @@ class _Job:
             _spindle(run) if feeds.feeds else None,
         )  # fmt: skip
         if run.settings.stock.workpiece:
-            check_size(program, cutters, block_of(run.settings.stock.workpiece), source)
+            text = run.settings.stock.workpiece
+            check_size(program, cutters, block_of(text), source, text)
         stock = stock_before(run, program, cutters)
         return cls(run, words, original, tools, cutters, stock, rules, obstacles)
 
