@@ -59,7 +59,7 @@ def excellon_holes(board: Path) -> list[tuple[float, float]]:
 
 @every("name", BOARDS)
 def test_every_hole_of_real_boards_is_drilled_once_on_every_machine(name: str, data: Path) -> None:
-    """The first board on all machines, and each of the others on a quarter of them: every machine drills three or so."""
+    """The first board on all machines, and each of the others on a quarter of them: each machine drills some three."""
     board = data / "boards" / f"{name}.drl"
     holes = np.array(excellon_holes(board))
     turn = BOARDS.index(name)
