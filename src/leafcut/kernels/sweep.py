@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-#: By chords the lowest place of a round corner on a slope is sought, at most so often, to this share of the corner: what
+#: The lowest place of a round corner on a slope is sought by chords, so many at most, to this share of the corner: what
 #: that is off in height goes with its square.
 _CHORDS, _NEAR = 30, 1e-6
 
