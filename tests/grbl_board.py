@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from benchmarked import benchmark
-from leafcut.sender.conversation import Conversation
+from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.port import SerialPort
 
 grbl_time = benchmark("grbl_time")
@@ -147,7 +147,7 @@ def set_up(folder: Path, settings: Mapping[int, float], zero: tuple[float, float
     board = Board(folder)
     try:
         port = SerialPort(board.port)
-        talk = Conversation(port)
+        talk = GrblConversation(port)
         talk.connect()
         for number, value in settings.items():
             talk.ask(f"${number}={value}")
@@ -161,9 +161,9 @@ def set_up(folder: Path, settings: Mapping[int, float], zero: tuple[float, float
 @pytest.fixture(scope="module")
 def patient() -> Iterator[None]:
     """Wait longer than a person would: the board runs on a processor that does much else."""
-    before, Conversation.patience = Conversation.patience, 10.0
+    before, GrblConversation.patience = GrblConversation.patience, 10.0
     yield
-    Conversation.patience = before
+    GrblConversation.patience = before
 
 
 @pytest.fixture(scope="module")
@@ -178,7 +178,7 @@ def running(patient: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator
 def board(running: Board) -> Board:
     """Return the board at rest, as it was switched on but for its place."""
     port = SerialPort(running.port)
-    talk = Conversation(port)
+    talk = GrblConversation(port)
     talk.connect()
     talk.reset()
     talk.unlock()

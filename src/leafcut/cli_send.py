@@ -1,4 +1,4 @@
-"""The command `leafcut send`: a program goes to a GRBL board over its serial port."""
+"""The command `leafcut send`: a program goes to a GRBL or Marlin board over its serial port."""
 
 from __future__ import annotations
 
@@ -87,13 +87,13 @@ def send(
         bool, Parameter(name=["--quiet", "-q"], negative="", help="no progress, no summary; warnings only")
     ] = False,
 ) -> int:
-    """Send a program to a GRBL board (GRBL 1.1, grblHAL, FluidNC), after checking it against the machine as it stands.
+    """Send a program to a GRBL or Marlin board, after checking it against the machine as it stands.
 
     While it runs, keys hold it, stop it and change the feed. Whatever happens, the machine is stopped, and how to go on
     is told.
     """
     from leafcut.files import check_output
-    from leafcut.sender.conversation import Conversation
+    from leafcut.sender.firmware import speaker_of
     from leafcut.sender.job import accepted_codes, read_job
     from leafcut.sender.port import SerialPort, ports_in_words
 
@@ -103,12 +103,15 @@ def send(
     check_output(log, [program, *[one for one in (machine, dialect) if one and one.endswith(".toml")]])
     accepted = accepted_codes(accept or "")
     job = read_job(program, machine, dialect_name=dialect, units=units, accept=accepted)
+    speaker = speaker_of(job.machine, machine)
+    if check and not speaker.check_line:
+        raise OptionError("--check: Marlin has no check mode; --dry-run checks the program, and sends nothing of it")
     if port is None:
         raise OptionError(f"send needs --port; {ports_in_words()}")
     with _logging(log) as add, _terminating():
         line = SerialPort(port, baud)
         try:
-            talk = Conversation(line, add)
+            talk = speaker(line, add)
             talk.connect()
             locked = unlock and talk.unlock()
             if home:
@@ -147,16 +150,16 @@ def _ready(
     talk: Conversation, job: SendJob, accept: Sequence[str], *, unhomed: bool, quiet: bool
 ) -> tuple[Facts, SendJob]:
     """Return what the controller says of itself, and the job with its times, after all that is checked."""
-    from leafcut.sender.checking import SOFT_LIMITS_OFF, check_program, check_ready
+    from leafcut.sender.checking import check_program, check_ready
     from leafcut.sender.job import issues_to_tell
 
     facts = talk.facts()
-    check_ready(facts, unhomed=unhomed, restarted=talk.restarted)
+    check_ready(facts, unhomed=unhomed, restarted=talk.restarted, family=talk.family)
     differences = check_program(job, facts, unhomed=unhomed, accept=accept)
     for issue in issues_to_tell([*job.issues, *differences]):
         print(f"leafcut: {issue.severity}: {issue}", file=sys.stderr)
-    if not quiet and not facts.soft_limits:
-        print(f"leafcut: {SOFT_LIMITS_OFF}", file=sys.stderr)
+    if not quiet and facts.soft_limits_off:
+        print(f"leafcut: {facts.soft_limits_off}", file=sys.stderr)
     return facts, job.on(facts.timed(job.machine))
 
 

@@ -41,6 +41,10 @@ class OptimizeKeywords(TypedDict, total=False):
         None,
     ]
     """Which of several concentric circles to drill (default: smallest)."""
+    solid: int | None
+    """Which solid of a STEP file with several, by its number: without it they are listed (default: the file's only
+    one).
+    """
     mirror: Literal[
         "x",
         "y",
@@ -669,6 +673,10 @@ class NestKeywords(TypedDict, total=False):
     """Units of a file that does not state them (default: the file's, else mm)."""
     layers: str | Sequence[str] | None
     """Read only these layers; * and ? are wildcards (default: all visible layers)."""
+    solid: int | None
+    """Which solid of a STEP file with several, by its number: without it they are listed (default: the file's only
+    one).
+    """
     strict: bool | None
     """Refuse input with skipped or repaired entities, and programs with dangerous moves."""
     cut_layers: str | Sequence[str] | None
@@ -786,6 +794,10 @@ class SolveKeywords(TypedDict, total=False):
         None,
     ]
     """Which of several concentric circles to drill (default: smallest)."""
+    solid: int | None
+    """Which solid of a STEP file with several, by its number: without it they are listed (default: the file's only
+    one).
+    """
     strict: bool | None
     """Refuse input with skipped or repaired entities, and programs with dangerous moves."""
     algorithm: Literal[
@@ -1031,6 +1043,10 @@ class CuttingDataKeywords(TypedDict, total=False):
         None,
     ]
     """Which of several concentric circles to drill (default: smallest)."""
+    solid: int | None
+    """Which solid of a STEP file with several, by its number: without it they are listed (default: the file's only
+    one).
+    """
     mirror: Literal[
         "x",
         "y",

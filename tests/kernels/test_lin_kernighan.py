@@ -102,7 +102,7 @@ def test_every_move_gains_what_it_says(n: int, seed: int, metric: str) -> None:
     breadth = breadth_for(instance)
     for v in range(n):
         cost = tour_cost(instance.cost, tour.node)
-        arrays = (tour.node, tour.place, tour.move, tour.gain, tour.tried)
+        arrays = (tour.node, tour.place, tour.move, tour.gain)
         k = find_move(instance.cost, *arrays, instance.candidates, lengths, breadth, v)
         if k:
             assert tour.gain[0] > 0

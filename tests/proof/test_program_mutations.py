@@ -87,7 +87,7 @@ def planned(name: str) -> Toolpath:
             b.rapid(z=30.5)
         b.rapid(11.125, 12.375)
         b.rapid(z=25.5)
-        # The second tool is there for what a change of tools writes: every word is tried, and each takes a whole reading.
+        # The second tool is there for what a change of tools writes; every word tried takes a whole reading.
         for row, cycle in enumerate(names[: None if tool == 1 else 1]):
             for column in range(2):
                 b.drill(11.125 * (column + 1), 12.375 + 5.125 * row, cycles[cycle], feed=(123.5 + row) / 60)

@@ -18,8 +18,9 @@ from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
 
 from leafcut import api
 from leafcut.cli import run
-from leafcut.errors import LeafcutError, ReadError
+from leafcut.errors import LeafcutError, OptionError, ReadError
 from leafcut.model.toolpath import Kind
+from leafcut.options import ReadOptions
 from leafcut.read import read
 from leafcut.read.meshes import load_mesh
 from leafcut.read.step_solid import RoundWall, columns, hole_of, joined
@@ -285,10 +286,39 @@ def test_a_damaged_file_is_refused_in_one_line(tmp_path: Path, change: Any, told
     assert "\n" not in str(refused.value)
 
 
-def test_an_assembly_is_refused(tmp_path: Path) -> None:
-    file = saved(tmp_path / "two.step", box(0, 0, 0, 9, 9, 9), box(20, 0, 0, 29, 9, 9))
-    with pytest.raises(ReadError, match="2 solids; export one part alone"):
+def test_of_several_solids_one_is_chosen_by_its_number(tmp_path: Path) -> None:
+    """The refusal lists them; holes and the surface are those of the one that is chosen, where it lies."""
+    left = cut(box(0, 0, 0, 30, 20, 9), cylinder((9, 9, 9), DOWN, 2, 9))
+    right = cut(box(50, 5, -2, 90, 30, 4), cylinder((60, 10, 4), DOWN, 3, 6))
+    file = saved(tmp_path / "two.step", left, right)
+    with pytest.raises(ReadError) as refused:
         read(file)
+    assert str(refused.value).endswith(
+        "the STEP file has 2 solids (1: 30 × 20 × 9 mm at 0, 0, Z0; 2: 40 × 25 × 6 mm at 50, 5, Z-2); choose one with "
+        "--solid"
+    )
+    assert [(h.x, h.z) for h in read(file, ReadOptions(solid=1)).holes] == [(9.0, 9.0)]
+    assert [(h.x, h.z) for h in read(file, ReadOptions(solid=2)).holes] == [(60.0, 4.0)]
+    with pytest.raises(ReadError, match="--solid 3: the STEP file has 2 solids"):
+        read(file, ReadOptions(solid=3))
+    assert load_mesh(file, which=2).low.tolist() == [50.0, 5.0, -2.0]
+    assert load_mesh(file, which="all").low.tolist() == [0.0, 0.0, -2.0]
+    outcome = api.optimize(file, process="drill", solid=2, machine="linuxcnc-mill", **FAST)
+    assert outcome.written is not None
+    assert float(np.nanmax(outcome.written.end[:, 2])) < 30.0
+
+
+def test_a_solid_is_chosen_of_a_step_file_only(tmp_path: Path, examples: Path) -> None:
+    """Of a drawing it is that of the surface; without one, and of STL, it is refused."""
+    file = saved(tmp_path / "two.step", box(0, 0, 0, 9, 9, 9), box(20, 0, 0, 60, 40, 5))
+    (tmp_path / "holes.csv").write_text("x,y,diameter\n30,10,4\n50,30,4\n")
+    options: dict[str, Any] = {"process": "drill", "machine": "linuxcnc-mill", "depth": 2, **FAST}
+    outcome = api.optimize(tmp_path / "holes.csv", surface=file, solid=2, **options)
+    assert outcome.written is not None
+    assert float(np.nanmin(outcome.written.end[:, 2])) < 5.0
+    for more in ({}, {"surface": examples / "stepped_plate.stl"}):
+        with pytest.raises(OptionError, match=r"--solid: .* has no solids, a STEP file has; leave it out"):
+            api.optimize(tmp_path / "holes.csv", solid=2, **more, **options)
 
 
 def test_a_unit_or_one_height_for_all_cannot_be_asked_for(examples: Path) -> None:

@@ -17,9 +17,12 @@ from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
 
 from leafcut import api
 from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError
+from leafcut.geometry.polyline import Polyline
 from leafcut.model import Part
-from leafcut.model.toolpath import Kind
+from leafcut.model.pocket import Pocket, PocketRules
+from leafcut.model.toolpath import Kind, ToolpathBuilder
 from leafcut.options import ReadOptions
+from leafcut.processes.pocket.proof.pocket import check_pockets
 from leafcut.read import read_contours, read_pockets
 from made_solids import DOWN, UP, box, cone, cut, cylinder, fused, rounded, saved
 
@@ -124,10 +127,60 @@ def test_pockets_of_one_depth_are_milled_at_the_heights_of_the_solid(block: Path
     assert made.buffer(3.0, quad_segs=32).area == pytest.approx(pocket.area, rel=0.01)
 
 
-def test_several_depths_need_a_choice_and_one_alone_needs_none(block: Path, tmp_path: Path) -> None:
-    with pytest.raises(PlanError, match=r"several depths: 6 mm \(1 pocket\), 8 mm \(1 pocket\), 12 mm"):
-        api.optimize(block, process="pocket", tool_diameter=6, **FAST)
-    with pytest.raises(PlanError, match="no pocket is --depth 7 mm deep; there are 6 mm"):
+def left_at(outcome: Any, x: float, y: float, radius: float, top: float) -> float:
+    """Return the height that a flat mill leaves at a place, by the points of its moves alone."""
+    begin, end = cuts_of(outcome)
+    share = np.linspace(0.0, 1.0, 41)[:, None, None]
+    along = (begin + share * (end - begin)).reshape(-1, 3)  # chords of arcs: nearer to the middle of a pocket
+    near = np.hypot(along[:, 0] - x, along[:, 1] - y) <= radius
+    return float(min(along[near, 2].min(initial=top), top))
+
+
+@pytest.mark.parametrize("more", [{}, {"stock": 0.3}, {"strategy": "connected", "closed_path": True}])
+def test_each_pocket_is_milled_to_its_own_floor_and_one_in_the_floor_of_another_after_it(
+    block: Path, more: dict[str, Any]
+) -> None:
+    """What is left at places is the solid there; nothing of the inner pocket is cut in the air above it."""
+    outcome = api.optimize(block, process="pocket", tool_diameter=6, **{**FAST, **more})
+    plans = outcome.detail.plans
+    assert [plan.heights[-1] for plan in plans] == [14.0, 12.0, 8.0]
+    assert [plan.begin for plan in plans] == [0.0, 0.0, -8.0]
+    solid = {(15, 30): 14, (55, 45): 14, (32, 28): 20, (75, 25): 12, (90, 13): 12, (90, 25): 8, (84, 19): 8, (5, 5): 20}
+    assert {place: left_at(outcome, *place, 3.0, 20.0) for place in solid} == pytest.approx(solid, abs=2e-3)
+    _, end = cuts_of(outcome)
+    outer, inner = np.flatnonzero(end[:, 2] == 12.0), np.flatnonzero(end[:, 2] < 12.0 - 1e-6)
+    assert outer.max() < inner.min()
+    assert outcome.before.time_s > 0.0
+
+
+def test_a_lower_island_is_uncovered_before_what_is_around_it(tmp_path: Path) -> None:
+    """The pocket of the island's top has the same walls as the deeper one around the island."""
+    pocket = cut(rounded(10, 10, -10, 70, 50, 0, 5), rounded(30, 22, -10, 50, 38, -4, 3))
+    file = saved(tmp_path / "island.step", cut(box(0, 0, -20, 80, 60, 0), pocket))
+    outcome = api.optimize(file, process="pocket", tool_diameter=8, **FAST)
+    assert [plan.begin for plan in outcome.detail.plans] == [0.0, -4.0]
+    solid = {(40, 30): -4, (20, 30): -10, (40, 15): -10, (5, 30): 0}
+    assert {place: left_at(outcome, *place, 4.0, 0.0) for place in solid} == pytest.approx(solid, abs=2e-3)
+
+
+def test_the_proof_knows_how_deep_each_pocket_is() -> None:
+    """A move at Z-5 is right in the deep pocket, too deep in the shallow one, and beyond the wall between them."""
+    walls = [Polyline.of_points([(x, 0), (x + 40, 0), (x + 40, 40), (x, 40)], closed=True) for x in (0, 60)]
+    pockets = [Pocket(wall, name=str(number)) for number, wall in enumerate(walls, 1)]
+    rules, told = PocketRules(tool_diameter=10.0, step_over=6.0), []
+    for begin, end in ((70, 80), (10, 20), (70, 50)):
+        builder = ToolpathBuilder()
+        builder.rapid(z=5.0)
+        builder.rapid(float(begin), 20.0)
+        builder.feed(z=-5.0, feed=10.0)
+        builder.feed(float(end), 20.0, feed=10.0)
+        builder.rapid(z=5.0)
+        told.append([d.what for d in check_pockets(builder.build(), pockets, rules, [3.0, 6.0], 2.0)])
+    assert told == [[], ["too deep", "too deep"], ["gouge"]]
+
+
+def test_a_depth_chooses_the_pockets_of_one_depth(block: Path, tmp_path: Path) -> None:
+    with pytest.raises(PlanError, match=r"no pocket is --depth 7 mm deep; there are 6 mm \(1 pocket\), 8 mm"):
         api.optimize(block, process="pocket", depth=7, tool_diameter=6, **FAST)
     solid = cut(box(0, 0, -20, 80, 40, 0), rounded(10, 10, -4.5, 50, 30, 0, 5))
     outcome = api.optimize(saved(tmp_path / "one.step", solid), process="pocket", tool_diameter=8, **FAST)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import deque
 from collections.abc import Iterator
+from typing import ClassVar
 
 from leafcut.sender.port import PortLost
 
@@ -24,7 +25,13 @@ class FakeGrbl:
     faults
         What happens instead of the answer to the line of that number, counted from 1 behind the questions: ``alarm``,
         ``reset``, ``garbage``, ``drop`` (no answer), ``twice``, ``silent`` (never again), ``lost`` (the cable).
+    acts
+        The bytes that act at once, and as which byte of GRBL.
     """
+
+    acts: ClassVar = {one: one for one in (b"?", b"!", b"~", b"\x18")}
+
+    greeting = "Grbl 1.1h ['$' for help]"
 
     def __init__(self, paces: tuple[int, ...] = (0,), faults: dict[int, str] | None = None) -> None:
         self.name = "fake"
@@ -37,7 +44,7 @@ class FakeGrbl:
         self.said = b""
         self.taken: list[str] = []
         self.realtime: list[bytes] = []
-        self.state = "Idle"
+        self.state, self.shown = "Idle", ""
         self.most = 0
         self.override = 100
         self.silent = self.lost = False
@@ -68,7 +75,7 @@ class FakeGrbl:
             raise PortLost("the connection to fake is lost")
         for byte in data:
             one = bytes([byte])
-            if one in b"?!~\x18" or byte >= 0x80:
+            if one in self.acts or byte >= 0x80:
                 self._act(one)
                 continue
             self.line += one
@@ -93,11 +100,13 @@ class FakeGrbl:
         return said
 
     def _act(self, byte: bytes) -> None:
-        if byte != b"?":
+        if self.acts.get(byte) != b"?":
             self.realtime.append(byte)
+        byte = self.acts.get(byte, byte)
         if byte == b"?":
             free = BUFFER - sum(len(line) + 1 for line in self.buffer)
             state = {"Hold": "Hold:0"}.get(self.state, "Run" if self.buffer and self.state == "Idle" else self.state)
+            state = self.shown or state
             self.say(f"<{state}|MPos:{self.place}|Bf:15,{free}|FS:0,0|WCO:{self.origin}|Ov:{self.override},100,100>")
         elif byte == b"!":
             self.state = "Hold" if self.state in ("Idle", "Hold") else self.state
@@ -115,7 +124,7 @@ class FakeGrbl:
         self.line = b""
         self.state = "Idle" if self.state != "Alarm" else "Alarm"
         self.say("")
-        self.say("Grbl 1.1h ['$' for help]")
+        self.say(self.greeting)
 
     def _take(self, line: str) -> None:
         if line == "" or line.startswith("$"):

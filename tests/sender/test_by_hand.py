@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from leafcut.errors import OptionError, SendError
 from leafcut.sender.by_hand import check_jog, jog_line, probe_z
-from leafcut.sender.conversation import Conversation, Interrupted
+from leafcut.sender.conversation import Interrupted
 from leafcut.sender.counting import SentLine
+from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.job import DrilledHole
 from leafcut.sender.lines import Pause, pauses_at_holes
 
@@ -27,8 +28,8 @@ class ProbedGrbl(FakeGrbl):
         super()._take(line)
 
 
-def talking(board: FakeGrbl) -> Conversation:
-    talk = Conversation(board, clock=board.clock)
+def talking(board: FakeGrbl) -> GrblConversation:
+    talk = GrblConversation(board, clock=board.clock)
     talk.connect()
     return talk
 

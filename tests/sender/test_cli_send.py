@@ -59,7 +59,7 @@ def test_nobody_starts_a_machine_without_saying_so(part: Path, capsys: pytest.Ca
 
 def test_a_program_for_another_kind_of_machine_is_refused(part: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["send", "part.nc", "--port", "nosuch", "--machine", "haas-vf2", "--yes"]) == 2
-    assert re.search("its controller is haas; only GRBL boards", capsys.readouterr().err)
+    assert re.search("its controller is haas; only GRBL and Marlin boards", capsys.readouterr().err)
 
 
 def test_keys_of_a_terminal_come_one_by_one_and_lines_whole() -> None:

@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 import pytest
+from fake_families import CONFIGURATION, FakeFluidNc, FakeGrblHal
+from fake_grbl import FakeGrbl
 
 from leafcut.errors import SendError
-from leafcut.sender.answers import Greeting, parse
-from leafcut.sender.conversation import Conversation
+from leafcut.gcode.dialects import dialect
+from leafcut.read.machine import load_machine
+from leafcut.sender.answers import Greeting, Report, Status
+from leafcut.sender.checking import check_program, check_ready
 from leafcut.sender.explained import alarm_in_words, error_in_words, family_of
+from leafcut.sender.facts import Facts
+from leafcut.sender.grbl import GrblConversation
+from leafcut.sender.grbl_facts import gathered
+from leafcut.sender.grbl_lines import parse
+from leafcut.sender.job import SendJob, job_of
+from leafcut.sender.run import Ending, Request, RunView, SendRun
 
 
 @pytest.mark.parametrize(
@@ -60,7 +70,151 @@ class Says:
     ],
 )
 def test_a_conversation_explains_by_the_firmware_that_greeted(greeting: bytes, told: str) -> None:
-    talk = Conversation(Says(greeting))  # type: ignore[arg-type]  # as much of a port as this needs
+    talk = GrblConversation(Says(greeting))  # type: ignore[arg-type]  # as much of a port as this needs
     talk.listen()
     with pytest.raises(SendError, match=f"'G4 P1' was refused: error 39: {told}$"):
         talk.ask("G4 P1")
+
+
+def drilling() -> SendJob:
+    lines = [
+        "G21 G90 G94 G17",
+        "G0 Z5",
+        "M3 S900",
+        "G0 X1 Y1",
+        "Z1",
+        "G1 Z-1 F100",
+        "G0 Z5",
+        "G0 X9",
+        "G1 Z-1",
+        "G0 Z5",
+    ]
+    return job_of("\n".join([*lines, "M30", ""]), "part.nc", load_machine("grbl-3018"), dialect("grbl"), None)
+
+
+def met(board: FakeGrbl) -> tuple[GrblConversation, Facts]:
+    talk = GrblConversation(board, clock=board.clock)
+    talk.connect()
+    return talk, talk.facts()
+
+
+def sent(board: FakeGrbl) -> Ending:
+    talk, facts = met(board)
+    job = drilling()
+    check_ready(facts, unhomed=False)
+    check_program(job, facts, unhomed=False)
+    run = SendRun(talk, facts, job, job.steps)
+    seen: list[str] = []
+
+    def observe(view: RunView) -> None:
+        seen.append(view.state)
+        if len(seen) == 1:
+            run.ask(Request.HOLD)
+        elif view.state == "Hold":
+            run.ask(Request.RESUME)
+
+    run.observe = observe
+    ending = run.run()
+    assert "Hold" in seen
+    return ending
+
+
+def test_a_grblhal_that_takes_question_marks_for_letters_is_asked_held_and_freed_by_its_own_bytes() -> None:
+    """grbl.h: CMD_STATUS_REPORT 0x80, CMD_CYCLE_START 0x81, CMD_FEED_HOLD 0x82; its buffer is what [OPT: says."""
+    board = FakeGrblHal()
+    assert met(board)[1].buffer == 1024
+    ending = sent(board)
+    assert ending.complete, ending.reason
+    assert board.realtime == [b"\x82", b"\x81"]
+    assert not any("?" in line or "!" in line for line in board.taken)
+
+
+def test_settings_that_are_texts_or_empty_are_no_noise_and_five_axes_no_riddle() -> None:
+    board = FakeGrblHal()
+    _, facts = met(board)
+    assert facts.origin(540) == (-100.0, -100.0, -50.0)
+    assert facts.machine_place() == (-100.0, -100.0, -20.0)
+    assert parse("$75=a word, and (one more)") == Report("$75", "a word, and")
+    assert parse("$74=") == Report("$74", "")
+
+
+@pytest.mark.parametrize("homed, ready", [(7, True), (31, True), (3, False), (0, False)])
+def test_a_grblhal_says_which_axes_were_homed_and_one_that_was_not_is_refused(homed: int, ready: bool) -> None:
+    """`report_home_position`: the mask of homed axes; without a lock at start it stands idle all the same."""
+    _, facts = met(FakeGrblHal(homed))
+    assert facts.homed is ready
+    if ready:
+        check_ready(facts, unhomed=False)
+        return
+    with pytest.raises(SendError, match="says that it was not homed: add --home"):
+        check_ready(facts, unhomed=False)
+    check_ready(facts, unhomed=True)
+
+
+def test_a_grbl_that_is_not_locked_until_it_is_homed_cannot_say_it() -> None:
+    """L of [OPT: (gnea/grbl, report.c): HOMING_INIT_LOCK is off."""
+    status = Status("Idle", machine=(0.0, 0.0, 0.0))
+    answers = [parse(line) for line in ("[VER:1.1h:]", "[OPT:VL,15,128]", "$22=1", "$20=1")]
+    with pytest.raises(SendError, match="does not say whether it was homed, and does not wait for that: add --home"):
+        check_ready(gathered(answers, status, homed=False), unhomed=False)
+    check_ready(gathered(answers, status, homed=True), unhomed=False)
+    with pytest.raises(SendError, match=r"does not say how much its buffer holds \(\[OPT:V\]\)"):
+        gathered([parse("[VER:1.1h:]"), parse("[OPT:V]"), parse("$22=1")], status, homed=False)
+
+
+def test_an_alarm_with_its_number_in_the_status_is_explained_by_its_firmware() -> None:
+    board = FakeGrblHal()
+    board.shown = "Alarm:11"
+    talk, facts = met(board)
+    with pytest.raises(
+        SendError, match=r"locked by an alarm \(alarm 11: homing is needed first\); home it with --home"
+    ):
+        check_ready(facts, unhomed=False, family=talk.family)
+
+
+@pytest.mark.parametrize("state, told", [("ConfigAlarm", "its configuration is wrong"), ("Critical", "reset it")])
+def test_what_locks_a_fluidnc_is_told(state: str, told: str) -> None:
+    board = FakeFluidNc()
+    board.shown = state
+    _, facts = met(board)
+    with pytest.raises(SendError, match=told):
+        check_ready(facts, unhomed=True)
+
+
+def test_a_fluidnc_is_known_by_its_configuration_and_not_by_the_few_numbers_that_it_shows() -> None:
+    """Machine/Axes.cpp: X homed downwards to 0 goes up to 200, Y homed upwards to 5 goes down to -195."""
+    _, facts = met(FakeFluidNc())
+    assert facts.travel() == ((0.0, -195.0, -100.0), (200.0, 5.0, 0.0))
+    assert facts.fastest == 24000.0 and facts.buffer == 128
+    assert facts.homing and facts.homed and facts.soft_limits
+    timed = facts.timed(load_machine("grbl-3018"))
+    assert timed.rapid_velocity == pytest.approx((5000 / 60, 4000 / 60, 800 / 60))
+    assert timed.acceleration == (150.0, 150.0, 25.0) and timed.corner_deviation == 0.02
+    ending = sent(FakeFluidNc())
+    assert ending.complete, ending.reason
+    board = FakeFluidNc()
+    board.origin = "-3.000,-100.000,-50.000"
+    with pytest.raises(SendError, match=r"line 4 goes to X -2\.000 mm .* \(max_travel_mm of x\)"):
+        check_program(drilling(), met(board)[1], unhomed=False)
+
+
+@pytest.mark.parametrize(
+    "was, now, told",
+    [
+        ("must_home: true", "must_home: false", "does not say whether it was homed"),
+        ("cycle: 1", "cycle: -1", r"homing is off \(not every axis has homing with a cycle\)"),
+        ("max_travel_mm: 100.000000", "max_travel_mm: much", r"\$CD:\d+: max_travel_mm of z is 'much'"),
+        ("axes:", "axes: &a", "has an anchor"),
+    ],
+)
+def test_a_fluidnc_of_which_something_cannot_be_known_is_refused_in_one_line(was: str, now: str, told: str) -> None:
+    board = FakeFluidNc(CONFIGURATION.replace(was, now))
+    with pytest.raises(SendError, match=told) as caught:
+        check_ready(met(board)[1], unhomed=False)
+    assert "\n" not in str(caught.value)
+
+
+def test_the_soft_limits_of_a_fluidnc_are_on_only_where_each_axis_has_them() -> None:
+    """$20 shows those of X alone (SettingsDefinitions.cpp)."""
+    _, facts = met(FakeFluidNc(CONFIGURATION.replace("soft_limits: true", "soft_limits: false", 2)))
+    assert not facts.soft_limits and "(soft_limits)" in facts.soft_limits_off

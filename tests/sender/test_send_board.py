@@ -17,8 +17,8 @@ import pytest
 from grbl_board import EACH, HEAD, HOLES, ZERO, Board, plate
 from leafcut.cli import run as leafcut
 from leafcut.sender.checking import check_program, check_ready
-from leafcut.sender.conversation import Conversation
 from leafcut.sender.facts import Facts
+from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.job import SendJob, read_job
 from leafcut.sender.port import SerialPort
 from leafcut.sender.resuming import line_of_hole, resumed
@@ -30,9 +30,9 @@ END = [ZERO[0] + 13.5, ZERO[1] + 9.0, ZERO[2] + 4.0]
 pytestmark = pytest.mark.external
 
 
-def prepared(board: Board, program: Path, machine: str) -> tuple[Conversation, Facts, SendJob]:
+def prepared(board: Board, program: Path, machine: str) -> tuple[GrblConversation, Facts, SendJob]:
     job = read_job(str(program), machine)
-    talk = Conversation(SerialPort(board.port))
+    talk = GrblConversation(SerialPort(board.port))
     talk.connect()
     facts = talk.facts()
     check_ready(facts, unhomed=False)
@@ -131,7 +131,7 @@ def test_an_error_in_line_40_stops_the_machine_and_is_told_with_its_line(
     assert ending.reason == "line 40 'G0 Z0.5 M7': error 20: the controller does not have this word"
     assert 40 <= ending.taken < 80 and ending.line <= 40 + 24
     assert b"!" in board.sent and board.sent.rstrip(b"?").endswith(b"\x18")
-    talk = Conversation(SerialPort(board.port))
+    talk = GrblConversation(SerialPort(board.port))
     assert talk.connect().speed == 0 and "M5" in talk.facts().modes
     talk.port.close()
     assert ending.hole is not None and ending.hole.first <= ending.line

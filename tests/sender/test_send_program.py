@@ -15,8 +15,9 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.read.machine import load_machine
-from leafcut.sender.answers import Alarm, Greeting, Place, Refused, Status, StoredSetting, Strange, parse
+from leafcut.sender.answers import Alarm, Greeting, Refused, Report, Status, Strange
 from leafcut.sender.counting import SentLine
+from leafcut.sender.grbl_lines import parse
 from leafcut.sender.job import SendJob, job_of
 from leafcut.sender.lines import Pause, steps_of
 from leafcut.sender.place import Tracker
@@ -81,7 +82,7 @@ def test_what_a_board_must_not_get_is_refused_with_its_line(line: str, told: str
 def test_a_program_of_another_machine_is_refused() -> None:
     from leafcut.sender.job import read_job
 
-    with pytest.raises(OptionError, match="its controller is linuxcnc; only GRBL boards"):
+    with pytest.raises(OptionError, match="its controller is linuxcnc; only GRBL and Marlin boards"):
         read_job("part.nc", "linuxcnc-mill")
     with pytest.raises(ReadError, match="moves nothing"):
         job_of("G21\nM30\n", "part.nc", MACHINE, GRBL, None)
@@ -204,8 +205,8 @@ def test_whatever_is_gone_on_with_makes_the_same_moves_from_there(moves, at) -> 
         ("Grbl 1.1h ['$' for help]", Greeting("1.1h", "'$' for help")),
         ("Grbl 3.7 [FluidNC v3.7.8 (wifi) '$' for help]", Greeting("3.7", "FluidNC v3.7.8 (wifi) '$' for help")),
         ("GrblHAL 1.1f ['$' or '$HELP' for help]", Greeting("1.1f", "'$' or '$HELP' for help")),
-        ("$110=500.000 (x max rate, mm/min)", StoredSetting(110, "500.000")),
-        ("[G54:1.000,-2.000,3.000]", Place("G54", (1.0, -2.0, 3.0))),
+        ("$110=500.000 (x max rate, mm/min)", Report("$110", "500.000")),
+        ("[G54:1.000,-2.000,3.000]", Report("G54", "1.000,-2.000,3.000")),
         ("<Idle|WPos:1.000,2.000,3.000|F:0>", Status("Idle", work=(1.0, 2.0, 3.0), feed=0.0)),
         (
             "<Hold:1|MPos:1,2,3,4|Bf:3,9|Pn:XP>",

@@ -15,8 +15,8 @@ from leafcut.errors import OptionError, SendError
 from leafcut.gcode.dialects import dialect
 from leafcut.read.machine import load_machine
 from leafcut.sender.checking import check_program, check_ready
-from leafcut.sender.conversation import Conversation
 from leafcut.sender.counting import CharacterCounter, SentLine
+from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.job import SendJob, job_of
 from leafcut.sender.lines import Pause
 from leafcut.sender.run import Ending, Request, RunView, SendRun
@@ -44,7 +44,7 @@ def sent(
     watch: Callable[[SendRun, RunView], None] = lambda run, view: None,
     prompt: Callable[[Pause, Sequence[str]], str | None] | None = None,
 ) -> Ending:
-    talk = Conversation(board, clock=board.clock)
+    talk = GrblConversation(board, clock=board.clock)
     talk.connect()
     run = SendRun(talk, talk.facts(), job, job.steps, prompt=prompt)
     run.observe = lambda view: watch(run, view)
@@ -246,7 +246,7 @@ class Deaf(FakeGrbl):
 def test_what_is_no_grbl_is_told_in_one_line(words: bytes, told: str) -> None:
     board = Deaf(words)
     with pytest.raises(SendError, match=told) as caught:
-        Conversation(board, clock=board.clock).connect()
+        GrblConversation(board, clock=board.clock).connect()
     assert "\n" not in str(caught.value)
 
 
@@ -264,7 +264,7 @@ def test_a_machine_that_is_set_otherwise_is_refused(change: dict[int, float], to
     board = FakeGrbl()
     board.settings |= change
     board.place = "-1.000,-1.000,-1.000"
-    talk = Conversation(board, clock=board.clock)
+    talk = GrblConversation(board, clock=board.clock)
     talk.connect()
     facts = talk.facts()
     job = job_with([*drilled(2), "G0 X99", "G0 X0"])
@@ -282,7 +282,7 @@ def test_a_board_that_restarts_when_its_port_is_opened_and_is_never_homed_asks_f
     board = FakeGrbl()
     board.settings[22] = 0
     board.say("Grbl 1.1h ['$' for help]")
-    talk = Conversation(board, clock=board.clock)
+    talk = GrblConversation(board, clock=board.clock)
     talk.connect()
     with pytest.raises(SendError, match=r"started anew .* add --zero-here"):
         check_ready(talk.facts(), unhomed=True, restarted=talk.restarted)
@@ -295,7 +295,7 @@ def test_reports_in_inches_are_understood() -> None:
     board = FakeGrbl()
     board.settings[13] = 1
     board.origin, board.place = "-4.000,-4.000,-2.000", "-3.000,-4.000,-1.000"
-    talk = Conversation(board, clock=board.clock)
+    talk = GrblConversation(board, clock=board.clock)
     talk.connect()
     facts = talk.facts()
     assert facts.origin(540) == pytest.approx((-101.6, -101.6, -50.8))
@@ -306,7 +306,7 @@ def test_a_machine_that_differs_from_its_profile_is_told_and_timed_as_it_is() ->
     board = FakeGrbl()
     board.settings |= {110: 60.0, 130: 300, 131: 180, 132: 45}
     board.origin = "-100.000,-100.000,-30.000"
-    talk = Conversation(board, clock=board.clock)
+    talk = GrblConversation(board, clock=board.clock)
     talk.connect()
     facts = talk.facts()
     job = job_with(drilled(4))

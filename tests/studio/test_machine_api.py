@@ -10,7 +10,7 @@ from starlette.testclient import TestClient
 from waiting import until
 
 from grbl_board import EACH, HEAD, PROFILE, ZERO, Board, plate
-from leafcut.sender.conversation import Conversation
+from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.port import SerialPort
 from leafcut.studio.studio import Studio
 
@@ -67,7 +67,7 @@ def open_board(studio: Studio, client: TestClient, board: Board) -> Iterator[Mac
     """Return a studio that is connected to the board, whose profile is the person's own machine."""
     studio.machine.grace = 60.0
     port = SerialPort(board.port)
-    Conversation(port).ask("G10 L2 P1 X{} Y{} Z{}".format(*ZERO))  # it keeps the zeros of the test before
+    GrblConversation(port).ask("G10 L2 P1 X{} Y{} Z{}".format(*ZERO))  # it keeps the zeros of the test before
     port.close()
     board.forget()
     studio.folder.save_own("machines", "board", PROFILE)

@@ -15,7 +15,7 @@ from studio_server import Server, running
 from waiting import until
 
 from grbl_board import PROFILE, ZERO, Board, plate
-from leafcut.sender.conversation import Conversation
+from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.port import SerialPort
 
 pytestmark = pytest.mark.external
@@ -34,7 +34,7 @@ def started(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 def own(browser: Browser, started: Server, board: Board, tmp_path: Path) -> Iterator[Page]:
     """Return the machine's page with a plate of ten holes, connected to the board."""
     port = SerialPort(board.port)
-    talk = Conversation(port)
+    talk = GrblConversation(port)
     talk.ask("G10 L2 P1 X{} Y{} Z{}".format(*ZERO))
     port.close()
     context = browser.new_context(viewport={"width": 1280, "height": 720}, locale="en-US", bypass_csp=True)

@@ -314,7 +314,9 @@ def straight(xy: NDArray, code: int, i: int, j: int) -> float:
     length = math.sqrt(dx * dx + dy * dy)
     if code == EUCLIDEAN:
         return length
-    return math.ceil(length) if code == CEIL_2D else math.floor(length + 0.5)
+    if code == CEIL_2D:
+        return math.ceil(length)
+    return float(int(length + 0.5))  # what `math.floor` gives, without the call of a function
 
 
 @kernel

@@ -6,9 +6,15 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 from leafcut.errors import OptionError
 from leafcut.model.tool import CONES, BodySegment, Tool, ToolKind
+
+#: A cone of a holder is taken for discs that differ by so much in radius, mm.
+CONE_STEP = 0.25
+#: What is wider than the tool by no more than this follows it through what it has cut, mm.
+SAME_RADIUS = 5e-4
 
 
 @dataclass(frozen=True)
@@ -136,6 +142,29 @@ class BodyPart:
     flat: float
     radius: float
     slope: float = math.inf
+
+
+class BodyDisc(NamedTuple):
+    """A level disc of a tool above its flutes: so far above the tip, mm, and its radius.
+
+    What is higher within the radius is in its way. A cone is some discs, each as wide as the cone above it.
+    """
+
+    body: Body
+    above: float
+    radius: float
+
+
+def discs_of(tool: Tool) -> tuple[BodyDisc, ...]:
+    """Return what is above the flutes of a tool and wider than it, from the tip up; nothing that is not known."""
+    discs = []
+    for part in body_of(tool):
+        wider = part.radius - part.flat
+        steps = max(math.ceil(wider / CONE_STEP), 1)
+        for k in range(steps):
+            above = part.above + (part.slope * wider * k / steps if k else 0.0)
+            discs.append(BodyDisc(part.body, above, part.flat + wider * (k + 1) / steps))
+    return tuple(disc for disc in discs if disc.radius > 0.5 * tool.diameter + SAME_RADIUS)
 
 
 def body_of(tool: Tool) -> tuple[BodyPart, ...]:

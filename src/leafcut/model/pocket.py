@@ -35,8 +35,8 @@ class Pocket:
     layer, handle
         The drawing's layer and entity handle of the outline; empty for pictures.
     depth, top
-        Where a solid says it, else None: how deep the floor lies below the height that the pocket is milled from, and
-        that height, mm.
+        How deep the floor lies below the height that the pocket is milled from, and that height, mm; None where that is
+        not said: a drawing says neither.
     """
 
     outline: Polyline
@@ -58,6 +58,37 @@ class Pocket:
     def area(self) -> float:
         """Area inside the outline and outside the islands, mm²."""
         return abs(self.outline.area) - sum(abs(island.area) for island in self.islands)
+
+
+@dataclass(frozen=True)
+class PocketLevels:
+    """The heights of one pocket's levels, mm, 0 where the pockets of a program begin, and negative below.
+
+    Attributes
+    ----------
+    begin
+        Where the material begins: 0, or the floor of the pocket in which this one lies and which is cleared before it.
+    levels
+        From the top down.
+    """
+
+    begin: float
+    levels: tuple[float, ...]
+
+    @property
+    def floor(self) -> float:
+        """The last level."""
+        return self.levels[-1]
+
+    @property
+    def depth(self) -> float:
+        """From where the material begins to the floor, mm."""
+        return self.begin - self.floor
+
+    @property
+    def step(self) -> float:
+        """How deep each level is, mm."""
+        return self.begin - self.levels[0]
 
 
 @dataclass(frozen=True)
@@ -257,11 +288,13 @@ class PocketPlan:
     Attributes
     ----------
     levels
-        Height of every level below the top, mm, negative.
+        Height of every level below the top of the pockets, mm, negative.
     chosen
         Index in `results` of the strategy that is written.
     results
         The strategies that were tried.
+    begin
+        Where the material begins, mm below the top of the pockets: 0, or the floor of the pocket that this one lies in.
     """
 
     pocket: Pocket
@@ -269,6 +302,7 @@ class PocketPlan:
     levels: tuple[float, ...]
     results: tuple[PocketResult, ...] = field(default=())
     chosen: int = 0
+    begin: float = 0.0
 
     @property
     def heights(self) -> tuple[float, ...]:

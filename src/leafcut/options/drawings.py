@@ -59,6 +59,14 @@ class ReadOptions(OptionGroup):
         "which of several concentric circles to drill",
         choices=("smallest", "largest", "all"),
     )
+    solid: int | None = option(
+        "whole",
+        None,
+        "which solid of a STEP file with several, by its number: without it they are listed",
+        minimum=1,
+        maximum=1_000_000,
+        default_words="the file's only one",
+    )
     mirror: str | None = option(
         "text",
         None,

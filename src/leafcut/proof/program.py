@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -45,6 +45,7 @@ def check_program(
     zones: NDArray[np.float64] | None = None,
     zone_height: float = math.inf,
     tool_radii: Mapping[int, float] = MappingProxyType({}),
+    bodies: Mapping[int, Sequence[tuple[float, float]]] = MappingProxyType({}),
     milled: bool = False,
     tops: NDArray[np.float64] | None = None,
     surface: NDArray[np.float64] | None = None,
@@ -56,7 +57,8 @@ def check_program(
     above the work and over the keep-out zones. `units` are those of the program, mm or inch: places
     may differ by half of the last decimal. Of a program that is `milled` the rapids down below the surface are left to
     `processes.pocket.proof.pocket`. `tops` has the places and the heights of holes that begin at different ones,
-    float64[n, 3]. `surface` has the triangles of what is not flat, float64[n, 3, 3]: every rapid must be clear of them.
+    float64[n, 3]. `surface` has the triangles of what is not flat, float64[n, 3, 3]: every rapid must be clear of them,
+    and of every move what is above the flutes of its tool, `bodies` (`check_surface`).
     `surface_z` is the height of one that is, mm.
     """
     half = 0.5 * 10.0**-dialect.decimals_mm
@@ -85,7 +87,7 @@ def check_program(
         *(
             []
             if surface is None
-            else check_surface(written, surface, tool_radii, dogleg=machine.rapid_style == "dogleg")
+            else check_surface(written, surface, tool_radii, bodies, dogleg=machine.rapid_style == "dogleg")
         ),
         *check_obstacles(
             written,

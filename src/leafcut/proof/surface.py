@@ -5,7 +5,7 @@ It shares no geometry with what plans how low ways may be (`leafcut.stock.surfac
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,60 +20,108 @@ from leafcut.proof.difference import place, shorten
 
 #: Room for the rounding of written places and heights, mm (0.0001 inch is 0.00254 mm).
 _ROOM = 0.003
-#: So many rapids are looked at together: bounds the memory.
+_MOVES = [int(kind) for kind in (Kind.RAPID, Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)]
+#: So many moves are looked at together: bounds the memory.
 _AT_ONCE = 500
 
 
 def check_surface(
-    path: Toolpath, triangles: NDArray[np.float64], tool_radii: Mapping[int, float], *, dogleg: bool = False
+    path: Toolpath,
+    triangles: NDArray[np.float64],
+    tool_radii: Mapping[int, float],
+    bodies: Mapping[int, Sequence[tuple[float, float]]] | None = None,
+    *,
+    dogleg: bool = False,
 ) -> list[Difference]:
     """Return every rapid that comes into a surface, or nearer above it than `LEAST_CLEARANCE`; nothing when none does.
+
+    And every move, at feed too, on which what is above the flutes of the tool meets the surface.
 
     Parameters
     ----------
     path
         What a program does; drilling cycles are taken as the moves that they make. A rapid straight up or down is in
-        the way of nothing but what stands beside the hole, within the tool's radius; up out of a hole it is free.
+        the way of nothing but what stands beside the hole, within the tool's radius; up out of a hole it is free, and
+        back down as far as a tool as wide has been there at feed.
     triangles
         float64[n, 3, 3], mm.
     tool_radii
         By number, mm.
+    bodies
+        By number what is above the flutes of a tool and wider than it: how far above the tip, and the radius, mm.
     dogleg
         A rapid may go anywhere in the rectangle between its ends.
     """
     path = expand(path)
     before = path.before
     known = np.isfinite(before).all(axis=1) & np.isfinite(path.end).all(axis=1)
-    rises = (path.end[:, :2] == before[:, :2]).all(axis=1) & (path.end[:, 2] >= before[:, 2])
-    rows = np.flatnonzero((path.kind == Kind.RAPID) & known & ~rises)
+    upright = (path.end[:, :2] == before[:, :2]).all(axis=1)
+    rises = upright & (path.end[:, 2] >= before[:, 2])
+    free = rises | _back_in_holes(path, upright & ~rises, tool_radii)
+    rapids = np.flatnonzero((path.kind == Kind.RAPID) & known & ~free)
+    radius = np.array([tool_radii.get(int(tool), 0.0) for tool in path.tool[rapids]])
+    near = f"the tool meets the surface, or comes nearer than {LEAST_CLEARANCE:g} mm above it"
+    wrong = [
+        Difference("rapid into the part", 0, int(path.line[row]), f"{near}; {_from_to(path, before, row)}")
+        for row in _rows_meeting(path, before, rapids, triangles, -LEAST_CLEARANCE, radius, dogleg)
+    ]
+    moves = np.flatnonzero(np.isin(path.kind, _MOVES) & known & ~rises)
+    seen = set[int]()
+    for number, discs in (bodies or {}).items():
+        mine = moves[path.tool[moves] == number]
+        for above, wide in discs:
+            rows = _rows_meeting(path, before, mine, triangles, above, np.full(len(mine), wide), dogleg)
+            seen.update(rows)
+    body = "what is above the flutes of the tool meets the surface"
+    wrong += [
+        Difference("shank or holder in the part", 0, int(path.line[row]), f"{body}; {_from_to(path, before, row)}")
+        for row in sorted(seen)
+    ]
+    return shorten(wrong)
+
+
+def _back_in_holes(path: Toolpath, down: NDArray[np.bool_], tool_radii: Mapping[int, float]) -> NDArray[np.bool_]:
+    """Return which rapids straight down end no lower than a feed before them at the same place, of a tool as wide."""
+    back = np.zeros(len(path.end), dtype=bool)
+    made: dict[tuple[float, float], list[tuple[float, float]]] = {}
+    for row in np.flatnonzero(down & np.isin(path.kind, [int(Kind.RAPID), int(Kind.FEED)])).tolist():
+        x, y, z = path.end[row].tolist()
+        here = made.setdefault((round(x, 3), round(y, 3)), [])
+        radius = tool_radii.get(int(path.tool[row]), 0.0)
+        if path.kind[row] == Kind.FEED:
+            here.append((radius, z))
+        else:
+            back[row] = any(wide >= radius and low <= z + _ROOM for wide, low in here)
+    return back
+
+
+def _from_to(path: Toolpath, before: NDArray[np.float64], row: int) -> str:
+    came, goes = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
+    return f"this move goes from {came} to {goes}"
+
+
+def _rows_meeting(
+    path: Toolpath, before: NDArray[np.float64], rows: NDArray[np.int64], triangles: NDArray[np.float64],
+    above: float, radius: NDArray[np.float64], dogleg: bool,
+) -> list[int]:  # fmt: skip
+    """Return which of some moves have something of a surface higher than so far above the tip, within a radius."""
     if not len(rows):
         return []
-    lowest = np.minimum(before[rows, 2], path.end[rows, 2])
-    high = triangles[triangles[:, :, 2].max(axis=1) > lowest.min() - LEAST_CLEARANCE]
+    lowest = np.minimum(before[rows, 2], path.end[rows, 2]) + above
+    high = triangles[triangles[:, :, 2].max(axis=1) > lowest.min()]
     if not len(high):
         return []
     # Walls stand upright: seen from above they are lines.
     tree = shapely.STRtree(shapely.convex_hull(shapely.multipoints(high[:, :, :2])))
-    radius = np.array([tool_radii.get(int(tool), 0.0) for tool in path.tool[rows]])
-    wrong = []
+    found: list[int] = []
     for first in range(0, len(rows), _AT_ONCE):
         some = slice(first, first + _AT_ONCE)
-        wrong += [
-            first + int(k)
-            for k in _meeting(
-                tree, high, before[rows[some]], path.end[rows[some]], lowest[some] - LEAST_CLEARANCE + _ROOM,
-                np.maximum(radius[some] - _ROOM, 0.0), dogleg,
-            )
-        ]  # fmt: skip
-    found = []
-    for k in wrong:
-        row = int(rows[k])
-        came, goes = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
-        text = f"the tool meets the surface, or comes nearer than {LEAST_CLEARANCE:g} mm above it"
-        found.append(
-            Difference("rapid into the part", 0, int(path.line[row]), f"{text}; this move goes from {came} to {goes}")
-        )
-    return shorten(found)
+        meeting = _meeting(
+            tree, high, before[rows[some]], path.end[rows[some]], lowest[some] + _ROOM,
+            np.maximum(radius[some] - _ROOM, 0.0), dogleg,
+        )  # fmt: skip
+        found += rows[some][meeting].tolist()
+    return found
 
 
 def _meeting(
@@ -87,6 +135,9 @@ def _meeting(
         shapes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
     else:
         shapes = shapely.linestrings(np.stack([begin[:, :2], end[:, :2]], axis=1))
+    # To GEOS a line without length is near to nothing.
+    still = (begin[:, :2] == end[:, :2]).all(axis=1)
+    shapes[still] = shapely.points(end[still, :2])
     move, which = tree.query(shapes, predicate="dwithin", distance=radius)
     tops, bottoms = triangles[which, :, 2].max(axis=1), triangles[which, :, 2].min(axis=1)
     above = tops > height[move]

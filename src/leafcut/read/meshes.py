@@ -15,8 +15,8 @@ import numpy as np
 from leafcut.errors import OptionError, ReadError, parsing
 from leafcut.model.mesh import Mesh
 from leafcut.read.format import Match
+from leafcut.read.step import CHOOSE, WhichSolid, sniff, step_mesh
 from leafcut.read.step import LARGEST as LARGEST_STEP
-from leafcut.read.step import sniff, step_mesh
 
 #: More triangles than this are refused: 72 bytes each, and some more while they are read.
 MOST_TRIANGLES = 2_000_000
@@ -33,7 +33,7 @@ _VERTEX = re.compile(rb"vertex\s+(\S{1,40})\s+(\S{1,40})\s+(\S{1,40})", re.IGNOR
 UNITS = {"mm": 1.0, "in": 25.4, "cm": 10.0, "m": 1000.0}
 
 
-def load_mesh(path: str | Path, unit: str = "mm", mend: str = "") -> Mesh:
+def load_mesh(path: str | Path, unit: str = "mm", mend: str = "", which: WhichSolid = None) -> Mesh:
     """Return the mesh of a file.
 
     Parameters
@@ -42,6 +42,8 @@ def load_mesh(path: str | Path, unit: str = "mm", mend: str = "") -> Mesh:
         Of the numbers of an STL file, one of `UNITS`; STEP says its own.
     mend
         What to do about a part of a size that none has; else to say its unit is proposed.
+    which
+        Of several solids of a STEP file: the number of one, or all of them.
 
     Raises
     ------
@@ -55,11 +57,14 @@ def load_mesh(path: str | Path, unit: str = "mm", mend: str = "") -> Mesh:
         size = file.stat().st_size
     except OSError as problem:
         raise ReadError(file, f"cannot be read ({problem.strerror})") from None
+    mend_several = "save the one that counts alone" if mend else CHOOSE
     if sniff(head) == Match.YES:
         if unit != "mm":
             raise OptionError("--surface-unit: a STEP file says its own unit; leave it out")
-        triangles = step_mesh(str(file), _step_bytes(file, size))
+        triangles = step_mesh(str(file), _step_bytes(file, size), which, mend_several)
     else:
+        if which not in (None, "all"):
+            raise OptionError("--solid: STL has no solids, a STEP file has; leave it out")
         triangles = _stl(file, head, size) * UNITS[unit]
     return _checked(triangles, file, mend or f"say its unit (--surface-unit {', '.join(UNITS)})")
 

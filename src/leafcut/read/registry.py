@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import ReadError, parsing
+from leafcut.errors import OptionError, ReadError, parsing
 from leafcut.files import StandardInput
 from leafcut.model import Part
 from leafcut.model.heartbeat import Heartbeat, unseen
@@ -127,6 +127,10 @@ def run(format_: Format, source: Source, options: ReadOptions) -> Part:
     ------
     ReadError
         The file cannot be read; also for everything that a parser from elsewhere raises.
+    OptionError
+        A solid is chosen, and the format has none.
     """
+    if options.solid is not None and format_.name != step.FORMAT.name:
+        raise OptionError(f"--solid: {format_.name} has no solids, a STEP file has; leave it out")
     with parsing(source.path, f"could not be read as {format_.name}"):
         return format_.read(source, options)

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +22,16 @@ from leafcut.model.pocket import Pocket
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.filter_holes import sift
 from leafcut.read.format import Format, Match, Source
+from leafcut.read.step_shapes import ONLY
 
 #: Files larger than this are refused: OpenCASCADE takes some twenty times as much memory.
 LARGEST = 100 * 1024 * 1024
 #: The process gets so much memory and time: what needs more is refused, bytes and s.
 MEMORY, SECONDS = 8 * 1024**3, 300
+#: The solid of a file: a number, all of them, or None for its only one.
+WhichSolid = int | Literal["all"] | None
+#: What to do about several solids.
+CHOOSE = "choose one with --solid"
 #: More triangles than this are not taken.
 MOST_TRIANGLES = 2_000_000
 
@@ -42,12 +47,12 @@ def read_step(source: Source, options: ReadOptions) -> Part:
     Raises
     ------
     ReadError
-        The file is damaged, or is no single solid.
+        The file is damaged, has no solid, or has several and `options.solid` chooses none.
     OptionError
         OpenCASCADE is not installed, or a unit is given: the file says its own.
     """
     _check_units(options)
-    told = _solid(source.path, source.data, "holes")[0]
+    told = _solid(source.path, source.data, "holes", options.solid)[0]
     holes = tuple(
         Hole(
             round(one["x"], 6), round(one["y"], 6), round(one["diameter"], 6), z=round(one["top"], 6),
@@ -79,7 +84,7 @@ def read_pockets_of_step(
     _check_units(options)
     if options.layers or drawing.pocket_layers or drawing.island_layers:
         raise OptionError("--layers, --pocket-layers, --island-layers: a STEP file has no layers; leave them out")
-    told = _solid(source.path, source.data, "pockets")[0]
+    told = _solid(source.path, source.data, "pockets", options.solid)[0]
     issues, found = _issues_of_pockets(told), told["pockets"]
     if not found:
         reasons = "; ".join(issue.message for issue in issues) or "its level faces are all at the top"
@@ -106,7 +111,7 @@ def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
     _check_units(options)
     if options.layers:
         raise OptionError("--layers: a STEP file has no layers; leave it out")
-    told = _solid(source.path, source.data, "outlines")[0]
+    told = _solid(source.path, source.data, "outlines", options.solid)[0]
     words = "the sheet has pockets, steps or chamfers besides its outlines: they are not cut"
     issues = (Issue("L219", words, severity=Severity.MISSING),) if told["uneven"] else ()
     contours = tuple(Contour(Polyline(np.array(row), True), z=0.0) for row in told["outlines"])
@@ -123,15 +128,22 @@ def _turned(vertices: list[list[float]], clockwise: bool) -> Polyline:
     return path.reversed() if (path.area < 0.0) != clockwise else path
 
 
-def step_mesh(path: str, data: bytes) -> NDArray[np.float64]:
+def step_mesh(path: str, data: bytes, which: WhichSolid = None, choose: str = CHOOSE) -> NDArray[np.float64]:
     """Return the surface of a solid as triangles, float64[n, 3, 3], mm; they leave it by 0.05 mm at most.
+
+    Parameters
+    ----------
+    which
+        Of several solids: the number of one, or all of them.
+    choose
+        What to do where there are several and none is chosen.
 
     Raises
     ------
     ReadError, OptionError
         As `read_step`.
     """
-    return _solid(path, data, "holes")[1]
+    return _solid(path, data, "mesh", which, choose)[1]
 
 
 def _issues(told: dict[str, Any]) -> list[Issue]:
@@ -221,8 +233,10 @@ def _issues_of_pockets(told: dict[str, Any]) -> list[Issue]:
     return issues
 
 
-def _solid(path: str, data: bytes, what: str) -> tuple[dict[str, Any], NDArray[np.float64]]:
-    """Return what the process tells of the holes, pockets or outlines of a file, and its triangles."""
+def _solid(
+    path: str, data: bytes, what: str, which: WhichSolid, choose: str = CHOOSE
+) -> tuple[dict[str, Any], NDArray[np.float64]]:
+    """Return what the process tells of the holes, pockets or outlines of a solid, and its triangles."""
     if importlib.util.find_spec("OCP") is None:
         raise OptionError("reading STEP needs OpenCASCADE: pip install 'leafcut[step]'")
     if len(data) > LARGEST:
@@ -242,6 +256,7 @@ def _solid(path: str, data: bytes, what: str) -> tuple[dict[str, Any], NDArray[n
             str(out),
             str(MOST_TRIANGLES),
             what,
+            str(which or ONLY),
         ]
         try:
             done = subprocess.run(
@@ -255,7 +270,7 @@ def _solid(path: str, data: bytes, what: str) -> tuple[dict[str, Any], NDArray[n
         with np.load(out) as found:
             told, triangles = json.loads(str(found["told"])), found["triangles"]
     if "problem" in told:
-        raise ReadError(path, told["problem"])
+        raise ReadError(path, f"{told['problem']}; {choose}" if "several" in told else told["problem"])
     return told, triangles
 
 

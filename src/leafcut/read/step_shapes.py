@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+#: Which solid is read: the only one that there is, or all of them; else a number.
+ONLY, ALL = "only", "all"
 #: Directions that differ by less are one.
 PARALLEL = 1e-6
 

@@ -1,6 +1,6 @@
 """What a STEP file holds, found by OpenCASCADE in a process of its own: holes, other sides, and triangles.
 
-    python -m leafcut.read.step_solid FILE OUT.npz MOST_TRIANGLES holes|pockets|outlines
+    python -m leafcut.read.step_solid FILE OUT.npz MOST_TRIANGLES holes|pockets|outlines|mesh only|all|NUMBER
 
 A damaged file can end OpenCASCADE, or fill the memory: that ends this process alone. It writes nothing but OUT.npz,
 whose `told` is JSON: what is wrong, or the holes, the pockets or the outlines.
@@ -20,12 +20,14 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.model.part import HoleStep
-from leafcut.read.step_shapes import PARALLEL, face_of, part_above, parts_of, triangles_of
+from leafcut.read.step_shapes import ALL, ONLY, PARALLEL, face_of, part_above, parts_of, triangles_of
 
 #: Triangles leave the solid by at most this, mm, and by this angle, rad.
 DEFLECTION, ANGLE = 0.05, 0.3
 #: Lengths that differ by less are one, mm.
 SAME = 1e-3
+#: So many solids of a file are listed.
+MOST_NAMED = 8
 #: A round wall that misses no more than this of a full turn is a whole one, degrees.
 WHOLE = 1
 
@@ -203,13 +205,13 @@ def meets_disc(surface: Surface, x: float, y: float, radius: float, low: float, 
 
 def main(arguments: list[str]) -> int:
     """Read a file and write what it holds."""
-    file, out, most, what = arguments[0], arguments[1], int(arguments[2]), arguments[3]
-    told, triangles = _found(file, most, what)
+    file, out, most, what, which = arguments[0], arguments[1], int(arguments[2]), arguments[3], arguments[4]
+    told, triangles = _found(file, most, what, which)
     np.savez(out, told=np.array(json.dumps(told)), triangles=triangles)
     return 0
 
 
-def _found(file: str, most: int, what: str) -> tuple[dict[str, Any], NDArray[np.float64]]:
+def _found(file: str, most: int, what: str, which: str) -> tuple[dict[str, Any], NDArray[np.float64]]:
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
     from OCP.IFSelect import IFSelect_RetDone
     from OCP.STEPControl import STEPControl_Reader
@@ -223,15 +225,22 @@ def _found(file: str, most: int, what: str) -> tuple[dict[str, Any], NDArray[np.
     if not reader.NbShapes():
         return {"problem": "the STEP file has no solid"}, none
     shape = reader.OneShape()
-    solids = len(list(parts_of(shape, TopAbs_SOLID)))
-    if solids != 1:
-        found = "no solid" if not solids else f"{solids} solids; export one part alone"
-        return {"problem": f"the STEP file has {found}"}, none
+    solids = list(parts_of(shape, TopAbs_SOLID))
+    if not solids:
+        return {"problem": "the STEP file has no solid"}, none
+    if which not in (ONLY, ALL) and int(which) > len(solids):
+        return {"problem": f"--solid {which}: the STEP file has {_several(solids)}"}, none
+    if which == ONLY and len(solids) > 1:
+        return {"problem": f"the STEP file has {_several(solids)}", "several": True}, none
+    if which != ALL:
+        shape = solids[0 if which == ONLY else int(which) - 1]
     BRepMesh_IncrementalMesh(shape, DEFLECTION, False, ANGLE, False)
     faces = [face_of(one) for one in parts_of(shape, TopAbs_FACE)]
     triangles = _triangles(faces)
     if len(triangles) > most:
         return {"problem": f"the solid has {len(triangles):,} triangles; at most {most:,} are taken"}, none
+    if what == "mesh":
+        return {}, triangles
     if what == "holes":
         return _told_of_holes(shape, triangles), triangles
     from leafcut.read.step_sections import outlines_of, pockets_of
@@ -243,6 +252,27 @@ def _found(file: str, most: int, what: str) -> tuple[dict[str, Any], NDArray[np.
         return not _meets(shape, x, y, z + DEFLECTION, float(triangles[:, :, 2].max()) + 1.0)
 
     return pockets_of(shape, triangles, faces, seen), triangles
+
+
+def _several(solids: Sequence[Any]) -> str:
+    """Return how many solids there are, with the size and the lower corner of the box around each."""
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRepBndLib import BRepBndLib
+
+    words = []
+    for number, solid in enumerate(solids[:MOST_NAMED], 1):
+        box = Bnd_Box()
+        BRepBndLib.AddOptimal_s(solid, box, False, False)
+        low, high = box.CornerMin(), box.CornerMax()
+        size = " × ".join(f"{b - a:.4g}" for a, b in zip(_xyz(low), _xyz(high), strict=True))
+        x, y, z = (round(value, 3) + 0.0 for value in _xyz(low))
+        words.append(f"{number}: {size} mm at {x:g}, {y:g}, Z{z:g}")
+    more = f"; and {len(solids) - MOST_NAMED} more" if len(solids) > MOST_NAMED else ""
+    return f"{len(solids)} solid{'s' if len(solids) > 1 else ''} ({'; '.join(words)}{more})"
+
+
+def _xyz(point: Any) -> tuple[float, float, float]:
+    return point.X(), point.Y(), point.Z()
 
 
 def _told_of_holes(shape: Any, triangles: NDArray[np.float64]) -> dict[str, Any]:

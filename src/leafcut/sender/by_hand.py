@@ -14,11 +14,11 @@ import numpy as np
 from leafcut.errors import OptionError, SendError
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind
-from leafcut.sender.answers import Contact
+from leafcut.sender.answers import Report, place_in
 from leafcut.sender.checking import machine_places
-from leafcut.sender.conversation import Conversation
 from leafcut.sender.explained import error_in_words
 from leafcut.sender.facts import Facts
+from leafcut.sender.grbl import ALARM_SECONDS, GrblConversation
 from leafcut.sender.job import SendJob
 from leafcut.sender.resuming import number_in_mm
 
@@ -49,7 +49,7 @@ def jog_line(moves: dict[str, float], feed: float, *, machine: bool = False) -> 
     return f"$J={'G53' if machine else 'G91'}G21{''.join(words)}F{number_in_mm(feed)}"
 
 
-def jog(talk: Conversation, moves: dict[str, float], feed: float) -> None:
+def jog(talk: GrblConversation, moves: dict[str, float], feed: float) -> None:
     """Move by lengths, axis → mm, at a feed, mm/min; return when the controller has taken it.
 
     Raises
@@ -68,7 +68,7 @@ def check_jog(facts: Facts, place: XYZ | None, moves: dict[str, float]) -> None:
     SendError
         As the controller would say it.
     """
-    if place is None or not facts.homing:
+    if place is None or not facts.knows_place:
         return
     low, high = facts.travel()
     for axis, move in moves.items():
@@ -78,12 +78,12 @@ def check_jog(facts: Facts, place: XYZ | None, moves: dict[str, float]) -> None:
             raise SendError(f"{axis} goes from {low[k]:g} to {high[k]:g} mm: {error_in_words(15)}")
 
 
-def cancel_jog(talk: Conversation) -> None:
+def cancel_jog(talk: GrblConversation) -> None:
     """End a jog."""
     talk.write(JOG_CANCEL)
 
 
-def probe_z(talk: Conversation, facts: Facts, plate: float, feed: float, travel: float) -> None:
+def probe_z(talk: GrblConversation, facts: Facts, plate: float, feed: float, travel: float) -> None:
     """Go down onto a plate until the probe closes, make its lower side Z0, and rise off it.
 
     Parameters
@@ -104,7 +104,7 @@ def probe_z(talk: Conversation, facts: Facts, plate: float, feed: float, travel:
         raise OptionError("the probe needs a feed and a limit of its way above 0")
     place = facts.machine_place(talk.fresh_status())
     lowest = facts.travel()[0][2]
-    if facts.homing and place is not None and place[2] - travel < lowest - _ROOM:
+    if facts.knows_place and place is not None and place[2] - travel < lowest - _ROOM:
         raise SendError(
             f"the probe may go down {max(place[2] - lowest, 0.0):.3f} mm here, then the machine's travel ends; "
             f"its limit is {travel:g} mm"
@@ -112,16 +112,18 @@ def probe_z(talk: Conversation, facts: Facts, plate: float, feed: float, travel:
     try:
         answers = talk.ask(f"G91G21G38.2Z{number_in_mm(-travel)}F{number_in_mm(feed)}", _PROBE_SECONDS)
     except SendError:
-        talk.hear_alarm()
+        talk.hear_out(ALARM_SECONDS)
         raise
     talk.ask("G90")
-    contact = next((one for one in answers if isinstance(one, Contact)), None)
+    said = next((one.text for one in answers if isinstance(one, Report) and one.name == "PRB"), "")
+    place_said, _, touched = said.partition(":")
+    contact = place_in(place_said)
     now = facts.machine_place(talk.fresh_status())
-    if contact is None or not contact.touched or now is None:
+    if contact is None or touched.strip() != "1" or now is None:
         raise SendError("the controller does not say where the probe touched")
     # It has come to rest a little below the place where it was closed.
     talk.ask("G54")
-    talk.ask(f"G10 L20 P1 Z{number_in_mm(plate + now[2] - contact.place[2] * facts.unit)}")
+    talk.ask(f"G10 L20 P1 Z{number_in_mm(plate + now[2] - contact[2] * facts.unit)}")
     talk.ask(jog_line({"Z": _BACK}, max(feed, 100.0)))
 
 
@@ -160,7 +162,7 @@ def frame_of(job: SendJob, facts: Facts) -> FrameBox:
     # A laser that never moves Z is framed where it stands.
     top = max([place[2], *heights.tolist()])
     made = FrameBox((float(low[0]), float(low[1])), (float(high[0]), float(high[1])), float(top))
-    if facts.homing:
+    if facts.knows_place:
         _check_frame(made, facts)
     return made
 
@@ -173,7 +175,8 @@ def _check_frame(frame: FrameBox, facts: Facts) -> None:
             if not low[axis] - _ROOM <= value <= high[axis] + _ROOM:
                 raise SendError(
                     f"the frame goes to {_AXES[axis]} {value:.3f} mm in machine coordinates, outside the travel of "
-                    f"{low[axis]:g} to {high[axis]:g} mm (${130 + axis}); set the work zero anew, or move the part"
+                    f"{low[axis]:g} to {high[axis]:g} mm ({facts.names.travel[axis]}); "
+                    "set the work zero anew, or move the part"
                 )
 
 

@@ -11,6 +11,7 @@ from leafcut.geometry.arrays import Floats
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import MOTIONS, Kind, Toolpath, arc_extremes
+from leafcut.sender.conversation import LOCKED
 from leafcut.sender.explained import state_in_words
 from leafcut.sender.facts import Facts
 from leafcut.sender.job import SendJob
@@ -19,11 +20,12 @@ from leafcut.sender.job import SendJob
 _ROOM = 0.005
 #: Speeds and travels that differ by more are told.
 _APART = 0.01
-#: Is told of a controller whose soft limits are off.
-SOFT_LIMITS_OFF = "soft limits are off ($20=0): the controller itself stops at no limit"
 
 
-def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False) -> None:
+_UNSURE = "the controller does not say whether it was homed, and does not wait for that"
+
+
+def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family: str = "") -> None:
     """Refuse a machine that is not at rest, or does not know where it is.
 
     Parameters
@@ -32,26 +34,33 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False) -> None
         A person has said that its place is right although it was not homed.
     restarted
         The board has just started, so that without homing its place cannot be right.
+    family
+        The firmware, by whose list an alarm is explained.
 
     Raises
     ------
     SendError
         Says what it does, and what to do.
     """
-    state = facts.status.state
-    if state == "Alarm":
+    does = state_in_words(facts.status, family)
+    if facts.status.state == "Alarm":
         how = "home it with --home" if facts.homing else "free it with --unlock"
-        raise SendError(f"the machine is {state_in_words(state)}; {how}")
-    if state != "Idle":
-        raise SendError(f"the machine is {state_in_words(state)}; wait until it stands, or reset it with --unlock")
+        raise SendError(f"the machine is {does}; {how}")
+    if facts.status.state in LOCKED:
+        raise SendError(f"the machine is {does}")
+    if facts.status.state != "Idle":
+        raise SendError(f"the machine is {does}; wait until it stands, or reset it with --unlock")
     if facts.status.pins and set(facts.status.pins) & set("XYZ"):
         raise SendError(f"a limit switch is pressed ({facts.status.pins}); move the machine away from it")
     if not facts.homing and not unhomed:
         raise SendError(
-            "homing is off ($22=0): the machine does not know where it is, and nothing keeps it inside its travel; "
-            "set its zero by hand and add --unhomed, or turn homing on"
+            f"homing is off ({facts.names.homing}): the machine does not know where it is, and nothing keeps it inside "
+            "its travel; set its zero by hand and add --unhomed, or turn homing on"
         )
-    if not facts.homing and restarted:
+    if facts.homing and not facts.homed and not unhomed:
+        says = "the controller says that it was not homed" if facts.homed is False else _UNSURE
+        raise SendError(f"{says}: add --home; or set its zero by hand and add --unhomed")
+    if not facts.knows_place and restarted:
         raise SendError(
             "the board started anew when its port was opened, and has forgotten where it was: bring the tool to the "
             "program's zero by hand, and add --zero-here"
@@ -67,10 +76,19 @@ def check_program(job: SendJob, facts: Facts, *, unhomed: bool, accept: Collecti
         Says what does not fit, with its line.
     """
     if job.laser != facts.laser_mode:
-        mode, other = ("off ($32=0)", "laser") if job.laser else ("on ($32=1)", "spindle")
-        raise SendError(f"laser mode is {mode}, but the program is for a {other}; set $32, or name the right --machine")
+        name = facts.names.laser
+        mode, other = (f"off ({name}=0)", "laser") if job.laser else (f"on ({name}=1)", "spindle")
+        raise SendError(
+            f"laser mode is {mode}, but the program is for a {other}; set {name}, or name the right --machine"
+        )
+    arcs = np.flatnonzero(np.isin(job.program.path.kind, (Kind.ARC_CW, Kind.ARC_CCW)))
+    if len(arcs) and not facts.arcs:
+        line = int(job.program.path.line[arcs[0]])
+        raise SendError(
+            f"the firmware has no arcs (ARC_SUPPORT), and line {line} is one; post the program without arcs"
+        )
     _check_speeds(job, facts)
-    _check_travel(job, facts, unhomed=unhomed and not facts.homing)
+    _check_travel(job, facts, unhomed=unhomed and not facts.knows_place)
     if "L805" not in accept:
         _check_start(job, facts)
     return _differences(job, facts)
@@ -81,9 +99,8 @@ def _check_speeds(job: SendJob, facts: Facts) -> None:
     rows = np.flatnonzero((path.kind == Kind.SPINDLE) & (np.abs(path.value) > facts.fastest + 0.5))
     if len(rows):
         row = int(rows[0])
-        what = (
-            f"S{abs(path.value[row]):g} in line {int(path.line[row])} is above the controller's $30={facts.fastest:g}"
-        )
+        limit = f"{facts.names.fastest}={facts.fastest:g}"
+        what = f"S{abs(path.value[row]):g} in line {int(path.line[row])} is above the controller's {limit}"
         raise SendError(f"{what}; is this the program of another machine?")
 
 
@@ -138,7 +155,8 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
             if most - least > high[axis] - low[axis] + _ROOM:
                 raise SendError(
                     f"the program needs {most - least:.3f} mm in {name}, but the machine's travel is "
-                    f"{high[axis] - low[axis]:.3f} mm (${130 + axis}); is this the program of another machine?"
+                    f"{high[axis] - low[axis]:.3f} mm ({facts.names.travel[axis]}); is this the "
+                    "program of another machine?"
                 )
             continue
         outside = known & ((values < low[axis] - _ROOM) | (values > high[axis] + _ROOM))
@@ -146,9 +164,9 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
             first = np.flatnonzero(outside)[np.argmin(lines[outside])]
             zero = facts.origin(540)[axis]
             raise SendError(
-                f"line {int(lines[first])} goes to {name} {values[first]:.3f} mm in machine coordinates, outside the "
-                f"travel of {low[axis]:g} to {high[axis]:g} mm (${130 + axis}); the work zero is at {zero:.3f}: set "
-                "it anew, or move the part"
+                f"line {int(lines[first])} goes to {name} {values[first]:.3f} mm in {facts.names.coordinates}, outside "
+                f"the travel of {low[axis]:g} to {high[axis]:g} mm ({facts.names.travel[axis]}); the work zero is at "
+                f"{zero:.3f}: set it anew, or move the part"
             )
 
 
@@ -176,10 +194,11 @@ def _differences(job: SendJob, facts: Facts) -> list[Issue]:
     """Return in what the machine's profile is not this controller."""
     mine, its = job.machine, facts.timed(job.machine)
     low, high = facts.travel()
-    pairs = [(mine.rapid_velocity[k] * 60.0, its.rapid_velocity[k] * 60.0, 110 + k) for k in range(3)]
-    pairs += [(mine.acceleration[k], its.acceleration[k], 120 + k) for k in range(3)]
-    pairs += [(mine.reach(k), high[k] - low[k], 130 + k) for k in range(3) if np.isfinite(mine.reach(k))]
-    wrong = [f"${number}={has:g} ({said:g})" for said, has, number in pairs if abs(has - said) > _APART * said]
+    names = facts.names
+    pairs = [(mine.rapid_velocity[k] * 60.0, its.rapid_velocity[k] * 60.0, names.rates[k]) for k in range(3)]
+    pairs += [(mine.acceleration[k], its.acceleration[k], names.accelerations[k]) for k in range(3)]
+    pairs += [(mine.reach(k), high[k] - low[k], names.travel[k]) for k in range(3) if np.isfinite(mine.reach(k))]
+    wrong = [f"{name}={has:g} ({said:g})" for said, has, name in pairs if abs(has - said) > _APART * said]
     if not wrong:
         return []
     message = (

@@ -1,4 +1,4 @@
-"""Character counting: the controller's buffer is kept full, and never given a byte more than it holds.
+"""Counting: the controller's buffer is kept full, and never given a byte, or a line, more than it holds.
 
 A controller answers each line once, in order, when it has taken it out of its buffer. So the lines without an answer
 are all that can be in there. Source: gnea/grbl wiki, "Grbl v1.1 Interface", streaming protocol: character-counting.
@@ -33,17 +33,18 @@ class SentLine:
 class CharacterCounter:
     """The lines that are on their way: sent, and not answered yet."""
 
-    def __init__(self, buffer: int = GRBL_BUFFER) -> None:
-        self.capacity = min(buffer - SPARED, MOST_AHEAD)
+    def __init__(self, buffer: int = GRBL_BUFFER, most_lines: int | None = None) -> None:
+        self.capacity, self.most_lines = min(buffer - SPARED, MOST_AHEAD), most_lines
         self.waiting: deque[SentLine] = deque()
         self.bytes = 0
 
     def fits(self, line: SentLine) -> bool:
         """Return whether the buffer has room for a line now."""
-        return self.bytes + len(line.data) <= self.capacity
+        full = self.most_lines is not None and len(self.waiting) >= self.most_lines
+        return not full and self.bytes + len(line.data) <= self.capacity
 
-    def send(self, line: SentLine) -> bytes:
-        """Return the bytes of a line to send, and wait for its answer.
+    def send(self, line: SentLine) -> None:
+        """Wait for the answer to a line.
 
         Raises
         ------
@@ -54,7 +55,6 @@ class CharacterCounter:
             raise ValueError(f"a line of {len(line.data)} bytes does not fit beside {self.bytes} of {self.capacity}")
         self.waiting.append(line)
         self.bytes += len(line.data)
-        return line.data
 
     def answered(self) -> SentLine | None:
         """Return the line that an answer is for, the oldest; None where no line waits for one."""

@@ -7,6 +7,8 @@ Error.cpp and ExecAlarm of Protocol.h.
 
 from __future__ import annotations
 
+from leafcut.sender.answers import Status
+
 _ERRORS = {
     1: "a word does not begin with a letter",
     2: "a number is missing or cannot be read",
@@ -190,6 +192,10 @@ _STATES = {
     "Door": "stopped by its safety door",
     "Sleep": "asleep",
     "Tool": "waiting for a tool change",
+    "Stopped": "stopped short, and may have lost steps",
+    # FluidNC, Types.h: `State`. Most versions say Alarm of both.
+    "ConfigAlarm": "locked, as its configuration is wrong: see what it says when it starts",
+    "Critical": "locked by something critical: look at its switches, and reset it",
 }
 
 
@@ -213,6 +219,9 @@ def _meaning(code: int, own: dict[int, str], common: dict[int, str], family: str
     return own.get(code, common.get(code, unknown))
 
 
-def state_in_words(state: str) -> str:
-    """Return what a machine in this state does."""
-    return _STATES.get(state, f"in the state '{state}'")
+def state_in_words(status: Status, family: str = "") -> str:
+    """Return what a machine does; of grblHAL, which says so in its status, by which alarm it is locked."""
+    words = _STATES.get(status.state, f"in the state '{status.state}'")
+    if status.state == "Alarm" and status.detail:
+        return f"{words} ({alarm_in_words(status.detail, family)})"
+    return words

@@ -1,98 +1,133 @@
-"""What a controller says of itself before anything is sent: settings, origins, modes, place."""
+"""What a controller says of itself before anything is sent: settings, origins, modes, place, whatever its firmware."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from leafcut.errors import SendError
 from leafcut.model.machine import XYZ, Machine
-from leafcut.sender.answers import Abilities, Build, ControllerAnswer, Modes, Place, Status, StoredSetting
-from leafcut.units import MM_PER_INCH
+from leafcut.sender.answers import Status
 
-#: Settings by what they say. Source: gnea/grbl wiki, "Grbl v1.1 Configuration".
-_LOCK, _REPORT, _DEVIATION, _ARC_TOLERANCE, _INCHES = 1, 10, 11, 12, 13
-_SOFT_LIMITS, _HOMING, _HOME_TO_MIN, _PULL_OFF, _FASTEST, _LASER = 20, 22, 23, 27, 30, 32
-_STEPS, _RATES, _ACCELERATIONS, _TRAVELS = 100, 110, 120, 130
-#: `$1` of motors that stay on.
-_ALWAYS_ON = 255
 _ZERO: XYZ = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
-class Facts:
-    """What a controller said: lengths in mm, whatever ``$13`` is.
+class SettingNames:
+    """How a controller calls what it is set to, and what its places are counted in, for messages."""
+
+    homing: str
+    soft_limits: str
+    travel: tuple[str, str, str]
+    rates: tuple[str, str, str]
+    accelerations: tuple[str, str, str]
+    fastest: str = ""
+    laser: str = ""
+    coordinates: str = "machine coordinates"
+
+
+@dataclass(frozen=True)
+class Clock:
+    """What the time of a program goes by on a board; None where it does not say it.
 
     Attributes
     ----------
-    version, letters, buffer
-        Of the firmware; what it was built with; bytes of its buffer.
-    settings
-        The answer to ``$$``: number → text.
-    places
-        The answer to ``$#``: name → x, y, z in mm.
-    modes
-        The words that are active.
+    rates, accelerations
+        Of each axis, mm/s and mm/s².
+    steps
+        Steps in a millimetre.
+    deviation, arc_tolerance
+        Of corners and of arcs, mm.
+    motor_lock_s
+        How long motors are held before they are let go, s.
+    """
+
+    rates: XYZ | None = None
+    accelerations: XYZ | None = None
+    steps: XYZ | None = None
+    deviation: float | None = None
+    arc_tolerance: float | None = None
+    motor_lock_s: float | None = None
+
+    def timed(self, machine: Machine) -> Machine:
+        """Return a machine with all that is said here."""
+        return replace(
+            machine,
+            rapid_velocity=self.rates or machine.rapid_velocity,
+            acceleration=self.accelerations or machine.acceleration,
+            steps_per_mm=self.steps or machine.steps_per_mm,
+            corner_deviation=machine.corner_deviation if self.deviation is None else self.deviation,
+            arc_tolerance=machine.arc_tolerance if self.arc_tolerance is None else self.arc_tolerance,
+            motor_lock_s=machine.motor_lock_s if self.motor_lock_s is None else self.motor_lock_s,
+        )
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What a controller said: lengths in mm, whatever units it reports in.
+
+    Attributes
+    ----------
+    version, buffer
+        Of the firmware; bytes of its buffer.
     status
         What it did when it was asked last.
+    low, high
+        The lowest and the highest machine coordinates, mm; -inf and inf where it does not say.
+    names
+        How it calls its settings.
+    unit
+        Millimetres in one unit of its reports.
+    homing, homed
+        Whether it can be homed, so that its machine coordinates mean something; whether it was, None where it cannot be
+        asked.
+    soft_limits
+        Whether it keeps to its travel by itself.
+    laser_mode, fastest
+        Whether laser mode is on; the speed of the spindle, or the power of the laser, at most.
+    arcs
+        Whether it has G2 and G3.
+    clock
+        What times go by.
+    places
+        Origins by name, ``G54``, ``G28``, ``G92``, ``TLO``: x, y, z in mm.
+    modes
+        The words that are active.
     """
 
     version: str
-    letters: str
     buffer: int
-    settings: dict[int, str]
-    places: dict[str, XYZ]
-    modes: tuple[str, ...]
     status: Status
-
-    def number(self, setting: int, default: float = 0.0) -> float:
-        """Return a setting as a number; `default` where the controller has none."""
-        text = self.settings.get(setting, "")
-        try:
-            return float(text) if text else default
-        except ValueError:
-            raise SendError(
-                f"the controller says ${setting}={text}, which is no number; look at its settings"
-            ) from None
-
-    @property
-    def unit(self) -> float:
-        """Millimetres in one unit of its reports."""
-        return MM_PER_INCH if self.number(_INCHES) else 1.0
+    low: XYZ
+    high: XYZ
+    names: SettingNames
+    unit: float = 1.0
+    homing: bool = True
+    homed: bool | None = True
+    soft_limits: bool = True
+    laser_mode: bool = False
+    fastest: float = float("inf")
+    arcs: bool = True
+    clock: Clock = Clock()
+    places: dict[str, XYZ] = field(default_factory=dict)
+    modes: tuple[str, ...] = ()
 
     @property
-    def laser_mode(self) -> bool:
-        """Whether laser mode is on."""
-        return self.number(_LASER) == 1.0
+    def knows_place(self) -> bool:
+        """Whether its machine coordinates are those of the machine: it was homed."""
+        return self.homing and self.homed is True
 
     @property
-    def homing(self) -> bool:
-        """Whether it can be homed, so that its machine coordinates mean something."""
-        return int(self.number(_HOMING)) & 1 == 1
-
-    @property
-    def soft_limits(self) -> bool:
-        """Whether it keeps to its travel by itself."""
-        return self.number(_SOFT_LIMITS) >= 1.0
-
-    @property
-    def fastest(self) -> float:
-        """The speed of the spindle, or the power of the laser, at most."""
-        return self.number(_FASTEST, 1000.0)
+    def soft_limits_off(self) -> str:
+        """What is told where its soft limits are off; empty where they are on."""
+        return (
+            ""
+            if self.soft_limits
+            else f"soft limits are off ({self.names.soft_limits}): the controller itself stops at no limit"
+        )
 
     def travel(self) -> tuple[XYZ, XYZ]:
-        """Return the lowest and the highest machine coordinates, mm; -inf and inf where there is no setting.
-
-        Source: gnea/grbl 1.1, system.c, `system_check_travel_limits`.
-        """
-        low, high = [], []
-        to_min = int(self.number(_HOME_TO_MIN))
-        for axis in range(3):
-            length = self.number(_TRAVELS + axis, math.inf)
-            up = "Z" in self.letters and to_min >> axis & 1
-            low.append(0.0 if up else -length)
-            high.append(length if up else 0.0)
-        return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+        """Return the lowest and the highest machine coordinates, mm."""
+        return self.low, self.high
 
     def origin(self, frame: int) -> XYZ:
         """Return the zero of a work offset (540 for G54) in machine coordinates, mm, G92 and tool length included."""
@@ -109,71 +144,41 @@ class Facts:
         """Return where the machine is, in machine coordinates, mm; None where it does not say."""
         status = status or self.status
         if status.machine is not None:
-            return _scaled(status.machine, self.unit)
+            return scaled(status.machine, self.unit)
         if status.work is None:
             return None
-        x, y, z = _scaled(status.work, self.unit)
-        zero = self.origin(self.frame) if status.offset is None else _scaled(status.offset, self.unit)
+        x, y, z = scaled(status.work, self.unit)
+        zero = self.origin(self.frame) if status.offset is None else scaled(status.offset, self.unit)
         return (x + zero[0], y + zero[1], z + zero[2])
 
     def work_place(self, status: Status, offset: XYZ | None) -> XYZ | None:
         """Return where the machine is in work coordinates, mm; `offset` is what it said of that last, in its units."""
         if status.work is not None:
-            return _scaled(status.work, self.unit)
+            return scaled(status.work, self.unit)
         place = self.machine_place(status)
         if place is None:
             return None
-        zero = self.origin(self.frame) if offset is None else _scaled(offset, self.unit)
+        zero = self.origin(self.frame) if offset is None else scaled(offset, self.unit)
         return (place[0] - zero[0], place[1] - zero[1], place[2] - zero[2])
 
     def timed(self, machine: Machine) -> Machine:
         """Return a machine with the speeds, accelerations and all else that this board's clock goes by."""
-        given = self.settings
-        rates = self._axes(_RATES, machine.rapid_velocity, 1.0 / 60.0)
-        lock = self.number(_LOCK, 1000.0 * machine.motor_lock_s)
-        return replace(
-            machine,
-            rapid_velocity=rates,
-            acceleration=self._axes(_ACCELERATIONS, machine.acceleration),
-            steps_per_mm=self._axes(_STEPS, machine.steps_per_mm),
-            corner_deviation=self.number(_DEVIATION, machine.corner_deviation),
-            arc_tolerance=self.number(_ARC_TOLERANCE, machine.arc_tolerance),
-            motor_lock_s=(0.0 if lock == _ALWAYS_ON else lock / 1000.0) if _LOCK in given else machine.motor_lock_s,
-        )
-
-    def _axes(self, first: int, otherwise: XYZ, factor: float = 1.0) -> XYZ:
-        found = [self.number(first + axis, otherwise[axis] / factor) * factor for axis in range(3)]
-        if not all(one > 0.0 for one in found):
-            raise SendError(f"the controller has 0 in one of ${first} to ${first + 2}: it cannot move")
-        return (found[0], found[1], found[2])
+        return self.clock.timed(machine)
 
 
-def gathered(answers: list[ControllerAnswer], status: Status) -> Facts:
-    """Return the facts out of the answers to ``$I``, ``$$``, ``$#`` and ``$G``.
+def scaled(place: XYZ, unit: float) -> XYZ:
+    """Return a place in mm."""
+    return (place[0] * unit, place[1] * unit, place[2] * unit)
+
+
+def moving(values: XYZ, what: tuple[str, str, str]) -> XYZ:
+    """Return rates, accelerations or steps of the axes.
 
     Raises
     ------
     SendError
-        What answers is not GRBL 1.1 or newer: it does not say its version, or has no settings.
+        One is 0, so that the axis cannot move.
     """
-    build = next((one for one in answers if isinstance(one, Build)), None)
-    built = next((one for one in answers if isinstance(one, Abilities)), None)
-    settings = {one.number: one.value for one in answers if isinstance(one, StoredSetting)}
-    if build is None or built is None or not settings:
-        raise SendError("what answers there is not GRBL 1.1, grblHAL or FluidNC (no version, or no settings)")
-    modes = next((one.words for one in answers if isinstance(one, Modes)), ())
-    facts = Facts(build.version, built.letters, built.buffer, settings, {}, modes, status)
-    return replace(facts, places=_places(answers, facts.unit))
-
-
-def _places(answers: list[ControllerAnswer], unit: float) -> dict[str, XYZ]:
-    found: dict[str, XYZ] = {}
-    for one in answers:
-        if isinstance(one, Place):
-            x, y, z = one.values[:3] if len(one.values) >= 3 else (0.0, 0.0, one.values[-1])
-            found[one.name] = _scaled((x, y, z), unit)
-    return found
-
-
-def _scaled(place: XYZ, unit: float) -> XYZ:
-    return (place[0] * unit, place[1] * unit, place[2] * unit)
+    if not all(one > 0.0 for one in values):
+        raise SendError(f"the controller has 0 in one of {', '.join(what)}: it cannot move")
+    return values

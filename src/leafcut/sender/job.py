@@ -24,14 +24,15 @@ from leafcut.model.toolpath import Kind
 from leafcut.proof.dangers import find_dangers
 from leafcut.read.machine import load_machine
 from leafcut.sender.counting import SentLine
-from leafcut.sender.lines import SentStep, steps_of
+from leafcut.sender.firmware import speaker_of
+from leafcut.sender.lines import SentStep, spoken, steps_of
 
 #: What nobody may send without saying so: what is dangerous, what the machine cannot do, what is not known.
 _NEVER = ("L806", "L808")
 #: Rows that move the origin, or that only the machine can know.
 _LOST = {Kind.FOREIGN: "is not understood", Kind.SHIFT: "moves the origin, so that nothing behind it can be checked"}
 #: What the reader of a program takes for active before its first line; and its units where it does not state them.
-_AT_FIRST = ("G17", "G90", "G94", "G40", "G49", "G80")
+_AT_FIRST = "G17 G90 G94 G40 G49 G80"
 _UNITS = {"mm": "G21", "in": "G20"}
 #: Ends closer than this are one place, mm.
 _SAME = 1e-6
@@ -136,24 +137,12 @@ def read_job(
     ReadError
         It cannot be read; a line of it is not understood, is not for this controller or moves the origin.
     OptionError
-        The machine has no GRBL board, or what is accepted is none.
+        The machine's controller is none that can be sent to, or what is accepted is none.
     """
     known = load_machine(machine)
     words = dialect(dialect_name or known.controller)
-    check_board(known, machine)
+    speaker_of(known, machine)
     return job_of(program_text(file, file), file, known, words, units, accept)
-
-
-def check_board(machine: Machine, name: str) -> None:
-    """Refuse a machine, called so by the person, that has no board to which programs can be sent.
-
-    Raises
-    ------
-    OptionError
-        It has none.
-    """
-    if machine.control not in ("grbl", "grbl-laser"):
-        raise OptionError(f"--machine {name}: its controller is {machine.control}; only GRBL boards can be sent to")
 
 
 def program_text(file: str | Path, name: str) -> str:
@@ -207,12 +196,13 @@ def job_of(
 
 def _opening(program: Program, words: Dialect, units: str) -> list[SentLine]:
     """Return what brings a controller into the state in which the program was read, whatever was left active in it."""
-    modes = [word for word in _AT_FIRST if round(float(word[1:]) * 10) in words.g_codes]
-    said = ["".join(modes), "G54", _UNITS[units]]
+    if not spoken(words, _UNITS[units]):
+        raise OptionError(f"{words.name} has no {_UNITS[units]}: a program for it must be in millimetres")
+    said = [_AT_FIRST, "G54", _UNITS[units]]
     # A spindle that the program never starts was started by hand.
     if ((program.path.kind == Kind.SPINDLE) & (program.path.value != 0.0)).any():
         said += ["M5", "M9"]
-    return [SentLine(text) for text in said]
+    return [SentLine(text) for text in spoken(words, *said)]
 
 
 def _check_known(program: Program, file: str) -> None:

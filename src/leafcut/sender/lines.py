@@ -45,6 +45,43 @@ class Pause:
 
 SentStep = SentLine | Pause
 
+#: Seconds in a unit of a dwell's P.
+_DWELL_UNITS = {"s": 1.0, "ms": 0.001, "cs": 0.01}
+
+
+def spoken(words: Dialect, *texts: str) -> list[str]:
+    """Return lines of our own, such as ``G21 G90 F100``, as a controller takes them; words that it lacks are left out.
+
+    Where each line is one command, ``F100`` alone becomes ``G1 F100``, which moves nothing, and any other word without
+    a command is left out.
+    """
+    return [line for text in texts for line in _spoken(words, text)]
+
+
+def _spoken(words: Dialect, text: str) -> list[str]:
+    commands: list[list[str]] = []
+    for word in words_of(text):
+        if word.letter == "G" and round(word.value * 10) not in words.g_codes:
+            continue
+        if word.letter == "M" and word.value not in words.m_codes:
+            continue
+        if not commands or (words.one_command and word.letter in "GM"):
+            alone = words.one_command and word.letter not in "GM"
+            if alone and word.letter != "F":
+                continue
+            commands.append(["G1"] if alone else [])
+        commands[-1].append(_written(word))
+    return [_joined(words, command) for command in commands]
+
+
+def dwell(words: Dialect, seconds: float) -> str:
+    """Return a wait as a controller takes it."""
+    return f"G4 P{seconds / _DWELL_UNITS[words.dwell_unit]:g}"
+
+
+def _joined(words: Dialect, found: Sequence[str]) -> str:
+    return (" " if words.one_command else "").join(found)
+
 
 class HoleLines(Protocol):
     """A hole: its number, and the line that goes there."""
@@ -99,6 +136,8 @@ class _LineReader:
 
     def __init__(self, words: Dialect) -> None:
         self.words, self.ended, self.begun = words, False, False
+        # To Marlin M1 is as M0 (M0_M1.cpp); others pass over it.
+        self.stops = {0, 1} if words.one_command else {0}
         self.tool: int | None = None
         self.chosen = self.remarked = -_REACH
         self.remark = ""
@@ -119,14 +158,16 @@ class _LineReader:
         self.begun |= bool(found)
         codes = {int(word.value) for word in found if word.letter == "M"}
         self.ended = bool(codes & {2, 30})
-        text = "".join(_written(word) for word in found if not _is_ours(word))
+        text = _joined(self.words, [_written(word) for word in found if not _is_ours(word)])
+        if self.words.one_command and codes & {*self.stops, 6}:
+            text = ""  # what stands behind M0 is read by a person
         if len(text) > LONGEST_LINE:
             reason = f"the line has {len(text)} characters without blanks and comments"
             raise BlockError(f"{reason}, {self.words.name} takes {LONGEST_LINE}")
         steps: list[SentStep] = [SentLine(text, number)] if text else []
         if 6 in codes:
             steps.insert(0, self._pause(number, change=True))
-        if 0 in codes:
+        if codes & self.stops:
             # A tool that is chosen right above is put in by hand now.
             steps.append(self._pause(number, change=number - self.chosen < _REACH))
         return steps
@@ -144,6 +185,8 @@ class _LineReader:
                 known = round(word.value * 10) in self.words.g_codes
             elif word.letter == "M":
                 known = word.value in self.words.m_codes or word.value == 6
+            elif word.letter == "T" and self.words.one_command:
+                known = found[0].letter == "M" and found[0].value in (0, 6)
             if not known:
                 how = "post the program for this controller, or name its --dialect"
                 raise BlockError(f"{word} is not a word of {self.words.name}; {how}")

@@ -20,7 +20,7 @@ from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.sender.counting import SentLine
 from leafcut.sender.facts import Facts
 from leafcut.sender.job import SendJob, job_of
-from leafcut.sender.lines import SentStep, steps_of
+from leafcut.sender.lines import SentStep, dwell, spoken, steps_of
 
 #: Decimals of a place in mm: a step of a fine board is a thousandth.
 _DECIMALS = 4
@@ -102,14 +102,11 @@ def resumed(job: SendJob, line: int, height: float | None = None) -> tuple[tuple
     modal, row = program.modal(block), int(program.first[block])
     path = program.path
     place = _place_before(job, row, first)
-    lead = _lead_in(job, modal, path, row, place, height)
+    lead = spoken(job.words, *_lead_in(job, modal, path, row, place, height))
     rest = steps_of(program.lines, job.words, job.file, first)
     rest = with_motion(rest, modal.motion)
     _prove(job, lead, rest, row, first)
-    return (
-        *(SentLine(text.replace(" ", "")) for text in lead),
-        *rest,
-    ), modal.next_tool if modal.tool is None else modal.tool
+    return (*(SentLine(text) for text in lead), *rest), modal.next_tool if modal.tool is None else modal.tool
 
 
 def _place_before(job: SendJob, row: int, line: int) -> XYZ:
@@ -147,16 +144,16 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, h
     lines = ["M5", "M9", "G21 G90 G94 G17 G40 G49", f"G{modal.frame / 10:g}"]
     if len(known):
         top = max(float(known.max()), z if height is None else height)
-        lines.append(f"G0 Z{number_in_mm(top)}")
-    lines.append(f"G0 X{number_in_mm(x)} Y{number_in_mm(y)}")
+        lines.append(f"G0 Z{number_in_mm(top)}{_rapid_feed(job, 'Z')}")
+    lines.append(f"G0 X{number_in_mm(x)} Y{number_in_mm(y)}{_rapid_feed(job, 'XY')}")
     lines += _COOLANT[modal.coolant]
     spindle = f"{_SPINDLE[modal.spindle]} S{modal.rpm:g}" if modal.spindle else f"S{modal.rpm:g}"
     if not job.laser:
         lines.append(spindle)
         if modal.spindle and job.machine.spindle_start_s:
-            lines.append(f"G4 P{job.machine.spindle_start_s:g}")
+            lines.append(dwell(job.words, job.machine.spindle_start_s))
     if len(known):
-        lines.append(_way_down(modal, path, row, z))
+        lines.append(_way_down(job, modal, row, z))
     # From here on in the program's own words.
     lines += _units_and_feed(modal)
     lines.append(f"G{modal.plane} G{91 if modal.incremental else 90}")
@@ -165,8 +162,16 @@ def _lead_in(job: SendJob, modal: Modal, path: Toolpath, row: int, place: XYZ, h
     return [line for line in lines if line]
 
 
-def _way_down(modal: Modal, path: Toolpath, row: int, z: float) -> str:
+def _rapid_feed(job: SendJob, axes: str) -> str:
+    """Return the feed of a rapid for a controller whose rapids have one."""
+    if not job.words.rapid_feed:
+        return ""
+    return f" F{number_in_mm(60.0 * min(job.machine.rapid_velocity['XYZ'.index(axis)] for axis in axes))}"
+
+
+def _way_down(job: SendJob, modal: Modal, row: int, z: float) -> str:
     """Return the move down to where the program goes on."""
+    path = job.program.path
     before = path.before[row]
     moves = np.flatnonzero(path.kind[row:] <= Kind.ARC_CCW)
     travels = False
@@ -176,7 +181,7 @@ def _way_down(modal: Modal, path: Toolpath, row: int, z: float) -> str:
         travels = path.kind[first] == Kind.RAPID and (sideways or bool(path.end[first, 2] > z))
         travels &= sideways or _came_by_rapid(path, row)
     if travels:
-        return f"G0 Z{number_in_mm(z)}"
+        return f"G0 Z{number_in_mm(z)}{_rapid_feed(job, 'Z')}"
     feed = modal.feed * (modal.unit or 1.0)
     if not feed:
         fed = path.value[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)]
@@ -206,7 +211,7 @@ def modes_before(job: SendJob, line: int) -> tuple[int | None, list[SentLine]]:
     modal = _modal_before(job, line)
     words = [f"G{modal.plane} G{91 if modal.incremental else 90} G94 G40 G49", f"G{modal.frame / 10:g}"]
     words += _units_and_feed(modal)
-    lines = [SentLine(text.replace(" ", "")) for text in words]
+    lines = [SentLine(text) for text in spoken(job.words, *words)]
     return modal.motion, [*lines, *spindle_words(job, line)]
 
 
@@ -222,8 +227,10 @@ def spindle_words(job: SendJob, line: int) -> list[SentLine]:
     modal = _modal_before(job, line)
     if not modal.spindle:
         return []
-    wait = [SentLine(f"G4P{job.machine.spindle_start_s:g}")] if job.machine.spindle_start_s else []
-    return [SentLine(f"{_SPINDLE[modal.spindle]}S{modal.rpm:g}"), *wait]
+    said = [f"{_SPINDLE[modal.spindle]} S{modal.rpm:g}"]
+    if job.machine.spindle_start_s:
+        said.append(dwell(job.words, job.machine.spindle_start_s))
+    return [SentLine(text) for text in spoken(job.words, *said)]
 
 
 def _modal_before(job: SendJob, line: int) -> Modal:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
@@ -15,7 +15,7 @@ from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind
 from leafcut.sender.answers import Accepted, Alarm, ControllerAnswer, Greeting, Refused, Status, Strange
 from leafcut.sender.checking import check_program
-from leafcut.sender.conversation import HOLD, RESET, RESUME, Conversation, Interrupted
+from leafcut.sender.conversation import LOCKED, STOPPED_SHORT, Conversation, Interrupted
 from leafcut.sender.counting import GRBL_BUFFER, SPARED, CharacterCounter, SentLine
 from leafcut.sender.explained import state_in_words
 from leafcut.sender.facts import Facts
@@ -31,10 +31,6 @@ STATUS_SECONDS = 0.25
 SILENCE_SECONDS = 5.0
 #: An idle machine that owes an answer for so long has lost it, s.
 OWING_SECONDS = 3.0
-#: So long a machine that is not heard any more has to come to rest before it is reset, s.
-UNHEARD_SECONDS = 3.0
-#: So many lines at most are taken and not run yet: blocks of the planner, and lines between that move nothing.
-_AHEAD = 40
 #: A check does not collect more errors.
 _MOST_ERRORS = 20
 
@@ -52,8 +48,6 @@ class Request(StrEnum):
     NORMAL = "as programmed"
 
 
-#: The bytes that do it. Source: gnea/grbl wiki, "Grbl v1.1 Commands", real-time commands.
-_BYTES = {Request.HOLD: HOLD, Request.RESUME: RESUME}
 #: By how many percent each changes the feed.
 _CHANGES = {
     Request.FASTER: 10,
@@ -61,10 +55,7 @@ _CHANGES = {
     Request.LITTLE_FASTER: 1,
     Request.LITTLE_SLOWER: -1,
 }
-_FEED_NORMAL = b"\x90"
-#: Steps of the override: percent → byte.
-_FEED_STEPS = {10: b"\x91", -10: b"\x92", 1: b"\x93", -1: b"\x94"}
-#: Limits of the feed's override, percent (config.h).
+#: Limits of the feed's override, percent (gnea/grbl 1.1, config.h).
 _SLOWEST, _FASTEST = 10, 200
 
 
@@ -110,15 +101,16 @@ class Ending:
     reason
         Why it ended before that, in words.
     taken, sent, line
-        The last line that was taken, that was sent, and the one in which the machine was.
+        The last line that was taken, that was sent, and the one in which the machine was; not `sure`: in that line or a
+        later one, as it did not say where it was.
     hole
         The hole that was being drilled, or that comes next; None where there is none.
     state
         What the machine does now, in words; of a lost connection what it is taken to do.
-    homed
-        Its position can be trusted.
-    place
-        Where it was in machine coordinates, mm, by its last word.
+    homed, lost
+        Its position can be trusted; it cannot be reached any more, so that `state` is only what it is taken to do.
+    place, coordinates
+        Where it was, mm, by its last word, and in what that is counted.
     errors
         Of a check: the line, and what is wrong with it.
     """
@@ -133,6 +125,9 @@ class Ending:
     homed: bool
     place: XYZ | None
     errors: tuple[tuple[int, str], ...] = ()
+    lost: bool = False
+    sure: bool = True
+    coordinates: str = "machine coordinates"
 
     @property
     def go_on(self) -> str:
@@ -197,7 +192,7 @@ class SendRun:
     requests: deque[Request] = field(default_factory=deque)
 
     def __post_init__(self) -> None:
-        self.counter = CharacterCounter(self.facts.buffer)
+        self.counter = CharacterCounter(self.facts.buffer, self.talk.most_lines)
         self.left: deque[SentStep] = deque(self._stepping_holes(self.steps))
         self.path = self.job.program.path
         self._tracker = Tracker(self.path)
@@ -206,12 +201,13 @@ class SendRun:
         numbers = [step.number for step in self.steps if isinstance(step, SentLine) and step.number]
         self._first = min(numbers, default=1)
         self.taken = self.sent = self._first - 1
-        self.line = self._first
-        self._history: deque[int] = deque(maxlen=_AHEAD)
+        self.line = self._passed = self._first
+        self._history: deque[int] = deque(maxlen=self.talk.most_ahead)
         self._overrides = (100, 100, 100)
         self._wanted: int | None = None
         self._changing = False
         self._offset = self.facts.status.offset
+        self._sure = True
         self._errors: list[tuple[int, str]] = []
         self._rests = 0
         self._heard_at = self._owed_since = self._asked_at = self.talk.clock()
@@ -238,7 +234,9 @@ class SendRun:
             self._skip_first_tool()
         try:
             if self.check:
-                self.talk.ask("$C")
+                self.talk.ask(self.talk.check_line)
+            else:
+                self.talk.begin()
             self._heard_at = self._owed_since = self.talk.clock()
             self._send_all()
             return self._leave_check() if self.check else self._ending("", self.talk.status)
@@ -284,23 +282,21 @@ class SendRun:
             request = self.requests.popleft()
             if request is Request.STOP:
                 raise _Asked
-            if request in _BYTES:
-                self.talk.write(_BYTES[request])
+            if request in (Request.HOLD, Request.RESUME):
+                (self.talk.hold if request is Request.HOLD else self.talk.resume)()
                 continue
             before = self._overrides[0] if self._wanted is None else self._wanted
             change = _CHANGES.get(request)
             self._wanted = 100 if change is None else min(max(before + change, _SLOWEST), _FASTEST)
 
     def _step_override(self) -> None:
-        """Go on towards the feed's override that is wanted, a step at a time: the board takes two at once for one."""
+        """Go on towards the feed's override that is wanted, a step at a time."""
         if self._wanted is None or self._changing:
             return
-        missing = self._wanted - self._overrides[0]
-        if not missing:
+        if self._wanted == self._overrides[0]:
             self._wanted = None
             return
-        step = (10 if abs(missing) >= 10 else 1) * (1 if missing > 0 else -1)
-        self.talk.write(_FEED_NORMAL if self._wanted == 100 else _FEED_STEPS[step])
+        self.talk.step_feed(self._overrides[0], self._wanted)
         self._changing = True
         self._asked_at = 0.0
 
@@ -315,12 +311,13 @@ class SendRun:
                 if not self.check:
                     self._pause(step)
                 continue
-            if not self.counter.fits(step):
+            if not (self.talk.takes_lines and self.counter.fits(step)):
                 return
             self.left.popleft()
             if not self.counter.waiting:
                 self._owed_since = self.talk.clock()
-            self.talk.write(self.counter.send(step))
+            self.counter.send(step)
+            self.talk.send(step.text)
             self.sent = max(self.sent, step.number)
             self._rests = 0
 
@@ -329,7 +326,7 @@ class SendRun:
         now = self.talk.clock()
         if now - self._asked_at >= STATUS_SECONDS:
             self._asked_at = now
-            self.talk.ask_status()
+            self.talk.ask_status(more=bool(self.left) and not isinstance(self.left[0], Pause))
         if now - self._heard_at > SILENCE_SECONDS * self.talk.patience:
             raise _Silent(f"nothing answers on {self.talk.port.name} any more")
         if (
@@ -350,11 +347,11 @@ class SendRun:
         self._heard_at = self.talk.clock()
         match answer:
             case Accepted():
-                self._take(0)
-            case Refused(code):
-                self._take(code)
-            case Alarm(code):
-                raise _Alarmed(f"{self._where()}: {self.talk.alarm_in_words(code)}")
+                self._take()
+            case Refused():
+                self._take(self.talk.explained(answer))
+            case Alarm():
+                raise _Alarmed(f"{self._where()}: {self.talk.explained(answer)}")
             case Greeting():
                 raise _Ended(f"the controller was reset{self._while_in()}")
             case Strange(words):
@@ -364,7 +361,8 @@ class SendRun:
             case _:
                 pass
 
-    def _take(self, code: int) -> None:
+    def _take(self, wrong: str = "") -> None:
+        """Take the answer to the line that waits longest for one; `wrong` is what is wrong with it."""
         line = self.counter.answered()
         self._owed_since, self._rests = self.talk.clock(), 0
         if line is None:
@@ -372,10 +370,10 @@ class SendRun:
         if line.number:
             self.taken = line.number
             self._history.append(line.number)
-        if not code:
+        if not wrong:
             return
         text = self.job.text(line.number) or line.text
-        what = f"line {line.number} '{text}': {self.talk.error_in_words(code)}" if line.number else f"'{text}': {code}"
+        what = f"line {line.number} '{text}': {wrong}" if line.number else f"'{text}': {wrong}"
         if not self.check or not line.number:
             raise _Ended(what)
         self._errors.append((line.number, what))
@@ -384,8 +382,8 @@ class SendRun:
 
     def _see(self, status: Status) -> None:
         """Take a status: where the machine is, and whether it stands."""
-        if status.state in ("Alarm", "Sleep"):
-            raise _Ended(f"{self._where()}: the machine is {state_in_words(status.state)}")
+        if status.state in LOCKED:
+            raise _Ended(f"{self._where()}: the machine is {state_in_words(status, self.talk.family)}")
         used = None if status.free_bytes is None else self.facts.buffer - status.free_bytes
         if self.facts.buffer == GRBL_BUFFER and used is not None and used > self.counter.bytes + SPARED:
             raise _Ended("there is more in the controller's buffer than was sent: is another program speaking to it?")
@@ -400,11 +398,23 @@ class SendRun:
             self.observe(self._view(status, place))
 
     def _line_of(self, place: XYZ | None) -> int:
+        """Return the line that is run at a place; of a machine that does not say it, the last one that it has taken."""
         last = max(self.taken, self._first)
+        self._sure = place is not None
         if place is None:
             return last
-        first = max(self.line, self._history[0] if len(self._history) == _AHEAD else self._first)
-        return self._tracker.line_at(place, min(first, last), last)
+        self._passed = self._tracker.line_at(place, min(self._earliest, last), last)
+        return self._passed
+
+    @property
+    def _earliest(self) -> int:
+        """The line before which it cannot be any more."""
+        return max(self._passed, self._history[0] if len(self._history) == self.talk.most_ahead else self._first)
+
+    def _settle_line(self) -> None:
+        """Take, of a machine that does not say where it is, the first line in which it can be: nothing is left out."""
+        if not self._sure:
+            self.line = min(self._earliest, max(self.taken, self._first))
 
     def _program_place(self, status: Status) -> XYZ | None:
         """Return where it is in the coordinates of the program, mm."""
@@ -486,7 +496,7 @@ class SendRun:
 
     def _wait_idle(self) -> None:
         for _ in range(2):
-            while self.talk.fresh_status().state not in ("Idle", "Alarm"):
+            while self.talk.fresh_status().state not in ("Idle", *LOCKED):
                 pass
 
     def _where(self) -> str:
@@ -506,9 +516,8 @@ class SendRun:
     def _stopped(self, reason: str, *, at_once: bool = False) -> Ending:
         """Bring the machine to rest, and tell of it; `at_once` where it stands already, by an alarm."""
         try:
-            if at_once:
-                self.talk.hear_alarm()
-            status = (self.talk.reset if at_once or self.check else self.talk.stop)(self._hear_late)
+            stop = self.talk.halt if at_once else self.talk.reset if self.check else self.talk.stop
+            status = stop(self._hear_late)
         except PortLost as lost:
             return self._lost(f"{reason}; {lost}")
         except SendError as problem:
@@ -516,14 +525,11 @@ class SendRun:
         return self._ending(reason, status)
 
     def _stop_unheard(self) -> str:
-        """Send a hold and, when the machine has had time to come to rest, a reset: perhaps it hears them."""
+        """Send what may stop it all the same: perhaps it hears that."""
         try:
-            self.talk.write(HOLD)
-            self.talk.pass_time(UNHEARD_SECONDS)
-            self.talk.write(RESET)
+            return self.talk.stop_unheard()
         except LeafcutError:
-            return "a hold could not be sent"
-        return "a hold and a reset were sent all the same"
+            return "nothing that would stop it could be sent"
 
     def _hear_late(self, answer: ControllerAnswer) -> None:
         """Count what is answered while it comes to rest, and see where it stands."""
@@ -537,8 +543,9 @@ class SendRun:
 
     def _ending(self, reason: str, status: Status | None) -> Ending:
         self.counter.forget()
+        self._settle_line()
         complete = not reason
-        state = "standing still" if status is None else state_in_words(status.state)
+        state = "standing still" if status is None else state_in_words(replace(status, detail=None))
         return Ending(
             complete=complete,
             reason=reason,
@@ -547,13 +554,16 @@ class SendRun:
             line=0 if self.taken < self._first else self.line,
             hole=self._hole(),
             state=state,
-            homed=status is None or status.state != "Alarm",
+            homed=status is None or status.state not in (*LOCKED, STOPPED_SHORT),
             place=None if status is None else self.facts.machine_place(status),
             errors=tuple(self._errors),
+            sure=self._sure,
+            coordinates=self.facts.names.coordinates,
         )
 
     def _lost(self, reason: str) -> Ending:
         """Tell what a machine does that cannot be reached: it runs what it has, and stands then."""
+        self._settle_line()
         last = self.talk.status
         turns = self._spindle_turns()
         rest = (
@@ -572,6 +582,9 @@ class SendRun:
             state=f"{rest}{spindle}",
             homed=False,
             place=None if last is None else self.facts.machine_place(last),
+            lost=True,
+            sure=self._sure,
+            coordinates=self.facts.names.coordinates,
         )
 
     def _hole(self) -> DrilledHole | None:

@@ -30,14 +30,14 @@ def ending_in_words(ending: Ending, job: SendJob) -> str:
     lines = job.steps[-1].number
     if ending.complete:
         return f"{job.file}: all {count_of(lines, 'line')} done; the machine is {ending.state}"
-    parts = [ending.reason, f"the machine is {ending.state}" if ending.homed else ending.state]
-    if not ending.homed and ending.state.startswith("locked"):
-        parts[-1] = f"the machine is {ending.state}"
+    parts = [ending.reason, ending.state if ending.lost else f"the machine is {ending.state}"]
     if ending.place is not None:
         where = "it stands at" if ending.homed else "it was last seen at"
-        parts.append(f"{where} {place_in_words(ending.place)} (machine coordinates)")
+        parts.append(f"{where} {place_in_words(ending.place)} ({ending.coordinates})")
     if ending.line:
-        at = f"line {ending.line}" + (f", hole {ending.hole.number}" if ending.hole else "")
+        at = f"{'' if ending.sure else 'or behind '}line {ending.line}" + (
+            f", hole {ending.hole.number}" if ending.hole else ""
+        )
         parts.append(f"it was in {at}; lines up to {ending.taken} of {lines} were taken")
         how = f"go on with {ending.go_on}" if ending.go_on else "begin from the start"
         parts.append(how + ("" if ending.homed else " after homing it, or setting its place"))

@@ -21,8 +21,10 @@ from leafcut.kernels import EPSILON
 from leafcut.kernels.ab_cycles import Assembly
 from leafcut.kernels.assembly import MOST_CHANGES, assemble
 from leafcut.kernels.cost import tour_cost
+from leafcut.kernels.kicks import kick_and_mend
 from leafcut.solve.construction import greedy, random_words
 from leafcut.solve.instance import Instance
+from leafcut.solve.kicks import BREADTH as KICKING_BREADTH
 from leafcut.solve.kicks import MANY, NODES_PER_LOOK, choices, descend, first_tour, kick_on, work_tour
 from leafcut.solve.observing import of_tours
 from leafcut.solve.pieces import kick_pieces
@@ -70,6 +72,14 @@ BUILDING_SHARE = 0.44
 #: How much longer an ant takes whose greedy tour was changed at random, than one without whims.
 WHIMS = 1.3
 
+#: With a clock ants kick their tours so many times per node before they meet, if there is time for so many such ants:
+#: kicks mend what is wrong in one place, and trails of others what is wrong on the large scale. Such an ant takes so
+#: many times as long, and the ants of the last colony build for that share of the time.
+KICKS_BEFORE, FEWEST_KICKING, KICKING_TAKES, KICKING_SHARE = 0.5, 12, 5.0, 0.75
+
+#: Kicks between two looks at the clock.
+KICKS_PER_LOOK = 200
+
 #: Shares of a generation per worker: more of them end more evenly, fewer cost less.
 MEETINGS_PER_WORKER = 2
 
@@ -114,20 +124,46 @@ class Colony:
         return replace(self, tours=tours, costs=np.append(self.costs, other.costs[best]))
 
 
-def build_tours(instance: Instance, words: NDArray[np.uint64], stop: Stop | None = None) -> Share:
-    """Return one tour for each of the random words uint64[m], and their costs (inf where the time was up before).
+@dataclass(frozen=True, eq=False)
+class Founders:
+    """Ants that build tours: their random words uint64[m], and how often each kicks its tour."""
 
-    An ant takes edges in the order of their costs, each changed a little at random, and improves its tour by sequential
-    exchanges.
+    words: NDArray[np.uint64]
+    kicks: int = 0
+
+
+def build_tours(instance: Instance, founders: Founders, stop: Stop | None = None) -> Share:
+    """Return one tour for each founder, and their costs (inf where the time was up before).
+
+    An ant takes edges in the order of their costs, each changed a little at random, improves its tour by sequential
+    exchanges, and then kicks it.
     """
+    words = founders.words.copy()
     tours, costs = np.zeros((len(words), instance.n), dtype=np.int32), np.full(len(words), math.inf)
-    for k, word in enumerate(words):
+    for k, word in enumerate(founders.words):
         if stop is not None and stop.now():
             break
         tour = work_tour(greedy(instance, np.random.default_rng(word)))
         if descend(instance, tour, BREADTH, stop):
-            tours[k], costs[k] = tour.node, tour_cost(instance.cost, tour.node)
+            node = _kicked(instance, tour.node, words, k, founders.kicks, stop)
+            tours[k], costs[k] = node, tour_cost(instance.cost, node)
     return tours, costs
+
+
+def _kicked(
+    instance: Instance, node: NDArray[np.int32], words: NDArray[np.uint64], k: int, kicks: int, stop: Stop | None
+) -> NDArray[np.int32]:
+    """Return a tour int32[n] after so many kicks, or fewer when the time is up. Changes: words[k]."""
+    if kicks <= 0:
+        return node
+    tour = work_tour(node, queued=False, log=2 * instance.n + 1000)
+    breadth = choices(instance, KICKING_BREADTH)
+    for made in range(0, kicks, KICKS_PER_LOOK):
+        if stop is not None and stop.now():
+            break
+        some = min(KICKS_PER_LOOK, kicks - made)
+        kick_and_mend(instance.cost, tour, *instance.exchange_lists, breadth, words, k, some)
+    return tour.node
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +201,7 @@ def follow_trails(instance: Instance, meetings: Meetings, stop: Stop | None = No
         if stop is not None and stop.now():
             break
         assemble(
-            instance.cost, tour, assembly, instance.candidates, instance.lengths, breadth,
+            instance.cost, tour, assembly, *instance.exchange_lists, breadth,
             tours, meetings.other, words, gains, first, min(pairs, first + step),
         )  # fmt: skip
     # Added up anew: gains would carry their rounding from generation to generation.
@@ -175,10 +211,11 @@ def follow_trails(instance: Instance, meetings: Meetings, stop: Stop | None = No
     return tours, costs
 
 
-def found_colony(instance: Instance, ants: int, seed: int, number: int, workers: Workers) -> Colony:
+def found_colony(instance: Instance, ants: int, seed: int, number: int, workers: Workers, kicks: int = 0) -> Colony:
     """Return a colony of ants that have built tours of their own; those that had no time to finish are not in it."""
     words = random_words(seed, _BUILDING, number, count=ants)
-    tours, costs = workers.spread(build_tours, instance, [words[k : k + 1] for k in range(ants)])
+    founders = [Founders(words[k : k + 1], kicks) for k in range(ants)]
+    tours, costs = workers.spread(build_tours, instance, founders)
     done = np.isfinite(costs)
     return Colony(tours[done], costs[done], number)
 
@@ -218,17 +255,26 @@ def improve_by_colony(
     enough = SAME_ANSWERS if math.isinf(visits) else SAME_ANSWERS_ON_BUDGET
     champions = Colony(best.tour[None], np.array([best.cost]), _CHAMPIONS)
     many, generations, number, same = instance.n >= MANY, 0, 0, 0
-    gain = math.inf
+    gain, kicking = math.inf, False
     while same < enough and not stop.reached(generations, 0):
-        ants = _how_many(instance.n, number, seconds, stop, visits)
+        kicked, kicking = kicking, not many and _have_time_to_kick(seconds, stop)
+        if kicked and not kicking:
+            break  # a few ants that do not kick have nothing to tell those that did
+        ants = _how_many(instance.n, number, seconds, stop, visits, kicking)
         if ants < (FEWEST_OF_MANY if many else FEWEST_BY_CLOCK if stop.seconds < math.inf else FEWEST_ANTS):
             break
         if not stop.thrift.is_worth(SECONDS_PER_VISIT * ants * instance.n, gain):
             break
         visits -= ants * instance.n
         before, began = best.cost, stop.elapsed()
-        colony = found_colony(instance, ants, seed, number, workers)
-        seconds = (stop.elapsed() - began) / ants
+        if kicking:
+            rest = replace(stop, seconds=began + KICKING_SHARE * (stop.seconds - began))
+            before_they_meet = int(KICKS_BEFORE * instance.n)
+            colony = found_colony(instance, ants, seed, number, replace(workers, stop=rest), before_they_meet)
+            seconds = (stop.elapsed() - began) / (KICKING_TAKES * max(1, len(colony.costs)))
+        else:
+            colony = found_colony(instance, ants, seed, number, workers)
+            seconds = (stop.elapsed() - began) / ants
         if many:
             colony = colony.joined_by(champions)
         colony, generations = _live(instance, colony, seed, stop, best, workers, generations)
@@ -292,7 +338,13 @@ def _show(instance: Instance, colony: Colony, best: Best) -> None:
         best.watched.pheromone = lambda: of_tours(instance, colony.tours)
 
 
-def _how_many(n: int, number: int, seconds: float, stop: Stop, visits: float) -> int:
+def _have_time_to_kick(seconds: float, stop: Stop) -> bool:
+    """Return whether the time does for enough ants that kick their tours; on a budget of work none do."""
+    left = stop.seconds - stop.elapsed()
+    return stop.seconds < math.inf and KICKING_SHARE * left / (KICKING_TAKES * seconds) >= FEWEST_KICKING
+
+
+def _how_many(n: int, number: int, seconds: float, stop: Stop, visits: float, kicking: bool = False) -> int:
     """Return how many ants the next colony has.
 
     `GROWTH` times as many as the last one; but where time or budget will not do for a much larger one after it, as many
@@ -300,7 +352,8 @@ def _how_many(n: int, number: int, seconds: float, stop: Stop, visits: float) ->
     """
     most = max(FIRST_ANTS, min(n, MOST_ANTS))
     planned = min(FIRST_ANTS * GROWTH ** min(number, 10), most)
-    room = min(visits / n, BUILDING_SHARE * (stop.seconds - stop.elapsed()) / seconds)
+    share = KICKING_SHARE / KICKING_TAKES if kicking else BUILDING_SHARE
+    room = min(visits / n, share * (stop.seconds - stop.elapsed()) / seconds)
     if n < MANY and stop.seconds < math.inf:
         return max(1, min(int(room), most)) if room < ALL_BY_CLOCK * planned else planned
     return max(1, int(room)) if room < ALL_OF_BUDGET * planned else planned

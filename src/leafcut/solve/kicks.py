@@ -58,8 +58,7 @@ def work_tour(node: NDArray[np.int32], queued: bool = True, log: int = 0) -> Tou
         log=np.zeros((log, 2), dtype=np.int32),
         buffer=np.zeros(n, dtype=np.int32),
         move=np.zeros((4, 2 * DEPTH), dtype=np.int64),
-        gain=np.zeros(DEPTH),
-        tried=np.zeros(DEPTH, dtype=np.int64),
+        gain=np.zeros(1),
     )
     tour.place[node] = np.arange(n, dtype=np.int32)
     if queued:
@@ -76,7 +75,7 @@ def queue_waiting(tour: Tour) -> None:
 
 def choices(instance: Instance, breadth: tuple[int, ...]) -> NDArray[np.int64]:
     """Return how many candidates are tried at each depth, int64[DEPTH]: no more than there are."""
-    return np.minimum(np.array(breadth, dtype=np.int64), instance.candidates.shape[1])
+    return np.minimum(np.array(breadth, dtype=np.int64), instance.exchange_lists[0].shape[1])
 
 
 def descend(
@@ -98,7 +97,7 @@ def descend(
         while tour.counts[1] > 0:
             if stop is not None and stop.now():
                 return False
-            improve_queued(instance.cost, working, instance.candidates, instance.lengths, tries, NODES_PER_LOOK)
+            improve_queued(instance.cost, working, *instance.exchange_lists, tries, NODES_PER_LOOK)
             if look is not None:
                 look()
     return True
@@ -110,14 +109,15 @@ def shorten_long_edges(instance: Instance, tour: Tour) -> bool:
     The nodes that were touched are in the queue.
     """
     ahead = np.roll(tour.node, -1)
-    longest = np.maximum(instance.lengths[tour.node, -1], instance.lengths[ahead, -1])
+    candidates, lengths = instance.exchange_lists
+    longest = np.maximum(lengths[tour.node, -1], lengths[ahead, -1])
     excess = costs_of_edges(instance.cost, tour.node, ahead) - longest
     at = np.flatnonzero(excess > 0.0)
     at = at[np.argsort(-excess[at], kind="stable")]
     edges = np.stack([tour.node[at], ahead[at]], axis=1)
     onto, steps = np.full(instance.n, -1, dtype=np.int32), np.zeros((MOST_STEPS, 2), dtype=np.int32)
     places = PLACES_PER_NODE * instance.n
-    gain = bring_home(instance.cost, tour, instance.candidates, instance.lengths, edges, onto, steps, places)
+    gain = bring_home(instance.cost, tour, candidates, lengths, edges, onto, steps, places)
     return bool(gain > 0.0)
 
 
@@ -165,7 +165,7 @@ def kick_on(
     breadth, words = choices(instance, BREADTH), random_words(seed, 0, count=1)
     kicks, made = kicks_per_iteration(instance.n), 0
     while made < most and not stop.reached(iteration, iteration - best.iteration):
-        gained = kick_and_mend(instance.cost, tour, instance.candidates, instance.lengths, breadth, words, 0, kicks)
+        gained = kick_and_mend(instance.cost, tour, *instance.exchange_lists, breadth, words, 0, kicks)
         iteration, made = iteration + 1, made + kicks
         if gained > 0.0:
             best.offer(tour.node, float(tour_cost(instance.cost, tour.node)), iteration)

@@ -103,7 +103,7 @@ def kick_piece(instance: Instance, piece: TourPiece, stop: Stop | None = None) -
         if stop is not None and stop.now(spare):
             break
         kicks = min(KICKS_PER_LOOK, piece.kicks - made)
-        kick_and_mend(own.cost, tour, own.candidates, own.lengths, breadth, word, 0, kicks)
+        kick_and_mend(own.cost, tour, *own.exchange_lists, breadth, word, 0, kicks)
     begin = int(tour.place[start[0]])
     nodes = np.roll(tour.node, -begin)
     if nodes[-1] != start[-1]:

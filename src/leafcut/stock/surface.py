@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -54,7 +55,13 @@ class Rims(NamedTuple):
     under: Floats
 
 
-def safe_tiles(triangles: NDArray[np.float64], radius: float, above: float, most: int = TILES) -> SafeTiles:
+def safe_tiles(
+    triangles: NDArray[np.float64],
+    radius: float,
+    above: float,
+    most: int = TILES,
+    bodies: Sequence[tuple[float, float]] = (),
+) -> SafeTiles:
     """Return how high a tool's tip must be to cross a surface.
 
     Exact in height; around what stands the tiles are taken whole, so up to two tiles too much aside.
@@ -69,18 +76,26 @@ def safe_tiles(triangles: NDArray[np.float64], radius: float, above: float, most
         How far over the surface it stays, mm.
     most
         Tiles along the longer side.
+    bodies
+        Of what is above the flutes: radius, and how far over the surface the tip must be for it, mm; negative where it
+        is higher than the tip by more than the room that it keeps.
     """
     from leafcut.kernels.surface import raise_around, raise_whole_cells, reach_in_cells
 
     low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
-    side = max(float(max(high[:2] - low[:2])) / most, FINEST_TILE, radius / MOST_IN_REACH)
-    margin = math.ceil(radius / side) + 1
+    reaches = [(radius, above), *bodies]
+    reach = max(one for one, _ in reaches)
+    side = max(float(max(high[:2] - low[:2])) / most, FINEST_TILE, reach / MOST_IN_REACH)
+    margin = math.ceil(reach / side) + 1
     x, y = float(low[0]) - margin * side, float(low[1]) - margin * side
     columns, rows = (math.ceil(float(high[k] - low[k]) / side) + 2 * margin + 1 for k in range(2))
-    heights, widest = np.full((rows, columns), -np.inf), np.empty((rows, columns))
+    heights, safe = np.full((rows, columns), -np.inf), np.full((rows, columns), -np.inf)
     raise_whole_cells(np.ascontiguousarray(triangles), x, y, side, heights)
-    raise_around(heights, reach_in_cells(radius, side), widest)
-    return SafeTiles(widest + above, x, y, side)
+    for around, over in reaches:
+        widest = np.empty((rows, columns))
+        raise_around(heights, reach_in_cells(around, side), widest)
+        np.maximum(safe, widest + over, out=safe)
+    return SafeTiles(safe, x, y, side)
 
 
 def rims_of(triangles: NDArray[np.float64], xy: NDArray[np.float64], radius: Floats) -> Rims:

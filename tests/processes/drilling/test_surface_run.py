@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import pytest
 from leafcut import api
 from leafcut.cli import run
 from leafcut.errors import LeafcutError, VerifyError
+from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, ToolpathBuilder
 from leafcut.proof.surface import check_surface
 from meshes import binary_stl, box_triangles
@@ -280,18 +282,120 @@ def test_what_cannot_be_obeyed_is_refused_in_one_line(folder: Path, options: dic
     assert "\n" not in str(refused.value)
 
 
-def test_a_holder_that_comes_below_a_boss_is_refused_and_one_that_does_not_is_not(folder: Path, tmp_path: Path) -> None:
-    """The lowest hole ends at Z-22.002, and the highest boss at Z18: a tool of 40 mm is too short, one of 41 is not."""
-    for length, refused in ((40.0, True), (41.0, False)):
-        (tmp_path / "tools.toml").write_text(
-            f'[[tool]]\nnumber = 1\ndiameter = "5 mm"\nkind = "drill"\nfeed = "9 mm/s"\nspindle_speed = "1500 rpm"\n'
-            f'stickout = "{length} mm"\nholder = "40 x 30"\n'
+def library(file: Path, words: str) -> str:
+    """Write the library of one drill of 5 mm with what is above its flutes."""
+    file.write_text(
+        '[[tool]]\nnumber = 1\ndiameter = "5 mm"\nkind = "drill"\nfeed = "9 mm/s"\nspindle_speed = "1500 rpm"\n' + words
+    )
+    return str(file)
+
+
+def radius_above(profile: list[tuple[float, float]], height: float) -> float:
+    """Return how wide a tool is so far above its tip, mm: corners of its outline, from below."""
+    return float(np.interp(height, [h for h, _ in profile], [r for _, r in profile], left=0.0))
+
+
+def meets_a_box(x: float, y: float, z: float, profile: list[tuple[float, float]], less: float) -> bool:
+    """Return whether a tool with its tip at a place meets one of the boxes with its outline, narrower by some mm."""
+    for box in (*STEPS, *BOSSES):
+        away = math.hypot(max(box[0] - x, x - box[3], 0.0), max(box[1] - y, y - box[4], 0.0))
+        # The top of a box is where the tool is narrowest that may meet it, or where it begins.
+        heights = np.linspace(profile[0][0], max(box[5] - z, profile[0][0]), 60)
+        if box[5] - z > profile[0][0] and any(radius_above(profile, h) - less > away for h in heights):
+            return True
+    return False
+
+
+BODIES = [
+    ('stickout = "30 mm"\nholder = "40 x 30"\n', [(30.0, 20.0), (99.0, 20.0)], {"through": True}, True),
+    ('stickout = "42 mm"\nholder = "40 x 30"\n', [(42.0, 20.0), (99.0, 20.0)], {"through": True}, False),
+    ('stickout = "26 mm"\nholder = "12 x 60"\n', [(26.0, 6.0), (99.0, 6.0)], {"through": True}, True),
+    ('stickout = "9 mm"\nholder = "9 x 60"\n', [(9.0, 4.5), (99.0, 4.5)], {"depth": 2}, False),
+    (
+        'stickout = "9 mm"\nholder = "9-28 x 12, 28 x 60"\n',
+        [(9.0, 4.5), (21.0, 14.0), (99.0, 14.0)],
+        {"depth": 2},
+        True,
+    ),
+    (
+        'stickout = "12 mm"\nholder = "6-10 x 20, 10 x 60"\n',
+        [(12.0, 3.0), (32.0, 5.0), (99.0, 5.0)],
+        {"depth": 2},
+        False,
+    ),
+    ('flute_length = "8 mm"\nshank_diameter = "8 mm"\n', [(8.0, 4.0), (99.0, 4.0)], {"depth": 2}, False),
+]
+
+
+@pytest.mark.parametrize(("words", "profile", "depth", "refused"), BODIES)
+def test_a_shank_or_holder_is_refused_only_where_it_would_meet_what_stands(
+    folder: Path, tmp_path: Path, words: str, profile: list[tuple[float, float]], depth: dict[str, Any], refused: bool
+) -> None:
+    """Against exact distances to the boxes of which the plate is made, in each hole and along each way."""
+    given = {"tools": library(tmp_path / "tools.toml", words), "through": False, **depth}
+    bare = drilled(folder, **{"through": False, **depth}).path_after
+    ends = [
+        (*bare.end[row, :2].tolist(), bare.cycles[bare.ref[row]].bottom)
+        for row in np.flatnonzero(bare.kind == Kind.DRILL)
+    ]
+    assert any(meets_a_box(*end, profile, 0.0) for end in ends) == refused
+    if refused:
+        with pytest.raises(LeafcutError, match=r"its holder, Ø .* mm, comes down to Z.* and meets what stands beside"):
+            drilled(folder, **given)
+        return
+    outcome = drilled(folder, **given)
+    path, met = expand(outcome.written), 0
+    for begin, end in zip(path.before, path.end, strict=True):
+        if not np.isfinite((begin, end)).all():
+            continue
+        for share in np.linspace(0.0, 1.0, max(int(math.dist(begin, end) / 0.5), 1) + 1):
+            met += meets_a_box(*(begin + share * (end - begin)).tolist(), profile, 0.01)
+    assert met == 0
+
+
+def test_the_proof_finds_a_holder_that_meets_a_boss_and_nothing_else(folder: Path) -> None:
+    """Plunges and ways at random places, against the distance to the boxes."""
+    triangles = np.concatenate([box_triangles(*box) for box in (*STEPS, *BOSSES)])
+    random, counted = np.random.default_rng(5), [0, 0]
+    for _ in range(300):
+        (x0, y0), (x1, y1) = random.uniform((0, 0), (120, 80), (2, 2)).tolist()
+        z, plunge = float(random.uniform(-24, 6)), bool(random.integers(2))
+        path = ToolpathBuilder()
+        path.tool(1)
+        path.rapid(x0, y0, 60.0 if plunge else z)
+        path.feed(z=z, feed=5.0) if plunge else path.feed(x1, y1, feed=5.0)
+        places = [(x0, y0)] if plunge else [(x0 + s * (x1 - x0), y0 + s * (y1 - y0)) for s in np.linspace(0, 1, 800)]
+        nearest = min(nearest_above(x, y, z + 15.0) for x, y in places)
+        if abs(nearest - 10.0) < 0.2 or any(abs(z + 15.0 - box[5]) < 0.01 for box in (*STEPS, *BOSSES)):
+            continue
+        found = check_surface(path.build(), triangles, {}, {1: [(15.0, 10.0)]})
+        assert [one.what for one in found if one.what != "rapid into the part"] == (
+            ["shank or holder in the part"] if nearest < 10.0 else []
         )
-        if refused:
-            with pytest.raises(LeafcutError, match=r"comes down to Z17\.998, and the highest place is Z18\.000"):
-                drilled(folder, tools=str(tmp_path / "tools.toml"))
-        else:
-            assert drilled(folder, tools=str(tmp_path / "tools.toml")).verified
+        counted[nearest < 10.0] += 1
+    assert min(counted) > 50
+
+
+@pytest.mark.parametrize("dialect", ["linuxcnc", "grbl"])
+def test_pecks_go_back_into_the_hole_by_a_rapid(folder: Path, dialect: str) -> None:
+    """Written out as moves, too; into a hole that is not there they may not."""
+    outcome = drilled(folder, peck=4, dialect=dialect)
+    path = expand(outcome.written)
+    down = (path.kind == Kind.RAPID) & (path.before[:, :2] == path.end[:, :2]).all(axis=1)
+    assert np.nanmin(path.end[down, 2]) < -15.0
+    kinds = np.where(path.kind == Kind.FEED, int(Kind.RAPID), path.kind)
+    triangles = np.concatenate([box_triangles(*box) for box in (*STEPS, *BOSSES)])
+    assert check_surface(path, triangles, {1: RADIUS}) == []
+    assert check_surface(replace(path, kind=kinds), triangles, {1: RADIUS})
+
+
+def test_a_holder_that_is_planned_too_low_is_not_written(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("leafcut.processes.drilling.plan.drilling.check_bodies", lambda *_: None)
+    tools = library(tmp_path / "tools.toml", BODIES[0][0])
+    with pytest.raises(VerifyError, match="above the flutes of the tool meets the surface"):
+        drilled(folder, tools=tools)
 
 
 def test_a_hole_beside_the_surface_is_refused_with_its_place(folder: Path, tmp_path: Path) -> None:

@@ -15,8 +15,9 @@ from leafcut import api
 from leafcut.errors import OptionError, PlanError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
+from leafcut.geometry.polyline import Polyline
 from leafcut.model.outcome import Outcome
-from leafcut.model.pocket import PocketRules
+from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.toolpath import Kind, Toolpath, ToolpathBuilder
 from leafcut.processes.pocket.proof.pocket import closed_differences
 from rs274_moves import moves_of_rs274, run_rs274
@@ -163,4 +164,5 @@ def test_the_proof_finds_a_lift_and_a_level_that_ends_elsewhere(
     second: list, lifts: bool, levels: tuple[float, ...], what: list[str]
 ) -> None:
     rules = PocketRules(tool_diameter=5.0, step_over=3.0)
-    assert [d.what for d in closed_differences(two_levels(second, lifts), rules, levels)] == what
+    wall = [Pocket(Polyline.of_points([(-5, -5), (15, -5), (15, 15), (-5, 15)], closed=True))]
+    assert [d.what for d in closed_differences(two_levels(second, lifts), wall, rules, [levels])] == what

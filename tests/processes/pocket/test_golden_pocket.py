@@ -14,7 +14,7 @@ import pytest
 from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.geometry.polyline import Polyline
-from leafcut.model.pocket import Pocket, PocketPath, PocketPiece, PocketRules
+from leafcut.model.pocket import Pocket, PocketLevels, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import JobOptions, PostOptions
 from leafcut.post.writer import write_program
@@ -45,10 +45,11 @@ def path() -> Toolpath:
         angles = np.linspace(0.0, 2.0 * np.pi, 181)
         points += list(zip(30.0 + radius * np.cos(angles), 30.0 + radius * np.sin(angles), strict=True))
     rings = PocketPath("rings", (PocketPiece(Polyline.of_points(points)),))
-    clearing = Clearing(region, rough.polygon, fitted(rings, 0.01), fitted(wall_passes(region, rough.polygon), 0.01))
+    walls = fitted(wall_passes(region, rough.polygon), 0.01)
+    clearing = Clearing(region, rough.polygon, fitted(rings, 0.01), PocketLevels(0.0, (-2.0, -4.0)), walls)
     options = PocketOptions(tool_diameter=10.0, milling_feed=800 / 60)
     data = milling_data(options, JobOptions(spindle_speed=3000.0), RULES, MACHINE)[0]
-    return lay_pockets([clearing], PocketHeights((-2.0, -4.0), 10.0, 2.0), data, MACHINE)[0]
+    return lay_pockets([clearing], PocketHeights(10.0, 2.0), data, MACHINE)[0]
 
 
 def program(name: str, units: str) -> str:
@@ -69,7 +70,7 @@ def test_a_golden_pocket_reads_back_and_hurts_no_wall(name: str, units: str) -> 
     words = dialect(name)
     written = read_back(program(name, units), words)
     assert check_program(path(), written, words, MACHINE, units, milled=True) == []
-    assert check_pockets(written, [POCKET], RULES, 4.0, 2.0) == []
+    assert check_pockets(written, [POCKET], RULES, [4.0], 2.0) == []
 
 
 def test_a_round_pocket_is_written_in_arcs() -> None:

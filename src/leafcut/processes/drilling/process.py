@@ -55,7 +55,10 @@ class Drilling(Process):
         ("main", _MAIN),
         ("search", SEARCH),
         ("drill", (*_DEPTHS, *_REST, *_WAY)),
-        ("read", ("units", "layers", "min_diameter", "max_diameter", "merge_tolerance", "concentric", "strict")),
+        (
+            "read",
+            ("units", "layers", "min_diameter", "max_diameter", "merge_tolerance", "concentric", "solid", "strict"),
+        ),
         ("place", (*PLACE, "work_offset")),
         ("post", (*POST, "coolant", *CHANGES)),
         ("solve", (*SEARCH_MORE, *COLONIES)),

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from leafcut._version import __version__
 from leafcut.errors import OptionError
+from leafcut.model.cutter import discs_of
 from leafcut.model.measure import Measure
 from leafcut.model.mesh import Mesh
 from leafcut.model.outcome import OperationOutcome, Outcome
@@ -33,33 +34,40 @@ if TYPE_CHECKING:
 def _plan(run: Run, sources: Sequence[Source]) -> DrillPlan:
     from leafcut.processes.drilling.plan.drilling import plan_drilling
     from leafcut.processes.placing import placed, placed_mesh
-    from leafcut.read import read
+    from leafcut.read import Match, read
+    from leafcut.read.format import SNIFF_BYTES
     from leafcut.read.joining import read_drill_files
     from leafcut.read.meshes import load_mesh
-    from leafcut.read.step import step_mesh
+    from leafcut.read.registry import format_name
+    from leafcut.read.step import sniff, step_mesh
     from leafcut.read.tools import load_tools
 
-    look = run.looking("reading")
-    if len(sources) == 1:
-        part = read(sources[0], run.settings.read, look)
-    else:
-        part = read_drill_files(sources, run.settings.read, look)
+    look, reading = run.looking("reading"), run.settings.read
     job, ours = run.settings.job, run.settings.of(DrillOptions)
+    of_step = any(sniff(source.data[:SNIFF_BYTES]) is Match.YES for source in sources)
+    if ours.surface is not None and not of_step:
+        # The solid is that of the surface.
+        reading = replace(reading, solid=None)
+    part = read(sources[0], reading, look) if len(sources) == 1 else read_drill_files(sources, reading, look)
     mesh = None
     solid = any(hole.depth is not None for hole in part.holes)
     if ours.surface is not None:
         run.tell("reading the surface")
-        mesh = placed_mesh(load_mesh(ours.surface, ours.surface_unit), part, run.settings.read)
+        which = run.settings.read.solid
+        if which is not None and of_step and format_name(ours.surface) != part.format:
+            which = None  # it was of the drawing
+        mesh = placed_mesh(load_mesh(ours.surface, ours.surface_unit, which=which), part, run.settings.read)
     elif solid:
         # What stands between the holes of a solid is known.
         run.tell("reading the surface")
-        mesh = placed_mesh(Mesh(step_mesh(sources[0].path, sources[0].data), part.name), part, run.settings.read)
+        triangles = step_mesh(sources[0].path, sources[0].data, run.settings.read.solid)
+        mesh = placed_mesh(Mesh(triangles, part.name), part, run.settings.read)
     if solid and "hole_heights" in run.settings.asked and ours.hole_heights == "one":
         raise OptionError("--hole-heights one: the holes of a solid have heights of their own; leave it out")
     fixture = None
     if ours.fixture_file is not None:
         run.tell("reading the fixture")
-        fixture = placed_mesh(load_mesh(ours.fixture_file, ours.surface_unit), part, run.settings.read)
+        fixture = placed_mesh(load_mesh(ours.fixture_file, ours.surface_unit, which="all"), part, run.settings.read)
     part = placed(part, run.settings.read)
     library = load_tools(job.tools, run.machine.units) if job.tools else None
     plan = plan_drilling(part, run.machine, library, job, ours, mesh, fixture)
@@ -320,6 +328,7 @@ def _verify(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, text: str
         zones=plan.zones,
         zone_height=plan.clearance_height,
         tool_radii={tool.number: 0.5 * tool.diameter for tool in plan.tools},
+        bodies={tool.number: [(disc.above, disc.radius) for disc in discs_of(tool)] for tool in plan.tools},
         tops=tops,
         surface=None if plan.ground is None else plan.ground.triangles,
     )

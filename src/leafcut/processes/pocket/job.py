@@ -11,7 +11,7 @@ import numpy as np
 from leafcut.geometry.arrays import Point
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.measure import Measure
-from leafcut.model.pocket import PocketRules
+from leafcut.model.pocket import PocketLevels, PocketRules
 from leafcut.model.toolpath import PLACES, Toolpath
 from leafcut.processes.course import Run
 
@@ -25,14 +25,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PocketJob:
-    """What is the same for every pocket of a drawing and every way to clear it.
+    """What is the same for every way to clear the pockets of a drawing.
 
-    `limits` are those of feeds that follow what the tool meets; None where one feed is used throughout.
+    `levels` are those of each pocket, and `around` says in the floor of which other one it lies, or None. `limits` are
+    those of feeds that follow what the tool meets; None where one feed is used throughout.
     """
 
     run: Run
     part: Part
     rules: PocketRules
+    levels: tuple[PocketLevels, ...]
+    around: tuple[int | None, ...]
     heights: PocketHeights
     data: MillingData
     words: Dialect
@@ -43,6 +46,11 @@ class PocketJob:
     def exact(self) -> PocketRules:
         """The rules of the finished pocket: without stock."""
         return replace(self.rules, stock=0.0)
+
+    @property
+    def floor(self) -> float:
+        """That of the deepest pocket, mm."""
+        return min(one.floor for one in self.levels)
 
     @property
     def top(self) -> float:
@@ -66,9 +74,13 @@ class LaidPockets:
     measure: Measure
 
 
-def holes(descents: Sequence[Descent]) -> list[Point]:
-    """Return the places where a hole has to be before the program runs."""
-    return list(dict.fromkeys(d.place for d in descents if d.kind == "predrilled"))
+def holes(descents: Sequence[Descent]) -> dict[Point, float]:
+    """Return the places where a hole has to be before the program runs, and the height of the bottom of each, mm."""
+    found: dict[Point, float] = {}
+    for one in descents:
+        if one.kind == "predrilled":
+            found[one.place] = min(one.bottom, found.get(one.place, 0.0))
+    return found
 
 
 def raised(path: Toolpath, by: float) -> Toolpath:

@@ -43,8 +43,8 @@ def write_pockets(job: PocketJob, before: LaidPockets, after: LaidPockets, usual
         beside=f"by {usual}",
     )
     scale, unit = (25.4, "in") if settings.post.output_units == "inch" else (1.0, "mm")
-    for x, y in holes(after.descents):
-        depth = -job.heights.levels[-1] / scale
+    for (x, y), bottom in holes(after.descents).items():
+        depth = -bottom / scale
         header.append(
             f"needs a hole at X{x / scale:.4f} Y{y / scale:.4f}, {tool.diameter / scale:.4g} {unit} or wider, "
             f"{depth:.4g} {unit} deep"
@@ -100,24 +100,26 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpat
         )
     )
     whole, written = written, raised(written, -job.top)
-    depth = -heights.levels[-1]
-    refuse(check_pockets(written, job.part.pockets, job.exact, depth, heights.retract))
+    pockets, levels = job.part.pockets, [one.levels for one in job.levels]
+    refuse(check_pockets(written, pockets, job.exact, [-one.floor for one in job.levels], heights.retract))
     if job.run.settings.of(PocketOptions).closed_path:
-        refuse(closed_differences(written, job.exact, heights.levels))
-    refuse(depth_differences(written, job.exact, -heights.levels[0]))
-    finishing = finishing_levels(depth, tool.diameter) if job.rules.stock else ()
-    simulated = simulated_levels(written, job.part.pockets, job.exact, heights.levels, finishing)
+        refuse(closed_differences(written, pockets, job.exact, levels))
+    refuse(depth_differences(written, job.exact, max(one.step for one in job.levels)))
+    finishing = [finishing_levels(one, tool.diameter) if job.rules.stock else () for one in job.levels]
+    simulated = simulated_levels(written, pockets, job.exact, levels, finishing)
     chips = None
     if job.limits is None:
         refuse(air_differences(written, job.exact, tool.feed))
     else:
         from leafcut.processes.pocket.proof.chips import measured_chips
 
-        chips = measured_chips(written, job.exact, job.limits, tool, (*heights.levels, *finishing))
+        chips = measured_chips(
+            written, job.exact, job.limits, tool, sorted({z for one in (*levels, *finishing) for z in one})
+        )
         refuse(chips.wrong)
-    refuse(gouge_differences(simulated, job.part.pockets))
-    refuse(step_over_differences(simulated, job.part.pockets, job.exact))
-    lowest = [(level.number, level.removal) for level in simulated if level.z == heights.levels[-1]]
+    refuse(gouge_differences(simulated, pockets))
+    refuse(step_over_differences(simulated, pockets, job.exact))
+    lowest = [(level.number, level.removal) for level in simulated if level.z == job.levels[level.number].floor]
     return whole, _uncut(job, lowest), chips
 
 

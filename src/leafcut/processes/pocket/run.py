@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from leafcut._version import __version__
 from leafcut.errors import OptionError, PlanError, SolveError
@@ -21,6 +22,7 @@ from leafcut.model.pace_change import PaceChange
 from leafcut.model.pocket import (
     USUAL,
     Pocket,
+    PocketLevels,
     PocketMeasures,
     PocketPath,
     PocketPiece,
@@ -118,7 +120,7 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     from leafcut.gcode.dialects import dialect
     from leafcut.processes.placing import placed
     from leafcut.processes.pocket.plan.feed_limits import feed_limits
-    from leafcut.processes.pocket.plan.rules import levels_of, milling_data, of_one_depth, rules_of
+    from leafcut.processes.pocket.plan.rules import levels_of, lying_in, milled_pockets, milling_data, rules_of
     from leafcut.processes.pocket.plan.toolpath import PocketHeights
     from leafcut.processes.pocket.strategies import check_algorithm
     from leafcut.processes.zones import parse_zones
@@ -130,15 +132,21 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     part = read_pockets(source, settings.read, settings.pocket_drawing, settings.sheet, run.looking("reading"))
     mill = _library_mill(run, settings.job.depth)
     diameter = options.tool_diameter if mill is None else mill.diameter
-    part, depth, left = of_one_depth(part, settings.job.depth, diameter)
+    part, left = milled_pockets(part, settings.job.depth, diameter)
+    depths = [one.depth or 0.0 for one in part.pockets]
     if mill is not None:
-        # Of the pockets of a solid the depth is known now: whether the mill is long enough.
-        mill = _library_mill(run, depth)
+        # Of the pockets of a solid the depths are known now: whether the mill is long enough.
+        mill = _library_mill(run, max(depths))
         options = replace(options, tool_diameter=diameter)
     rules = rules_of(options)
-    depths = replace(settings.job, depth=depth)
-    levels = levels_of(depths, options)
-    data, issues = milling_data(options, depths, rules, run.machine, mill)
+    around = lying_in(part.pockets, rules.tolerance)
+    levels = tuple(
+        levels_of(
+            depth, options, 0.0 if over is None else -depths[over], settings.job.thickness, settings.job.break_through
+        )
+        for depth, over in zip(depths, around, strict=True)
+    )
+    data, issues = milling_data(options, settings.job, rules, run.machine, mill)
     limits = None
     if settings.of(FeedOptions).feeds:
         limits, told = feed_limits(settings, run.machine, rules, levels, data, mill, _material(settings))
@@ -146,7 +154,6 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
         data = replace(data, limits=limits)
     part = placed(part, settings.read)
     heights = PocketHeights(
-        levels=levels,
         clearance=settings.job.clearance_height,
         retract=settings.job.retract_height,
         always_clearance=settings.job.retract == "initial",
@@ -156,7 +163,9 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     words = dialect(settings.post.dialect or run.machine.controller)
     run = run.for_words(words)
     check_words_used(settings, run.machine, words)
-    job = PocketJob(run, part, rules, heights, data, words, _xy(settings.job.start_point), limits)
+    job = PocketJob(
+        run, part, rules, levels, tuple(around), heights, data, words, _xy(settings.job.start_point), limits
+    )
     return job, [*part.issues, *left, *issues]
 
 
@@ -207,12 +216,13 @@ def _box(job: PocketJob) -> Toolpath:
     """Return rapids and a feed round the box of all pockets, from the clearance height to the bottom."""
     builder = ToolpathBuilder()
     builder.rapid(z=job.heights.clearance)
-    for one in job.part.pockets:
+    for one, levels in zip(job.part.pockets, job.levels, strict=True):
         x0, y0, x1, y1 = one.outline.extents
         r = job.rules.radius
         builder.rapid(x0 + r, y0 + r)
-        builder.feed(z=job.heights.levels[-1], feed=job.data.tool.feed)
+        builder.feed(z=levels.floor, feed=job.data.tool.feed)
         builder.feed(x1 - r, y1 - r, feed=job.data.tool.feed)
+        builder.rapid(z=job.heights.clearance)
     return raised(builder.build(), job.top)
 
 
@@ -236,20 +246,20 @@ def _cleared(job: PocketJob, one: Pocket, number: int, time: SearchTime) -> tupl
     for place, way in enumerate(ways_tried):
         words, share = f"{several}{way.name}", (number + place / len(ways_tried)) / len(job.part.pockets)
         job.run.tell(trial(words, words), None, share)
-        result, clearings, fitted = _tried(job, one, way, regions, roughed, time)
+        result, clearings, fitted = _tried(job, number, way, regions, roughed, time)
         results.append(result)
         known = result.measures is not None
         figure = format_time(result.program_s) if known else "–"
         job.run.tell(trial(words, words, figure, result.program_s if known else None), None, share)
         if clearings:
             ways[way.name], even[way.name] = fitted, clearings
-    chosen = _chosen(job, one, results)
-    return _Cleared(PocketPlan(one, job.rules, job.heights.levels, tuple(results), chosen), ways, even), issues
+    chosen, levels = _chosen(job, one, results), job.levels[number]
+    return _Cleared(PocketPlan(one, job.rules, levels.levels, tuple(results), chosen, levels.begin), ways, even), issues
 
 
 def _tried(
     job: PocketJob,
-    one: Pocket,
+    number: int,
     way: ClearingWay,
     regions: list[CentreRegion],
     roughed: list[CentreRegion],
@@ -266,12 +276,12 @@ def _tried(
     if job.run.cancelled.is_set() and way.name not in (*USUAL, job.run.settings.of(PocketOptions).strategy):
         return PocketResult(way.name, refused="stopped before it was tried"), [], []
     try:
-        clearings = [_clearing(job, way, region, roughed, time) for region in regions]
+        clearings = [_clearing(job, job.levels[number], way, region, roughed, time) for region in regions]
     except (PlanError, SolveError) as problem:
         return PocketResult(way.name, refused=str(problem)), [], []
     path = PocketPath(way.name, tuple(piece for c in clearings for piece in c.path.pieces))
     steps, engaged = engaged_way(path, job.exact)
-    found = measure_path(one, path, job.exact, looked=(steps, engaged))
+    found = measure_path(job.part.pockets[number], path, job.exact, looked=(steps, engaged))
     if job.data.air_feed > job.data.tool.feed:
         divided = iter(with_air(path.pieces, steps, engaged, job.exact))
         clearings = [_aired(clearing, divided) for clearing in clearings]
@@ -318,7 +328,12 @@ def _aired(clearing: Clearing, divided: Iterator[list[PocketPiece]]) -> Clearing
 
 
 def _clearing(
-    job: PocketJob, way: ClearingWay, region: CentreRegion, roughed: list[CentreRegion], time: SearchTime
+    job: PocketJob,
+    levels: PocketLevels,
+    way: ClearingWay,
+    region: CentreRegion,
+    roughed: list[CentreRegion],
+    time: SearchTime,
 ) -> Clearing:
     """Return one region cleared by a strategy: all of it, or less the stock and then along its walls."""
     from leafcut.processes.pocket.plan.arcs import fitted
@@ -330,17 +345,17 @@ def _clearing(
     if region.middle is not None:
         # A slot as wide as the tool: there is one way to clear it.
         along = _along(way.name, region.middle)
-        return Clearing(region, region.polygon, fitted(closed(along, region) if closes else along, tolerance))
+        return Clearing(region, region.polygon, fitted(closed(along, region) if closes else along, tolerance), levels)
     if closes:
-        return Clearing(region, region.polygon, fitted(closed(time.spent_on(way, region), region), tolerance))
+        return Clearing(region, region.polygon, fitted(closed(time.spent_on(way, region), region), tolerance), levels)
     inside = [r for r in roughed if region.polygon.intersects(r.polygon)] if job.rules.stock > 0.0 else []
     if not inside:
         # Where stock leaves no room the tool clears up to the wall.
-        return Clearing(region, region.polygon, fitted(time.spent_on(way, region), tolerance))
+        return Clearing(region, region.polygon, fitted(time.spent_on(way, region), tolerance), levels)
     rough = [fitted(time.spent_on(way, r), tolerance) for r in inside]
     allowed = shapely.union_all([r.polygon for r in inside])
     whole = PocketPath(way.name, tuple(piece for path in rough for piece in path.pieces))
-    return Clearing(region, allowed, whole, fitted(wall_passes(region, allowed), tolerance))
+    return Clearing(region, allowed, whole, levels, fitted(wall_passes(region, allowed), tolerance))
 
 
 def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
@@ -416,6 +431,7 @@ def _ordered(job: PocketJob, pockets: list[list[Clearing]]) -> tuple[list[Cleari
         exit=np.array([c.end for c in clearings]),
         cluster=np.arange(len(clearings), dtype=np.int32),
         service=np.zeros(len(clearings)),
+        precedence=_before(job, pockets),
         metric=travel_metric(run.machine, settings.solve.objective),
         start=job.start,
         end=job.heights.end,
@@ -431,6 +447,20 @@ def _ordered(job: PocketJob, pockets: list[list[Clearing]]) -> tuple[list[Cleari
         cancelled=run.cancelled,
     )  # fmt: skip
     return [clearings[int(node)] for node in found.nodes], found
+
+
+def _before(job: PocketJob, pockets: list[list[Clearing]]) -> NDArray[np.int32]:
+    """Return which region is cleared before which, int32[n, 2]: a pocket before those that lie in its floor."""
+    last = np.cumsum([len(one) for one in pockets])
+    rows = [list(range(end - len(one), end)) for one, end in zip(pockets, last.tolist(), strict=True)]
+    pairs = [
+        (first, then)
+        for number, over in enumerate(job.around)
+        if over is not None
+        for first in rows[over]
+        for then in rows[number]
+    ]
+    return np.array(pairs, dtype=np.int32).reshape(-1, 2)
 
 
 def _laid(job: PocketJob, clearings: list[Clearing]) -> LaidPockets:
@@ -528,6 +558,7 @@ def _entry_issues(descents: Sequence[Descent]) -> list[Issue]:
         issues.append(Issue("L702", words, f"at ({places[0][0]:.3f}, {places[0][1]:.3f}){more}", severity))
     if needed := holes(descents):
         words = f"{len(needed)} holes have" if len(needed) > 1 else "a hole has"
-        at = "; ".join(f"({x:.3f}, {y:.3f})" for x, y in needed[:4]) + (" …" if len(needed) > 4 else "")
+        places = list(needed)[:4]
+        at = "; ".join(f"({x:.3f}, {y:.3f})" for x, y in places) + (" …" if len(needed) > 4 else "")
         issues.append(Issue("L703", f"{words} to be there before this program runs, as deep as the pocket", f"at {at}"))
     return issues

@@ -49,7 +49,7 @@ class SheetCutting(Process):
         ("cut", (*_CUT, *all_of(CutOptions, (*_MAIN, *_CUT, "save_plan", "save_norms")))),
         ("place", (*PLACE, *_PLACES, "work_offset")),
         ("sheet", all_of(SheetOptions)),
-        ("read", ("units", "layers", "min_diameter", "max_diameter", "strict")),
+        ("read", ("units", "layers", "min_diameter", "max_diameter", "solid", "strict")),
         ("post", (*POST, "beam_power", "mark_power", "path_tolerance", "material_number")),
         ("solve", SEARCH_MORE),
     )

@@ -14,7 +14,8 @@ from typing import Any
 
 from leafcut.errors import ReadError, shown
 from leafcut.kinds import Head
-from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number
+from leafcut.model.machine import XYZ
+from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number, texts
 
 #: A real file has some kilobytes; a thousandth of a second for each.
 MOST_BYTES = 262_144
@@ -23,6 +24,8 @@ _DEEPEST = 40
 
 #: What FluidNC takes where a key is missing: rate, acceleration, travel, junction deviation.
 _RATE, _ACCELERATION, _TRAVEL, _DEVIATION = 1000.0, 25.0, 1000.0, 0.01
+#: Likewise: steps in a millimetre and arcs (Machine/Axis.h, Machine/MachineConfig.h).
+_STEPS, _ARC_TOLERANCE = 80.0, 0.002
 #: Sections of spindles; of a laser alone.
 _SPINDLES = ("pwm", "10v", "besc", "dac", "hbridge", "relay", "onoff", "huanyang", "h2a", "h100", "yl620", "siemensv20",
              "danfossvlt2800", "nowforever", "modbusvfd")  # fmt: skip
@@ -73,34 +76,119 @@ def read(text: str, file: str) -> Values:
         values.take("corners.deviation", f"{found:.10g} mm", f"junction_deviation_mm, {in_lines([deviation.line])}")
     else:
         values.assume("corners.deviation", f"{_DEVIATION} mm", "FluidNC's default of junction_deviation_mm")
+    tolerance = tree.get("arc_tolerance_mm")
+    if isinstance(tolerance, _Scalar):
+        found = number(values, tolerance.text, "arc_tolerance_mm", tolerance.line)
+        values.take("corners.arc_tolerance", f"{found:.10g} mm", f"arc_tolerance_mm, {in_lines([tolerance.line])}")
+    if all(isinstance(part.get("steps_per_mm"), _Scalar) for part in parts):
+        steps = _of_axes(values, parts, "steps_per_mm", math.nan, "steps/mm")
+        values.take("motors.steps_per_mm", texts(steps.numbers, steps.unit), steps.source)
     other = [name for name in _inner(tree, "kinematics") if name != "cartesian"]
     if other:
         values.note(f"its kinematics are {shown(other[0], 20)}: limits are those of motors, so times are estimates")
     return values
 
 
+@dataclass(frozen=True)
+class FluidConfiguration:
+    """What a board with FluidNC is set to.
+
+    Attributes
+    ----------
+    low, high
+        Of machine coordinates, mm; -inf and inf where it has no ``max_travel_mm``.
+    rates, accelerations, steps
+        Of x, y and z: mm/s, mm/s², steps/mm.
+    deviation, arc_tolerance
+        Of corners and of arcs, mm.
+    homing, must_home, soft_limits
+        Whether each of the three is homed in a cycle; the board is locked until that; each keeps to its travel.
+    fastest
+        The spindle's highest speed, or the laser's highest power; inf where it has no ``speed_map``.
+    """
+
+    low: XYZ
+    high: XYZ
+    rates: XYZ
+    accelerations: XYZ
+    steps: XYZ
+    deviation: float
+    arc_tolerance: float
+    homing: bool
+    must_home: bool
+    soft_limits: bool
+    fastest: float
+
+
+def configuration_of(text: str, file: str) -> FluidConfiguration:
+    """Return what a board is set to, by its whole configuration, as it answers to ``$CD``.
+
+    Raises
+    ------
+    ReadError
+        It is no YAML; a value is no number, or one that no machine has.
+    """
+    tree = _parsed(text, file)
+    values = Values(file, "FluidNC")
+    axes = _inner(tree, "axes")
+    parts = [_inner(axes, axis) for axis in "xyz"]
+    ends = [_axis_travel(values, axis, part) for axis, part in zip("xyz", parts, strict=True)]
+    cycles = [_one(values, _inner(part, "homing"), "cycle", -1.0) for part in parts]
+    _work(values, tree)
+    speed = values.found.get("spindle.max_speed")
+    return FluidConfiguration(
+        low=_xyz([low for low, _, _, _ in ends]),
+        high=_xyz([high for _, high, _, _ in ends]),
+        rates=_xyz([_one(values, part, "max_rate_mm_per_min", _RATE) / 60.0 for part in parts]),
+        accelerations=_xyz([_one(values, part, "acceleration_mm_per_sec2", _ACCELERATION) for part in parts]),
+        steps=_xyz([_one(values, part, "steps_per_mm", _STEPS) for part in parts]),
+        deviation=_one(values, tree, "junction_deviation_mm", _DEVIATION),
+        arc_tolerance=_one(values, tree, "arc_tolerance_mm", _ARC_TOLERANCE),
+        homing=all(cycle >= 1 for cycle in cycles),
+        must_home=_is_on(_inner(tree, "start"), "must_home", otherwise=True),
+        soft_limits=all(_is_on(part, "soft_limits", otherwise=False) for part in parts),
+        fastest=math.inf if speed is None else number(values, speed.value, "speed_map"),
+    )
+
+
+def _xyz(numbers: list[float]) -> XYZ:
+    return (numbers[0], numbers[1], numbers[2])
+
+
+def _one(values: Values, tree: _Tree, key: str, otherwise: float) -> float:
+    entry = tree.get(key)
+    return number(values, entry.text, key, entry.line) if isinstance(entry, _Scalar) else otherwise
+
+
+def _is_on(tree: _Tree, key: str, *, otherwise: bool) -> bool:
+    entry = tree.get(key)
+    return entry.text.strip().lower() in ("true", "yes", "1") if isinstance(entry, _Scalar) else otherwise
+
+
+def _axis_travel(values: Values, axis: str, part: _Tree) -> tuple[float, float, float, int]:
+    """Return the lowest and highest place of an axis, where homing ends, and the line that says it, 0 for none."""
+    entry = part.get("max_travel_mm")
+    if not isinstance(entry, _Scalar):
+        return -math.inf, math.inf, 0.0, 0
+    length = number(values, entry.text, f"max_travel_mm of {axis}", entry.line)
+    homing = _inner(part, "homing")
+    place = homing.get("mpos_mm")
+    home = number(values, place.text, f"mpos_mm of {axis}", place.line) if isinstance(place, _Scalar) else 0.0
+    # Without homing it counts down from machine zero, as after homing in positive direction, which is the default.
+    down = not homing or _is_on(homing, "positive_direction", otherwise=True)
+    if not length > 0:
+        raise values.refusal(f"max_travel_mm of {axis} is {length:g}, but must be above 0", entry.line)
+    return (home - length, home, home, entry.line) if down else (home, home + length, home, entry.line)
+
+
 def _travel(values: Values, parts: list[_Tree]) -> None:
     lowest, highest, homes, lines = [], [], [], []
     for axis, part in zip("xyz", parts, strict=True):
-        entry = part.get("max_travel_mm")
-        if not isinstance(entry, _Scalar):
-            lowest.append(-math.inf)
-            highest.append(math.inf)
-            homes.append(0.0)
-            continue
-        length = number(values, entry.text, f"max_travel_mm of {axis}", entry.line)
-        homing = _inner(part, "homing")
-        place = homing.get("mpos_mm")
-        home = number(values, place.text, f"mpos_mm of {axis}", place.line) if isinstance(place, _Scalar) else 0.0
-        upwards = homing.get("positive_direction")
-        # Without homing it counts down from machine zero, as after homing in positive direction, which is the default.
-        down = not homing or not isinstance(upwards, _Scalar) or upwards.text.strip().lower() != "false"
-        if not length > 0:
-            raise values.refusal(f"max_travel_mm of {axis} is {length:g}, but must be above 0", entry.line)
-        lowest.append(home - length if down else home)
-        highest.append(home if down else home + length)
+        low, high, home, line = _axis_travel(values, axis, part)
+        lowest.append(low)
+        highest.append(high)
         homes.append(home)
-        lines.append(entry.line)
+        lines += [line] * bool(line)
     if not lines:
         values.note("the file has no max_travel_mm: nothing is checked against the travel")
     else:

@@ -21,10 +21,11 @@ from typing import Any
 from leafcut.errors import LeafcutError, OptionError, SendError
 from leafcut.sender.answers import Alarm, ControllerAnswer, Greeting, Status, Strange
 from leafcut.sender.by_hand import cancel_jog, check_jog, frame_of, jog, probe_z
-from leafcut.sender.checking import SOFT_LIMITS_OFF, check_program, check_ready
-from leafcut.sender.conversation import Conversation, Interrupted
+from leafcut.sender.checking import check_program, check_ready
+from leafcut.sender.conversation import LOCKED, Interrupted
 from leafcut.sender.explained import state_in_words
 from leafcut.sender.facts import Facts
+from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.job import SendJob, issues_to_tell
 from leafcut.sender.lines import Pause, SentStep
 from leafcut.sender.port import BAUD, Port, PortLost, SerialPort
@@ -104,7 +105,7 @@ class MachineLink:
         self._tasks: deque[_Task] = deque()
         self._answers: deque[str | None] = deque()
         self._thread: threading.Thread | None = None
-        self._talk: Conversation | None = None
+        self._talk: GrblConversation | None = None
         self._facts: Facts | None = None
         self._run: SendRun | None = None
         self._wishes = RunWishes()
@@ -309,13 +310,13 @@ class MachineLink:
         told = ""
         try:
             port = self._open_port(name, baud)
-            talk = Conversation(port, clock=self._clock)
+            talk = GrblConversation(port, clock=self._clock)
             with self._lock:
                 self._talk = talk
             talk.on_status = self._see
             status = talk.connect()
             self._asked_at = self._heard_at = self._clock()
-            if status.state in ("Idle", "Alarm"):
+            if status.state in ("Idle", *LOCKED):
                 self._look_up()
             self._tell(connection=Connection.OPEN)
             self._see(talk.status or status)
@@ -348,7 +349,7 @@ class MachineLink:
         for task in waiting:
             task.future.set_exception(SendError(told or "no machine is connected"))
 
-    def _serve(self, talk: Conversation) -> None:
+    def _serve(self, talk: GrblConversation) -> None:
         while not self._leaving:
             try:
                 self._do_next()
@@ -395,7 +396,7 @@ class MachineLink:
             self._heard_at = self._clock()
             self._tell(doing=doing)
 
-    def _turn(self, talk: Conversation, mind: Callable[[ControllerAnswer], None] | None = None) -> None:
+    def _turn(self, talk: GrblConversation, mind: Callable[[ControllerAnswer], None] | None = None) -> None:
         """Ask for the status when it is time, hear what is said, and see that a page is still there."""
         now = self._clock()
         if now - self._asked_at >= STATUS_SECONDS:
@@ -413,9 +414,9 @@ class MachineLink:
         """Take what is said without having been asked."""
         assert self._talk is not None
         match answer:
-            case Alarm(code):
-                self._say(self._talk.alarm_in_words(code), bad=True)
-                self._tell(unsure=self.state.unsure or code not in _KEPT)
+            case Alarm(why):
+                self._say(self._talk.explained(answer), bad=True)
+                self._tell(unsure=self.state.unsure or why not in _KEPT)
             case Greeting():
                 self._talk.start_anew()
                 self._facts = None
@@ -455,12 +456,12 @@ class MachineLink:
     def _at_rest(self) -> Facts:
         """Return what the controller says of itself; refuse a machine that moves, or is locked."""
         assert self._talk is not None
-        state = self._talk.fresh_status().state
-        if state != "Idle":
-            raise SendError(f"the machine is {state_in_words(state)}; bring it to rest first")
+        status = self._talk.fresh_status()
+        if status.state != "Idle":
+            raise SendError(f"the machine is {state_in_words(status, self._talk.family)}; bring it to rest first")
         return self._look_up()
 
-    def _stop_now(self, talk: Conversation) -> None:
+    def _stop_now(self, talk: GrblConversation) -> None:
         self._tell(doing=MachineTask.STOPPING, question=None)
         try:
             talk.stop()
@@ -542,13 +543,13 @@ class MachineLink:
         talk = self._talk
         assert talk is not None
         facts = self._look_up()
-        check_ready(facts, unhomed=wishes.unhomed, restarted=talk.restarted)
+        check_ready(facts, unhomed=wishes.unhomed, restarted=talk.restarted, family=talk.family)
         if self.state.unsure and not wishes.unhomed:
             raise SendError("it was locked by an alarm, and may not be where it thinks: home it, or set its zero anew")
         issues = check_program(job, facts, unhomed=wishes.unhomed, accept=wishes.accept)
         told = [str(issue) for issue in issues_to_tell([*job.issues, *issues])]
-        if not facts.soft_limits:
-            told.append(SOFT_LIMITS_OFF)
+        if facts.soft_limits_off:
+            told.append(facts.soft_limits_off)
         if wishes.by_hole and not job.holes:
             raise SendError(f"{job.file} drills no holes that could be gone through one by one")
         _, steps, tool = rest_of(job, facts, wishes.from_hole, wishes.from_line)
@@ -615,7 +616,7 @@ class MachineLink:
 
         def mind(answer: ControllerAnswer) -> None:
             if isinstance(answer, Alarm):
-                raise SendError(talk.alarm_in_words(answer.code))
+                raise SendError(talk.explained(answer))
             if isinstance(answer, Greeting):
                 raise SendError("the controller was reset")
 

@@ -9,7 +9,9 @@ from leafcut.errors import OptionError, ReadError
 from leafcut.gcode.dialects import dialect
 from leafcut.kinds import Head
 from leafcut.read.machine import load_machine, machine_names
-from leafcut.sender.job import SendJob, check_board, job_of, program_text
+from leafcut.sender.firmware import speaker_of
+from leafcut.sender.grbl import GrblConversation
+from leafcut.sender.job import SendJob, job_of, program_text
 from leafcut.studio.folder import OWN, Folder
 
 if TYPE_CHECKING:
@@ -31,7 +33,8 @@ def machine_of(word: str, folder: Folder) -> Machine:
         made = load_machine(word)
     else:
         raise OptionError("choose a machine of the library")
-    check_board(made, made.name)
+    if speaker_of(made, made.name) is not GrblConversation:
+        raise OptionError(f"{made.name}: this page serves GRBL boards alone; send to {made.control} with leafcut send")
     return made
 
 

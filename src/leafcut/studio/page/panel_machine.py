@@ -63,6 +63,7 @@ class MachinePanel:
                 self.port = Field("port", w("flag.port"), numbers=False, offered="machine-ports")
                 self.baud = Menu("baud", w("flag.baud"), {str(one): str(one) for one in BAUDS}, str(BAUD))
                 self.no_ports = text("p", w("machine.no_ports"), "quiet small")
+                text("p", w("machine.boards"), "quiet small")
                 with box("div", "ends"):
                     self.connect = button(w("machine.connect"), self._connect, "primary")
                     button(w("machine.look"), self.look, "plain small")

@@ -14,7 +14,7 @@ from every import every
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import as_polyline
-from leafcut.model.pocket import SAME_PLACE, Pocket, PocketMeasures, PocketPath, PocketRules
+from leafcut.model.pocket import SAME_PLACE, Pocket, PocketLevels, PocketMeasures, PocketPath, PocketRules
 from leafcut.model.toolpath import Kind
 from leafcut.options import JobOptions
 from leafcut.processes.pocket.measures import measure_path
@@ -116,8 +116,8 @@ def test_a_path_that_begins_with_a_loop_is_entered_round_and_round_it_no_steeper
     options = PocketOptions(tool_diameter=10.0, entry="ramp", entry_angle=angle, milling_feed=10.0)
     mill = load_machine("linuxcnc-mill")
     data = milling_data(options, JobOptions(spindle_speed=3000.0), rules, mill)[0]
-    heights = PocketHeights((-2.0, -4.0), 10.0, 2.0)
-    toolpath, down = lay_pockets([Clearing(region, region.polygon, adaptive(region))], heights, data, mill)
+    clearing = Clearing(region, region.polygon, adaptive(region), PocketLevels(0.0, (-2.0, -4.0)))
+    toolpath, down = lay_pockets([clearing], PocketHeights(10.0, 2.0), data, mill)
     before, end = toolpath.before, toolpath.end
     dropping = np.flatnonzero((toolpath.kind == Kind.ARC_CCW) & (end[:, 2] < before[:, 2] - 1e-9))
     # Half circles of 4.5 mm about the middle, whose slope is the drop over π · 4.5.

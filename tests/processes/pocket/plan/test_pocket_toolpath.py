@@ -13,7 +13,8 @@ import shapely
 from every import every
 from leafcut.errors import OptionError, PlanError
 from leafcut.geometry.polyline import Polyline
-from leafcut.model.pocket import Pocket, PocketPath, PocketPiece, PocketRules
+from leafcut.model.part import Part
+from leafcut.model.pocket import Pocket, PocketLevels, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.options import JobOptions
 from leafcut.processes.pocket.options import PocketOptions
@@ -21,7 +22,14 @@ from leafcut.processes.pocket.plan.arcs import fitted
 from leafcut.processes.pocket.plan.entries import ABOVE
 from leafcut.processes.pocket.plan.region import CentreRegion, centre_regions
 from leafcut.processes.pocket.plan.rings import contour
-from leafcut.processes.pocket.plan.rules import MillingData, finishing_levels, levels_of, milling_data, rules_of
+from leafcut.processes.pocket.plan.rules import (
+    MillingData,
+    finishing_levels,
+    levels_of,
+    milled_pockets,
+    milling_data,
+    rules_of,
+)
 from leafcut.processes.pocket.plan.toolpath import Clearing, PocketHeights, lay_pockets
 from leafcut.processes.pocket.plan.walls import wall_passes
 from leafcut.processes.pocket.proof.pocket import check_pockets
@@ -62,20 +70,22 @@ def data_of(entry: str = "ramp", feed: float = 10.0) -> MillingData:
 
 def lay(path: PocketPath, levels: tuple[float, ...] = (-2.0,), entry: str = "ramp", **changes: object) -> Toolpath:
     region = square()[0]
-    heights = PocketHeights(levels, clearance=10.0, retract=2.0, **changes)  # type: ignore[arg-type]
-    return lay_pockets([Clearing(region, region.polygon, path)], heights, data_of(entry), MILL)[0]
+    heights = PocketHeights(clearance=10.0, retract=2.0, **changes)  # type: ignore[arg-type]
+    clearing = Clearing(region, region.polygon, path, PocketLevels(0.0, levels))
+    return lay_pockets([clearing], heights, data_of(entry), MILL)[0]
 
 
 def test_levels_are_equal_and_none_is_deeper_than_the_step_down() -> None:
     options = PocketOptions(tool_diameter=10.0, step_down=2.0)
-    assert levels_of(JobOptions(depth=5.0), options) == pytest.approx([-5 / 3, -10 / 3, -5.0])
-    assert levels_of(JobOptions(depth=4.0), options) == pytest.approx([-2.0, -4.0])
-    assert levels_of(JobOptions(depth=4.0), PocketOptions(tool_diameter=10.0)) == (-4.0,)
+    assert levels_of(5.0, options).levels == pytest.approx([-5 / 3, -10 / 3, -5.0])
+    assert levels_of(4.0, options).levels == pytest.approx([-2.0, -4.0])
+    assert levels_of(4.0, PocketOptions(tool_diameter=10.0)) == PocketLevels(0.0, (-4.0,))
+    assert levels_of(9.0, options, begin=-4.0).levels == pytest.approx([-4 - 5 / 3, -4 - 10 / 3, -9.0])
 
 
 def test_finishing_passes_are_two_diameters_deep_at_most() -> None:
-    assert finishing_levels(20.0, 10.0) == (-20.0,)
-    assert finishing_levels(50.0, 10.0) == pytest.approx([-50 / 3, -100 / 3, -50.0])
+    assert finishing_levels(PocketLevels(0.0, (-20.0,)), 10.0) == (-20.0,)
+    assert finishing_levels(PocketLevels(0.0, (-50.0,)), 10.0) == pytest.approx([-50 / 3, -100 / 3, -50.0])
 
 
 @every(
@@ -94,9 +104,9 @@ def test_rules_say_in_one_line_what_is_missing_or_wrong(options: dict[str, objec
 
 def test_depth_is_needed_and_levels_are_counted() -> None:
     with pytest.raises(OptionError, match="--depth"):
-        levels_of(JobOptions(), PocketOptions(tool_diameter=10.0))
+        milled_pockets(Part("part", pockets=(Pocket(box(0, 0, 60, 60)),)), None, 10.0)
     with pytest.raises(OptionError, match="levels"):
-        levels_of(JobOptions(depth=100.0), PocketOptions(tool_diameter=10.0, step_down=0.01))
+        levels_of(100.0, PocketOptions(tool_diameter=10.0, step_down=0.01))
 
 
 def test_a_spindle_or_a_feed_that_the_machine_does_not_have_is_refused() -> None:
@@ -164,21 +174,24 @@ def test_a_tool_that_has_no_room_for_a_ramp_or_a_helix_goes_straight_down_and_th
     pocket = Pocket(Polyline.circle(30, 30, 5.05))
     region = centre_regions(pocket, RULES)[0][0]
     dot = PocketPath("dot", (PocketPiece(Polyline.of_points([(30, 30), (30.02, 30), (30, 30)])),))
-    heights = PocketHeights((-3.0,), clearance=10.0, retract=2.0)
-    path, descents = lay_pockets([Clearing(region, region.polygon, dot)], heights, data_of(), MILL)
+    heights = PocketHeights(clearance=10.0, retract=2.0)
+    clearing = Clearing(region, region.polygon, dot, PocketLevels(0.0, (-3.0,)))
+    path, descents = lay_pockets([clearing], heights, data_of(), MILL)
     assert [(d.kind, d.asked) for d in descents] == [("plunge", "ramp")]
     row = int(np.flatnonzero(path.end[:, 2] == -3.0)[0])
     assert path.value[row] == pytest.approx(data_of().plunge_feed)
 
 
 def test_into_what_is_cut_already_the_tool_comes_down_straight_into_what_is_not_by_its_entry() -> None:
-    heights = PocketHeights((-2.0,), clearance=10.0, retract=2.0)
+    heights = PocketHeights(clearance=10.0, retract=2.0)
     region = square()[0]
     near = rings(13, 15, joined=False)  # 2 mm beside what is cut: half of the disc at its start is uncut
     far = rings(1, 25, joined=False)
     inside = rings(25, 23, 24, joined=False)
     for path, entries in ((near, 2), (far, 2), (inside, 2)):
-        descents = lay_pockets([Clearing(region, region.polygon, path)], heights, data_of(), MILL)[1]
+        descents = lay_pockets(
+            [Clearing(region, region.polygon, path, PocketLevels(0.0, (-2.0,)))], heights, data_of(), MILL
+        )[1]
         assert len(descents) == entries
 
 
@@ -213,9 +226,9 @@ def test_a_rapid_goes_down_to_just_over_the_floor_that_is_cut_and_the_tool_feeds
     down = [(*a[:2], b[2]) for a, b in rapids(path) if b[2] < 0.0]
     assert down == [(30, 30, -2 + ABOVE), (10, 30, -2 + ABOVE), (30, 30, -4 + ABOVE), (50, 10, -2 + ABOVE)]
     pocket = (Pocket(box(0, 0, 60, 60)),)
-    assert check_pockets(path, pocket, RULES, depth=4.0, retract=2.0) == []
+    assert check_pockets(path, pocket, RULES, depths=[4.0], retract=2.0) == []
     low = replace(path, end=np.where(path.end == -2.0 + ABOVE, -2.0, path.end))
-    assert {d.what for d in check_pockets(low, pocket, RULES, depth=4.0, retract=2.0)} == {"rapid in the material"}
+    assert {d.what for d in check_pockets(low, pocket, RULES, depths=[4.0], retract=2.0)} == {"rapid in the material"}
 
 
 def test_a_rapid_over_a_clamp_is_made_at_the_clearance_height() -> None:
@@ -231,8 +244,8 @@ def test_a_rapid_over_a_clamp_is_made_at_the_clearance_height() -> None:
 def test_with_stock_all_levels_are_cleared_before_the_walls_are_finished_at_full_depth() -> None:
     region, roughed = square(stock=0.5)
     walls = wall_passes(region, roughed.polygon)
-    clearing = Clearing(region, roughed.polygon, rings(1, 7, 13, 19, 24.49), walls)
-    heights = PocketHeights((-2.0, -4.0), clearance=10.0, retract=2.0)
+    clearing = Clearing(region, roughed.polygon, rings(1, 7, 13, 19, 24.49), PocketLevels(0.0, (-2.0, -4.0)), walls)
+    heights = PocketHeights(clearance=10.0, retract=2.0)
     path = lay_pockets([clearing], heights, data_of(), MILL)[0]
     near_wall = (path.kind == Kind.FEED) & (np.abs(path.end[:, :2] - 30).max(axis=1) > 24.9)
     assert near_wall.any() and set(path.end[near_wall, 2]) == {-4.0}
@@ -269,9 +282,9 @@ def test_a_way_too_narrow_for_tool_and_stock_is_cut_level_by_level() -> None:
     roughed = centre_regions(pocket, replace(RULES, stock=0.5))[0]
     rough = PocketPath("contour", tuple(piece for part in roughed for piece in contour(part).pieces))
     allowed = shapely.union_all([part.polygon for part in roughed])
-    clearing = Clearing(region, allowed, rough, wall_passes(region, allowed))
     levels = (-3.0, -6.0, -9.0, -12.0)
-    path = lay_pockets([clearing], PocketHeights(levels, clearance=10.0, retract=2.0), data_of(), MILL)[0]
+    clearing = Clearing(region, allowed, rough, PocketLevels(0.0, levels), wall_passes(region, allowed))
+    path = lay_pockets([clearing], PocketHeights(clearance=10.0, retract=2.0), data_of(), MILL)[0]
     ground = region.polygon.buffer(4.99, quad_segs=32)
     assert ground.difference(swept_at(path, levels[-1])).area < 1e-6
     for above, below in itertools.pairwise(levels):
@@ -282,8 +295,9 @@ def test_where_roughing_left_more_than_stock_the_tool_does_not_come_down_straigh
     """One line is all the roughing; the walls lie 14 mm beside it."""
     region, roughed = square(stock=0.5)
     line = PocketPath("line", (PocketPiece(Polyline.of_points([(20, 30), (40, 30)])),))
-    clearing = Clearing(region, roughed.polygon, line, wall_passes(region, roughed.polygon))
-    heights = PocketHeights((-2.0, -4.0), clearance=10.0, retract=2.0)
+    walls = wall_passes(region, roughed.polygon)
+    clearing = Clearing(region, roughed.polygon, line, PocketLevels(0.0, (-2.0, -4.0)), walls)
+    heights = PocketHeights(clearance=10.0, retract=2.0)
     path, descents = lay_pockets([clearing], heights, data_of(), MILL)
     assert [d.kind for d in descents] == ["ramp"] * 4
     straight = {z for way, _, z in slopes(path) if way == 0.0}
@@ -298,8 +312,8 @@ def test_every_run_that_begins_with_a_loop_is_entered_along_it() -> None:
     pieces = [PocketPiece(loop.piece(0.0, loop.length), "entry") for loop in loops]
     region = square()[0]
     path, descents = lay_pockets(
-        [Clearing(region, region.polygon, PocketPath("two", tuple(pieces)))],
-        PocketHeights((-2.0,), clearance=10.0, retract=2.0),
+        [Clearing(region, region.polygon, PocketPath("two", tuple(pieces)), PocketLevels(0.0, (-2.0,)))],
+        PocketHeights(clearance=10.0, retract=2.0),
         data_of(),
         MILL,
     )

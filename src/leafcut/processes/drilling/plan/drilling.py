@@ -22,7 +22,14 @@ from leafcut.model.toolpath import DrillCycle
 from leafcut.options import JobOptions
 from leafcut.processes.drilling.options import DrillOptions
 from leafcut.processes.drilling.plan.depths import DepthRule, depth_rule, tap_lead_issue
-from leafcut.processes.drilling.plan.ground import Ground, check_fixture, checked_fixture, fixture_boxes, tops_of
+from leafcut.processes.drilling.plan.ground import (
+    Ground,
+    check_bodies,
+    check_fixture,
+    checked_fixture,
+    fixture_boxes,
+    tops_of,
+)
 from leafcut.processes.drilling.plan.tooling import Step, ToolChooser
 from leafcut.processes.spindle_heights import check_spindle_heights
 from leafcut.processes.zones import parse_zones
@@ -159,10 +166,10 @@ def plan_drilling(
     _check_speeds(operations, machine)
     _check_flutes(operations, tops, deeper)
     if ground is not None:
-        bottoms = [one.bottoms(tops, deeper) for one in operations]
-        _check_bodies(operations, bottoms, ground)
-        for one, lowest in zip(operations, bottoms, strict=True):
-            check_fixture(part.hole_xy[one.targets], lowest, 0.5 * one.tool.diameter, ground)
+        for one in operations:
+            places, lowest = part.hole_xy[one.targets], one.bottoms(tops, deeper)
+            check_bodies(one.tool, places, tops[one.targets], lowest, ground)
+            check_fixture(places, lowest, 0.5 * one.tool.diameter, ground)
     plan = DrillPlan(
         part=part,
         operations=operations,
@@ -246,7 +253,7 @@ def _relief(plan: DrillPlan, ground: Ground, machine: Machine, operation: DrillO
     """Return how high the ways of an operation are."""
     return ground.relief(
         machine,
-        0.5 * operation.tool.diameter,
+        operation.tool,
         plan.part.hole_xy[operation.targets].round(6),
         plan.r_planes[operation.targets],
         plan.clearance_height,
@@ -297,26 +304,6 @@ def _wide_operation(
     dwell = tool.dwell or 0.0
     cycle = DrillCycle("G82" if dwell else "G81", job.retract_height, -min(tips), to_initial=initial, dwell=dwell)
     return DrillOperation(tool, cycle, np.array(targets, dtype=np.int32), tips=np.array(tips, dtype=np.float64))
-
-
-def _check_bodies(operations: tuple[DrillOperation, ...], bottoms: list[NDArray[np.float64]], ground: Ground) -> None:
-    """Refuse a tool whose shank or holder comes below the highest place: what it meets beside a hole is not looked at.
-
-    `bottoms` has the lowest place of the tip in each hole of each operation, mm.
-    """
-    for one, tips in zip(operations, bottoms, strict=True):
-        tool, lowest = one.tool, float(tips.min(initial=np.inf))
-        wider = [(tool.stickout, part.lower, part.upper) for part in tool.holder]
-        wider += [(tool.flute_length, part.lower, part.upper) for part in tool.shaft]
-        wider += [(tool.flute_length, tool.shank_diameter or 0.0, 0.0)]
-        for begin, *widths in wider:
-            low = lowest + (begin or 0.0)
-            if max(widths) > tool.diameter + SAME_HEIGHT and low < ground.highest:
-                raise PlanError(
-                    f"{tool.label}: in its lowest hole its shank or holder, \u00d8 {max(widths):g} mm, comes down to "
-                    f"Z{low:.3f}, and the highest place is Z{ground.highest:.3f}: whether it meets that is not looked "
-                    "at; use a longer tool"
-                )
 
 
 def _check_flutes(

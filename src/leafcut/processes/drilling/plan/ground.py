@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError, count_of
+from leafcut.model.cutter import discs_of
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
@@ -17,10 +18,13 @@ from leafcut.model.mesh import Mesh
 from leafcut.model.part import Part
 from leafcut.model.problem import Relief
 from leafcut.model.shown_stock import FixtureBox
+from leafcut.model.tool import Tool
 from leafcut.stock.surface import TILES, TILES_DOGLEG, rims_of, safe_tiles
 
 #: A rim that is more uneven than this is told, mm.
 UNEVEN = 0.2
+#: A shank or a holder keeps so far from the surface, mm: triangles leave a solid by half of it.
+BODY_ROOM = 0.1
 #: A fixture is not so many times as long as the part, nor so many times shorter.
 MOST_TIMES = 50.0
 #: A drawing that is so many times as long as the surface, or nearly, has another unit.
@@ -94,16 +98,23 @@ class Ground:
     def relief(
         self,
         machine: Machine,
-        radius: float,
+        tool: Tool,
         places: NDArray[np.float64],
         heights: NDArray[np.float64],
         otherwise: float,
         zones: NDArray[np.float64],
     ) -> Relief:
-        """Return how high a tool of this radius goes between places, with keep-out zones crossed at `otherwise`."""
+        """Return how high a tool goes between places, with keep-out zones crossed at `otherwise`."""
         most = TILES_DOGLEG if machine.rapid_style == "dogleg" else TILES
         bars = [_box(np.array([*zone[:2], 0.0, *zone[2:], otherwise - self.clearance])) for zone in zones]
-        tiles = safe_tiles(np.concatenate([self.triangles, *bars]), radius + self.clearance, self.clearance, most)
+        lowest, room = float(heights.min(initial=np.inf)), self.clearance
+        bodies = [
+            (disc.radius + room, room - disc.above)
+            for disc in discs_of(tool)
+            if lowest + disc.above < self.highest + room
+        ]
+        around = np.concatenate([self.triangles, *bars])
+        tiles = safe_tiles(around, 0.5 * tool.diameter + room, room, most, bodies)
         acceleration = machine.acceleration[2] * machine.acceleration_factor
         return Relief(
             places, heights, otherwise, np.minimum(tiles.heights, otherwise), tiles.x, tiles.y, tiles.side,
@@ -184,23 +195,66 @@ def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: fl
     """
     if ground.fixture is None or not len(xy):
         return
-    import shapely  # as above
-
-    triangles = ground.fixture.triangles
-    flat: Any = shapely.convex_hull(shapely.multipoints(triangles[:, :, :2]))
-    places: Any = shapely.points(xy)
-    hole, which = shapely.STRtree(flat).query(places, predicate="dwithin", distance=radius)
-    under = set()
-    for one, triangle in zip(hole.tolist(), which.tolist(), strict=True):
-        piece = _part_above(triangles[triangle], float(tips[one]))
-        if len(piece) and shapely.dwithin(places[one], shapely.MultiPoint(piece).convex_hull, radius):
-            under.add(one)
+    under = _meeting(ground.fixture.triangles, xy, tips, radius)
     if under:
         x, y = xy[min(under)]
         raise PlanError(
             f"the hole at {x:g}, {y:g} is under the fixture {ground.fixture.name}, or closer to it than the radius of "
             f"its tool ({count_of(len(under), 'hole')} in all); move the fixture, or leave the holes out"
         )
+
+
+def check_bodies(
+    tool: Tool, xy: NDArray[np.float64], tops: NDArray[np.float64], tips: NDArray[np.float64], ground: Ground
+) -> None:
+    """Refuse a hole in which the shank or the holder of its tool would meet the surface, a fixture or the hole's rim.
+
+    It is wider than the tool; ways between holes are kept clear of it by their heights (`Ground.relief`).
+
+    Parameters
+    ----------
+    xy, tops, tips
+        float64[n, 2], float64[n], float64[n]: the holes, where each begins, and how low the tip goes in each, mm.
+    """
+    triangles = ground.triangles
+    for disc in discs_of(tool):
+        low = tips + disc.above - BODY_ROOM
+        meets = set(np.flatnonzero(low < tops).tolist())
+        if float(low.min(initial=np.inf)) < ground.highest:
+            meets |= _meeting(triangles, xy, low, disc.radius + BODY_ROOM)
+        if not meets:
+            continue
+        first = min(meets)
+        x, y = xy[first]
+        what = "the rim of the hole" if low[first] < tops[first] else "what stands beside the hole"
+        raise PlanError(
+            f"{tool.label}: at {x:g}, {y:g} its {disc.body}, \u00d8 {2.0 * disc.radius:g} mm, comes down to "
+            f"Z{tips[first] + disc.above:.3f} and meets {what} ({count_of(len(meets), 'hole')} in all); use a longer "
+            "tool, or leave the holes out"
+        )
+
+
+def _meeting(
+    triangles: NDArray[np.float64], xy: NDArray[np.float64], heights: NDArray[np.float64], radius: float
+) -> set[int]:
+    """Return at which places float64[n, 2] some of a mesh is above a height, float64[n], within a radius."""
+    import shapely  # as above
+
+    triangles = triangles[triangles[:, :, 2].max(axis=1) > heights.min()]
+    if not len(triangles):
+        return set()
+    flat: Any = shapely.convex_hull(shapely.multipoints(triangles[:, :, :2]))
+    places: Any = shapely.points(xy)
+    place, which = shapely.STRtree(flat).query(places, predicate="dwithin", distance=radius)
+    whole = triangles[which, :, 2].min(axis=1) > heights[place]
+    meets = set(place[whole].tolist())
+    for one, triangle in zip(place[~whole].tolist(), which[~whole].tolist(), strict=True):
+        if one in meets:
+            continue
+        piece = _part_above(triangles[triangle], float(heights[one]))
+        if len(piece) and shapely.dwithin(places[one], shapely.MultiPoint(piece).convex_hull, radius):
+            meets.add(one)
+    return meets
 
 
 def _part_above(corners: NDArray[np.float64], height: float) -> NDArray[np.float64]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from leafcut.errors import OptionError, PlanError
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
-from leafcut.model.pocket import FILM, PocketRules
+from leafcut.model.pocket import FILM, PocketLevels, PocketRules
 from leafcut.model.tool import Tool
 from leafcut.model.work_material import WorkMaterial
 from leafcut.options import FeedOptions, Settings, SpeedOptions, flag_name
@@ -29,7 +30,7 @@ def feed_limits(
     settings: Settings,
     machine: Machine,
     rules: PocketRules,
-    levels: tuple[float, ...],
+    levels: Sequence[PocketLevels],
     data: MillingData,
     mill: Tool | None,
     material: WorkMaterial | None,
@@ -38,6 +39,8 @@ def feed_limits(
 
     Parameters
     ----------
+    levels
+        Of every pocket.
     mill
         The tool of the library; None without one.
     material
@@ -56,11 +59,12 @@ def feed_limits(
     tool = data.tool
     increase = 1.0 + settings.of(FeedOptions).feed_increase / 100.0
     most = max(min(increase * tool.feed, machine.max_feed, data.air_feed), tool.feed)
-    depth = -levels[0]
-    finish = finishing_levels(-levels[-1], tool.diameter)[0] if options.stock else levels[0]
+    # One tool cuts all pockets: the deepest level of any counts.
+    depth = max(one.step for one in levels)
+    finish = max(one.begin - finishing_levels(one, tool.diameter)[0] for one in levels) if options.stock else depth
     slot = settings.of(FeedOptions).slot_chip
     limits = FeedLimits(
-        tool.diameter, tool.feed, tool.spindle_rpm, most, depth, -finish, FILM * tool.diameter,
+        tool.diameter, tool.feed, tool.spindle_rpm, most, depth, finish, FILM * tool.diameter,
         1.0 if slot is None else slot / 100.0,
     )  # fmt: skip
     power = _power(settings, machine, tool)

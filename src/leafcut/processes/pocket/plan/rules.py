@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from leafcut.errors import OptionError, PlanError, count_of
+from leafcut.geometry.regions import region
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.part import Part
-from leafcut.model.pocket import Pocket, PocketRules
+from leafcut.model.pocket import Pocket, PocketLevels, PocketRules
 from leafcut.model.tool import Tool
 from leafcut.options import JobOptions
 from leafcut.processes.pocket.options import PocketOptions
@@ -98,41 +101,52 @@ def rules_of(options: PocketOptions, tolerance: float = TOLERANCE) -> PocketRule
     )
 
 
-def levels_of(job: JobOptions, options: PocketOptions) -> tuple[float, ...]:
-    """Return the height of every level from the top, mm, negative: equal steps, none larger than the step-down.
+def levels_of(
+    depth: float, options: PocketOptions, begin: float = 0.0, thickness: float | None = None, beyond: float = 0.0
+) -> PocketLevels:
+    """Return the levels of a pocket `depth` mm below the top: equal steps, none larger than the step-down.
+
+    Parameters
+    ----------
+    begin
+        Where its material begins, mm; negative in the floor of another pocket.
+    thickness, beyond
+        Of the plate, and how far below it the tool may come, mm.
 
     Raises
     ------
     OptionError
-        The depth is missing, goes farther through the plate than a break-through, or so many levels cannot be meant.
+        The pocket goes farther through the plate than a break-through, or so many levels cannot be meant.
     """
-    if job.depth is None:
-        raise OptionError("a pocket needs its depth; give --depth")
-    if job.thickness is not None and job.depth > job.thickness + job.break_through + 1e-9:
+    if thickness is not None and depth > thickness + beyond + 1e-9:
         raise OptionError(
-            f"--depth {job.depth:g} mm is below the plate of --thickness {job.thickness:g} mm by more than "
-            f"--break-through {job.break_through:g} mm: the tool would mill what the plate lies on"
+            f"a pocket of {depth:g} mm is below the plate of --thickness {thickness:g} mm by more than "
+            f"--break-through {beyond:g} mm: the tool would mill what the plate lies on"
         )
-    step = options.step_down or 0.5 * (options.tool_diameter or math.inf)
-    count = max(math.ceil(job.depth / step - 1e-9), 1)
+    step, high = options.step_down or 0.5 * (options.tool_diameter or math.inf), depth + begin
+    count = max(math.ceil(high / step - 1e-9), 1)
     if count > MOST_LEVELS:
         raise OptionError(f"--step-down {step:g} mm gives {count:,} levels; {MOST_LEVELS:,} are the most")
-    return tuple(-job.depth * level / count for level in range(1, count + 1))
+    return PocketLevels(begin, tuple(begin - high * level / count for level in range(1, count + 1)))
 
 
-def of_one_depth(part: Part, depth: float | None, diameter: float | None) -> tuple[Part, float | None, list[Issue]]:
-    """Return the pockets that one program clears, their depth, and what is left out of it.
+def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> tuple[Part, list[Issue]]:
+    """Return the pockets to mill, each with its depth, and what is left out.
 
-    Where the pockets of a solid have several depths, `depth` chooses those of one; drawings say none. What is round and
-    no wider than the tool is a hole.
+    A drawing says no depth: all its pockets are `depth` deep. In a solid each has its own; `depth` chooses those that
+    are so deep. What is round and no wider than the tool is a hole.
 
     Raises
     ------
+    OptionError
+        The pockets of a drawing have no depth.
     PlanError
-        The solid has several depths and none is chosen, or no pocket of the one that is.
+        No pocket of a solid is wider than the tool, or as deep as asked for.
     """
     if not any(one.depth is not None for one in part.pockets):
-        return part, depth, []
+        if depth is None:
+            raise OptionError("a pocket needs its depth; give --depth")
+        return replace(part, pockets=tuple(replace(one, depth=depth) for one in part.pockets)), []
     issues = []
     wide = [one for one in part.pockets if not _is_hole(one, diameter)]
     if holes := len(part.pockets) - len(wide):
@@ -140,22 +154,44 @@ def of_one_depth(part: Part, depth: float | None, diameter: float | None) -> tup
         issues.append(Issue("L219", words, severity=Severity.NOTE))
     if not wide:
         raise PlanError(f"{part.name}: no pocket is wider than the tool; choose a smaller --tool-diameter")
-    depths: dict[float, list[Pocket]] = {}
-    for one in wide:
-        depths.setdefault(round(one.depth or 0.0, 3), []).append(one)
-    there = ", ".join(f"{deep:g} mm ({count_of(len(depths[deep]), 'pocket')})" for deep in sorted(depths))
-    if depth is None and len(depths) > 1:
-        raise PlanError(
-            f"{part.name}: pockets of several depths: {there}; a program clears those of one: give its --depth, and "
-            "make a program for each"
-        )
-    chosen = depths.get(round(depth, 3)) if depth is not None else next(iter(depths.values()))
+    chosen = wide if depth is None else [one for one in wide if abs((one.depth or 0.0) - depth) <= SAME_HEIGHT]
+    there = _depths(wide)
     if not chosen:
-        raise PlanError(f"{part.name}: no pocket is --depth {depth:g} mm deep; there are {there}")
+        raise PlanError(
+            f"{part.name}: no pocket is --depth {depth:g} mm deep; there are {there}; leave --depth out to mill "
+            "each to its own floor"
+        )
     if left := len(wide) - len(chosen):
-        words = f"{count_of(left, 'pocket')} of another depth left out: the solid has {there}"
+        words = (
+            f"{count_of(left, 'pocket')} of another depth left out, as --depth {depth:g} mm asks for: the solid has "
+            f"{there}"
+        )
         issues.append(Issue("L219", words, severity=Severity.NOTE))
-    return replace(part, pockets=tuple(chosen)), chosen[0].depth, issues
+    return replace(part, pockets=tuple(chosen)), issues
+
+
+def _depths(pockets: Sequence[Pocket]) -> str:
+    """Return ``6 mm (1 pocket), 8 mm (2 pockets)``."""
+    counted = Counter(round(one.depth or 0.0, 3) for one in pockets)
+    return ", ".join(f"{deep:g} mm ({count_of(counted[deep], 'pocket')})" for deep in sorted(counted))
+
+
+def lying_in(pockets: Sequence[Pocket], tolerance: float) -> list[int | None]:
+    """Return in the floor of which other pocket each lies, the deepest of several; None where in none.
+
+    Whatever stands in a pocket is an island of it: so all that is above a pocket in its floor is cleared with it.
+    """
+    shapes = [region(one.outline, one.islands, tolerance, one.label) for one in pockets]
+    around: list[int | None] = []
+    for one, shape in zip(pockets, shapes, strict=True):
+        deep = one.depth or 0.0
+        over = [
+            k
+            for k, other in enumerate(pockets)
+            if (other.depth or 0.0) < deep - SAME_HEIGHT and shape.difference(shapes[k].buffer(tolerance)).is_empty
+        ]
+        around.append(max(over, key=lambda k: pockets[k].depth or 0.0, default=None))
+    return around
 
 
 def _is_hole(pocket: Pocket, diameter: float | None) -> bool:
@@ -164,10 +200,11 @@ def _is_hole(pocket: Pocket, diameter: float | None) -> bool:
     return round_ and not pocket.islands and diameter is not None and x1 - x0 <= diameter + SAME_HEIGHT
 
 
-def finishing_levels(depth: float, diameter: float) -> tuple[float, ...]:
+def finishing_levels(levels: PocketLevels, diameter: float) -> tuple[float, ...]:
     """Return the heights at which the walls are finished, the last at full depth: each at most two diameters deeper."""
+    depth = levels.depth
     count = max(math.ceil(depth / (FINISHING_DEPTH * diameter) - 1e-9), 1)
-    return tuple(-depth * level / count for level in range(1, count + 1))
+    return tuple(levels.begin - depth * level / count for level in range(1, count + 1))
 
 
 def milling_data(

@@ -42,7 +42,7 @@ def library_mill(library: ToolLibrary, options: PocketOptions, tolerance: float,
     tolerance
         How far its diameter may be from the one asked for, mm.
     depth
-        Of the pocket, mm.
+        Of the deepest pocket, mm.
 
     Raises
     ------
@@ -59,7 +59,8 @@ def library_mill(library: ToolLibrary, options: PocketOptions, tolerance: float,
         )
     if depth is not None and tool.flute_length is not None and depth > tool.flute_length + 1e-9:
         raise PlanError(
-            f"{tool.label} cuts {tool.flute_length:g} mm deep at most, but --depth is {depth:g} mm; use a longer tool"
+            f"{tool.label} cuts {tool.flute_length:g} mm deep at most, but the deepest pocket has {depth:g} mm; "
+            "use a longer tool"
         )
     return tool
 

@@ -16,7 +16,7 @@ from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.geometry.zones import touches_any_zone, widened
 from leafcut.model.machine import Machine
-from leafcut.model.pocket import FILM, SAME_PLACE, PocketPath, PocketPiece
+from leafcut.model.pocket import FILM, SAME_PLACE, PocketLevels, PocketPath, PocketPiece
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.processes.pocket.plan.cleared_area import ClearedArea, Opened
 from leafcut.processes.pocket.plan.entries import ABOVE, TOUCH, Descent, come_down, follow, wind_down
@@ -42,6 +42,8 @@ class Clearing:
         shapely geometry of the tool centres of roughing: `region`, or less where stock is left.
     rough
         Over one level.
+    levels
+        Where the material of the pocket begins, and its levels.
     walls
         The finishing pass where roughing leaves stock; None without.
     """
@@ -49,6 +51,7 @@ class Clearing:
     region: CentreRegion
     allowed: Any
     rough: PocketPath
+    levels: PocketLevels
     walls: PocketPath | None = None
 
     @property
@@ -72,7 +75,6 @@ class Clearing:
 class PocketHeights:
     """Heights and places of a program, mm; `zones` float64[k, 4] are crossed at the clearance height only."""
 
-    levels: tuple[float, ...]
     clearance: float
     retract: float
     always_clearance: bool = False
@@ -107,7 +109,7 @@ def lay_pockets(
     PlanError
         The program would have more moves than can be meant.
     """
-    moves = sum(p.path.n_segments for c in clearings for p in c.path.pieces) * len(heights.levels)
+    moves = sum(p.path.n_segments * len(c.levels.levels) for c in clearings for p in c.path.pieces)
     if moves > MOST_MOVES:
         raise PlanError(f"{moves:,} moves are too many; raise --step-down or the tolerance of the drawing")
     builder = ToolpathBuilder()
@@ -147,24 +149,28 @@ class _Layer:
     def clear(self, clearing: Clearing) -> None:
         """Clear a region to its last level, and finish its walls."""
         shapely.prepare(clearing.allowed)
-        top, ground = 0.0, ClearedArea(clearing.region.rules)
+        levels, ground = clearing.levels, ClearedArea(clearing.region.rules)
+        top = levels.begin
         runs = _runs(clearing.rough)
         opened = [ground.after(run.path) for run in runs]
-        for z in self.heights.levels:
+        for z in levels.levels:
             for number, run in enumerate(runs):
-                self._to(run.start, top if number == 0 else z, clearing.allowed if number == 0 else None, z)
+                # From another pocket the tool is always lifted.
+                stays = number == 0 and top != levels.begin
+                self._to(run.start, top if number == 0 else z, clearing.allowed if stays else None, z)
                 self._enter(run, opened[number], top, z, clearing)
             top = z
         if clearing.walls is not None:
             self._walls(clearing, clearing.walls, ground)
 
     def _walls(self, clearing: Clearing, walls: PocketPath, ground: ClearedArea) -> None:
-        radius, top = clearing.region.rules.radius, 0.0
+        radius, levels = clearing.region.rules.radius, clearing.levels
+        top = levels.begin
         left = clearing.region.polygon.buffer(radius, quad_segs=32).difference(ground.cleared())
         thin = left.buffer(-FILM * radius).is_empty
         runs = _runs(walls)
         opened = [ground.after(run.path) for run in runs]
-        for z in finishing_levels(-self.heights.levels[-1], 2.0 * radius) if thin else self.heights.levels:
+        for z in finishing_levels(levels, 2.0 * radius) if thin else levels.levels:
             for number, run in enumerate(runs):
                 self._to(run.start, z, None, z)
                 self._enter(run, opened[number], top, z, clearing, walls=True)

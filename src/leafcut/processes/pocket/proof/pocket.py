@@ -53,12 +53,12 @@ class PocketCut:
 
 
 def check_pockets(
-    written: Toolpath, pockets: Sequence[Pocket], rules: PocketRules, depth: float, retract: float
+    written: Toolpath, pockets: Sequence[Pocket], rules: PocketRules, depths: Sequence[float], retract: float
 ) -> list[Difference]:
     """Return all that a program does to a pocket that it must not; an empty list is the proof.
 
-    1. No feed move is deeper than the pocket, and none below the surface brings the tool more than the tolerance of
-       the rules beyond a wall, whether it clears, enters or links.
+    1. No feed move is deeper than the pocket that it is in, and none below the surface brings the tool more than the
+       tolerance of the rules beyond a wall, whether it clears, enters or links.
     2. A rapid moves sideways at or above the R plane only. Straight down it goes below it only to where it ends
        over ground that feeds before it have cleared under all of the tool.
 
@@ -66,13 +66,13 @@ def check_pockets(
     ----------
     written
         The program, read back.
-    depth
-        Of the pocket, mm, positive.
+    depths
+        Of each pocket from the surface, mm, positive.
     retract
         Height of the R plane, mm.
     """
     cuts = list(cuts_of(written, rules.tolerance))
-    return shorten([*_rapids(written, cuts, rules, retract), *_too_deep(cuts, depth), *_gouges(cuts, pockets, rules)])
+    return shorten([*_rapids(written, cuts, rules, retract), *_beyond_walls(cuts, pockets, rules, depths)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,10 +89,10 @@ def simulated_levels(
     written: Toolpath,
     pockets: Sequence[Pocket],
     rules: PocketRules,
-    levels: Sequence[float],
-    finishing: Sequence[float] = (),
+    levels: Sequence[Sequence[float]],
+    finishing: Sequence[Sequence[float]] = (),
 ) -> list[SimulatedLevel]:
-    """Return what the program does in each pocket at each of `levels`, and where the walls are finished besides.
+    """Return what the program does in each pocket at each of its `levels`, and where its walls are finished besides.
 
     A level that goes the way of another one is not simulated again. Beside a finishing pass between two levels are the
     passes of the lower one, which were there before.
@@ -102,11 +102,20 @@ def simulated_levels(
     opened = _opened(written, cuts, rules)
     known: dict[tuple[int, bytes], tuple[Removal, float]] = {}
     rows = []
-    for z in sorted({*levels, *finishing}):
-        lower = max((level for level in levels if level <= z), default=z)
-        pieces, beside = list(_pieces(cuts, z)), [] if z in levels else list(_pieces(cuts, lower))
-        for number, (pocket, shape) in enumerate(zip(pockets, shapes, strict=True)):
-            mine, more = ([p for p in some if _lies_in(p, shape)] for some in (pieces, beside))
+    at: dict[float, list[Points]] = {}
+
+    def pieces(z: float) -> list[Points]:
+        if z not in at:
+            at[z] = list(_pieces(cuts, z))
+        return at[z]
+
+    for number, (pocket, shape) in enumerate(zip(pockets, shapes, strict=True)):
+        own = levels[number]
+        for z in sorted({*own, *(finishing[number] if finishing else ())}):
+            lower = max((level for level in own if level <= z), default=z)
+            mine, more = (
+                [p for p in some if _lies_in(p, shape)] for some in (pieces(z), [] if z in own else pieces(lower))
+            )
             key = (number, b"".join(np.round(p, 4).tobytes() for p in (*mine, *more)))
             if key not in known:
                 found = removal(pocket, as_path(mine), rules)
@@ -225,20 +234,26 @@ def step_over_differences(
     ]
 
 
-def closed_differences(written: Toolpath, rules: PocketRules, levels: Sequence[float]) -> list[Difference]:
+def closed_differences(
+    written: Toolpath, pockets: Sequence[Pocket], rules: PocketRules, levels: Sequence[Sequence[float]]
+) -> list[Difference]:
     """Return where a program that is to go on from level to level at one place is lifted, or comes back elsewhere.
 
-    From the rapid down to the rapid up the tool clears all `levels`, one after the other, each from one place back to
-    it.
+    From the rapid down to the rapid up the tool clears all `levels` of a pocket, one after the other, each from one
+    place back to it.
     """
     wrong, rapids = [], np.cumsum(written.kind == Kind.RAPID)
+    shapes = [_shape(pocket, rules) for pocket in pockets]
     for _, stretch in itertools.groupby(cuts_of(written, rules.tolerance), lambda cut: int(rapids[cut.row])):
         flat = [cut for cut in stretch if np.ptp(cut.way[:, 2]) <= ROOM]
         there = [list(level) for _, level in itertools.groupby(flat, lambda cut: round(float(cut.way[-1, 2]), 2))]
         heights = [float(level[0].way[-1, 2]) for level in there]
-        if len(heights) != len(levels) or not np.allclose(heights, levels, rtol=0.0, atol=ROOM):
+        # Of pockets in the floors of others it is in several.
+        mine = [own for own, shape in zip(levels, shapes, strict=True) if flat and _lies_in(flat[0].way, shape)]
+        if not any(len(heights) == len(own) and np.allclose(heights, own, rtol=0.0, atol=ROOM) for own in mine):
             done = ", ".join(f"Z{height:.3f}" for height in heights) or "none"
-            words = f"of {len(levels)} levels of a closed path these are cleared without a lift: {done}"
+            many = " or ".join(str(number) for number in sorted({len(own) for own in mine or levels}))
+            words = f"of {many} levels of a closed path these are cleared without a lift: {done}"
             wrong.append(Difference("lifted", 0, flat[0].line if flat else 0, words))
         for level in there:
             begin, end = level[0].way[0], level[-1].way[-1]
@@ -448,25 +463,29 @@ def _uncleared(
     return found
 
 
-def _too_deep(cuts: Sequence[PocketCut], depth: float) -> list[Difference]:
-    return [
-        Difference("too deep", 0, cut.line, f"the tool goes to Z{low:.3f}; the pocket is {depth:.3f} mm deep")
-        for cut in cuts
-        if (low := float(cut.way[:, 2].min())) < -depth - ROOM
-    ]
-
-
-def _gouges(cuts: Sequence[PocketCut], pockets: Sequence[Pocket], rules: PocketRules) -> list[Difference]:
-    """Return the moves that bring the tool's edge more than the tolerance beyond a wall, or outside every pocket."""
+def _beyond_walls(
+    cuts: Sequence[PocketCut], pockets: Sequence[Pocket], rules: PocketRules, depths: Sequence[float]
+) -> list[Difference]:
+    """Return the moves that are in no pocket so deep: deeper than their own, or with the tool's edge beyond a wall."""
     if not cuts:
         return []
     reach = rules.radius - rules.tolerance
-    rooms = shapely.union_all([_shape(p, rules).buffer(-reach, quad_segs=64) for p in pockets])
-    shapely.prepare(rooms)
-    lines, wrong = _lines(cuts), []
-    for k in np.flatnonzero(~shapely.covers(rooms, lines)).tolist():
-        outside = lines[k].difference(rooms)
-        point = outside.representative_point() if not outside.is_empty else lines[k].centroid
-        words = f"the tool of {rules.tool_diameter:g} mm cuts into a wall near {place(point.x, point.y)}"
-        wrong.append(Difference("gouge", 0, cuts[k].line, words))
+    rooms = np.array([_shape(p, rules).buffer(-reach, quad_segs=64) for p in pockets], dtype=object)
+    lines, low, wrong = _lines(cuts), np.array([float(cut.way[:, 2].min()) for cut in cuts]), []
+    deep = low[:, None] >= -np.asarray(depths) - ROOM
+    everywhere = shapely.union_all(rooms)
+    for allowed in np.unique(deep, axis=0):
+        room = shapely.union_all(rooms[allowed])
+        shapely.prepare(room)
+        rows = np.flatnonzero((deep == allowed).all(axis=1))
+        for k in rows[~shapely.covers(room, lines[rows])].tolist():
+            if everywhere.covers(lines[k]):
+                deepest = max(d for d, one in zip(depths, rooms, strict=True) if one.intersects(lines[k]))
+                words = f"the tool goes to Z{low[k]:.3f}; the pocket is {deepest:.3f} mm deep"
+                wrong.append(Difference("too deep", 0, cuts[k].line, words))
+                continue
+            outside = lines[k].difference(room)
+            point = outside.representative_point() if not outside.is_empty else lines[k].centroid
+            words = f"the tool of {rules.tool_diameter:g} mm cuts into a wall near {place(point.x, point.y)}"
+            wrong.append(Difference("gouge", 0, cuts[k].line, words))
     return wrong

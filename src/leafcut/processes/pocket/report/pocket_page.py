@@ -16,6 +16,8 @@ from leafcut.processes.pocket.report.pocket_words import (
     chosen_words,
     compared,
     figures,
+    levels_words,
+    several_depths,
     uncut_words,
     usual_words,
     wider_words,
@@ -139,8 +141,12 @@ def times(outcome: Outcome[PocketDetail]) -> PageRow:
 def facts(outcome: Outcome[PocketDetail]) -> list[Tile]:
     """Return the figures of the program: (name, figure, words under it)."""
     plans, m = outcome.detail.plans, written(outcome)
-    rules, levels, tool = plans[0].rules, plans[0].levels, outcome.operations[0].tool
-    length, lowest = m.feed_mm + m.rapid_mm, plans[0].heights[-1]
+    rules, tool = plans[0].rules, outcome.operations[0].tool
+    length, lowest = m.feed_mm + m.rapid_mm, min(plan.heights[-1] for plan in plans)
+    first, several = plans[0].levels, several_depths(plans)
+    number = sum(len(plan.levels) for plan in plans)
+    levels = said("{number} in {pockets} pockets", number=str(number), pockets=str(len(plans))) if several else ""
+    lines = "; ".join(levels_words(plans))
     above = percent_words(100.0 * (length / m.floor_mm - 1.0)) if m.floor_mm > 0.0 else NO_VALUE
     retracts = said("{number} retracts, {length} of rapids", number=f"{m.retracts:,}", length=length_words(m.rapid_mm))
     lifted = said("1 retract, {length} of rapids", length=length_words(m.rapid_mm)) if m.retracts == 1 else retracts
@@ -174,8 +180,8 @@ def facts(outcome: Outcome[PocketDetail]) -> list[Tile]:
         ),
         (
             said("Levels"),
-            f"{len(levels)} × {abs(levels[0]):.4g} mm",
-            walls if rules.stock > 0.0 else said("to Z{depth}", depth=f"{lowest:.4g}"),
+            levels or f"{len(first)} × {abs(first[0]):.4g} mm",
+            lines if several else walls if rules.stock > 0.0 else said("to Z{depth}", depth=f"{lowest:.4g}"),
         ),
         (
             said("Tool"),

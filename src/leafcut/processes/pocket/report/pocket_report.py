@@ -113,7 +113,10 @@ class PocketReport(PathReport[PocketDetail]):
             found = [r.path for p in outcome.detail.plans for r in p.results if r.strategy == row.name]
             paths = [path for path in found if path is not None]
             if row.measures is not None and paths:
-                yield row.name, way_over_level(paths, outcome.detail.plans[0].levels[0], outcome.operations[0].tool)
+                yield (
+                    row.name,
+                    way_over_level(paths, outcome.detail.plans[0].levels[0], outcome.operations[0].tool),
+                )
 
     def _figures(self) -> list[StrategyFigures]:
         detail = self.outcome.detail

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -121,7 +122,8 @@ def pockets_as_json(outcome: Outcome[PocketDetail]) -> dict[str, Any]:
         "pocket": {
             "strategy": ", ".join(names),
             **_plain(written(outcome)),
-            "levels": list(first.heights),
+            "levels": sorted({z for plan in plans for z in plan.heights}, reverse=True),
+            "floors": [plan.heights[-1] for plan in plans],
             "tool_diameter_mm": first.rules.tool_diameter,
             "step_over_mm": first.rules.step_over,
             "stock_mm": first.rules.stock,
@@ -165,7 +167,7 @@ def pocket_counts(outcome: Outcome[PocketDetail]) -> dict[str, int]:
     return {
         "pockets": len(plans),
         "islands": sum(len(plan.pocket.islands) for plan in plans),
-        "levels": len(plans[0].levels),
+        "levels": sum(len(plan.levels) for plan in plans) if several_depths(plans) else len(plans[0].heights),
         "tools": len({o.tool.number for o in outcome.operations}),
     }
 
@@ -229,8 +231,7 @@ STRATEGY_TITLES = ("feed", "rapid", "retracts", "uncut", "engaged", "mean", "pro
 def facts(outcome: Outcome[PocketDetail]) -> list[tuple[str, str]]:
     """Return what a person at the machine wants to know of the program, name and words."""
     plans = outcome.detail.plans
-    levels, rules, tool = plans[0].levels, plans[0].rules, outcome.operations[0].tool
-    step = abs(levels[0])
+    rules, tool = plans[0].rules, outcome.operations[0].tool
     walls = f", {rules.stock:g} mm for the walls" if rules.stock > 0.0 else ""
     m = written(outcome)
     fast = float(outcome.path_after.value[np.isin(outcome.path_after.kind, _FEEDS)].max(initial=tool.feed))
@@ -239,7 +240,7 @@ def facts(outcome: Outcome[PocketDetail]) -> list[tuple[str, str]]:
     beside = f"{time_words(outcome.before.time_s)} by {usual_words(outcome)}, {_saved(outcome)}"
     above = 100.0 * ((m.feed_mm + m.rapid_mm) / m.floor_mm - 1.0) if m.floor_mm > 0.0 else math.nan
     return [
-        ("levels", f"{len(levels)} × {step:.4g} mm to Z{plans[0].heights[-1]:.4g}{walls}"),
+        *(("levels", f"{words}{walls}") for words in levels_words(plans)),
         ("milling", f"{'climb' if rules.climb else 'conventional'}, {_step_over_words(m, rules.step_over)}"),
         *([("wider", wider_words(m, rules.tool_diameter))] if m.wide_mm > 0.0 else []),
         *([("air", air)] if m.air_mm >= AIR_TOLD * m.feed_mm else []),
@@ -247,6 +248,24 @@ def facts(outcome: Outcome[PocketDetail]) -> list[tuple[str, str]]:
         ("minimum", f"{length_words(m.floor_mm)} = area ÷ step-over; this path is {percent_words(above)} above it"),
         *([("against", beside)] if compared(outcome) else []),
     ]
+
+
+def several_depths(plans: Sequence[PocketPlan]) -> bool:
+    """Return whether pockets have levels at different heights."""
+    return len({plan.heights for plan in plans}) > 1
+
+
+def levels_words(plans: Sequence[PocketPlan]) -> list[str]:
+    """Return ``3 × 2 mm to Z-6`` for each kind of levels, and how many pockets are cleared so where they differ."""
+    counted = Counter((plan.begin, plan.levels, plan.heights) for plan in plans)
+    words = []
+    for begin, levels, heights in sorted(counted, key=lambda one: (-one[1][-1], -one[0])):
+        step = begin - levels[0]
+        line = f"{len(levels)} × {step:.4g} mm to Z{heights[-1]:.4g}"
+        if len(counted) > 1:
+            line += f", {count(counted[begin, levels, heights], 'pocket')}"
+        words.append(f"{line} from Z{heights[0] + step:.4g}, the floor of another" if begin else line)
+    return words
 
 
 def _step_over_words(m: PocketMeasures, step_over: float) -> str:

@@ -1,0 +1,288 @@
+"""How GRBL 1.1, grblHAL and FluidNC are spoken to.
+
+Bytes that act at once do most of it. Those of grblHAL above 0x7F are used with it, as ``?``, ``!`` and ``~`` may be
+off there (``[NEWOPT:…,RT-``), and would become part of a line.
+
+Source: gnea/grbl 1.1, config.h, protocol.c and its wiki, "Grbl v1.1 Commands"; grblHAL/core, grbl.h (CMD_…) and
+protocol.c, `protocol_enqueue_realtime_command`; bdring/FluidNC, RealtimeCmd.h, whose bytes are those of GRBL.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+
+from leafcut.errors import SendError, shown
+from leafcut.sender import grbl_lines
+from leafcut.sender.answers import Accepted, ControllerAnswer, Greeting, Refused, Report, Status, Strange
+from leafcut.sender.conversation import (
+    AGAIN,
+    ANSWER_SECONDS,
+    LOCKED,
+    SELDOM,
+    START_SECONDS,
+    Conversation,
+    Heard,
+    Interrupted,
+    Log,
+    unheard,
+    what_answers,
+)
+from leafcut.sender.explained import family_of
+from leafcut.sender.facts import Facts
+from leafcut.sender.grbl_facts import gathered
+from leafcut.sender.port import Port
+
+#: Ends everything, on each of them.
+RESET = b"\x18"
+#: How long a machine may take to come to rest, s; and one that is not heard any more, before it is reset.
+REST_SECONDS, UNHEARD_SECONDS = 15.0, 3.0
+#: After an alarm its reason is told, s; and a reset that is not answered for so long is sent again, s.
+ALARM_SECONDS, RESET_SECONDS = 3.0, 2.0
+#: States in which a machine stands, and goes on with nothing by itself.
+_AT_REST = ("Idle", "Check", *LOCKED)
+_FEED_NORMAL = b"\x90"
+#: Steps of the override: percent → byte.
+_FEED_STEPS = {10: b"\x91", -10: b"\x92", 1: b"\x93", -1: b"\x94"}
+
+
+@dataclass(frozen=True)
+class RealtimeBytes:
+    """The bytes that ask for the status, hold, and let it go on."""
+
+    ask: bytes
+    hold: bytes
+    resume: bytes
+
+
+_LEGACY, _GRBLHAL = RealtimeBytes(b"?", b"!", b"~"), RealtimeBytes(b"\x80", b"\x82", b"\x81")
+
+
+class GrblConversation(Conversation):
+    """A controller that speaks as GRBL 1.1 does."""
+
+    check_line = "$C"
+
+    def __init__(self, port: Port, log: Log | None = None, clock: Callable[[], float] = time.monotonic) -> None:
+        super().__init__(port, log, clock)
+        self.act = _LEGACY
+        self._knocks = 0
+        #: Lines that are kept as they are, while something is told that is no answer.
+        self._raw: list[str] | None = None
+
+    def parse(self, line: str) -> ControllerAnswer:
+        """Return what a line of it means, and note which firmware it tells of."""
+        answer = grbl_lines.parse(line)
+        if not self.family and isinstance(answer, Greeting | Report) and (family := family_of(line)):
+            self.family = family
+            if family == "grblHAL":
+                self.act = _GRBLHAL
+        return answer
+
+    def ask_status(self, *, more: bool = False) -> None:
+        """Ask what it does now, which needs no line; the answer comes like any other."""
+        self.port.write(self.act.ask)
+
+    def connect(self) -> Status:
+        """Return what it does now, after waiting for it to answer.
+
+        Raises
+        ------
+        SendError
+            Nothing answers, or what answers is no GRBL.
+        """
+        heard: list[str] = []
+        for answer in self.heard(START_SECONDS, SELDOM, self._knock):
+            if isinstance(answer, Status):
+                if self._knocks > 1:
+                    self._find_bytes()
+                return answer
+            if isinstance(answer, Greeting):
+                self.restarted = True
+                self.ask_status()
+            elif isinstance(answer, Strange):
+                heard.append(answer.text)
+        heard += [shown(self._rest.decode("ascii", "replace"))] * bool(self._rest)
+        raise what_answers(self.port.name, heard, "GRBL")
+
+    def _knock(self) -> None:
+        """Ask whoever is there: one that does not hear ``?`` may be a grblHAL that hears its own byte alone."""
+        self._knocks += 1
+        if self._knocks > 1 and not self.family:
+            self.port.write(_GRBLHAL.ask)
+        self.ask_status()
+
+    def _find_bytes(self) -> None:
+        """Use the bytes of grblHAL with one that answers to its own question alone; GRBL passes over that one."""
+        self.pass_time(SELDOM)
+        self.port.write(_GRBLHAL.ask)
+        if any(isinstance(one, Status) for one in self.heard(SELDOM)):
+            self.act = _GRBLHAL
+
+    def gather(self) -> Facts:
+        """Return what it says of itself.
+
+        Raises
+        ------
+        SendError
+            What answers is no GRBL, or does not say what is needed.
+        """
+        self._settle()
+        answers: list[ControllerAnswer] = []
+        for question in ("$I", "$$", "$#", "$G"):
+            answers += self.ask(question)
+        configuration = self._configuration() if self.family == "FluidNC" else ""
+        return gathered(answers, self.fresh_status(), homed=self.homed, configuration=configuration)
+
+    def _settle(self) -> None:
+        """End a line that somebody may have begun, whatever is said to that."""
+        self.write(b"\n")
+        if not any(isinstance(one, Accepted | Refused) for one in self.heard(ANSWER_SECONDS)):
+            raise what_answers(self.port.name, [], "GRBL")
+        self.listen()
+
+    def _configuration(self) -> str:
+        """Return FluidNC's configuration: lines of YAML, which mean nothing as answers."""
+        lines: list[str] = []
+        self._raw = lines
+        try:
+            self.ask("$CD")
+        finally:
+            self._raw = None
+        return "\n".join(lines) + "\n"
+
+    def _heard_line(self, text: str) -> ControllerAnswer:
+        if self._raw is not None and isinstance(grbl_lines.parse(text), Strange):
+            self._raw.append(text)
+            self.log("<", shown(text, 200))
+            return Report("", "")
+        return super()._heard_line(text)
+
+    def send(self, text: str) -> None:
+        """Send a line."""
+        self.write(text.encode("ascii") + b"\n")
+
+    def hold(self) -> None:
+        """Let it slow down and stand."""
+        self.write(self.act.hold)
+
+    def resume(self) -> None:
+        """Let it go on."""
+        self.write(self.act.resume)
+
+    def step_feed(self, now: int, wanted: int) -> None:
+        """Go a step of 10 or of 1 percent: the board takes two that come at once for one."""
+        missing = wanted - now
+        step = (10 if abs(missing) >= 10 else 1) * (1 if missing > 0 else -1)
+        self.write(_FEED_NORMAL if wanted == 100 else _FEED_STEPS[step])
+
+    def begin(self) -> None:
+        """Do nothing: it is ready."""
+
+    def home_lines(self) -> str:
+        """Return the line that homes it."""
+        return "$H"
+
+    def _give_up_homing(self) -> None:
+        # A hold means nothing to a machine that homes.
+        with suppress(SendError):
+            self.reset()
+
+    def zero_line(self, axes: str) -> str:
+        """Return the line that makes the place of the tool the zero of G54."""
+        return "G10 L20 P1 " + " ".join(f"{axis}0" for axis in axes)
+
+    def unlock(self) -> bool:
+        """Bring a machine that is on hold, moving or locked to rest, without homing it; return whether it was locked.
+
+        Raises
+        ------
+        SendError
+            It stays locked.
+        """
+        status = self.fresh_status()
+        if status.state not in _AT_REST or status.state in ("Check", "Sleep"):
+            status = self.stop()
+        locked = status.state in LOCKED
+        if locked:
+            self.ask("$X")
+        return locked
+
+    def stop(self, heard: Heard = unheard) -> Status:
+        """Hold, wait until it stands, then reset: the spindle is off, and nothing is left in it. Return what it does.
+
+        `heard` is told of every answer on the way.
+
+        Raises
+        ------
+        SendError
+            It does not answer any more.
+        """
+        try:
+            self.hold()
+            self._wait_for_rest(heard)
+        except (KeyboardInterrupt, Interrupted):
+            pass  # twice: at once, then
+        return self.reset(heard)
+
+    def _wait_for_rest(self, heard: Heard) -> None:
+        for answer in self.heard(REST_SECONDS, AGAIN):
+            heard(answer)
+            if isinstance(answer, Greeting):
+                return
+            if isinstance(answer, Status) and (answer.state in _AT_REST or at_hold(answer)):
+                return
+
+    def reset(self, heard: Heard = unheard) -> Status:
+        """Reset it, and return what it does then.
+
+        Raises
+        ------
+        SendError
+            It does not answer any more.
+        """
+        self._resetting = True
+        try:
+            return self._reset(heard)
+        finally:
+            self._resetting = self._interrupted = False
+
+    def _reset(self, heard: Heard) -> Status:
+        sent = 0
+
+        def again() -> None:
+            # One that comes while an alarm is being told is lost (gnea/grbl 1.1, protocol.c).
+            nonlocal sent
+            self.write(RESET)
+            sent += 1
+
+        for answer in self.heard(ANSWER_SECONDS, RESET_SECONDS, again):
+            heard(answer)
+            if isinstance(answer, Greeting):
+                break
+        if sent > 1:
+            self.pass_time(RESET_SECONDS)  # the others may be answered, too
+        return self.fresh_status()
+
+    def halt(self, heard: Heard = unheard) -> Status:
+        """Wait until an alarm is told to its end, half a second on GRBL: from then on a reset is heard. Then reset."""
+        self.hear_out(ALARM_SECONDS)
+        return self.reset(heard)
+
+    def stop_unheard(self) -> str:
+        """Send a hold and, when the machine has had time to come to rest, a reset: perhaps it hears them."""
+        self.hold()
+        self.pass_time(UNHEARD_SECONDS)
+        self.write(RESET)
+        return "a hold and a reset were sent all the same"
+
+
+def at_hold(status: Status) -> bool:
+    """Return whether a machine has come to rest on hold, or at its safety door.
+
+    Source: gnea/grbl wiki, "Grbl v1.1 Interface"; grblHAL/core, system.h (`Hold_Complete`, `Parking_DoorAjar`); FluidNC
+    prints the same, and ``Door:0`` for a door that is closed again.
+    """
+    return status.state in ("Hold", "Door") and status.detail in (0, 1 if status.state == "Door" else 0)

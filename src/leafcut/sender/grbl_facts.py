@@ -1,0 +1,190 @@
+"""What GRBL, grblHAL and FluidNC say of themselves, as facts.
+
+FluidNC has a configuration in place of numbered settings. Of those that it shows by number, ``$20`` is the soft limit
+of X alone, and none says where homing ends or how fast the spindle turns: so its configuration itself is asked for
+(``$CD``), as `leafcut machine import` reads it.
+
+Source: gnea/grbl wiki, "Grbl v1.1 Configuration", and system.c, `system_check_travel_limits`; grblHAL/core, report.c
+(`report_build_info`, `report_home_position`); bdring/FluidNC, Report.cpp (`report_build_info`), ProcessSettings.cpp
+(`dump_config`), Uart.cpp (`rx_buffer_available`), SettingsDefinitions.cpp.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from leafcut.errors import ReadError, SendError
+from leafcut.model.machine import XYZ
+from leafcut.read.controllers.fluidnc import FluidConfiguration, configuration_of
+from leafcut.sender.answers import ControllerAnswer, Report, Status
+from leafcut.sender.counting import GRBL_BUFFER
+from leafcut.sender.facts import Clock, Facts, SettingNames, moving, scaled
+from leafcut.units import MM_PER_INCH
+
+_LOCK, _DEVIATION, _ARC_TOLERANCE, _INCHES = 1, 11, 12, 13
+_SOFT_LIMITS, _HOMING, _HOME_TO_MIN, _FASTEST, _LASER = 20, 22, 23, 30, 32
+_STEPS, _RATES, _ACCELERATIONS, _TRAVELS = 100, 110, 120, 130
+#: `$1` of motors that stay on.
+_ALWAYS_ON = 255
+#: Letters of ``[OPT:``: machine zero is where homing ends; the machine is not locked until it is homed.
+_ZERO_AT_HOME, _NO_LOCK = "Z", "L"
+_PLACES = ("G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92", "TLO")
+
+
+def _numbered(first: int) -> tuple[str, str, str]:
+    return (f"${first}", f"${first + 1}", f"${first + 2}")
+
+
+def _of_axes(key: str) -> tuple[str, str, str]:
+    return (f"{key} of x", f"{key} of y", f"{key} of z")
+
+
+_GRBL_NAMES = SettingNames(
+    "$22=0", "$20=0", _numbered(_TRAVELS), _numbered(_RATES), _numbered(_ACCELERATIONS), "$30", "$32"
+)
+_FLUIDNC_NAMES = SettingNames(
+    "not every axis has homing with a cycle",
+    "soft_limits",
+    _of_axes("max_travel_mm"),
+    _of_axes("max_rate_mm_per_min"),
+    _of_axes("acceleration_mm_per_sec2"),
+    "speed_map",
+    "$32",
+)
+
+
+def gathered(answers: list[ControllerAnswer], status: Status, *, homed: bool, configuration: str = "") -> Facts:
+    """Return the facts out of the answers to ``$I``, ``$$``, ``$#`` and ``$G``.
+
+    Parameters
+    ----------
+    homed
+        It was homed since it was connected.
+    configuration
+        What FluidNC answers to ``$CD``.
+
+    Raises
+    ------
+    SendError
+        What answers is not GRBL 1.1 or newer: it does not say its version, or has no settings; or its settings cannot
+        be used.
+    """
+    reports = [one for one in answers if isinstance(one, Report)]
+    build = next((one for one in reports if one.name == "VER"), None)
+    options = next((one for one in reports if one.name == "OPT"), None)
+    settings = _Settings({one.name: one.text for one in reports if one.name.startswith("$")})
+    if build is None or options is None or not settings:
+        raise SendError("what answers there is not GRBL 1.1, grblHAL or FluidNC (no version, or no settings)")
+    letters, *counts = options.text.split(",")
+    buffer = GRBL_BUFFER
+    if len(counts) >= 2 and counts[1].strip().isdecimal():
+        buffer = int(counts[1])
+    elif not configuration:
+        raise SendError(f"the controller does not say how much its buffer holds ([OPT:{options.text}])")
+    modes = next((tuple(one.text.split()) for one in reports if one.name == "GC"), ())
+    facts = _by_numbers(settings, letters, Facts(build.text.partition(":")[0], buffer, status, *_NOWHERE, _GRBL_NAMES))
+    facts = replace(facts, modes=modes, places=_places(reports, facts.unit))
+    if configuration:
+        return _by_configuration(facts, configuration, homed=homed)
+    return replace(facts, homed=True if homed else _says_homed(reports, letters))
+
+
+_NOWHERE: tuple[XYZ, XYZ] = ((-math.inf,) * 3, (math.inf,) * 3)
+
+
+class _Settings(dict[str, str]):
+    """The answer to ``$$``: ``$110`` → text."""
+
+    def number(self, setting: int, default: float = 0.0) -> float:
+        """Return a setting as a number; `default` where the controller has none."""
+        text = self.get(f"${setting}", "")
+        try:
+            return float(text) if text else default
+        except ValueError:
+            raise SendError(
+                f"the controller says ${setting}={text}, which is no number; look at its settings"
+            ) from None
+
+    def known(self, setting: int) -> float | None:
+        """Return a setting as a number; None where the controller has none."""
+        return self.number(setting) if self.get(f"${setting}") else None
+
+    def axes(self, first: int, factor: float = 1.0) -> XYZ | None:
+        """Return a setting of the axes; None where the controller has none of one."""
+        if not all(self.get(name) for name in _numbered(first)):
+            return None
+        x, y, z = (self.number(first + axis) * factor for axis in range(3))
+        return moving((x, y, z), _numbered(first))
+
+
+def _by_numbers(settings: _Settings, letters: str, facts: Facts) -> Facts:
+    low, high = [], []
+    to_min = int(settings.number(_HOME_TO_MIN))
+    for axis in range(3):
+        length = settings.number(_TRAVELS + axis, math.inf)
+        up = _ZERO_AT_HOME in letters and to_min >> axis & 1
+        low.append(0.0 if up else -length)
+        high.append(length if up else 0.0)
+    lock = settings.known(_LOCK)
+    return replace(
+        facts,
+        low=(low[0], low[1], low[2]),
+        high=(high[0], high[1], high[2]),
+        unit=MM_PER_INCH if settings.number(_INCHES) else 1.0,
+        homing=int(settings.number(_HOMING)) & 1 == 1,
+        soft_limits=settings.number(_SOFT_LIMITS) >= 1.0,
+        laser_mode=settings.number(_LASER) == 1.0,
+        fastest=settings.number(_FASTEST, 1000.0),
+        clock=Clock(
+            settings.axes(_RATES, 1.0 / 60.0),
+            settings.axes(_ACCELERATIONS),
+            settings.axes(_STEPS),
+            settings.known(_DEVIATION),
+            settings.known(_ARC_TOLERANCE),
+            None if lock is None else 0.0 if lock == _ALWAYS_ON else lock / 1000.0,
+        ),
+    )
+
+
+def _says_homed(reports: list[Report], letters: str) -> bool | None:
+    """Return whether it was homed: grblHAL says it of each axis; GRBL is locked until then, or says that it is not."""
+    home = next((one.text.rpartition(":")[2] for one in reports if one.name == "HOME"), "")
+    if home.isdecimal():
+        return int(home) & 7 == 7
+    return None if _NO_LOCK in letters else True
+
+
+def _by_configuration(facts: Facts, text: str, *, homed: bool) -> Facts:
+    """Return the facts as FluidNC's configuration has them; without ``must_home`` nothing says if it was homed."""
+    try:
+        found: FluidConfiguration = configuration_of(text, "$CD")
+    except ReadError as problem:
+        raise SendError(f"the controller's configuration cannot be used: {problem}") from None
+    return replace(
+        facts,
+        names=_FLUIDNC_NAMES,
+        low=found.low,
+        high=found.high,
+        homing=found.homing,
+        homed=True if homed or found.must_home else None,
+        soft_limits=found.soft_limits,
+        fastest=found.fastest,
+        clock=Clock(
+            moving(found.rates, _FLUIDNC_NAMES.rates),
+            moving(found.accelerations, _FLUIDNC_NAMES.accelerations),
+            moving(found.steps, _of_axes("steps_per_mm")),
+            found.deviation,
+            found.arc_tolerance,
+        ),
+    )
+
+
+def _places(reports: list[Report], unit: float) -> dict[str, XYZ]:
+    found: dict[str, XYZ] = {}
+    for one in reports:
+        values = one.numbers if one.name in _PLACES else None
+        if values:
+            x, y, z = values[:3] if len(values) >= 3 else (0.0, 0.0, values[-1])
+            found[one.name] = scaled((x, y, z), unit)
+    return found

@@ -1,0 +1,81 @@
+"""The lines of GRBL 1.1, and of grblHAL and FluidNC, which speak as it does.
+
+    parse("<Run|MPos:1.000,2.000,-0.500|Bf:15,128|FS:500,8000>").state    'Run'
+
+Source: gnea/grbl 1.1, report.c, and its wiki, "Grbl v1.1 Interface"; grblHAL/core and bdring/FluidNC, their reports.
+"""
+
+from __future__ import annotations
+
+import re
+
+from leafcut.errors import shown
+from leafcut.sender.answers import (
+    Accepted,
+    Alarm,
+    ControllerAnswer,
+    Greeting,
+    Refused,
+    Report,
+    Status,
+    Strange,
+    numbers_in,
+    place_in,
+)
+
+_NUMBERED = re.compile(r"(error|ALARM):\s*(\d{1,3})", re.IGNORECASE)
+_GREETING = re.compile(r"Grbl(?:HAL)?\s+([0-9][^\s\['\"]{0,20})(?:\s+\[([^\]]{1,60})\])?", re.IGNORECASE)
+#: grblHAL has texts among its settings, and empty ones: the name of a network, a password.
+_SETTING = re.compile(r"\$(\d{1,4})=(.*)")
+#: What stands behind the value of a setting.
+_REMARK = re.compile(r"\s+\(.*\)\s*$")
+
+
+def parse(line: str) -> ControllerAnswer:
+    """Return what a line of a controller means; a line that makes no sense is `Strange`."""
+    line = line.strip()
+    if line == "ok":
+        return Accepted()
+    if found := _NUMBERED.fullmatch(line):
+        return (Refused if found[1].lower() == "error" else Alarm)(int(found[2]))
+    if line.startswith("<") and line.endswith(">"):
+        return _status(line[1:-1]) or Strange(shown(line))
+    if line.startswith("[") and line.endswith("]"):
+        name, colon, rest = line[1:-1].partition(":")
+        return Report(name, _plain(rest)) if colon else Report("", shown(name, 120))
+    if found := _GREETING.match(line):
+        return Greeting(found[1], found[2] or "")
+    if found := _SETTING.match(line):
+        return Report(f"${found[1]}", _plain(_REMARK.sub("", found[2]).strip()))
+    # Start-up lines as they are run, and what grblHAL and FluidNC write besides.
+    if line.startswith((">", "$N")):
+        return Report("", shown(line))
+    return Strange(shown(line))
+
+
+def _plain(text: str) -> str:
+    return "".join(c if c.isprintable() else "?" for c in text[:200])
+
+
+def _status(text: str) -> Status | None:
+    state, *fields = text.split("|")
+    state, _, detail = state.partition(":")
+    if not state.isalpha():
+        return None
+    said = {name: value for name, _, value in (field.partition(":") for field in fields)}
+    free = numbers_in(said.get("Bf", "")) or ()
+    moving = numbers_in(said.get("FS", said.get("F", ""))) or ()
+    overrides = numbers_in(said.get("Ov", "")) or ()
+    return Status(
+        state=state,
+        detail=int(detail) if detail.isdecimal() else None,
+        machine=place_in(said.get("MPos")),
+        work=place_in(said.get("WPos")),
+        offset=place_in(said.get("WCO")),
+        free_blocks=int(free[0]) if len(free) == 2 else None,
+        free_bytes=int(free[1]) if len(free) == 2 else None,
+        feed=moving[0] if moving else None,
+        speed=moving[1] if len(moving) > 1 else None,
+        overrides=(int(overrides[0]), int(overrides[1]), int(overrides[2])) if len(overrides) == 3 else None,
+        pins=said.get("Pn", ""),
+    )

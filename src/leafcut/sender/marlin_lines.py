@@ -1,0 +1,80 @@
+"""The lines of Marlin 2.
+
+    parse("echo:busy: processing")    Report("busy", "processing")
+
+Source: MarlinFirmware/Marlin, core/language.h (the words), gcode/queue.cpp (`ok_to_send`, `flush_and_request_resend`,
+`gcode_line_error`), gcode/gcode.cpp (`host_keepalive`), gcode/parser.cpp (`unknown_command_warning`),
+gcode/host/M114.cpp and M115.cpp, module/motion.cpp (`report_logical_position`, `homing_needed_error`), MarlinCore.cpp
+(`setup`, `kill`), feature/host_actions.cpp.
+"""
+
+from __future__ import annotations
+
+import re
+
+from leafcut.errors import shown
+from leafcut.sender.answers import Accepted, Alarm, ControllerAnswer, Greeting, Report, Strange
+
+#: Names of what is acted upon; whatever else it says is a `Report` with another name, or none.
+RESEND, BUSY, PLACE, UNKNOWN, HOME_FIRST, FIRMWARE, CAPABILITY, ACTION = (
+    "Resend", "busy", "place", "Unknown command", "Home first", "FIRMWARE_NAME", "Cap", "action",
+)  # fmt: skip
+
+_OK = re.compile(r"ok(\s.*)?")
+_RESEND = re.compile(r"(?:Resend:|rs)\s*N?(\d{1,9})", re.IGNORECASE)
+#: What is in the errors of a line that came wrong, in this and other versions; a `Resend:` stands behind them.
+_LINE_ERRORS = ("checksum", "line number", "expected line")
+_UNKNOWN = re.compile(r".*Unknown command:\s*\"?([^\"]*)\"?\s*$", re.IGNORECASE)
+_HOME_FIRST = re.compile(r"echo:\s*Home\s+([XYZ ]+)\s+First", re.IGNORECASE)
+_PLACE = re.compile(r"X:\s*(-?[\d.]+)\s+Y:\s*(-?[\d.]+)\s+Z:\s*(-?[\d.]+)")
+_NAMED = re.compile(r"(FIRMWARE_NAME|Cap):\s*(.*)")
+
+#: Errors by what is in them, and what they mean.
+_ERRORS = {
+    "kill() called": "it has stopped everything, motors and spindle off (kill): look why, then press its reset",
+    "stopped due to errors": "it was stopped by an error of its own; free it with --unlock (M999) when that is mended",
+    "MINTEMP": "a temperature sensor is missing, or too cold",
+    "MAXTEMP": "a temperature sensor is shorted, or too hot",
+    "Thermal Runaway": "a heater does not do as it was told",
+    "Heating failed": "a heater does not do as it was told",
+    "bad parameters": "an arc cannot be made from its words",
+    "Watchdog": "its watchdog has stopped it",
+    "flow fault": "the coolant does not flow",
+}
+
+
+def parse(line: str) -> ControllerAnswer:
+    """Return what a line of a controller means; a line with what is no letter is `Strange`: the cable is noisy."""
+    line = line.strip()
+    if not line.isprintable() or "\ufffd" in line:
+        return Strange(shown(line))
+    if line == "start":
+        return Greeting("", "Marlin")
+    if _OK.fullmatch(line):
+        return Accepted()
+    if found := _RESEND.match(line):
+        return Report(RESEND, found[1])
+    if line.startswith(("Error:", "!!")):
+        return _error(line.partition(":")[2].strip() or line)
+    if "endstops hit" in line:
+        return Alarm(f"an end stop was hit where none should be ({shown(line.rpartition('hit:')[2].strip(), 40)})")
+    if found := _UNKNOWN.match(line):
+        return Report(UNKNOWN, found[1].strip())
+    if found := _HOME_FIRST.match(line):
+        return Report(HOME_FIRST, found[1].replace(" ", ""))
+    if line.startswith("echo:busy:"):
+        return Report(BUSY, line.rpartition(":")[2].strip())
+    if found := _PLACE.match(line):
+        return Report(PLACE, f"{found[1]},{found[2]},{found[3]}")
+    if found := _NAMED.match(line):
+        return Report(found[1], found[2].strip())
+    if line.startswith("//action:"):
+        return Report(ACTION, line.partition(":")[2].strip())
+    return Report("", line[:300])
+
+
+def _error(text: str) -> ControllerAnswer:
+    if any(words in text.lower() for words in _LINE_ERRORS):
+        return Report("line error", shown(text, 80))
+    meaning = next((words for part, words in _ERRORS.items() if part in text), "")
+    return Alarm(meaning or f"Marlin stopped with '{shown(text, 80)}'")
