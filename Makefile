@@ -17,7 +17,7 @@ SMOKE := tests/test_extras.py tests/test_files.py tests/geometry/test_curves.py 
     tests/processes/pocket/plan/test_pocket_region.py
 #: What the studio stands on besides: its forms, its programs' interface, its jobs and its door.
 STUDIO := $(addprefix tests/studio/test_studio_,api.py forms.py jobs.py library.py safety.py)
-SMOKE_FLAGS := -n 2 -p no:cacheprovider -o filterwarnings= --disable-warnings
+SMOKE_FLAGS := -n 2 --dist worksteal -p no:cacheprovider -o filterwarnings= --disable-warnings
 
 .PHONY: demo test test-lowest test-core check coverage docs wheels wheel-check format clean
 
@@ -27,7 +27,7 @@ demo: $(READY)
 	    --machine linuxcnc-mill --thickness 0.25in
 
 test: $(READY_DEV)
-	$(BIN)/pytest -n 2
+	$(BIN)/pytest -n 2 --dist worksteal
 
 test-lowest: $(LOWEST)/.ready
 	$(LOWEST)/bin/pytest $(SMOKE_FLAGS) $(SMOKE) $(STUDIO) tests/processes/nesting/plan/test_nest_blocks.py
@@ -44,7 +44,7 @@ check: $(READY_DEV)
 
 # Like `test`, and tells which lines no test has run (htmlcov/index.html).
 coverage: $(READY_DEV)
-	$(BIN)/pytest -n 2 --cov --cov-report=term:skip-covered --cov-report=html
+	$(BIN)/pytest -n 2 --dist worksteal --cov --cov-report=term:skip-covered --cov-report=html
 
 docs: $(READY_DOCS)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet

@@ -34,7 +34,7 @@ WAYS = {"colony": "colony", "ants alone": "colony", "random kicks": "kicks"}
 def only(way: str) -> Iterator[None]:
     """Make ants of a colony meet nobody, for `ants alone`."""
     # A warm-up counts generations, and ants that meet nobody live none; all is warm already.
-    alone = {"PATIENCE_BY_CLOCK": 0, "SAME_ANSWERS": sys.maxsize, "FEWEST_BY_CLOCK": 0}
+    alone = {"PATIENCE_BY_CLOCK": 0, "SAME_ANSWERS": sys.maxsize, "FEWEST_BY_CLOCK": 0, "FEWEST_KICKING": 0}
     with ExitStack() as changes:
         if way == "ants alone":
             for name, value in alone.items():

@@ -81,6 +81,13 @@ def program_of(name: str, package: str) -> str:
 
 
 @pytest.fixture(scope="session")
+def mypy_cache(pytestconfig: pytest.Config) -> Path:
+    """Return where a type checker keeps what it knows of leafcut and its packages, from run to run."""
+    assert pytestconfig.cache is not None
+    return pytestconfig.cache.mkdir("mypy")
+
+
+@pytest.fixture(scope="session")
 def inkscape() -> str:
     """Return the path of Inkscape."""
     return program_of("inkscape", "inkscape")

@@ -94,11 +94,11 @@ leafcut.simulate("a.nc", thickness=[6])
 """
 
 
-def test_a_type_checker_refuses_unknown_options_and_wrong_values(tmp_path: Path) -> None:
+def test_a_type_checker_refuses_unknown_options_and_wrong_values(tmp_path: Path, mypy_cache: Path) -> None:
     """And takes what is right; with these, an editor completes names and choices."""
     file = tmp_path / "uses.py"
     file.write_text(RIGHT.lstrip() + WRONG.lstrip(), encoding="utf-8")
-    words = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache"), str(file)]
+    words = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(mypy_cache), str(file)]
     said = subprocess.run(words, capture_output=True, text=True, check=False, cwd=tmp_path).stdout
     lines = sorted({int(line) for line in re.findall(r"uses\.py:(\d+): error", said)})
     first = len(RIGHT.lstrip().splitlines()) + 1

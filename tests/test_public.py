@@ -107,14 +107,14 @@ def test_a_name_that_is_none_is_an_error() -> None:
     assert set(dir(leafcut)) == set(leafcut.__all__)
 
 
-def test_a_type_checker_knows_the_public_names(tmp_path: Path) -> None:
+def test_a_type_checker_knows_the_public_names(tmp_path: Path, mypy_cache: Path) -> None:
     """Each of them, what the functions return, and that there are no others."""
     file = tmp_path / "uses.py"
     lines = ["import leafcut", *(f"leafcut.{name}" for name in leafcut.__all__), "leafcut.nonsense", "a: int"]
     lines += ['a = leafcut.simulate("a.nc").measure', 'a = leafcut.verify_programs("a", "b").differences[0]']
     lines += ['a = leafcut.solve_file("a.tsp").solution', 'a = leafcut.optimize("a.nc").issues[0]']
     file.write_text("\n".join(lines) + "\n")
-    words = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache"), str(file)]
+    words = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(mypy_cache), str(file)]
     said = subprocess.run(words, capture_output=True, text=True, check=False, cwd=tmp_path).stdout
     wrong = re.findall(r"error: (.*?)  \[", said)
     assert wrong[0] == 'Module has no attribute "nonsense"'

@@ -111,6 +111,17 @@ def test_code_of_another_processor_family_or_numba_is_not_run(folder: Path, monk
     assert run(folder)[1] == 1
 
 
+def test_settings_of_numba_that_change_no_code_do_not_have_it_compiled_anew(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They would also overwrite what every other process has kept; one that changes code is another matter."""
+    assert run(folder)[1] == 1
+    monkeypatch.setattr(keeping, "_made_with", keeping._made_with.__wrapped__)  # asked anew each time
+    for name, value, compiled in (("DISABLE_JIT", "0", 0), ("ENABLE_CUDASIM", "1", 0), ("BOUNDSCHECK", "1", 1)):
+        monkeypatch.setenv(f"NUMBA_{name}", value)
+        assert run(folder)[:2] == (42, compiled), name
+
+
 def test_code_that_comes_with_leafcut_is_run_where_nothing_can_be_written(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

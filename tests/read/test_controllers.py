@@ -429,7 +429,7 @@ def test_a_controller_that_is_typed_is_compared_as_it_was_typed() -> None:
     replies = iter(["Knee", "Centroid", "", "", "300 ipm"])
     asked = questioned({}, lambda question, likely: next(replies, "")).machine
     given = questioned({"name": "Knee", "controller": "Centroid", "rapid": "300 ipm"}).machine
-    assert asked == given and "linuxcnc-mill" in asked.sources["rapid.acceleration"]
+    assert asked == given and "centroid-mill" in asked.sources["rapid.acceleration"]
     assert asked.rapid_style == "linear" and asked.description == "Knee (centroid)"
 
 

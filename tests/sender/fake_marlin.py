@@ -62,7 +62,8 @@ class FakeMarlin:
     faults
         What happens to the line of the program of that number, counted from 1 as they are first sent: ``noise`` (a
         byte comes wrong), ``split`` (a line end comes in the middle), ``dropped`` (it never comes), ``deaf`` (its
-        answer is lost), ``reset``, ``kill``, ``error``, ``endstop``, ``silent``, ``lost`` (the cable), ``garbage``.
+        answer is lost), ``slow`` (it says nothing for 4 s), ``reset``, ``kill``, ``error``, ``endstop``, ``silent``,
+        ``lost`` (the cable), ``garbage``.
     taken
         What it obeyed, without numbers, in order; behind the questions, from ``M84 S0`` on.
     """
@@ -76,6 +77,7 @@ class FakeMarlin:
         self.said = b""
         self.written = b""
         self.firmware, self.settings, self.keepalive = FIRMWARE, SETTINGS, "echo:M113 S2"
+        self.abilities = "Cap:SERIAL_XON_XOFF:0\nCap:EEPROM:1\nCap:EMERGENCY_PARSER:0\nCap:ARCS:1"
         self.lacks = {"G17", "M9", "M8"}
         self.endstops: tuple[bool, list[float], list[float]] = (True, [0.0, 0.0, -30.0], [600.0, 600.0, 50.0])
         self.resend_ok = True
@@ -202,9 +204,11 @@ class FakeMarlin:
         self.silent |= fault == "silent"
         self.lost |= fault == "lost"
         self.deaf = fault == "deaf"
+        self.stalled = self.now + 4.0 if fault == "slow" else self.stalled
         return line
 
     deaf = False
+    stalled = 0.0
 
     def _kill(self) -> None:
         self.blocks.clear()
@@ -229,6 +233,8 @@ class FakeMarlin:
 
     def _run(self, seconds: float) -> None:
         self._move(seconds)
+        if self.now < self.stalled:
+            return
         for _ in range(QUEUE):
             if self.doing is None and self.queue:
                 self.doing = (self.queue.popleft(), self.now)
@@ -324,7 +330,7 @@ class FakeMarlin:
         on, low, high = self.endstops
         ends = [" ".join(f"{a}{v:.2f}" for a, v in zip("XYZ", end, strict=True)) for end in (low, high)]
         for line in {
-            "M115": f"{self.firmware}\nCap:SERIAL_XON_XOFF:0\nCap:EEPROM:1\nCap:EMERGENCY_PARSER:0\nCap:ARCS:1",
+            "M115": f"{self.firmware}\n{self.abilities}",
             "M503": self.settings,
             "M113": self.keepalive,
             "M114": f"X:{x:.2f} Y:{y:.2f} Z:{z:.2f} Count X:{x * 80:.0f} Y:{y * 80:.0f} Z:{z * 400:.0f}",

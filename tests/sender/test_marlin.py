@@ -108,7 +108,9 @@ def test_a_checksum_is_that_of_marlins_own_example() -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(
-    faults=st.dictionaries(st.integers(1, 30), st.sampled_from(["noise", "split", "dropped", "deaf"]), max_size=6),
+    faults=st.dictionaries(
+        st.integers(1, 30), st.sampled_from(["noise", "split", "dropped", "deaf", "slow"]), max_size=6
+    ),
     resend_ok=st.booleans(),
     waiting=st.booleans(),
 )
@@ -216,11 +218,11 @@ def test_a_change_of_tool_waits_until_it_stands_and_neither_m0_nor_t_reaches_it(
         asked.append(str(pause))
         return ""
 
-    lines = [*drilled(2), "M5", "; 6 mm mill", "M0 T2", "M3 S5000", "G4 P4000", *drilled(1), "M0 turn it over"[:2]]
+    lines = [*drilled(2), "M5", "; 6 mm mill", "M0 T2", "M3 S5000", "G4 P4000", *drilled(1), "M1"]
     ending = sent(board, job_with(lines), prompt=prompt)
     assert ending.complete, ending.reason
-    assert asked[0] == "line 18: put in tool T2 (6 mm mill)"
-    assert not any(re.match("M0|T|M6", line) for line in board.taken)
+    assert asked == ["line 18: put in tool T2 (6 mm mill)", "line 25: pause"]
+    assert not any(re.match("M[016]$|T", line) for line in board.taken)
 
 
 def test_what_is_done_at_a_change_is_undone_and_the_program_goes_on_from_above() -> None:
@@ -268,6 +270,37 @@ def test_what_marlin_must_not_get_is_refused(lines: list[str], told: str) -> Non
     with pytest.raises(LeafcutError, match=told):
         sent(board, job_with([*lines, *drilled(1)]))
     assert not board.moves
+
+
+def test_arcs_are_refused_before_the_start_where_the_firmware_says_that_it_has_none() -> None:
+    """M115, Cap:ARCS:0: ARC_SUPPORT is off."""
+    lines = ["G0 X10 Y10 F3000", "G1 Z-1 F120", "G2 X20 Y10 I5 J0 F300", "G0 Z5 F900"]
+    assert sent(FakeMarlin(), job_with(lines)).complete
+    board = FakeMarlin()
+    board.abilities = board.abilities.replace("ARCS:1", "ARCS:0")
+    with pytest.raises(SendError, match=r"no arcs \(ARC_SUPPORT\), and line 10 is one"):
+        sent(board, job_with(lines))
+
+
+def test_what_a_person_does_at_the_machines_own_display_is_obeyed() -> None:
+    """feature/host_actions.cpp: //action:paused, resumed, cancel."""
+    board = FakeMarlin()
+    said: list[str] = []
+
+    def watch(_run: SendRun, view: RunView) -> None:
+        if not said and view.hole >= 3:
+            said.append("paused")
+            board.say("//action:paused")
+        elif said == ["paused"] and view.state == "Hold":
+            said.append("resumed")
+            board.say("//action:resumed")
+        elif len(said) == 2 and view.hole >= 12:
+            said.append("cancel")
+            board.say("//action:cancel")
+
+    ending = sent(board, job_with(drilled(30)), watch)
+    assert said == ["paused", "resumed", "cancel"]
+    assert ending.reason.endswith("it was stopped at its own display (cancel)") and board.spindle == 0.0
 
 
 def broken(board: FakeMarlin, what: str, value: object) -> FakeMarlin:
@@ -397,3 +430,25 @@ def test_the_command_sends_to_a_marlin_behind_a_port_and_logs_it(
     assert cable.board.bad and obeyed(cable.board) == [*OPENING, *bare(HEAD), *bare(drilled(3)), "M5"]
     text = log.read_text()
     assert re.search(r" > N\d+ G28\*\d+", text) and " < Resend: " in text
+
+
+def test_the_page_of_the_studio_serves_grbl_boards_alone_and_says_so(tmp_path: Path) -> None:
+    from leafcut.studio.folder import Folder
+    from leafcut.studio.machine.program import machine_of, sendable
+
+    with pytest.raises(OptionError, match="serves GRBL boards alone; send to marlin with leafcut send"):
+        machine_of("marlin-mpcnc", Folder(tmp_path))
+    assert "marlin-mpcnc" not in sendable(Folder(tmp_path)) and "grbl-3018" in sendable(Folder(tmp_path))
+
+
+def test_a_board_that_stopped_itself_is_freed_by_m999_and_one_that_moves_is_stopped_for_it() -> None:
+    """M999.cpp: with S1 it asks for no line again."""
+    board = FakeMarlin()
+    talk, _ = met(board)
+    assert talk.unlock() is False and board.written.rstrip().rpartition(b" ")[0].endswith(b"M999")
+    board = FakeMarlin(keen=0.05)
+    talk = MarlinConversation(board, clock=board.clock)
+    talk.connect()
+    talk.ask("G1 X100 F600")
+    talk.unlock()
+    assert b"M410\n" in board.written and not board.blocks

@@ -14,7 +14,16 @@ from every import every
 from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import SolveOptions
-from leafcut.solve.colony import FIRST_ANTS, MOST_ANTS, Colony, _how_many, _learned, found_colony, next_generation
+from leafcut.solve.colony import (
+    FIRST_ANTS,
+    MOST_ANTS,
+    Colony,
+    _have_time_to_kick,
+    _how_many,
+    _learned,
+    found_colony,
+    next_generation,
+)
 from leafcut.solve.instance import Instance, build_instance
 from leafcut.solve.solve import solve
 from leafcut.solve.statistics import WorkerLog
@@ -81,6 +90,26 @@ def test_with_a_clock_one_colony_takes_the_time_that_would_not_do_for_much_large
     assert _how_many(1000, 0, 1.0, Stop(seconds=228.5), math.inf) == 100
     assert _how_many(1000, 0, 1.0, Stop(seconds=400.0), math.inf) == FIRST_ANTS
     assert _how_many(1000, 1, 1.0, Stop(seconds=1000.0), math.inf) == MOST_ANTS
+
+
+def test_ants_kick_when_the_time_does_for_a_dozen_of_them_and_never_on_a_budget_of_work() -> None:
+    """75 % of the time is for building, at five seconds an ant."""
+    assert _have_time_to_kick(1.0, Stop(seconds=80.5))
+    assert not _have_time_to_kick(1.0, Stop(seconds=79.5))
+    assert not _have_time_to_kick(1.0, Stop())
+    assert _how_many(1000, 0, 1.0, Stop(seconds=80.5), math.inf, kicking=True) == 12
+
+
+def test_ants_that_kick_have_tours_no_longer_the_same_for_a_seed_and_none_when_the_time_is_up() -> None:
+    instance = instance_of(150)
+    plain, kicked, again = (found_colony(instance, 6, 3, 0, workers(), kicks) for kicks in (0, 300, 300))
+    assert (kicked.costs <= plain.costs + 1e-9).all()
+    assert kicked.costs.mean() < plain.costs.mean()
+    assert np.array_equal(kicked.tours, again.tours)
+    assert all(sorted(t.tolist()) == list(range(150)) for t in kicked.tours)
+    assert kicked.costs.tolist() == pytest.approx([tour_cost(instance.cost, t) for t in kicked.tours])
+    late = Workers(None, 1, Stop(seconds=0.0), WorkerLog.of(1))
+    assert len(found_colony(instance, 6, 3, 0, late, 300).costs) == 0
 
 
 def test_a_generation_is_of_use_when_the_best_ant_gained_or_the_others_came_nearer_to_it() -> None:

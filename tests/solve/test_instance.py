@@ -70,6 +70,17 @@ def test_extra_nodes_come_last_and_every_node_stands_where_its_cluster_is(n: int
     assert instance.label[instance.home] == max(0, instance.first)
 
 
+@every("ends", ENDS)
+def test_lists_for_exchanges_are_the_candidates_without_the_free_node(ends: object) -> None:
+    instance = instance_of(40, 8, ends)
+    lists, costs = instance.exchange_lists
+    for v in range(instance.n):
+        wanted = [c for c in instance.candidates[v].tolist() if c not in (-1, instance.cost.free)]
+        assert [c for c in lists[v].tolist() if c >= 0] == wanted
+        assert costs[v, : len(wanted)].tolist() == instance.costs(v, wanted).tolist()
+        assert np.isinf(costs[v, len(wanted) :]).all()
+
+
 def test_near_numbers_are_near_in_the_plane() -> None:
     """From number to number it is a twentieth of the way between places in random order, or less."""
     xy = np.random.default_rng(5).uniform(0, 1, (20000, 2))

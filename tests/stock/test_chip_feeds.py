@@ -12,7 +12,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.model.work_material import WorkMaterial
-from leafcut.stock.chip_feeds import allowed_feed, chip_at, chip_limit, power_at
+from leafcut.stock.chip_feeds import allowed_feed, chip_at, chip_limit, power_at, power_on_ramp, ramp_feed
 from leafcut.stock.cutting_force import mean_chip, milling_power
 from leafcut.stock.engagement import Engaged
 from leafcut.stock.removal import engaged_way
@@ -98,3 +98,27 @@ def test_where_the_power_is_half_of_what_a_slot_needs_its_feed_falls_until_it_ne
     feed = allowed_feed(slot, half)
     assert feed == pytest.approx(10.0 * 0.5 ** (1.0 / 0.75))
     assert power_at(slot, feed, half) == pytest.approx(half.power)
+
+
+def test_a_ramp_needs_the_power_of_a_slot_at_its_side_and_of_what_its_end_sinks() -> None:
+    """By hand: 10 mm/s along, 0.5 mm/s down, a mill of 10 mm with 4 teeth at 3000 1/min, in a level of 2 mm."""
+    limits = replace(LIMITS, material=STEEL, teeth=4, power=1e9, rpm=3000.0, diameter=10.0, depth=2.0)
+    side_chip, end_chip = 10.0 / 200.0 * 2.0 / math.pi, 0.5 / 200.0
+    side = 10.0 * 2.0 * 10.0 * STEEL.kc11 * side_chip**-STEEL.mc / 1000.0
+    end = 25.0 * math.pi * 0.5 * STEEL.kc11 * end_chip**-STEEL.mc / 1000.0
+    assert power_on_ramp(limits, 10.0, 0.5, 2.0) == pytest.approx(side + end)
+    assert power_on_ramp(limits, 10.0, 0.5, 1.0) == pytest.approx(side + end)  # never less than the level
+    assert power_on_ramp(limits, 10.0, 0.5, 4.0) == pytest.approx(2.0 * side + end)
+
+
+@pytest.mark.parametrize("angle", [1.0, 3.0, 20.0, 45.0])
+def test_a_ramp_is_slower_until_it_keeps_the_power_and_never_above_it(angle: float) -> None:
+    limits = replace(LIMITS, material=STEEL, teeth=4, power=1e9)
+    slope = math.radians(angle)
+    assert ramp_feed(limits, 10.0, slope, 2.0) == 10.0
+    whole = power_on_ramp(limits, 10.0 * math.cos(slope), 10.0 * math.sin(slope), 2.0)
+    weak = replace(limits, power=0.6 * whole)
+    feed = ramp_feed(weak, 10.0, slope, 2.0)
+    needs = power_on_ramp(weak, feed * math.cos(slope), feed * math.sin(slope), 2.0)
+    assert 0.6 * weak.power < needs <= weak.power * (1.0 + 1e-9)
+    assert ramp_feed(LIMITS, 10.0, slope, 2.0) == 10.0  # no limit is known

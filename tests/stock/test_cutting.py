@@ -226,7 +226,7 @@ def test_a_round_corner_cuts_as_deep_on_a_slope_as_a_search_along_the_way_finds(
         -2.0 - max(rise, 0.0) + rise,
     )  # fmt: skip
     for cutter in (bull_mill(6.0, 0.3), bull_mill(6.0, 2.0), bull_mill(6.0, 2.999), Cutter(3.0, 1.0, 1.0, 1.5)):
-        field = HeightField.of_block(BLOCK, 0.5)
+        field = HeightField.of_block(BLOCK, 1.0)
         rows, columns = field.heights.shape
         builder = ToolpathBuilder()
         builder.rapid(*move[:2], 20.0)

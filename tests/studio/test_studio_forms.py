@@ -65,7 +65,7 @@ def test_every_option_is_in_a_form() -> None:
 #: What a command takes that is no choice of a form: the page has inputs, downloads, lists of choices and files for it.
 BESIDE = {"defaults", "options", "output", "report", "process", "json", "quiet", "save_map", "tour", "help", "version"}
 #: What the points of a map have no use for: they are solved by the map's own rule of distance.
-NOT_OF_MAPS = {"objective", "min_diameter", "max_diameter", "merge_tolerance", "concentric"}
+NOT_OF_MAPS = {"objective", "min_diameter", "max_diameter", "merge_tolerance", "concentric", "solid"}
 
 
 @pytest.mark.parametrize("command", ["optimize", "nest", "solve", "simulate", "verify"])

@@ -66,7 +66,7 @@ def interpret_klartext(text: str, file: str = "program") -> Toolpath:
         for last, block in _blocks(text):
             reader.run(block, last)
     except BlockError as problem:
-        raise ReadError(file, str(problem), reader.line or last) from None
+        raise ReadError(file, str(problem), reader.line or last or None) from None
     if not reader.ended:
         raise ReadError(file, "the program has no end; END PGM is missing")
     return reader.path.build()

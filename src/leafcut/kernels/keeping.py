@@ -25,8 +25,10 @@ from typing import Any, NamedTuple
 #: Changed when files written before cannot be read any more.
 _FORMAT = b"leafcut kernel 1\n"
 _DIGEST = hashlib.sha256().digest_size
-#: Settings of Numba that do not change its code.
-_HARMLESS = {"NUMBA_CACHE_DIR", "NUMBA_NUM_THREADS", "NUMBA_THREADING_LAYER"}
+#: Settings of Numba that do not change its code for processors: with NUMBA_DISABLE_JIT there is none of it.
+_HARMLESS = {
+    "NUMBA_CACHE_DIR", "NUMBA_DISABLE_JIT", "NUMBA_ENABLE_CUDASIM", "NUMBA_NUM_THREADS", "NUMBA_THREADING_LAYER",
+}  # fmt: skip
 _SUFFIX = ".kernel"
 
 #: Code that comes with leafcut.

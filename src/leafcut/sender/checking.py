@@ -81,6 +81,12 @@ def check_program(job: SendJob, facts: Facts, *, unhomed: bool, accept: Collecti
         raise SendError(
             f"laser mode is {mode}, but the program is for a {other}; set {name}, or name the right --machine"
         )
+    arcs = np.flatnonzero(np.isin(job.program.path.kind, (Kind.ARC_CW, Kind.ARC_CCW)))
+    if len(arcs) and not facts.arcs:
+        line = int(job.program.path.line[arcs[0]])
+        raise SendError(
+            f"the firmware has no arcs (ARC_SUPPORT), and line {line} is one; post the program without arcs"
+        )
     _check_speeds(job, facts)
     _check_travel(job, facts, unhomed=unhomed and not facts.knows_place)
     if "L805" not in accept:
@@ -158,8 +164,8 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
             first = np.flatnonzero(outside)[np.argmin(lines[outside])]
             zero = facts.origin(540)[axis]
             raise SendError(
-                f"line {int(lines[first])} goes to {name} {values[first]:.3f} mm in machine coordinates, outside the "
-                f"travel of {low[axis]:g} to {high[axis]:g} mm ({facts.names.travel[axis]}); the work zero is at "
+                f"line {int(lines[first])} goes to {name} {values[first]:.3f} mm in {facts.names.coordinates}, outside "
+                f"the travel of {low[axis]:g} to {high[axis]:g} mm ({facts.names.travel[axis]}); the work zero is at "
                 f"{zero:.3f}: set it anew, or move the part"
             )
 

@@ -13,7 +13,7 @@ _ZERO: XYZ = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class SettingNames:
-    """How a controller calls what it is set to, for messages."""
+    """How a controller calls what it is set to, and what its places are counted in, for messages."""
 
     homing: str
     soft_limits: str
@@ -22,6 +22,7 @@ class SettingNames:
     accelerations: tuple[str, str, str]
     fastest: str = ""
     laser: str = ""
+    coordinates: str = "machine coordinates"
 
 
 @dataclass(frozen=True)
@@ -83,6 +84,8 @@ class Facts:
         Whether it keeps to its travel by itself.
     laser_mode, fastest
         Whether laser mode is on; the speed of the spindle, or the power of the laser, at most.
+    arcs
+        Whether it has G2 and G3.
     clock
         What times go by.
     places
@@ -103,6 +106,7 @@ class Facts:
     soft_limits: bool = True
     laser_mode: bool = False
     fastest: float = float("inf")
+    arcs: bool = True
     clock: Clock = Clock()
     places: dict[str, XYZ] = field(default_factory=dict)
     modes: tuple[str, ...] = ()

@@ -136,6 +136,8 @@ class _LineReader:
 
     def __init__(self, words: Dialect) -> None:
         self.words, self.ended, self.begun = words, False, False
+        # To Marlin M1 is as M0 (M0_M1.cpp); others pass over it.
+        self.stops = {0, 1} if words.one_command else {0}
         self.tool: int | None = None
         self.chosen = self.remarked = -_REACH
         self.remark = ""
@@ -157,7 +159,7 @@ class _LineReader:
         codes = {int(word.value) for word in found if word.letter == "M"}
         self.ended = bool(codes & {2, 30})
         text = _joined(self.words, [_written(word) for word in found if not _is_ours(word)])
-        if self.words.one_command and codes & {0, 6}:
+        if self.words.one_command and codes & {*self.stops, 6}:
             text = ""  # what stands behind M0 is read by a person
         if len(text) > LONGEST_LINE:
             reason = f"the line has {len(text)} characters without blanks and comments"
@@ -165,7 +167,7 @@ class _LineReader:
         steps: list[SentStep] = [SentLine(text, number)] if text else []
         if 6 in codes:
             steps.insert(0, self._pause(number, change=True))
-        if 0 in codes:
+        if codes & self.stops:
             # A tool that is chosen right above is put in by hand now.
             steps.append(self._pause(number, change=number - self.chosen < _REACH))
         return steps

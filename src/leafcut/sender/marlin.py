@@ -56,7 +56,7 @@ from leafcut.sender.conversation import (
 )
 from leafcut.sender.counting import GRBL_BUFFER
 from leafcut.sender.facts import Clock, Facts, SettingNames
-from leafcut.sender.marlin_lines import BUSY, CAPABILITY, FIRMWARE, HOME_FIRST, PLACE, RESEND, UNKNOWN
+from leafcut.sender.marlin_lines import ACTION, BUSY, CAPABILITY, FIRMWARE, HOME_FIRST, PLACE, RESEND, UNKNOWN
 from leafcut.sender.port import Port
 
 #: A board with a boot loader takes so long to start, s; so often it is asked whether it has.
@@ -84,7 +84,9 @@ def _each(word: str) -> tuple[str, str, str]:
     return (f"{word} X", f"{word} Y", f"{word} Z")
 
 
-_NAMES = SettingNames("M211", "M211 S0", _each("M211"), _each("M203"), _each("M201"))
+_NAMES = SettingNames(
+    "M211", "M211 S0", _each("M211"), _each("M203"), _each("M201"), coordinates="the program's coordinates"
+)
 
 
 @dataclass(frozen=True)
@@ -163,7 +165,8 @@ class MarlinConversation(Conversation):
                 return []
             self._wanted = None
             if flying is not None and number == flying.number + 1:
-                return self._answered()  # its answer was lost
+                self._stray += 1  # its answer was lost, or is still to come
+                return self._answered()
             if flying is not None:
                 self._put(flying)
         elif flying is not None:
@@ -196,9 +199,21 @@ class MarlinConversation(Conversation):
                 return [self._told(self._doing("Run"))]
             case Report(name, text) if name == PLACE:
                 self._place = place_in(text)
+            case Report(name, text) if name == ACTION:
+                return self._at_display(text.partition(" ")[0])
             case _:
                 pass
         return [answer]
+
+    def _at_display(self, action: str) -> list[ControllerAnswer]:
+        """Do what a person wants who stands at the machine's own display."""
+        if action in ("pause", "paused"):
+            self._held = True
+        elif action in ("resume", "resumed"):
+            self._held = False
+        elif action in ("cancel", "poweroff", "disconnect"):
+            return [Alarm(f"it was stopped at its own display ({action})")]
+        return []
 
     def _ok(self) -> list[ControllerAnswer]:
         if self._wanted is not None:
@@ -238,7 +253,7 @@ class MarlinConversation(Conversation):
         return []
 
     def _doing(self, state: str, place: XYZ | None = None) -> Status:
-        state = "Hold" if self._held and place is not None else state
+        state = "Hold" if self._held and state == "Idle" else state
         percent = (self._percent, self._percent, 100)
         return Status(state, 0 if state == "Hold" else None, machine=place, work=place, overrides=percent)
 
@@ -255,6 +270,7 @@ class MarlinConversation(Conversation):
     def _fly(self, text: str, *, ours: bool = False) -> None:
         self._number += 1
         self._moved |= not ours
+        self._place = None if text == "M114" else self._place
         self._flying = NumberedLine(self._number, text, ours)
         self._put(self._flying)
 
@@ -363,8 +379,8 @@ class MarlinConversation(Conversation):
         SendError
             It does not say what is needed: settings, travel, signs of life.
         """
-        version, _ = self._firmware()
-        if not re.search(r"M113 S[1-9]", self._words("M113", _NO_BUSY)):
+        version, abilities = self._firmware()
+        if not re.search(r"M113 S[12]\b", self._words("M113", _NO_BUSY)):
             raise SendError(_NO_BUSY)
         settings = self._words("M503", "the firmware does not say its settings (M503): build it with them")
         on, low, high = _soft_endstops(self._words("M211", _NO_TRAVEL))
@@ -374,15 +390,19 @@ class MarlinConversation(Conversation):
             raise SendError(f"the controller's settings cannot be used: {problem}") from None
         if machine.units != "mm":
             raise SendError("the controller counts in inches (G20 in M503); leafcut sends millimetres to Marlin")
+        status = self._rested()
+        if status.machine is None:
+            raise SendError("the controller does not say where it is (M114)")
         return Facts(
             version=version,
             buffer=GRBL_BUFFER,
-            status=self.fresh_status(PLANNED_SECONDS),
+            status=status,
             low=low,
             high=high,
             names=_NAMES,
             homed=True if self.homed else None,
             soft_limits=on,
+            arcs=abilities.get("ARCS", True),
             clock=Clock(machine.rapid_velocity, machine.acceleration, None, machine.corner_deviation),
         )
 

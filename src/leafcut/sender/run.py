@@ -109,8 +109,8 @@ class Ending:
         What the machine does now, in words; of a lost connection what it is taken to do.
     homed, lost
         Its position can be trusted; it cannot be reached any more, so that `state` is only what it is taken to do.
-    place
-        Where it was in machine coordinates, mm, by its last word.
+    place, coordinates
+        Where it was, mm, by its last word, and in what that is counted.
     errors
         Of a check: the line, and what is wrong with it.
     """
@@ -127,6 +127,7 @@ class Ending:
     errors: tuple[tuple[int, str], ...] = ()
     lost: bool = False
     sure: bool = True
+    coordinates: str = "machine coordinates"
 
     @property
     def go_on(self) -> str:
@@ -557,6 +558,7 @@ class SendRun:
             place=None if status is None else self.facts.machine_place(status),
             errors=tuple(self._errors),
             sure=self._sure,
+            coordinates=self.facts.names.coordinates,
         )
 
     def _lost(self, reason: str) -> Ending:
@@ -582,6 +584,7 @@ class SendRun:
             place=None if last is None else self.facts.machine_place(last),
             lost=True,
             sure=self._sure,
+            coordinates=self.facts.names.coordinates,
         )
 
     def _hole(self) -> DrilledHole | None:

@@ -33,7 +33,7 @@ def ending_in_words(ending: Ending, job: SendJob) -> str:
     parts = [ending.reason, ending.state if ending.lost else f"the machine is {ending.state}"]
     if ending.place is not None:
         where = "it stands at" if ending.homed else "it was last seen at"
-        parts.append(f"{where} {place_in_words(ending.place)} (machine coordinates)")
+        parts.append(f"{where} {place_in_words(ending.place)} ({ending.coordinates})")
     if ending.line:
         at = f"{'' if ending.sure else 'or behind '}line {ending.line}" + (
             f", hole {ending.hole.number}" if ending.hole else ""

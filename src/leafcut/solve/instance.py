@@ -179,7 +179,7 @@ class Instance:
     tree
         Of all nodes that have a place; of none when costs are explicit.
     candidates
-        int32[n, k], -1 where there are fewer. The free node is the first of every cluster.
+        int32[n, k], -1 where there are fewer. The free node is the first of every cluster; see `exchange_lists`.
     lengths
         float64[n, k]: their costs, infinite where there are fewer.
     first, second

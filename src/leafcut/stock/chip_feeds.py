@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from leafcut.geometry.arrays import Floats
 from leafcut.model.feed_limits import FeedLimits
-from leafcut.stock.cutting_force import milling_power
+from leafcut.stock.cutting_force import mean_chip, milling_power, ramp_power
 from leafcut.stock.engagement import Engaged
 from leafcut.units import SECONDS_PER_MINUTE
 
@@ -62,3 +64,37 @@ def allowed_feed(engaged: Engaged, limits: FeedLimits) -> Floats:
         over = power > limits.power
         feed[over] *= (limits.power / power[over]) ** (1.0 / (1.0 - limits.material.mc))
     return np.asarray(feed)
+
+
+def power_on_ramp(limits: FeedLimits, across: float, down: float, depth: float) -> float:
+    """Return the power of a ramp or a helix at most, W; 0 where it is not limited.
+
+    Its side is taken to cut a slot as deep as the level all the way, though only the end of a ramp is so deep, and a
+    helix only as deep as one turn falls; its end cuts on the whole area of the tool.
+
+    Parameters
+    ----------
+    across, down
+        The feed along the table and downwards, mm/s.
+    depth
+        From what is uncut down to where the ramp ends, mm.
+    """
+    if limits.material is None or not across > 0.0 or not down > 0.0:
+        return 0.0
+    teeth_by_time = limits.rpm * limits.teeth / SECONDS_PER_MINUTE
+    side = limits.diameter * max(depth, limits.depth) * across
+    end = 0.25 * math.pi * limits.diameter**2 * down
+    chip = mean_chip(across / teeth_by_time, limits.diameter, limits.diameter)
+    return float(ramp_power(limits.material, side, end, chip, down / teeth_by_time))
+
+
+def ramp_feed(limits: FeedLimits, feed: float, angle: float, depth: float) -> float:
+    """Return how fast a ramp or a helix of a slope of at most `angle`, rad, may go, mm/s: `feed`, or within the power.
+
+    A flatter one goes a little farther along the table: it counts as if it went along at all of its feed.
+    """
+    power = power_on_ramp(limits, feed * math.cos(angle), feed * math.sin(angle), depth) / math.cos(angle)
+    if limits.material is None or power <= limits.power:
+        return feed
+    # The power of both parts goes with f^(1 − mc).
+    return feed * (limits.power / power) ** (1.0 / (1.0 - limits.material.mc))

@@ -64,6 +64,32 @@ def milling_power(
     return np.asarray(_WATT * np.asarray(rate) * specific_force(material, chip) / efficiency)
 
 
+def ramp_power(
+    material: WorkMaterial,
+    side_rate: Floats | float,
+    end_rate: Floats | float,
+    side_chip: Floats | float,
+    end_chip: Floats | float,
+) -> Floats:
+    """Return the power of a mill that goes down on a slope, W: what its side takes off, and what its end does.
+
+    P = kc(h) Q of both, each with its own chip. That of the end is as thick as the mill sinks for each tooth: on a flat
+    ramp it is much thinner, and so needs more force by its area. What the end takes off is counted with the thinner
+    one of both chips, as where the end begins is not known of every shape.
+
+    Parameters
+    ----------
+    side_rate, end_rate
+        Material removed by time, mm³/s.
+    side_chip, end_chip
+        Chip thickness, mm: the mean one of the motion across, and how far the mill sinks for each tooth. More than 0.
+    """
+    return np.asarray(
+        milling_power(material, side_rate, side_chip)
+        + milling_power(material, end_rate, np.minimum(side_chip, end_chip))
+    )
+
+
 def spindle_torque(power: Floats | float, rpm: Floats | float) -> Floats:
     """Return the torque of a power, W, at a spindle speed, N·mm: P / ω."""
     return np.asarray(np.asarray(power) / (_WATT * math.tau / SECONDS_PER_MINUTE * np.asarray(rpm)))

@@ -18,7 +18,7 @@ from leafcut.model.tool import MILLS, Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.stock.chip_thickness import chip_share, cut_width
 from leafcut.stock.cutting import Removed, cut
-from leafcut.stock.cutting_force import mean_chip, milling_power, spindle_torque
+from leafcut.stock.cutting_force import mean_chip, milling_power, ramp_power, spindle_torque
 from leafcut.stock.height_field import HeightField
 from leafcut.stock.straight_moves import StraightMoves, straight_moves
 from leafcut.units import SECONDS_PER_MINUTE
@@ -119,6 +119,12 @@ class Loads:
         across = np.hypot(*(ends[:, 3:5] - ends[:, :2]).T)
         return np.asarray(ends[:, 5] - ends[:, 2] < -_LEVEL * across)
 
+    def cuts_of(self, number: int) -> NDArray[np.bool_]:
+        """Return which pieces a tool mills; if it does nothing but to go down on slopes, its ramps and helices."""
+        of_tool = self.moves.tool == number
+        level = np.asarray(self.mills & of_tool)
+        return level if level.any() else np.asarray(self.sinks & of_tool)
+
     def slot_share(self, limit: ToolLimits, diameter: float) -> Floats:
         """Return the chip that a tool may have in every piece as a share of the one at half of its width."""
         beyond = np.clip(2.0 * self.width / diameter - 1.0, 0.0, 1.0)
@@ -127,13 +133,21 @@ class Loads:
     def power(self, spindle: SpindleLoad, teeth: int, diameter: float) -> Floats:
         """Return the power that every piece takes at the tool, W, 0 where it mills nothing.
 
-        A ramp counts as a slot. `stock.cutting_force` says how it is reckoned.
+        Of what a ramp or a helix takes off, the end of the tool takes no more than its whole area times what it sinks;
+        the side takes the rest. `stock.cutting_force` says how each is reckoned.
         """
-        mills = (self.mills | self.sinks) & (self.rpm > 0)
-        tooth = SECONDS_PER_MINUTE * self.feed / np.where(mills, self.rpm * teeth, np.inf)
-        width = np.where(self.sinks, diameter, self.width)
-        chip = np.where(mills, mean_chip(tooth, width, diameter), 1.0)
-        return np.where(mills, milling_power(spindle.material, self.rate, chip), 0.0)
+        turns = self.rpm > 0
+        mills, sinks = self.mills & turns, self.sinks & turns
+        teeth_by_time = np.where(turns, self.rpm * teeth / SECONDS_PER_MINUTE, 1.0)
+        across = np.sqrt(np.maximum(self.feed**2 - self.down**2, 0.0))
+        chip = mean_chip(np.where(sinks, across, self.feed) / teeth_by_time, self.width, diameter)
+        end = np.where(sinks, np.minimum(self.rate, 0.25 * math.pi * diameter**2 * self.down), 0.0)
+        power = np.zeros(len(self.feed))
+        power[mills] = milling_power(spindle.material, self.rate[mills], chip[mills])
+        power[sinks] = ramp_power(
+            spindle.material, (self.rate - end)[sinks], end[sinks], chip[sinks], (self.down / teeth_by_time)[sinks]
+        )
+        return power
 
     def spindle_ratio(self, limit: ToolLimits, diameter: float) -> Floats:
         """Return how much faster every piece of a tool may be until power or torque is at its limit: a factor."""
@@ -185,9 +199,9 @@ def limits_of(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> dict
     Limits of which something is not known are left out.
     """
     limits: dict[int, ToolLimits] = {}
-    mills, chip = loads.mills, loads.chip
+    chip = loads.chip
     for number, tool in tools.items():
-        mine = mills & (loads.moves.tool == number)
+        mine = loads.cuts_of(number)
         if tool.kind not in _MILLING or not mine.any() or not (loads.rpm[mine] > 0).all():
             continue
         rate = float(loads.rate[mine].max())

@@ -19,6 +19,7 @@ from leafcut.model.pocket import PocketRules
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
 from leafcut.processes.pocket.proof.chips import measured_chips
+from leafcut.read.work_materials import load_material
 from leafcut.report.json_answer import as_json
 from leafcut.stock.height_field import HeightField, StockBlock
 from leafcut.stock.loads import StockBefore, loads_of
@@ -184,3 +185,48 @@ def test_a_weak_spindle_makes_slots_slower_and_that_is_told(drawing: Path, even,
 def test_feeds_are_refused_where_their_data_are_missing(options: dict[str, Any], words: str, drawing: Path) -> None:
     with pytest.raises(OptionError, match=words):
         api.optimize(drawing, **{**GIVEN, "feeds": True, **options})
+
+
+@pytest.mark.parametrize(("entry", "angle"), [("ramp", 3.0), ("helix", 3.0), ("helix", 8.0)])
+def test_the_way_down_keeps_the_power_by_another_model_of_the_stock(
+    entry: str, angle: float, drawing: Path, tmp_path: Path
+) -> None:
+    """What each piece of the way down takes off is measured on cells; without the limit it needs more."""
+    (tmp_path / "shop.toml").write_text(TOOL)
+    given = {
+        **GIVEN, "milling_feed": None, "spindle_speed": None, "tools": tmp_path / "shop.toml", "material": "c45",
+        "entry": entry, "entry_angle": f"{angle} deg", "plunge_feed": "400 mm/min",
+    }  # fmt: skip
+    weak = api.optimize(drawing, feeds=True, max_power="0.2 kW", drive_efficiency=1.0, **given)
+    limit = weak.detail.pace.tools[0].limits[0]
+    assert (limit.name, limit.limit) == ("power", pytest.approx(200.0))
+    assert limit.after <= 200.0 * 1.0001
+    strong = api.optimize(drawing, feeds=True, max_power="10 kW", **given)
+    needs = [_power_down(found.text) for found in (weak, strong)]
+    assert needs[0] < 200.0 * 1.02
+    assert needs[1] > needs[0] * 1.1
+
+
+def _power_down(text: str) -> float:
+    """Return the most power of what goes down on a slope, W: kc Q of the side and of the end, by volumes on cells."""
+    path = interpret(text, dialect("linuxcnc"))
+    block = StockBlock((-2, -2, -5), (34, 26, 0))
+    found = loads_of(path, {1: flat_mill(6)}, StockBefore(HeightField.of_block(block, 0.05), 0.0, True), 1.0)
+    sinks = found.sinks & (found.length > 0.2)
+    steel = load_material("c45")
+    teeth = 100.0 * 3  # by second
+    end = np.minimum(found.rate, 9.0 * np.pi * found.down)[sinks]
+    across = np.sqrt(found.feed**2 - found.down**2)[sinks] / teeth * 2.0 / np.pi
+    force = steel.kc11 * across**-steel.mc, steel.kc11 * (found.down[sinks] / teeth) ** -steel.mc
+    return float((((found.rate[sinks] - end) * force[0] + end * force[1]) / 1000.0).max())
+
+
+def test_a_ramp_that_needs_more_power_than_there_is_is_refused() -> None:
+    text = "G21 G90 G17 G94\nT1 M6\nS6000 M3\nG0 X0 Y0 Z0.5\nG1 X30 Z-2 F600\nG1 X0\nG0 Z5\nM2\n"
+    limits = FeedLimits(6.0, 10.0, 6000.0, 15.0, 2.0, 2.0, 1.2, power=200.0, material=load_material("c45"), teeth=3)
+    rules = PocketRules(tool_diameter=6.0, step_over=3.0)
+    mill = Tool(1, 6.0, ToolKind.END_MILL)
+    found = measured_chips(interpret(text, dialect("linuxcnc")), rules, limits, mill, [-2.0])
+    (said,) = [str(one) for one in found.wrong if "X30" in str(one) or "line 5" in str(one)]
+    assert "kW near" in said
+    assert "the spindle gives 0.2 kW at most" in said

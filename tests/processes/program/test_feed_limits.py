@@ -156,6 +156,32 @@ def test_a_ramps_chip_is_no_thicker_than_in_a_slot(tmp_path: Path) -> None:
     assert 300 < max(ramp) <= 330
 
 
+def ramp_power_of(feed: float, depth: float) -> float:
+    """Return the power of the ramp at a depth and a feed in mm/min, W: a slot at its side, and the whole of its end.
+
+    It falls by 1 in 10. The side takes off width × depth × feed along the table, the end its area × feed downwards.
+    """
+    along, down = feed / 60 * 10 / math.sqrt(101), feed / 60 / math.sqrt(101)
+    side = 6 * depth * along * KC11 * (2 / math.pi * along / 200) ** -MC
+    return (side + 9 * math.pi * down * KC11 * (down / 200) ** -MC) / 1000
+
+
+@pytest.mark.parametrize("text", [RAMP, RAMP.replace("G1 X10\n", "")], ids=["and a level", "alone"])
+@pytest.mark.parametrize("limit", [200.0, 120.0])
+def test_a_ramp_takes_no_more_power_than_the_spindle_gives(tmp_path: Path, text: str, limit: float) -> None:
+    """Its last piece of 3 mm is cut 1.85 deep in the middle; before it, less. At its own feed it takes 294 W."""
+    assert ramp_power_of(600, 1.85) == pytest.approx(294, abs=1)
+    found = reordered(
+        tmp_path, text.replace("F300", "F600"), feeds=True, workpiece=BLOCK, tools=library(tmp_path), cell=0.1,
+        material="aluminium-6061", max_power=f"{limit} W", drive_efficiency=1.0,
+    )  # fmt: skip
+    feeds = [float(word) for word in re.findall(r"Z-[0-9.]+ F([0-9.]+)", found.text)]
+    power = ramp_power_of(feeds[-1], 1.85)
+    assert 0.93 * limit < power <= 1.01 * limit, body(found)
+    (told,) = [one for one in found.detail.pace.tools[0].limits if one.name == "power"]
+    assert told.after <= limit * 1.001
+
+
 def test_what_does_not_limit_is_told_once_with_what_to_give(tmp_path: Path) -> None:
     bare = reordered(tmp_path, SLOT, feeds=True, workpiece=BLOCK)
     assert [issue.message for issue in bare.issues if issue.code == "L514"] == [

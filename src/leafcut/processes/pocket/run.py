@@ -151,6 +151,7 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     if settings.of(FeedOptions).feeds:
         limits, told = feed_limits(settings, run.machine, rules, levels, data, mill, _material(settings))
         issues = [*issues, *told]
+        data = replace(data, limits=limits)
     part = placed(part, settings.read)
     heights = PocketHeights(
         clearance=settings.job.clearance_height,

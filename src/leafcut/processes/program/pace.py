@@ -414,7 +414,7 @@ class _Job:
     ) -> PaceChange:
         """Return what other speeds did, but for the time that they save."""
         every = [part.speed for parts in stretches.values() for part in parts]
-        mills, chip = loads.mills, loads.chip
+        chip = loads.chip
         # Of a way straight down the last stretch is the one in the material.
         into = speed.copy()
         for at in np.flatnonzero(loads.plunges).tolist():
@@ -422,7 +422,7 @@ class _Job:
                 into[at] = parts[-1].speed
         by_tool = []
         for number, limit in sorted(pace.limits.items()):
-            mine = mills & (loads.moves.tool == number) & np.isfinite(speed)
+            mine = loads.cuts_of(number) & np.isfinite(speed)
             feed, after = loads.feed[mine], speed[mine]
             ratio = after / feed
             by_tool.append(

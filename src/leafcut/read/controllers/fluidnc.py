@@ -15,7 +15,7 @@ from typing import Any
 from leafcut.errors import ReadError, shown
 from leafcut.kinds import Head
 from leafcut.model.machine import XYZ
-from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number
+from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number, texts
 
 #: A real file has some kilobytes; a thousandth of a second for each.
 MOST_BYTES = 262_144
@@ -76,6 +76,13 @@ def read(text: str, file: str) -> Values:
         values.take("corners.deviation", f"{found:.10g} mm", f"junction_deviation_mm, {in_lines([deviation.line])}")
     else:
         values.assume("corners.deviation", f"{_DEVIATION} mm", "FluidNC's default of junction_deviation_mm")
+    tolerance = tree.get("arc_tolerance_mm")
+    if isinstance(tolerance, _Scalar):
+        found = number(values, tolerance.text, "arc_tolerance_mm", tolerance.line)
+        values.take("corners.arc_tolerance", f"{found:.10g} mm", f"arc_tolerance_mm, {in_lines([tolerance.line])}")
+    if all(isinstance(part.get("steps_per_mm"), _Scalar) for part in parts):
+        steps = _of_axes(values, parts, "steps_per_mm", math.nan, "steps/mm")
+        values.take("motors.steps_per_mm", texts(steps.numbers, steps.unit), steps.source)
     other = [name for name in _inner(tree, "kinematics") if name != "cartesian"]
     if other:
         values.note(f"its kinematics are {shown(other[0], 20)}: limits are those of motors, so times are estimates")

@@ -17,6 +17,13 @@ from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_line
 SETTING = re.compile(r"^[^$\[]{0,40}\$(\d{1,4})\s*=\s*([^\s(;]+)", re.MULTILINE)
 _VERSION = re.compile(r"\[VER:\s*([^:\]]{1,40})|Grbl(?:HAL)?\s+([0-9][^\s'\[]{0,20})", re.IGNORECASE)
 _HAL = re.compile(r"grblHAL", re.IGNORECASE)
+#: Numbers that only grblHAL has, such as ``$341`` (tool change): GRBL ends at 132, what was built on it below these.
+_ONLY_HAL = frozenset(range(340, 1000))
+#: A setting as senders keep it in a file: ``"key": "$110", "value": "500.000"`` (Universal Gcode Sender), or
+#: ``"$110": "500.000"`` (gSender).
+_KEPT = re.compile(
+    r'"key"\s*:\s*"\$(\d{1,4})"\s*,\s*"value"\s*:\s*"([^"\n]{0,40})"|"\$(\d{1,4})"\s*:\s*"?([^",}\n]{0,40})"?'
+)
 
 _TRAVELS, _ACCELERATIONS, _RATES = (130, 131, 132), (120, 121, 122), (110, 111, 112)
 _STEPS, _LOCK, _ARC_TOLERANCE = (100, 101, 102), 1, 12
@@ -25,6 +32,8 @@ _ALWAYS_ON = 255
 _DEVIATION, _HOMING, _HOME_TO_MIN, _FASTEST_RPM, _SLOWEST_RPM, _LASER, _SPINDLE_ON = 11, 22, 23, 30, 31, 32, 394
 #: grblHAL: homing sets machine zero where the switch is; it is a bit of ``$22``.
 _ZERO_AT_SWITCH = 8
+#: A text with so many settings is meant as such.
+_SOME = 3
 
 
 @dataclass(frozen=True)
@@ -41,12 +50,8 @@ def read(text: str, file: str) -> Values:
     ReadError
         A setting that is needed is missing, is no number, or is one that no machine has.
     """
-    settings = {}
-    for count, line in enumerate(text.splitlines(), 1):
-        found = SETTING.match(line)
-        if found:
-            settings[int(found[1])] = _Setting(found[2], count)
-    hal = _HAL.search(text) is not None
+    settings = _settings(text)
+    hal = _HAL.search(text) is not None or not _ONLY_HAL.isdisjoint(settings)
     version = _VERSION.search(text)
     name = (version[1] or version[2]) if version else ""
     values = Values(file, " ".join(filter(None, ["grblHAL" if hal else "GRBL", name])))
@@ -64,6 +69,30 @@ def read(text: str, file: str) -> Values:
         values.assume("corners.deviation", "0.01 mm", "GRBL's own default of $11; the file does not have it")
     _board(values, settings)
     return values
+
+
+def is_answer(text: str) -> bool:
+    """Return whether a text has some settings of GRBL, as it answers or as a sender keeps them."""
+    return sum(1 for _ in SETTING.finditer(text)) >= _SOME or (
+        text.lstrip("\ufeff \t\r\n").startswith("{") and sum(1 for _ in _KEPT.finditer(text)) >= _SOME
+    )
+
+
+def _settings(text: str) -> dict[int, _Setting]:
+    """Return the settings by number, each with its line; of a setting that is there twice the last one."""
+    settings = {}
+    if text.lstrip("\ufeff \t\r\n").startswith("{"):
+        line, before = 1, 0
+        for found in _KEPT.finditer(text):
+            line += text.count("\n", before, found.start())
+            before = found.start()
+            settings[int(found[1] or found[3])] = _Setting((found[2] or found[4] or "").strip(), line)
+        return settings
+    for count, each in enumerate(text.splitlines(), 1):
+        match = SETTING.match(each)
+        if match:
+            settings[int(match[1])] = _Setting(match[2], count)
+    return settings
 
 
 def _board(values: Values, settings: dict[int, _Setting]) -> None:

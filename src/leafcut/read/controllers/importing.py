@@ -61,8 +61,9 @@ _SECTION = re.compile(r"^\s*\[\w[^\]\n]{0,40}\]\s*$", re.MULTILINE)
 _LINUXCNC = re.compile(r"^(\s*\[(TRAJ|KINS|EMC|RS274NGC|JOINT_0|AXIS_X|AXIS_0)\]|#INCLUDE )", re.MULTILINE)
 _MACH4 = re.compile(r"^\s*\[Motor0\]", re.MULTILINE)
 _AXES = re.compile(r"^axes\s*:", re.MULTILINE | re.IGNORECASE)
-#: Words that only Marlin has in its answer, and that only RepRapFirmware has in its file.
-_MARLIN_WORDS, _RRF_WORDS = {"M205", "M206", "M301"}, {"M208", "M550", "M566", "M569", "M584", "M669", "M950"}
+#: Words that only Marlin has in its answer, and that only RepRapFirmware has in its file. M208 is the travel there, and
+#: a move of filament in Marlin.
+_MARLIN_WORDS, _RRF_WORDS = {"M205", "M206", "M301"}, {"M453", "M550", "M566", "M584", "M669", "M950"}
 
 
 @dataclass(frozen=True)
@@ -150,20 +151,24 @@ def kind_of(text: str, file: str) -> str:
         return "mach4"
     if _LINUXCNC.search(text):
         return "linuxcnc"
-    if sum(1 for _ in grbl.SETTING.finditer(text)) >= 3:
+    if grbl.is_answer(text):
         return "grbl"
     if _AXES.search(text):
         return "fluidnc"
     found = {match[1].upper() for line in text.splitlines() if (match := reprap.word_of(line))}
     if found & {"M201", "M203"}:
-        marlin = "echo:" in text or bool(found & _MARLIN_WORDS)
-        duet = bool(found & _RRF_WORDS)
+        if "echo:" in text:  # so begin the lines of an answer of Marlin
+            return "marlin"
+        marlin = bool(found & _MARLIN_WORDS)
+        duet = bool(found & _RRF_WORDS) or reprap.has_travel(text)
         if marlin is duet:
             both = "words of both Marlin and RepRapFirmware" if marlin else "M201 and M203 only"
             raise ReadError(
                 file, f"has {both}, so M203 may be in mm/s or in mm/min; say which with --kind marlin or rrf"
             )
         return "marlin" if marlin else "rrf"
+    if "M98" in found and found & _RRF_WORDS:
+        return "rrf"
     raise ReadError(file, f"{_guess(text)}; importable are {', '.join(kind.help for kind in KINDS.values())}")
 
 

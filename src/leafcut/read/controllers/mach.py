@@ -23,6 +23,8 @@ from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, number
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
+#: What XML does not allow; Mach3 writes such in names of people and files (``<LastUser>``) nevertheless.
+_NO_XML = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 #: Soft limits that nobody has set.
 _MACH3_UNSET = (-100.0, 100.0)
 #: How Mach takes corners: said of neither by its file.
@@ -206,7 +208,7 @@ def _preferences(text: str, file: str) -> dict[str, str]:
     from defusedxml.ElementTree import ParseError, fromstring
 
     try:
-        root: Element = fromstring(re.sub(r"^﻿?\s*<\?xml[^>]*\?>", "", text))
+        root: Element = fromstring(_NO_XML.sub("?", re.sub(r"^﻿?\s*<\?xml[^>]*\?>", "", text)))
     except DefusedXmlException:
         raise ReadError(file, "has entities of its own, which Mach3 does not write; not read") from None
     except (ParseError, ValueError) as problem:

@@ -25,10 +25,9 @@ from leafcut.units import parse_quantity, with_unit
 #: A controller → the machine whose values are its likely answers.
 _LIKE = {
     "haas": "haas-vf2", "fanuc": "haas-vf2", "grbl": "grbl-3018", "linuxcnc": "linuxcnc-mill", "mach3": "mach3-router",
-    "mach4": "mach3-router", "fagor8055": "fagor-8055", "qtplasmac": "plasma-table", "plasma": "plasma-table",
-    "uccnc": "mach3-router", "edingcnc": "mach3-router", "masso": "mach3-router",
-    "marlin": "marlin-mpcnc", "siemens": "haas-vf2", "siemens-iso": "haas-vf2",
-    "heidenhain": "haas-vf2",
+    "mach4": "mach4-router", "fagor8055": "fagor-8055", "qtplasmac": "plasma-table", "plasma": "plasma-table",
+    "uccnc": "uccnc-router", "edingcnc": "edingcnc-router", "masso": "masso-router", "centroid": "centroid-mill",
+    "marlin": "marlin-mpcnc", "siemens": "siemens-828d", "siemens-iso": "siemens-828d", "heidenhain": "heidenhain-tnc",
     "fanuc-laser": "laser-table", "grbl-laser": "grbl-laser-20w", "flame": "flame-table", "waterjet": "water-table",
 }  # fmt: skip
 _LIKE_OTHERS = "linuxcnc-mill"

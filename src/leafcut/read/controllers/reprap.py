@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from leafcut.errors import shown
 from leafcut.kinds import Head
-from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number
+from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number, texts
 
 #: No line of settings is longer; what stands behind that is not looked at.
 LONGEST_LINE = 1000
@@ -30,12 +32,37 @@ _ENDSTOPS = re.compile(
 _OF_JERK = (1.0 - math.sqrt(0.5)) / math.sqrt(0.5)
 
 
+@dataclass(frozen=True)
+class _Place:
+    """A line, of the file itself or of one that it runs."""
+
+    line: int
+    file: str = ""
+
+
+@dataclass(frozen=True)
+class _Line:
+    """A line that is a word of settings: the text of each of its letters."""
+
+    place: _Place
+    word: str
+    letters: dict[str, str]
+
+
+#: A variable of RepRapFirmware that is a plain number: ``global xMax = 335``, ``set var.steps = 90``.
+_VARIABLE = re.compile(r"^\s*(global|var|set\s+global|set\s+var)(?:\s+|\.)(\w{1,60})\s*=\s*\{?([-+.0-9]{1,30})\}?\s*$")
+_USE = re.compile(r"\{\s*(global|var)\.(\w{1,60})\s*\}")
+_CONDITION = re.compile(r"^\s*(if|elif|while)\b")
+#: Files that a config.g runs in all (M98), and how deep they run each other.
+_MOST_RUN, _DEEPEST_RUN, _MOST_BYTES_RUN = 100, 8, 262_144
+
+
 @dataclass
 class _Settings:
     """The last value of each letter of each word, and the line it stands in."""
 
-    words: dict[str, dict[str, tuple[str, int]]] = field(default_factory=dict)
-    inch: int | None = None
+    words: dict[str, dict[str, tuple[str, _Place]]] = field(default_factory=dict)
+    inch: _Place | None = None
 
 
 def read_marlin(text: str, file: str) -> Values:
@@ -46,12 +73,12 @@ def read_marlin(text: str, file: str) -> Values:
     ReadError
         M203 or M201 is missing, or lacks an axis; a value is no number, or one that no machine has.
     """
-    settings = _settings(text)
+    settings = _settings(_lines(text))
     values = Values(file, "Marlin")
     unit = "in" if settings.inch else "mm"
     values.controller("marlin", "the file is one of Marlin", "grbl")
-    if unit == "in":
-        values.take("units", "in", f"G20, {in_lines([settings.inch or 0])}")
+    if settings.inch:
+        values.take("units", "in", f"G20, {_in([settings.inch])}")
     rates = _axes(values, settings, "M203", f"{unit}/s", "highest rates")
     values.motion(rates, _marlin_acceleration(values, settings, unit))
     found = _ENDSTOPS.search(text)
@@ -65,16 +92,17 @@ def read_marlin(text: str, file: str) -> Values:
     _zero_home(values)
     jerk = settings.words.get("M205", {})
     if "J" in jerk:
-        deviation, line = jerk["J"]
-        found_deviation = number(values, deviation, "M205 J", line)
+        deviation, place = jerk["J"]
+        found_deviation = _number(values, deviation, "M205 J", place)
         if not found_deviation > 0:
-            raise values.refusal(f"M205 J is {found_deviation:g}, but must be above 0", line)
+            raise values.refusal(f"M205 J is {found_deviation:g}, but must be above 0", place.line)
         values.derive("corners.style", "grbl", "Marlin plans by junction deviation, as GRBL does")
-        values.take("corners.deviation", f"{found_deviation:.10g} {unit}", f"M205 J, {in_lines([line])}")
+        values.take("corners.deviation", f"{found_deviation:.10g} {unit}", f"M205 J, {_in([place])}")
     elif "X" in jerk:
-        _jerk_corners(values, number(values, *_named(jerk["X"], "M205 X")), jerk["X"][1], unit, "M205 X")
+        _jerk_corners(values, _first(values, jerk["X"], "M205 X"), jerk["X"][1], unit, "M205 X")
     else:
         values.assume("corners.style", "grbl", "the file has no M205")
+    _steps(values, settings, unit)
     _rest(values, "Marlin")
     return values
 
@@ -86,102 +114,132 @@ def _marlin_acceleration(values: Values, settings: _Settings, unit: str) -> Axes
     letter = next((one for one in "TSP" if one in path), None)
     if letter is None:
         return most
-    text, line = path[letter]
-    travel = number(values, text, f"M204 {letter}", line)
+    text, place = path[letter]
+    travel = _number(values, text, f"M204 {letter}", place)
     if not travel > 0:
-        raise values.refusal(f"M204 {letter} is {travel:g}, but must be above 0", line)
-    words = f"M204 {letter}, {in_lines([line])}, at most {most.source}"
+        raise values.refusal(f"M204 {letter} is {travel:g}, but must be above 0", place.line)
+    words = f"M204 {letter}, {_in([place])}, at most {most.source}"
     return Axes(tuple(min(travel, one) for one in most.numbers), most.unit, words, derived=True)
 
 
 def read_rrf(text: str, file: str) -> Values:
-    """Return what the ``config.g`` of RepRapFirmware says.
+    """Return what the ``config.g`` of RepRapFirmware says, and the files in its folder that it runs (M98).
 
     Raises
     ------
     ReadError
-        M203 or M201 is missing, or lacks an axis; a value is an expression, no number, or one that no machine has.
+        M203 or M201 is missing, or lacks an axis; a value is an expression, no number, or one that no machine has; it
+        runs too many files.
     """
-    settings = _settings(text)
     values = Values(file, "RepRapFirmware")
+    lines = _Running(Path(file), values).lines(text)
+    settings = _settings(lines)
     unit = "in" if settings.inch else "mm"
     name = settings.words.get("M550", {}).get("P")
     if name is not None and name[0].strip('" '):
-        values.take("name", shown(name[0].strip('"'), 40), f"M550, {in_lines([name[1]])}")
+        values.take("name", shown(name[0].strip('"'), 40), f"M550, {_in([name[1]])}")
     values.controller("rrf", "the file is one of RepRapFirmware", "grbl")
-    if unit == "in":
-        values.take("units", "in", f"G20, {in_lines([settings.inch or 0])}")
+    if settings.inch:
+        values.take("units", "in", f"G20, {_in([settings.inch])}")
     rates = _axes(values, settings, "M203", f"{unit}/min", "highest speeds")
     acceleration = _axes(values, settings, "M201", f"{unit}/s2", "highest accelerations")
     values.motion(rates, acceleration)
-    _rrf_travel(values, text, unit)
-    _zero_home(values)
+    _rrf_home(values, lines, _rrf_travel(values, lines, unit), unit)
     jerk = settings.words.get("M566", {})
     if "X" in jerk:
-        value = number(values, *_named(jerk["X"], "M566 X")) / 60.0
-        _jerk_corners(values, value, jerk["X"][1], unit, "M566 X")
+        _jerk_corners(values, _first(values, jerk["X"], "M566 X") / 60.0, jerk["X"][1], unit, "M566 X")
     else:
         values.assume("corners.style", "grbl", "the file has no M566")
+    _steps(values, settings, unit)
     kinematics = settings.words.get("M669", {}).get("K")
     if "M665" in settings.words or (kinematics is not None and kinematics[0].strip() != "0"):
         values.note("its kinematics are not those of three straight axes (M669, M665): times are estimates")
-    _rrf_spindle(values, text)
+    _rrf_spindle(values, lines)
     _rest(values, "RepRapFirmware", laser="M452" in settings.words)
     return values
 
 
-def _rrf_spindle(values: Values, text: str) -> None:
+def _rrf_spindle(values: Values, lines: list[_Line]) -> None:
     """M950 R0: ``L24000``, or ``L6000:24000``."""
-    for count, (word, letters) in _lines(text):
-        if word == "M950" and "R" in letters and letters.get("L"):
-            speeds = [number(values, part, "M950 L", count) for part in letters["L"].split(":")]
-            values.spindle(max(speeds), min(speeds) if len(speeds) > 1 else 0.0, f"M950 L, {in_lines([count])}")
+    for line in lines:
+        if line.word == "M950" and "R" in line.letters and line.letters.get("L"):
+            speeds = [_number(values, part, "M950 L", line.place) for part in line.letters["L"].split(":")]
+            slowest = min(speeds) if len(speeds) > 1 else 0.0
+            values.spindle(max(speeds), slowest, f"M950 L, {_in([line.place])}")
 
 
-def _rrf_travel(values: Values, text: str, unit: str) -> None:
-    """M208: ``X0:200``, or the highest with S0 and the lowest with S1."""
+def _rrf_travel(values: Values, lines: list[_Line], unit: str) -> dict[str, list[float]]:
+    """M208: ``X0:200``, or the highest with S0 and the lowest with S1. Return both ends of each axis."""
     ends: dict[str, list[float]] = {axis: [-math.inf, math.inf] for axis in "XYZ"}
-    lines = []
-    for count, (word, letters) in _lines(text):
-        if word != "M208":
-            continue
-        lowest = "S" in letters and letters["S"].strip() == "1"
-        for axis in "XYZ":
-            if axis not in letters:
-                continue
-            parts = letters[axis].split(":")
-            each = [number(values, part, f"M208 {axis}", count) for part in parts[:2]]
-            if len(each) == 2:
-                ends[axis] = each
-            else:
-                ends[axis][0 if lowest else 1] = each[0]
-                if not lowest and ends[axis][0] == -math.inf:
-                    ends[axis][0] = 0.0  # RepRapFirmware's default
-            lines.append(count)
-    if not lines:
-        values.note("the file has no M208: nothing is checked against the travel")
-        return
-    words = f"M208, {in_lines(lines)}"
+    each = [(line, axis) for line in lines if line.word == "M208" for axis in "XYZ" if axis in line.letters]
+    plain = [(line, axis) for line, axis in each if "{" not in line.letters[axis]]
+    for line, axis in plain:
+        found = [_number(values, part, f"M208 {axis}", line.place) for part in line.letters[axis].split(":")[:2]]
+        if len(found) == 2:
+            ends[axis] = found
+        elif line.letters.get("S", "").strip() == "1":
+            ends[axis][0] = found[0]
+        else:
+            # RepRapFirmware's default of the lowest end is 0.
+            ends[axis] = [0.0 if ends[axis][0] == -math.inf else ends[axis][0], found[0]]
     for axis in "XYZ":
-        if math.isfinite(ends[axis][0]) and not math.isfinite(ends[axis][1]):
+        if not math.isfinite(ends[axis][1]):
             ends[axis] = [-math.inf, math.inf]
-    low, high = (tuple(ends[axis][k] for axis in "XYZ") for k in (0, 1))
-    values.travel(Axes(low, unit, words), Axes(high, unit, words))
+    if plain != each:
+        values.note("M208 has expressions, which are not worked out: write the travel of those axes into the profile")
+    elif not each:
+        values.note("the file has no M208: nothing is checked against the travel")
+    if plain:
+        words = f"M208, {_in(line.place for line, _ in plain)}"
+        low, high = (tuple(ends[axis][k] for axis in "XYZ") for k in (0, 1))
+        values.travel(Axes(low, unit, words), Axes(high, unit, words))
+    return ends
 
 
-def _jerk_corners(values: Values, jerk: float, line: int, unit: str, what: str) -> None:
+def _rrf_home(values: Values, lines: list[_Line], ends: dict[str, list[float]], unit: str) -> None:
+    """M574: the end of an axis where its switch is, 1 the lowest and 2 the highest; homing sets it to M208's value.
+
+    A probe (S2) does not stand at an end.
+    """
+    homes, places = dict.fromkeys("XYZ", 0.0), []
+    for line in lines:
+        if line.word != "M574" or line.letters.get("S", "").strip() == "2":
+            continue
+        for axis in "XYZ":
+            end = {"1": 0, "2": 1}.get(line.letters.get(axis, "").strip())
+            if end is not None and math.isfinite(ends[axis][end]):
+                homes[axis] = ends[axis][end]
+                places.append(line.place)
+    if not places:
+        _zero_home(values)
+        return
+    where = f"M574, {_in(places)}: the ends where its switches are, with the values of M208"
+    values.home_at(Axes(tuple(homes.values()), unit, where, derived=True))
+
+
+def _steps(values: Values, settings: _Settings, unit: str) -> None:
+    """M92, steps of the motors per mm, where the file has plain numbers."""
+    letters = settings.words.get("M92", {})
+    if unit == "mm" and all(axis in letters and not letters[axis][0].startswith("{") for axis in "XYZ"):
+        steps = [_first(values, letters[axis], f"M92 {axis}") for axis in "XYZ"]
+        if all(one > 0 for one in steps):
+            places = _in(letters[axis][1] for axis in "XYZ")
+            values.take("motors.steps_per_mm", texts(steps, "steps/mm"), f"M92, {places}")
+
+
+def _jerk_corners(values: Values, jerk: float, place: _Place, unit: str, what: str) -> None:
     """Keep the junction deviation with which a corner of 90° is taken at the speed that a jerk allows."""
     acceleration = values.found["rapid.acceleration"].value
     first = acceleration if isinstance(acceleration, str) else acceleration[0]
     along = number(values, first, "rapid.acceleration")
     if not jerk > 0:
-        raise values.refusal(f"{what} is {jerk:g}, but must be above 0", line)
+        raise values.refusal(f"{what} is {jerk:g}, but must be above 0", place.line)
     deviation = _OF_JERK * jerk * jerk / along
     values.derive("corners.style", "grbl", f"corners by jerk ({what}) as corners by junction deviation")
     values.derive(
         "corners.deviation",
         f"{deviation:.4g} {unit}",
-        f"0.41 × jerk² ÷ acceleration, which takes a corner of 90° as fast; {what}, {in_lines([line])}",
+        f"0.41 × jerk² ÷ acceleration, which takes a corner of 90° as fast; {what}, {_in([place])}",
     )
 
 
@@ -209,13 +267,28 @@ def _axes(values: Values, settings: _Settings, word: str, unit: str, what: str) 
     # Of several motors, X100:100, the slowest decides.
     numbers = []
     for axis in "XYZ":
-        text, line = letters[axis]
-        numbers.append(min(number(values, part, f"{word} {axis}", line) for part in text.split(":")))
-    return Axes(tuple(numbers), unit, f"{word}, {in_lines(letters[axis][1] for axis in 'XYZ')}")
+        text, place = letters[axis]
+        numbers.append(min(_number(values, part, f"{word} {axis}", place) for part in text.split(":")))
+    return Axes(tuple(numbers), unit, f"{word}, {_in(letters[axis][1] for axis in 'XYZ')}")
 
 
-def _named(entry: tuple[str, int], what: str) -> tuple[str, str, int]:
-    return entry[0].split(":", maxsplit=1)[0], what, entry[1]
+def _number(values: Values, text: str, what: str, place: _Place) -> float:
+    if place.file:
+        return number(values, text, f"{what} ({place.file}, line {place.line})")
+    return number(values, text, what, place.line)
+
+
+def _first(values: Values, entry: tuple[str, _Place], what: str) -> float:
+    """Return the value of the first of several motors."""
+    return _number(values, entry[0].partition(":")[0], what, entry[1])
+
+
+def _in(places: Iterable[_Place]) -> str:
+    """Return ``line 3``, or ``speed.g, lines 2 and 4``."""
+    each: dict[str, list[int]] = {}
+    for place in places:
+        each.setdefault(place.file, []).append(place.line)
+    return ", ".join(f"{file}, {in_lines(lines)}" if file else in_lines(lines) for file, lines in each.items())
 
 
 def word_of(line: str) -> re.Match[str] | None:
@@ -223,22 +296,105 @@ def word_of(line: str) -> re.Match[str] | None:
     return LINE.match(line[:LONGEST_LINE].partition(";")[0].strip())
 
 
-def _lines(text: str) -> list[tuple[int, tuple[str, dict[str, str]]]]:
-    """Return each line that is a word of settings: its number, the word, and the text of each letter."""
-    found = []
-    for count, line in enumerate(text.splitlines(), 1):
-        match = word_of(line)
-        if match:
-            letters = {word[1].upper(): word[2] or "" for word in _WORD.finditer(match[2])}
-            found.append((count, (match[1].upper(), letters)))
-    return found
+def has_travel(text: str) -> bool:
+    """Return whether a text has an M208 of RepRapFirmware: with an axis, which Marlin's has not."""
+    return any(line.word == "M208" and not {"X", "Y", "Z"}.isdisjoint(line.letters) for line in _lines(text))
 
 
-def _settings(text: str) -> _Settings:
+def _lines(text: str) -> list[_Line]:
+    """Return each line that is a word of settings."""
+    found = (_line(line, _Place(count)) for count, line in enumerate(text.splitlines(), 1))
+    return [line for line in found if line is not None]
+
+
+def _line(line: str, place: _Place) -> _Line | None:
+    match = word_of(line)
+    if match is None:
+        return None
+    letters = {word[1].upper(): word[2] or "" for word in _WORD.finditer(match[2])}
+    return _Line(place, match[1].upper(), letters)
+
+
+def _settings(lines: list[_Line]) -> _Settings:
     found = _Settings()
-    for count, (word, letters) in _lines(text):
-        if word in ("G20", "G21"):
-            found.inch = count if word == "G20" else None
+    for line in lines:
+        if line.word in ("G20", "G21"):
+            found.inch = line.place if line.word == "G20" else None
             continue
-        found.words.setdefault(word, {}).update({letter: (value, count) for letter, value in letters.items()})
+        letters = {letter: (value, line.place) for letter, value in line.letters.items()}
+        found.words.setdefault(line.word, {}).update(letters)
     return found
+
+
+@dataclass
+class _Running:
+    """The lines of a config.g in the order in which the board runs them: M98 runs a file of its folder in between.
+
+    A variable that is a plain number is put in its place; what an ``if`` depends on is not known.
+    """
+
+    root: Path
+    values: Values
+    variables: dict[str, str] = field(default_factory=dict)
+    missing: list[str] = field(default_factory=list)
+    run: int = 0
+    conditions: bool = False
+
+    def lines(self, text: str) -> list[_Line]:
+        """Return the lines of the file itself and of those that it runs, and note what is not known."""
+        found = self._of(text, "", 0)
+        if self.missing:
+            names = ", ".join(dict.fromkeys(self.missing))
+            self.values.note(
+                f"it runs files that are not in its folder, so what they set is not known: {shown(names, 80)}"
+            )
+        if self.conditions:
+            self.values.note("it has conditions (if, while): every line was taken as if it were run")
+        return found
+
+    def _of(self, text: str, file: str, depth: int) -> list[_Line]:
+        found: list[_Line] = []
+        for count, each in enumerate(text.splitlines(), 1):
+            words = each[:LONGEST_LINE].partition(";")[0]
+            self.conditions = self.conditions or _CONDITION.match(words) is not None
+            variable = _VARIABLE.match(words)
+            if variable is not None:
+                self.variables[f"{variable[1].split()[-1]}.{variable[2]}"] = variable[3]
+                continue
+            line = _line(
+                _USE.sub(lambda use: self.variables.get(f"{use[1]}.{use[2]}", use[0]), words), _Place(count, file)
+            )
+            if line is None:
+                continue
+            if line.word == "M98":
+                name = re.search(r"""P\s*["']?([^"'\s]{1,200})""", words, re.IGNORECASE)
+                found += self._ran(name[1] if name else "", depth)
+            else:
+                found.append(line)
+        return found
+
+    def _ran(self, name: str, depth: int) -> list[_Line]:
+        """Return the lines of a file that M98 runs; it stands in the folder of the config.g, which is ``/sys``."""
+        inner = re.sub(r"^(0:)?/sys/", "", name)
+        if not self.root.is_file():  # standard input has no folder
+            self.missing.append(name)
+            return []
+        folder = self.root.parent.resolve()
+        path = (folder / inner).resolve()
+        if inner.startswith(("/", "\\", "~")) or ":" in inner or path.parent != folder or not path.is_file():
+            self.missing.append(name)
+            return []
+        self.run += 1
+        if depth == _DEEPEST_RUN or self.run > _MOST_RUN:
+            raise self.values.refusal(
+                f"runs '{shown(name, 60)}', one of more than {_MOST_RUN} files or more than {_DEEPEST_RUN} deep; "
+                "does one run itself?"
+            )
+        try:
+            with path.open("rb") as stream:
+                data = stream.read(_MOST_BYTES_RUN + 1)
+        except OSError as problem:
+            raise self.values.refusal(f"runs '{shown(name, 60)}', which cannot be read ({problem.strerror})") from None
+        if len(data) > _MOST_BYTES_RUN:
+            raise self.values.refusal(f"runs '{shown(name, 60)}', which has more than {_MOST_BYTES_RUN >> 10} KiB")
+        return self._of(data.decode("utf-8", "replace"), shown(path.name, 40), depth + 1)

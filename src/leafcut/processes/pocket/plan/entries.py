@@ -77,7 +77,7 @@ def come_down(
     legs = _legs(way, high - bottom, data.entry_angle)
     possible = {"ramp": legs is not None or turns > 0, "helix": circle is not None}
     kind = next((k for k in _IN_PLACE_OF[asked] if possible[k]), "plunge" if asked in possible else asked)
-    feed = min(data.tool.feed, data.plunge_feed / math.sin(data.entry_angle))
+    feed = data.ramp_feed(top - bottom)
     if kind == "helix" and circle is not None:
         _helix(builder, start, circle, (high, bottom), data.entry_angle, feed, climb)
     elif kind == "ramp" and ring is not None and turns:
@@ -99,7 +99,7 @@ def wind_down(
     high = min(builder.position[2], top + ABOVE) if builder.position[2] > top else builder.position[2]
     if builder.position[2] > high + SHORTEST:
         builder.feed(z=high, feed=data.tool.feed)
-    feed = min(data.tool.feed, data.plunge_feed / math.sin(data.entry_angle))
+    feed = data.ramp_feed(top - bottom)
     _wind(builder, loop, turns, (high, bottom), feed)
     return Descent("helix", "helix", loop.start, high, bottom)
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.geometry.regions import region
+from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
@@ -19,6 +20,7 @@ from leafcut.options import JobOptions
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.tool import with_data
 from leafcut.processes.spindle_heights import check_spindle_heights
+from leafcut.stock.chip_feeds import ramp_feed
 
 #: Points of a grid nearer than this share of the diameter crowd, farther ones leave the middle of four uncut: half the
 #: diagonal of a square of 0.7 D is 0.495 D, a radius but for a hundredth.
@@ -42,6 +44,8 @@ class MillingData:
     """The tool, its feed straight down (mm/s), and how it comes down to a level (rad for a ramp or a helix).
 
     `air_feed` is the feed at depth where nothing is cut, mm/s; no more than that of the tool: all is gone at that.
+    `limits` are those of feeds that follow what the tool meets; None: a ramp goes as fast as the feed straight down
+    allows.
     """
 
     tool: Tool
@@ -49,6 +53,12 @@ class MillingData:
     entry: str = "ramp"
     entry_angle: float = math.radians(3.0)
     air_feed: float = 0.0
+    limits: FeedLimits | None = None
+
+    def ramp_feed(self, depth: float) -> float:
+        """Return the feed of a ramp or a helix that ends so far below what is uncut, mm, along its slope, mm/s."""
+        feed = min(self.tool.feed, self.plunge_feed / math.sin(self.entry_angle))
+        return feed if self.limits is None else ramp_feed(self.limits, feed, self.entry_angle, depth)
 
 
 def rules_of(options: PocketOptions, tolerance: float = TOLERANCE) -> PocketRules:

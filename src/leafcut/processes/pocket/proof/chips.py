@@ -17,7 +17,7 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.pocket.proof.pocket import ROOM, PocketCut, cuts_of, engaged_levels, thinnest
 from leafcut.proof.difference import place, shorten
-from leafcut.stock.chip_feeds import chip_at, chip_limit, power_at, removal_rate
+from leafcut.stock.chip_feeds import chip_at, chip_limit, power_at, power_on_ramp, removal_rate
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: Numbers are rounded as they are written: no limit is passed by more than this share.
@@ -33,6 +33,14 @@ class MeasuredChips:
     tool: ToolPace
     changed: int
     wrong: tuple[Difference, ...]
+
+
+@dataclass(frozen=True)
+class _Ramp:
+    """A way down on a slope: its last move, and the power that it takes at most, W."""
+
+    cut: PocketCut
+    power: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +68,8 @@ def measured_chips(
        needs more power than there is (`stock.chip_feeds`): at every step of what is read back, at the feed and the
        speed that stand there.
     2. No move that cuts is faster than the highest feed that was allowed.
-    3. What goes down below the surface is no faster than the tool's own feed.
+    3. What goes down below the surface is no faster than the tool's own feed, and a ramp or a helix needs no more
+       power than there is: at the slope and the feed that stand there, with a slot as deep as the level at its side.
 
     A film of `thinnest` is no material. `levels` are the heights at which the tool may cut along, mm; all else goes
     down.
@@ -81,13 +90,19 @@ def measured_chips(
     ]
     for level in every:
         wrong += _beyond(level, written, limits)
+    ramps = list(_ramps(cuts, written, limits, flat, levels))
+    wrong += [
+        Difference("feed", 0, ramp.cut.line, _too_strong(ramp.cut, written, ramp.power, limits))
+        for ramp in ramps
+        if ramp.power > limits.power * (1.0 + _PART)
+    ]
     feed, chip, before, rate = (_all(every, name) for name in ("feed", "chip", "chip_before", "rate"))
     low, high = (float(feed.min()), float(feed.max())) if len(feed) else (limits.feed, limits.feed)
     rate_before = float((rate * limits.feed / feed).max(initial=0.0)) if len(feed) else 0.0
     pace = ToolPace(
         tool.number, tool.label, (limits.feed, limits.feed), (low, high), float(before.max(initial=0.0)),
         float(chip.max(initial=0.0)), limits.chip, True, rate_before, float(rate.max(initial=0.0)),
-        tuple(_limits(every, limits)),
+        tuple(_limits(every, ramps, limits)),
     )  # fmt: skip
     rows = {level.cuts[k].row for level in every for k in np.unique(level.move).tolist()}
     changed = sum(abs(float(written.value[row]) - limits.feed) > _PART * limits.feed for row in rows)
@@ -99,14 +114,16 @@ def _all(every: list[_Places], name: str) -> Floats:
     return np.concatenate([np.zeros(0), *(getattr(level, name) for level in every)])
 
 
-def _limits(every: list[_Places], limits: FeedLimits) -> Iterator[FeedLimit]:
+def _limits(every: list[_Places], ramps: list[_Ramp], limits: FeedLimits) -> Iterator[FeedLimit]:
     """Yield what is asked of the other limits at most, before and after: of power at the tool, of the chip in slots."""
 
     def most(values: Floats) -> float:
         return float(values.max(initial=0.0))
 
     if math.isfinite(limits.power):
-        yield FeedLimit("power", most(_all(every, "power_before")), most(_all(every, "power")), limits.power)
+        down = np.array([ramp.power for ramp in ramps])
+        after = max(most(_all(every, "power")), most(down))
+        yield FeedLimit("power", max(most(_all(every, "power_before")), after), after, limits.power)
     if limits.slot < 1.0:
         wide = _all(every, "width") > 0.5 * limits.diameter
         # As thick as at the full width a chip is at any other one, by its own share.
@@ -145,11 +162,7 @@ def _beyond(level: _Places, written: Toolpath, limits: FeedLimits) -> Iterator[D
         )
         yield Difference("feed", 0, cut.line, words)
     for cut, at in strong:
-        words = (
-            f"{_at(cut, written)} needs {level.power[at] / 1000.0:.4g} kW near {place(*cut.way[-1])}; the spindle "
-            f"gives {limits.power / 1000.0:.4g} kW at most"
-        )
-        yield Difference("feed", 0, cut.line, words)
+        yield Difference("feed", 0, cut.line, _too_strong(cut, written, level.power[at], limits))
     for cut, _ in fast:
         yield Difference("feed", 0, cut.line, _too_fast(cut, written, "cuts", limits.most))
 
@@ -160,6 +173,43 @@ def _worst(level: _Places, share: Floats) -> Iterator[tuple[PocketCut, int]]:
     for move in np.unique(level.move[over]).tolist():
         mine = over[level.move[over] == move]
         yield level.cuts[move], int(mine[np.argmax(share[mine])])
+
+
+def _ramps(
+    cuts: list[PocketCut], written: Toolpath, limits: FeedLimits, flat: set[int], levels: Sequence[float]
+) -> Iterator[_Ramp]:
+    """Yield the ways down on a slope, moves of one feed that follow each other as one: heights are rounded.
+
+    What is uncut ends at the next level above the one that a way leads down to.
+    """
+    ways: list[list[PocketCut]] = []
+    for cut in cuts:
+        if cut.row in flat or not _across(cut) > _SAME or not cut.way[0, 2] > cut.way[-1, 2] - _SAME:
+            continue
+        last = ways[-1][-1] if ways else None
+        if last and cut.row == last.row + 1 and written.value[cut.row] == written.value[last.row]:
+            ways[-1].append(cut)
+        else:
+            ways.append([cut])
+    tops = np.append(np.array(levels), 0.0)
+    for way in ways:
+        last, bottom = way[-1], float(way[-1].way[-1, 2])
+        across, fall = sum(_across(cut) for cut in way), float(way[0].way[0, 2]) - bottom
+        depth = float(tops[tops > bottom + ROOM].min(initial=0.0)) - bottom
+        by_feed = float(written.value[last.row]) / math.hypot(across, fall)
+        yield _Ramp(last, power_on_ramp(limits, by_feed * across, by_feed * fall, depth))
+
+
+def _across(cut: PocketCut) -> float:
+    """Return how far a move goes along the table, mm."""
+    return float(np.hypot(*np.diff(cut.way[:, :2], axis=0).T).sum())
+
+
+def _too_strong(cut: PocketCut, written: Toolpath, power: float, limits: FeedLimits) -> str:
+    return (
+        f"{_at(cut, written)} needs {power / 1000.0:.4g} kW near {place(*cut.way[-1])}; the spindle gives "
+        f"{limits.power / 1000.0:.4g} kW at most"
+    )
 
 
 def _too_fast(cut: PocketCut, written: Toolpath, what: str, most: float) -> str:
