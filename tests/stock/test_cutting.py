@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError
 from leafcut.model.cutter import Cutter, ball_mill, bull_mill, flat_mill, pointed
@@ -186,6 +187,55 @@ def test_every_shape_cuts_what_it_does_when_it_is_put_at_many_places(
     # … and not deeper than the step between two samples lets them miss, but for cells that only the edge sweeps.
     edge = np.minimum.reduce([np.roll(expected, shift, axis) for shift in (-1, 0, 1) for axis in (0, 1)])
     assert (field.heights >= edge - steepest - 1e-5).all()
+
+
+def lowest_of(cutter: Cutter, move: tuple[float, ...], x: NDArray, y: NDArray) -> NDArray:
+    """Return the lowest that a cutter is over places along a move, 0 where it never is, by golden sections.
+
+    Along a move the height over a place is convex, and the tool is over it between two ends.
+    """
+    dx, dy, dz = (move[k + 3] - move[k] for k in range(3))
+    length = math.hypot(dx, dy)
+    along = ((x - move[0]) * dx + (y - move[1]) * dy) / length
+    aside = np.abs((x - move[0]) * dy - (y - move[1]) * dx) / length
+    half = np.sqrt(np.maximum(cutter.radius**2 - aside**2, 0.0))
+    low, high = np.clip(along - half, 0.0, length), np.clip(along + half, 0.0, length)
+    under = (aside <= cutter.radius) & (high > low)
+    surface = np.vectorize(cutter.height)
+
+    def height(at: NDArray) -> NDArray:
+        return move[2] + dz * at / length + surface(np.minimum(np.hypot(at - along, aside), cutter.radius))
+
+    share = 0.5 * (math.sqrt(5.0) - 1.0)
+    ends = np.minimum(height(low), height(high))
+    for _ in range(40):
+        first, second = high - share * (high - low), low + share * (high - low)
+        left = height(first) < height(second)
+        low, high = np.where(left, low, first), np.where(left, second, high)
+    return np.where(under, np.minimum(0.0, np.minimum(ends, height(low))), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("length", "rise"), [(20.0, 0.02), (20.0, -1.0), (0.5, 0.1), (0.5, -0.01), (1.0, -3.0), (4.0, 3.0), (20.0, 1e-9)]
+)
+def test_a_round_corner_cuts_as_deep_on_a_slope_as_a_search_along_the_way_finds(length: float, rise: float) -> None:
+    """Bull noses with a small, a large and a nearly full corner, and one with a cone above its corner."""
+    turn = 0.3
+    move = (
+        12.0, 13.0, -2.0 - max(rise, 0.0), 12.0 + length * math.cos(turn), 13.0 + length * math.sin(turn),
+        -2.0 - max(rise, 0.0) + rise,
+    )  # fmt: skip
+    for cutter in (bull_mill(6.0, 0.3), bull_mill(6.0, 2.0), bull_mill(6.0, 2.999), Cutter(3.0, 1.0, 1.0, 1.5)):
+        field = HeightField.of_block(BLOCK, 1.0)
+        rows, columns = field.heights.shape
+        builder = ToolpathBuilder()
+        builder.rapid(*move[:2], 20.0)
+        builder.feed(*move[:3], feed=10.0)
+        builder.feed(*move[3:], feed=10.0)
+        cut(field, straight_moves(builder.build(), 0.001, math.inf), {0: cutter})
+        x, y = field.x + field.cell * np.arange(columns), field.y + field.cell * np.arange(rows)[:, None]
+        expected = lowest_of(cutter, move, *np.broadcast_arrays(x, y))
+        assert np.abs(field.heights - expected).max() < 2e-6
 
 
 def test_the_answer_is_the_same_with_any_number_of_threads() -> None:

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-#: The lowest place of a round corner on a slope is sought by chords, so many at most, to this share of the corner: what
-#: that is off in height goes with its square.
-_CHORDS, _NEAR = 30, 1e-6
+#: Where a round corner is lowest on a slope is found once a step of Newton's is so small a share of the corner: the
+#: next would be about its square. A few steps do; each at least halves what is left, so that no way needs more.
+_CLOSE, _MOST_STEPS = 1e-7, 40
 
 
 class ToolShape(NamedTuple):
@@ -45,12 +45,59 @@ def surface(shape: ToolShape, r: float) -> float:
 
 
 @part
-def lowest_offset(shape: ToolShape, d: float, grade: float, most: float) -> float:
+def rises_at(shape: ToolShape, d: float, grade: float, w: float) -> bool:
+    """Return whether the corner's arc at the offset w ≥ 0 rises at least as fast as the way falls.
+
+    d, grade  as in `lowest_offset`; the place lies on the arc
+    """
+    r2 = d * d + w * w
+    out = math.sqrt(r2) - shape.flat
+    return out * out * w * w >= grade * grade * r2 * (shape.corner * shape.corner - out * out)
+
+
+@part
+def lowest_distance(shape: ToolShape, d: float, grade: float, most: float) -> float:
+    """Return how far from the tool's axis its corner cuts deepest at a distance d < reach from its way, mm.
+
+    flat, corner > 0; grade  as in `lowest_offset`
+    most                     no less than the answer, mm
+
+    With r² = d² + w², the arc rises along the way as fast as the way falls where
+
+        (r − flat)² · (1 + grade² − d²/r²) − (grade · corner)² = 0.
+
+    The left side grows with r ≥ max(flat, d) and is convex, so that Newton's steps from a larger r come down to the
+    root and never pass it.
+    """
+    square, rest = 1.0 + grade * grade, grade * grade * shape.corner * shape.corner
+    r = most
+    if d < shape.flat:  # the root is no larger than with the d²/r² of the edge of the flat, which is the largest
+        turn = square - d * d / (shape.flat * shape.flat)
+        if turn > 0.0:
+            r = min(most, shape.flat + math.sqrt(rest / turn))
+    elif d > shape.flat:  # a step of Newton's from d, below the root, goes past it or meets it
+        out = d - shape.flat
+        r = min(most, d + (rest - out * out * grade * grade) / (2.0 * out * (grade * grade + out / d)))
+    for _ in range(_MOST_STEPS):
+        out, share = r - shape.flat, d * d / (r * r)
+        if out <= 0.0:  # the way is so flat that the root rounds to the edge of the flat
+            return shape.flat
+        turn = square - share
+        step = (out * out * turn - rest) / (2.0 * out * (turn + out * share / r))
+        r -= step
+        if step <= _CLOSE * shape.corner:
+            break
+    return r
+
+
+@part
+def lowest_offset(shape: ToolShape, d: float, grade: float, least: float, most: float) -> float:
     """Return how far ahead, towards the lower end, the tool stands when it cuts deepest at a distance d from its way.
 
-    d      distance of the place from the way of the tool, mm
-    grade  fall of the way per mm, > 0
-    most   the offset at which the place leaves the tool's radius, mm
+    d            distance of the place from the way of the tool, mm
+    grade        fall of the way per mm, > 0
+    least, most  the offsets between which the tool is on its way, mm: the caller clamps the answer to them. Where the
+                 deepest one lies outside, any on the same side may be returned.
 
     The height is surface(√(d² + w²)) − grade · w, convex in w, so that its one minimum is where the slope is 0.
     """
@@ -58,39 +105,21 @@ def lowest_offset(shape: ToolShape, d: float, grade: float, most: float) -> floa
     if d >= shape.reach or (shape.slope > 0.0 and shape.slope * at_reach < grade * shape.reach):
         if shape.slope <= grade:  # a cylinder, or a cone flatter than the way falls
             return most
-        return min(max(grade * d / math.sqrt(shape.slope * shape.slope - grade * grade), at_reach), most)
+        return max(grade * d / math.sqrt(shape.slope * shape.slope - grade * grade), at_reach)
     inner = math.sqrt(max(shape.flat * shape.flat - d * d, 0.0))
-    if shape.corner <= 0.0:
-        return min(inner, most)
+    if shape.corner <= 0.0 or most <= inner:
+        return inner
     if shape.flat <= 0.0:
-        return min(grade * math.sqrt((shape.corner * shape.corner - d * d) / (1.0 + grade * grade)), most)
-    # Where the slope is 0 the chord of a function that is < 0 at the flat and > 0 at the reach meets 0 sooner than
-    # halvings would: regula falsi, whose value at an end that stays is halved (M. Dowell, P. Jarratt, BIT 11, 1971).
-    low, high = inner, at_reach
-    below = -grade * shape.flat * shape.corner
-    above = (shape.reach - shape.flat) * at_reach - grade * shape.reach * (shape.corner - shape.rise)
-    if d > shape.flat:
-        below = -grade * d * math.sqrt(max(shape.corner * shape.corner - (d - shape.flat) ** 2, 0.0))
-    w, side = inner, 0
-    for _ in range(_CHORDS):
-        before = w
-        w = (low * above - high * below) / (above - below)
-        if abs(w - before) <= _NEAR * shape.corner:
-            break
-        r = math.sqrt(d * d + w * w)
-        out = r - shape.flat
-        value = out * w - grade * r * math.sqrt(max(shape.corner * shape.corner - out * out, 0.0))
-        if value < 0.0:
-            low, below = w, value
-            if side < 0:
-                above *= 0.5
-            side = -1
-        else:
-            high, above = w, value
-            if side > 0:
-                below *= 0.5
-            side = 1
-    return min(w, most)
+        return grade * math.sqrt((shape.corner * shape.corner - d * d) / (1.0 + grade * grade))
+    if least >= at_reach or (least > inner and rises_at(shape, d, grade, least)):
+        return least
+    farthest = shape.reach
+    if most < at_reach:
+        if not rises_at(shape, d, grade, most):
+            return most
+        farthest = math.sqrt(d * d + most * most)
+    r = lowest_distance(shape, d, grade, farthest)
+    return math.sqrt(max(r * r - d * d, 0.0))
 
 
 @part
@@ -152,8 +181,12 @@ def lowest_height(
         if bound >= enough:
             return bound
         edge = shape.radius - margin
-        w = lowest_offset(shape, abs(d), abs(grade), math.sqrt(max(edge * edge - d * d, 0.0)))
-        w = min(max(-w if grade > 0.0 else w, -along), length - along)
+        most = math.sqrt(max(edge * edge - d * d, 0.0))
+        if grade > 0.0:
+            w = -min(lowest_offset(shape, abs(d), grade, along - length, min(most, along)), most)
+        else:
+            w = min(lowest_offset(shape, abs(d), -grade, -along, min(most, length - along)), most)
+        w = min(max(w, -along), length - along)
     return grade * (along + w) + surface(shape, min(math.sqrt(d * d + w * w) + margin, shape.radius))
 
 
