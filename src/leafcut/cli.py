@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import App, CycloptsError, Parameter
 
 from leafcut._version import __version__
-from leafcut.errors import LeafcutError, OptionError
+from leafcut.errors import DataError, LeafcutError, OptionError
 from leafcut.files import StandardInput
 from leafcut.flags import command_of
 from leafcut.option_spec import PLACES, flag_name
@@ -154,7 +154,8 @@ def _failure(problem: Exception) -> tuple[str, int]:
     """Return what a person is told of an error, in a line, and the exit status."""
     if isinstance(problem, LeafcutError):
         line = "; ".join([str(problem), *getattr(problem, "__notes__", ())])
-        return line, USAGE if isinstance(problem, OptionError) else REFUSED
+        wrong_usage = isinstance(problem, OptionError) and not isinstance(problem, DataError)
+        return line, USAGE if wrong_usage else REFUSED
     if isinstance(problem, MemoryError):
         return "not enough memory for this input", REFUSED
     if os.environ.get("LEAFCUT_TRACEBACK"):

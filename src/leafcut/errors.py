@@ -2,7 +2,8 @@
 
     LeafcutError
     ├── ReadError      a file cannot be read, or what it says cannot be meant
-    ├── OptionError    an option, a machine or a tool library is wrong (also a ValueError)
+    ├── OptionError    an option is wrong (also a ValueError)
+    │   └── DataError  the file of a tool library, a material, a machine or a dialect says what cannot be
     ├── PlanError      the part cannot be made as asked
     ├── SolveError     a routing problem cannot be solved as asked
     ├── PostError      the toolpath cannot be said in this controller's words
@@ -86,6 +87,13 @@ class ReadError(LeafcutError):
 
 class OptionError(LeafcutError, ValueError):
     """An option has a value that cannot be used, or a name that does not exist."""
+
+
+class DataError(OptionError):
+    """A file of tools, of a material, of a machine or of a dialect cannot be read, or says what cannot be.
+
+    The command line that names it is right: as for any other input, its exit status is 1.
+    """
 
 
 class PlanError(LeafcutError):

@@ -15,7 +15,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Protocol
 
-from leafcut.errors import LeafcutError, OptionError, ReadError, shown
+from leafcut.errors import DataError, LeafcutError, OptionError, ReadError, shown
 
 #: Programs larger than this are refused: the largest seen in the field are a tenth of it.
 LARGEST_PROGRAM = 512 * 1024 * 1024
@@ -146,7 +146,9 @@ def read_toml(path: Path) -> dict[str, Any]:
     Raises
     ------
     OptionError
-        There is no such file, it is too large, or it is not TOML.
+        There is no such file.
+    DataError
+        It cannot be read, is too large, or is not TOML.
     """
     return parse_toml(toml_bytes(path), str(path))
 
@@ -157,7 +159,9 @@ def toml_bytes(path: Path) -> bytes:
     Raises
     ------
     OptionError
-        There is no such file, or it is too large.
+        There is no such file.
+    DataError
+        It cannot be read, or is too large.
     """
     if not path.is_file():
         raise OptionError(f"{path}: file not found")
@@ -165,9 +169,9 @@ def toml_bytes(path: Path) -> bytes:
         with path.open("rb") as file:
             content = file.read(LARGEST_TOML + 1)
     except OSError as problem:
-        raise OptionError(f"{path}: cannot be read ({problem.strerror})") from None
+        raise DataError(f"{path}: cannot be read ({problem.strerror})") from None
     if len(content) > LARGEST_TOML:
-        raise OptionError(
+        raise DataError(
             f"{path}: larger than {LARGEST_TOML // 1000} kB; files of options, machines and tools are smaller"
         )
     return content
@@ -182,11 +186,11 @@ def parse_toml(content: bytes, source: str) -> dict[str, Any]:
         _check_wholes(tables)
         return tables
     except UnicodeDecodeError:
-        raise OptionError(f"{source}: not a TOML file (not UTF-8 text)") from None
+        raise DataError(f"{source}: not a TOML file (not UTF-8 text)") from None
     except RecursionError:
-        raise OptionError(f"{source}: not a TOML file (nested too deep)") from None
+        raise DataError(f"{source}: not a TOML file (nested too deep)") from None
     except ValueError as problem:  # TOMLDecodeError, and numbers of thousands of digits
-        raise OptionError(f"{source}: not a TOML file ({shown(str(problem), 200)})") from None
+        raise DataError(f"{source}: not a TOML file ({shown(str(problem), 200)})") from None
 
 
 def line_of(toml: str, section: str, name: str = "") -> int | None:

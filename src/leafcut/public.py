@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from leafcut.api import cut_stock, cutting_data, nest, optimize, simulate, solve_file, solve_part, verify_programs
 from leafcut.errors import (
+    DataError,
     LeafcutError,
     OptionError,
     PlanError,
@@ -103,6 +104,7 @@ __all__ = [
     "CuttingDataKeywords",
     "CuttingPoint",
     "CuttingWork",
+    "DataError",
     "Difference",
     "DrillCycle",
     "DrillLoad",

@@ -18,7 +18,7 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
-from leafcut.errors import OptionError, nearest, shown
+from leafcut.errors import DataError, OptionError, nearest, shown
 from leafcut.files import line_of, parse_toml, toml_bytes
 from leafcut.gcode.dialect_checks import fault_of, faults_of_words
 from leafcut.plugins import PluginKind, file_of
@@ -358,16 +358,16 @@ def parse_dialect(content: bytes, name: str, place: str = "") -> Dialect:
 
     Raises
     ------
-    OptionError
+    DataError
         The text is not TOML, a key is unknown or missing, or a value is none that a dialect can have.
     """
     place = place or f"dialect {name}"
     said = parse_toml(content, place)
 
-    def refused(key: str, words: str) -> OptionError:
+    def refused(key: str, words: str) -> DataError:
         section, _, bare = key.rpartition(".")
         line = line_of(content.decode("utf-8", errors="replace"), section, bare)
-        return OptionError(f"{place}{f':{line}' if line else ''}: {words}")
+        return DataError(f"{place}{f':{line}' if line else ''}: {words}")
 
     base = said.pop("base", None)
     if base is not None and base not in _shipped_names():
@@ -411,7 +411,7 @@ def _kinds(of: type[Dialect] | type[Torch]) -> dict[str, Any]:
 
 
 def _check_kinds(
-    table: dict[str, Any], of: type[Dialect] | type[Torch], place: str, refused: Callable[[str, str], OptionError]
+    table: dict[str, Any], of: type[Dialect] | type[Torch], place: str, refused: Callable[[str, str], DataError]
 ) -> None:
     """Refuse a key that is unknown or missing, and a value that is not of its kind."""
     kinds = _kinds(of)

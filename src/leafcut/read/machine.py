@@ -12,8 +12,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import OptionError, nearest, shown
-from leafcut.gcode.dialects import DIALECTS, dialect
+from leafcut.errors import DataError, OptionError, nearest, shown
+from leafcut.gcode.dialects import DIALECTS, dialect, dialects
 from leafcut.kinds import Head
 from leafcut.model.machine import XYZ, Machine, Probe
 from leafcut.plugins import PluginKind, file_of
@@ -84,8 +84,9 @@ def load_machine(name_or_path: str, work_offset: Sequence[float] | None = None) 
     Raises
     ------
     OptionError
-        There is no machine of that name (the nearest name is suggested); a plug-in or a file cannot be read; or a key
-        of the profile is unknown, missing, of the wrong kind or out of range.
+        There is no machine of that name (the nearest name is suggested), or no such file; or a plug-in cannot be read.
+    DataError
+        The file cannot be read; or a key of the profile is unknown, missing, of the wrong kind or out of range.
     """
     machine = _machine_of(*_profile(name_or_path))
     return machine if work_offset is None else replace(machine, work_offset=_work_offset(work_offset))
@@ -109,7 +110,7 @@ def machine_of_profile(data: dict[str, Any], place: str) -> Machine:
 
     Raises
     ------
-    OptionError
+    DataError
         A key is unknown, missing, of the wrong kind or out of range.
     """
     return _machine_of(data, place)
@@ -218,8 +219,14 @@ def _controller(top: TomlTable, place: str) -> tuple[str, str]:
                 "controller", f"is '{shown(name)}', but the file of a dialect must be in the folder of the profile"
             )
         name = str(Path(place).parent / file)
+        if not Path(name).is_file():
+            raise top.problem("controller", f"is '{shown(str(file))}': file not found in the folder of the profile")
         return name, dialect(name).family
-    return name, DIALECTS.load(name).family if name in DIALECTS.names() else ""
+    if name in DIALECTS.names():
+        return name, DIALECTS.load(name).family
+    if name and name not in dialects():
+        raise top.problem("controller", f"is '{shown(name)}', which is no dialect{nearest(name, dialects())}")
+    return name, ""
 
 
 def _limits(travel: TomlTable, key: str, unlimited: float) -> XYZ:
@@ -257,8 +264,8 @@ def _sources(top: TomlTable) -> dict[str, str]:
 def _check(machine: Machine, place: str, top: TomlTable) -> None:
     """Refuse impossible numbers before anything divides by them. Messages show them as they stand in the file."""
 
-    def refuse(key: str, reason: str) -> OptionError:
-        return OptionError(f"{place}: '{key}' {reason}")
+    def refuse(key: str, reason: str) -> DataError:
+        return DataError(f"{place}: '{key}' {reason}")
 
     if not machine.name or not machine.controller:
         raise refuse("name" if not machine.name else "controller", "is empty")
@@ -290,7 +297,7 @@ def _check(machine: Machine, place: str, top: TomlTable) -> None:
             raise refuse(key, f"is {seconds:g} s, but must not be negative")
 
 
-def _check_loads(machine: Machine, refuse: Callable[[str, str], OptionError]) -> None:
+def _check_loads(machine: Machine, refuse: Callable[[str, str], DataError]) -> None:
     for key, value in (
         ("spindle.power", machine.spindle_power),
         ("spindle.torque", machine.spindle_torque),
@@ -300,14 +307,14 @@ def _check_loads(machine: Machine, refuse: Callable[[str, str], OptionError]) ->
             raise refuse(key, "must not be negative")
 
 
-def _check_probe(probe: Probe, max_feed: float, refuse: Callable[[str, str], OptionError]) -> None:
+def _check_probe(probe: Probe, max_feed: float, refuse: Callable[[str, str], DataError]) -> None:
     if not 0 < probe.feed <= max_feed:
         raise refuse("probe.feed", "must be above 0 and at most max_feed")
     if not 0 <= probe.switch_offset < probe.depth:
         raise refuse("probe.switch_offset", "must not be negative, and below probe.depth")
 
 
-def _check_positive(machine: Machine, top: TomlTable, refuse: Callable[[str, str], OptionError]) -> None:
+def _check_positive(machine: Machine, top: TomlTable, refuse: Callable[[str, str], DataError]) -> None:
     if not machine.corner_deviation > 0:
         shown = top.table("corners", KEYS["corners"]).typed("deviation")
         raise refuse("corners.deviation", f"is {shown}, but must be above 0")

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar
 
-from leafcut.errors import OptionError, nearest, shown
+from leafcut.errors import DataError, OptionError, nearest, shown
 from leafcut.files import parse_toml, read_toml
 from leafcut.units import BARE_UNIT, parse_quantity
 
@@ -23,20 +23,20 @@ class TomlTable:
 
     def __init__(self, values: Any, place: str, keys: Iterable[str]) -> None:
         if not isinstance(values, Mapping):
-            raise OptionError(f"{place}: is not a table")
+            raise DataError(f"{place}: is not a table")
         self.values: Mapping[str, Any] = values
         self.place = place
         known = tuple(keys)
         for key in values:
             if key not in known:
-                raise OptionError(f"{place}: unknown key '{_shown(key)}'{nearest(key[:80], known)}")
+                raise DataError(f"{place}: unknown key '{_shown(key)}'{nearest(key[:80], known)}")
 
     def __contains__(self, key: str) -> bool:
         return key in self.values
 
-    def problem(self, key: str, reason: str) -> OptionError:
+    def problem(self, key: str, reason: str) -> DataError:
         """Return the error that says what is wrong with the value of `key`."""
-        return OptionError(f"{self.place}: '{key}' {reason}")
+        return DataError(f"{self.place}: '{key}' {reason}")
 
     def table(self, key: str, keys: Iterable[str]) -> TomlTable:
         """Return the table `key`; an absent one is empty."""
@@ -109,7 +109,7 @@ class TomlTable:
         if key in self.values:
             return self.values[key]
         if default is None:
-            raise OptionError(f"{self.place}: the key '{key}' is missing")
+            raise DataError(f"{self.place}: the key '{key}' is missing")
         return default
 
     def _whole(self, key: str, value: Any, lowest: int, highest: int) -> int:

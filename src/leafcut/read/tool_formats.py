@@ -18,7 +18,7 @@ from lzma import LZMAError
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import OptionError, shown
+from leafcut.errors import DataError, shown
 from leafcut.model.tool import CONES, MILLS
 from leafcut.read.format import parse_json
 from leafcut.read.tool_kinds import FUSION_KINDS, ToolRow, kind_in
@@ -52,7 +52,7 @@ def rows_of(path: Path, units: str) -> tuple[list[ToolRow], bool] | None:
 
     Raises
     ------
-    OptionError
+    DataError
         The file cannot be read, or is not what its name says.
     """
     reader = READERS.get(path.suffix.lower())
@@ -61,11 +61,11 @@ def rows_of(path: Path, units: str) -> tuple[list[ToolRow], bool] | None:
     try:
         data = path.read_bytes()
         if len(data) > MAX_BYTES:
-            raise OptionError(f"{path}: a tool library of {len(data) >> 20} MiB; the limit is {MAX_BYTES >> 20} MiB")
+            raise DataError(f"{path}: a tool library of {len(data) >> 20} MiB; the limit is {MAX_BYTES >> 20} MiB")
         rows = list(reader(path, data, units))
         return rows, not any("feed" in row for _, row in rows if isinstance(row, dict))
     except OSError as problem:
-        raise OptionError(f"{path}: cannot be read ({problem.strerror})") from None
+        raise DataError(f"{path}: cannot be read ({problem.strerror})") from None
 
 
 def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[ToolRow]:
@@ -75,7 +75,7 @@ def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[ToolRow]:
             continue
         values = {word[0].upper(): word[1:] for word in words.split()}
         if "T" not in values or not re.fullmatch(r"[0-9]{1,9}", values["T"]):
-            raise OptionError(f"{path}: line {number}: '{shown(line, 40)}' is not a line of a LinuxCNC tool table")
+            raise DataError(f"{path}: line {number}: '{shown(line, 40)}' is not a line of a LinuxCNC tool table")
         name = f"T{values['T']}"
         kind = kind_in(comment)
         if kind is None:
@@ -92,7 +92,7 @@ def _fusion(path: Path, data: bytes, _: str) -> Iterator[ToolRow]:
     library = _json(path, _unzipped(path, data) if path.suffix.lower() == ".tools" else data)
     tools = library.get("data") if isinstance(library, dict) else None
     if not isinstance(tools, list):
-        raise OptionError(f"{path}: is not a tool library of Fusion: it has no list 'data'")
+        raise DataError(f"{path}: is not a tool library of Fusion: it has no list 'data'")
     for count, tool in enumerate(tools, 1):
         if not isinstance(tool, dict):
             yield f"tool {count}", "it is not a Fusion tool"
@@ -184,7 +184,7 @@ def _freecad(path: Path, data: bytes, _: str) -> Iterator[ToolRow]:
         return
     tools = library.get("tools") if isinstance(library, dict) else None
     if not isinstance(tools, list):
-        raise OptionError(f"{path}: is not a tool library of FreeCAD: it has no list 'tools'")
+        raise DataError(f"{path}: is not a tool library of FreeCAD: it has no list 'tools'")
     for count, entry in enumerate(tools, 1):
         number, file = (entry.get("nr"), entry.get("path")) if isinstance(entry, dict) else (None, None)
         if not isinstance(number, int) or not isinstance(file, str):
@@ -234,7 +234,7 @@ def _json(path: Path, data: bytes) -> Any:
     try:
         return parse_json(data.decode("utf-8-sig"))
     except (ValueError, RecursionError) as problem:
-        raise OptionError(f"{path}: is not JSON ({shown(str(problem), 60)})") from None
+        raise DataError(f"{path}: is not JSON ({shown(str(problem), 60)})") from None
 
 
 def _unzipped(path: Path, data: bytes) -> bytes:
@@ -242,13 +242,13 @@ def _unzipped(path: Path, data: bytes) -> bytes:
         with zipfile.ZipFile(io.BytesIO(data)) as packed:
             inner = next((i for i in packed.infolist() if i.filename.lower().endswith(".json")), None)
             if inner is not None and inner.file_size > MAX_BYTES:
-                raise OptionError(f"{path}: unpacks to more than {MAX_BYTES >> 20} MiB")
+                raise DataError(f"{path}: unpacks to more than {MAX_BYTES >> 20} MiB")
             if inner is not None:
                 return packed.read(inner)
     except _TORN as problem:
-        if isinstance(problem, OptionError):
+        if isinstance(problem, DataError):
             raise
-    raise OptionError(f"{path}: is not a tool library of Fusion: a zip file with a .json was expected")
+    raise DataError(f"{path}: is not a tool library of Fusion: a zip file with a .json was expected")
 
 
 def _inner(table: dict[str, Any], key: str) -> dict[str, Any]:

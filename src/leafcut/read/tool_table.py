@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import OptionError, shown
+from leafcut.errors import DataError, shown
 from leafcut.files import decoded
 from leafcut.model.tool import CONES, MILLS, ToolKind
 from leafcut.read.tool_kinds import FUSION_KINDS, ToolRow, kind_in
@@ -55,25 +55,25 @@ def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[ToolRow]:
 
     Raises
     ------
-    OptionError
+    DataError
         It is no text, has too many rows, or no column that says a number or a diameter.
     """
     if b"\0" in data:
-        raise OptionError(f"{path}: is a binary file; a table of tools was expected")
+        raise DataError(f"{path}: is a binary file; a table of tools was expected")
     text = decoded(data)[0]
     first = text.partition("\n")[0]
     parted = max(",;\t", key=first.count)
     try:
         rows = list(csv.reader(io.StringIO(text), delimiter=parted))
     except csv.Error as problem:
-        raise OptionError(f"{path}: is no table ({shown(str(problem), 60)})") from None
+        raise DataError(f"{path}: is no table ({shown(str(problem), 60)})") from None
     if len(rows) > _MOST_ROWS:
-        raise OptionError(f"{path}: has more than {_MOST_ROWS} rows")
+        raise DataError(f"{path}: has more than {_MOST_ROWS} rows")
     columns = [_column(cell) for cell in rows[0]] if rows else []
     keys = [key for key, _ in columns]
     if "number" not in keys or "diameter" not in keys:
         missing = " or ".join(key for key in ("number", "diameter") if key not in keys)
-        raise OptionError(f"{path}: line 1: no column is called {missing}; the first row must name the columns")
+        raise DataError(f"{path}: line 1: no column is called {missing}; the first row must name the columns")
     for count, row in enumerate(rows[1:], 2):
         if not any(cell.strip() for cell in row):
             continue

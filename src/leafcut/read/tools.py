@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import OptionError, shown
+from leafcut.errors import DataError, OptionError, shown
 from leafcut.kinds import ToolMaterial
 from leafcut.model.tool import CONES, MILLS, BodySegment, Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.options import CYCLES
@@ -46,6 +46,8 @@ def load_tools(path: str | Path, units: str = "mm") -> ToolLibrary:
     Raises
     ------
     OptionError
+        There is no such file.
+    DataError
         The file cannot be read, or a table says what cannot be: an unknown key, a number used twice, a tap without its
         pitch, a recipe with a tool that is not there … The message names the file and the table by its number.
     """
@@ -62,7 +64,7 @@ def load_tools(path: str | Path, units: str = "mm") -> ToolLibrary:
             raise table.problem("number", f"{tool.number} is used twice; every tool needs its own")
         tools[tool.number] = tool
     if not tools:
-        raise OptionError(f"{place}: this library has no [[tool]]")
+        raise DataError(f"{place}: this library has no [[tool]]")
     recipes: dict[tuple[float, str], Recipe] = {}
     for count, values in enumerate(_tables(top, "hole"), start=1):
         table = TomlTable(values, f"{place}: [[hole]] {count}", _HOLE_KEYS)
@@ -78,12 +80,12 @@ def foreign_rows(path: Path, units: str) -> tuple[list[dict[str, Any]], ToolLibr
 
     Raises
     ------
-    OptionError
+    DataError
         The file cannot be read, is no such library, or has no tool that can be used.
     """
     foreign = rows_of(path, units)
     if foreign is None:
-        raise OptionError(f"{path}: is no tool library of another program")
+        raise DataError(f"{path}: is no tool library of another program")
     return _foreign_library(*foreign, str(path))
 
 
@@ -95,25 +97,25 @@ def _foreign_library(rows: list[ToolRow], without_feeds: bool, place: str) -> tu
     for name, values in rows:
         try:
             if isinstance(values, str):
-                raise OptionError(values)
+                raise DataError(values)
             tool = _tool(TomlTable(values, "", _TOOL_KEYS))
             if tool.number in tools:
-                raise OptionError("another tool has its number")
-        except OptionError as problem:
+                raise DataError("another tool has its number")
+        except DataError as problem:
             left_out.append(f"{name}: {str(problem).removeprefix(': ')}")
         else:
             tools[tool.number] = tool
             kept.append(values)
     if not tools:
         why = f": {left_out[0]}" if left_out else ""
-        raise OptionError(f"{place}: no tool of this library can be used{why}")
+        raise DataError(f"{place}: no tool of this library can be used{why}")
     return kept, ToolLibrary(tuple(tools.values()), (), place, tuple(left_out), without_feeds)
 
 
 def _tables(top: TomlTable, key: str) -> list[Any]:
     found = top.values.get(key, [])
     if not isinstance(found, list):
-        raise OptionError(f"{top.place}: '{key}' must be written as [[{key}]], once for each")
+        raise DataError(f"{top.place}: '{key}' must be written as [[{key}]], once for each")
     return found
 
 
@@ -214,7 +216,7 @@ def _check_mill(tool: Tool, table: TomlTable) -> None:
         raise table.problem("corner_radius", f"is {tool.corner_radius:g} mm, more than half of the diameter")
     if tool.kind in CONES:
         if not 0.0 < tool.point_angle < math.pi:
-            raise OptionError(f"{table.place}: a {tool.kind} needs 'point_angle', the full angle of its cone")
+            raise DataError(f"{table.place}: a {tool.kind} needs 'point_angle', the full angle of its cone")
         if tool.tip_diameter >= tool.diameter:
             raise table.problem("tip_diameter", f"is {tool.tip_diameter:g} mm, not below the diameter")
 
@@ -234,7 +236,7 @@ def _check_cycle(tool: Tool, table: TomlTable) -> None:
 def _tapping(tool: Tool, table: TomlTable) -> Tool:
     """Return a tap with its cycle, and with the feed that its thread needs: pitch × revolutions."""
     if tool.pitch is None:
-        raise OptionError(f"{table.place}: a tap needs 'pitch', mm per revolution, such as '1 mm' for M6")
+        raise DataError(f"{table.place}: a tap needs 'pitch', mm per revolution, such as '1 mm' for M6")
     if tool.pitch >= tool.diameter:
         raise table.problem("pitch", f"is {tool.pitch:g} mm, not below the diameter {tool.diameter:g} mm")
     feed = tool.pitch * tool.spindle_rpm / 60.0

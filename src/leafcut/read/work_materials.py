@@ -9,7 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import OptionError, nearest
+from leafcut.errors import DataError, OptionError, nearest
 from leafcut.kinds import CuttingWork, ToolMaterial
 from leafcut.model.work_material import DrillLoad, ToolLife, WorkMaterial
 from leafcut.read.toml_table import TomlTable, parse_toml, read_toml
@@ -46,8 +46,9 @@ def load_material(name_or_path: str) -> WorkMaterial:
     Raises
     ------
     OptionError
-        There is no material of that name (the nearest name is suggested); the file cannot be read; or a key of it is
-        unknown, missing, of the wrong kind or out of range.
+        There is no material of that name (the nearest name is suggested), or no such file.
+    DataError
+        The file cannot be read; or a key of it is unknown, missing, of the wrong kind or out of range.
     """
     if name_or_path.lower().endswith(".toml"):
         return _material(read_toml(Path(name_or_path)), name_or_path)
@@ -136,7 +137,7 @@ def _share(table: TomlTable, key: str, most: float) -> float:
 
 def _above_0(table: TomlTable, key: str, default: float | None = None) -> float:
     if key not in table and default is None:
-        raise OptionError(f"{table.place}: the key '{key}' is missing")
+        raise DataError(f"{table.place}: the key '{key}' is missing")
     value = table.number(key, default or 0.0)
     if not value > 0:
         raise table.problem(key, f"is {value:g}, but must be above 0")
@@ -145,7 +146,7 @@ def _above_0(table: TomlTable, key: str, default: float | None = None) -> float:
 
 def _exponent(table: TomlTable, key: str, default: float | None = None) -> float:
     if key not in table and default is None:
-        raise OptionError(f"{table.place}: the key '{key}' is missing")
+        raise DataError(f"{table.place}: the key '{key}' is missing")
     value = table.number(key, default or 0.0)
     if not 0 <= value <= _STEEPEST:
         raise table.problem(key, f"is {value:g}, but an exponent must be from 0 to {_STEEPEST:g}")
@@ -170,7 +171,7 @@ def _drill_load(top: TomlTable) -> DrillLoad | None:
 def _lives(top: TomlTable) -> tuple[ToolLife, ...]:
     found = top.values.get("life", [])
     if not isinstance(found, list):
-        raise OptionError(f"{top.place}: 'life' must be written as [[life]], once for each")
+        raise DataError(f"{top.place}: 'life' must be written as [[life]], once for each")
     lives: list[ToolLife] = []
     for count, values in enumerate(found, start=1):
         table = TomlTable(values, f"{top.place}: [[life]] {count}", MATERIAL_KEYS["life"])
