@@ -169,7 +169,11 @@ WAYS: list[dict[str, object]] = [
 def test_every_way_to_drill_gives_a_verified_program_on_every_machine(
     machine: str, way: dict[str, object], tmp_path: Path
 ) -> None:
-    unknown = {"marlin-mpcnc": {"line_numbers", "output_units"}, "heidenhain-tnc": {"output_units"}}
+    unknown = {
+        "marlin-mpcnc": {"line_numbers", "output_units"},
+        "heidenhain-tnc": {"output_units"},
+        "duet-router": {"line_numbers"},
+    }
     if way.keys() & unknown.get(machine, set()):
         with pytest.raises(leafcut.LeafcutError, match=r"^--(line-numbers|output-units inch): .*; leave it out$"):
             leafcut.optimize(_two_sizes(tmp_path), machine=machine, thickness=6, algorithm="2opt", **way)

@@ -650,7 +650,7 @@ def _solve(
     sets = "" if part.grouping is None else f" in {count(part.grouping.n_clusters, 'set')}"
     print(f"{part.name}: {count(len(part.holes), 'point')}{sets}, {found.algorithm}, seed {found.seed}")
     print(f"length {found.cost:,.10g}, {count(found.iterations, 'iteration')} in {found.seconds:.2f} s")
-    if found.stopped_early and options["time_limit"] is None:
+    if found.stopped_early and options.get("time_limit") is None:
         print("stopped early; this is the best tour so far")
     for line in gap_lines(found.cost, part.optimum, found.lower_bound):
         print(line)

@@ -19,7 +19,7 @@ from leafcut.options import PostOptions
 from leafcut.post.writer import write_program
 from leafcut.proof.program import read_back
 
-NEW = ("centroid", "edingcnc", "marlin", "masso", "siemens", "siemens-iso", "uccnc")
+NEW = ("centroid", "edingcnc", "marlin", "masso", "rrf", "siemens", "siemens-iso", "uccnc")
 
 
 def holes(*cycles: DrillCycle, feeds: tuple[float, ...] = (2.0,)) -> Toolpath:
@@ -56,6 +56,7 @@ def siemens(text: str) -> Toolpath:
     "name, words",
     [
         ("centroid", "P0.25"), ("edingcnc", "G4 P0.25"), ("marlin", "G4 P250"), ("masso", "G4 P250"),
+        ("rrf", "G4 P250"),
         ("siemens", ",0.25)"), ("siemens-iso", "P250"), ("uccnc", "P250"),
     ],
 )  # fmt: skip
@@ -68,7 +69,7 @@ def test_a_dwell_at_the_bottom_is_in_the_unit_of_its_controller(name: str, words
     assert max([*dwells, *cycles]) == pytest.approx(0.25)
 
 
-@every("name", ["marlin", "masso", "edingcnc"])
+@every("name", ["marlin", "masso", "edingcnc", "rrf"])
 def test_a_cycle_whose_words_are_not_certain_is_written_in_plain_moves(name: str) -> None:
     assert not any("G82" in line for line in lines_of(name, DrillCycle("G82", 2.0, -3.0, dwell=0.25)))
 
@@ -215,3 +216,29 @@ def test_a_siemens_program_of_others_is_refused_in_one_line(tmp_path: Path) -> N
         with pytest.raises(LeafcutError) as caught:
             leafcut.simulate(file, dialect=name)
         assert "\n" not in str(caught.value)
+
+
+def test_a_stop_for_reprapfirmware_is_none_that_ends_its_job() -> None:
+    """M0, M1 and M2 end a job there: the person who changes the tool goes on after M226."""
+    b = ToolpathBuilder()
+    b.rapid(z=30.0)
+    b.tool(1)
+    b.spindle(1000.0)
+    b.pause()
+    b.rapid(z=40.0)
+    b.spindle(0.0)
+    b.end()
+    text = text_of("rrf", b.build())
+    lines = [line for line in text.splitlines() if not line.startswith(";")]
+    assert lines[lines.index("T1") + 1] == "M226" and lines.count("M226") == 2
+    assert not any(re.match(r"M(0|1|2|30|6)\b", line) for line in lines)
+    read = interpret(text, dialect("rrf"))
+    assert [m.kind for m in read if m.kind in (Kind.TOOL, Kind.PAUSE)] == [Kind.TOOL, Kind.PAUSE]
+    for word in ("M0", "M1", "M2", "S1000 M3", "X1", "G0 G17 X1"):
+        with pytest.raises(ReadError):
+            interpret(f"G21\nG17\nG90\nG0 Z5\n{word}\nG0 X1\n", dialect("rrf"))
+    b = ToolpathBuilder()
+    b.pause(optional=True)
+    b.end()
+    with pytest.raises(PostError, match="no optional stop"):
+        text_of("rrf", b.build())

@@ -15,7 +15,7 @@ from packages import Installer
 
 MILLS = [
     "centroid", "edingcnc", "fagor8055", "fanuc", "grbl", "haas", "heidenhain", "linuxcnc", "mach3", "mach4", "marlin",
-    "masso", "siemens", "siemens-iso", "uccnc",
+    "masso", "rrf", "siemens", "siemens-iso", "uccnc",
 ]  # fmt: skip
 TORCHES = ["fanuc-laser", "flame", "grbl-laser", "plasma", "qtplasmac", "waterjet"]
 NAMES = sorted(MILLS + TORCHES)

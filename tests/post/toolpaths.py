@@ -110,8 +110,11 @@ def _change_tool(draw: st.DrawFn, b: ToolpathBuilder, backwards: bool, to_zero: 
 
 
 @st.composite
-def planned(draw: st.DrawFn, names: tuple[str, ...], to_zero: bool = True) -> Toolpath:
-    """Any toolpath that keeps the planner's promises: Z first, a Z move after every tool, arcs on their circle."""
+def planned(draw: st.DrawFn, names: tuple[str, ...], to_zero: bool = True, may_stop: bool = True) -> Toolpath:
+    """Any toolpath that keeps the planner's promises: Z first, a Z move after every tool, arcs on their circle.
+
+    `may_stop` says that stops may be optional ones (M1).
+    """
     b = ToolpathBuilder()
     # LinuxCNC taps with the spindle turning forwards only.
     backwards = "G84" not in names
@@ -133,7 +136,7 @@ def planned(draw: st.DrawFn, names: tuple[str, ...], to_zero: bool = True) -> To
             case 5:
                 b.coolant(draw(st.sampled_from([2, 0])))
             case 6:
-                b.pause(draw(st.booleans()))
+                b.pause(draw(st.booleans()) and may_stop)
             case 7:
                 _change_tool(draw, b, backwards, to_zero)
                 b.rapid(draw(_LENGTH), draw(_LENGTH))

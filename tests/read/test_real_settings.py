@@ -57,7 +57,8 @@ REAL: dict[str, tuple[str, Any, Any, Any, dict[str, Any]]] = {
     "marlin_genius.txt": ("marlin", (200, 200, 20), (500, 500, 500), UNKNOWN,
         {"corner_deviation": pytest.approx(49 / (500 * 2.41421), rel=1e-3)}),
     "rrf_jenkins.g": ("rrf", (5000 / 60,) * 3, (400,) * 3, ((-838, -838, -85), (0, 0, 0)),
-        {"name": "JenkinsCNC", "spindle_max_rpm": 24000, "spindle_min_rpm": 0, "steps_per_mm": (80, 80, 400)}),
+        {"name": "JenkinsCNC", "controller": "rrf", "spindle_max_rpm": 24000, "spindle_min_rpm": 0,
+         "steps_per_mm": (80, 80, 400)}),
     # the switch of z is at its upper end
     "rrf_miranda.g": ("rrf", (2000 / 60, 2000 / 60, 1000 / 60), (70, 70, 100), ((0, 0, 0), (450, 450, 200)),
         {"home": (0, 0, 200), "steps_per_mm": (506.66, 506.66, 1500)}),

@@ -15,7 +15,7 @@ from leafcut.gcode.canned import end_cycle
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.foreign_state import ForeignState, named_axes
 from leafcut.gcode.interpreter import Reader
-from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF, OUTPUT_CODES, SortedBlock, sort_words
+from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF, OUTPUT_CODES, PAUSE, SortedBlock, sort_words
 from leafcut.gcode.motion import run_home
 from leafcut.gcode.origin import chooses_origin, run_origin
 from leafcut.gcode.saying import messages
@@ -123,7 +123,7 @@ class BlockRunner(Reader):
         self.jumps = self.restores = self.refused = False
         #: Whether a subprogram begins with the next block, so that it may bear a program number.
         self.begins = False
-        self._g, self._m = _codes(state.dialect), frozenset(M_GROUP_OF) - OUTPUT_CODES
+        self._g, self._m = _codes(state.dialect), frozenset(M_GROUP_OF) - OUTPUT_CODES - {PAUSE}
         # Of another CAM's program M3 and M4 are two things: in a laser the power follows the speed or does not.
         self._turning = {3: 1, 4: -1, 5: 0}
         self.unclear: list[tuple[str, tuple[bool, bool, bool]]] = []

@@ -21,6 +21,7 @@ _CHOICES: dict[str, tuple[str, ...]] = {
     "cycle_words": ("rs274", "fagor", "siemens", "klartext"),
     "dwell_unit": ("s", "ms", "point", "cs"),
     "tool_change": ("M6", "pause", "M0"),
+    "stop_word": ("M0", "M226"),
     "length_offset": ("H", "D", "edge", ""),
     "length_offset_off": ("G49", "G44", "D0", ""),
     "machine_move": ("G53", "G28", "SUPA", ""),

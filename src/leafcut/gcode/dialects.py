@@ -157,7 +157,9 @@ class Dialect:
     repeat_letter
         Repeats of a cycle.
     tool_change
-        ``M6``; ``pause``: T, then M0, and a person changes the tool; ``M0``: the same in one block, M0 T1.
+        ``M6``; ``pause``: T, then the stop, and a person changes the tool; ``M0``: the same in one block, M0 T1.
+    stop_word
+        What stops a program until a person goes on: ``M0``, or ``M226`` where M0, M1 and M2 end it.
     rapid_feed
         A rapid moves at the last F, too: G0 states the speed of rapids, and every cut behind it its own.
     arc_turns
@@ -226,6 +228,7 @@ class Dialect:
     dwell_x: bool = False
     repeat_letter: str = "L"
     tool_change: str = "M6"
+    stop_word: str = "M0"
     rapid_feed: bool = False
     hand_change_pause: bool = False
     arc_turns: bool = False
@@ -258,7 +261,7 @@ class Dialect:
 
     @property
     def changes_by_hand(self) -> bool:
-        """Whether a tool change is a stop at which a person changes it (M0), not M6."""
+        """Whether a tool change is a stop at which a person changes it, not M6."""
         return self.tool_change != "M6"
 
     @property

@@ -13,7 +13,7 @@ from leafcut.errors import OptionError, ReadError
 from leafcut.gcode.canned import end_cycle, run_cycle, start_cycle
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.klartext import interpret_klartext
-from leafcut.gcode.modal import SortedBlock, sort_words
+from leafcut.gcode.modal import PAUSE, SortedBlock, sort_words
 from leafcut.gcode.motion import run_arc, run_home, run_machine, run_probe, run_straight
 from leafcut.gcode.origin import run_shift
 from leafcut.gcode.sinumerik import call_cycle, drill_call, end_call, sinumerik_block
@@ -114,7 +114,7 @@ class Reader:
         state = self.state
         state.line = block.line
         if state.dialect.one_command:
-            _check_one_command(block)
+            _check_one_command(block, state.dialect.tool_change == "pause")
         words = sort_words(block, self._g, self._m, self._separate)
         letters = words.letters
         letters.pop("N", None)
@@ -368,17 +368,20 @@ class Reader:
         if not codes:
             return
         state, code = self.state, codes[0]
-        if code in (2, 30):
+        pauses = state.dialect.stop_word == f"M{PAUSE}"
+        if code in (2, 30) or (pauses and code in (0, 1)):
             state.path.end(line=state.line)
             self.ended = self._by_word = True
-        elif code == 0 and state.dialect.changes_by_hand and state.pending_tool is not None:
+        elif code == (PAUSE if pauses else 0) and state.dialect.changes_by_hand and state.pending_tool is not None:
             self._change_tool(state.pending_tool)
         else:
             state.path.pause(optional=code == 1, line=state.line)
 
 
-def _check_one_command(block: Block) -> None:
-    """Refuse a block of a firmware that obeys the first command of it alone."""
+def _check_one_command(block: Block, tool_alone: bool) -> None:
+    """Refuse a block of a firmware that obeys the first command of it alone; T may be one."""
+    if tool_alone and [word.letter for word in block.words] == ["T"]:
+        return
     commands = [word for word in block.words if word.letter in "GM"]
     if len(commands) != 1 or block.words[0] != commands[0]:
         raise BlockError("each block must be one G or M word with its other words behind it")

@@ -27,7 +27,7 @@ _GROUPS: dict[str, tuple[int, ...]] = {
 GROUP_OF = {code: group for group, codes in _GROUPS.items() for code in codes}
 
 _M_GROUPS: dict[str, tuple[int, ...]] = {
-    "stop": (0, 1, 2, 30, 60),
+    "stop": (0, 1, 2, 30, 60, 226),
     "tool change": (6,),
     "spindle": (3, 4, 5),
     "coolant": (7, 8, 9),
@@ -35,6 +35,8 @@ _M_GROUPS: dict[str, tuple[int, ...]] = {
     "adaptive": (52,),
     "material": (190,),
 }
+#: The stop of a firmware whose M0, M1 and M2 end a program.
+PAUSE = 226
 M_GROUP_OF = {code: group for group, codes in _M_GROUPS.items() for code in codes}
 #: Words for a machine's own outputs: what they do is known only where a dialect says what listens to them.
 OUTPUT_CODES = frozenset(code for group in ("output", "adaptive", "material") for code in _M_GROUPS[group])

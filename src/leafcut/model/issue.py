@@ -78,6 +78,7 @@ CODES: dict[str, str] = {
     "L442": "a hole is drawn at another height than the surface has",
     "L443": "the mesh of a surface or a fixture is not closed",
     "L444": "where a fixture stands",
+    "L445": "a surface or a fixture may have another unit",
     "L501": "blocks of a program keep their place",
     "L502": "nothing in a program can be reordered",
     "L503": "tool changes were saved",

@@ -324,7 +324,7 @@ class Writer:
             self.out.say("M0", f"T{row.ref}")
         elif by_hand:
             self.out.say(f"T{row.ref}")
-            self.out.say("M0")
+            self.out.say(self.dialect.stop_word)
         else:
             offset = f"D{row.ref}" if self.dialect.length_offset == "D" else ""
             self.out.say(f"T{row.ref}", offset, "M6")
@@ -370,7 +370,9 @@ class Writer:
         self.out.say("G61" if exact else "G64", tolerance)
 
     def _pause(self, row: Motion) -> None:
-        self.out.say("M1" if row.ref else "M0")
+        if row.ref and "M1" not in self.dialect.m_words.split():
+            raise PostError(f"{self.dialect.name} has no optional stop (M1)")
+        self.out.say("M1" if row.ref else self.dialect.stop_word)
 
     def _end(self, row: Motion) -> None:
         self.out.say(self.dialect.end_word)

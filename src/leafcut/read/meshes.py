@@ -15,8 +15,8 @@ import numpy as np
 from leafcut.errors import OptionError, ReadError, parsing
 from leafcut.model.mesh import Mesh
 from leafcut.read.format import Match
-from leafcut.read.step import CHOOSE, WhichSolid, sniff, step_mesh
 from leafcut.read.step import LARGEST as LARGEST_STEP
+from leafcut.read.step import WhichSolid, sniff, step_mesh
 
 #: More triangles than this are refused: 72 bytes each, and some more while they are read.
 MOST_TRIANGLES = 2_000_000
@@ -57,11 +57,10 @@ def load_mesh(path: str | Path, unit: str = "mm", mend: str = "", which: WhichSo
         size = file.stat().st_size
     except OSError as problem:
         raise ReadError(file, f"cannot be read ({problem.strerror})") from None
-    mend_several = "save the one that counts alone" if mend else CHOOSE
     if sniff(head) == Match.YES:
         if unit != "mm":
             raise OptionError("--surface-unit: a STEP file says its own unit; leave it out")
-        triangles = step_mesh(str(file), _step_bytes(file, size), which, mend_several)
+        triangles = step_mesh(str(file), _step_bytes(file, size), which)
     else:
         if which not in (None, "all"):
             raise OptionError("--solid: STL has no solids, a STEP file has; leave it out")

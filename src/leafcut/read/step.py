@@ -30,8 +30,6 @@ LARGEST = 100 * 1024 * 1024
 MEMORY, SECONDS = 8 * 1024**3, 300
 #: The solid of a file: a number, all of them, or None for its only one.
 WhichSolid = int | Literal["all"] | None
-#: What to do about several solids.
-CHOOSE = "choose one with --solid"
 #: More triangles than this are not taken.
 MOST_TRIANGLES = 2_000_000
 
@@ -128,22 +126,20 @@ def _turned(vertices: list[list[float]], clockwise: bool) -> Polyline:
     return path.reversed() if (path.area < 0.0) != clockwise else path
 
 
-def step_mesh(path: str, data: bytes, which: WhichSolid = None, choose: str = CHOOSE) -> NDArray[np.float64]:
+def step_mesh(path: str, data: bytes, which: WhichSolid = None) -> NDArray[np.float64]:
     """Return the surface of a solid as triangles, float64[n, 3, 3], mm; they leave it by 0.05 mm at most.
 
     Parameters
     ----------
     which
         Of several solids: the number of one, or all of them.
-    choose
-        What to do where there are several and none is chosen.
 
     Raises
     ------
     ReadError, OptionError
         As `read_step`.
     """
-    return _solid(path, data, "mesh", which, choose)[1]
+    return _solid(path, data, "mesh", which)[1]
 
 
 def _issues(told: dict[str, Any]) -> list[Issue]:
@@ -233,9 +229,7 @@ def _issues_of_pockets(told: dict[str, Any]) -> list[Issue]:
     return issues
 
 
-def _solid(
-    path: str, data: bytes, what: str, which: WhichSolid, choose: str = CHOOSE
-) -> tuple[dict[str, Any], NDArray[np.float64]]:
+def _solid(path: str, data: bytes, what: str, which: WhichSolid) -> tuple[dict[str, Any], NDArray[np.float64]]:
     """Return what the process tells of the holes, pockets or outlines of a solid, and its triangles."""
     if importlib.util.find_spec("OCP") is None:
         raise OptionError("reading STEP needs OpenCASCADE: pip install 'leafcut[step]'")
@@ -270,7 +264,7 @@ def _solid(
         with np.load(out) as found:
             told, triangles = json.loads(str(found["told"])), found["triangles"]
     if "problem" in told:
-        raise ReadError(path, f"{told['problem']}; {choose}" if "several" in told else told["problem"])
+        raise ReadError(path, told["problem"])
     return told, triangles
 
 

@@ -231,7 +231,7 @@ def _found(file: str, most: int, what: str, which: str) -> tuple[dict[str, Any],
     if which not in (ONLY, ALL) and int(which) > len(solids):
         return {"problem": f"--solid {which}: the STEP file has {_several(solids)}"}, none
     if which == ONLY and len(solids) > 1:
-        return {"problem": f"the STEP file has {_several(solids)}", "several": True}, none
+        return {"problem": f"the STEP file has {_several(solids)}; choose one with --solid"}, none
     if which != ALL:
         shape = solids[0 if which == ONLY else int(which) - 1]
     BRepMesh_IncrementalMesh(shape, DEFLECTION, False, ANGLE, False)

@@ -97,4 +97,4 @@ def ramp_feed(limits: FeedLimits, feed: float, angle: float, depth: float) -> fl
     if limits.material is None or power <= limits.power:
         return feed
     # The power of both parts goes with f^(1 − mc).
-    return feed * (limits.power / power) ** (1.0 / (1.0 - limits.material.mc))
+    return float(feed * (limits.power / power) ** (1.0 / (1.0 - limits.material.mc)))

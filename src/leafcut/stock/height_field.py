@@ -72,7 +72,11 @@ class HeightField:
         """
         columns, rows = (max(math.ceil((block.high[k] - block.low[k]) / cell - 1e-9), 1) for k in range(2))
         if columns * rows > MOST_CELLS:
-            least = math.sqrt((block.high[0] - block.low[0]) * (block.high[1] - block.low[1]) / MOST_CELLS)
+            wide, high = (block.high[k] - block.low[k] for k in range(2))
+            least = math.sqrt(wide * high / MOST_CELLS)
+            # No side is a whole number of cells: the last one of each row and column counts, too.
+            while math.ceil(wide / least) * math.ceil(high / least) > MOST_CELLS:
+                least *= 1.01
             raise PlanError(
                 f"cells of {cell:g} mm: {columns * rows:,} of them are needed, at most {MOST_CELLS:,} fit; use cells "
                 f"of {math.ceil(1000 * least) / 1000:g} mm or a smaller stock"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -163,7 +164,9 @@ def test_other_algorithms_find_safe_ways_too(folder: Path, algorithm: str) -> No
 
 
 def test_the_unit_of_the_surface_is_asked_for_and_obeyed(folder: Path) -> None:
-    with pytest.raises(LeafcutError, match="its unit is another one; give --surface-unit"):
+    with pytest.raises(
+        LeafcutError, match=r"inches\.stl is 4\.724 mm long .*: in inches it would hold them; give --surface-unit"
+    ):
         drilled(folder, surface=str(folder / "inches.stl"))
     inches = drilled(folder, surface=str(folder / "inches.stl"), surface_unit="in")
     planes = [sorted(cycle.r_plane for cycle in one.path_after.cycles) for one in (inches, drilled(folder))]
@@ -255,10 +258,40 @@ def test_a_keep_out_zone_is_crossed_at_the_clearance_height(folder: Path) -> Non
 
 
 def test_a_fixture_of_another_size_or_far_away_is_refused(folder: Path) -> None:
-    for k, box in enumerate([(0, 0, 0, 1, 1, 1), (500, 0, 0, 540, 40, 30), (0, 0, 0, 9000, 10, 10)]):
+    odd = [
+        ((500, 0, 0, 540, 40, 30), "check its unit (--surface-unit) and its zero"),
+        ((0, 0, 0, 1, 1, 1), "in inches it would stand at it"),
+        ((0, 0, 0, 9000, 10, 10), "in mm, not inches, it would stand at it"),
+    ]
+    for k, (box, told) in enumerate(odd):
         (folder / f"odd{k}.stl").write_bytes(binary_stl(box_triangles(*box)))
-        with pytest.raises(LeafcutError, match=r"check its unit \(--surface-unit\) and its zero"):
+        with pytest.raises(LeafcutError, match=re.escape(told)):
             drilled(folder, fixture_file=str(folder / f"odd{k}.stl"))
+
+
+def test_a_fixture_or_a_surface_that_fits_in_another_unit_is_told(folder: Path) -> None:
+    """A clamp beside the plate that was saved in inches, one as small that is not, and a plate of 3 m."""
+    clamp = box_triangles(-30, -2, -12, 60, -1, 0)
+    for name, triangles, codes in (("inch", clamp / 25.4, ["L445"]), ("small", clamp / 25.4 + (60, -5, 0), [])):
+        (folder / f"{name}.stl").write_bytes(binary_stl(triangles))
+        outcome = drilled(folder, fixture_file=str(folder / f"{name}.stl"))
+        assert [issue.code for issue in outcome.issues if issue.code == "L445"] == codes
+    assert not [issue for issue in drilled(folder).issues if issue.code == "L445"]
+    (folder / "corner.csv").write_text("x,y,diameter\n1,1,0.3\n4,2,0.3\n")
+    given: dict[str, Any] = {"surface": str(folder / "plate.stl"), "depth": 0.5, "machine": "linuxcnc-mill", **FAST}
+    outcome = api.optimize(folder / "corner.csv", process="drill", **given)
+    (told,) = [str(issue) for issue in outcome.issues if issue.code == "L445"]
+    assert "plate.stl is 120 mm long and the holes lie over 3 mm, in a corner of it" in told
+
+
+def test_a_mesh_that_is_open_at_a_hole_is_told_so(folder: Path) -> None:
+    """The lowest step without its upper side."""
+    triangles = np.concatenate([box_triangles(*box) for box in (*STEPS, *BOSSES)])
+    gone = (triangles[:, :, 2] == -12).all(axis=1) & (triangles[:, :, 0] >= 80).all(axis=1)
+    step = (triangles[:, :, 2] == -20).all(axis=1) & (triangles[:, :, 0] >= 80).all(axis=1)
+    (folder / "hollow.stl").write_bytes(binary_stl(triangles[~gone & ~step]))
+    with pytest.raises(LeafcutError, match=r"hollow\.stl is not closed, and nothing of it is at the hole at .*; mend"):
+        drilled(folder, surface=str(folder / "hollow.stl"))
 
 
 @pytest.mark.parametrize(

@@ -274,8 +274,59 @@ def test_random_programs_leave_the_same_and_new_rapids_keep_clear_of_all_materia
     seed: int, tmp_path: Path, rs274: str
 ) -> None:
     """Judged by a mill that is put at many places along the moves that LinuxCNC's interpreter sees."""
-    text = random_program(random.Random(seed))
-    found = reordered(tmp_path, text, air=True, low_retracts=True, feeds=True, workpiece=BLOCK, cell=0.1)
+    judge(random_program(random.Random(seed)), tmp_path, rs274)
+
+
+def random_series(chance: random.Random) -> str:
+    """Return slots, and series of holes in them and beside them that come up to heights before them."""
+    lines = []
+    for _ in range(chance.randint(1, 3)):
+        x, y, depth = chance.uniform(5, 60), chance.uniform(5, 45), chance.uniform(3, 7)
+        lines += [f"G0 X{x:.3f} Y{y:.3f}", f"G1 Z{-depth:.3f} F120", f"G1 X{x + 9:.3f} F600", "G0 Z20"]
+        for _ in range(chance.randint(1, 2)):
+            # A place may be stated with the height, or before it; the length offset stands beside it.
+            height = chance.choice(["G0 Z{}", "G43 H1 Z{}", "G0 X{:.3f} Y{:.3f} Z{}"])
+            place = (chance.uniform(5, 60), chance.uniform(5, 45))
+            top = chance.choice([8, 12, 30])
+            lines.append(height.format(*place, top) if "X" in height else height.format(top))
+            plane, low = chance.choice([(2, -9), (1 - depth + 1.5, -9), (4, -3)])
+            cycle = chance.choice(["G81", "G83 Q2", "G82 P0.1", "G73 Q3"])
+            lines.append(f"G98 {cycle} X{x + 4:.3f} Y{y:.3f} R{plane:.3f} Z{low} F200")
+            for _ in range(chance.randint(0, 3)):
+                word = chance.choice(["", "", "G99 ", "G98 "])
+                on = (x + chance.uniform(0, 9), y) if plane < 1 else (chance.uniform(5, 60), chance.uniform(5, 45))
+                lines.append(f"{word}X{on[0]:.3f} Y{on[1]:.3f}")
+            lines += ["G80", *(["G0 X30 Y20"] if chance.random() < 0.5 else []), "G0 Z20"]
+    return HEAD + "G0 X0 Y0 Z20\n" + "\n".join(lines) + "\n" + TAIL
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_random_series_of_holes_keep_clear_at_their_lower_heights(seed: int, tmp_path: Path, rs274: str) -> None:
+    judge(random_series(random.Random(seed)), tmp_path, rs274)
+
+
+def test_the_height_before_a_series_is_as_low_as_the_ways_between_its_holes(tmp_path: Path, rs274: str) -> None:
+    """Two slots 4 deep, a rib between them: over that at 1, and the R planes in the slots stay below it."""
+    slots = "G0 X10 Y10 Z15\nG1 Z-4 F60\nG1 X40 F600\nG0 Z15\nG0 X10 Y30\nG1 Z-4 F60\nG1 X40 F600\nG0 Z40\nG0 X12 Y10\n"
+    series = "G98 G81 X12 Y10 R-2.5 Z-8 F100\nX38\nX38 Y30\nX12\nG80\nG0 Z40\n"
+    text = HEAD + slots + "G43 H1 Z25\n" + series + TAIL
+    found = body(judge(text, tmp_path, rs274, air=False, feeds=False))
+    assert found[9:14] == ["G43 H1 Z1.0", "G98 G81 X12 Y10 R-2.5 Z-8 F100", "X38", "X38 Y30", "X12"]
+    # What comes behind the series at its height keeps that: here the tool is changed there.
+    kept = text.replace("G80\nG0 Z40\n", "G80\nT2 M6\n")
+    assert "G43 H1 Z25" in body(reordered(tmp_path, kept, low_retracts=True, workpiece=BLOCK))
+    # Incremental cycles count from that height.
+    kept = text.replace("G98 G81 X12 Y10 R-2.5 Z-8", "G91 G98 G81 X0 Y0 R-27.5 Z-5.5").replace(
+        "\nX38\nX38 Y30\nX12", "\nX26"
+    )
+    assert "G43 H1 Z25" in body(reordered(tmp_path, kept.replace("G80", "G80 G90"), low_retracts=True, workpiece=BLOCK))
+
+
+def judge(text: str, tmp_path: Path, rs274: str, **options: bool) -> leafcut.Outcome:
+    """Check lower and faster ways, and return them."""
+    asked: dict[str, Any] = {"air": True, "low_retracts": True, "feeds": True, **options}
+    found = reordered(tmp_path, text, workpiece=BLOCK, cell=0.1, **asked)
+    assert not [issue for issue in found.issues if "the heights stay" in issue.message]
     assert found.after.time_s <= found.before.time_s * (1 + 1e-9)
     seen = []
     for one in (text, found.text):
@@ -288,18 +339,24 @@ def test_random_programs_leave_the_same_and_new_rapids_keep_clear_of_all_materia
     known = {(round(m[1], 3), round(m[2], 3), round(m[3], 3)) for m in seen[0] if m[0] == "rapid"}
     for moves, stock in zip(seen, stocks, strict=True):
         place = (0.0, 0.0, 0.0)
+        holes: dict[tuple[float, float], float] = {}
         for move in moves:
             if move[0] not in ("rapid", "feed"):
                 continue
             end = move[1:4]
             if move[0] == "feed":
                 stock.cut(place, end, 3.0)
+                if place[:2] == end[:2]:
+                    holes[end[:2]] = min(end[2], holes.get(end[:2], 0.0))
+            elif place[:2] == end[:2] and end[2] > holes.get(end[:2], 0.0):
+                pass  # a peck comes down again into its own hole
             elif moves is seen[1] and tuple(round(v, 3) for v in end) not in known and end[2] <= place[2]:
                 # The tool is taken 1 mm wider; the block's cells, here 0.25, lie half of one off.
                 assert stock.highest(place, end, 3.0 + 1.0 - 0.18) <= -1.0 + 0.03, f"{place} to {end}"
             place = end
     # A scallop between two places of one and two of the other stands in a cell or two.
     assert differ(*stocks).sum() <= 3
+    return found
 
 
 def differ(one: SteppedStock, other: SteppedStock) -> np.ndarray:

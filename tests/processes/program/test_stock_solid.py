@@ -161,6 +161,13 @@ def test_cells_that_do_not_fit_and_cuts_beyond_the_stock_are_told(
     small = stl(tmp_path / "small.stl", box((0, 0, -10), (40, 18, 0)))
     assert run(["stock", program(tmp_path), "--workpiece", small]) == 0
     assert "a cut reaches Y30.00, but the stock that was given ends at Y18 (line 6)" in capsys.readouterr().out
+    inches = stl(tmp_path / "inches.stl", box((0, 0, -0.4), (1.6, 1.6, 0)))
+    assert run(["stock", program(tmp_path), "--workpiece", inches]) == 1
+    assert "never touches the stock" in (told := capsys.readouterr().err)
+    assert told.endswith("; in inches it would hold all cuts: save it in mm\n")
+    for words, told in (("part.step", "is a STEP file; save it as STL"), ("0,0,-1,1e9,9,0", "1e+06 m long, which no")):
+        assert run(["stock", program(tmp_path), "--workpiece", words]) == 2
+        assert told in capsys.readouterr().err
 
 
 def test_the_stock_is_never_written_over(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -144,7 +144,8 @@ class _Job:
             _spindle(run) if feeds.feeds else None,
         )  # fmt: skip
         if run.settings.stock.workpiece:
-            check_size(program, cutters, block_of(run.settings.stock.workpiece), source)
+            text = run.settings.stock.workpiece
+            check_size(program, cutters, block_of(text), source, text)
         stock = stock_before(run, program, cutters)
         return cls(run, words, original, tools, cutters, stock, rules, obstacles)
 
@@ -203,7 +204,8 @@ class _Job:
     def lowered(self, found: Paced) -> Paced:
         """Return a program with lower retracts, cycles and R planes; as it is where none can be proved.
 
-        Cycles first stay at their R planes, which then get lower where all ways at them allow that.
+        Cycles first stay at their R planes, which then get lower where all ways at them allow that; at last the heights
+        that cycles still come up to.
         """
         from leafcut.processes.program.plan.heights import LowWays
         from leafcut.processes.program.post.pace_writer import with_heights, with_returns
@@ -211,23 +213,23 @@ class _Job:
         found = replace(found, change=replace(found.change, retracts_s=0.0))
         before = self.seconds(found.program)
         kept: set[int] = set()
-        for cycles in (True, False):
+        for step in ("returns", "heights", "initials"):
             program = found.program
             loads = self.loads(program, "choosing heights", self.held)
             ways = LowWays(program, loads, self.rules.clearance, self.run.machine, self.top, self.obstacles)
             try:
-                if cycles:
+                if step == "returns":
                     returns = ways.returns()
                     text, count = with_returns(program, returns, self.words.max_line), len(returns)
                 else:
-                    heights = ways.heights()
+                    heights = ways.heights() if step == "heights" else ways.initials()
                     text, count = with_heights(program, heights), len(heights)
                 kept |= ways.kept
                 if not count:
                     continue
                 new = self.read(text)
                 self.check_heights(program, new)
-                if cycles:
+                if step == "returns":
                     drills = program.path.kind == Kind.DRILL
                     count = int((new.path.end[drills, 2] < program.path.end[drills, 2] - _SAME).sum())
             except (PostError, VerifyError) as problem:

@@ -19,7 +19,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
 from leafcut.options import Settings, StockOptions
 from leafcut.processes.course import machine_of
-from leafcut.processes.program.workpiece import block_around, block_of, field_of, told_of, tools_of
+from leafcut.processes.program.workpiece import block_around, block_of, field_of, in_other_unit, told_of, tools_of
 from leafcut.stock.height_field import COARSEST, HeightField, StockBlock, usual_cell
 from leafcut.stock.same_stock import stock_differences
 from leafcut.stock.stock_cut import BodyCut, RapidCut, StockCut, ToolCut
@@ -87,8 +87,10 @@ def cut_stock(
     field, moves, removed = _cut(mine, stock.copy() if same_as is not None else stock, look)
     if not removed.cuts.any():
         sides = ", ".join(f"{a} {block.low[k]:g} to {block.high[k]:g}" for k, a in enumerate("XYZ"))
+        unit = in_other_unit(given or "", mine.read.program, mine.cutters, block)
+        more = f"; in {unit} it would hold all cuts: save it in mm" if unit else ""
         raise PlanError(
-            f"{mine.source}: the program never touches the stock, {sides} mm; give --workpiece in its coordinates"
+            f"{mine.source}: the program never touches the stock, {sides} mm; give --workpiece in its coordinates{more}"
         )
     rapids, collisions = _rapids(moves, removed), _collisions(moves, removed)
     return StockCut(

@@ -18,7 +18,7 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.options import Settings, StockOptions
 from leafcut.stock.height_field import HeightField, StockBlock, usual_cell
 from leafcut.stock.loads import StockBefore
-from leafcut.units import parse_quantity
+from leafcut.units import MM_PER_INCH, parse_quantity
 
 #: Leads into a cut begin so far beside the material at most, besides the tool's diameter, mm.
 _LEAD = 5.0
@@ -28,6 +28,10 @@ _BELOW = 1.0
 _SMALL_AREA = 0.1
 #: Lengths that differ by less are the same, mm.
 _SAME = 1e-6
+#: No stock is longer, mm.
+LONGEST = 20_000.0
+#: A cut that is so many times the length of the stock away may be one in a stock of another unit.
+FAR_OFF = 3.0
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
@@ -52,6 +56,8 @@ def block_of(text: str) -> StockBlock:
 
         return block_of_mesh(_solid(text))
     parts = text.replace(";", ",").split(",")
+    if text.lower().endswith((".step", ".stp")):
+        raise OptionError(f"--workpiece: '{shown(text, 60)}' is a STEP file; save it as STL, in mm")
     if len(parts) != 6:
         raise OptionError(
             f"--workpiece: '{shown(text, 60)}' has {count_of(len(parts), 'number')}; give six: x,y,z of the lower and "
@@ -59,9 +65,13 @@ def block_of(text: str) -> StockBlock:
         )
     try:
         lengths = [parse_quantity(part.strip(), "mm") for part in parts]
-        return StockBlock((lengths[0], lengths[1], lengths[2]), (lengths[3], lengths[4], lengths[5]))
+        block = StockBlock((lengths[0], lengths[1], lengths[2]), (lengths[3], lengths[4], lengths[5]))
     except (OptionError, PlanError) as problem:
         raise OptionError(f"--workpiece {text}: {problem}") from None
+    longest = max(high - low for low, high in zip(block.low, block.high, strict=True))
+    if longest > LONGEST:
+        raise OptionError(f"--workpiece {text}: is {longest / 1000.0:.4g} m long, which no stock is; check its numbers")
+    return block
 
 
 def field_of(options: StockOptions, block: StockBlock, cell: float) -> HeightField:
@@ -84,7 +94,7 @@ def told_of(options: StockOptions, program: Program, cutters: Mapping[int, Cutte
     if not options.workpiece:
         return []
     outside = beyond(program, cutters, block)
-    found = [outside.issue()] if outside else []
+    found = [outside.issue(in_other_unit(options.workpiece, program, cutters, block))] if outside else []
     if _is_file(options.workpiece):
         from leafcut.stock.mesh_field import overhang
 
@@ -218,7 +228,7 @@ def stock_before(run: Run, program: Program, cutters: Mapping[int, Cutter]) -> S
     return StockBefore(field, math.inf, False)
 
 
-def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBlock, source: str) -> None:
+def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBlock, source: str, text: str) -> None:
     """Check that no cut below the top of a block is far beside it: there is more material than was said.
 
     Raises
@@ -229,9 +239,11 @@ def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBloc
     found = beyond(program, cutters, block)
     if found is not None:
         line, axis, place, edge = found
+        unit = [in_other_unit(text, program, cutters, block)]
+        more = f"; in {unit[0]} it would hold all cuts: save it in mm" if unit[0] else ""
         raise OptionError(
             f"--workpiece: {source}:{line}: a cut reaches {axis}{place:.2f}, but this stock ends at {axis}{edge:g}; "
-            "give all of the material"
+            f"give all of the material{more}"
         )
 
 
@@ -243,11 +255,26 @@ class Beyond(NamedTuple):
     place: float
     edge: float
 
-    def issue(self) -> Issue:
-        """Return it as a warning."""
+    def issue(self, unit: str = "") -> Issue:
+        """Return it as a warning, with the unit in which the stock would hold all cuts."""
+        more = f"; in {unit} it would hold all cuts: save it in mm" if unit else ""
         place, edge = f"{self.axis}{self.place:.2f}", f"{self.axis}{self.edge:g}"
-        message = f"a cut reaches {place}, but the stock that was given ends at {edge}"
+        message = f"a cut reaches {place}, but the stock that was given ends at {edge}{more}"
         return Issue("L810", message, f"line {self.line}")
+
+
+def in_other_unit(text: str, program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> str:
+    """Return in what unit the file of a stock would hold all cuts, where one is many times its length away; else ""."""
+    length = max(high - low for low, high in zip(block.low[:2], block.high[:2], strict=True))
+    outside = beyond(program, cutters, block) if _is_file(text) else None
+    if outside is None or abs(outside.place - outside.edge) < FAR_OFF * length:
+        return ""
+    for name, times in (("inches", MM_PER_INCH), ("metres", 1000.0)):
+        low, high = (tuple(times * value for value in corner) for corner in (block.low, block.high))
+        larger = StockBlock((low[0], low[1], low[2]), (high[0], high[1], high[2]))
+        if times * length <= LONGEST and beyond(program, cutters, larger) is None:
+            return name
+    return ""
 
 
 def beyond(program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> Beyond | None:

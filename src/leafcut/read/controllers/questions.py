@@ -27,7 +27,8 @@ _LIKE = {
     "haas": "haas-vf2", "fanuc": "haas-vf2", "grbl": "grbl-3018", "linuxcnc": "linuxcnc-mill", "mach3": "mach3-router",
     "mach4": "mach4-router", "fagor8055": "fagor-8055", "qtplasmac": "plasma-table", "plasma": "plasma-table",
     "uccnc": "uccnc-router", "edingcnc": "edingcnc-router", "masso": "masso-router", "centroid": "centroid-mill",
-    "marlin": "marlin-mpcnc", "siemens": "siemens-828d", "siemens-iso": "siemens-828d", "heidenhain": "heidenhain-tnc",
+    "marlin": "marlin-mpcnc", "rrf": "duet-router",
+    "siemens": "siemens-828d", "siemens-iso": "siemens-828d", "heidenhain": "heidenhain-tnc",
     "fanuc-laser": "laser-table", "grbl-laser": "grbl-laser-20w", "flame": "flame-table", "waterjet": "water-table",
 }  # fmt: skip
 _LIKE_OTHERS = "linuxcnc-mill"

@@ -138,7 +138,11 @@ def read_rrf(text: str, file: str) -> Values:
     name = settings.words.get("M550", {}).get("P")
     if name is not None and name[0].strip('" '):
         values.take("name", shown(name[0].strip('"'), 40), f"M550, {_in([name[1]])}")
-    values.controller("rrf", "the file is one of RepRapFirmware", "grbl")
+    laser = "M452" in settings.words
+    if laser:
+        values.assume("controller", "grbl-laser", "leafcut has no dialect of RepRapFirmware's laser mode; the nearest")
+    else:
+        values.controller("rrf", "the file is one of RepRapFirmware", "grbl")
     if settings.inch:
         values.take("units", "in", f"G20, {_in([settings.inch])}")
     rates = _axes(values, settings, "M203", f"{unit}/min", "highest speeds")
@@ -155,7 +159,7 @@ def read_rrf(text: str, file: str) -> Values:
     if "M665" in settings.words or (kinematics is not None and kinematics[0].strip() != "0"):
         values.note("its kinematics are not those of three straight axes (M669, M665): times are estimates")
     _rrf_spindle(values, lines)
-    _rest(values, "RepRapFirmware", laser="M452" in settings.words)
+    _rest(values, "RepRapFirmware", laser=laser)
     return values
 
 

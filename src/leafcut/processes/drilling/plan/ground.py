@@ -27,8 +27,16 @@ UNEVEN = 0.2
 BODY_ROOM = 0.1
 #: A fixture is not so many times as long as the part, nor so many times shorter.
 MOST_TIMES = 50.0
-#: A drawing that is so many times as long as the surface, or nearly, has another unit.
-_OTHER_UNITS, _NEARLY = (1 / 25.4, 25.4, 1 / 1000.0, 1000.0), 0.5
+#: What a mesh may be in that was taken for mm, or the other way round, and how many times as large it is then; holes
+#: take up so much of a part, or more.
+OTHER_UNITS = {"inches": 25.4, "metres": 1000.0, "mm, not inches,": 1 / 25.4}
+_NEARLY = 0.5
+#: Hardly a part is thicker than so many diameters of its holes.
+DEEPEST = 30.0
+#: A fixture so many times shorter or longer than the part, that would stand at it in another unit, is told.
+ODD_TIMES = 8.0
+#: It stands at the part where it is no farther away than this share of the part's length.
+NEAR = 0.1
 
 
 class Tops(NamedTuple):
@@ -160,11 +168,15 @@ def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
     length = float(max((mesh.high - mesh.low)[:2]))
     beside = float(np.hypot(*np.maximum(np.maximum(fixture.low - mesh.high, mesh.low - fixture.high), 0.0)[:2]))
     own = float(size.max())
+    odd = _odd_unit(fixture, mesh, own, length)
     if beside > length or not length / MOST_TIMES < own < MOST_TIMES * length:
-        raise PlanError(
+        words = (
             f"the fixture {fixture.name} is {own:.4g} mm long, {beside:.4g} mm beside the surface, which is "
-            f"{length:.4g} mm long: check its unit (--surface-unit) and its zero"
+            f"{length:.4g} mm long"
         )
+        if odd:
+            raise PlanError(f"{words}; in {odd} it would stand at it: save it in the unit of the surface")
+        raise PlanError(f"{words}: check its unit (--surface-unit) and its zero")
     issues = [
         Issue(
             "L444",
@@ -173,6 +185,12 @@ def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
             severity=Severity.NOTE,
         )
     ]
+    if odd:
+        words = (
+            f"{fixture.name} is {own:.4g} mm long and the surface {length:.4g} mm; in {odd} it would stand at the "
+            "surface, too: look whether it has the unit of the surface, in which both are read (--surface-unit)"
+        )
+        issues.append(Issue("L445", words))
     if not fixture.closed:
         issues.append(
             Issue(
@@ -183,6 +201,17 @@ def checked_fixture(fixture: Mesh, mesh: Mesh) -> tuple[Mesh, list[Issue]]:
         )
         fixture = Mesh(_box(np.concatenate([fixture.low, fixture.high])), fixture.name)
     return fixture, issues
+
+
+def _odd_unit(fixture: Mesh, mesh: Mesh, own: float, length: float) -> str:
+    """Return in what unit a fixture that is much smaller or larger than the part would be as large as others are."""
+    for name, times in OTHER_UNITS.items():
+        if not (own < length / ODD_TIMES if times > 1.0 else own > length * ODD_TIMES):
+            continue
+        gap = np.maximum(fixture.low * times - mesh.high, mesh.low - fixture.high * times)
+        if float(gap.max()) < NEAR * length and length / ODD_TIMES <= own * times <= length * ODD_TIMES:
+            return name
+    return ""
 
 
 def check_fixture(xy: NDArray[np.float64], tips: NDArray[np.float64], radius: float, ground: Ground) -> None:
@@ -285,16 +314,21 @@ def tops_of(part: Part, ground: Ground, radius: NDArray[np.float64], drawn: bool
     rims = rims_of(ground.mesh.triangles, xy, radius)
     beside = np.flatnonzero(~np.isfinite(rims.lowest))
     if len(beside):
-        _refuse_other_unit(part, ground.mesh)
         x, y = xy[beside[0]]
         (x0, y0, _), (x1, y1, _) = ground.mesh.low.tolist(), ground.mesh.high.tolist()
+        if not ground.mesh.closed and x0 < x < x1 and y0 < y < y1:
+            raise PlanError(
+                f"{ground.mesh.name} is not closed, and nothing of it is at the hole at {x:g}, {y:g}, or beside it "
+                f"({count_of(len(beside), 'hole')} in all); mend the mesh in CAD"
+            )
+        _refuse_other_unit(part, ground.mesh)
         raise PlanError(
             f"the hole at {x:g}, {y:g} is beside the surface {ground.mesh.name}, or on its edge "
             f"({count_of(len(beside), 'hole')} in all); it goes from {x0:g}, {y0:g} to {x1:g}, {y1:g}: "
             "both must have the same zero"
         )
     _check_fixtures(part, ground, radius)
-    issues, tops = list(ground.issues), rims.top
+    issues, tops = [*ground.issues, *_other_unit(part, ground.mesh, rims.top - rims.under, radius)], rims.top
     uneven = np.flatnonzero(rims.top - rims.lowest > UNEVEN)
     if len(uneven):
         worst = int(uneven[np.argmax((rims.top - rims.lowest)[uneven])])
@@ -351,17 +385,49 @@ def _check_fixtures(part: Part, ground: Ground, radius: NDArray[np.float64]) -> 
 
 
 def _refuse_other_unit(part: Part, mesh: Mesh) -> None:
+    """Refuse a surface that does not hold the holes, where it would in another unit."""
+    if _holds(part, mesh, 1.0):
+        return
+    words = _lengths(part, mesh)
+    for name, times in OTHER_UNITS.items():
+        if times > 1.0 and (_holds(part, mesh, times) or _as_long(part, mesh, times)):
+            raise PlanError(
+                f"{words}: in {name} it would hold them; give --surface-unit, or the --units of the drawing"
+            )
+    if any(times < 1.0 and _as_long(part, mesh, times) for times in OTHER_UNITS.values()):
+        raise PlanError(f"{words}: its unit is another one; give --surface-unit, or the --units of the drawing")
+
+
+def _other_unit(part: Part, mesh: Mesh, thickness: NDArray[np.float64], radius: NDArray[np.float64]) -> list[Issue]:
+    """Return a warning where all holes lie where the surface would be in a smaller unit, in a corner of it.
+
+    And take up half of that, or would be deeper through the part than they are drilled.
+    """
+    deep = bool((thickness > DEEPEST * 2.0 * radius).any())
+    for times in OTHER_UNITS.values():
+        if times < 1.0 and _holds(part, mesh, times) and (deep or _as_long(part, mesh, times)):
+            words = f"{_lengths(part, mesh)}, in a corner of it: look whether --surface-unit and --units are right"
+            return [Issue("L445", words)]
+    return []
+
+
+def _lengths(part: Part, mesh: Mesh) -> str:
+    x0, y0, x1, y1 = part.extents
+    length = float(max((mesh.high - mesh.low)[:2]))
+    return f"{mesh.name} is {length:.4g} mm long and the holes lie over {max(x1 - x0, y1 - y0):.4g} mm"
+
+
+def _as_long(part: Part, mesh: Mesh, times: float) -> bool:
+    """Return whether holes take up half or more, and no more than all, of a surface so many times as large."""
     x0, y0, x1, y1 = part.extents
     drawing, surface = max(x1 - x0, y1 - y0), float(max((mesh.high - mesh.low)[:2]))
-    if drawing <= 0.0 or surface <= 0.0:
-        return
-    for times in _OTHER_UNITS:
-        # Holes take up half of the part or more, and no more than all of it.
-        if _NEARLY <= drawing / (surface * times) <= 1.1:
-            raise PlanError(
-                f"{mesh.name} is {surface:.4g} mm long and the holes lie over {drawing:.4g} mm: its unit is another "
-                "one; give --surface-unit"
-            )
+    return drawing > 0.0 < surface and _NEARLY <= drawing / (surface * times) <= 1.1
+
+
+def _holds(part: Part, mesh: Mesh, times: float) -> bool:
+    """Return whether all holes lie on the box of a surface so many times as large."""
+    xy = part.hole_xy
+    return bool(((xy >= mesh.low[:2] * times) & (xy <= mesh.high[:2] * times)).all())
 
 
 def _box(box: NDArray[np.float64]) -> NDArray[np.float64]:

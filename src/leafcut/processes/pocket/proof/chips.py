@@ -122,8 +122,8 @@ def _limits(every: list[_Places], ramps: list[_Ramp], limits: FeedLimits) -> Ite
 
     if math.isfinite(limits.power):
         down = np.array([ramp.power for ramp in ramps])
-        after = max(most(_all(every, "power")), most(down))
-        yield FeedLimit("power", max(most(_all(every, "power_before")), after), after, limits.power)
+        power = max(most(_all(every, "power")), most(down))
+        yield FeedLimit("power", max(most(_all(every, "power_before")), power), power, limits.power)
     if limits.slot < 1.0:
         wide = _all(every, "width") > 0.5 * limits.diameter
         # As thick as at the full width a chip is at any other one, by its own share.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,10 +21,32 @@ _WORTH = 0.25
 _SAME = 1e-6
 _LETTERS = frozenset("NGXYZF")
 _CODES = frozenset((0, 1, 17, 18, 19, 40, 90, 94))
+#: What may stand beside the height that cycles come up to: a tool length offset, a work offset, coolant and spindle.
+_BESIDE_LETTERS = frozenset("HMS")
+_BESIDE_CODES = frozenset((43, 54, 55, 56, 57, 58, 59))
+#: Rows that leave the tool where it is.
+_STILL = (Kind.SPINDLE, Kind.DWELL)
 #: What goes from one cut to the next: a rapid, or at feed through the air.
 _WAYS = (Kind.RAPID, Kind.FEED)
 #: Cycles whose R plane has to do with the pitch of a thread, or with a tool that turns to one side.
 _KEEP_R = ("G74", "G76", "G84", "G87", "G88")
+#: Cycles that an operator, or a turned tool, comes out of at the initial height.
+_KEEP_INITIAL = ("G76", "G87", "G88")
+
+
+@dataclass
+class _AtHeight:
+    """What is done at one height, mm.
+
+    Rows that state it, rows of ways at it, where those would touch the material, what it stays above, and whether a
+    cycle comes up to it.
+    """
+
+    stated: list[int]
+    ways: list[int]
+    contacts: list[float]
+    planes: list[float]
+    returns: bool = False
 
 
 class LowWays:
@@ -103,12 +126,15 @@ class LowWays:
         """Return whether the way from one hole to the next may be at the R plane."""
         if not self.path.end[row, 2] > plane + _WORTH:
             return False
-        which = slice(int(self.first_piece[behind]), int(self.first_piece[behind + 1]))
+        return self._across(behind) + self.clearance <= plane + _SAME and not self._over_obstacle([behind], plane)
+
+    def _across(self, row: int) -> float:
+        """Return the height at which the tool would touch the material on its way to a hole, mm."""
+        which = slice(int(self.first_piece[row]), int(self.first_piece[row + 1]))
         ends, over = self.loads.moves.ends[which], self.loads.removed.over[which]
         across = self.loads.moves.rapid[which] & ~self.loads.upright[which]
         low = np.minimum(ends[:, 2], ends[:, 5])
-        contact = self._of_way(behind, float((low + over)[across].max(initial=-math.inf)))
-        return contact + self.clearance <= plane + _SAME and not self._over_obstacle([behind], plane)
+        return self._of_way(row, float((low + over)[across].max(initial=-math.inf)))
 
     def _over_obstacle(self, ways: list[int], height: float) -> bool:
         """Return whether a way that is to be lower goes over a named obstacle, and keep its line in mind."""
@@ -180,6 +206,130 @@ class LowWays:
         if not new < high - _WORTH or self._over_obstacle(across, new):
             return []
         return [Lowered(self._block(one), "Z", new) for one in stated]
+
+    def initials(self) -> list[Lowered]:
+        """Return the heights before series of cycles that come up to them (G98): the words that state each.
+
+        They are as low as all ways at them allow, those from hole to hole and those behind the last one, and no lower
+        than an R plane of the series.
+        """
+        found: list[Lowered] = []
+        path = self.path
+        sets = np.isin(path.kind, _WAYS) & np.isfinite(path.end[:, 2])
+        sets &= ~(np.abs(path.end[:, 2] - path.before[:, 2]) < _SAME)
+        for row in np.flatnonzero(sets).tolist():
+            found += self._initial(row)
+        return found
+
+    def _initial(self, first: int) -> list[Lowered]:
+        path, high = self.path, float(self.path.end[first, 2])
+        series = self._at_height(first)
+        if series is None or not all(self._states_height(one) for one in series.stated):
+            return []
+        lowest = max([*series.planes, *(contact + self.clearance for contact in series.contacts)])
+        start = float(path.before[first, 2])
+        straight = not self._letters(first) & {"X", "Y"}
+        if start < high:
+            if not straight:
+                return []
+            lowest = max(lowest, start)
+        elif math.isfinite(start) or straight:
+            lowest = max(lowest, self.contact(first) + self.clearance)
+        else:
+            return []
+        ways = [*series.ways, first]
+        if self.free[ways].any():
+            lengths = [float(np.linalg.norm((path.end[one] - path.before[one])[:2])) for one in series.ways]
+            bottom = min([*series.planes, start] if start < high else series.planes)
+            lowest += max(min(self.longest, 0.5 * max(lengths, default=0.0), lowest - bottom), 0.0)
+        if not lowest < high - _WORTH or self._over_obstacle(ways, lowest):
+            return []
+        return [Lowered(self._block(one), "Z", lowest) for one in series.stated]
+
+    def _at_height(self, first: int) -> _AtHeight | None:
+        """Return what is done at the height that a row states; None where that must stay.
+
+        There are cycles that come up to it, and ways at it, up to a way straight up or down.
+        """
+        path, high = self.path, float(self.path.end[first, 2])
+        there = _AtHeight([first], [], [], [])
+        row, last, goes_on = self.next(first), first, True
+        while row < len(path) and goes_on:
+            here = abs(float(path.before[row, 2]) - high) < _SAME
+            hole = path.kind[row] == Kind.DRILL
+            if not here and not (hole and path.kind[last] == Kind.DRILL):
+                break
+            added = self._add_hole(row, high, here, there) if hole else self._add_way(row, high, there)
+            if added is None:
+                return None
+            goes_on = added
+            row, last = self.next(row), row
+        ended = row < len(path) or not goes_on
+        return there if ended and there.returns else None
+
+    def _add_hole(self, row: int, high: float, here: bool, there: _AtHeight) -> bool | None:
+        """Add a hole of a series that began at a height, to which it comes from there or from its R plane.
+
+        Return whether more may follow; None: the height must stay.
+        """
+        path = self.path
+        cycle = path.cycles[int(path.ref[row])]
+        incremental = self.program.modal(self._block(row) + 1).incremental
+        # From an R plane up to the height over the next hole: another way, that keeps clear where it begins.
+        slants = cycle.approach == "slant" and not here
+        if cycle.name in _KEEP_INITIAL or incremental or cycle.r_plane > high:
+            return None
+        if not slants and cycle.approach != "level":
+            return None
+        if slants and not self._across(row) + self.clearance <= float(path.before[row, 2]) + _SAME:
+            return None
+        there.planes.append(cycle.r_plane)
+        there.returns |= abs(float(path.end[row, 2]) - high) < _SAME
+        if self._goes_across(row) and (here or slants):
+            there.contacts += [self._at_plane(row, high)] if here else []
+            there.ways.append(row)
+        return True
+
+    def _add_way(self, row: int, high: float, there: _AtHeight) -> bool | None:
+        """Add what is done at a height between holes and behind them; see `_add_hole`."""
+        path, kind = self.path, self.path.kind[row]
+        if kind in _STILL:
+            return True
+        if kind == Kind.MACHINE:
+            return None if np.isfinite(path.end[row, :2]).any() else False
+        if kind not in _WAYS:
+            return None
+        if abs(float(path.end[row, 2]) - high) < _SAME:
+            there.contacts.append(self.contact(row))
+            there.ways.append(row)
+            there.stated += [row] if "Z" in self._letters(row) else []
+            return True
+        if self._goes_across(row):
+            return None
+        there.planes += [float(path.end[row, 2])] if path.end[row, 2] < high else []
+        return False
+
+    def _goes_across(self, row: int) -> bool:
+        return bool((np.abs(self.path.end[row] - self.path.before[row])[:2] > _SAME).any())
+
+    def _states_height(self, row: int) -> bool:
+        """Return whether another height may be put into the block of a way, whatever else that says of the tool."""
+        if self._plain(row):
+            return True
+        program, block = self.program, self._block(row)
+        rows = range(int(program.first[block]), int(program.first[block + 1]))
+        others = {int(self.path.kind[one]) for one in rows if one != row}
+        if block in program.fixed or block in program.said or program.text_line[block] != program.line[block]:
+            return False
+        after = program.modal(block + 1)
+        if after.incremental or after.radius != 40 or others & {int(kind) for kind in (*MOTIONS, Kind.MACHINE)}:
+            return False
+        letters = [word.letter for word in words_of_row(program, row)]
+        return (
+            letters.count("Z") == 1
+            and set(letters) <= _LETTERS | _BESIDE_LETTERS
+            and self._codes(row) <= _CODES | _BESIDE_CODES
+        )
 
     def r_planes(self) -> list[Lowered]:
         """Return R planes of cycles, by the block that states each."""

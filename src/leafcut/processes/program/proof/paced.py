@@ -242,7 +242,12 @@ def check_lowered(
     planes[drills] = np.array([one.r_plane for one in after.cycles])[cycle] if len(cycle) else 0.0
     pecks = drills & (np.minimum(ends[:, 2], ends[:, 5]) < planes - _SAME)
     mine = np.isin(loads.source, rows) & ~rises & ~digs & ~pecks
-    unchanged = ~np.isin(loads.source, lowered) & loads.upright
+    # Straight down to an R plane that is the old one, the way only begins lower.
+    alike = np.zeros(len(after), dtype=np.bool_)
+    for row in np.flatnonzero(after.kind == Kind.DRILL).tolist():
+        one, other = before.cycles[int(before.ref[row])], after.cycles[int(after.ref[row])]
+        alike[row] = one.r_plane == other.r_plane and one.to_initial == other.to_initial
+    unchanged = (~np.isin(loads.source, lowered) | alike[loads.source]) & loads.upright
     near = mine & ~unchanged & (over > -rules.clearance * (1.0 - _PART))
     bent = loads.moves.rapid & (np.abs(ends[:, 3:5] - ends[:, :2]) > _SAME).all(axis=1)
     near |= mine & ~unchanged & bent & (np.minimum(ends[:, 2], ends[:, 5]) < bent_above + rules.clearance - _OFF)

@@ -1,0 +1,116 @@
+; two tools
+; T1 drill D3 mm [carbide]
+; T2 mill 6 mm
+; M453 [CNC mode] must be in config.g: else G0 moves at the last feed, and M3 is refused.
+; Each tool of this program must be defined [M563 P1 R0]: M3 turns the spindle of the tool that T has chosen.
+; M226 pauses and runs pause.g, M24 goes on by resume.g: neither may move the tool into the work.
+; Coolant [M7, M8, M9] needs macros of these names.
+G21
+G17
+G90
+G54
+G0 Z25
+; T1 drill 3 mm
+T1
+M226
+M3 S1000
+G4 P2500
+G0 Z25
+M8
+G0 X0 Y0
+G0 Z10
+G0 X0.333 Y0.143
+G0 Z2
+G1 Z-5 F120
+G0 Z2
+G0 X13.033
+G1 Z-5
+G0 Z2
+G0 Z10
+G0 X0.333 Y5.143
+G0 Z2
+G1 Z-5.5 F127.5
+G4 P250
+G0 Z10
+G0 X13.033
+G0 Z2
+G1 Z-5.5
+G4 P250
+G0 Z10
+G0 X13.033 Y5.143 Z10
+G0 X0.333 Y10.143
+G0 Z2
+G1 Z-1.333 F135
+G0 Z2
+G0 Z-1.079
+G1 Z-4.667
+G0 Z2
+G0 Z-4.413
+G1 Z-8
+G0 Z2
+G0 Z-7.746
+G1 Z-10
+G0 Z2
+G0 X13.033
+G1 Z-1.333
+G0 Z2
+G0 Z-1.079
+G1 Z-4.667
+G0 Z2
+G0 Z-4.413
+G1 Z-8
+G0 Z2
+G0 Z-7.746
+G1 Z-10
+G0 Z2
+G0 Z10
+G0 X0.333 Y15.143
+G0 Z2
+G1 Z-1 F142.5
+G0 Z-0.746
+G1 Z-4
+G0 Z-3.746
+G1 Z-7
+G0 Z-6.746
+G1 Z-10
+G0 Z-9.746
+G1 Z-10.125
+G0 Z10
+G0 X13.033
+G0 Z2
+G1 Z-1
+G0 Z-0.746
+G1 Z-4
+G0 Z-3.746
+G1 Z-7
+G0 Z-6.746
+G1 Z-10
+G0 Z-9.746
+G1 Z-10.125
+G0 Z10
+G0 X13.033 Y15.143 Z10
+G0 X0.333 Y20.143
+G0 Z2
+G1 Z-5 F150
+G1 Z2
+G0 X13.033
+G1 Z-5
+G1 Z2
+G0 Z25
+M5
+M9
+; T2 mill 6 mm
+T2
+M226
+M4 S2000
+G0 Z25
+G0 X50 Y0
+G0 Z2
+G1 Z-1 F60
+G1 X60 F240
+G3 Y6 I0 J3
+G1 X50
+G3 Y0 I0 J-3
+G2 X50 Y0 Z-2 I-2 J0 F180
+G0 Z25
+M5
