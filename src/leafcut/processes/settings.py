@@ -13,7 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from leafcut.errors import OptionError, nearest
+from leafcut.errors import DataError, OptionError, nearest
 from leafcut.files import check_is_there, line_of, parse_toml, toml_bytes
 from leafcut.option_spec import OptionGroup, OptionSpec, flag_name
 from leafcut.options.settings import Settings, without
@@ -219,8 +219,11 @@ def placed_options(file: Path) -> list[PlacedOption]:
         The file cannot be read; it names what is none (with the nearest name), gives an option twice, or a value that
         the option does not take: with the line.
     """
-    content = toml_bytes(file)
-    data = parse_toml(content, str(file))
+    try:
+        content = toml_bytes(file)
+        data = parse_toml(content, str(file))
+    except DataError as problem:  # what a file of options says is as if it were typed
+        raise OptionError(str(problem)) from None
     text = content.decode("utf-8")
 
     def refused(words: str, section: str, name: str = "") -> OptionError:

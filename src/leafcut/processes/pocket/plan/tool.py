@@ -47,9 +47,10 @@ def library_mill(library: ToolLibrary, options: PocketOptions, tolerance: float,
     Raises
     ------
     OptionError
-        The library does not have the tool, or has several and none is asked for.
+        The library does not have the tool asked for, or has several and none is asked for.
     PlanError
-        The tool asked for is no end mill, has another diameter, or is too short for the depth.
+        The library has no end mill; or the tool asked for is none, has another diameter, or is too short for the
+        depth.
     """
     tool = _numbered(library, options.tool_number) if options.tool_number is not None else _fitting(library, options)
     asked = options.tool_diameter
@@ -81,7 +82,7 @@ def _fitting(library: ToolLibrary, options: PocketOptions) -> Tool:
     """Return the end mill nearest to the diameter asked for, or the only one."""
     mills, asked = _mills(library), options.tool_diameter
     if not mills:
-        raise OptionError(f'{library.source}: no end mill for a pocket; add a [[tool]] of kind = "end-mill"')
+        raise PlanError(f'{library.source}: no end mill for a pocket; add a [[tool]] of kind = "end-mill"')
     if asked is None and len(mills) > 1:
         raise OptionError(f"{_others(library)}; choose one with --tool-number or --tool-diameter")
     return mills[0] if asked is None else min(mills, key=lambda tool: abs(tool.diameter - asked))
