@@ -365,6 +365,8 @@ class LowWays:
                 break
             if path.kind[after] not in (Kind.RAPID, Kind.TOOL, Kind.MACHINE, Kind.END, Kind.PAUSE, Kind.SPINDLE):
                 return []
+            if path.kind[after] == Kind.MACHINE and np.isfinite(path.end[after, :2]).any():
+                return []  # where it goes across is not known here
             if path.kind[after] == Kind.RAPID:
                 level = abs(float(path.end[after, 2]) - plane) < _SAME
                 upright = bool((np.abs(path.end[after] - path.before[after])[:2] < _SAME).all())
