@@ -94,10 +94,10 @@ def test_retracts_and_r_planes_are_as_low_as_the_ways_between_allow(tmp_path: Pa
 
 def test_an_r_plane_from_which_the_machine_goes_across_in_its_own_coordinates_stays(tmp_path: Path) -> None:
     """Where that way is over the part nothing says; one straight up says enough."""
-    holes = "G99 G81 X50 Y10 R5 Z-3 F100\nX50 Y20\nG80\n"
+    holes = "G0 X50 Y10 Z15\nG99 G81 X50 Y10 R5 Z-3 F100\nX50 Y20\nG80\n"
     for home, plane in (("G53 G0 Z0\nG53 G0 X0 Y0\n", "R1.0"), ("G53 G0 X0 Y0\n", "R5")):
-        found = body(reordered(tmp_path, HEAD + holes + home + TAIL, low_retracts=True, workpiece=BLOCK))
-        assert found[0].split()[4] == plane, home
+        text = f"{HEAD}{holes}{home}M5\nM30\n"
+        assert plane in reordered(tmp_path, text, low_retracts=True, workpiece=BLOCK).text.split(), home
 
 
 def test_a_retract_stays_above_what_stands_between_two_cuts(tmp_path: Path) -> None:
