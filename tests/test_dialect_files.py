@@ -120,7 +120,7 @@ def test_a_wrong_dialect_of_a_profile_is_told_by_its_own_file_and_line(ours: Pat
     with pytest.raises(OptionError, match=r"ours\.toml:3: 'max_line' is long, but must be a whole number"):
         load_machine(str(profile))
     ours.unlink()
-    with pytest.raises(OptionError, match="is 'ours.toml': file not found in the folder of the profile"):
+    with pytest.raises(OptionError, match=r"is 'ours\.toml': file not found in the folder of the profile"):
         load_machine(str(profile))
 
 
