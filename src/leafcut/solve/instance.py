@@ -204,7 +204,7 @@ class Instance:
     def exchange_lists(self) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
         """The candidates and their costs without the free node, int32[n, k] and float64[n, k]: those for exchanges.
 
-        Moves that begin at the free node find all there is to gain with it. As the first candidate of every node it made
+        Moves that begin at the free node find all there is to gain with it. As first candidate of every node it made
         the search longer, and its tours no shorter.
         """
         if self.cost.free < 0:
