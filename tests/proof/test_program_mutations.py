@@ -46,6 +46,7 @@ HARMLESS = {
         "G90 → G91 in 'G91'",
     ],
     "grbl": ["G17 → G18 in 'G18 G90 G40 G49 G80'"],
+    "rrf": ["G17 → G18 in 'G18'"],
     "masso": [
         "G90 → G00 in 'G17 G00 G40 G80'",
         "G90 → G91 in 'G17 G91 G40 G80'",

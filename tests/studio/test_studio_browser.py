@@ -75,8 +75,8 @@ def test_the_work_that_is_shown_is_the_work_that_is_run(page: Page) -> None:
         work_is(page, work)
     # A run that fails says why, at the foot and beside what it said before, and the page goes on.
     page.get_by_role("button", name="Run", exact=True).click()
-    expect(page.locator("#said")).to_contain_text("give “Tool diameter”", timeout=LONG)
-    expect(page.locator(".result .error")).to_contain_text("give “Tool diameter”")
+    expect(page.locator("#said")).to_contain_text("give “Depth”", timeout=LONG)
+    expect(page.locator(".result .error")).to_contain_text("give “Depth”")
     expect(page.get_by_role("button", name="Run", exact=True)).to_be_enabled()
     page.keyboard.press("2")
     expect(page.locator("table.jobs tbody tr").first).to_contain_text("failed")

@@ -128,7 +128,7 @@ def test_undercuts_are_told_and_count_as_material(tmp_path: Path, capsys: pytest
         ("metres.stl", 1, "is 0.04 mm long, which no part is; save it in mm"),
         ("inches.stl", 1, "never touches the stock"),
         ("flat.stl", 1, "has no volume"),
-        ("stock.step", 2, "'stock.step' has 1 number; give six"),
+        ("stock.step", 2, "'stock.step' is a STEP file; save it as STL, in mm"),
     ],
 )
 def test_what_is_no_solid_is_refused_in_one_line(
