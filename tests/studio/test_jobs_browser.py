@@ -103,6 +103,20 @@ def test_jobs_that_wait_are_put_in_another_order_by_keys(own: Page) -> None:
     expect(rows.filter(has=own.locator(".running")).nth(1)).to_contain_text("e.dxf")
 
 
+def test_a_button_of_a_job_stays_when_the_job_ends(own: Page) -> None:
+    """What is pressed just then is not lost."""
+    endless(own)
+    own.keyboard.press("2")
+    row = own.locator("table.jobs tbody tr")
+    expect(row.locator(".tag")).to_have_text("running")
+    button = row.get_by_role("button", name="Open").element_handle()
+    sure(own.locator(".queue li [data-sure]"))
+    expect(row.locator(".tag")).not_to_have_text("running", timeout=LONG)
+    button.click()
+    expect(own).to_have_url(re.compile("job="))
+    expect(own.locator("#view-work")).to_be_visible()
+
+
 def test_the_tab_says_how_a_run_goes_and_a_notice_comes_only_where_it_was_asked_for(own: Page) -> None:
     own.evaluate(
         """() => {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from leafcut.studio.jobs.history import JobRecord, JobState
 from leafcut.studio.jobs.jobs import line_of
@@ -16,6 +16,8 @@ from leafcut.studio.page.queue_card import QueueCard
 from leafcut.studio.wording import day_and_time
 
 if TYPE_CHECKING:
+    from nicegui.elements.mixins.text_element import TextElement
+
     from leafcut.studio.page.page_parts import PageParts
 
 #: So many jobs are sent to the page at once, however many there are.
@@ -25,6 +27,13 @@ _PACE = 0.25
 _COLUMNS = (("when", ""), ("what", ""), ("work", ""), ("state", ""), ("result", "n"), ("do", ""))
 
 
+class _ShownJob(NamedTuple):
+    """What of a row changes while a job goes on: how it stands, and its figures."""
+
+    tag: TextElement
+    figures: TextElement
+
+
 class JobsPanel:
     """A table of jobs, the newest first."""
 
@@ -32,6 +41,9 @@ class JobsPanel:
         self.view, self.page = view, page
         self._drawn: list[tuple[str, JobState]] = []
         self._wanted, self._skip = "", 0
+        #: The rows by job, as they stand, and how many jobs there are besides.
+        self._rows: dict[str, _ShownJob] = {}
+        self._count = 0
         #: The jobs that are to be compared, two at most.
         self._picked: list[str] = []
         w = view.words
@@ -72,12 +84,20 @@ class JobsPanel:
         self._list()
 
     def _list(self) -> None:
-        """Show the jobs that are looked for, a page of them."""
+        """Show the jobs that are looked for, a page of them.
+
+        Rows that are there stay: a button that is just pressed is not taken away.
+        """
         w = self.view.words
         found, count = self.view.studio.jobs.find(wanted_words(self._wanted, w), MOST_ROWS, self._skip)
         if not found and self._skip:  # the last of a page was deleted
             self._skip = max(self._skip - MOST_ROWS, 0)
             return self._list()
+        if self._rows and (list(self._rows), self._count) == ([record.id for record in found], count):
+            for record in found:
+                self._show(record)
+            return None
+        self._rows, self._count = {}, count
         self.place.clear()
         with self.place:
             if not found:
@@ -126,12 +146,23 @@ class JobsPanel:
                 text("small", " · ".join(chosen), "chosen quiet", title=" · ".join(chosen), dir="auto")
             text("td", w.named("work", work_of(record.task, record.title)), "quiet")
             with box("td"):
-                text("span", w(f"state.{record.state.value}"), f"tag {record.state.value}", title=w.plain(record.line))
-            text("td", figures_of(record, w), "n")
+                tag = text("span", "", "tag")
+            self._rows[record.id] = _ShownJob(tag, text("td", "", "n"))
+            self._show(record)
             with box("td", "keep"):
                 button(w("jobs.open"), lambda: self.page.open_job(record.id), "small")
                 button(w("jobs.again"), lambda: self._again(record), "small")
                 button(w("jobs.delete"), lambda: self._delete(record), "small plain", data_sure=w("jobs.sure"))
+
+    def _show(self, record: JobRecord) -> None:
+        """Show how a job stands, in its row."""
+        w, row = self.view.words, self._rows[record.id]
+        row.tag.set_text(w(f"state.{record.state.value}"))
+        row.tag.classes(replace=f"tag {record.state.value}")
+        if row.tag.props.get("title") != (line := w.plain(record.line)):
+            row.tag.props["title"] = line
+            row.tag.update()
+        row.figures.set_text(figures_of(record, w))
 
     def _pick(self, job: str, picked: bool) -> None:
         """Take a job to be compared, in place of the one that was picked first where there are two already."""
@@ -140,6 +171,7 @@ class JobsPanel:
         self._picked = [*others[-1:], job] if picked else others
         self._compare()
         if dropped:
+            self._rows = {}
             self._list()
 
     def _compare(self) -> None:
@@ -190,7 +222,7 @@ class JobsPanel:
                             text("span", self.view.words("compare.differs"), "tag interrupted")
 
     def _unpick(self) -> None:
-        self._picked = []
+        self._picked, self._rows = [], {}
         self.draw()
 
     async def _again(self, record: JobRecord) -> None:
