@@ -134,10 +134,11 @@ def _best_of_few(instance: Instance, upper: float, stop: StopAsked) -> float | N
     """
     cost, n = instance.cost, instance.n
     hub, steps, penalty, proved = _hub(cost, n), _steps(n), np.zeros(n), None
+    looked_up = _looked_up(cost, n)
     for step in range(steps):
         if stop() or not np.isfinite(penalty).all():
             break
-        tree = all_pairs(cost, hub.node, penalty)
+        tree = all_pairs(looked_up, hub.node, penalty)
         if not np.isfinite(tree.length).all():
             return None
         if step == 0:
@@ -152,6 +153,18 @@ def _best_of_few(instance: Instance, upper: float, stop: StopAsked) -> float | N
             break
         penalty += (1.0 - step / steps) ** 2 * (upper - value) / product * np.einsum("si,s", sets, moves)
     return proved
+
+
+def _looked_up(cost: CostModel, n: int) -> CostModel:
+    """Return the same costs as a matrix: every step asks for all of them, and ways that have heights are slow to ask.
+
+    The tree of a step has no edge of the hub, so none that is tied or free.
+    """
+    if cost.code == codes.EXPLICIT:
+        return cost
+    leave, arrive = np.indices((n, n), dtype=np.int32).reshape(2, -1)
+    matrix = edge_lengths(cost, np.stack([leave, arrive])).reshape(n, n)
+    return cost._replace(code=codes.EXPLICIT, plain=False, matrix=matrix, zones=np.zeros((0, 4)))
 
 
 def _sets_of_few(tree: SpanningTree, n: int) -> Floats:
