@@ -253,7 +253,7 @@ def test_the_costs_of_the_library_go_before_the_option(library: Path) -> None:
         ({"depth": None}, "no depth of holes: give --depth or --thickness"),
         ({"shop_rate": -3}, "--shop-rate: -3 is below the minimum of 0"),
         ({"tool_cost": -1}, "--tool-cost: -1 is below the minimum of 0"),
-        ({"max_thrust": 100}, "T1 drill Ø6: no speed and feed has a thrust of at most 100 N: it is at least 369 N"),
+        ({"max_thrust": 100}, "T1 drill Ø6: no speed and feed has a thrust of at most 100 N: it is at least 466 N"),
         ({"max_power": "1 W"}, "has a power of at most 0.001 kW: it is at least"),
         ({"max_torque": "0.1Nm"}, "has a torque of at most 0.1 N·m: it is at least"),
         ({"min_life": "5h"}, "--min-life: 5 h 00 min is longer than --max-life, 4 h 00 min"),
