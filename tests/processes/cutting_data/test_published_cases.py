@@ -93,7 +93,7 @@ def test_high_speed_steel_drills_are_about_as_quick_as_in_a_makers_table(name: s
     Feed rates, light metals (wrought and cast, solution-treated and aged), ferrous cast metals (class 25, 160 to 200
     HB), plain carbon and alloy steels (1018 of 125 to 175 HB, 1045 of 175 to 225 HB); stainless steels (304, 316).
     Constants of aluminium, cast iron and stainless steel are from memory: this is what they were checked with. They
-    are 0.64 to 1.24 of the table's, aluminium the slowest.
+    are 0.64 to 1.27 of the table's, aluminium the slowest.
     """
     material = load_material(name)
     feed = 10.0 * material.drill_feed
