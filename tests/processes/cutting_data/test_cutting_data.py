@@ -329,6 +329,24 @@ def test_the_terminal_shows_the_best_of_each_objective_and_the_librarys_own(
     assert max(map(len, out.splitlines())) <= 100
 
 
+@pytest.mark.parametrize(
+    ("material", "tool", "words"),
+    [
+        ("6061", "hss", "from memory: some constants of the tool life of hss in aluminium-6061 were not seen in print"),
+        ("c45", "carbide", "estimate: the tool life of carbide in steel-c45 has no measured source"),
+        ("s235", "hss", ""),
+    ],
+)
+def test_the_terminal_says_in_one_line_what_a_tools_life_is_worth(
+    capsys: pytest.CaptureFixture[str], material: str, tool: str, words: str
+) -> None:
+    """Those of high-speed steel drills in S235 stand in worked examples that were read."""
+    line = f"cutting-data --material {material} --tool-material {tool} --drill-diameter 6 --holes 20 --depth 12"
+    assert run(line.split()) == 0
+    said = [row for row in capsys.readouterr().out.splitlines() if row.startswith(("from memory", "estimate"))]
+    assert said == ([words] if words else [])
+
+
 def test_materials_are_listed_and_shown_with_their_sources(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert run(["materials"]) == 0
     assert "steel-c45" in capsys.readouterr().out
