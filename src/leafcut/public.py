@@ -71,7 +71,7 @@ from leafcut.model.snapshot import NextPlace, Observer, Pheromone, SearchStep, S
 from leafcut.model.solution import Solution, Solved, WorkerFigures
 from leafcut.model.tool import BodySegment, Tool, ToolKind
 from leafcut.model.toolpath import Toolpath
-from leafcut.model.work_material import DrillLoad, ToolLife, WorkMaterial
+from leafcut.model.work_material import ToolLife, WorkMaterial
 from leafcut.options import ReadOptions
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.processes.pocket.model import PocketDetail
@@ -107,7 +107,6 @@ __all__ = [
     "DataError",
     "Difference",
     "DrillCycle",
-    "DrillLoad",
     "DrillingDetail",
     "FeedLimit",
     "Grouping",

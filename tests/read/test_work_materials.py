@@ -39,7 +39,7 @@ def test_every_value_of_every_shipped_material_has_its_source_or_is_called_an_es
         assert material.description
         assert material.density > 0
         said = {"density": True, "cutting_force": True, "hardness": material.hardness > 0}
-        said |= {"tensile_strength": material.tensile_strength > 0, "drill_load": material.drill_load is not None}
+        said |= {"tensile_strength": material.tensile_strength > 0, "drill_constant": material.drill_constant > 0}
         said |= {"feed.drill": material.drill_feed > 0, "feed.mill": material.mill_feed > 0}
         assert set(material.sources) == {key for key, there in said.items() if there}, name
         assert all(len(life.source) > 20 for life in material.lives)
@@ -108,7 +108,7 @@ def test_an_unknown_material_is_refused_with_the_nearest_name(name: str, words: 
         ('name = "my-steel"', "also = 3", "'also' must be a list of other names"),
         ('name = "my-steel"', "hardness = -3", "'hardness' is -3, but must be from 0 to 1000"),
         ('name = "my-steel"', 'density = "-3 g/cm3"', "'density' is -3 g/cm3, but must not be negative"),
-        ('name = "my-steel"', "drill_load = { torque = 0 }", "[drill_load]: 'torque' is 0, but must be above 0"),
+        ('name = "my-steel"', "drill_constant = -1", "'drill_constant' is -1, but must be from 0 to 100"),
         ('name = "my-steel"', "colour = 'red'", "unknown key 'colour'"),
         ("[[life]]", "[life]", "'life' must be written as [[life]]"),
         ("[[life]]", '[[life]]\nwork="drill"\ntool="hss"\nconstant=1\nlife=0.2\n[[life]]', "'work' is given twice"),

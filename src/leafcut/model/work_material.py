@@ -61,21 +61,6 @@ class ToolLife:
 
 
 @dataclass(frozen=True)
-class DrillLoad:
-    """Torque and thrust of a twist drill as power laws: M = C_M D^q f^y, F = C_F D^q f^y; N·mm, N, mm.
-
-    Source: the form of most handbooks, such as Kosilova and Meshcheryakov, vol. 2 (1986), Drilling.
-    """
-
-    torque: float
-    torque_diameter: float
-    torque_feed: float
-    thrust: float
-    thrust_diameter: float
-    thrust_feed: float
-
-
-@dataclass(frozen=True)
 class WorkMaterial:
     """A material to be cut: N/mm², kg/m³, mm, s.
 
@@ -89,8 +74,9 @@ class WorkMaterial:
         N/mm², HB, kg/m³; 0 where not said.
     lives
         Of each kind of work and tool material in order of their feeds; none where no source is known.
-    drill_load
-        Measured torque and thrust of twist drills; None: they follow from `kc11` and `mc`.
+    drill_constant
+        K of the measured torque and thrust of twist drills (`leafcut.stock.cutting_force`); 0: they follow from `kc11`
+        and `mc`.
     drill_feed
         Highest feed of a drill per revolution as a share of its diameter; 0 where not said.
     mill_feed
@@ -108,7 +94,7 @@ class WorkMaterial:
     hardness: float = 0.0
     density: float = 0.0
     lives: tuple[ToolLife, ...] = ()
-    drill_load: DrillLoad | None = None
+    drill_constant: float = 0.0
     drill_feed: float = 0.0
     mill_feed: float = 0.0
     sources: dict[str, str] = field(default_factory=dict)

@@ -11,24 +11,24 @@ from typing import Any
 
 from leafcut.errors import DataError, OptionError, nearest
 from leafcut.kinds import CuttingWork, ToolMaterial
-from leafcut.model.work_material import DrillLoad, ToolLife, WorkMaterial
+from leafcut.model.work_material import ToolLife, WorkMaterial
 from leafcut.read.toml_table import TomlTable, parse_toml, read_toml
 from leafcut.units import SECONDS_PER_MINUTE
 
-_LOAD_KEYS = ("torque", "torque_diameter", "torque_feed", "thrust", "thrust_diameter", "thrust_feed")
 _EXPONENTS = ("diameter", "feed", "width", "depth", "teeth")
 #: The keys of a material's file, by table.
 MATERIAL_KEYS: dict[str, tuple[str, ...]] = {
-    "": ("name", "description", "also", "tensile_strength", "hardness", "density"),
+    "": ("name", "description", "also", "tensile_strength", "hardness", "density", "drill_constant"),
     "cutting_force": ("kc11", "mc"),
     "feed": ("drill", "mill"),
-    "drill_load": (*_LOAD_KEYS, "factor"),
     "life": ("work", "tool", "constant", "factor", "speed", "at_life", "life", *_EXPONENTS, "least_feed", "source"),
 }
 _TOP_KEYS = (*MATERIAL_KEYS[""], *(table for table in MATERIAL_KEYS if table), "sources")
-_SOURCE_KEYS = ("tensile_strength", "hardness", "density", "cutting_force", "feed.drill", "feed.mill", "drill_load")
+_SOURCE_KEYS = (
+    "tensile_strength", "hardness", "density", "drill_constant", "cutting_force", "feed.drill", "feed.mill",
+)  # fmt: skip
 
-#: No exponent of a law of tool life or of a load is larger.
+#: No exponent of a law of tool life is larger.
 _STEEPEST = 4.0
 #: Handbooks have C in m/min for a life of 1 min: in mm/s for 1 s it is this × 60^m.
 _MM_PER_S = 1000.0 / SECONDS_PER_MINUTE
@@ -107,7 +107,7 @@ def _material(data: dict[str, Any], place: str) -> WorkMaterial:
         hardness=_share(top, "hardness", 1000.0),
         density=_not_negative(top, "density", "kg/m³"),
         lives=_lives(top),
-        drill_load=_drill_load(top),
+        drill_constant=_share(top, "drill_constant", 100.0),
         drill_feed=_share(feed, "drill", 1.0),
         mill_feed=_share(feed, "mill", 1.0),
         sources={key: sources.text(key) for key in sources.values},
@@ -151,21 +151,6 @@ def _exponent(table: TomlTable, key: str, default: float | None = None) -> float
     if not 0 <= value <= _STEEPEST:
         raise table.problem(key, f"is {value:g}, but an exponent must be from 0 to {_STEEPEST:g}")
     return value
-
-
-def _drill_load(top: TomlTable) -> DrillLoad | None:
-    if "drill_load" not in top:
-        return None
-    table = top.table("drill_load", MATERIAL_KEYS["drill_load"])
-    factor = _above_0(table, "factor", 1.0)
-    return DrillLoad(
-        torque=1000.0 * factor * _above_0(table, "torque"),  # N·m → N·mm
-        torque_diameter=_exponent(table, "torque_diameter"),
-        torque_feed=_exponent(table, "torque_feed"),
-        thrust=factor * _above_0(table, "thrust"),
-        thrust_diameter=_exponent(table, "thrust_diameter"),
-        thrust_feed=_exponent(table, "thrust_feed"),
-    )
 
 
 def _lives(top: TomlTable) -> tuple[ToolLife, ...]:

@@ -93,8 +93,11 @@ def print_cutting_data(found: CuttingData, save: str | None, plot: str | None, c
             f"{one.candidates:,} tried",
             "dim",
         )
+        life = f"the tool life of {one.tool_material.value} in {found.material.name}"
         if any(source.startswith("estimate") for source in one.sources):
-            say(f"estimate: the tool life of {one.tool_material.value} in {found.material.name} has no measured source")
+            say(f"estimate: {life} has no measured source")
+        elif any("from memory" in source for source in one.sources):
+            say(f"from memory: some constants of {life} were not seen in print")
     say("")
     if len(found.tools) > 1:
         say(f"all tools: {format_time(found.time)} and {found.cost:.2f} for one part")
