@@ -381,6 +381,14 @@ class OptimizeKeywords(TypedDict, total=False):
     """Grid spacing as a share of the tool diameter: 0.5 to 0.7, and no more than the step-over (default: the step-
     over, at most 0.6).
     """
+    pocket_top: Literal[
+        "highest",
+        "surface",
+        None,
+    ]
+    """Where the material of a solid's pockets begins: at its highest place, or at the surface around each, where
+    all else of the solid is milled already (default: highest).
+    """
     step_down: Quantity | None
     """Step-down: depth per level (mm; default: half the tool diameter)."""
     stock: Quantity | None

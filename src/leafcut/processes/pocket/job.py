@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Point
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.measure import Measure
-from leafcut.model.pocket import PocketLevels, PocketRules
+from leafcut.model.pocket import Pocket, PocketLevels, PocketRules
 from leafcut.model.toolpath import PLACES, Toolpath
 from leafcut.processes.course import Run
 
@@ -24,11 +25,21 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
+class PocketSolid:
+    """A solid as it was read: its surface, float64[n, 3, 3], mm, all its pockets, and those that are milled."""
+
+    triangles: NDArray[np.float64]
+    pockets: tuple[Pocket, ...]
+    milled: tuple[Pocket, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class PocketJob:
     """What is the same for every way to clear the pockets of a drawing.
 
     `levels` are those of each pocket, and `around` says in the floor of which other one it lies, or None. `limits` are
-    those of feeds that follow what the tool meets; None where one feed is used throughout.
+    those of feeds that follow what the tool meets; None where one feed is used throughout. `tops` says how high the
+    material of each pocket stands before any is milled, mm, 0 at the top of all; `solid` is what they were found in.
     """
 
     run: Run
@@ -41,6 +52,8 @@ class PocketJob:
     words: Dialect
     start: Point | None
     limits: FeedLimits | None = None
+    tops: tuple[float, ...] = ()
+    solid: PocketSolid | None = None
 
     @property
     def exact(self) -> PocketRules:
