@@ -637,8 +637,8 @@ class OptimizeKeywords(TypedDict, total=False):
     """
     workpiece: str | None
     """Material before the first cut, in program coordinates: x,y,z of the lower and of the upper corner of a
-    block, or an STL file in mm (default: as the program shows: just around the cuts below Z0 (stock), or where
-    no rapid has been (reorder --air)).
+    block, or an STL file in mm, or a STEP file (default: as the program shows: just around the cuts below Z0
+    (stock), or where no rapid has been (reorder --air)).
     """
     cell: Quantity | None
     """Side of a cell of the stock model: 4 bytes each, at most 64 million (256 MB) (mm; default: a fortieth of the
@@ -998,6 +998,10 @@ class StockKeywords(TypedDict, total=False):
         None,
     ]
     """Units of a file that does not state them (default: the file's, else mm)."""
+    solid: int | None
+    """Which solid of a STEP file with several, by its number: without it they are listed (default: the file's only
+    one).
+    """
     strict: bool | None
     """Refuse input with skipped or repaired entities, and programs with dangerous moves."""
     machine: str | None
@@ -1010,8 +1014,8 @@ class StockKeywords(TypedDict, total=False):
     """
     workpiece: str | None
     """Material before the first cut, in program coordinates: x,y,z of the lower and of the upper corner of a
-    block, or an STL file in mm (default: as the program shows: just around the cuts below Z0 (stock), or where
-    no rapid has been (reorder --air)).
+    block, or an STL file in mm, or a STEP file (default: as the program shows: just around the cuts below Z0
+    (stock), or where no rapid has been (reorder --air)).
     """
     cell: Quantity | None
     """Side of a cell of the stock model: 4 bytes each, at most 64 million (256 MB) (mm; default: a fortieth of the

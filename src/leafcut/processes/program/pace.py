@@ -145,7 +145,7 @@ class _Job:
         )  # fmt: skip
         if run.settings.stock.workpiece:
             text = run.settings.stock.workpiece
-            check_size(program, cutters, block_of(text), source, text)
+            check_size(program, cutters, block_of(text, run.settings.read.solid), source, text)
         stock = stock_before(run, program, cutters)
         return cls(run, words, original, tools, cutters, stock, rules, obstacles)
 
