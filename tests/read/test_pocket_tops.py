@@ -18,8 +18,10 @@ from leafcut.model.cutter import cutter_of
 from leafcut.model.pocket import Pocket
 from leafcut.processes.pocket.plan.stock_top import highest_over, stock_tops
 from leafcut.processes.pocket.proof.stock_top import stock_top_differences
+from leafcut.processes.pocket.report.pocket_report import PocketReport
 from leafcut.stock.cutting import cut as cut_field
 from leafcut.stock.height_field import HeightField, StockBlock
+from leafcut.stock.solid import solid_of
 from leafcut.stock.straight_moves import straight_moves
 from made_solids import box, cut, fused, rounded, saved
 
@@ -78,6 +80,12 @@ def test_a_pocket_on_a_step_begins_at_that_step_and_no_rapid_meets_the_stairs(
     solid = {(20, 25): 15, (62, 12): 8, (62, 25): 5, (100, 25): 2, (55, 60): 8, (60, 45): 12, (100, 60): 6, (4, 4): 20}
     found = {(x, y): float(field.heights[int(y / 0.25), int(x / 0.25)]) for x, y in solid}
     assert found == pytest.approx(solid, abs=2e-3)
+    shown = solid_of(outcome.written, PocketReport(outcome).stock())
+    assert not shown.collisions
+    assert {(x, y): at(shown.before, x, y) for x, y in solid} == pytest.approx(
+        {(x, y): 20 if x < 40 else 12 if x < 80 else 6 for x, y in solid if (x, y) != (55, 60)} | {(55, 60): 20.0}
+    )
+    assert {(x, y): at(shown.after, x, y) for x, y in solid} == pytest.approx(solid, abs=2e-3)
     assert ["at Z12, Z6" in issue.message for issue in outcome.issues if issue.code == "L706"] == [True]
 
 
@@ -101,6 +109,11 @@ def test_a_drawing_has_no_surface(tmp_path: Path) -> None:
                     '<rect x="5" y="5" width="40" height="40"/></svg>')  # fmt: skip
     with pytest.raises(OptionError, match="--pocket-top surface: a drawing has no surface"):
         api.optimize(file, process="pocket", depth=3, **FAST)
+
+
+def at(field: HeightField, x: float, y: float) -> float:
+    """Return the height of a field at a place, which is relative to its own corner."""
+    return float(field.heights[int(y / field.cell), int(x / field.cell)])
 
 
 def roof(z: float, x0: float, x1: float, rise: float = 0.0) -> np.ndarray:

@@ -18,6 +18,7 @@ from leafcut.processes.course import Run
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
+    from leafcut.model.mesh import Mesh
     from leafcut.model.part import Part
     from leafcut.processes.pocket.plan.entries import Descent
     from leafcut.processes.pocket.plan.rules import MillingData
@@ -26,11 +27,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class PocketSolid:
-    """A solid as it was read: its surface, float64[n, 3, 3], mm, all its pockets, and those that are milled."""
+    """A solid as it was read: its surface, float64[n, 3, 3], mm, all its pockets, and those that are milled.
+
+    `before` is it with all of them full, as it is placed.
+    """
 
     triangles: NDArray[np.float64]
     pockets: tuple[Pocket, ...]
     milled: tuple[Pocket, ...]
+    before: Mesh
 
 
 @dataclass(frozen=True, eq=False)

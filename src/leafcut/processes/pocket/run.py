@@ -122,7 +122,6 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     from leafcut.processes.placing import placed
     from leafcut.processes.pocket.plan.feed_limits import feed_limits
     from leafcut.processes.pocket.plan.rules import levels_of, lying_in, milled_pockets, milling_data, rules_of
-    from leafcut.processes.pocket.plan.stock_top import stock_tops
     from leafcut.processes.pocket.plan.toolpath import PocketHeights
     from leafcut.processes.pocket.strategies import check_algorithm
     from leafcut.processes.zones import parse_zones
@@ -143,10 +142,7 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
         options = replace(options, tool_diameter=diameter)
     rules = rules_of(options)
     around = lying_in(part.pockets, rules.tolerance)
-    solid = _solid(run, source, whole, part)
-    tops = (
-        [0.0] * len(depths) if solid is None else stock_tops(part.pockets, whole.pockets, solid.triangles, rules.radius)
-    )
+    solid, tops = _solid(run, source, whole, part, rules.radius)
     levels = tuple(
         levels_of(
             depth, options, top if over is None else -depths[over], settings.job.thickness, settings.job.break_through
@@ -177,23 +173,31 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     return job, [*part.issues, *left, *issues, *_lower(part.pockets, tops)]
 
 
-def _solid(run: Run, source: Source, whole: Part, part: Part) -> PocketSolid | None:
-    """Return the solid that says where the material of its pockets begins; None where its highest place does.
+def _solid(run: Run, source: Source, whole: Part, part: Part, radius: float) -> tuple[PocketSolid | None, list[float]]:
+    """Return the solid that says where the material of its pockets begins, and where that is.
+
+    None, and all of them at its highest place, where nothing else is asked for.
 
     Raises
     ------
     OptionError
-        That is asked for, and what was read is no solid.
+        It is asked for, and what was read is no solid.
     """
+    from leafcut.model.mesh import Mesh
+    from leafcut.processes.placing import placed_mesh
+    from leafcut.processes.pocket.plan.stock_top import filled, stock_tops
     from leafcut.read.step import step_mesh
 
     if run.settings.of(PocketOptions).pocket_top == "highest":
-        return None
+        return None, [0.0] * len(part.pockets)
     if any(one.top is None for one in part.pockets):
         raise OptionError("--pocket-top surface: a drawing has no surface; leave it out, or give a STEP file")
     run.tell("reading the surface")
     triangles = step_mesh(source.path, source.data, run.settings.read.solid)
-    return PocketSolid(triangles, whole.pockets, part.pockets)
+    every = stock_tops(whole.pockets, whole.pockets, triangles, radius)
+    before = placed_mesh(Mesh(filled(triangles, whole.pockets, every), part.name), part, run.settings.read)
+    tops = [every[k] for k, one in enumerate(whole.pockets) if any(one is mine for mine in part.pockets)]
+    return PocketSolid(triangles, whole.pockets, part.pockets, before), tops
 
 
 def _lower(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[Issue]:
@@ -571,7 +575,10 @@ def _outcome(
         options=settings.changed(),
         version=__version__,
         detail=PocketDetail(
-            tuple(c.plan for c in cleared), _programs(job, cleared, [int(node) for node in solution.nodes]), pace
+            tuple(c.plan for c in cleared),
+            _programs(job, cleared, [int(node) for node in solution.nodes]),
+            pace,
+            None if job.solid is None else job.solid.before,
         ),
     )
 

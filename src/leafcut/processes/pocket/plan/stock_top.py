@@ -41,6 +41,22 @@ def stock_tops(
     return tops
 
 
+def filled(triangles: NDArray[np.float64], of_solid: Sequence[Pocket], tops: Sequence[float]) -> NDArray[np.float64]:
+    """Return the surface of a solid with a lid over each of its pockets, float64[n, 3, 3]: what it is before them.
+
+    Parameters
+    ----------
+    tops
+        How high the material of each pocket stands (`stock_tops`), mm.
+    """
+    lids = [triangles]
+    for one, top in zip(of_solid, tops, strict=True):
+        flat = shapely.get_parts(shapely.constrained_delaunay_triangles(region(one.outline, (), name=one.label)))
+        xy = shapely.get_coordinates(flat).reshape(-1, 4, 2)[:, :3]
+        lids.append(np.concatenate([xy, np.full((len(xy), 3, 1), (one.top or 0.0) + top)], axis=2))
+    return np.concatenate(lids)
+
+
 def highest_over(triangles: NDArray[np.float64], area: Any) -> float:
     """Return the highest place of a surface over an area of the plane, mm; −∞ where it has none there."""
     x0, y0, x1, y1 = area.bounds
