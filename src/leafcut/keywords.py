@@ -381,6 +381,14 @@ class OptimizeKeywords(TypedDict, total=False):
     """Grid spacing as a share of the tool diameter: 0.5 to 0.7, and no more than the step-over (default: the step-
     over, at most 0.6).
     """
+    pocket_top: Literal[
+        "highest",
+        "surface",
+        None,
+    ]
+    """Where the material of a solid's pockets begins: at its highest place, or at the surface around each, where
+    all else of the solid is milled already (default: highest).
+    """
     step_down: Quantity | None
     """Step-down: depth per level (mm; default: half the tool diameter)."""
     stock: Quantity | None
@@ -629,8 +637,8 @@ class OptimizeKeywords(TypedDict, total=False):
     """
     workpiece: str | None
     """Material before the first cut, in program coordinates: x,y,z of the lower and of the upper corner of a
-    block, or an STL file in mm (default: as the program shows: just around the cuts below Z0 (stock), or where
-    no rapid has been (reorder --air)).
+    block, or an STL file in mm, or a STEP file (default: as the program shows: just around the cuts below Z0
+    (stock), or where no rapid has been (reorder --air)).
     """
     cell: Quantity | None
     """Side of a cell of the stock model: 4 bytes each, at most 64 million (256 MB) (mm; default: a fortieth of the
@@ -990,6 +998,10 @@ class StockKeywords(TypedDict, total=False):
         None,
     ]
     """Units of a file that does not state them (default: the file's, else mm)."""
+    solid: int | None
+    """Which solid of a STEP file with several, by its number: without it they are listed (default: the file's only
+    one).
+    """
     strict: bool | None
     """Refuse input with skipped or repaired entities, and programs with dangerous moves."""
     machine: str | None
@@ -1002,8 +1014,8 @@ class StockKeywords(TypedDict, total=False):
     """
     workpiece: str | None
     """Material before the first cut, in program coordinates: x,y,z of the lower and of the upper corner of a
-    block, or an STL file in mm (default: as the program shows: just around the cuts below Z0 (stock), or where
-    no rapid has been (reorder --air)).
+    block, or an STL file in mm, or a STEP file (default: as the program shows: just around the cuts below Z0
+    (stock), or where no rapid has been (reorder --air)).
     """
     cell: Quantity | None
     """Side of a cell of the stock model: 4 bytes each, at most 64 million (256 MB) (mm; default: a fortieth of the

@@ -36,7 +36,7 @@ class OptionSpec:
     #: The default in words, where the default value None stands for "as the algorithm recommends" and the like.
     default_words: str = ""
     #: The ending by which a text is the path of a file: a program's header tells its name alone.
-    may_be_path: str = ""
+    may_be_path: str | tuple[str, ...] = ""
     #: False for what cannot change the program, such as the number of threads: it stays out of the header.
     changes_program: bool = True
     #: What must hold for it to be used: ``corner_loops`` (that option is on), ``!tools`` (it is not given),

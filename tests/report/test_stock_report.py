@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from leafcut.report import stock_picture
 from leafcut.report.stock_mesh import MOST_CELLS, stock_stl
 from leafcut.report.stock_picture import BOTTOM, DEPTHS, LEFT, LONGER, RIGHT, THROUGH, TOP, stock_png
 from leafcut.stock.height_field import HeightField, StockBlock
@@ -96,3 +97,19 @@ def test_a_stock_of_one_cell_has_a_picture_and_a_solid() -> None:
     field = HeightField.of_block(StockBlock((0, 0, 0), (1, 1, 1)), 1.0)
     assert stock_png(field, 1.0).startswith(b"\x89PNG")
     assert len(stock_stl(field)[0]) >= 84
+
+
+@pytest.mark.parametrize(
+    ("top", "bottom", "length", "found"),
+    [
+        (0.0, -7.12, 460, [-1.0, -2.0, -3.0, -4.0, -5.0, -6.0]),
+        (0.0, -3.21, 255, [-1.0, -2.0]),
+        (12.0, 0.0, 460, [10.0, 8.0, 6.0, 4.0, 2.0]),
+        (0.0, -0.25, 460, [-0.05, -0.1, -0.15, -0.2]),
+    ],
+)
+def test_the_scale_has_round_heights_apart_from_its_ends(
+    top: float, bottom: float, length: int, found: list[float]
+) -> None:
+    """The ends are exact and stand there, too: a number of 22 pixels that is nearer than 30 would touch one."""
+    assert stock_picture._between(top, bottom, length) == pytest.approx(found)

@@ -12,7 +12,16 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.model.work_material import WorkMaterial
-from leafcut.stock.chip_feeds import allowed_feed, chip_at, chip_limit, power_at, power_on_ramp, ramp_feed
+from leafcut.stock.chip_feeds import (
+    allowed_feed,
+    chip_at,
+    chip_limit,
+    plunge_feed,
+    power_at,
+    power_on_plunge,
+    power_on_ramp,
+    ramp_feed,
+)
 from leafcut.stock.cutting_force import mean_chip, milling_power
 from leafcut.stock.engagement import Engaged
 from leafcut.stock.removal import engaged_way
@@ -109,6 +118,18 @@ def test_a_ramp_needs_the_power_of_a_slot_at_its_side_and_of_what_its_end_sinks(
     assert power_on_ramp(limits, 10.0, 0.5, 2.0) == pytest.approx(side + end)
     assert power_on_ramp(limits, 10.0, 0.5, 1.0) == pytest.approx(side + end)  # never less than the level
     assert power_on_ramp(limits, 10.0, 0.5, 4.0) == pytest.approx(2.0 * side + end)
+
+
+def test_straight_down_the_end_of_a_mill_needs_the_power_of_all_of_its_area() -> None:
+    """By hand: 78.54 mm² × 2 mm/s of 0.01 mm a tooth; at half of that power, 0.5^(1 / 0.75) of the feed."""
+    limits = replace(LIMITS, material=STEEL, teeth=4, power=1e9, rpm=3000.0, diameter=10.0)
+    needs = 25.0 * math.pi * 2.0 * STEEL.kc11 * 0.01**-STEEL.mc / 1000.0
+    assert power_on_plunge(limits, 2.0) == pytest.approx(needs)
+    assert plunge_feed(limits, 2.0) == 2.0
+    feed = plunge_feed(replace(limits, power=0.5 * needs), 2.0)
+    assert feed == pytest.approx(2.0 * 0.5 ** (1.0 / (1.0 - STEEL.mc)))
+    assert power_on_plunge(limits, feed) == pytest.approx(0.5 * needs)
+    assert plunge_feed(LIMITS, 2.0) == 2.0  # no limit is known
 
 
 @pytest.mark.parametrize("angle", [1.0, 3.0, 20.0, 45.0])

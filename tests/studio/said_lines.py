@@ -12,6 +12,8 @@ from pathlib import Path
 GAP = "{}"
 #: A line that may be made in more ways is looked up in so many.
 _MOST_WAYS = 64
+#: Functions that return how a line of another file ends: only these are followed into theirs.
+_ENDINGS = frozenset({"in_unit_words"})
 _SETS = ast.Assign | ast.AnnAssign | ast.NamedExpr
 _Function = ast.FunctionDef | ast.AsyncFunctionDef
 _Seen = frozenset[str]
@@ -23,6 +25,16 @@ class Source:
     def __init__(self, file: Path) -> None:
         self.tree = ast.parse(file.read_text(encoding="utf-8"))
         self.functions: dict[str, list[_Function]] = {}
+        #: Functions of our own files that end lines of others, by name.
+        self.imported = {
+            name.asname or name.name: Path(
+                file.parts[0], *file.parts[1 : file.parts.index("leafcut")], *room.split(".")
+            ).with_suffix(".py")
+            for node in ast.walk(self.tree)
+            if isinstance(node, ast.ImportFrom) and (room := node.module or "").startswith("leafcut")
+            for name in node.names
+            if name.name in _ENDINGS
+        }
         #: Node → the blocks that it stands in, the innermost first, each with the line of its statement there.
         self.places: dict[ast.AST, list[tuple[int, int]]] = {}
         #: Name → what sets it, or adds to it; and the parameters of functions by the block of their bodies.
@@ -131,9 +143,12 @@ class Source:
         return self.lines(value, seen)
 
     def _returned(self, name: str, seen: _Seen) -> list[str]:
-        """Return the lines that a function of the same file may return."""
-        if name in seen or name not in self.functions:
+        """Return the lines that a function may return, of the same file or one that this file imports."""
+        if name in seen:
             return [GAP]
+        if name not in self.functions:
+            file = self.imported.get(name)
+            return source_of(file)._returned(name, seen) if file is not None and file.is_file() else [GAP]
         told = [node for function in self.functions[name] for node in ast.walk(function)]
         made = [node.value for node in told if isinstance(node, ast.Return | ast.Yield) and node.value is not None]
         return [line for value in made for line in self.lines(value, seen | {name})] or [GAP]

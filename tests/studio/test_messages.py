@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import re
+import tomllib
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
@@ -162,6 +164,13 @@ def test_every_difference_of_two_programs_is_known() -> None:
 
 def test_every_word_of_progress_is_known() -> None:
     assert unknown(said({"tell": (0,), "progress": (0,), "trial": (0,)}, files())) == {}
+
+
+def test_no_line_has_two_translations() -> None:
+    """A file of messages has no line twice, be it in two of its sections: the first would never be said."""
+    for file in (ROOT / "studio" / "texts").glob("messages_*.toml"):
+        lines = [line for section in tomllib.loads(file.read_text(encoding="utf-8")).values() for line in section]
+        assert [line for line, count in Counter(lines).items() if count > 1] == []
 
 
 def test_translations_fill_the_same_gaps() -> None:

@@ -11,7 +11,8 @@ from typing import NamedTuple
 from leafcut.errors import OptionError
 from leafcut.model.tool import CONES, BodySegment, Tool, ToolKind
 
-#: A cone of a holder is taken for discs that differ by so much in radius, mm.
+#: A cone of a holder is taken for discs that differ by so much in radius, mm, each as wide as the cone at its upper
+#: end: a bound that never misses what the cone would meet.
 CONE_STEP = 0.25
 #: What is wider than the tool by no more than this follows it through what it has cut, mm.
 SAME_RADIUS = 5e-4

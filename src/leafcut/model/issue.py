@@ -113,6 +113,7 @@ CODES: dict[str, str] = {
     "L703": "pre-drill required",
     "L704": "the tool stops after every move of a pocket",
     "L705": "feeds of a pocket are not compared with the power of the spindle",
+    "L706": "material of a pocket begins below the highest place of the solid",
     "L711": "a path leaves material that the tool could reach",
     "L801": "a program has a rapid below the surface",
     "L802": "a program has a rapid into uncut material",

@@ -67,7 +67,8 @@ class PocketLevels:
     Attributes
     ----------
     begin
-        Where the material begins: 0, or the floor of the pocket in which this one lies and which is cleared before it.
+        Where the material begins: 0, or the floor of the pocket in which this one lies and which is cleared before it,
+        or the surface of the solid around it.
     levels
         From the top down.
     """
@@ -294,7 +295,10 @@ class PocketPlan:
     results
         The strategies that were tried.
     begin
-        Where the material begins, mm below the top of the pockets: 0, or the floor of the pocket that this one lies in.
+        Where the material begins, mm, 0 at the top of the pockets and negative below.
+    in_floor
+        Whether, where that is below the top, it is the floor of the pocket that this one lies in; else it is the
+        surface of the solid around it.
     """
 
     pocket: Pocket
@@ -303,6 +307,7 @@ class PocketPlan:
     results: tuple[PocketResult, ...] = field(default=())
     chosen: int = 0
     begin: float = 0.0
+    in_floor: bool = True
 
     @property
     def heights(self) -> tuple[float, ...]:

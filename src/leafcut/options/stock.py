@@ -19,10 +19,10 @@ class StockOptions(OptionGroup):
         "text",
         None,
         "material before the first cut, in program coordinates: x,y,z of the lower and of the upper corner of a block, "
-        "or an STL file in mm",
+        "or an STL file in mm, or a STEP file",
         default_words="as the program shows: just around the cuts below Z0 (stock), or where no rapid has been "
         "(reorder --air)",
-        may_be_path=".stl",
+        may_be_path=(".stl", ".step", ".stp"),
     )
     cell: float | None = option(
         "quantity",

@@ -48,7 +48,8 @@ class CuttingStock(Work):
 
     name = "stock"
     title = "cutting stock by a program"
-    uses = use(ReadOptions, "units", "strict") | use(MachineOptions) | use(JobOptions, "tools") | use(StockOptions)
+    uses = use(ReadOptions, "units", "strict", solid="workpiece") | use(MachineOptions) | use(JobOptions, "tools")
+    uses |= use(StockOptions)
 
 
 class ChoosingSpeeds(Work):

@@ -80,6 +80,16 @@ def check_surface(
     return shorten(wrong)
 
 
+def meets_area(triangles: NDArray[np.float64], area: Any, radius: float, height: float) -> bool:
+    """Return whether some of a surface above a height lies within a radius of an area of the plane, mm."""
+    high = triangles[triangles[:, :, 2].max(axis=1) > height]
+    near = high[shapely.dwithin(shapely.convex_hull(shapely.multipoints(high[:, :, :2])), area, radius)]
+    return any(
+        bool(shapely.dwithin(shapely.convex_hull(shapely.MultiPoint(_above(one, height))), area, radius))
+        for one in near
+    )
+
+
 def _back_in_holes(path: Toolpath, down: NDArray[np.bool_], tool_radii: Mapping[int, float]) -> NDArray[np.bool_]:
     """Return which rapids straight down end no lower than a feed before them at the same place, of a tool as wide."""
     back = np.zeros(len(path.end), dtype=bool)

@@ -41,6 +41,10 @@ _SCALE, _LEAST_SCALE = 460, 220
 #: How strongly slopes are shaded, and places below others near them: at most, so wide, and at which share of the depth.
 _SHADE, _SHADOW, _NEAR, _FULL = 0.4, 0.45, 0.012, 0.35
 _SIZE, _TICK = 22, 8
+#: Cells that become so many pixels or more would show as stairs along slanting walls: so many cells soften them.
+_STAIRS, _SOFT = 1.5, 0.6
+#: Round numbers of the scale stay so far from those of its ends, pixels; about one stands in so many pixels.
+_APART, _NUMBER = 30, 70
 #: Steps of the colours.
 _STEPS = 1024
 
@@ -108,10 +112,12 @@ def _coloured(
 
 def _sized(picture: Picture) -> Picture:
     """Return a picture at its size: few cells are enlarged, and many thinned out, with smooth edges."""
-    from PIL import Image
+    from PIL import Image, ImageFilter
 
     share = LONGER / max(picture.size)
     width, height = (max(round(n * share), _SHORTER) for n in picture.size)
+    if share > _STAIRS:
+        picture = picture.filter(ImageFilter.GaussianBlur(_SOFT))
     return picture.resize((width, height), Image.Resampling.LANCZOS if share < 1 else Image.Resampling.BICUBIC)
 
 
@@ -185,6 +191,13 @@ def _words(value: float, step: float) -> str:
     return tick_words(value, step).replace("−", "-")
 
 
+def _between(top: float, bottom: float, length: int) -> list[float]:
+    """Return round heights from the top down, mm, that stand apart from both ends of a scale so many pixels long."""
+    keeps = _APART * (top - bottom) / length
+    rounded = ticks(bottom + keeps, top - keeps, nice_step(top - bottom, max(length // _NUMBER, 1)))
+    return sorted((float(height) for height in rounded), reverse=True)
+
+
 def _draw_scale(
     draw: Any, font: Any, at: tuple[int, int], length: int, top: float, bottom: float, through: bool
 ) -> None:
@@ -195,12 +208,13 @@ def _draw_scale(
     draw.rectangle((x - 1, y - 1, x + 27, y + length), outline=_EDGE)
     # The numbers of two decimals say where the colours are, as long as there are hundredths between them.
     decimals = 2 if top - bottom >= 0.2 else 3
-    for share in (0.0, 0.25, 0.5, 0.75, 1.0):
-        height = top + share * (bottom - top) + 0.0
+    for height in (top, *_between(top, bottom, length), bottom):
+        share = (top - height) / (top - bottom)
         draw.text(
-            (x + 38, y + share * length), f"{height:.{decimals}f}", fill=_INK, font=font,
+            (x + 38, y + share * length), f"{height + 0.0:.{decimals}f}", fill=_INK, font=font,
             anchor="lt" if share == 0.0 else "lm",
         )  # fmt: skip
+        draw.line((x + 27, y + share * length, x + 32, y + share * length), fill=_INK)
     if through:
         draw.rectangle((x - 1, y + length + 22, x + 27, y + length + 44), fill=THROUGH, outline=_EDGE)
         draw.text((x + 38, y + length + 33), "through", fill=_INK, font=font, anchor="lm")

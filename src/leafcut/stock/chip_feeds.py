@@ -88,6 +88,26 @@ def power_on_ramp(limits: FeedLimits, across: float, down: float, depth: float) 
     return float(ramp_power(limits.material, side, end, chip, down / teeth_by_time))
 
 
+def power_on_plunge(limits: FeedLimits, down: float) -> float:
+    """Return the power of a mill that goes straight down, W, at a feed, mm/s; 0 where it is not limited.
+
+    Its end cuts on the whole area of the tool, with a chip as thick as it sinks for each tooth: as the end of a ramp
+    does (`stock.cutting_force.ramp_power`).
+    """
+    if limits.material is None or not down > 0.0:
+        return 0.0
+    teeth_by_time = limits.rpm * limits.teeth / SECONDS_PER_MINUTE
+    return float(milling_power(limits.material, 0.25 * math.pi * limits.diameter**2 * down, down / teeth_by_time))
+
+
+def plunge_feed(limits: FeedLimits, feed: float) -> float:
+    """Return how fast a mill may go straight down, mm/s: `feed`, or within the power, which goes with f^(1 − mc)."""
+    power = power_on_plunge(limits, feed)
+    if limits.material is None or power <= limits.power:
+        return feed
+    return float(feed * (limits.power / power) ** (1.0 / (1.0 - limits.material.mc)))
+
+
 def ramp_feed(limits: FeedLimits, feed: float, angle: float, depth: float) -> float:
     """Return how fast a ramp or a helix of a slope of at most `angle`, rad, may go, mm/s: `feed`, or within the power.
 

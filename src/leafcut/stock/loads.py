@@ -120,10 +120,10 @@ class Loads:
         return np.asarray(ends[:, 5] - ends[:, 2] < -_LEVEL * across)
 
     def cuts_of(self, number: int) -> NDArray[np.bool_]:
-        """Return which pieces a tool mills; if it does nothing but to go down on slopes, its ramps and helices."""
+        """Return which pieces a tool mills; if it does nothing but to go down, its ramps and helices, or plunges."""
         of_tool = self.moves.tool == number
-        level = np.asarray(self.mills & of_tool)
-        return level if level.any() else np.asarray(self.sinks & of_tool)
+        ways = (np.asarray(one & of_tool) for one in (self.mills, self.sinks, self.plunges))
+        return next((one for one in ways if one.any()), np.zeros(len(of_tool), dtype=np.bool_))
 
     def slot_share(self, limit: ToolLimits, diameter: float) -> Floats:
         """Return the chip that a tool may have in every piece as a share of the one at half of its width."""
@@ -131,13 +131,14 @@ class Loads:
         return np.asarray(1.0 - (1.0 - limit.slot) * np.where(self.sinks, 1.0, beyond))
 
     def power(self, spindle: SpindleLoad, teeth: int, diameter: float) -> Floats:
-        """Return the power that every piece takes at the tool, W, 0 where it mills nothing.
+        """Return the power that every piece takes at the tool, W, 0 where it cuts nothing.
 
-        Of what a ramp or a helix takes off, the end of the tool takes no more than its whole area times what it sinks;
-        the side takes the rest. `stock.cutting_force` says how each is reckoned.
+        Straight down the end of the tool takes off all, with a chip as thick as the tool sinks for each tooth. Of what
+        a ramp or a helix takes off, the end takes no more than its whole area times what it sinks; the side takes the
+        rest. `stock.cutting_force` says how each is reckoned.
         """
         turns = self.rpm > 0
-        mills, sinks = self.mills & turns, self.sinks & turns
+        mills, sinks, plunges = self.mills & turns, self.sinks & turns, self.plunges & turns
         teeth_by_time = np.where(turns, self.rpm * teeth / SECONDS_PER_MINUTE, 1.0)
         across = np.sqrt(np.maximum(self.feed**2 - self.down**2, 0.0))
         chip = mean_chip(np.where(sinks, across, self.feed) / teeth_by_time, self.width, diameter)
@@ -146,6 +147,11 @@ class Loads:
         power[mills] = milling_power(spindle.material, self.rate[mills], chip[mills])
         power[sinks] = ramp_power(
             spindle.material, (self.rate - end)[sinks], end[sinks], chip[sinks], (self.down / teeth_by_time)[sinks]
+        )
+        # One piece may begin in the air: while it cuts it takes off what it cuts, seen from above, times what it sinks.
+        down = self.down[plunges]
+        power[plunges] = milling_power(
+            spindle.material, self.removed.area[plunges] * down, down / teeth_by_time[plunges]
         )
         return power
 

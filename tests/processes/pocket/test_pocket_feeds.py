@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -219,6 +220,41 @@ def _power_down(text: str) -> float:
     across = np.sqrt(found.feed**2 - found.down**2)[sinks] / teeth * 2.0 / np.pi
     force = steel.kc11 * across**-steel.mc, steel.kc11 * (found.down[sinks] / teeth) ** -steel.mc
     return float((((found.rate[sinks] - end) * force[0] + end * force[1]) / 1000.0).max())
+
+
+def test_a_plunge_keeps_the_power_by_hand_and_is_refused_above_it(drawing: Path, tmp_path: Path) -> None:
+    """9π mm² × feed × kc of what a tooth sinks, 300 of them in a second: that is within 100 W, and 400 mm/min are not.
+
+    The proof finds a plunge that needs more in the full, and lets one pass where a slot as deep has been.
+    """
+    steel = load_material("c45")
+
+    def power(feed: float) -> float:
+        return 9.0 * math.pi * feed / 60.0 * steel.kc11 * (feed / 60.0 / 300.0) ** -steel.mc / 1000.0
+
+    (tmp_path / "shop.toml").write_text(TOOL)
+    given = {
+        **GIVEN, "milling_feed": None, "spindle_speed": None, "tools": tmp_path / "shop.toml", "material": "c45",
+        "entry": "plunge", "plunge_feed": "400 mm/min",
+    }  # fmt: skip
+    found = api.optimize(drawing, feeds=True, max_power="0.2 kW", drive_efficiency=1.0, **given)
+    path = found.written
+    before = path.before
+    down = (path.kind == Kind.FEED) & (before[:, 2] > path.end[:, 2]) & (before[:, 2] <= 0.5)
+    down &= (before[:, :2] == path.end[:, :2]).all(axis=1)
+    feeds = 60.0 * path.value[down]
+    assert power(400.0) > 200.0
+    assert len(feeds)
+    assert 0.97 * 200.0 < power(float(feeds.max())) <= 200.0 * 1.001
+    limits = FeedLimits(6.0, 10.0, 6000.0, 15.0, 2.0, 2.0, 1.2, power=200.0, material=steel, teeth=3)
+    text = "G21 G90 G17 G94\nT1 M6\nS6000 M3\nG0 X0 Y0 Z0.5\nG1 Z-2 F{}\nG1 X9 F60\nG0 Z0.5\nG0 X5\nG1 Z-2 F590\nM2\n"
+    mill, rules = Tool(1, 6.0, ToolKind.END_MILL), PocketRules(tool_diameter=6.0, step_over=3.0)
+    for feed, lines in ((400, ["line 5"]), (int(feeds.max()), [])):
+        wrong = measured_chips(interpret(text.format(feed), dialect("linuxcnc")), rules, limits, mill, [-2.0]).wrong
+        assert [str(one) for one in wrong if "line 5" in str(one) or "line 9" in str(one)] == [
+            str(one) for one in wrong if any(line in str(one) for line in lines)
+        ]
+        assert bool([one for one in wrong if "F400" in str(one) or "at 400 mm/min" in str(one)]) is bool(lines)
 
 
 def test_a_ramp_that_needs_more_power_than_there_is_is_refused() -> None:

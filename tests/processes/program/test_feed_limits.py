@@ -182,6 +182,43 @@ def test_a_ramp_takes_no_more_power_than_the_spindle_gives(tmp_path: Path, text:
     assert told.after <= limit * 1.001
 
 
+#: Straight down by 4 into the full, then along.
+PLUNGE = HEAD + "G0 X10 Y10\nG0 Z2\nG1 Z-4 F300\nG1 X60 F60\n" + TAIL
+
+
+def plunge_power_of(feed: float) -> float:
+    """Return the power of all of the end, W, at a feed in mm/min: its area × feed × kc, by what a tooth sinks."""
+    return 9 * math.pi * feed / 60 * KC11 * (feed / 60 / 200) ** -MC / 1000
+
+
+@pytest.mark.parametrize("text", [PLUNGE, PLUNGE.replace("G1 X60 F60\n", "")], ids=["and a slot", "alone"])
+@pytest.mark.parametrize("limit", [200.0, 120.0])
+def test_straight_down_a_mill_takes_no_more_power_than_the_spindle_gives(
+    tmp_path: Path, text: str, limit: float
+) -> None:
+    """At 300 mm/min the end takes 284 W by hand: 28.27 mm² × 5 mm/s × 800 N/mm² × 0.025^-0.25."""
+    assert plunge_power_of(300) == pytest.approx(284.5, abs=1)
+    found = reordered(
+        tmp_path, text, feeds=True, workpiece=BLOCK, tools=library(tmp_path), cell=0.1, material="aluminium-6061",
+        max_power=f"{limit} W", drive_efficiency=1.0,
+    )  # fmt: skip
+    feed = [float(word) for word in re.findall(r"Z-4(?:\.0*)? F([0-9.]+)", found.text)][-1]
+    assert 0.95 * limit < plunge_power_of(feed) <= 1.01 * limit, body(found)
+    (told,) = [one for one in found.detail.pace.tools[0].limits if one.name == "power"]
+    assert told.before == pytest.approx(284.5, rel=0.02)
+    assert told.after <= limit * 1.001
+
+
+def test_straight_down_a_mill_takes_no_more_torque_than_the_spindle_gives(tmp_path: Path) -> None:
+    found = reordered(
+        tmp_path, PLUNGE, feeds=True, workpiece=BLOCK, tools=library(tmp_path), material="aluminium-6061",
+        max_torque=0.2, cell=0.1,
+    )  # fmt: skip
+    feed = [float(word) for word in re.findall(r"Z-4(?:\.0*)? F([0-9.]+)", found.text)][-1]
+    torque = 1000 * plunge_power_of(feed) / (2 * math.pi * 6000 / 60)
+    assert 0.95 * 200 < torque <= 1.01 * 200
+
+
 def test_what_does_not_limit_is_told_once_with_what_to_give(tmp_path: Path) -> None:
     bare = reordered(tmp_path, SLOT, feeds=True, workpiece=BLOCK)
     assert [issue.message for issue in bare.issues if issue.code == "L514"] == [

@@ -7,16 +7,18 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Point
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.measure import Measure
-from leafcut.model.pocket import PocketLevels, PocketRules
+from leafcut.model.pocket import Pocket, PocketLevels, PocketRules
 from leafcut.model.toolpath import PLACES, Toolpath
 from leafcut.processes.course import Run
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
+    from leafcut.model.mesh import Mesh
     from leafcut.model.part import Part
     from leafcut.processes.pocket.plan.entries import Descent
     from leafcut.processes.pocket.plan.rules import MillingData
@@ -24,11 +26,25 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
+class PocketSolid:
+    """A solid as it was read: its surface, float64[n, 3, 3], mm, all its pockets, and those that are milled.
+
+    `before` is it with all of them full, as it is placed.
+    """
+
+    triangles: NDArray[np.float64]
+    pockets: tuple[Pocket, ...]
+    milled: tuple[Pocket, ...]
+    before: Mesh
+
+
+@dataclass(frozen=True, eq=False)
 class PocketJob:
     """What is the same for every way to clear the pockets of a drawing.
 
     `levels` are those of each pocket, and `around` says in the floor of which other one it lies, or None. `limits` are
-    those of feeds that follow what the tool meets; None where one feed is used throughout.
+    those of feeds that follow what the tool meets; None where one feed is used throughout. `tops` says how high the
+    material of each pocket stands before any is milled, mm, 0 at the top of all; `solid` is what they were found in.
     """
 
     run: Run
@@ -41,6 +57,8 @@ class PocketJob:
     words: Dialect
     start: Point | None
     limits: FeedLimits | None = None
+    tops: tuple[float, ...] = ()
+    solid: PocketSolid | None = None
 
     @property
     def exact(self) -> PocketRules:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
+from leafcut.model.mesh import Mesh
 from leafcut.model.pace_change import PaceChange
 from leafcut.model.pocket import PocketPlan, PocketProgram
 
@@ -21,6 +22,8 @@ class PocketDetail:
         Of several pockets: the program as it is written, and that of every strategy that clears all of them.
     pace
         What feeds that follow what the tool meets did; None where one feed is used throughout.
+    before
+        The material before the first cut, where it is that of a solid with steps; None: a block.
     """
 
     report: ClassVar[str] = "leafcut.processes.pocket.report.pocket_report:PocketReport"
@@ -28,3 +31,4 @@ class PocketDetail:
     plans: tuple[PocketPlan, ...]
     programs: tuple[PocketProgram, ...] = ()
     pace: PaceChange | None = None
+    before: Mesh | None = field(default=None, compare=False, repr=False)

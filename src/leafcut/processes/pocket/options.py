@@ -53,6 +53,13 @@ class PocketOptions(OptionGroup):
         maximum=2,
         default_words="the step-over, at most 0.6",
     )
+    pocket_top: str = option(
+        "text",
+        "highest",
+        "where the material of a solid's pockets begins: at its highest place, or at the surface around each, where "
+        "all else of the solid is milled already",
+        choices=("highest", "surface"),
+    )
     step_down: float | None = option(
         "quantity",
         None,

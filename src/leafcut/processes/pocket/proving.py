@@ -80,6 +80,7 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpat
         simulated_levels,
         step_over_differences,
     )
+    from leafcut.processes.pocket.proof.stock_top import stock_top_differences
     from leafcut.proof.program import check_program, read_back
 
     job.run.tell("verifying")
@@ -101,10 +102,14 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpat
     )
     whole, written = written, raised(written, -job.top)
     pockets, levels = job.part.pockets, [one.levels for one in job.levels]
-    refuse(check_pockets(written, pockets, job.exact, [-one.floor for one in job.levels], heights.retract))
+    if job.solid is not None:
+        refuse(
+            stock_top_differences(job.solid.milled, job.tops, job.solid.pockets, job.solid.triangles, job.rules.radius)
+        )
+    refuse(check_pockets(written, pockets, job.exact, [-one.floor for one in job.levels], heights.retract, job.tops))
     if job.run.settings.of(PocketOptions).closed_path:
         refuse(closed_differences(written, pockets, job.exact, levels))
-    refuse(depth_differences(written, job.exact, max(one.step for one in job.levels)))
+    refuse(depth_differences(written, job.exact, max(one.step for one in job.levels), pockets, job.tops))
     finishing = [finishing_levels(one, tool.diameter) if job.rules.stock else () for one in job.levels]
     simulated = simulated_levels(written, pockets, job.exact, levels, finishing)
     chips = None

@@ -12,7 +12,7 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut._version import __version__
-from leafcut.errors import OptionError, PlanError, SolveError
+from leafcut.errors import OptionError, PlanError, SolveError, count_of
 from leafcut.geometry.arrays import Point, Points
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.heartbeat import trial
@@ -37,13 +37,14 @@ from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.model.work_material import WorkMaterial
 from leafcut.options import FeedOptions, JobOptions, Settings
 from leafcut.processes.course import Run, check_words_used, machine_issues, refuse
-from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes, raised
+from leafcut.processes.pocket.job import LaidPockets, PocketJob, PocketSolid, holes, raised
 from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.proving import prove_pockets, write_pockets
 from leafcut.units import format_time
 
 if TYPE_CHECKING:
+    from leafcut.model.part import Part
     from leafcut.processes.pocket.plan.entries import Descent
     from leafcut.processes.pocket.plan.region import CentreRegion
     from leafcut.processes.pocket.plan.toolpath import Clearing
@@ -132,6 +133,7 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     part = read_pockets(source, settings.read, settings.pocket_drawing, settings.sheet, run.looking("reading"))
     mill = _library_mill(run, settings.job.depth)
     diameter = options.tool_diameter if mill is None else mill.diameter
+    whole = part
     part, left = milled_pockets(part, settings.job.depth, diameter)
     depths = [one.depth or 0.0 for one in part.pockets]
     if mill is not None:
@@ -140,11 +142,12 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
         options = replace(options, tool_diameter=diameter)
     rules = rules_of(options)
     around = lying_in(part.pockets, rules.tolerance)
+    solid, tops = _solid(run, source, whole, part, rules.radius)
     levels = tuple(
         levels_of(
-            depth, options, 0.0 if over is None else -depths[over], settings.job.thickness, settings.job.break_through
+            depth, options, top if over is None else -depths[over], settings.job.thickness, settings.job.break_through
         )
-        for depth, over in zip(depths, around, strict=True)
+        for depth, over, top in zip(depths, around, tops, strict=True)
     )
     data, issues = milling_data(options, settings.job, rules, run.machine, mill)
     limits = None
@@ -164,9 +167,50 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     run = run.for_words(words)
     check_words_used(settings, run.machine, words)
     job = PocketJob(
-        run, part, rules, levels, tuple(around), heights, data, words, _xy(settings.job.start_point), limits
+        run, part, rules, levels, tuple(around), heights, data, words, _xy(settings.job.start_point), limits,
+        tuple(tops), solid,
+    )  # fmt: skip
+    return job, [*part.issues, *left, *issues, *_lower(part.pockets, tops)]
+
+
+def _solid(run: Run, source: Source, whole: Part, part: Part, radius: float) -> tuple[PocketSolid | None, list[float]]:
+    """Return the solid that says where the material of its pockets begins, and where that is.
+
+    None, and all of them at its highest place, where nothing else is asked for.
+
+    Raises
+    ------
+    OptionError
+        It is asked for, and what was read is no solid.
+    """
+    from leafcut.model.mesh import Mesh
+    from leafcut.processes.placing import placed_mesh
+    from leafcut.processes.pocket.plan.stock_top import filled, stock_tops
+    from leafcut.read.step import step_mesh
+
+    if run.settings.of(PocketOptions).pocket_top == "highest":
+        return None, [0.0] * len(part.pockets)
+    if any(one.top is None for one in part.pockets):
+        raise OptionError("--pocket-top surface: a drawing has no surface; leave it out, or give a STEP file")
+    run.tell("reading the surface")
+    triangles = step_mesh(source.path, source.data, run.settings.read.solid)
+    every = stock_tops(whole.pockets, whole.pockets, triangles, radius)
+    before = placed_mesh(Mesh(filled(triangles, whole.pockets, every), part.name), part, run.settings.read)
+    tops = [every[k] for k, one in enumerate(whole.pockets) if any(one is mine for mine in part.pockets)]
+    return PocketSolid(triangles, whole.pockets, part.pockets, before), tops
+
+
+def _lower(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[Issue]:
+    """Return where the tool goes down below the highest place of the solid, as what stood there is milled already."""
+    lower = [k for k, top in enumerate(tops) if top < 0.0]
+    if not lower:
+        return []
+    heights = sorted({round((pockets[k].top or 0.0) + tops[k], 3) for k in lower}, reverse=True)
+    words = (
+        f"{count_of(len(lower), 'pocket')} with material that begins below the highest place, at "
+        f"{', '.join(f'Z{z:g}' for z in heights)}: what is above has to be gone before this program runs"
     )
-    return job, [*part.issues, *left, *issues]
+    return [Issue("L706", words)]
 
 
 def _library_mill(run: Run, depth: float | None) -> Tool | None:
@@ -254,7 +298,9 @@ def _cleared(job: PocketJob, one: Pocket, number: int, time: SearchTime) -> tupl
         if clearings:
             ways[way.name], even[way.name] = fitted, clearings
     chosen, levels = _chosen(job, one, results), job.levels[number]
-    return _Cleared(PocketPlan(one, job.rules, levels.levels, tuple(results), chosen, levels.begin), ways, even), issues
+    in_floor = job.around[number] is not None
+    plan = PocketPlan(one, job.rules, levels.levels, tuple(results), chosen, levels.begin, in_floor)
+    return _Cleared(plan, ways, even), issues
 
 
 def _tried(
@@ -529,7 +575,10 @@ def _outcome(
         options=settings.changed(),
         version=__version__,
         detail=PocketDetail(
-            tuple(c.plan for c in cleared), _programs(job, cleared, [int(node) for node in solution.nodes]), pace
+            tuple(c.plan for c in cleared),
+            _programs(job, cleared, [int(node) for node in solution.nodes]),
+            pace,
+            None if job.solid is None else job.solid.before,
         ),
     )
 

@@ -145,7 +145,7 @@ class _Job:
         )  # fmt: skip
         if run.settings.stock.workpiece:
             text = run.settings.stock.workpiece
-            check_size(program, cutters, block_of(text), source, text)
+            check_size(program, cutters, block_of(text, run.settings.read.solid), source, text)
         stock = stock_before(run, program, cutters)
         return cls(run, words, original, tools, cutters, stock, rules, obstacles)
 
@@ -457,15 +457,16 @@ class _Job:
             return float(values[mine].max(initial=0.0)), float(after.max(initial=0.0))
 
         cuts = loads.mills | loads.sinks
+        all_cuts = cuts | loads.plunges
         if limit.spindle is not None:
             power = loads.power(limit.spindle, limit.teeth, diameter)
             grows = 1.0 - limit.spindle.material.mc
             if math.isfinite(limit.spindle.power):
                 used = power / limit.spindle.efficiency
-                yield FeedLimit("power", *most(used, cuts, grows), limit.spindle.power)
+                yield FeedLimit("power", *most(used, all_cuts, grows), limit.spindle.power)
             if math.isfinite(limit.spindle.torque):
                 torque = spindle_torque(power, np.where(loads.rpm > 0, loads.rpm, np.inf))
-                yield FeedLimit("torque", *most(torque, cuts, grows), limit.spindle.torque)
+                yield FeedLimit("torque", *most(torque, all_cuts, grows), limit.spindle.torque)
         if limit.slot < 1.0:
             # As thick as at the full width a chip is at any other one, by its own share.
             chip = loads.chip * limit.slot / loads.slot_share(limit, diameter)

@@ -35,7 +35,7 @@ class ForeignProgram(Process):
     name = "program"
     title = "reordering a program"
     options = (ResequenceOptions,)
-    uses = use(ReadOptions, "units", "strict") | use(MachineOptions) | LOOKED_UP | ORDERED
+    uses = use(ReadOptions, "units", "strict", solid="workpiece") | use(MachineOptions) | LOOKED_UP | ORDERED
     uses |= use(JobOptions, "keep_out", "start_point", "keep_order", "tools", clearance_height="keep_out")
     uses |= use(StockOptions) | use(FeedOptions, "feeds", "feed_increase", slot_chip="feeds tools")
     uses |= use(SpeedOptions, **dict.fromkeys(("max_power", "max_torque", "drive_efficiency"), "feeds"))
@@ -77,6 +77,7 @@ class ForeignProgram(Process):
                 "max_torque",
                 "drive_efficiency",
                 "workpiece",
+                "solid",
                 "mill_diameter",
                 "cell",
             ),

@@ -33,12 +33,12 @@ def shown_stock(
     if process in BEAMS:
         return CUT_THROUGH
     given = settings.stock.workpiece
-    block = block_of(given) if given else None
+    block = block_of(given, settings.read.solid) if given else None
     try:
         tools = tools_of(program, Path(source).name, settings, machine, by_options=by_options)
     except OptionError as problem:
         return ShownStock(refused=str(problem))
-    surface = solid_of_file(given) if given else None
+    surface = solid_of_file(given, settings.read.solid) if given else None
     return ShownStock(tools, None if block is None else (block.low, block.high), surface=surface)
 
 

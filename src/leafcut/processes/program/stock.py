@@ -17,9 +17,17 @@ from leafcut.model.heartbeat import Progress, looking_for
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
-from leafcut.options import Settings, StockOptions
+from leafcut.options import Settings
 from leafcut.processes.course import machine_of
-from leafcut.processes.program.workpiece import block_around, block_of, field_of, in_other_unit, told_of, tools_of
+from leafcut.processes.program.workpiece import (
+    block_around,
+    block_of,
+    field_of,
+    in_other_unit,
+    in_unit_words,
+    told_of,
+    tools_of,
+)
 from leafcut.stock.height_field import COARSEST, HeightField, StockBlock, usual_cell
 from leafcut.stock.same_stock import stock_differences
 from leafcut.stock.stock_cut import BodyCut, RapidCut, StockCut, ToolCut
@@ -80,17 +88,18 @@ def cut_stock(
     mine = _read(program, settings, machine, words, look)
     every = [mine] if same_as is None else [mine, _read(same_as, settings, machine, words, look)]
     given = settings.stock.workpiece
-    block = block_of(given) if given else _around(every)
+    which = settings.read.solid
+    block = block_of(given, which) if given else _around(every)
     cell = settings.stock.cell or usual_cell(block, min(one.smallest for one in every))
     look = looking_for(progress, "cutting the stock")
-    stock = field_of(settings.stock, block, cell)
+    stock = field_of(settings.stock, block, cell, which)
     field, moves, removed = _cut(mine, stock.copy() if same_as is not None else stock, look)
     if not removed.cuts.any():
         sides = ", ".join(f"{a} {block.low[k]:g} to {block.high[k]:g}" for k, a in enumerate("XYZ"))
         unit = in_other_unit(given or "", mine.read.program, mine.cutters, block)
-        more = f"; in {unit} it would hold all cuts: save it in mm" if unit else ""
         raise PlanError(
-            f"{mine.source}: the program never touches the stock, {sides} mm; give --workpiece in its coordinates{more}"
+            f"{mine.source}: the program never touches the stock, {sides} mm; give --workpiece in its coordinates"
+            f"{in_unit_words(unit)}"
         )
     rapids, collisions = _rapids(moves, removed), _collisions(moves, removed)
     return StockCut(
@@ -107,7 +116,7 @@ def cut_stock(
         (
             *_told(rapids),
             *_bodies_told(collisions),
-            *_told_of_stock(mine, settings.stock, block, cell),
+            *_told_of_stock(mine, settings, block, cell),
             *mine.read.dangers,
             *mine.read.issues,
             *_not_known(mine.whole),
@@ -175,9 +184,9 @@ def _rapids(moves: StraightMoves, removed: Removed) -> tuple[RapidCut, ...]:
     return tuple(RapidCut(line, depth) for line, depth in sorted(deepest.items()))
 
 
-def _told_of_stock(one: _Cuts, options: StockOptions, block: StockBlock, cell: float) -> list[Issue]:
+def _told_of_stock(one: _Cuts, settings: Settings, block: StockBlock, cell: float) -> list[Issue]:
     """Return what has to be said of the stock, and that its cells are coarse for a tool."""
-    found = told_of(options, one.read.program, one.cutters, block)
+    found = told_of(settings.stock, one.read.program, one.cutters, block, settings.read.solid)
     if cell > COARSEST * one.smallest * (1.0 + 1e-9):
         message = f"cells of {cell:g} mm are coarse for a tool of {one.smallest:g} mm; give a smaller stock or --cell"
         found.append(Issue("L812", message))

@@ -60,11 +60,12 @@ def stock_judge(run: Run, program: Program, source: str, process: str) -> Judgin
     options = run.settings.stock
     try:
         whole = straight_moves(program.path, 0.01 * smallest, np.inf).of_tools(cutters)
-        block = block_of(options.workpiece) if options.workpiece else block_around(whole, cutters)
+        which = run.settings.read.solid
+        block = block_of(options.workpiece, which) if options.workpiece else block_around(whole, cutters)
         if block is None:
             why = "nothing is cut below Z0, so that its top is unknown; give --workpiece"
             return Judging(proof=StockProof(unknown=left_out, reason=why))
-        stock = field_of(options, block, options.cell or usual_cell(block, smallest, _SHARE, _CELLS, _MOST))
+        stock = field_of(options, block, options.cell or usual_cell(block, smallest, _SHARE, _CELLS, _MOST), which)
         bodies = {number: body_of(tool) for number, tool in tools.items()}
         judge = StockJudge.of(
             program, tools, cutters, bodies, stock, bool(options.workpiece), run.looking("cutting the stock")
@@ -78,5 +79,5 @@ def stock_judge(run: Run, program: Program, source: str, process: str) -> Judgin
             f"--workpiece: {source} never touches this stock; give the material in the program's coordinates"
         )
     flat = tuple(number for number, tool in tools.items() if tool.assumed)
-    issues = (*judge.issues(), *told_of(options, program, cutters, block))
+    issues = (*judge.issues(), *told_of(options, program, cutters, block, which))
     return Judging(judge, StockProof(stock.heights.size, stock.cell, judge.given, flat, left_out), issues)

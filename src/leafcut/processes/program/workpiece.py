@@ -38,30 +38,36 @@ if TYPE_CHECKING:
     from leafcut.model.cutter import Cutter
     from leafcut.model.mesh import Mesh
     from leafcut.processes.course import Run
+    from leafcut.read.step import WhichSolid
     from leafcut.stock.straight_moves import StraightMoves
 
 
-def block_of(text: str) -> StockBlock:
+def block_of(text: str, which: WhichSolid = None) -> StockBlock:
     """Return the block that ``--workpiece`` says, or the box around the solid of its file.
+
+    Parameters
+    ----------
+    which
+        Of several solids of a STEP file.
 
     Raises
     ------
     OptionError
-        Six lengths are expected, the lower corner first, or the path of an STL file.
+        Six lengths are expected, the lower corner first, or the path of an STL or STEP file.
     ReadError
         The file is no closed solid.
     """
     if _is_file(text):
         from leafcut.stock.mesh_field import block_of_mesh
 
-        return block_of_mesh(_solid(text))
+        return block_of_mesh(_solid(text, which))
+    if which is not None:
+        raise OptionError("--solid: a block has no solids, a STEP file has; leave it out")
     parts = text.replace(";", ",").split(",")
-    if text.lower().endswith((".step", ".stp")):
-        raise OptionError(f"--workpiece: '{shown(text, 60)}' is a STEP file; save it as STL, in mm")
     if len(parts) != 6:
         raise OptionError(
             f"--workpiece: '{shown(text, 60)}' has {count_of(len(parts), 'number')}; give six: x,y,z of the lower and "
-            "of the upper corner, or an STL file"
+            "of the upper corner, or an STL or STEP file"
         )
     try:
         lengths = [parse_quantity(part.strip(), "mm") for part in parts]
@@ -74,7 +80,7 @@ def block_of(text: str) -> StockBlock:
     return block
 
 
-def field_of(options: StockOptions, block: StockBlock, cell: float) -> HeightField:
+def field_of(options: StockOptions, block: StockBlock, cell: float, which: WhichSolid = None) -> HeightField:
     """Return the material before the first cut as cells, within its block.
 
     Raises
@@ -86,10 +92,12 @@ def field_of(options: StockOptions, block: StockBlock, cell: float) -> HeightFie
         return HeightField.of_block(block, cell)
     from leafcut.stock.mesh_field import field_of_mesh
 
-    return field_of_mesh(_solid(options.workpiece), cell)
+    return field_of_mesh(_solid(options.workpiece, which), cell)
 
 
-def told_of(options: StockOptions, program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> list[Issue]:
+def told_of(
+    options: StockOptions, program: Program, cutters: Mapping[int, Cutter], block: StockBlock, which: WhichSolid = None
+) -> list[Issue]:
     """Return what has to be said of the stock that is given: cuts beyond it, and undercuts, which are filled."""
     if not options.workpiece:
         return []
@@ -98,14 +106,14 @@ def told_of(options: StockOptions, program: Program, cutters: Mapping[int, Cutte
     if _is_file(options.workpiece):
         from leafcut.stock.mesh_field import overhang
 
-        area = overhang(_solid(options.workpiece))
+        area = overhang(_solid(options.workpiece, which))
         if area > _SMALL_AREA:
             message = f"the stock has undercuts, {area:.1f} mm² seen from below: they count as full of material"
             found.append(Issue("L811", message))
     return found
 
 
-def solid_of_file(text: str) -> Mesh | None:
+def solid_of_file(text: str, which: WhichSolid = None) -> Mesh | None:
     """Return the solid that ``--workpiece`` names, None where it says a block.
 
     Raises
@@ -113,27 +121,27 @@ def solid_of_file(text: str) -> Mesh | None:
     ReadError
         The file is no closed solid.
     """
-    return _solid(text) if _is_file(text) else None
+    return _solid(text, which) if _is_file(text) else None
 
 
 def _is_file(text: str) -> bool:
     return StockOptions.specs()["workpiece"].names_file(text)
 
 
-def _solid(path: str) -> Mesh:
+def _solid(path: str, which: WhichSolid) -> Mesh:
     """Return the closed solid of a file, in mm."""
     try:
-        return _loaded(path, Path(path).stat().st_mtime_ns)
+        return _loaded(path, which, Path(path).stat().st_mtime_ns)
     except OSError:
-        return _loaded(path, 0)  # says what is wrong
+        return _loaded(path, which, 0)  # says what is wrong
 
 
 @lru_cache(maxsize=1)
-def _loaded(path: str, _changed: int) -> Mesh:
+def _loaded(path: str, which: WhichSolid, _changed: int) -> Mesh:
     """Return the solid of a file, which each step of a run asks for: it is kept as long as it is the last one."""
     from leafcut.read.meshes import load_mesh
 
-    mesh = load_mesh(path, "mm", "save it in mm")
+    mesh = load_mesh(path, "mm", "save it in mm", which)
     if not mesh.closed:
         raise ReadError(path, "has holes in its surface, so that it is not known where material is; mend it in CAD")
     return mesh
@@ -212,8 +220,9 @@ def stock_before(run: Run, program: Program, cutters: Mapping[int, Cutter]) -> S
     options = run.settings.stock
     smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
     if options.workpiece:
-        block = block_of(options.workpiece)
-        field = field_of(options, block, options.cell or usual_cell(block, smallest))
+        which = run.settings.read.solid
+        block = block_of(options.workpiece, which)
+        field = field_of(options, block, options.cell or usual_cell(block, smallest), which)
         return StockBefore(field, block.low[2], True)
     whole = straight_moves(program.path, 0.01 * smallest, np.inf).of_tools(cutters)
     low, high = whole.extent(~whole.rapid, cutters)
@@ -239,8 +248,7 @@ def check_size(program: Program, cutters: Mapping[int, Cutter], block: StockBloc
     found = beyond(program, cutters, block)
     if found is not None:
         line, axis, place, edge = found
-        unit = [in_other_unit(text, program, cutters, block)]
-        more = f"; in {unit[0]} it would hold all cuts: save it in mm" if unit[0] else ""
+        more = in_unit_words(in_other_unit(text, program, cutters, block))
         raise OptionError(
             f"--workpiece: {source}:{line}: a cut reaches {axis}{place:.2f}, but this stock ends at {axis}{edge:g}; "
             f"give all of the material{more}"
@@ -257,10 +265,15 @@ class Beyond(NamedTuple):
 
     def issue(self, unit: str = "") -> Issue:
         """Return it as a warning, with the unit in which the stock would hold all cuts."""
-        more = f"; in {unit} it would hold all cuts: save it in mm" if unit else ""
+        more = in_unit_words(unit)
         place, edge = f"{self.axis}{self.place:.2f}", f"{self.axis}{self.edge:g}"
         message = f"a cut reaches {place}, but the stock that was given ends at {edge}{more}"
         return Issue("L810", message, f"line {self.line}")
+
+
+def in_unit_words(unit: str) -> str:
+    """Return the end of a line that tells in which unit a stock would hold all cuts; "" where there is none."""
+    return f"; in {unit} it would hold all cuts: save it in mm" if unit else ""
 
 
 def in_other_unit(text: str, program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -> str:

@@ -85,7 +85,7 @@ def come_down(
     elif kind == "ramp" and legs is not None:
         _ramp(builder, way, legs, (high, bottom), feed)
     else:
-        builder.feed(z=bottom, feed=data.plunge_feed)
+        builder.feed(z=bottom, feed=data.straight_feed)
     return Descent(kind, asked, start, high, bottom)
 
 

@@ -20,7 +20,7 @@ from leafcut.options import JobOptions
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.tool import with_data
 from leafcut.processes.spindle_heights import check_spindle_heights
-from leafcut.stock.chip_feeds import ramp_feed
+from leafcut.stock.chip_feeds import plunge_feed, ramp_feed
 
 #: Points of a grid nearer than this share of the diameter crowd, farther ones leave the middle of four uncut: half the
 #: diagonal of a square of 0.7 D is 0.495 D, a radius but for a hundredth.
@@ -59,6 +59,11 @@ class MillingData:
         """Return the feed of a ramp or a helix that ends so far below what is uncut, mm, along its slope, mm/s."""
         feed = min(self.tool.feed, self.plunge_feed / math.sin(self.entry_angle))
         return feed if self.limits is None else ramp_feed(self.limits, feed, self.entry_angle, depth)
+
+    @property
+    def straight_feed(self) -> float:
+        """The feed straight down into the material, mm/s: that of the tool, or within the power of the spindle."""
+        return self.plunge_feed if self.limits is None else plunge_feed(self.limits, self.plunge_feed)
 
 
 def rules_of(options: PocketOptions, tolerance: float = TOLERANCE) -> PocketRules:

@@ -231,7 +231,7 @@ class _Layer:
             if opened is not Opened.NO:
                 if builder.position[2] > z + ABOVE:
                     builder.feed(z=z + ABOVE, feed=data.tool.feed)
-                builder.feed(z=z, feed=data.plunge_feed)
+                builder.feed(z=z, feed=data.straight_feed)
             else:
                 allowed = clearing.region.polygon if walls else clearing.allowed
                 climb = clearing.region.rules.climb

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 
 from leafcut.geometry.arrays import Floats, Indices
 from leafcut.model.difference import Difference
@@ -17,13 +18,15 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.pocket.proof.pocket import ROOM, PocketCut, cuts_of, engaged_levels, thinnest
 from leafcut.proof.difference import place, shorten
-from leafcut.stock.chip_feeds import chip_at, chip_limit, power_at, power_on_ramp, removal_rate
+from leafcut.stock.chip_feeds import chip_at, chip_limit, power_at, power_on_plunge, power_on_ramp, removal_rate
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: Numbers are rounded as they are written: no limit is passed by more than this share.
 _PART = 1e-4
 #: Heights that differ by less are the same, mm.
 _SAME = 1e-6
+#: Straight down through what is cleared but for so much of the radius the end of the tool cuts next to nothing.
+_SLIVER = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +40,7 @@ class MeasuredChips:
 
 @dataclass(frozen=True)
 class _Ramp:
-    """A way down on a slope: its last move, and the power that it takes at most, W."""
+    """A way down, on a slope or straight: its last move, and the power that it takes at most, W."""
 
     cut: PocketCut
     power: float
@@ -70,6 +73,7 @@ def measured_chips(
     2. No move that cuts is faster than the highest feed that was allowed.
     3. What goes down below the surface is no faster than the tool's own feed, and a ramp or a helix needs no more
        power than there is: at the slope and the feed that stand there, with a slot as deep as the level at its side.
+       So does what goes straight down, with all of its end, but where all under the tool is cleared already.
 
     A film of `thinnest` is no material. `levels` are the heights at which the tool may cut along, mm; all else goes
     down.
@@ -90,7 +94,7 @@ def measured_chips(
     ]
     for level in every:
         wrong += _beyond(level, written, limits)
-    ramps = list(_ramps(cuts, written, limits, flat, levels))
+    ramps = [*_ramps(cuts, written, limits, flat, levels), *_plunges(cuts, written, rules, limits)]
     wrong += [
         Difference("feed", 0, ramp.cut.line, _too_strong(ramp.cut, written, ramp.power, limits))
         for ramp in ramps
@@ -198,6 +202,25 @@ def _ramps(
         depth = float(tops[tops > bottom + ROOM].min(initial=0.0)) - bottom
         by_feed = float(written.value[last.row]) / math.hypot(across, fall)
         yield _Ramp(last, power_on_ramp(limits, by_feed * across, by_feed * fall, depth))
+
+
+def _plunges(cuts: list[PocketCut], written: Toolpath, rules: PocketRules, limits: FeedLimits) -> Iterator[_Ramp]:
+    """Yield the ways straight down into what is not cleared as deep by the moves before: but for a sliver, in air."""
+    if limits.material is None:
+        return
+    lines = [shapely.LineString(cut.way[:, :2]) if _across(cut) > _SAME else None for cut in cuts]
+    for number, cut in enumerate(cuts):
+        bottom = float(cut.way[-1, 2])
+        if _across(cut) > _SAME or not cut.way[0, 2] > bottom + _SAME:
+            continue
+        disc = shapely.Point(cut.way[-1, :2]).buffer((1.0 - _SLIVER) * rules.radius)
+        before = [
+            line
+            for line, other in zip(lines[:number], cuts[:number], strict=True)
+            if line is not None and other.way[:, 2].max() <= bottom + ROOM and line.dwithin(disc, rules.radius)
+        ]
+        if not shapely.union_all(shapely.buffer(before, rules.radius, quad_segs=64)).covers(disc):
+            yield _Ramp(cut, power_on_plunge(limits, float(written.value[cut.row])))
 
 
 def _across(cut: PocketCut) -> float:

@@ -53,14 +53,16 @@ class PocketCut:
 
 
 def check_pockets(
-    written: Toolpath, pockets: Sequence[Pocket], rules: PocketRules, depths: Sequence[float], retract: float
-) -> list[Difference]:
+    written: Toolpath, pockets: Sequence[Pocket], rules: PocketRules, depths: Sequence[float], retract: float,
+    tops: Sequence[float] = (),
+) -> list[Difference]:  # fmt: skip
     """Return all that a program does to a pocket that it must not; an empty list is the proof.
 
     1. No feed move is deeper than the pocket that it is in, and none below the surface brings the tool more than the
        tolerance of the rules beyond a wall, whether it clears, enters or links.
     2. A rapid moves sideways at or above the R plane only. Straight down it goes below it only to where it ends
-       over ground that feeds before it have cleared under all of the tool.
+       over ground that feeds before it have cleared under all of the tool, or over a pocket whose material begins so
+       far below.
 
     Parameters
     ----------
@@ -70,9 +72,12 @@ def check_pockets(
         Of each pocket from the surface, mm, positive.
     retract
         Height of the R plane, mm.
+    tops
+        How high the material of each pocket stands before any is milled, mm; without, all of it up to 0.
     """
     cuts = list(cuts_of(written, rules.tolerance))
-    return shorten([*_rapids(written, cuts, rules, retract), *_beyond_walls(cuts, pockets, rules, depths)])
+    low = [(top, _shape(one, rules)) for one, top in zip(pockets, tops, strict=bool(tops)) if top < 0.0]
+    return shorten([*_rapids(written, cuts, rules, retract, low), *_beyond_walls(cuts, pockets, rules, depths)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,11 +268,15 @@ def closed_differences(
     return shorten(wrong)
 
 
-def depth_differences(written: Toolpath, rules: PocketRules, step: float) -> list[Difference]:
+def depth_differences(
+    written: Toolpath, rules: PocketRules, step: float, pockets: Sequence[Pocket] = (), tops: Sequence[float] = ()
+) -> list[Difference]:
     """Return where a level cuts what no level before it has cut at most `step` mm above: more than one level at once.
 
-    A strip narrower than `FILM` diameters may be: a finishing pass takes the stock off along its whole depth.
+    A strip narrower than `FILM` diameters may be: a finishing pass takes the stock off along its whole depth. `tops`
+    says how high the material of each pocket stands before any is milled, mm; without, all of it up to 0.
     """
+    lower = [(top, _shape(one, rules)) for one, top in zip(pockets, tops, strict=True) if top < 0.0]
     wrong, levels = [], _levels(list(cuts_of(written, rules.tolerance)))
     for number, level in enumerate(levels):
         if level.z >= -step - ROOM:
@@ -280,6 +289,7 @@ def depth_differences(written: Toolpath, rules: PocketRules, step: float) -> lis
         low, high = new.min(axis=(0, 1)) - rules.tool_diameter, new.max(axis=(0, 1)) + rules.tool_diameter
         near = ((above.max(axis=1) >= low) & (above.min(axis=1) <= high)).all(axis=1)
         left = capsules(new, rules.radius, rules).difference(capsules(above[near], rules.radius, rules))
+        left = left.difference(shapely.union_all([shape for top, shape in lower if top <= level.z + step + ROOM]))
         wide = left.buffer(-FILM * rules.radius - 2.0 * rules.tolerance)
         if not wide.is_empty:
             point = wide.representative_point()
@@ -413,7 +423,9 @@ def _lines(cuts: Sequence[PocketCut]) -> Any:
 # -- checks ----------------------------------------------------------------------------------------------------------
 
 
-def _rapids(path: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules, retract: float) -> list[Difference]:
+def _rapids(
+    path: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules, retract: float, open_: Sequence[tuple[float, Any]]
+) -> list[Difference]:
     """Return the rapids below the R plane that go sideways, or down to what is not cleared."""
     before = path.before
     rapid = path.kind == Kind.RAPID
@@ -424,7 +436,7 @@ def _rapids(path: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules, retra
         (row, f"a rapid may move sideways only at Z{retract:.3f} or above")
         for row in np.flatnonzero(rapid & low & sideways).tolist()
     ]
-    blind = _uncleared(path, before, np.flatnonzero(rapid & down).tolist(), cuts, rules)
+    blind = _uncleared(path, before, np.flatnonzero(rapid & down).tolist(), cuts, rules, open_)
     wrong += [(row, f"a rapid may go below Z{retract:.3f} only over cleared area") for row in blind]
     return [
         Difference(
@@ -438,11 +450,13 @@ def _rapids(path: Toolpath, cuts: Sequence[PocketCut], rules: PocketRules, retra
 
 
 def _uncleared(
-    path: Toolpath, before: Points, rows: Sequence[int], cuts: Sequence[PocketCut], rules: PocketRules
-) -> list[int]:
+    path: Toolpath, before: Points, rows: Sequence[int], cuts: Sequence[PocketCut], rules: PocketRules,
+    open_: Sequence[tuple[float, Any]],
+) -> list[int]:  # fmt: skip
     """Return those of some rapids straight down that end lower than `OVER` over what earlier feeds have cleared.
 
-    Cleared is a disc of the tool's radius less the tolerance: films thinner than that are no material.
+    Cleared is a disc of the tool's radius less the tolerance: films thinner than that are no material. `open_` are
+    heights of material that stands no higher over a shape.
     """
     if not rows or not cuts:
         return list(rows)
@@ -457,7 +471,8 @@ def _uncleared(
         if shapely.dwithin(near, at, 0.1 * rules.tolerance).any():
             continue  # the tool's centre has been here
         steps = [shapely.linestrings(np.stack([p[:-1], p[1:]], axis=1)) for p in map(shapely.get_coordinates, near)]
-        cleared = shapely.union_all(shapely.buffer(np.concatenate([[], *steps]), rules.radius, quad_segs=chords))
+        swept = shapely.buffer(np.concatenate([[], *steps]), rules.radius, quad_segs=chords)
+        cleared = shapely.union_all([*swept, *(shape for top, shape in open_ if top <= z - OVER + ROOM)])
         if not cleared.covers(at.buffer(rules.radius - rules.tolerance, quad_segs=chords)):
             found.append(row)
     return found

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import Fact, SummaryTable, Which
 from leafcut.model.saving import plain
+from leafcut.model.shown_stock import ShownStock
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.pocket.report import pocket_page
@@ -62,6 +64,11 @@ class PocketReport(PathReport[PocketDetail]):
         """Return what feeds that follow what the tool meets save, where that was asked for."""
         pace = self.outcome.detail.pace
         return pace_facts(pace) if pace else []
+
+    def stock(self) -> ShownStock:
+        """Return the tools, and the solid with its pockets full where that is known, else a block around the cuts."""
+        found, before = super().stock(), self.outcome.detail.before
+        return found if before is None else replace(found, surface=before)
 
     def summary_table(self) -> SummaryTable:
         """Return every strategy over one level that is possible."""

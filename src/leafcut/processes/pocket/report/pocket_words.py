@@ -257,14 +257,15 @@ def several_depths(plans: Sequence[PocketPlan]) -> bool:
 
 def levels_words(plans: Sequence[PocketPlan]) -> list[str]:
     """Return ``3 × 2 mm to Z-6`` for each kind of levels, and how many pockets are cleared so where they differ."""
-    counted = Counter((plan.begin, plan.levels, plan.heights) for plan in plans)
+    counted = Counter((plan.begin, plan.levels, plan.heights, plan.in_floor) for plan in plans)
     words = []
-    for begin, levels, heights in sorted(counted, key=lambda one: (-one[1][-1], -one[0])):
+    for begin, levels, heights, in_floor in sorted(counted, key=lambda one: (-one[1][-1], -one[0])):
         step = begin - levels[0]
         line = f"{len(levels)} × {step:.4g} mm to Z{heights[-1]:.4g}"
         if len(counted) > 1:
-            line += f", {count(counted[begin, levels, heights], 'pocket')}"
-        words.append(f"{line} from Z{heights[0] + step:.4g}, the floor of another" if begin else line)
+            line += f", {count(counted[begin, levels, heights, in_floor], 'pocket')}"
+        what = "the floor of another" if in_floor else "the surface around"
+        words.append(f"{line} from Z{heights[0] + step:.4g}, {what}" if begin else line)
     return words
 
 

@@ -159,7 +159,8 @@ def _in_material(
         by_chip = by_chip if limit.stated else np.maximum(by_chip, 1.0)
         by_rate = np.divide(limit.rate, loads.rate, out=np.full_like(speed, np.inf), where=loads.rate > 0)
         factor = np.minimum(np.minimum(by_chip, np.maximum(by_rate, 1.0)), rules.increase)
-        factor = np.minimum(factor, loads.spindle_ratio(limit, diameter))
+        spindle = loads.spindle_ratio(limit, diameter)
+        factor = np.minimum(factor, spindle)
         down = np.divide(limit.plunge, loads.down, out=np.full_like(speed, np.inf), where=loads.down > 0)
         factor = np.where(loads.sinks, np.minimum(factor, down), factor)
         keeps = np.where(loads.sinks, math.isinf(limit.plunge), loads.width <= FINISH * diameter)
@@ -169,9 +170,16 @@ def _in_material(
         factor = least_around(np.where(mine, factor, np.inf), loads.length, _AROUND * diameter)
         speed[mine] *= factor[mine]
         plunges = loads.plunges & of_tool
-        speed[plunges] *= np.minimum(down[plunges], 1.0)
+        speed[plunges] *= _least_by_row(np.minimum(np.minimum(down, spindle), 1.0), loads.source, plunges)
     speed = np.where(speed > loads.feed, np.maximum(np.minimum(speed, machine.max_feed), loads.feed), speed)
     return _reached(speed, loads.feed, loads.length, min(machine.acceleration) * machine.acceleration_factor)
+
+
+def _least_by_row(factor: Floats, source: NDArray[np.int64], which: NDArray[np.bool_]) -> Floats:
+    """Return of each chosen piece the least factor of its motion: that goes straight down at one speed."""
+    least = np.full(int(source.max(initial=-1)) + 1, np.inf)
+    np.minimum.at(least, source[which], factor[which])
+    return np.asarray(least[source[which]])
 
 
 def _stepped(factor: Floats) -> Floats:

@@ -1,0 +1,84 @@
+"""Where the material of a solid's pockets begins: at the highest place of the surface over and around each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from leafcut.geometry.regions import region
+from leafcut.model.pocket import Pocket
+
+#: A triangle that is smaller as seen from above stands upright, mm²: its upper edge belongs to another one, too.
+_UPRIGHT = 1e-9
+
+
+def stock_tops(
+    pockets: Sequence[Pocket], of_solid: Sequence[Pocket], triangles: NDArray[np.float64], radius: float
+) -> list[float]:
+    """Return how high the material of pockets stands before any is milled, mm: 0 at their top, negative below.
+
+    It is the highest place of the solid over the pocket and its rim, as wide as the tool's radius. A pocket that lies
+    in another one is filled up to the rim of that one, whether that one is milled as well or not.
+
+    Parameters
+    ----------
+    of_solid
+        All pockets of the solid.
+    triangles
+        Its surface, float64[n, 3, 3], mm.
+    """
+    filled = [region(one.outline, (), name=one.label) for one in of_solid]
+    tops = []
+    for one in pockets:
+        own = region(one.outline, (), name=one.label)
+        area = shapely.union_all([own, *(other for other in filled if other.intersects(own))])
+        highest = highest_over(triangles, area.buffer(radius))
+        tops.append(round(min(highest - (one.top or 0.0), 0.0), 6))
+    return tops
+
+
+def filled(triangles: NDArray[np.float64], of_solid: Sequence[Pocket], tops: Sequence[float]) -> NDArray[np.float64]:
+    """Return the surface of a solid with a lid over each of its pockets, float64[n, 3, 3]: what it is before them.
+
+    Parameters
+    ----------
+    tops
+        How high the material of each pocket stands (`stock_tops`), mm.
+    """
+    lids = [triangles]
+    for one, top in zip(of_solid, tops, strict=True):
+        flat = shapely.get_parts(shapely.constrained_delaunay_triangles(region(one.outline, (), name=one.label)))
+        xy = shapely.get_coordinates(flat).reshape(-1, 4, 2)[:, :3]
+        lids.append(np.concatenate([xy, np.full((len(xy), 3, 1), (one.top or 0.0) + top)], axis=2))
+    return np.concatenate(lids)
+
+
+def highest_over(triangles: NDArray[np.float64], area: Any) -> float:
+    """Return the highest place of a surface over an area of the plane, mm; −∞ where it has none there."""
+    x0, y0, x1, y1 = area.bounds
+    low, high = triangles[:, :, :2].min(axis=1), triangles[:, :, :2].max(axis=1)
+    near = triangles[(low <= (x1, y1)).all(axis=1) & (high >= (x0, y0)).all(axis=1)]
+    tops, best = near[:, :, 2].max(axis=1), -np.inf
+    shapely.prepare(area)
+    for k in np.argsort(-tops, kind="stable").tolist():
+        if tops[k] <= best:
+            break
+        flat = shapely.Polygon(near[k, :, :2])
+        if flat.area < _UPRIGHT or not area.intersects(flat):
+            continue
+        places = near[k] if area.covers(flat) else _on_plane(near[k], area.intersection(flat))
+        best = max(best, float(places[:, 2].max(initial=-np.inf)))
+    return best
+
+
+def _on_plane(triangle: NDArray[np.float64], part: Any) -> NDArray[np.float64]:
+    """Return the corners of a part of a triangle at the heights of its plane, float64[n, 3]."""
+    xy = shapely.get_coordinates(part)
+    a, b, c = triangle
+    share = np.linalg.solve(np.array([(b - a)[:2], (c - a)[:2]]).T, (xy - a[:2]).T)
+    z = a[2] + share[0] * (b - a)[2] + share[1] * (c - a)[2]
+    return np.column_stack([xy, np.clip(z, triangle[:, 2].min(), triangle[:, 2].max())])
