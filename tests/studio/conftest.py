@@ -78,18 +78,24 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
         yield started
 
 
+@pytest.fixture(scope="session")
+def context(browser: Any, server: Any) -> Iterator[Any]:
+    """Return what all pages share that `page` returns: the scripts of the page are fetched and compiled once."""
+    made = browser.new_context(viewport={"width": 1280, "height": 720}, locale="en-US", accept_downloads=True)
+    yield made
+    made.close()
+
+
 @pytest.fixture
-def page(browser: Any, server: Any) -> Iterator[Any]:
+def page(context: Any, server: Any) -> Iterator[Any]:
     """Return a page of the studio; in the end nothing may have been complained of, nor asked of another host."""
     from playwright.sync_api import expect
 
     complaints: list[str] = []
     asked: list[str] = []
     server.speak_as_the_browser()
-    context = browser.new_context(viewport={"width": 1280, "height": 720}, locale="en-US", accept_downloads=True)
-    context.grant_permissions(["clipboard-read", "clipboard-write"])
-    server.let_in(context)
     made = context.new_page()
+    _as_never_used(made, server)
     made.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
     made.on("pageerror", lambda e: complaints.append(str(e)))
     made.on("request", lambda r: asked.append(r.url))
@@ -98,9 +104,22 @@ def page(browser: Any, server: Any) -> Iterator[Any]:
     # What is done before that reaches the studio afterwards, and not always in its order.
     made.wait_for_function("window.did_handshake")
     yield made
-    made.close()
-    context.close()
+    for one in context.pages:  # a test may have opened more
+        one.close()
     assert complaints == []
     assert {urlsplit(url).netloc for url in asked if not url.startswith(("data:", "blob:"))} == {
         f"127.0.0.1:{server.port}"
     }
+
+
+def _as_never_used(page: Any, server: Any) -> None:
+    """Forget all that earlier tests left in the browser but the files that the page is made of."""
+    context = page.context
+    context.clear_cookies()
+    context.clear_permissions()
+    context.grant_permissions(["clipboard-read", "clipboard-write"])
+    server.let_in(context)
+    session = context.new_cdp_session(page)
+    kinds = "local_storage,indexeddb,cache_storage,service_workers,websql,file_systems"
+    session.send("Storage.clearDataForOrigin", {"origin": server.origin, "storageTypes": kinds})
+    session.detach()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from itertools import islice, product
 from pathlib import Path
@@ -17,6 +17,7 @@ _ENDINGS = frozenset({"in_unit_words"})
 _SETS = ast.Assign | ast.AnnAssign | ast.NamedExpr
 _Function = ast.FunctionDef | ast.AsyncFunctionDef
 _Seen = frozenset[str]
+_Places = tuple[tuple[int, int], ...]
 
 
 class Source:
@@ -36,27 +37,35 @@ class Source:
             if name.name in _ENDINGS
         }
         #: Node → the blocks that it stands in, the innermost first, each with the line of its statement there.
-        self.places: dict[ast.AST, list[tuple[int, int]]] = {}
+        self.places: dict[ast.AST, _Places] = {}
         #: Name → what sets it, or adds to it; and the parameters of functions by the block of their bodies.
         self.setting: dict[str, list[ast.AST]] = {}
         self.parameters: dict[int, set[str]] = {}
+        self._calls: list[tuple[str, ast.Call]] = []
+        self._place(self.tree, ())
         for node in ast.walk(self.tree):
+            if isinstance(node, ast.Call):
+                self._calls.append((_called(node), node))
             targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
             for name in {n.id for t in targets if t is not None for n in ast.walk(t) if isinstance(n, ast.Name)}:
                 self.setting.setdefault(name, []).append(node)
             if isinstance(node, _Function):
                 self.functions.setdefault(node.name, []).append(node)
                 self.parameters[id(node.body)] = {one.arg for one in ast.walk(node.args) if isinstance(one, ast.arg)}
-            for block in (getattr(node, name, None) for name in ("body", "orelse", "finalbody")):
-                for statement in block if isinstance(block, list) else ():
-                    for inner in ast.walk(statement):
-                        self.places.setdefault(inner, []).insert(0, (id(block), statement.lineno))
 
-    def calls(self) -> Iterator[tuple[str, ast.Call]]:
-        """Yield every call with the name of what is called."""
-        for node in ast.walk(self.tree):
-            if isinstance(node, ast.Call):
-                yield _called(node), node
+    def _place(self, node: ast.AST, places: _Places) -> None:
+        """Note of all that a node is made of in which blocks it stands."""
+        for name, value in ast.iter_fields(node):
+            block = isinstance(value, list) and name in ("body", "orelse", "finalbody")
+            for inner in value if isinstance(value, list) else (value,):
+                if isinstance(inner, ast.AST):
+                    there = ((id(value), inner.lineno), *places) if block else places  # type: ignore[attr-defined]
+                    self.places[inner] = there
+                    self._place(inner, there)
+
+    def calls(self) -> list[tuple[str, ast.Call]]:
+        """Return every call with the name of what is called."""
+        return self._calls
 
     def lines(self, node: ast.expr | None, seen: _Seen = frozenset()) -> list[str]:
         """Return every line that an expression may be; ``{}`` where it is made elsewhere."""
@@ -97,7 +106,7 @@ class Source:
         if (key := f"{name}:{node.lineno}") in seen:  # type: ignore[attr-defined]
             return [GAP]
         seen |= {key}
-        for block, line in self.places.get(node, []):
+        for block, line in self.places.get(node, ()):
             at = {
                 one: dict(self.places[one])[block]
                 for one in self.setting.get(name, [])
