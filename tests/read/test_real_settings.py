@@ -34,6 +34,9 @@ REAL: dict[str, tuple[str, Any, Any, Any, dict[str, Any]]] = {
         {"spindle_max_rpm": 1000, "steps_per_mm": (40, 46.8, 755.79), "motor_lock_s": 0.1}),
     "mach3_rnr.xml": ("mach3", (14.67, 5, 5), (60, 20, 20), UNKNOWN,
         {"units": "mm", "spindle_max_rpm": 24000, "spindle_start_s": 1.0, "name": "Mach3Mill"}),
+    # the fourth pulley (<PULLEY>3); soft limits were set, and are off
+    "mach3_cnc_models.xml": ("mach3", (16.67, 18.33, 10), (120, 120, 100), ((-593, -890, -160), (0, 0, 0)),
+        {"units": "mm", "spindle_max_rpm": 8000, "spindle_min_rpm": 0, "spindle_start_s": 1.0}),
     # 33866.67 ÷ 4064 = 8.3333 in/s; 203200 ÷ 4064 = 50 in, 48768 ÷ 8128 = 6 in
     "mach4_1212.ini": ("mach4", (500 * INCH / 60, 500 * INCH / 60, 250 * INCH / 60), (25 * INCH, 25 * INCH, 20 * INCH),
         ((0, 0, 0), (50 * INCH, 50 * INCH, 6 * INCH)), {"units": "in", "spindle_max_rpm": 3600}),
@@ -41,6 +44,12 @@ REAL: dict[str, tuple[str, Any, Any, Any, dict[str, Any]]] = {
     "mach4_industrial.ini": ("mach4", (275 * INCH / 60, 200 * INCH / 60, 35 * INCH / 60),
         (7.83 * INCH, 7.83 * INCH, 3.1 * INCH), ((0, 0, -7 * INCH), (44 * INCH, 48 * INCH, 0)),
         {"units": "in", "spindle_max_rpm": 24000, "spindle_start_s": 1.0}),
+    # 112888.92 ÷ 13546.67 = 8.3333 in/s = 500 in/min; 885952 and 1473876 ÷ 13546.67 = 65.399984 in and 108.79987 in;
+    # 84666.67 ÷ 25400 = 3.3333 in/s, 260350 ÷ 25400 = 10.25 in
+    "mach4_blp.ini": ("mach4", (500 * INCH / 60, 500 * INCH / 60, 200 * INCH / 60),
+        (100 * INCH, 100 * INCH, 50 * INCH),
+        ((0, 0, -10.25 * INCH), (65.399984 * INCH, 108.79987 * INCH, 0)),
+        {"units": "in", "spindle_max_rpm": 24000, "spindle_start_s": 1.0, "name": "BLP"}),
     # z homes upwards, the others downwards
     "fluidnc_lowrider.yaml": ("fluidnc", (150, 150, 20), (200, 200, 80), ((0, 0, -300), (1220, 2440, 0)),
         {"name": "LowRider", "steps_per_mm": (50, 50, 200), "home": (0, 0, 0)}),
@@ -67,6 +76,9 @@ REAL: dict[str, tuple[str, Any, Any, Any, dict[str, Any]]] = {
     # what it runs (M98) has the speeds; the travel is in variables that another file of the owner sets
     "milo/config.g": ("rrf", (50, 50, 6), (1000, 1000, 20), UNKNOWN, {"name": "Millenium Milo v1.5 M016"}),
 }  # fmt: skip
+
+#: Profiles whose owners never saved the tuning of their motors: real files without what a machine needs.
+UNTUNED = ("mach3_untuned_inch.xml", "mach3_lathe4d.xml")
 
 #: Samples of LinuxCNC that stand for a machine, the same way.
 SAMPLES: dict[str, tuple[Any, Any, Any, dict[str, Any]]] = {
@@ -111,7 +123,28 @@ def test_a_file_of_a_real_machine_says_what_was_read_by_eye(name: str, tmp_path:
 
 def test_every_real_file_is_tried() -> None:
     files = {str(f.relative_to(HERE)) for f in HERE.rglob("*") if f.is_file() and f.suffix != ".md"}
-    assert files - set(REAL) == {f"milo/{name}.g" for name in ("speed", "limits", "drives")}
+    assert files - set(REAL) - set(UNTUNED) == {f"milo/{name}.g" for name in ("speed", "limits", "drives")}
+
+
+def test_every_importer_reads_three_real_files_and_mach3_two() -> None:
+    """Of Mach3 five were found, and only in two of them is the tuning of the motors. LinuxCNC's are its samples."""
+    kinds = [values[0] for values in REAL.values()] + ["linuxcnc"] * len(SAMPLES)
+    count = {kind: kinds.count(kind) for kind in kinds}
+    assert count.pop("mach3") == 2
+    assert min(count.values()) >= 3 and set(count) == {"grbl", "mach4", "fluidnc", "marlin", "rrf", "linuxcnc"}
+
+
+@every("name", UNTUNED)
+def test_a_profile_of_mach3_without_motor_tuning_says_what_to_save(name: str) -> None:
+    with pytest.raises(ReadError, match="has no <Vel0>: the tuning of this motor was never saved; in Mach3 open"):
+        of_file(HERE / name)
+
+
+def test_a_profile_of_mach3_without_units_asks_for_them_and_takes_them() -> None:
+    text = read_settings(HERE / "mach3_cnc_models.xml").replace("<Units>0</Units>", "")
+    with pytest.raises(ReadError, match="has no <Units>, so its lengths may be mm or inches; set --units"):
+        imported(text, "a.xml")
+    assert imported(text, "a.xml", units="in").machine.rapid_velocity[2] == pytest.approx(10 * INCH)
 
 
 @pytest.fixture

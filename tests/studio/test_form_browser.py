@@ -126,3 +126,27 @@ def test_a_key_leads_to_the_field_that_finds_options(page: Page) -> None:
     page.keyboard.type("peck")
     expect(page.get_by_label("Peck depth", exact=True)).to_be_visible()
     expect(page.get_by_label("Machine", exact=True)).to_have_count(0)
+
+
+def test_a_form_begins_with_the_persons_own_defaults_and_tells_where_they_come_from(
+    browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They stand in the fields; a value that is typed is told of no more."""
+    shop = tmp_path / "shop.toml"
+    shop.write_text('machine = "haas-vf2"\n')
+    monkeypatch.setenv("LEAFCUT_DEFAULTS", str(shop))
+    server = Server(tmp_path / "home")
+    try:
+        context = browser.new_context()
+        server.let_in(context)
+        page = context.new_page()
+        page.goto(server.origin)
+        opened(page, PLATE)
+        expect(page.locator("#command")).to_contain_text("--machine haas-vf2 --no-defaults")
+        note = page.get_by_text("from your defaults (shop.toml:1)", exact=True)
+        expect(note).to_be_visible()
+        page.get_by_label("Machine", exact=True).select_option("fagor-8055")
+        expect(note).to_have_count(0)
+        context.close()
+    finally:
+        server.end()

@@ -101,7 +101,7 @@ def settings_for(settings: Settings, work: Work, input_kind: str = "") -> Settin
         An option that was given by itself, not in a file for many kinds of work, is not used; or it names a file that
         is not there.
     """
-    unused = dict(_unused(settings, work, input_kind))
+    unused = unused_options(settings, work, input_kind)
     for name, why in unused.items():
         if name in settings.asked:
             raise OptionError(f"{flag_name(name)}: {why}")
@@ -123,6 +123,11 @@ def why_unused(name: str, title: str, instead: str = "") -> str:
     titles = [one.title for one in registry.works() if name in one.used()]
     others = " and ".join(", ".join(titles).rsplit(", ", 1))
     return f"not used for {title}; it applies to {others}; {instead or 'leave it out'}"
+
+
+def unused_options(settings: Settings, work: Work, input_kind: str = "") -> dict[str, str]:
+    """Return the options that were given and that a kind of work does not use: name → why, and what to do."""
+    return dict(_unused(settings, work, input_kind))
 
 
 def _unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[str, str]]:

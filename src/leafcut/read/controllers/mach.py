@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 _NO_XML = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 #: Soft limits that nobody has set.
 _MACH3_UNSET = (-100.0, 100.0)
+#: What Mach3 writes when an axis of its motor tuning is saved, and not before.
+_MACH3_MOTORS = tuple(f"{stem}{axis}" for axis in range(3) for stem in ("Vel", "Acc"))
 #: How Mach takes corners: said of neither by its file.
 _DEVIATION = "0.05 mm", "constant velocity rounds corners; how far is not in the file"
 
@@ -50,9 +52,14 @@ def read_mach3(text: str, file: str, units: str | None = None) -> Values:
     def each(stem: str) -> tuple[float, ...]:
         return tuple(number(values, said(stem.format(axis)), f"<{stem.format(axis)}>") for axis in range(3))
 
-    unit = _given(
-        values, {"0": "mm", "1": "in"}.get(said("Units").strip()), f"<Units> is {shown(said('Units'), 10)}", units
-    )
+    untuned = [tag for tag in _MACH3_MOTORS if tag not in tags]
+    if untuned:
+        raise values.refusal(
+            f"has no <{untuned[0]}>: the tuning of this motor was never saved; "
+            "in Mach3 open Config, Motor Tuning and save each axis, then read the file again"
+        )
+    place = f"<Units> is {shown(tags['Units'], 10)}" if "Units" in tags else "it has no <Units>"
+    unit = _given(values, {"0": "mm", "1": "in"}.get(tags.get("Units", "").strip()), place, units)
     name = tags.get("Profile", "").strip()
     if name:
         values.take("name", shown(name, 40), "<Profile>")

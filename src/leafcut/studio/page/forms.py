@@ -96,17 +96,21 @@ def form(
     machines: Mapping[str, str],
     tools: Iterable[str],
     menus: Menus | None = None,
+    usual: Mapping[str, str] | None = None,
 ) -> list[dict[str, Any]]:
     """Return the form of a kind of work as the page draws it: groups with fields, in plain values.
 
     `machines` are name → what it is called; `tools` the names of the person's own libraries; `menus` what is offered
-    beside typing.
+    beside typing; `usual` where the person's own defaults said a value.
     """
     own = _own(machines, work, tools)
-    return [
+    groups = [
         _group(key, names, values, words, work, own, menus)
         for key, names in names_of(work, str(values.get("algorithm") or "auto"))
     ]
+    for field in (one for group in groups for one in group["fields"] if one["name"] in (usual or {})):
+        field["usual"] = words("form.usual", place=(usual or {})[field["name"]])
+    return groups
 
 
 def form_of(

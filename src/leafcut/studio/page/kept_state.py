@@ -6,7 +6,7 @@ import json
 import re
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from leafcut.errors import OptionError
@@ -41,6 +41,7 @@ class KeptState:
     values: dict[str, Any] = field(default_factory=dict)
     shown: dict[str, str] = field(default_factory=dict)
     of_input: tuple[str, ...] = ()
+    usual: dict[str, str] = field(default_factory=dict)
     job: str = ""
     pace: str = "full"
     tab: str = "summary"
@@ -53,7 +54,7 @@ class KeptState:
             view.source, view.name, view.second, view.second_name,
             tuple(one.word for one in view.parts), dict(view.part_names), view.origin, view.sheet,
             view.work, view.process, dict(view.values), dict(view.shown), tuple(sorted(view.of_input)),
-            view.job or "", view.pace, tab, edit,
+            dict(view.usual), view.job or "", view.pace, tab, edit,
         )  # fmt: skip
 
     def put_into(self, view: View) -> None:
@@ -64,6 +65,7 @@ class KeptState:
         view.origin, view.sheet = self.origin, self.sheet
         view.work, view.process, view.pace = self.work, self.process, self.pace
         view.values, view.shown, view.of_input = dict(self.values), dict(self.shown), set(self.of_input)
+        view.usual = dict(self.usual)
         view.for_study = None
         found = {name: forms.problem_with(name, value) for name, value in self.values.items()}
         view.errors = {name: line for name, line in found.items() if line}
@@ -95,6 +97,7 @@ class KeptState:
             values=values,
             shown={n: str(v) for n, v in _dict(plain, "shown").items() if n in values},
             of_input=tuple(n for n in _list(plain, "of_input") if n in values),
+            usual={n: str(v) for n, v in _dict(plain, "usual").items() if n in values},
             job=job if _JOB.fullmatch(job) else "",
             pace=_one_of(plain.get("pace"), PACES, "full"),
             tab=str(plain.get("tab", "summary")),
@@ -103,8 +106,10 @@ class KeptState:
 
     @property
     def chosen(self) -> bool:
-        """Whether there is anything to come back to."""
-        return self != KeptState(tab=self.tab, pace=self.pace)
+        """Whether there is anything to come back to: what the defaults said is there again without that."""
+        values = {name: value for name, value in self.values.items() if name not in self.usual}
+        shown = {name: word for name, word in self.shown.items() if name not in self.usual}
+        return replace(self, values=values, shown=shown, usual={}) != KeptState(tab=self.tab, pace=self.pace)
 
 
 def _one_of(word: Any, known: Iterable[str], default: str) -> str:

@@ -15,6 +15,7 @@ from leafcut.studio.jobs.nest_request import WantedPart
 from leafcut.studio.jobs.task import Task, command_line, prepare, program_name
 from leafcut.studio.page import fitting_machines, forms
 from leafcut.studio.page.chart_menus import Menus, chart_menus, chart_problem
+from leafcut.studio.page.own_defaults import own_defaults, without_idle
 from leafcut.studio.page.preview import Seen, look
 from leafcut.studio.page.whole import Zero
 from leafcut.studio.wording import Words
@@ -46,6 +47,8 @@ class View:
         Of the form: what was typed, what chosen files are called, and what is wrong.
     of_input
         Names of values that were put for this input alone: they go when another one comes.
+    usual
+        Names of values that the person's own defaults gave, and where: name → file and line.
     job
         The job whose outcome is shown, or None.
     pace
@@ -73,6 +76,7 @@ class View:
     shown: dict[str, str] = field(default_factory=dict)
     errors: dict[str, str] = field(default_factory=dict)
     of_input: set[str] = field(default_factory=set)
+    usual: dict[str, str] = field(default_factory=dict)
     job: str | None = None
     pace: str = "full"
     edited: bool = False
@@ -145,6 +149,14 @@ class View:
         line = fitting_machines.why_not(machine, self.work, self.studio.folder, self.words)
         return {**self.errors, "machine": line} if line else self.errors
 
+    def take_defaults(self) -> str:
+        """Begin with the person's own defaults; return why that cannot be, in one line, or nothing."""
+        found = own_defaults(self.studio.folder)
+        for name, value in found.values.items():
+            self.put(name, value, found.shown.get(name, ""))
+        self.usual = {name: place for name, place in found.places.items() if name in self.values}
+        return found.problem
+
     def put_for_input(self, name: str, value: Any, shown: str = "") -> None:
         """Take a value that holds for this input alone."""
         self.put(name, value, shown)
@@ -153,6 +165,7 @@ class View:
     def put(self, name: str, value: Any, shown: str = "") -> None:
         """Take a value as typed, and note what is wrong with it."""
         self.of_input.discard(name)
+        self.usual.pop(name, None)
         if value in (None, "", group_of(name).defaults()[name]):
             self.values.pop(name, None)
             self.shown.pop(name, None)
@@ -194,7 +207,13 @@ class View:
         chosen = str(self.values.get("machine") or "")
         machines = fitting_machines.offered(self._machines(), self.work, chosen, self.studio.folder)
         return forms.form(
-            self.work, self.values, self.words, machines=machines, tools=tools, menus=self._menus(self.work)
+            self.work,
+            self.values,
+            self.words,
+            machines=machines,
+            tools=tools,
+            menus=self._menus(self.work),
+            usual=self.usual,
         )
 
     def cut_form(self) -> list[dict[str, Any]]:
@@ -246,7 +265,9 @@ class View:
             inputs = tuple(one.word for one in self.parts)
         process = self.process if self.work == "program" else work.process
         origin = self.origin if self.work == "cut" else ""
-        return Task(work.command, inputs, process, forms.of_work(self.work, self.values), origin)
+        kind = self.seen.format if self.seen is not None else ""
+        options = without_idle(forms.of_work(self.work, self.values), self.usual, self.work, kind)
+        return Task(work.command, inputs, process, options, origin)
 
     def command_line(self) -> str:
         """Return what one types to have the same run; empty as long as that cannot be said."""

@@ -133,6 +133,8 @@ class Page:
             kept, self.memory = None, Memory(self, studio.pages)
         if kept is not None:
             kept.put_into(self.view)
+        #: What is wrong with the person's own defaults, which a new page begins with.
+        self._unread = "" if kept is not None else self.view.take_defaults()
         self._kept, self._asked = kept is not None, job if kept is None else ""
         #: When what is said goes away by itself, by the monotonic clock.
         self._until = math.inf
@@ -179,6 +181,8 @@ class Page:
             self.memory.watch(ui.context.client, self.went)
             self.badge = Badge(self.view)
         self.built = True
+        if self._unread:
+            self.say(w("form.usual_wrong", line=w.plain(self._unread)), True)
         self.show(view if view in self.views else "work")
         self.timer = ui.timer(_TICK, self.tick)
         ui.context.client.on_delete(self._forget)

@@ -351,7 +351,7 @@ class InputPanel:
             view.part_names = {one.input: name for one, name in zip(view.parts, names, strict=True)}
         view.origin = task.origin
         view.process, view.work = task.process, work_of(task, view.name)
-        view.values, view.errors, view.for_study = dict(task.options), {}, None
+        view.values, view.errors, view.for_study, view.usual = dict(task.options), {}, None, {}
         self.bench.restore(task, view.values)
         view.shown = {name: self._named(value) for name, value in task.options.items() if isinstance(value, str)}
         view.of_input = {"hole_order", "plan", *(("quantity",) if task.origin else ())} & view.values.keys()

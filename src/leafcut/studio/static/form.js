@@ -211,6 +211,7 @@ export default {
           error ? h("span", { class: "error", role: "alert" }, error) : null,
           h("span", { class: "help" }, [field.help, field.rule, field.flag].filter(Boolean).join(". ")),
         ]),
+        field.usual ? h("p", { class: "usual quiet small" }, field.usual) : null,
         field.help ? h(
           "button",
           {
