@@ -114,7 +114,7 @@ def test_nothing_is_written_over_an_input_or_by_halves(tmp_path: Path, capsys: p
         ("machine new extra", "machine new takes no input"),
         ("machine check a.nc --measured 1:00", "--machine needs a value|needs --machine"),
         ("machine check --machine haas-vf2", "needs programs with --measured, or --times"),
-        ("machine check a.nc b.nc --measured 1:00 --machine haas-vf2", "1 times for 2 programs"),
+        ("machine check a.nc b.nc --measured 1:00 --machine haas-vf2", "1 time for 2 programs"),
         ("machine check a.nc --measured 1:99 --machine haas-vf2", "is no time of a clock.*write it as 12:34"),
         ("machine check a.nc --measured soon --machine haas-vf2", "'soon' is not a number"),
         ("machine check a.nc --measured 0 --machine haas-vf2", "is not above 0"),
@@ -258,3 +258,29 @@ def test_a_tool_library_is_imported_and_what_is_left_out_is_told(
     assert load_tools(out).tools == load_tools(table).tools
     assert answer(["tools", "import", str(table)], capsys)["left_out"][0].startswith("T2")
     assert "never overwritten" in refused(["tools", "import", str(out), "-o", str(out)], capsys)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ('name = "a"\nnonsense = 3\n', "answers.toml:2: unknown answer 'nonsense'"),
+        ('name = "a"\ncontroller = "gerbl"\nrapid = "2 m/min"\n', "answers.toml:2: "),
+        ('name = "a"\ncontroller = "grbl"\nrapid = "fast"\n', "answers.toml:3: "),
+        ("name =\n", "answers.toml: not a TOML file"),
+    ],
+)
+def test_a_wrong_file_of_answers_is_refused_as_a_file_with_its_line(
+    text: str, line: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The command line is right: status 1. The same words typed are wrong usage, status 2."""
+    (tmp_path / "answers.toml").write_text(text)
+    assert run(["machine", "new", "--answers", str(tmp_path / "answers.toml")]) == 1
+    said = capsys.readouterr().err
+    assert line in said and said.count("\n") == 1
+    assert run(["machine", "new", "--name", "a", "--controller", "grbl", "--rapid", "fast"]) == 2
+
+
+def test_a_flag_that_overrides_a_wrong_answer_of_a_file_is_what_counts(tmp_path: Path) -> None:
+    (tmp_path / "answers.toml").write_text('name = "a"\ncontroller = "grbl"\nrapid = "fast"\n')
+    words = ["machine", "new", "--answers", str(tmp_path / "answers.toml"), "-o", str(tmp_path / "a.toml")]
+    assert run([*words, "--rapid", "2 m/min"]) == 0

@@ -115,16 +115,16 @@ def _new(
     On a terminal what is not given by a flag or by --answers is asked, with a likely answer; elsewhere the likely one
     is taken, and told.
     """
-    from leafcut.files import read_toml
-    from leafcut.read.controllers.questions import questioned
+    from leafcut.read.controllers.questions import answers_of, questioned
 
     refuse_dash("--answers", answers)
     refuse_dash("--base", base)
     files = [answers, base if base and base.lower().endswith(".toml") else None]
     _check_output(output, files)
     given: dict[str, Any] = {}
+    places: dict[str, str] = {}
     if answers is not None:
-        given |= read_toml(Path(answers))
+        given, places = answers_of(Path(answers))
     flags = {
         "name": name,
         "controller": controller,
@@ -138,9 +138,11 @@ def _new(
         "tool-changer": tool_changer,
         "tool-change-time": tool_change_time,
     }
-    given |= {key: value for key, value in flags.items() if value is not None}
+    typed = {key: value for key, value in flags.items() if value is not None}
+    given |= typed
+    places = {key: place for key, place in places.items() if key not in typed}
     terminal = sys.stdin is not None and sys.stdin.isatty() and not as_json
-    _write_or_print(questioned(given, _ask if terminal else None, base), output, as_json=as_json)
+    _write_or_print(questioned(given, _ask if terminal else None, base, places), output, as_json=as_json)
     return 0
 
 
@@ -242,7 +244,8 @@ def _pairs(programs: Sequence[str], measured: Sequence[str], times: str | None) 
         raise OptionError("machine check needs programs with --measured, or --times")
     if len(programs) != len(measured):
         raise OptionError(
-            f"--measured: {len(measured)} times for {len(programs)} programs; give one for each, in their order"
+            f"--measured: {count_of(len(measured), 'time')} for {count_of(len(programs), 'program')}; "
+            "give one for each, in their order"
         )
     return [(program, _clock(parse_clock, time)) for program, time in zip(programs, measured, strict=True)]
 

@@ -98,3 +98,12 @@ def test_bad_input_is_one_line(
     assert line in err
     assert err.count("\n") == 1
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_wrong_file_of_an_experiment_is_refused_as_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The command line is right: status 1. An unknown name is wrong usage, status 2."""
+    file = tmp_path / "mine.toml"
+    file.write_text("titel = 3\n")
+    assert run(["lab", "run", str(file)]) == 1
+    assert "unknown key 'titel'" in capsys.readouterr().err
+    assert run(["lab", "run", "no_such_experiment"]) == 2

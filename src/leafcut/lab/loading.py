@@ -9,7 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from leafcut.errors import LeafcutError, OptionError, ReadError, nearest
+from leafcut.errors import DataError, LeafcutError, OptionError, ReadError, nearest
 from leafcut.files import parse_toml, toml_bytes
 from leafcut.lab.description import (
     ANALYSES,
@@ -51,7 +51,9 @@ def load(name: str | Path) -> Description:
     Raises
     ------
     OptionError
-        There is none of this name, or it cannot be meant; with what is wrong in the file.
+        There is none of this name.
+    DataError
+        The file is not TOML, or cannot be meant; with what is wrong in it.
     ReadError
         The file cannot be read.
     """
@@ -61,7 +63,12 @@ def load(name: str | Path) -> Description:
             content = toml_bytes(path)
         except OSError as problem:
             raise ReadError(path, f"cannot be read ({problem.strerror})") from None
-        return described(parse_toml(content, str(path)), path.stem, path.parent)
+        try:
+            return described(parse_toml(content, str(path)), path.stem, path.parent)
+        except DataError:
+            raise
+        except OptionError as problem:  # the command line is right, the file is not
+            raise DataError(str(problem)) from None
     file = _SHIPPED / f"{name}.toml"
     if not re.fullmatch(r"[A-Za-z0-9_-]+", str(name)) or not file.is_file():
         raise OptionError(f"unknown experiment '{name}'{nearest(str(name), shipped_names())}; or give a TOML file")

@@ -11,9 +11,11 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-from leafcut.errors import OptionError, nearest, shown
+from leafcut.errors import DataError, OptionError, nearest, shown
+from leafcut.files import line_of, parse_toml, toml_bytes
 from leafcut.gcode.dialects import dialects
 from leafcut.kinds import Head
 from leafcut.read.controllers.importing import ImportedMachine, profile_text, values_of
@@ -91,7 +93,33 @@ QUESTIONS: tuple[Question, ...] = (
 _BY_NAME = {question.name: question for question in QUESTIONS}
 
 
-def questioned(given: Mapping[str, Any], ask: Ask | None = None, base: str | None = None) -> ImportedMachine:
+def answers_of(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
+    """Return the answers of a TOML file, and where each stands: name → file and line.
+
+    Raises
+    ------
+    OptionError
+        There is no such file.
+    DataError
+        It cannot be read, is not TOML, or has a key that is no question: with its line.
+    """
+    content = toml_bytes(file)
+    given = parse_toml(content, str(file))
+    places = {}
+    for name in given:
+        line = line_of(content.decode("utf-8"), "", name)
+        places[name] = f"{file}:{line}" if line else str(file)
+        if name not in _BY_NAME:
+            raise DataError(f"{places[name]}: unknown answer '{shown(name, 40)}'{nearest(name[:80], _BY_NAME)}")
+    return given, places
+
+
+def questioned(
+    given: Mapping[str, Any],
+    ask: Ask | None = None,
+    base: str | None = None,
+    places: Mapping[str, str] | None = None,
+) -> ImportedMachine:
     """Return the machine that the answers describe.
 
     Parameters
@@ -102,11 +130,15 @@ def questioned(given: Mapping[str, Any], ask: Ask | None = None, base: str | Non
         Asks a person for the others; where nobody can be asked, what is likely is taken.
     base
         A profile to complete, by name or path: what it says, other than by estimate, is not asked.
+    places
+        Where a file of answers says them, by their names.
 
     Raises
     ------
     OptionError
         An answer is unknown, wrong or missing, or the base cannot be read.
+    DataError
+        An answer of a file is wrong: with its line.
     """
     for name in given:
         if name not in _BY_NAME:
@@ -117,7 +149,12 @@ def questioned(given: Mapping[str, Any], ask: Ask | None = None, base: str | Non
         if missing:
             raise OptionError(f"machine new needs {' and '.join(missing)} where nobody can be asked (no terminal)")
     for question in QUESTIONS:
-        answers.answer(question)
+        try:
+            answers.answer(question)
+        except OptionError as problem:
+            if places is None or question.name not in places:
+                raise
+            raise DataError(f"{places[question.name]}: {problem}") from None
     return answers.made()
 
 

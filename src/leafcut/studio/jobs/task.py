@@ -243,7 +243,7 @@ def command_line(task: Task, folder: Folder, output: str = "") -> str:
         words += ["--process", task.process] if task.process != "auto" else []
     for name, value in given(task.options).items():
         words += _flag(name, value, folder)
-    # The studio runs with what its page shows; the person's own defaults are for the command line.
+    # The studio runs with what its page shows, the person's own defaults included; those that are said are all.
     return shlex.join([*words, *(["--no-defaults"] if has_defaults() else [])])
 
 
