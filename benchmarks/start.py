@@ -24,8 +24,15 @@ from pathlib import Path
 from page import facts, table, write_section
 
 ROOT = Path(__file__).parents[1]
-#: Runs leafcut as its command does.
-_COMMAND = (sys.executable, "-c", "from leafcut.cli import main; main()")
+#: Runs leafcut as its command does; an older checkout has its command elsewhere.
+_CODE = """
+try:
+    from leafcut.__main__ import main
+except ImportError:
+    from leafcut.cli import main
+main()
+"""
+_COMMAND = (sys.executable, "-c", _CODE)
 #: What is run: name → words after the name of the command.
 WORK = {
     "`--version`": ("--version",),

@@ -23,6 +23,7 @@ STAGES = {"read", "timing", "solve", "post", "proof", "report"}
 #: Room → the rooms that it may import, of those below the processes.
 MAY_IMPORT = {
     "_version": set(),
+    "__main__": {"_version", "cli"},
     "errors": set(),
     "kinds": set(),
     "units": {"errors"},
@@ -324,6 +325,23 @@ HEAVY = {"numba", "optuna", "ezdxf", "gerbonara", "jinja2", "numpy", "rich", "sh
 def test_the_version_and_the_help_are_told_without_loading_anything_heavy(flag: str) -> None:
     loaded = loaded_by(f"from leafcut.cli import run\nrun([{flag!r}])")
     assert not loaded & (HEAVY - {"rich"})
+
+
+def test_the_version_alone_is_said_without_the_command_line() -> None:
+    """The command says what the command line says, and loads none of it."""
+    code = """
+import runpy, sys
+sys.argv = ["leafcut", "--version"]
+try:
+    runpy.run_module("leafcut", run_name="__main__")
+except SystemExit as end:
+    print(end.code, *{"leafcut.cli", "cyclopts", "dataclasses"} & set(sys.modules))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    told = subprocess.run(
+        [sys.executable, "-m", "leafcut.cli", "--version"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.splitlines() == [told.stdout.strip(), "0"]
 
 
 def test_what_reads_entry_points_is_not_loaded_where_no_package_has_any_of_ours() -> None:

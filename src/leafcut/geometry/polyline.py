@@ -84,8 +84,8 @@ class Polyline:
     def _ends(self) -> Points:
         """float64[m, 4]: start and end of every segment."""
         xy = self.vertices[:, :2]
-        after = np.roll(xy, -1, axis=0)
-        return np.column_stack([xy, after])[: self.n_segments]
+        after = np.concatenate([xy[1:], xy[:1]]) if self.closed else xy[1:]
+        return np.concatenate([xy[: self.n_segments], after], axis=1)
 
     @cached_property
     def bulges(self) -> Points:
@@ -97,6 +97,8 @@ class Polyline:
     def lengths(self) -> Points:
         """Length of every segment, float64[m], mm."""
         chord = np.hypot(self._ends[:, 2] - self._ends[:, 0], self._ends[:, 3] - self._ends[:, 1])
+        if not self.bulges.any():
+            return chord
         angle = 4.0 * np.arctan(np.abs(self.bulges))
         with np.errstate(divide="ignore", invalid="ignore"):
             stretch = np.where(angle > 0.0, 0.5 * angle / np.sin(0.5 * angle), 1.0)
@@ -134,7 +136,7 @@ class Polyline:
         return tuple(self._segment(i) for i in range(self.n_segments))
 
     def _segment(self, index: int) -> Segment:
-        x0, y0, x1, y1 = (float(v) for v in self._ends[index])
+        x0, y0, x1, y1 = self._ends[index].tolist()
         bulge = float(self.bulges[index])
         if bulge == 0.0:
             return Segment((x0, y0), (x1, y1), 0.0, (math.nan, math.nan), math.nan)

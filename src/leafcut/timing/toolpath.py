@@ -91,10 +91,9 @@ def measure(
     PlanError
         The cycles come to more moves than can be meant.
     """
-    path, source, delta, turns, moves, each = _timed(path, machine, start, lines)
+    path, source, delta, turns, moves, each, standing = _timed(path, machine, start, lines)
     dark = (path.kind == Kind.FEED) & (off[source] if off is not None else False)
     rapid = (path.kind == Kind.RAPID) | (path.kind == Kind.MACHINE) | dark
-    standing = _standing(path, machine, corner_style(machine))
     seconds = {
         "rapid": float(each[moves.rapid].sum()),
         "feed": float(each[~moves.rapid].sum()),
@@ -123,8 +122,8 @@ def starved_rows(path: Toolpath, machine: Machine, lines: SentLines | None = Non
     """
     if corner_style(machine) != "grbl":
         return np.zeros(0, dtype=np.int32), np.zeros(0)
-    _, source, _, _, moves, each = _timed(path, machine, None, lines)
-    fastest = _timed(path, machine, None, lines, pace=0.0)[-1]
+    _, source, _, _, moves, each, _ = _timed(path, machine, None, lines)
+    fastest = _timed(path, machine, None, lines, pace=0.0)[-2]
     lost = each - fastest
     follows = np.append(False, ~moves.flushed[:-1])[: len(lost)]
     late = follows & (lost > LATE_PART * fastest)
@@ -136,7 +135,7 @@ def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
 
     For paths without canned cycles.
     """
-    path, _, _, _, moves, each = _timed(path, machine)
+    path, _, _, _, moves, each, _ = _timed(path, machine)
     return np.bincount(moves.row, weights=each, minlength=len(path)).astype(np.float64)
 
 
@@ -148,9 +147,9 @@ def clock(path: Toolpath, machine: Machine, lines: SentLines | None = None) -> P
     PlanError
         The cycles come to more moves than can be meant.
     """
-    path, source, _, _, moves, each = _timed(path, machine, None, lines)
+    path, source, _, _, moves, each, standing = _timed(path, machine, None, lines)
     moving = np.bincount(moves.row, weights=each, minlength=len(path))
-    return PathTimes(path, source, moving + _standing(path, machine, corner_style(machine)))
+    return PathTimes(path, source, moving + standing)
 
 
 def _timed(
@@ -159,10 +158,10 @@ def _timed(
     start: tuple[float, float] | None = None,
     lines: SentLines | None = None,
     pace: float = 1.0,
-) -> tuple[Toolpath, NDArray[np.int32], Floats, Turns, Moves, Floats]:
+) -> tuple[Toolpath, NDArray[np.int32], Floats, Turns, Moves, Floats, Floats]:
     """Return the path with its cycles written out and the rows they come from, then what is known of these rows.
 
-    That is how far they move, their arcs, their moves and the seconds of these.
+    That is how far they move, their arcs, their moves and the seconds of these, and for how long the machine stands.
     """
     style = corner_style(machine)
     path, source, mode, tolerance, joining = _expanded(path, style)
@@ -181,7 +180,7 @@ def _timed(
         each = move_seconds(moves, machine, style)
     if machine.rapid_style == "dogleg":
         each[moves.rapid] = move_time((delta + estimate)[moves.row[moves.rapid]], machine)
-    return path, source, delta, turns, moves, each
+    return path, source, delta, turns, moves, each, standing
 
 
 def _touched(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:
@@ -278,21 +277,30 @@ def _standing(path: Toolpath, machine: Machine, style: str) -> Floats:
     other = np.append(True, np.diff(path.ref[changes]) != 0)[: len(changes)]
     seconds[changes[other]] = machine.tool_change_s
     turning, start_s = 0.0, 0.0 if style == "grbl" else machine.spindle_start_s
-    for row in np.flatnonzero((path.kind == Kind.SPINDLE) | (path.kind == Kind.TOOL)).tolist():
-        speed = 0.0 if path.kind[row] == Kind.TOOL else float(path.value[row])
+    # Plain lists and numbers: a beam has as many rows SPINDLE as cuts, and to look into an array takes longer.
+    kinds, tool = path.kind.tolist(), int(Kind.TOOL)
+    rows = np.flatnonzero((path.kind == Kind.SPINDLE) | (path.kind == tool))
+    for row, value in zip(rows.tolist(), path.value[rows].tolist(), strict=True):
+        speed = 0.0 if kinds[row] == tool else value
         if speed not in (0.0, turning):
-            dwell = _dwell_after(path, row)
-            seconds[row] = max(float(seconds[dwell].sum()), start_s)
-            seconds[dwell] = 0.0
+            dwell = _dwell_after(kinds, row)
+            waits = 0.0 if dwell is None else float(seconds[dwell])
+            seconds[row] = max(waits, start_s)
+            if dwell is not None:
+                seconds[dwell] = 0.0
         turning = speed
     return seconds
 
 
-def _dwell_after(path: Toolpath, row: int) -> slice:
+#: What may stand between a start of the spindle and the dwell that waits for it.
+_DWELL, _BESIDE = int(Kind.DWELL), (int(Kind.COOLANT), int(Kind.OFFSET))
+
+
+def _dwell_after(kinds: list[int], row: int) -> int | None:
     """Return the row of the dwell that follows a row with nothing but coolant and length offset in between, if any."""
-    for after in range(row + 1, len(path)):
-        if path.kind[after] == Kind.DWELL:
-            return slice(after, after + 1)
-        if path.kind[after] not in (Kind.COOLANT, Kind.OFFSET):
+    for after in range(row + 1, len(kinds)):
+        if kinds[after] == _DWELL:
+            return after
+        if kinds[after] not in _BESIDE:
             break
-    return slice(0, 0)
+    return None

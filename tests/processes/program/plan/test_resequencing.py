@@ -9,7 +9,7 @@ from every import every
 from leafcut.errors import PlanError
 from leafcut.model.problem import Metric
 from leafcut.model.sequence import Kept, Section, Sequence
-from leafcut.processes.program.plan.resequencing import build_problem, find_sequence
+from leafcut.processes.program.plan.resequencing import build_problem, find_sequence, speeds_of
 from rewriting import program_of
 
 HEAD = "G21 G90 / T1 M6 / S1000 M3 / G0 Z5 / "
@@ -283,3 +283,15 @@ def test_what_stays_is_said_with_the_line_that_it_is_about() -> None:
 def test_full_circles_of_a_mill_are_cuts_and_no_holes() -> None:
     section = sequence_of("G0 X0 Y0 / G1 Z-1 F50 / G2 I3 / G0 Z5 / X20 / G1 Z-1 / G2 I3 / G0 Z5").sections[0]
     assert [c.kind for c in section.pieces] == ["cut", "cut"]
+
+
+def test_the_speed_of_a_piece_is_that_of_its_first_cut() -> None:
+    """What is said before it counts, the last of two; a piece that says none has that of the one before."""
+    body = " / ".join(
+        f"{speed}{square(20.0 * k, 0, 5)}"
+        for k, speed in enumerate(["", "S2000 / ", "", "S500 / S3000 / ", "S1000 / "])
+    )
+    program = program_of(HEAD + body + FOOT)
+    sections = find_sequence(program).sections
+    told = [speed for section in sections for speed in speeds_of(program, section).tolist()]
+    assert told == [1000, 2000, 2000, 3000, 1000]

@@ -122,13 +122,13 @@ def piece_order(section: Section, nodes: NDArray[np.int32]) -> NDArray[np.int32]
 def speeds_of(program: Program, section: Section) -> NDArray[np.float64]:
     """Return with how many revolutions per minute each piece of a section begins its work, float64[n]."""
     kind, first = program.path.kind, program.first
-    found = []
-    for piece in section.pieces:
-        rows = slice(int(first[piece.begin]), int(first[piece.end]))
-        cuts = np.flatnonzero((kind[rows] >= Kind.FEED) & (kind[rows] <= Kind.DRILL))
-        row = rows.start + (int(cuts[0]) if len(cuts) else 0)
-        found.append(program.modal(int(np.searchsorted(first, row, side="right"))).rpm)
-    return np.array(found, dtype=np.float64)
+    works = np.flatnonzero((kind >= Kind.FEED) & (kind <= Kind.DRILL))
+    ends = np.array([(piece.begin, piece.end) for piece in section.pieces], dtype=np.intp).reshape(-1, 2)
+    begin, end = first[ends].T
+    # All at once: a search for one row of the whole program would look through a copy of it.
+    work = np.append(works, len(kind))[np.searchsorted(works, begin)]
+    blocks = np.searchsorted(first, np.where(work < end, work, begin), side="right")
+    return np.array([program.modal(block).rpm for block in blocks.tolist()], dtype=np.float64)
 
 
 def _reversible(section: Section) -> NDArray[np.int32]:

@@ -1,0 +1,23 @@
+"""`leafcut`, and `python -m leafcut`: the command line; the version is said without importing it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from leafcut._version import __version__
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and leave with its exit status."""
+    words = sys.argv[1:] if arguments is None else arguments
+    if list(words) == ["--version"]:
+        print(__version__)
+        sys.exit(0)
+    from leafcut.cli import main as run
+
+    run(arguments)
+
+
+if __name__ == "__main__":
+    main()
