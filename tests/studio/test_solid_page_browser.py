@@ -68,6 +68,7 @@ def test_a_sheet_has_no_solid_view(page: Page) -> None:
     opened(page, ROOT / "examples" / "sheet.dxf")
     page.get_by_label("Thickness", exact=True).fill("6")
     page.get_by_label("Thickness", exact=True).blur()
+    page.get_by_label("Search effort", exact=True).select_option("fast")
     run(page)
     expect(page.locator("[data-mode=after]")).to_be_visible()
     expect(page.locator("[data-space=solid]")).to_be_hidden()
