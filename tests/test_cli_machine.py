@@ -108,7 +108,12 @@ def test_nothing_is_written_over_an_input_or_by_halves(tmp_path: Path, capsys: p
     [
         ("machine imprt x", "did you mean 'import'"),
         ("machine", ""),
-        ("machine import", "machine import needs FILE"),
+        ("machine import", "machine import needs FILE, or --port"),
+        ("machine import x.txt --port /dev/none", "takes FILE or --port, not both"),
+        ("machine import x.txt --baud 9600", "--baud goes with --port"),
+        ("machine import --port /dev/none", "--port /dev/none: there is no such port"),
+        ("machine import --port /dev/null", "it is no serial port"),
+        ("machine import --port /dev/null --baud 9601", "--baud 9601"),
         ("machine import x --knd grbl", "did you mean '--kind'"),
         ("machine new --controler haas", "did you mean '--controller'"),
         ("machine new extra", "machine new takes no input"),

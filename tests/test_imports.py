@@ -111,7 +111,7 @@ MAY_IMPORT["cli_lab"] = BASE | {"batch", "executors", "lab", "files", "option_sp
 MAY_IMPORT["sender"] = MODEL | {"files", "gcode", "proof", "read", "timing"}
 MAY_IMPORT["terminal_keys"] = set()
 MAY_IMPORT["cli_send"] = BASE | {"files", "model", "sender", "terminal_keys", "usage"}
-MAY_IMPORT["cli_machine"] = BASE | {"api", "files", "read", "report", "timing", "usage"}
+MAY_IMPORT["cli_machine"] = BASE | {"api", "files", "read", "report", "sender", "timing", "usage"}
 MAY_IMPORT["cli"] |= {
     "batch",
     "cli_inside",

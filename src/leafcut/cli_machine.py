@@ -43,15 +43,22 @@ def tools_app() -> App:
 
 def _import(
     file: Annotated[
-        str,
+        str | None,
         Parameter(
             name="FILE",
             help="settings of a controller: GRBL ($$) and Marlin (M503) as saved text, LinuxCNC .ini, Mach3 .xml, "
             "Mach4 Machine.ini, FluidNC .yaml, RepRapFirmware config.g; - for standard input",
         ),
-    ],
+    ] = None,
     /,
     *,
+    port: Annotated[
+        str | None,
+        Parameter(
+            name="--port", help="instead of a file: serial port of a GRBL, grblHAL, FluidNC or Marlin board to ask"
+        ),
+    ] = None,
+    baud: Annotated[int | None, Parameter(name="--baud", help="speed of the port (default: 115200)")] = None,
     output: _Output = None,
     kind: Annotated[
         str | None, Parameter(name="--kind", help="what kind of settings it is (default: by its contents)")
@@ -63,6 +70,17 @@ def _import(
     from leafcut.files import StandardInput
     from leafcut.read.controllers.importing import imported, read_settings, settings_text
 
+    if (file is None) == (port is None):
+        raise OptionError(
+            "machine import takes FILE or --port, not both" if file else "machine import needs FILE, or --port"
+        )
+    if file is None:
+        _check_output(output, [])
+        kind, text = _asked(str(port), baud, kind)
+        _write_or_print(imported(text, str(port), kind, units), output, as_json=as_json)
+        return 0
+    if baud is not None:
+        raise OptionError("--baud goes with --port; leave it out for a file")
     name = DASH if file == HELD else file
     _check_output(output, [name])
     if name == DASH:
@@ -71,6 +89,17 @@ def _import(
         text = read_settings(name)
     _write_or_print(imported(text, name, kind, units), output, as_json=as_json)
     return 0
+
+
+def _asked(port: str, baud: int | None, kind: str | None) -> tuple[str, str]:
+    """Return the kind and the text of the settings of the board at a port."""
+    from contextlib import closing
+
+    from leafcut.sender.firmware import asked_settings
+    from leafcut.sender.port import BAUD, SerialPort
+
+    with closing(SerialPort(port, BAUD if baud is None else baud)) as line:
+        return asked_settings(line, kind)
 
 
 def _new(

@@ -5,18 +5,22 @@ from __future__ import annotations
 import pytest
 from fake_families import CONFIGURATION, FakeFluidNc, FakeGrblHal
 from fake_grbl import FakeGrbl
+from fake_marlin import FakeMarlin
 
-from leafcut.errors import SendError
+from leafcut.errors import OptionError, SendError
 from leafcut.gcode.dialects import dialect
+from leafcut.read.controllers.importing import imported
 from leafcut.read.machine import load_machine
 from leafcut.sender.answers import Greeting, Report, Status
 from leafcut.sender.checking import check_program, check_ready
 from leafcut.sender.explained import alarm_in_words, error_in_words, family_of
 from leafcut.sender.facts import Facts
+from leafcut.sender.firmware import asked_settings
 from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.grbl_facts import gathered
 from leafcut.sender.grbl_lines import parse
 from leafcut.sender.job import SendJob, job_of
+from leafcut.sender.marlin import MarlinConversation
 from leafcut.sender.run import Ending, Request, RunView, SendRun
 
 
@@ -74,6 +78,43 @@ def test_a_conversation_explains_by_the_firmware_that_greeted(greeting: bytes, t
     talk.listen()
     with pytest.raises(SendError, match=f"'G4 P1' was refused: error 39: {told}$"):
         talk.ask("G4 P1")
+
+
+@pytest.mark.parametrize(
+    ("board", "kind", "rate"),
+    [
+        (FakeGrbl(), "grbl", None),
+        (FakeGrblHal(), "grbl", None),
+        (FakeFluidNc(), "fluidnc", 5000.0),
+        (FakeMarlin(), "marlin", 3000.0),
+    ],
+)
+def test_the_settings_of_a_board_are_asked_for_and_are_those_that_it_sends_by(
+    board: FakeGrbl | FakeMarlin, kind: str, rate: float | None
+) -> None:
+    found, text = asked_settings(board, clock=board.clock)
+    assert found == kind
+    machine = imported(text, "port", found).machine
+    speaker = MarlinConversation if kind == "marlin" else GrblConversation
+    talk = speaker(board, clock=board.clock)
+    talk.connect()
+    facts = talk.facts()
+    assert facts.clock.rates is not None and facts.clock.accelerations is not None
+    assert machine.rapid_velocity == pytest.approx(facts.clock.rates)
+    assert machine.acceleration == pytest.approx(facts.clock.accelerations)
+    if rate is not None:
+        assert machine.rapid_velocity[0] == pytest.approx(rate / 60.0)
+    assert machine.travel_min is not None and machine.travel_max is not None
+    if kind == "marlin":
+        assert (machine.travel_min, machine.travel_max) == (facts.low, facts.high)
+
+
+def test_a_board_of_another_kind_than_said_is_refused() -> None:
+    with pytest.raises(OptionError, match=r"--kind linuxcnc: only grbl, fluidnc, marlin can be asked"):
+        asked_settings(FakeGrbl(), "linuxcnc")
+    board = FakeMarlin()  # its line has no end yet when GRBL's questions are asked
+    with pytest.raises(SendError, match="nothing answers on fake"):
+        asked_settings(board, "grbl", clock=board.clock)
 
 
 def drilling() -> SendJob:

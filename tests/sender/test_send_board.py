@@ -14,8 +14,9 @@ from pathlib import Path
 
 import pytest
 
-from grbl_board import EACH, HEAD, HOLES, ZERO, Board, plate
+from grbl_board import EACH, HEAD, HOLES, SETTINGS, ZERO, Board, plate
 from leafcut.cli import run as leafcut
+from leafcut.read.machine import load_machine
 from leafcut.sender.checking import check_program, check_ready
 from leafcut.sender.facts import Facts
 from leafcut.sender.grbl import GrblConversation
@@ -247,6 +248,19 @@ def test_what_this_machine_cannot_do_is_refused_before_anything_is_sent(
     assert leafcut(words) == 1
     err = capsys.readouterr().err
     assert re.search(told, err), err
+    assert [line for line in board.lines() if not line.startswith("$")] == []
+
+
+def test_a_profile_is_made_of_what_the_board_says_at_its_port(
+    board: Board, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "asked.toml"
+    assert leafcut(["machine", "import", "--port", board.port, "-o", str(out)]) == 0
+    found, given = load_machine(str(out)), SETTINGS
+    assert found.control == "grbl"
+    assert found.rapid_velocity == pytest.approx([given[k] / 60.0 for k in (110, 111, 112)])
+    assert found.acceleration == pytest.approx([given[k] for k in (120, 121, 122)])
+    assert found.corner_deviation == pytest.approx(given[11])
     assert [line for line in board.lines() if not line.startswith("$")] == []
 
 

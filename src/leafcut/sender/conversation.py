@@ -116,6 +116,10 @@ class Conversation(ABC):
         """Return what it says of itself, while it stands."""
 
     @abstractmethod
+    def gather_settings(self) -> tuple[str, str]:
+        """Return the kind of its settings, and what it says of them, as `leafcut machine import` reads them."""
+
+    @abstractmethod
     def send(self, text: str) -> None:
         """Send a line, without waiting for its answer."""
 
@@ -237,6 +241,19 @@ class Conversation(ABC):
         if status.state not in ("Idle", *LOCKED):
             raise SendError(f"the machine is {state_in_words(status)}; wait until it stands, or use --unlock")
         return self.gather()
+
+    def settings(self) -> tuple[str, str]:
+        """Return the kind of its settings (`importing.KINDS`), and their text; nothing is changed, nothing moves.
+
+        Raises
+        ------
+        SendError
+            It moves, does not say its settings, or what answers is another firmware.
+        """
+        status = self.fresh_status()
+        if status.state not in ("Idle", *LOCKED):
+            raise SendError(f"the machine is {state_in_words(status)}; wait until it stands")
+        return self.gather_settings()
 
     def ask(self, text: str, seconds: float = ANSWER_SECONDS) -> list[ControllerAnswer]:
         """Return what it says to a line, while nothing else is on its way; its status is asked for in a long wait.

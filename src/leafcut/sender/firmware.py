@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from leafcut.errors import OptionError
+import time
+from collections.abc import Callable
+
+from leafcut.errors import OptionError, SendError
 from leafcut.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.sender.conversation import Conversation
 from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.marlin import MarlinConversation
+from leafcut.sender.port import Port, PortLost
 
 _SPEAKERS: dict[str, type[Conversation]] = {
     "grbl": GrblConversation,
@@ -32,3 +36,41 @@ def speaker_of(machine: Machine, name: str) -> type[Conversation]:
     if found is MarlinConversation and machine.head is Head.LASER:
         raise OptionError(f"--machine {name}: a laser on Marlin cannot be sent to; only mills, drills and plotters can")
     return found
+
+
+#: The kinds of settings (`leafcut.read.controllers.importing.KINDS`) that are asked for at a port.
+ASKED: dict[str, type[Conversation]] = {
+    "grbl": GrblConversation,
+    "fluidnc": GrblConversation,
+    "marlin": MarlinConversation,
+}
+
+
+def asked_settings(port: Port, kind: str | None = None, clock: Callable[[], float] = time.monotonic) -> tuple[str, str]:
+    """Return the kind of the settings of the board at a port, and their text, as a file of them would have it.
+
+    Without a kind it is asked as a GRBL first, and then as a Marlin, to which that is a line that it does not know.
+
+    Raises
+    ------
+    OptionError
+        Boards of this kind are not asked.
+    SendError
+        Nothing answers, it is another firmware, it moves, or it does not say its settings.
+    """
+    if kind is not None and kind not in ASKED:
+        raise OptionError(f"--kind {kind}: only {', '.join(ASKED)} can be asked at a port; give a file of its settings")
+    speakers = [GrblConversation, MarlinConversation] if kind is None else [ASKED[kind]]
+    problem: SendError | None = None
+    for speaker in speakers:
+        talk = speaker(port, clock=clock)
+        try:
+            talk.connect()
+        except PortLost:
+            raise
+        except SendError as found:
+            problem = problem or found
+            continue
+        return talk.settings()
+    assert problem is not None
+    raise problem

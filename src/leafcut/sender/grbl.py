@@ -136,6 +136,22 @@ class GrblConversation(Conversation):
         configuration = self._configuration() if self.family == "FluidNC" else ""
         return gathered(answers, self.fresh_status(), homed=self.homed, configuration=configuration)
 
+    def gather_settings(self) -> tuple[str, str]:
+        """Return the kind of its settings, and what it says of them: of FluidNC its configuration.
+
+        Raises
+        ------
+        SendError
+            What answers is no GRBL, or does not say them.
+        """
+        self._settle()
+        told = self.ask("$I")
+        if self.family == "FluidNC":
+            return "fluidnc", self._configuration()
+        reports = [one for one in [*told, *self.ask("$$")] if isinstance(one, Report)]
+        lines = [f"{one.name}={one.text}" if one.name.startswith("$") else f"[{one}]" for one in reports]
+        return "grbl", "\n".join(lines) + "\n"
+
     def _settle(self) -> None:
         """End a line that somebody may have begun, whatever is said to that."""
         self.write(b"\n")

@@ -73,6 +73,7 @@ PLANNED_SECONDS = 30.0
 _NOTHING_TO_DO = ("G17", "G21", "M5", "M9")
 
 _NO_BUSY = "the firmware does not say that it is busy (M113 S2, HOST_KEEPALIVE_FEATURE): turn that on"
+_NO_SETTINGS = "the firmware does not say its settings (M503): build it with them"
 _NO_TRAVEL = "the firmware does not say its travel (M211): it has no soft end stops"
 
 _VERSION = re.compile(r"Marlin\s+(?:bugfix-)?(\d+)\.[^\s(]*")
@@ -87,6 +88,10 @@ def _each(word: str) -> tuple[str, str, str]:
 _NAMES = SettingNames(
     "M211", "M211 S0", _each("M211"), _each("M203"), _each("M201"), coordinates="the program's coordinates"
 )
+
+
+class NotBuiltIn(SendError):
+    """The firmware was built without a word."""
 
 
 @dataclass(frozen=True)
@@ -382,7 +387,7 @@ class MarlinConversation(Conversation):
         version, abilities = self._firmware()
         if not re.search(r"M113 S[12]\b", self._words("M113", _NO_BUSY)):
             raise SendError(_NO_BUSY)
-        settings = self._words("M503", "the firmware does not say its settings (M503): build it with them")
+        settings = self._words("M503", _NO_SETTINGS)
         on, low, high = _soft_endstops(self._words("M211", _NO_TRAVEL))
         try:
             machine = imported(settings, "M503", "marlin").machine
@@ -406,6 +411,19 @@ class MarlinConversation(Conversation):
             clock=Clock(machine.rapid_velocity, machine.acceleration, None, machine.corner_deviation),
         )
 
+    def gather_settings(self) -> tuple[str, str]:
+        """Return the kind of its settings, and what it says of them; its travel where it knows one.
+
+        Raises
+        ------
+        SendError
+            It does not say them.
+        """
+        settings = self._words("M503", _NO_SETTINGS)
+        with suppress(NotBuiltIn):
+            settings += self._words("M211", _NO_TRAVEL)
+        return "marlin", settings
+
     def _words(self, question: str, lacking: str) -> str:
         """Return what it says to a question, as text; `lacking` is told of a firmware that lacks the word."""
         try:
@@ -413,7 +431,7 @@ class MarlinConversation(Conversation):
         except SendError:
             if self._flying is not None:  # not answered at all
                 raise
-            raise SendError(lacking) from None
+            raise NotBuiltIn(lacking) from None
         return "\n".join(one.text for one in answers if isinstance(one, Report) and one.name != PLACE) + "\n"
 
     def begin(self) -> None:

@@ -1,6 +1,7 @@
 """A file of a controller's settings → a machine profile: what kind it is, what it says, and the profile as text.
 
-A controller at a port would be asked for the same text (``$$``, ``M503``), which `imported` takes as it is.
+A controller at a port is asked for the same text (`leafcut.sender.firmware.asked_settings`), which `imported` takes as
+it is.
 """
 
 from __future__ import annotations
