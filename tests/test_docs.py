@@ -119,7 +119,8 @@ def test_the_commands_of_the_page_on_machines_run(tmp_path: Path, monkeypatch: p
     for name, width in (("a.nc", 150.0), ("b.nc", 20.0), ("c.nc", 3.0)):
         hops = "".join(f"G0 X{k % 2 * width} Y{k}.0\nG4 P0.1\n" for k in range(90))
         Path(name).write_text(f"G21 G90\nG0 Z5.0\n{hops}M2\n")
-    imported, new, check, tools = commands_of("machines.md")
+    imported, asked, new, check, tools = commands_of("machines.md")
+    assert asked.startswith("machine import --port ")  # it needs a board: tests/sender/test_send_board.py
     for command in (imported, new, tools):
         assert run(shlex.split(command)) == 0, command
     assert load_machine("my.toml").controller == "grbl" and load_machine("vf2.toml").name == "VF-2"
