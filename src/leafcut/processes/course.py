@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from leafcut.model.difference import Difference
 
 
+#: Of a time limit so much at most is kept for what comes after the search, and so much at least is the search's own.
+MOST_RESERVED, LEAST_SEARCHED = 0.25, 0.1
+
+
 @dataclass
 class RunClock:
     """The time of a run by the clock since it `began`, s, without what compiling took."""
@@ -52,6 +56,17 @@ class Run:
         """Return what is left of the time limit for the whole run, s, below 0 when it is over; infinite without one."""
         limit = self.settings.solve.time_limit
         return math.inf if limit is None else limit - self.clock.elapsed()
+
+    def time_to_search(self) -> float | None:
+        """Return how much of the time limit for the whole run its search may take now, s; None without a limit.
+
+        Proof and writing come after it, and take about as long as what came before it: so much is kept for them.
+        """
+        limit = self.settings.solve.time_limit
+        if limit is None:
+            return None
+        kept = min(self.clock.elapsed(), MOST_RESERVED * limit)
+        return max(self.left() - kept, LEAST_SEARCHED * limit, 0.001)
 
     def quiet(self) -> Run:
         """Return the same run with nobody to tell what it is doing."""

@@ -116,7 +116,8 @@ def _order(run: Run, plan: DrillPlan) -> Outcome[DrillingDetail]:
     # What no order changes is known before any is sought.
     refuse(check_envelope(lay([drawing_order(o) for o in plan.operations]), run.machine))
     with announced(run.tell):
-        solutions = _solve_operations(run, plan, run.settings.solve)
+        searching = replace(run.settings.solve, time_limit=run.time_to_search())
+        solutions = _solve_operations(run, plan, searching)
         nearest = _solve_operations(run.quiet(), plan, SolveOptions(algorithm="nn", bound=False))
     plans = [[drawing_order(o) for o in plan.operations], [s.nodes for s in nearest], [s.nodes for s in solutions]]
     paths = [lay(orders) for orders in plans]
