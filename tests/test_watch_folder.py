@@ -213,7 +213,10 @@ def test_options_that_no_machine_has_are_refused_before_the_first_look(folder: P
 def test_ctrl_c_ends_it_and_what_was_written_is_told(folder: Path) -> None:
     """The program is there when its line is; then the signal of Ctrl-C comes."""
     (folder / "a.nc").write_text(PROGRAM)
-    command = [sys.executable, "-m", "leafcut.cli", "watch", "in", "-o", "out", "--every", "0.1"]
+    # Whoever runs the tests in the background of a shell ignores Ctrl-C, and what they start would, too.
+    listens = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    program = f"{listens}; from leafcut.cli import main; main()"
+    command = [sys.executable, "-c", program, "watch", "in", "-o", "out", "--every", "0.1"]
     words = ["--machine", "linuxcnc-mill", "--preset", "fast", "--executor", "threads", "--workers", "1"]
     with subprocess.Popen([*command, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         limit = threading.Timer(240, process.kill)
