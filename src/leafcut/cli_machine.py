@@ -70,20 +70,17 @@ def _import(
     from leafcut.files import StandardInput
     from leafcut.read.controllers.importing import imported, read_settings, settings_text
 
-    if (file is None) == (port is None):
-        raise OptionError(
-            "machine import takes FILE or --port, not both" if file else "machine import needs FILE, or --port"
-        )
-    if file is None:
-        _check_output(output, [])
-        kind, text = _asked(str(port), baud, kind)
-        _write_or_print(imported(text, str(port), kind, units), output, as_json=as_json)
-        return 0
-    if baud is not None:
+    if file is not None and port is not None:
+        raise OptionError("machine import takes FILE or --port, not both")
+    if file is not None and baud is not None:
         raise OptionError("--baud goes with --port; leave it out for a file")
     name = DASH if file == HELD else file
     _check_output(output, [name])
-    if name == DASH:
+    if port is not None:
+        name, (kind, text) = port, _asked(port, baud, kind)
+    elif name is None:
+        raise OptionError("machine import needs FILE, or --port")
+    elif name == DASH:
         text, name = settings_text(StandardInput.read().data, "standard input"), "standard input"
     else:
         text = read_settings(name)

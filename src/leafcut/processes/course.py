@@ -57,16 +57,17 @@ class Run:
         limit = self.settings.solve.time_limit
         return math.inf if limit is None else limit - self.clock.elapsed()
 
-    def time_to_search(self) -> float | None:
-        """Return how much of the time limit for the whole run its search may take now, s; None without a limit.
+    def reserve(self) -> float:
+        """Return how much of the time limit is kept for what comes after the search, s, asked just before it.
 
-        Proof and writing come after it, and take about as long as what came before it: so much is kept for them.
+        To lay, write and prove the program takes about as long as what came before.
         """
+        return min(self.clock.elapsed(), MOST_RESERVED * (self.settings.solve.time_limit or 0.0))
+
+    def time_to_search(self) -> float | None:
+        """Return how much of the time limit for the whole run its search may take now, s; None without a limit."""
         limit = self.settings.solve.time_limit
-        if limit is None:
-            return None
-        kept = min(self.clock.elapsed(), MOST_RESERVED * limit)
-        return max(self.left() - kept, LEAST_SEARCHED * limit, 0.001)
+        return None if limit is None else max(self.left() - self.reserve(), LEAST_SEARCHED * limit, 0.001)
 
     def quiet(self) -> Run:
         """Return the same run with nobody to tell what it is doing."""

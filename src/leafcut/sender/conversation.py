@@ -237,9 +237,8 @@ class Conversation(ABC):
         SendError
             It moves, or what answers is another firmware.
         """
-        status = self.fresh_status()
-        if status.state not in ("Idle", *LOCKED):
-            raise SendError(f"the machine is {state_in_words(status)}; wait until it stands, or use --unlock")
+        if doing := self._moving():
+            raise SendError(f"the machine is {doing}; wait until it stands, or use --unlock")
         return self.gather()
 
     def settings(self) -> tuple[str, str]:
@@ -250,10 +249,14 @@ class Conversation(ABC):
         SendError
             It moves, does not say its settings, or what answers is another firmware.
         """
-        status = self.fresh_status()
-        if status.state not in ("Idle", *LOCKED):
-            raise SendError(f"the machine is {state_in_words(status)}; wait until it stands")
+        if doing := self._moving():
+            raise SendError(f"the machine is {doing}; wait until it stands")
         return self.gather_settings()
+
+    def _moving(self) -> str:
+        """Return what it does now, in words; "" where it stands."""
+        status = self.fresh_status()
+        return "" if status.state in ("Idle", *LOCKED) else state_in_words(status)
 
     def ask(self, text: str, seconds: float = ANSWER_SECONDS) -> list[ControllerAnswer]:
         """Return what it says to a line, while nothing else is on its way; its status is asked for in a long wait.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,12 +123,11 @@ def starved_rows(path: Toolpath, machine: Machine, lines: SentLines | None = Non
     """
     if corner_style(machine) != "grbl":
         return np.zeros(0, dtype=np.int32), np.zeros(0)
-    _, source, _, _, moves, each, _ = _timed(path, machine, None, lines)
-    fastest = _timed(path, machine, None, lines, pace=0.0)[-2]
-    lost = each - fastest
-    follows = np.append(False, ~moves.flushed[:-1])[: len(lost)]
+    timed, fastest = _timed(path, machine, None, lines), _timed(path, machine, None, lines, pace=0.0).each
+    lost = timed.each - fastest
+    follows = np.append(False, ~timed.moves.flushed[:-1])[: len(lost)]
     late = follows & (lost > LATE_PART * fastest)
-    return source[moves.row[late]], lost[late]
+    return timed.source[timed.moves.row[late]], lost[late]
 
 
 def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
@@ -135,8 +135,7 @@ def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
 
     For paths without canned cycles.
     """
-    path, _, _, _, moves, each, _ = _timed(path, machine)
-    return np.bincount(moves.row, weights=each, minlength=len(path)).astype(np.float64)
+    return _timed(path, machine).moving
 
 
 def clock(path: Toolpath, machine: Machine, lines: SentLines | None = None) -> PathTimes:
@@ -147,9 +146,28 @@ def clock(path: Toolpath, machine: Machine, lines: SentLines | None = None) -> P
     PlanError
         The cycles come to more moves than can be meant.
     """
-    path, source, _, _, moves, each, standing = _timed(path, machine, None, lines)
-    moving = np.bincount(moves.row, weights=each, minlength=len(path))
-    return PathTimes(path, source, moving + standing)
+    timed = _timed(path, machine, None, lines)
+    return PathTimes(timed.path, timed.source, timed.moving + timed.standing)
+
+
+class _Timed(NamedTuple):
+    """A path with its cycles written out, the rows that these come from, and what is known of its rows.
+
+    That is how far they move, mm, their arcs, their moves and the seconds of these, and how long the machine stands, s.
+    """
+
+    path: Toolpath
+    source: NDArray[np.int32]
+    delta: Floats
+    turns: Turns
+    moves: Moves
+    each: Floats
+    standing: Floats
+
+    @property
+    def moving(self) -> Floats:
+        """How long each row moves, s, float64[n]."""
+        return np.bincount(self.moves.row, weights=self.each, minlength=len(self.path)).astype(np.float64)
 
 
 def _timed(
@@ -158,11 +176,8 @@ def _timed(
     start: tuple[float, float] | None = None,
     lines: SentLines | None = None,
     pace: float = 1.0,
-) -> tuple[Toolpath, NDArray[np.int32], Floats, Turns, Moves, Floats, Floats]:
-    """Return the path with its cycles written out and the rows they come from, then what is known of these rows.
-
-    That is how far they move, their arcs, their moves and the seconds of these, and for how long the machine stands.
-    """
+) -> _Timed:
+    """Return the path with its cycles written out, and what is known of its rows."""
     style = corner_style(machine)
     path, source, mode, tolerance, joining = _expanded(path, style)
     path, touching = _touched(path)
@@ -180,7 +195,7 @@ def _timed(
         each = move_seconds(moves, machine, style)
     if machine.rapid_style == "dogleg":
         each[moves.rapid] = move_time((delta + estimate)[moves.row[moves.rapid]], machine)
-    return path, source, delta, turns, moves, each, standing
+    return _Timed(path, source, delta, turns, moves, each, standing)
 
 
 def _touched(path: Toolpath) -> tuple[Toolpath, NDArray[np.bool_]]:

@@ -183,15 +183,15 @@ def _solid(run: Run, source: Source, whole: Part, part: Part, radius: float) -> 
     OptionError
         It is asked for, and what was read is no solid.
     """
+    if run.settings.of(PocketOptions).pocket_top == "highest":
+        return None, [0.0] * len(part.pockets)
+    if any(one.top is None for one in part.pockets):
+        raise OptionError("--pocket-top surface: a drawing has no surface; leave it out, or give a STEP file")
     from leafcut.model.mesh import Mesh
     from leafcut.processes.placing import placed_mesh
     from leafcut.processes.pocket.plan.stock_top import filled, stock_tops
     from leafcut.read.step import step_mesh
 
-    if run.settings.of(PocketOptions).pocket_top == "highest":
-        return None, [0.0] * len(part.pockets)
-    if any(one.top is None for one in part.pockets):
-        raise OptionError("--pocket-top surface: a drawing has no surface; leave it out, or give a STEP file")
     run.tell("reading the surface")
     triangles = step_mesh(source.path, source.data, run.settings.read.solid)
     every = stock_tops(whole.pockets, whole.pockets, triangles, radius)

@@ -15,7 +15,7 @@ from leafcut.model.cutting import CutData, PlanFile
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.processes.course import MOST_RESERVED, Run, check_words_used, refuse
+from leafcut.processes.course import Run, check_words_used, refuse
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
 from leafcut.processes.sheet.options import CutOptions
 
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
 
 
-#: How machines cut, by the process of their profile.
 #: Thicknesses that differ by less are the same, mm: inches become mm with a rounding error.
 _SAME_THICKNESS = 0.001
 #: A sheet thicker than this, mm, is not safely cut through where the beam is lit as it moves on (an estimate: below,
@@ -129,8 +128,7 @@ def prepared(run: Run, source: Source) -> tuple[SheetJob, list[Issue]]:
         plan=plan,
         probe=probe,
         freed=None if words.moves_z else FreedShapes(cutting.sheet, 0.5 * run.machine.nozzle_diameter),
-        # As in `Run.time_to_search`.
-        reserve=min(run.clock.elapsed(), MOST_RESERVED * (settings.solve.time_limit or 0.0)),
+        reserve=run.reserve(),
     )
     issues += _register_issues(words, data, options)
     if settings.read.strict:

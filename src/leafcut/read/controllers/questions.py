@@ -101,7 +101,7 @@ def answers_of(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
     OptionError
         There is no such file.
     DataError
-        It cannot be read, is not TOML, or has a key that is no question: with its line.
+        It cannot be read, or is not TOML.
     """
     content = toml_bytes(file)
     given = parse_toml(content, str(file))
@@ -109,8 +109,6 @@ def answers_of(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
     for name in given:
         line = line_of(content.decode("utf-8"), "", name)
         places[name] = f"{file}:{line}" if line else str(file)
-        if name not in _BY_NAME:
-            raise DataError(f"{places[name]}: unknown answer '{shown(name, 40)}'{nearest(name[:80], _BY_NAME)}")
     return given, places
 
 
@@ -140,9 +138,11 @@ def questioned(
     DataError
         An answer of a file is wrong: with its line.
     """
+    places = places or {}
     for name in given:
         if name not in _BY_NAME:
-            raise OptionError(f"unknown answer '{shown(name, 40)}'{nearest(name[:80], _BY_NAME)}")
+            problem = OptionError(f"unknown answer '{shown(name, 40)}'{nearest(name[:80], _BY_NAME)}")
+            raise _placed(problem, places.get(name))
     answers = _Answers(dict(given), ask, base)
     if ask is None:
         missing = [f"--{one.name}" for one in QUESTIONS if one.required and not answers.is_answered(one)]
@@ -152,10 +152,13 @@ def questioned(
         try:
             answers.answer(question)
         except OptionError as problem:
-            if places is None or question.name not in places:
-                raise
-            raise DataError(f"{places[question.name]}: {problem}") from None
+            raise _placed(problem, places.get(question.name)) from None
     return answers.made()
+
+
+def _placed(problem: OptionError, place: str | None) -> OptionError:
+    """Return what is wrong with an answer, with its line where a file gave it: then the command line is right."""
+    return problem if place is None else DataError(f"{place}: {problem}")
 
 
 class _Answers:

@@ -42,13 +42,15 @@ def own_defaults(folder: Folder) -> OwnDefaults:
     found = OwnDefaults()
     try:
         file = defaults_file()
-        for one in placed_options(file) if file is not None else ():
+        if file is None:
+            return found
+        for one in placed_options(file):
             name, value = one.name, one.value
-            if file is not None and group_of(name).specs()[name].names_file(str(value)):
+            if group_of(name).specs()[name].names_file(str(value)):
                 path = Path(placed_in(file.parent, {name: value})[name])
                 value, found.shown[name] = _copied(path, name, folder), path.name
             found.values[name] = value if isinstance(value, bool) else _typed(value)
-            found.places[name] = f"{file.name}:{one.line}" if file is not None and one.line else "defaults.toml"
+            found.places[name] = f"{file.name}:{one.line}" if one.line else file.name
     except LeafcutError as problem:
         return OwnDefaults(problem=str(problem))
     return found

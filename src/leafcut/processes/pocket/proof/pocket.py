@@ -76,7 +76,7 @@ def check_pockets(
         How high the material of each pocket stands before any is milled, mm; without, all of it up to 0.
     """
     cuts = list(cuts_of(written, rules.tolerance))
-    low = [(top, _shape(one, rules)) for one, top in zip(pockets, tops, strict=bool(tops)) if top < 0.0]
+    low = _begin_lower(pockets, tops, rules)
     return shorten([*_rapids(written, cuts, rules, retract, low), *_beyond_walls(cuts, pockets, rules, depths)])
 
 
@@ -276,7 +276,7 @@ def depth_differences(
     A strip narrower than `FILM` diameters may be: a finishing pass takes the stock off along its whole depth. `tops`
     says how high the material of each pocket stands before any is milled, mm; without, all of it up to 0.
     """
-    lower = [(top, _shape(one, rules)) for one, top in zip(pockets, tops, strict=True) if top < 0.0]
+    lower = _begin_lower(pockets, tops, rules)
     wrong, levels = [], _levels(list(cuts_of(written, rules.tolerance)))
     for number, level in enumerate(levels):
         if level.z >= -step - ROOM:
@@ -410,6 +410,13 @@ def _pieces(cuts: Sequence[PocketCut], z: float) -> Iterator[Points]:
 def _joined(run: Sequence[Points]) -> Points:
     """Return the vertices of moves that go on from each other: the last of one is the first of the next."""
     return np.concatenate([*(part[:-1] for part in run[:-1]), run[-1]])
+
+
+def _begin_lower(pockets: Sequence[Pocket], tops: Sequence[float], rules: PocketRules) -> list[tuple[float, Any]]:
+    """Return the pockets whose material begins below 0: how high it stands, mm, and the shape; without `tops` none."""
+    if not tops:
+        return []
+    return [(top, _shape(one, rules)) for one, top in zip(pockets, tops, strict=True) if top < 0.0]
 
 
 def _lines(cuts: Sequence[PocketCut]) -> Any:

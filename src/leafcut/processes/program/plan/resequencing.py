@@ -122,9 +122,10 @@ def piece_order(section: Section, nodes: NDArray[np.int32]) -> NDArray[np.int32]
 def speeds_of(program: Program, section: Section) -> NDArray[np.float64]:
     """Return with how many revolutions per minute each piece of a section begins its work, float64[n]."""
     kind, first = program.path.kind, program.first
-    works = np.flatnonzero((kind >= Kind.FEED) & (kind <= Kind.DRILL))
     ends = np.array([(piece.begin, piece.end) for piece in section.pieces], dtype=np.intp).reshape(-1, 2)
     begin, end = first[ends].T
+    low, high = int(begin.min(initial=len(kind))), int(end.max(initial=0))
+    works = low + np.flatnonzero((kind[low:high] >= Kind.FEED) & (kind[low:high] <= Kind.DRILL))
     # All at once: a search for one row of the whole program would look through a copy of it.
     work = np.append(works, len(kind))[np.searchsorted(works, begin)]
     blocks = np.searchsorted(first, np.where(work < end, work, begin), side="right")
