@@ -16,7 +16,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import shapely
@@ -42,6 +42,9 @@ HIT = 60.0
 CLOSE = 15.0
 #: So many moves of an outline are tried.
 MOST_MOVES = 400
+
+#: Of places on a way: a part by its number, or one place, and whether the whole way begins or ends there.
+_Key: TypeAlias = int | tuple[Point, bool]
 
 
 @dataclass(frozen=True)
@@ -177,6 +180,22 @@ class _Known:
     corners: list[Point] | None
 
 
+@dataclass(frozen=True)
+class _Nodes:
+    """Places that a way may go by, float64[n, 2]: the corners of a part, by its number, or one that stands alone.
+
+    `key` tells them from all others: of a single place, where it is, and whether the whole way begins or ends there.
+    """
+
+    key: _Key
+    places: NDArray[np.float64]
+
+    @property
+    def ends(self) -> bool:
+        """Whether the whole way begins or ends here."""
+        return not isinstance(self.key, int) and self.key[1]
+
+
 class FreedShapes:
     """The parts of a sheet as the head may meet them, and its clamps, which are always there.
 
@@ -203,6 +222,7 @@ class FreedShapes:
         self._crossed: dict[tuple[Point, Point], frozenset[int]] = {}
         self._met: dict[tuple[Point, Point], frozenset[int]] = {}
         self._known: dict[tuple[Point, Point, float], list[_Known]] = {}
+        self._between: dict[tuple[_Key, _Key, float], NDArray[np.int64]] = {}
 
     def crossed(self, a: Point, b: Point) -> frozenset[int]:
         """Return the parts that a straight way crosses, free or not."""
@@ -252,14 +272,15 @@ class FreedShapes:
         met = self.met(a, b) if radius > 0.0 else self.crossed(a, b)
         seen |= met
         blocking = set(met & free)
-        ends = np.array([a, b, *self._steps_away(a, free, radius, seen), *self._steps_away(b, free, radius, seen)])
+        away = [*self._steps_away(a, free, radius, seen), *self._steps_away(b, free, radius, seen)]
+        ends = [_Nodes((point, k < 2), np.array([point])) for k, point in enumerate([a, b, *away])]
         for _ in range(MOST_ROUNDS):
-            nodes = np.array([*ends.tolist(), *(p for n in sorted(blocking) for p in self._around(n, radius).tolist())])
-            if len(nodes) > MOST_CORNERS:
+            nodes = [*ends, *(_Nodes(n, self._around(n, radius)) for n in sorted(blocking))]
+            if sum(len(of.places) for of in nodes) > MOST_CORNERS:
                 return None
             path, hit = self._shortest(nodes, stand, radius, seen)
             if path is not None:
-                return [(float(x), float(y)) for x, y in nodes[path[1:-1]].tolist()]
+                return path[1:-1]
             if hit <= blocking:
                 return None
             blocking |= hit
@@ -304,50 +325,88 @@ class FreedShapes:
             self._corners[number, beside] = ring[one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0] > 0.0]
         return self._corners[number, beside]
 
-    def _shortest(
-        self, nodes: NDArray[np.float64], stand: set[int], radius: float, seen: set[int]
-    ) -> tuple[list[int] | None, set[int]]:
-        """Return the shortest way from the first node to the second along straight lines that keep off all that
-        stands, and what stands in the way of the lines that do not."""
-        n = len(nodes)
-        one, other = np.triu_indices(n, 1)
-        lines = np.stack([nodes[one], nodes[other]], axis=1)
-        ends = np.stack([one < 2, other < 2], axis=1)
+    def _met_between(self, nodes: Sequence[_Nodes], radius: float) -> NDArray[np.int64]:
+        """Return what straight lines between some nodes meet, free or not, as rows (one place, other place, part).
 
-        def standing(what: NDArray[np.int64]) -> tuple[NDArray[np.bool_], set[int]]:
-            parts = {k: self.numbers[k] for k in np.unique(what).tolist()}
-            seen.update(parts.values())
-            stands = np.zeros(len(self.numbers), dtype=bool)
-            stands[[k for k, part in parts.items() if part in stand]] = True
-            return stands[what], stand.intersection(parts.values())
+        A line meets a part that it crosses or comes nearer to than the head is wide. That does not depend on what is
+        free, and most of it not on where a way begins: it is found out once.
+        """
+        pairs = [(i, j) for i in range(len(nodes)) for j in range(i, len(nodes))]
+        keys = [(nodes[i].key, nodes[j].key, radius) for i, j in pairs]
+        new = [pair for pair, key in zip(pairs, keys, strict=True) if key not in self._between]
+        if new:
+            of = [_pairs(len(nodes[i].places), len(nodes[j].places), i == j) for i, j in new]
+            lines = [
+                np.stack([nodes[i].places[one], nodes[j].places[other]], axis=1)
+                for (i, j), (one, other) in zip(new, of, strict=True)
+            ]
+            counts = [len(some) for some in lines]
+            ends = np.repeat([(nodes[i].ends, nodes[j].ends) for i, j in new], counts, axis=0)
+            which, what = self._in_the_way(np.concatenate(lines), ends, radius)
+            rows = np.vstack([np.concatenate(of, axis=1)[:, which], what]).T
+            splits = np.searchsorted(which, np.cumsum(counts)[:-1])
+            for (i, j), found in zip(new, np.split(rows, splits), strict=True):
+                self._between[nodes[i].key, nodes[j].key, radius] = found
+        first = np.cumsum([0, *(len(of.places) for of in nodes)])
+        found = [self._between[key] for key in keys]
+        shift = np.zeros((len(pairs), 3), dtype=np.int64)
+        shift[:, :2] = first[np.array(pairs)]
+        return np.concatenate(found) + np.repeat(shift, [len(some) for some in found], axis=0)
 
+    def _in_the_way(
+        self, lines: NDArray[np.float64], ends: NDArray[np.bool_], radius: float
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return which lines, in order, cross which parts or come nearer to them than a radius, as `_neared` has it."""
         at, what = self._tree.query(shapely.linestrings(lines), predicate="intersects")
-        blocked = np.zeros(len(lines), dtype=bool)
-        stands, hit = standing(what)
-        blocked[at[stands]] = True
-        crossed, clear = np.flatnonzero(blocked), np.flatnonzero(~blocked)
-        near, by = self._neared(lines[clear], ends[clear], radius)
-        stands, more = standing(by)
-        blocked[clear[near[stands]]] = True
-        hit |= more
-        length = np.full((n, n), math.inf)
-        far = np.where(blocked, math.inf, np.hypot(*(nodes[one] - nodes[other]).T))
-        length[one, other] = length[other, one] = far
-        best, last, queue = [math.inf] * n, [-1] * n, [(0.0, 0)]
-        best[0] = 0.0
-        while queue:
-            so_far, here = heapq.heappop(queue)
-            if here == 1:
-                path = [1]
-                while path[-1] != 0:
-                    path.append(last[path[-1]])
-                return path[::-1], set()
-            if so_far > best[here]:
-                continue
-            for there in np.flatnonzero(np.isfinite(length[here])).tolist():
-                total = so_far + float(length[here, there])
-                if total < best[there]:
-                    best[there], last[there] = total, here
-                    heapq.heappush(queue, (total, there))
-        _, by = self._neared(lines[crossed], ends[crossed], radius)
-        return None, hit | standing(by)[1]
+        near, by = self._neared(lines, ends, radius)
+        which, parts = np.concatenate([at, near]), np.concatenate([what, by])
+        order = np.argsort(which, kind="stable")
+        return which[order], parts[order]
+
+    def _shortest(
+        self, nodes: Sequence[_Nodes], stand: set[int], radius: float, seen: set[int]
+    ) -> tuple[list[Point] | None, set[int]]:
+        """Return the shortest way from the first of some nodes to the second along straight lines that keep off all
+        that stands, and what stands in the way of the lines that do not."""
+        places = np.concatenate([of.places for of in nodes])
+        length = np.hypot(*(places[:, None] - places[None, :]).transpose(2, 0, 1))
+        one, other, what = self._met_between(nodes, radius).T
+        parts = {k: self.numbers[k] for k in np.flatnonzero(np.bincount(what)).tolist()}
+        seen.update(parts.values())
+        stands = np.zeros(len(self.numbers), dtype=bool)
+        stands[[k for k, part in parts.items() if part in stand]] = True
+        at = stands[what]
+        length[one[at], other[at]] = length[other[at], one[at]] = math.inf
+        path = _dijkstra(length)
+        if path is None:
+            return None, stand.intersection(parts.values())
+        return [(float(x), float(y)) for x, y in places[path].tolist()], set()
+
+
+def _pairs(n: int, m: int, same: bool) -> NDArray[np.int64]:
+    """Return all pairs of n places and m others, or all two of the same: int64[2, k]."""
+    return np.array(np.triu_indices(n, 1) if same else np.indices((n, m)).reshape(2, -1))
+
+
+def _dijkstra(length: NDArray[np.float64]) -> list[int] | None:
+    """Return the shortest way from the first of some places to the second, None where there is none.
+
+    `length` has what each way between two takes: float64[n, n].
+    """
+    n = len(length)
+    best, last, queue = [math.inf] * n, [-1] * n, [(0.0, 0)]
+    best[0] = 0.0
+    while queue:
+        so_far, here = heapq.heappop(queue)
+        if here == 1:
+            path = [1]
+            while path[-1] != 0:
+                path.append(last[path[-1]])
+            return path[::-1]
+        if so_far > best[here]:
+            continue
+        totals = so_far + length[here]
+        for there in np.flatnonzero(totals < best).tolist():
+            best[there], last[there] = float(totals[there]), here
+            heapq.heappush(queue, (best[there], there))
+    return None
