@@ -345,8 +345,8 @@ class FreedShapes:
             which, what = self._in_the_way(np.concatenate(lines), ends, radius)
             rows = np.vstack([np.concatenate(of, axis=1)[:, which], what]).T
             splits = np.searchsorted(which, np.cumsum(counts)[:-1])
-            for (i, j), found in zip(new, np.split(rows, splits), strict=True):
-                self._between[nodes[i].key, nodes[j].key, radius] = found
+            for (i, j), some in zip(new, np.split(rows, splits), strict=True):
+                self._between[nodes[i].key, nodes[j].key, radius] = some
         first = np.cumsum([0, *(len(of.places) for of in nodes)])
         found = [self._between[key] for key in keys]
         shift = np.zeros((len(pairs), 3), dtype=np.int64)
