@@ -85,10 +85,9 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
     judge, stock, met = stock_judge(run, original, source, read.process)
     dangers = [*dangers, *met]
     _refuse_dangers(run, source, dangers)
-    began = time.monotonic()
-    sequence = _planned(run, original, read.process, began)
-    searching = _with_time_left(run, time.monotonic() - began)
+    sequence = _planned(run, original, read.process)
     obstacles, noticed = obstacles_of(run, original, sequence.process in BEAMS)
+    searching = replace(run, settings=run.settings.but(replace(run.settings.solve, time_limit=run.time_to_search())))
     with announced(run.tell):
         stands, begins = _stands(run, original, sequence)
 
@@ -185,12 +184,13 @@ class _OutOfTime(Exception):
     """Planning took longer than the time limit."""
 
 
-def _planned(run: Run, original: Program, process: str, began: float) -> Sequence:
+def _planned(run: Run, original: Program, process: str) -> Sequence:
     """Return the program in pieces; all of it stays where it is if finding them takes longer than the time limit."""
     from leafcut.processes.program.plan.resequencing import all_stay, find_sequence
     from leafcut.processes.program.plan.sections.program_rows import known_process
 
     options, limit = run.settings.of(ResequenceOptions), run.settings.solve.time_limit
+    began = time.monotonic()
     tell = run.looking("finding what can be reordered")
 
     def look() -> None:
@@ -211,15 +211,6 @@ def _planned(run: Run, original: Program, process: str, began: float) -> Sequenc
         said = "the order stays: planning took longer than --time-limit; allow more time"
         found = known_process(original) if process == "auto" else process
         return replace(all_stay(original, found, "time-limit"), issues=(Issue("L507", said),))
-
-
-def _with_time_left(run: Run, used: float) -> Run:
-    """Return the run with as much of its time limit as planning has left for the search, a tenth at least."""
-    limit = run.settings.solve.time_limit
-    if limit is None:
-        return run
-    search = replace(run.settings.solve, time_limit=max(limit - used, 0.1 * limit, 0.001))
-    return replace(run, settings=run.settings.but(search))
 
 
 def _solve_sections(

@@ -12,15 +12,13 @@ from leafcut.errors import PlanError
 from leafcut.model.solution import Solution
 from leafcut.options import AcoOptions, SolveOptions
 from leafcut.options.search import ANTS_AS_PARTS
+from leafcut.processes.course import LEAST_SEARCHED
 from leafcut.processes.sheet.job import SheetJob
 from leafcut.processes.sheet.options import CutOptions
 
 if TYPE_CHECKING:
     from leafcut.processes.sheet.plan.cutting import Cutting
     from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
-
-#: This part of a time limit is spent on searching even where all else took the whole of it.
-LEAST_SEARCHED = 0.1
 
 
 def as_planned(job: SheetJob) -> tuple[SheetJob, list[CutStart]] | None:
