@@ -4,8 +4,9 @@
     python benchmarks/growth.py cut reorder --part 0.25
 
 A process of its own does each run; what is told is its processor seconds and its peak of resident memory, the
-interpreter and the libraries included. Where t = a + b nᵖ, then p is the base-two logarithm of
-(t(4n) - t(2n)) / (t(2n) - t(n)), whatever the start took: 1 is linear, 2 is quadratic.
+interpreter and the libraries included. The largest is run once before, uncounted, so that nothing compiles in those
+that count. Where t = a + b nᵖ, then p is the base-two logarithm of (t(4n) - t(2n)) / (t(2n) - t(n)), whatever the start
+took: 1 is linear, 2 is quadratic.
 """
 
 from __future__ import annotations
@@ -154,15 +155,18 @@ def exponent(three: Sequence[float]) -> str:
     return f"{math.log2(second / first):.1f}" if first > 0.05 * three[1] and second > 0 else "–"
 
 
-def measured(name: str, work: Work, most: int) -> Iterator[list[str]]:
-    """Yield a row of the table for each size."""
+def measured(name: str, work: Work, most: int, compiled: bool) -> Iterator[list[str]]:
+    """Yield a row of the table for each size; the largest is run before, unless all is compiled."""
     times, peaks = list[float](), list[float]()
-    for count in (most // 4, most // 2, most):
+    sizes = [most // 4, most // 2, most]
+    for number, count in enumerate(sizes if compiled else [most, *sizes]):
         with tempfile.TemporaryDirectory() as folder:
             work.make(count, Path(folder) / work.file)
             seconds, peak, said = run(work.command(count), folder)
         if said != "status 0":
             raise AssertionError(f"{name}, {count} {work.counts}: {said}")
+        if number == 0 and not compiled:
+            continue
         times, peaks = [*times, seconds], [*peaks, peak / 1e6]
         ends = [exponent(times), exponent(peaks)] if len(times) == 3 else ["", ""]
         yield [name, f"{count:,} {work.counts}", f"{seconds:.1f} s", ends[0], f"{peak / 1e6:.0f} MB", ends[1]]
@@ -173,11 +177,12 @@ def main() -> None:
     made = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     made.add_argument("names", nargs="*", help=f"only these of {', '.join(WORKS)}")
     made.add_argument("--part", type=float, default=1.0, help="this part of the largest size (default 1)")
+    made.add_argument("--compiled", action="store_true", help="all kernels are compiled: no run before the counted")
     made.add_argument("--write", type=Path, help="write the table into this page")
     given = made.parse_args()
     rows: list[list[str]] = []
     for name in given.names or WORKS:
-        for row in measured(name, WORKS[name], int(given.part * WORKS[name].most)):
+        for row in measured(name, WORKS[name], int(given.part * WORKS[name].most), given.compiled):
             print("  ".join(row), file=sys.stderr, flush=True)
             rows.append(row)
         if given.write:
@@ -190,7 +195,7 @@ def text_of(rows: Sequence[Sequence[str]]) -> str:
     return f"""## Time and memory by size
 
 Every process at n, 2 n and 4 n on the default preset, whose effort follows the size; each in a process of its own:
-processor seconds of all threads, and the peak of resident memory, start and libraries included. The power p of the
+processor seconds of all threads, and the peak of resident memory, start and libraries included; nothing compiles. The power p of the
 size is from the differences, so the start is not in it: 1 is linear, 2 quadratic, – does not grow with it.
 
 {facts("growth", sys.argv[1:], ["leafcut", "numpy", "numba"])}
