@@ -195,8 +195,9 @@ def text_of(rows: Sequence[Sequence[str]]) -> str:
     return f"""## Time and memory by size
 
 Every process at n, 2 n and 4 n on the default preset, whose effort follows the size; each in a process of its own:
-processor seconds of all threads, and the peak of resident memory, start and libraries included; nothing compiles. The power p of the
-size is from the differences, so the start is not in it: 1 is linear, 2 quadratic, – does not grow with it.
+processor seconds of all threads, and the peak of resident memory, start and libraries included. Kernels were compiled
+before. The power p of the size is from the differences, so the start is not in it: 1 is linear, 2 quadratic, – does
+not grow with it.
 
 {facts("growth", sys.argv[1:], ["leafcut", "numpy", "numba"])}
 
