@@ -66,6 +66,29 @@ class Says:
         self.said = b"error:39\r\n"
 
 
+class Answers:
+    """Says the same to each byte, over and over."""
+
+    name = "fake"
+
+    def __init__(self, answers: dict[bytes, bytes]) -> None:
+        self.answers, self.said, self.now = answers, b"", 0.0
+
+    def clock(self) -> float:
+        return self.now
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+    def read(self, seconds: float) -> bytes:
+        self.now += seconds
+        said, self.said = self.said, b""
+        return said
+
+    def write(self, data: bytes) -> None:
+        self.said += b"".join(self.answers.get(bytes([byte]), b"") for byte in data)
+
+
 @pytest.mark.parametrize(
     "greeting, told",
     [
@@ -112,9 +135,27 @@ def test_the_settings_of_a_board_are_asked_for_and_are_those_that_it_sends_by(
 def test_a_board_of_another_kind_than_said_is_refused() -> None:
     with pytest.raises(OptionError, match=r"--kind linuxcnc: only grbl, fluidnc, marlin can be asked"):
         asked_settings(FakeGrbl(), "linuxcnc")
-    board = FakeMarlin()  # its line has no end yet when GRBL's questions are asked
-    with pytest.raises(SendError, match="nothing answers on fake"):
+    board = FakeMarlin()  # it answers to nothing before the line ends
+    with pytest.raises(SendError, match=r"what answers on fake is not GRBL \('ok'\)"):
         asked_settings(board, "grbl", clock=board.clock)
+
+
+@pytest.mark.parametrize(
+    ("answers", "told"),
+    [
+        ({}, "nothing answers on fake; is the machine on"),
+        ({b"\n": b"error:9\r\n"}, r"is not GRBL, grblHAL, FluidNC or Marlin \('error:9'\)"),
+        ({b"\n": b"ok\r\n"}, r"is not GRBL, grblHAL, FluidNC or Marlin \('ok'\)"),
+        ({b"\n": b"\r\nERROR\r\n"}, r"is not GRBL, grblHAL, FluidNC or Marlin \('ERROR'\)"),
+        ({b"?": b"<Idle|MPos:0,0,0|FS:0,0>\r\n"}, "says what it does, but takes no line"),
+        ({b"?": b"<Idle|MPos:0,0,0|FS:0,0>\r\n", b"\n": b"ok\r\n"}, r"what answers on fake is not GRBL \('ok'\)"),
+    ],
+)
+def test_what_answers_as_no_board_does_is_not_called_silent(answers: dict[bytes, bytes], told: str) -> None:
+    """A modem, a login, a board of another firmware: each says something to the end of a line, or to a question."""
+    board = Answers(answers)
+    with pytest.raises(SendError, match=told):
+        asked_settings(board, clock=board.clock)
 
 
 def drilling() -> SendJob:

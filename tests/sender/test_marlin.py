@@ -441,6 +441,16 @@ def test_the_page_of_the_studio_serves_grbl_boards_alone_and_says_so(tmp_path: P
     assert "marlin-mpcnc" not in sendable(Folder(tmp_path)) and "grbl-3018" in sendable(Folder(tmp_path))
 
 
+def test_the_page_of_the_studio_says_what_answers_and_what_sends_to_it() -> None:
+    from leafcut.studio.machine.link import MachineLink
+
+    board = FakeMarlin()
+    link = MachineLink(lambda _name, _baud: board, clock=board.clock)
+    told = str(link.connect("page", "fake").exception(60.0))
+    assert told.startswith("what answers on fake is not GRBL ('ok'); this page serves GRBL boards alone")
+    assert told.endswith("send to Marlin boards with leafcut send") and link.state.said == told
+
+
 def test_a_board_that_stopped_itself_is_freed_by_m999_and_one_that_moves_is_stopped_for_it() -> None:
     """M999.cpp: with S1 it asks for no line again."""
     board = FakeMarlin()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import pytest
 from fake_grbl import BUFFER, FakeGrbl
@@ -248,6 +249,26 @@ def test_what_is_no_grbl_is_told_in_one_line(words: bytes, told: str) -> None:
     with pytest.raises(SendError, match=told) as caught:
         GrblConversation(board, clock=board.clock).connect()
     assert "\n" not in str(caught.value)
+
+
+@every(
+    "state, told",
+    [
+        ("Sleep", "is asleep; wake it with --unlock"),
+        ("Check", "is in check mode; reset it with --unlock"),
+        ("Door:1", "is stopped by its safety door; reset it with --unlock"),
+        ("Tool", "is waiting for a tool change; wait until it stands, or reset it with --unlock"),
+    ],
+)
+def test_a_machine_that_does_not_stand_ready_is_refused_with_what_helps(state: str, told: str) -> None:
+    board = FakeGrbl()
+    talk = GrblConversation(board, clock=board.clock)
+    talk.connect()
+    facts = talk.facts()
+    does, _, detail = state.partition(":")
+    status = replace(facts.status, state=does, detail=int(detail) if detail else None)
+    with pytest.raises(SendError, match=f"the machine {told}$"):
+        check_ready(replace(facts, status=status), unhomed=False)
 
 
 @every(

@@ -127,6 +127,26 @@ def test_a_broken_file_of_defaults_says_one_line_and_nothing_of_it_is_taken(
     assert view.values == {}
 
 
+def test_a_page_that_is_loaded_again_follows_the_defaults_as_they_are_now(studio: Studio, shop: Path) -> None:
+    """Changed, new and removed defaults hold; what was typed or emptied stays as it is, and so does an order opened."""
+    view, _ = begun(studio)
+    view.put("start_point", "3,4")
+    view.put("machine", "")
+    shop.write_text('machine = "mill.toml"\nthickness = "8mm"\nseed = 5\n[drill]\nstart_point = [7, 7]\n')
+    other = View(studio, EN)
+    KeptState.from_json(json.loads(KeptState.of(view, "summary", None).as_json())).put_into(other)
+    assert other.renew_defaults() == "" and other.renew_defaults() == ""
+    assert other.values == {"thickness": "8mm", "start_point": "3,4", "seed": "5"}
+    assert notes(other) == {
+        "thickness": "from your defaults (shop.toml:2)", "seed": "from your defaults (shop.toml:3)",
+    }  # fmt: skip
+    other.usual, other.known_defaults = {}, None  # as where an order is opened: its values are its own
+    shop.write_text('thickness = "9mm"\npreset = "fast"\n')
+    assert other.renew_defaults() == "" and other.values["thickness"] == "8mm" and "preset" not in other.values
+    shop.write_text("thickness =\n")
+    assert "not a TOML file" in other.renew_defaults() and other.values["thickness"] == "8mm"
+
+
 def test_a_page_with_nothing_but_defaults_is_none_to_come_back_to(studio: Studio, shop: Path) -> None:
     view = View(studio, EN)
     view.take_defaults()

@@ -22,6 +22,9 @@ _ROOM = 0.005
 _APART = 0.01
 
 
+#: States in which it waits for a person, and not for its own end.
+_STANDING = ("Check", "Hold", "Door")
+
 _UNSURE = "the controller does not say whether it was homed, and does not wait for that"
 
 
@@ -47,9 +50,11 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
         how = "home it with --home" if facts.homing else "free it with --unlock"
         raise SendError(f"the machine is {does}; {how}")
     if facts.status.state in LOCKED:
-        raise SendError(f"the machine is {does}")
+        how = "; wake it with --unlock" if facts.status.state == "Sleep" else ""
+        raise SendError(f"the machine is {does}{how}")
     if facts.status.state != "Idle":
-        raise SendError(f"the machine is {does}; wait until it stands, or reset it with --unlock")
+        how = "" if facts.status.state in _STANDING else "wait until it stands, or "
+        raise SendError(f"the machine is {does}; {how}reset it with --unlock")
     if facts.status.pins and set(facts.status.pins) & set("XYZ"):
         raise SendError(f"a limit switch is pressed ({facts.status.pins}); move the machine away from it")
     if not facts.homing and not unhomed:

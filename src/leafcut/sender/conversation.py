@@ -353,11 +353,36 @@ class Conversation(ABC):
             self.listen()
 
 
-def what_answers(port: str, heard: list[str], wanted: str) -> SendError:
+class NotThisFirmware(SendError):
+    """What answers is another firmware, or nothing does; `heard` is what it said."""
+
+    def __init__(self, message: str, heard: list[str]) -> None:
+        super().__init__(message)
+        self.heard = heard
+
+
+def what_answers(port: str, heard: list[str], wanted: str) -> NotThisFirmware:
     """Return the error that says that something else than a wanted firmware answers, or nothing at all."""
     if not heard:
-        return SendError(f"nothing answers on {port}; is the machine on, and is this its port and its --baud?")
-    text = shown(heard[-1], 40)
-    if sum(not ("\x20" <= c <= "\x7e") for c in text) > len(text) // 4:
-        return SendError(f"what comes from {port} makes no sense ('{text}'); is it another --baud, or a bad cable?")
-    return SendError(f"what answers on {port} is not {wanted} ('{text}')")
+        words = f"nothing answers on {port}; is the machine on, and is this its port and its --baud?"
+    else:
+        text = shown(heard[-1], 40)
+        words = f"what answers on {port} is not {wanted} ('{text}')"
+        if sum(not ("\x20" <= c <= "\x7e") for c in text) > len(text) // 4:
+            words = f"what comes from {port} makes no sense ('{text}'); is it another --baud, or a bad cable?"
+    return NotThisFirmware(words, heard)
+
+
+def as_said(answer: ControllerAnswer) -> str:
+    """Return what a controller said, near enough to recognise it."""
+    match answer:
+        case Accepted():
+            return "ok"
+        case Refused(why):
+            return f"error:{why}"
+        case Alarm(why):
+            return f"ALARM:{why}"
+        case Strange(text):
+            return text
+        case _:
+            return str(answer)

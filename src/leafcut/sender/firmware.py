@@ -5,13 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from leafcut.errors import OptionError, SendError
+from leafcut.errors import OptionError
 from leafcut.kinds import Head
 from leafcut.model.machine import Machine
-from leafcut.sender.conversation import Conversation
+from leafcut.sender.conversation import Conversation, NotThisFirmware, what_answers
 from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.marlin import MarlinConversation
-from leafcut.sender.port import Port, PortLost
+from leafcut.sender.port import Port
 
 _SPEAKERS: dict[str, type[Conversation]] = {
     "grbl": GrblConversation,
@@ -61,16 +61,14 @@ def asked_settings(port: Port, kind: str | None = None, clock: Callable[[], floa
     if kind is not None and kind not in ASKED:
         raise OptionError(f"--kind {kind}: only {', '.join(ASKED)} can be asked at a port; give a file of its settings")
     speakers = [GrblConversation, MarlinConversation] if kind is None else [ASKED[kind]]
-    problem: SendError | None = None
+    problems: list[NotThisFirmware] = []
     for speaker in speakers:
         talk = speaker(port, clock=clock)
         try:
             talk.connect()
-        except PortLost:
-            raise
-        except SendError as found:
-            problem = problem or found
+        except NotThisFirmware as problem:
+            problems.append(problem)
             continue
         return talk.settings()
-    assert problem is not None
-    raise problem
+    heard = next((problem.heard for problem in problems if problem.heard), [])
+    raise problems[0] if kind is not None else what_answers(port.name, heard, "GRBL, grblHAL, FluidNC or Marlin")

@@ -27,6 +27,7 @@ from leafcut.sender.conversation import (
     Heard,
     Interrupted,
     Log,
+    as_said,
     unheard,
     what_answers,
 )
@@ -41,6 +42,8 @@ RESET = b"\x18"
 REST_SECONDS, UNHEARD_SECONDS = 15.0, 3.0
 #: After an alarm its reason is told, s; and a reset that is not answered for so long is sent again, s.
 ALARM_SECONDS, RESET_SECONDS = 3.0, 2.0
+#: What is no GRBL has so long to answer to the end of a line, s.
+_LINE_SECONDS = 1.0
 #: States in which a machine stands, and goes on with nothing by itself.
 _AT_REST = ("Idle", "Check", *LOCKED)
 _FEED_NORMAL = b"\x90"
@@ -102,10 +105,17 @@ class GrblConversation(Conversation):
             if isinstance(answer, Greeting):
                 self.restarted = True
                 self.ask_status()
-            elif isinstance(answer, Strange):
-                heard.append(answer.text)
+            else:
+                heard.append(as_said(answer))
+        if not heard and not self._rest:
+            heard = self._said_to_a_line()
         heard += [shown(self._rest.decode("ascii", "replace"))] * bool(self._rest)
         raise what_answers(self.port.name, heard, "GRBL")
+
+    def _said_to_a_line(self) -> list[str]:
+        """Return what it says to the end of a line: what is no GRBL may answer to nothing else."""
+        self.write(b"\n")
+        return [as_said(one) for one in self.heard(_LINE_SECONDS)]
 
     def _knock(self) -> None:
         """Ask whoever is there: one that does not hear ``?`` may be a grblHAL that hears its own byte alone."""
@@ -146,6 +156,8 @@ class GrblConversation(Conversation):
         """
         self._settle()
         told = self.ask("$I")
+        if not any(isinstance(one, Report) for one in told):
+            raise what_answers(self.port.name, ["ok"], "GRBL")
         if self.family == "FluidNC":
             return "fluidnc", self._configuration()
         reports = [one for one in [*told, *self.ask("$$")] if isinstance(one, Report)]
@@ -156,7 +168,10 @@ class GrblConversation(Conversation):
         """End a line that somebody may have begun, whatever is said to that."""
         self.write(b"\n")
         if not any(isinstance(one, Accepted | Refused) for one in self.heard(ANSWER_SECONDS)):
-            raise what_answers(self.port.name, [], "GRBL")
+            raise SendError(
+                f"what answers on {self.port.name} says what it does, but takes no line; "
+                "reset it, and look at the cable"
+            )
         self.listen()
 
     def _configuration(self) -> str:

@@ -22,7 +22,7 @@ from leafcut.errors import LeafcutError, OptionError, SendError
 from leafcut.sender.answers import Alarm, ControllerAnswer, Greeting, Status, Strange
 from leafcut.sender.by_hand import cancel_jog, check_jog, frame_of, jog, probe_z
 from leafcut.sender.checking import check_program, check_ready
-from leafcut.sender.conversation import LOCKED, Interrupted
+from leafcut.sender.conversation import LOCKED, Interrupted, NotThisFirmware
 from leafcut.sender.explained import state_in_words
 from leafcut.sender.facts import Facts
 from leafcut.sender.grbl import GrblConversation
@@ -324,6 +324,10 @@ class MachineLink:
             self._serve(talk)
         except Interrupted:
             told = "stopped by you"
+        except NotThisFirmware as problem:
+            told = str(problem)
+            if problem.heard:
+                told += "; this page serves GRBL boards alone: send to Marlin boards with leafcut send"
         except LeafcutError as problem:
             told = str(problem)
         except Exception as fault:  # a fault of ours must not leave a page that believes in a machine

@@ -42,6 +42,7 @@ class KeptState:
     shown: dict[str, str] = field(default_factory=dict)
     of_input: tuple[str, ...] = ()
     usual: dict[str, str] = field(default_factory=dict)
+    known_defaults: tuple[str, ...] | None = None
     job: str = ""
     pace: str = "full"
     tab: str = "summary"
@@ -54,7 +55,8 @@ class KeptState:
             view.source, view.name, view.second, view.second_name,
             tuple(one.word for one in view.parts), dict(view.part_names), view.origin, view.sheet,
             view.work, view.process, dict(view.values), dict(view.shown), tuple(sorted(view.of_input)),
-            dict(view.usual), view.job or "", view.pace, tab, edit,
+            dict(view.usual), None if view.known_defaults is None else tuple(sorted(view.known_defaults)),
+            view.job or "", view.pace, tab, edit,
         )  # fmt: skip
 
     def put_into(self, view: View) -> None:
@@ -66,6 +68,7 @@ class KeptState:
         view.work, view.process, view.pace = self.work, self.process, self.pace
         view.values, view.shown, view.of_input = dict(self.values), dict(self.shown), set(self.of_input)
         view.usual = dict(self.usual)
+        view.known_defaults = None if self.known_defaults is None else set(self.known_defaults)
         view.for_study = None
         found = {name: forms.problem_with(name, value) for name, value in self.values.items()}
         view.errors = {name: line for name, line in found.items() if line}
@@ -98,6 +101,9 @@ class KeptState:
             shown={n: str(v) for n, v in _dict(plain, "shown").items() if n in values},
             of_input=tuple(n for n in _list(plain, "of_input") if n in values),
             usual={n: str(v) for n, v in _dict(plain, "usual").items() if n in values},
+            known_defaults=tuple(n for n in _list(plain, "known_defaults") if n in known)
+            if isinstance(plain.get("known_defaults"), list)
+            else None,
             job=job if _JOB.fullmatch(job) else "",
             pace=_one_of(plain.get("pace"), PACES, "full"),
             tab=str(plain.get("tab", "summary")),
@@ -109,7 +115,9 @@ class KeptState:
         """Whether there is anything to come back to: what the defaults said is there again without that."""
         values = {name: value for name, value in self.values.items() if name not in self.usual}
         shown = {name: word for name, word in self.shown.items() if name not in self.usual}
-        return replace(self, values=values, shown=shown, usual={}) != KeptState(tab=self.tab, pace=self.pace)
+        return replace(self, values=values, shown=shown, usual={}, known_defaults=None) != KeptState(
+            tab=self.tab, pace=self.pace
+        )
 
 
 def _one_of(word: Any, known: Iterable[str], default: str) -> str:

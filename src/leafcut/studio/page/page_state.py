@@ -49,6 +49,8 @@ class View:
         Names of values that were put for this input alone: they go when another one comes.
     usual
         Names of values that the person's own defaults gave, and where: name → file and line.
+    known_defaults
+        What that file gave when it was read last; None where the page takes no more from it.
     job
         The job whose outcome is shown, or None.
     pace
@@ -77,6 +79,7 @@ class View:
     errors: dict[str, str] = field(default_factory=dict)
     of_input: set[str] = field(default_factory=set)
     usual: dict[str, str] = field(default_factory=dict)
+    known_defaults: set[str] | None = None
     job: str | None = None
     pace: str = "full"
     edited: bool = False
@@ -155,7 +158,25 @@ class View:
         for name, value in found.values.items():
             self.put(name, value, found.shown.get(name, ""))
         self.usual = {name: place for name, place in found.places.items() if name in self.values}
+        self.known_defaults = set(found.places)
         return found.problem
+
+    def renew_defaults(self) -> str:
+        """Follow the file of defaults as it is now, in a page that was left; return why that cannot be, or nothing.
+
+        Values that came from it follow it, and what is new in it is taken. What a person typed, or emptied, stays.
+        """
+        found = own_defaults(self.studio.folder)
+        if found.problem:
+            return found.problem
+        new = set() if self.known_defaults is None else found.values.keys() - self.known_defaults
+        follow = set(self.usual) | {name for name in new if name not in self.values}
+        for name in follow:
+            self.put(name, found.values.get(name, ""), found.shown.get(name, ""))
+        self.usual = {name: found.places[name] for name in follow if name in found.places and name in self.values}
+        if self.known_defaults is not None:
+            self.known_defaults = set(found.places)
+        return ""
 
     def put_for_input(self, name: str, value: Any, shown: str = "") -> None:
         """Take a value that holds for this input alone."""

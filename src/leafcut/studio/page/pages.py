@@ -133,8 +133,8 @@ class Page:
             kept, self.memory = None, Memory(self, studio.pages)
         if kept is not None:
             kept.put_into(self.view)
-        #: What is wrong with the person's own defaults, which a new page begins with.
-        self._unread = "" if kept is not None else self.view.take_defaults()
+        #: What is wrong with the person's own defaults, which a page begins with.
+        self._unread = self.view.take_defaults() if kept is None else self.view.renew_defaults()
         self._kept, self._asked = kept is not None, job if kept is None else ""
         #: When what is said goes away by itself, by the monotonic clock.
         self._until = math.inf
@@ -274,6 +274,7 @@ class Page:
         kept = self.memory.newest()
         if kept is not None:
             kept.put_into(self.view)
+            self._unread = self.view.renew_defaults()
             await self._resume(kept)
 
     async def _resume(self, kept: KeptState) -> None:

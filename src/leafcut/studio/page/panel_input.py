@@ -351,7 +351,8 @@ class InputPanel:
             view.part_names = {one.input: name for one, name in zip(view.parts, names, strict=True)}
         view.origin = task.origin
         view.process, view.work = task.process, work_of(task, view.name)
-        view.values, view.errors, view.for_study, view.usual = dict(task.options), {}, None, {}
+        view.values, view.errors, view.for_study = dict(task.options), {}, None
+        view.usual, view.known_defaults = {}, None
         self.bench.restore(task, view.values)
         view.shown = {name: self._named(value) for name, value in task.options.items() if isinstance(value, str)}
         view.of_input = {"hole_order", "plan", *(("quantity",) if task.origin else ())} & view.values.keys()
