@@ -14,6 +14,7 @@ from hypothesis import settings
 
 from packages import Installer, lay
 from shared_data import DATA
+from solid_reader import SolidReader
 
 # Compiling and a busy machine make times noisy, and no test asserts a duration; the same cases in every run.
 settings.register_profile("leafcut", deadline=None, derandomize=True)
@@ -111,6 +112,21 @@ def data() -> Path:
 def examples() -> Path:
     """Return the folder of the drawings that leafcut ships."""
     return Path(__file__).parents[1] / "examples"
+
+
+@pytest.fixture(scope="session")
+def solid_reader() -> Iterator[SolidReader]:
+    """Yield a process with OpenCASCADE."""
+    reader = SolidReader()
+    yield reader
+    reader.close()
+
+
+@pytest.fixture
+def opencascade_at_hand(solid_reader: SolidReader, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have solids read by forks of one process; `monkeypatch.undo()` gives each its own process again."""
+    if hasattr(os, "fork"):
+        monkeypatch.setattr("leafcut.read.step.subprocess", solid_reader)
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -172,6 +173,7 @@ def part_of(parts: Sequence[str]) -> str:
     return parts[2] if len(parts) > 2 and process_of(parts) and parts[2] in IN_A_PROCESS else ""
 
 
+@cache  # most tests here ask for it; none changes what it gets
 def imported(path: Path) -> set[tuple[str, ...]]:
     """Return the modules of leafcut that a file imports, also inside functions, as the parts of their names."""
     found = set()

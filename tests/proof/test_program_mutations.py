@@ -122,17 +122,32 @@ def faults(name: str, units: str, text: str) -> list[str]:
         return [str(problem)]
 
 
-def mutations(text: str) -> Iterator[tuple[str, str, str, str]]:
-    """Yield (word before, word after, line, text) for every digit of every word, set to the next digit."""
+Mutation = tuple[str, str, str, str]
+
+
+def mutations(text: str) -> Iterator[list[Mutation]]:
+    """Yield for every word (word before, word after, line, text) for each of its digits, set to the next digit."""
     for word in _WORD.finditer(text):
         if word.group(1) is None:
             continue
+        found = []
         for place in range(word.start(2), word.end(2)):
             if text[place].isdigit():
                 digit = str((int(text[place]) + 1) % 10)
                 changed = text[:place] + digit + text[place + 1 :]
                 line = changed[changed.rfind("\n", 0, place) + 1 : changed.index("\n", place)]
-                yield word.group(), changed[word.start() : word.end()], line, changed
+                found.append((word.group(), changed[word.start() : word.end()], line, changed))
+        yield found
+
+
+def tried_of(text: str, name: str, units: str) -> Iterator[Mutation]:
+    """Yield the changes that matter; in inches of a decimal number the smallest alone, which is the hardest to find.
+
+    Every digit tried takes a whole reading; that greater changes are found, too, is tried in millimetres.
+    """
+    for changes in mutations(text):
+        matter = [one for one in changes if matters(one[0], one[1], name)]
+        yield from matter[-1:] if units == "inch" and changes and "." in changes[0][0] else matter
 
 
 def matters(before: str, after: str, name: str) -> bool:
@@ -152,12 +167,11 @@ def test_one_digit_changed_is_found_wherever_it_matters(name: str, units: str) -
     _, text = written(name, units)
     assert faults(name, units, text) == []
     tried, missed = 0, []
-    for before, after, line, changed in mutations(text):
-        if matters(before, after, name):
-            tried += 1
-            if not faults(name, units, changed):
-                missed.append(f"{before} → {after} in '{line}'")
-    assert tried > 200
+    for before, after, line, changed in tried_of(text, name, units):
+        tried += 1
+        if not faults(name, units, changed):
+            missed.append(f"{before} → {after} in '{line}'")
+    assert tried > (200 if units == "mm" else 100)
     assert missed == HARMLESS.get(name, [])
 
 

@@ -15,6 +15,8 @@ from leafcut.model.toolpath import Kind
 from leafcut.read.work_materials import load_material
 from made_solids import box, cut, rounded, saved
 
+pytestmark = pytest.mark.usefixtures("opencascade_at_hand")
+
 LIBRARY = (
     '[[tool]]\nnumber = 1\nkind = "end-mill"\ndiameter = "6 mm"\nteeth = 3\nfeed = "600 mm/min"\n'
     'spindle_speed = "6000 rpm"\nplunge_feed = "200 mm/min"\n'

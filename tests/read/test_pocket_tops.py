@@ -25,6 +25,8 @@ from leafcut.stock.solid import solid_of
 from leafcut.stock.straight_moves import straight_moves
 from made_solids import box, cut, fused, rounded, saved
 
+pytestmark = pytest.mark.usefixtures("opencascade_at_hand")
+
 FAST: dict[str, Any] = {
     "preset": "fast", "threads": 1, "machine": "linuxcnc-mill", "strategy": "contour", "tool_diameter": 6,
     "pocket_top": "surface",

@@ -26,6 +26,8 @@ from leafcut.read.meshes import load_mesh
 from leafcut.read.step_solid import RoundWall, columns, hole_of, joined
 from made_solids import DOWN, box, cone, cut, cylinder, saved
 
+pytestmark = pytest.mark.usefixtures("opencascade_at_hand")
+
 FAST: dict[str, Any] = {"preset": "fast", "threads": 1}
 
 
@@ -200,6 +202,7 @@ def test_what_lies_beside_the_drawing_is_not_run(
     for module in ("json", "numpy", "OCP"):
         (tmp_path / f"{module}.py").write_text("open('ran', 'w').close()\nraise SystemExit(1)\n")
     file = (examples / "stepped_plate.step").resolve()
+    monkeypatch.undo()  # a process of its own, as outside the tests
     monkeypatch.chdir(tmp_path)
     assert len(read(file).holes) == 36
     assert not Path("ran").exists()
@@ -327,7 +330,10 @@ def test_a_unit_or_one_height_for_all_cannot_be_asked_for(examples: Path) -> Non
             api.optimize(examples / "stepped_plate.step", process="drill", **options, **FAST)
 
 
-def test_json_stays_whole_whatever_opencascade_says(examples: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_json_stays_whole_whatever_opencascade_says(
+    examples: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.undo()  # a process of its own, as outside the tests
     words = ["drill", str(examples / "stepped_plate.step"), "--machine", "linuxcnc-mill", "--preset", "fast", "--json"]
     assert run(words) == 0
     assert json.loads(capfd.readouterr().out)["counts"]["holes"] == 36

@@ -26,6 +26,8 @@ from leafcut.processes.pocket.proof.pocket import check_pockets
 from leafcut.read import read_contours, read_pockets
 from made_solids import DOWN, UP, box, cone, cut, cylinder, fused, rounded, saved
 
+pytestmark = pytest.mark.usefixtures("opencascade_at_hand")
+
 FAST: dict[str, Any] = {"preset": "fast", "threads": 1, "machine": "linuxcnc-mill", "strategy": "contour"}
 CORNER = 4.0 - math.pi
 

@@ -55,12 +55,21 @@ def board(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return grbl_time.build_board(tmp_path_factory.mktemp("board"))
 
 
-@pytest.mark.parametrize("name", ["dwells", "moves of 1 mm at 4000 mm/min", "starved: small circles"])
+@pytest.mark.parametrize("name", ["dwells", "starved: small circles"])
 def test_the_firmware_needs_what_leafcut_says_and_what_it_needed_before(board: Path, name: str) -> None:
     machine, lines_of = grbl_time.PROGRAMS[name]
     lines = lines_of()
     truth = grbl_time.board_seconds(board, lines, machine)
     assert truth == pytest.approx(RECORDED[name], rel=0.002)
+    assert grbl_time.our_seconds(lines, machine) == pytest.approx(truth, rel=0.01)
+
+
+def test_the_firmware_needs_what_leafcut_says_for_short_moves_that_it_joins(board: Path) -> None:
+    """A quarter of the program that is recorded: the board takes twice the time of its moves."""
+    machine, _ = grbl_time.PROGRAMS["moves of 1 mm at 4000 mm/min"]
+    lines = grbl_time.wave(1, 4000, 100)
+    truth = grbl_time.board_seconds(board, lines, machine)
+    assert truth > 2.0
     assert grbl_time.our_seconds(lines, machine) == pytest.approx(truth, rel=0.01)
 
 

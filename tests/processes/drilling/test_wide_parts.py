@@ -25,6 +25,8 @@ from leafcut.read.step_solid import RoundWall, hole_of
 from leafcut.read.tools import load_tools
 from made_solids import DOWN, UP, box, cone, cut, cylinder, fused, saved
 
+pytestmark = pytest.mark.usefixtures("opencascade_at_hand")
+
 FAST: dict[str, Any] = {"preset": "fast", "threads": 1, "machine": "linuxcnc-mill", "process": "drill"}
 DRILLS = """
 [[tool]]

@@ -15,6 +15,8 @@ from leafcut.options import StockOptions
 from leafcut.processes.program.workpiece import block_of, field_of
 from made_solids import box, cut, cylinder, fused, saved
 
+pytestmark = pytest.mark.usefixtures("opencascade_at_hand")
+
 PROGRAM = """G21 G90
 T1 M6 (D=6. CR=0. - flat end mill)
 M3 S9000
