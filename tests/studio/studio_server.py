@@ -30,6 +30,7 @@ class Server:
     def __init__(self, home: Path, port: int = 0, browser: tuple[str, str] | None = None) -> None:
         environment = {**os.environ, "XDG_DATA_HOME": str(home), "LOCALAPPDATA": str(home), "PYTHONFAULTHANDLER": "1"}
         environment.update([browser] if browser else [])
+        home.mkdir(parents=True, exist_ok=True)
         #: What it says goes to files: a pipe that nobody reads is full one day, and then it stands still.
         self._out, self._error = home / "studio-out.txt", home / "studio-error.txt"
         for _ in range(1 if port else 5):  # a port that is free now may be taken until it is used
