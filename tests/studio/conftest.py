@@ -63,7 +63,8 @@ def browser(chromium: str) -> Iterator[Any]:
     from playwright.sync_api import expect
     from studio_page import LONG
 
-    # A studio that has just begun loads what it reads its first file with: on a busy machine longer than the usual 5 s.
+    # A studio that has just begun loads what it reads its first file with, and its first run may have to compile: on a
+    # busy machine much longer than the usual 5 s. What is waited for here is seen to come, however long it takes.
     expect.set_options(timeout=LONG)
     with launched(chromium) as opened:
         yield opened
@@ -81,7 +82,10 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 @pytest.fixture(scope="session")
 def context(browser: Any, server: Any) -> Iterator[Any]:
     """Return what all pages share that `page` returns: the scripts of the page are fetched and compiled once."""
+    from studio_page import LONG
+
     made = browser.new_context(viewport={"width": 1280, "height": 720}, locale="en-US", accept_downloads=True)
+    made.set_default_timeout(LONG)
     yield made
     made.close()
 
@@ -89,24 +93,30 @@ def context(browser: Any, server: Any) -> Iterator[Any]:
 @pytest.fixture
 def page(context: Any, server: Any) -> Iterator[Any]:
     """Return a page of the studio; in the end nothing may have been complained of, nor asked of another host."""
-    from playwright.sync_api import expect
+    from playwright.sync_api import Error, expect
 
     complaints: list[str] = []
     asked: list[str] = []
     server.speak_as_the_browser()
     made = context.new_page()
-    _as_never_used(made, server)
-    made.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
-    made.on("pageerror", lambda e: complaints.append(str(e)))
-    made.on("request", lambda r: asked.append(r.url))
-    made.goto(server.origin)
-    expect(made.locator("#view-work")).to_be_visible()
-    # What is done before that reaches the studio afterwards, and not always in its order.
-    made.wait_for_function("window.did_handshake")
-    yield made
-    for one in context.pages:  # a test may have opened more
-        one.close()
+    try:
+        _as_never_used(made, server)
+        made.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
+        made.on("pageerror", lambda e: complaints.append(str(e)))
+        made.on("request", lambda r: asked.append(r.url))
+        try:
+            made.goto(server.origin)
+        except Error as problem:
+            pytest.fail(f"the studio does not answer ({problem})\n{server.standing()}")
+        expect(made.locator("#view-work")).to_be_visible()
+        # What is done before that reaches the studio afterwards, and not always in its order.
+        made.wait_for_function("window.did_handshake")
+        yield made
+    finally:
+        for one in context.pages:  # a test may have opened more
+            one.close()
     assert complaints == []
+    assert server.complained() == ""
     assert {urlsplit(url).netloc for url in asked if not url.startswith(("data:", "blob:"))} == {
         f"127.0.0.1:{server.port}"
     }

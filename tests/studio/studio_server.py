@@ -28,22 +28,21 @@ class Server:
     """A studio in a process of its own."""
 
     def __init__(self, home: Path, port: int = 0, browser: tuple[str, str] | None = None) -> None:
-        environment = {**os.environ, "XDG_DATA_HOME": str(home), "LOCALAPPDATA": str(home)}
+        environment = {**os.environ, "XDG_DATA_HOME": str(home), "LOCALAPPDATA": str(home), "PYTHONFAULTHANDLER": "1"}
         environment.update([browser] if browser else [])
+        home.mkdir(parents=True, exist_ok=True)
+        #: What it says goes to files: a pipe that nobody reads is full one day, and then it stands still.
+        self._out, self._error = home / "studio-out.txt", home / "studio-error.txt"
         for _ in range(1 if port else 5):  # a port that is free now may be taken until it is used
             command = [sys.executable, "-m", "leafcut.cli", "studio", *([] if browser else ["--no-open"])]
-            self.process = subprocess.Popen(
-                [*command, "--port", str(port or free_port())],
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-                text=True,
-                env=environment,
-            )
-            assert self.process.stdout is not None
-            self.line = self.process.stdout.readline()
+            with self._out.open("w") as out, self._error.open("w") as error:
+                self.process = subprocess.Popen(
+                    [*command, "--port", str(port or free_port())], stdout=out, stderr=error, env=environment
+                )
+            self.line = self._first_line()
             if self.line:
                 break
-            self.process.communicate(timeout=60)
+            self.process.wait(timeout=60)
         found = re.search(r"(http://127\.0\.0\.1:(\d+))/\?token=([\w-]+)$", self.line.strip())
         assert found, self.line
         self.origin, self.port, self.key = found.group(1), int(found.group(2)), found.group(3)
@@ -51,6 +50,7 @@ class Server:
         self.folder = home / "leafcut" / "studio"
         self.token = (self.folder / "token").read_text()
         self._cookies: dict[str, str] = {}
+        self._read = 0
         # It tells its address before it listens: a busy machine may take its time in between.
         for left in reversed(range(1200)):
             try:
@@ -60,6 +60,27 @@ class Server:
                 if not left:
                     raise
                 time.sleep(0.05)
+
+    def _first_line(self) -> str:
+        """Wait for the line that tells its address; return nothing where it ends without one."""
+        while True:
+            over = self.process.poll() is not None
+            line, end, _ = self._out.read_text().partition("\n")
+            if end or over:
+                return line
+            time.sleep(0.02)
+
+    def complained(self) -> str:
+        """Return what it said of itself since this was asked last: how it is ended, once, and nothing else."""
+        said = self._error.read_text()
+        new, self._read = said[self._read :], len(said)
+        return new.replace("leafcut: Ctrl-C ends it\n", "")
+
+    def standing(self) -> str:
+        """End it at once; return what it said, and where each of its threads stood."""
+        self.process.send_signal(signal.SIGABRT)
+        self.process.wait(timeout=60)
+        return self._error.read_text()
 
     def cookies(self) -> dict[str, str]:
         """Return the cookie of a browser that came in by the address that was printed."""
@@ -80,8 +101,9 @@ class Server:
     def end(self) -> tuple[int, str, str]:
         """End it as Ctrl-C does; return its status and what it said."""
         self.process.send_signal(signal.SIGINT)
-        out, error = self.process.communicate(timeout=60)
-        return self.process.returncode, out, error
+        self.process.wait(timeout=60)
+        # The first line has been read.
+        return self.process.returncode, self._out.read_text().partition("\n")[2], self._error.read_text()
 
 
 @contextmanager
@@ -92,4 +114,4 @@ def running(home: Path, *browser: str, port: int = 0) -> Iterator[Server]:
         yield started
     finally:
         started.process.kill()
-        started.process.communicate(timeout=60)
+        started.process.wait(timeout=60)

@@ -60,8 +60,9 @@ def test_a_new_file_is_seen_whole_however_the_last_one_was_looked_at(page: Page,
             page.mouse.move(5, 5)
             expect(page.locator(".lc-readout")).to_be_hidden()
             page.mouse.move(box["x"] + x, box["y"] + 10)
-            place = re.search(r"X (-?[\d.]+)", said_by(page.locator(".lc-readout")))
-            told.append(float(place[1]) if place else math.nan)  # it is just being drawn anew
+            page.evaluate("new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)))")
+            place = re.search(r"X (-?[\d.]+)", page.locator(".lc-readout").inner_text())
+            told.append(float(place[1]) if place else math.nan)  # it is just being drawn anew, and tells nothing
         return told[1] - told[0]
 
     wait_for(page, lambda: seen() > 200)  # mm: the plate is 241 mm high, and wider than half of that

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from leafcut.studio.jobs.history import JobRecord
+from leafcut.studio.page.job_words import figures_of
 from leafcut.studio.wording import Words
 from leafcut.units import format_time
 
@@ -67,4 +68,6 @@ def _told(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
     if command == "nest":
         used = answer["variants"][0]["utilisation_of_used_percent"]
         return f"{used:.1f} %, {words('nest.used')}"
+    if command == "study":
+        return figures_of(record, words)
     return f"{format_time(answer['time_s'])}, {words('result.on', machine=answer['machine'])}"
