@@ -79,28 +79,21 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
         yield started
 
 
-@pytest.fixture(scope="session")
-def context(browser: Any, server: Any) -> Iterator[Any]:
-    """Return what all pages share that `page` returns: the scripts of the page are fetched and compiled once."""
-    from studio_page import LONG
-
-    made = browser.new_context(viewport={"width": 1280, "height": 720}, locale="en-US", accept_downloads=True)
-    made.set_default_timeout(LONG)
-    yield made
-    made.close()
-
-
 @pytest.fixture
-def page(context: Any, server: Any) -> Iterator[Any]:
-    """Return a page of the studio; in the end nothing may have been complained of, nor asked of another host."""
+def page(browser: Any, server: Any) -> Iterator[Any]:
+    """Return a page of the studio; in the end nobody may have complained, nor asked another host."""
     from playwright.sync_api import Error, expect
+    from studio_page import LONG
 
     complaints: list[str] = []
     asked: list[str] = []
     server.speak_as_the_browser()
-    made = context.new_page()
+    context = browser.new_context(viewport={"width": 1280, "height": 720}, locale="en-US", accept_downloads=True)
     try:
-        _as_never_used(made, server)
+        context.set_default_timeout(LONG)
+        context.grant_permissions(["clipboard-read", "clipboard-write"])
+        server.let_in(context)
+        made = context.new_page()
         made.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else None)
         made.on("pageerror", lambda e: complaints.append(str(e)))
         made.on("request", lambda r: asked.append(r.url))
@@ -113,23 +106,9 @@ def page(context: Any, server: Any) -> Iterator[Any]:
         made.wait_for_function("window.did_handshake")
         yield made
     finally:
-        for one in context.pages:  # a test may have opened more
-            one.close()
+        context.close()
     assert complaints == []
     assert server.complained() == ""
     assert {urlsplit(url).netloc for url in asked if not url.startswith(("data:", "blob:"))} == {
         f"127.0.0.1:{server.port}"
     }
-
-
-def _as_never_used(page: Any, server: Any) -> None:
-    """Forget all that earlier tests left in the browser but the files that the page is made of."""
-    context = page.context
-    context.clear_cookies()
-    context.clear_permissions()
-    context.grant_permissions(["clipboard-read", "clipboard-write"])
-    server.let_in(context)
-    session = context.new_cdp_session(page)
-    kinds = "local_storage,indexeddb,cache_storage,service_workers,websql,file_systems"
-    session.send("Storage.clearDataForOrigin", {"origin": server.origin, "storageTypes": kinds})
-    session.detach()
