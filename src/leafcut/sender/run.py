@@ -207,7 +207,7 @@ class SendRun:
         self._wanted: int | None = None
         self._changing = False
         self._offset = self.facts.status.offset
-        self._sure = True
+        self._sure = self._program_place(self.facts.status) is not None
         self._errors: list[tuple[int, str]] = []
         self._rests = 0
         self._heard_at = self._owed_since = self._asked_at = self.talk.clock()
@@ -500,8 +500,10 @@ class SendRun:
                 pass
 
     def _where(self) -> str:
-        """Return the line that the machine is in, in words."""
-        return f"line {self.line} '{self.job.text(self.line)}'" if self.taken >= self._first else "before the program"
+        """Return the line that the machine is in, in words; of one that does not say where it is, what is known."""
+        if self.taken < self._first:
+            return "before the program"
+        return f"line {self.line} '{self.job.text(self.line)}'" if self._sure else f"in or behind line {self.line}"
 
     def _while_in(self) -> str:
         return f" while it was in line {self.line}" if self.taken >= self._first else ""
