@@ -85,7 +85,7 @@ def wait_for(page: Page, true: object) -> None:
         if true():  # type: ignore[operator]
             return
         page.wait_for_timeout(50)
-    pytest.fail("it never came")
+    pytest.fail(f"it never came; on the page stands:\n{page.locator('body').inner_text()}")
 
 
 def at_rest(page: Page) -> None:

@@ -141,6 +141,7 @@ def test_the_tab_says_how_a_run_goes_and_a_notice_comes_only_where_it_was_asked_
     own.keyboard.press("1")
     own.get_by_role("button", name="Run", exact=True).click()
     expect(own.locator(".study")).to_contain_text("step 1", timeout=LONG)
+    expect(own).to_have_title(re.compile("^▶ "))  # of a run that the tab has not seen running it tells no end
     own.get_by_role("button", name="Stop, keep the best").click()
     wait_for(own, lambda: own.evaluate("told") == ["asked", ["plate_10 – leafcut", "The run is over."]])
     own.evaluate("delete document.hidden")
