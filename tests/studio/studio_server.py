@@ -71,7 +71,7 @@ class Server:
             time.sleep(0.02)
 
     def complained(self) -> str:
-        """Return what it said of itself since this was asked last: how it is ended, once, and nothing else."""
+        """Return what it wrote to standard error since this was asked last; that Ctrl-C ends it is left out."""
         said = self._error.read_text()
         new, self._read = said[self._read :], len(said)
         return new.replace("leafcut: Ctrl-C ends it\n", "")

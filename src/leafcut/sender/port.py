@@ -56,9 +56,9 @@ class SerialPort:
         self.name = name
         if os.name == "posix" and not os.path.exists(name):  # noqa: PTH110 - a device, and no path of ours
             raise OptionError(f"--port {name}: there is no such port; {ports_in_words()}")
-        if os.path.isdir(name) or os.path.isfile(name):  # noqa: PTH112, PTH113 - as above
-            kind = "a folder" if os.path.isdir(name) else "a file"  # noqa: PTH112 - as above
-            raise OptionError(f"--port {name}: that is {kind}, no serial port; {ports_in_words()}")
+        for is_kind, kind in ((os.path.isdir, "a folder"), (os.path.isfile, "a file")):
+            if is_kind(name):
+                raise OptionError(f"--port {name}: that is {kind}, no serial port; {ports_in_words()}")
         try:
             self._serial = serial.Serial(
                 name, baud, timeout=0.0, write_timeout=_WRITE_SECONDS, exclusive=True if os.name == "posix" else None

@@ -68,6 +68,6 @@ def _told(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
     if command == "nest":
         used = answer["variants"][0]["utilisation_of_used_percent"]
         return f"{used:.1f} %, {words('nest.used')}"
-    if command == "study":
-        return figures_of(record, words)
-    return f"{format_time(answer['time_s'])}, {words('result.on', machine=answer['machine'])}"
+    if command == "simulate":
+        return f"{format_time(answer['time_s'])}, {words('result.on', machine=answer['machine'])}"
+    return figures_of(record, words)
