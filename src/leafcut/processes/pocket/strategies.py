@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 from leafcut.errors import OptionError
 from leafcut.model.pocket import PocketPath
@@ -15,7 +16,10 @@ from leafcut.processes.pocket.options import PocketOptions
 
 if TYPE_CHECKING:
     from leafcut.geometry.arrays import Points
+    from leafcut.model.problem import RoutingProblem
+    from leafcut.processes.pocket.plan.grid import Grid, Retract
     from leafcut.processes.pocket.plan.region import CentreRegion
+    from leafcut.processes.pocket.plan.region_paths import Ways
 
 #: Ants that --algorithm may ask for; beside other algorithms the ants that are tried are leafcut's own.
 ANTS = ("colony", "as", "eas", "asrank", "mmas", "acs")
@@ -25,6 +29,10 @@ OF_GRID = {"ants": ("auto", *ANTS), "firefly": ("auto", "firefly")}
 #: Where the corners of rings and what is cleared between them come out wider than the step-over, rings so much nearer
 #: to each other are tried, in step-overs.
 NEARER = (1.0, 0.98, 0.95, 0.92, 0.89)
+
+#: The problem of a region's grid, from when the first strategy that orders the grid has made it to the second one.
+#: A context holds its region, which would never be let go of here: kept is all else of it.
+_GRIDS: WeakKeyDictionary[CentreRegion, tuple[RoutingProblem, Grid, Ways, Retract, bool]] = WeakKeyDictionary()
 
 #: Makes the path of the tool's centre over one level of one region.
 Strategy = Callable[["CentreRegion", Run], PocketPath]
@@ -107,14 +115,19 @@ def check_algorithm(settings: Settings) -> None:
 def _grid(name: str) -> Strategy:
     def path(region: CentreRegion, run: Run) -> PocketPath:
         from leafcut.processes.pocket.plan.closed import turned_to_wall
-        from leafcut.processes.pocket.plan.grid import Retract, grid_problem, lay_grid
+        from leafcut.processes.pocket.plan.grid import GridContext, Retract, grid_problem, lay_grid
         from leafcut.solve.solve import solve
 
         settings, asked = run.settings, run.settings.of(PocketOptions)
         closes = asked.closed_path
         # Of a closed path no link is made by a lift, however long the way at depth is.
         retract = Retract(fixed=math.inf) if closes else None
-        problem, context = grid_problem(region, retract, finish=asked.finishing_pass, closed=closes)
+        if (made := _GRIDS.pop(region, None)) is not None:
+            problem, context = made[0], GridContext(region, *made[1:])
+        else:
+            problem, context = grid_problem(region, retract, finish=asked.finishing_pass, closed=closes)
+            if asked.strategy != name:
+                _GRIDS[region] = problem, context.grid, context.ways, context.retract, context.finish
         options = replace(settings.solve, bound=False, target_gap=None)
         if asked.strategy != name:
             # To stand beside the others a short search will do: it is within a few thousandths of a long one.
