@@ -497,7 +497,9 @@ class OptimizeKeywords(TypedDict, total=False):
     target_gap: float | str | None
     """Stop at this gap to the lower bound, in percent; the bound is computed first (default: none)."""
     bound: bool | None
-    """Compute a lower bound and report the gap; takes time beyond --time-limit (on unless False)."""
+    """Compute a lower bound and report the gap; a tenth of --time-limit is kept for it, except in `solve` (on
+    unless False).
+    """
     seed: int | None
     """Random seed: same seed, same result (default: 1)."""
     threads: int | None
@@ -840,7 +842,9 @@ class SolveKeywords(TypedDict, total=False):
     target_gap: float | str | None
     """Stop at this gap to the lower bound, in percent; the bound is computed first (default: none)."""
     bound: bool | None
-    """Compute a lower bound and report the gap; takes time beyond --time-limit (on unless False)."""
+    """Compute a lower bound and report the gap; a tenth of --time-limit is kept for it, except in `solve` (on
+    unless False).
+    """
     seed: int | None
     """Random seed: same seed, same result (default: 1)."""
     threads: int | None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -92,3 +93,22 @@ def test_a_path_with_a_start_of_its_own_is_ordered_by_itself() -> None:
     found = solved([one, apart], bound=False)
     alone = solve(apart.problem, SolveOptions(threads=1, bound=False))
     assert path_cost(apart.problem, found[1].nodes) == pytest.approx(alone.cost)
+
+
+@pytest.mark.parametrize(("limit", "calls"), [(None, 9), (1e6, 9), (1000.0, 4), (1.0, 3)])
+def test_quick_searches_end_where_a_time_limit_has_no_room_for_them(limit: float | None, calls: int) -> None:
+    """Each of three paths is said to take 85 s: three tenths of 1000 s are over in the second round, of 1 s before."""
+    asked = list[int]()
+
+    def quick(number: int, problem: RoutingProblem, given: SolveOptions) -> object:
+        asked.append(number)
+        return replace(solve(problem, replace(given, time_limit=None)), seconds=85.0)
+
+    def search(_: int, problem: RoutingProblem, given: SolveOptions) -> object:
+        return solve(problem, replace(given, time_limit=None, iterations=1))
+
+    stages = stages_of([6, 7, 8], 1)
+    given = SolveOptions(threads=1, time_limit=limit, bound=False)
+    found = solve_together(stages, search, given, quick, threading.Event())  # type: ignore[arg-type]
+    assert len(asked) == calls
+    assert [sorted(s.nodes.tolist()) for s in found] == [list(range(n)) for n in (6, 7, 8)]

@@ -296,3 +296,27 @@ def test_the_best_is_kept_when_the_caller_cancels(bounding: Bounding) -> None:
     assert outcome.verified
     assert outcome.operations[0].solution.stopped_early
     assert sorted(outcome.operations[0].hole_order) == list(range(len(outcome.part.holes)))
+
+
+@pytest.mark.parametrize("n", [60, 400])
+def test_a_bound_that_is_late_is_what_was_proved_until_then(n: int) -> None:
+    """However early it ends it is below the cost, and never above what all the time there is would prove."""
+    looks: list[float] = []
+
+    def after(most: float) -> Callable[[float], bool]:
+        def late(seconds: float) -> bool:
+            looks.append(seconds)
+            return len(looks) > most
+
+        return late
+
+    bounds = []
+    for most in (0, 1, 3, math.inf):
+        looks.clear()
+        found = solve(board(n), SolveOptions(preset="fast", threads=1), bound_late=after(most))
+        assert looks == sorted(looks)
+        assert looks[0] >= 0.0
+        bounds.append(-math.inf if found.lower_bound is None else found.lower_bound)
+        assert bounds[-1] <= found.cost
+    assert bounds == sorted(bounds)
+    assert bounds[0] < bounds[-1] == solve(board(n), SolveOptions(preset="fast", threads=1)).lower_bound

@@ -61,6 +61,7 @@ CODES: dict[str, str] = {
     "L413": "cutting data are uncertain",
     "L414": "a height of the torch was assumed",
     "L415": "lines come too slowly for the moves in them",
+    "L416": "a time limit was too short for reading, planning and proof",
     "L421": "a layer's kind was taken from its name",
     "L422": "an outline around everything may be the sheet",
     "L423": "parts touch each other",

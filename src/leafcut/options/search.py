@@ -90,7 +90,10 @@ class SolveOptions(OptionGroup):
         default_words="none",
     )
     bound: bool = option(
-        "flag", True, "compute a lower bound and report the gap; takes time beyond --time-limit", changes_program=False
+        "flag",
+        True,
+        "compute a lower bound and report the gap; a tenth of --time-limit is kept for it, except in `solve`",
+        changes_program=False,
     )
     seed: int = option(
         "whole",

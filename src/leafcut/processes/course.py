@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -22,15 +22,20 @@ if TYPE_CHECKING:
     from leafcut.model.difference import Difference
 
 
-#: Of a time limit so much at most is kept for what comes after the search, and so much at least is the search's own.
-MOST_RESERVED, LEAST_SEARCHED = 0.25, 0.1
+#: Of a time limit so much at least is the search's own, and so much that of its lower bounds.
+LEAST_SEARCHED, LEAST_BOUND = 0.1, 0.02
+#: Of what is left for the search so much is kept for its lower bounds.
+BOUND_PART = 0.1
+#: A run that takes this part of its time limit longer, and this, s, is late.
+LATE, LATE_SECONDS = 0.1, 0.1
 
 
 @dataclass
 class RunClock:
-    """The time of a run by the clock since it `began`, s, without what compiling took."""
+    """The time of a run by the clock since it `began`, s, without what compiling took; and what its searches took."""
 
     began: float = field(default_factory=time.perf_counter)
+    searched: float = 0.0
 
     def elapsed(self) -> float:
         """Return the seconds since the beginning."""
@@ -62,12 +67,17 @@ class Run:
 
         To lay, write and prove the program takes about as long as what came before.
         """
-        return min(self.clock.elapsed(), MOST_RESERVED * (self.settings.solve.time_limit or 0.0))
+        return self.clock.elapsed()
 
     def time_to_search(self) -> float | None:
         """Return how much of the time limit for the whole run its search may take now, s; None without a limit."""
         limit = self.settings.solve.time_limit
-        return None if limit is None else max(self.left() - self.reserve(), LEAST_SEARCHED * limit, 0.001)
+        return None if limit is None else max(self.without_bounds(self.left() - self.reserve()), 0.001)
+
+    def without_bounds(self, seconds: float) -> float:
+        """Return what of the time for searches and their bounds is the searches' alone, s: some always is."""
+        part = 1.0 - BOUND_PART if self.settings.solve.bound else 1.0
+        return max(part * seconds, LEAST_SEARCHED * (self.settings.solve.time_limit or 0.0))
 
     def quiet(self) -> Run:
         """Return the same run with nobody to tell what it is doing."""
@@ -97,6 +107,42 @@ class Run:
     def passing_on(self, what: str, left: float = 1.0, part: float = 1.0) -> Progress | None:
         """Return what a search tells its progress to: it does `part` of the whole work, of which `left` is left."""
         return passing_on(self.progress, what, left, part)
+
+
+class BoundTime:
+    """Says when the lower bounds of a run have taken their time; made before the first search."""
+
+    def __init__(self, run: Run) -> None:
+        self._run, self._reserve = run, run.reserve()
+
+    def late(self, part: float = 1.0, to_come: float = 0.0) -> Callable[[float], bool]:
+        """Return what says by the seconds that a bound has taken whether it must end.
+
+        It may go on while nothing behind it needs the time, and for its `part` of a small share of the limit anyway.
+
+        Parameters
+        ----------
+        to_come
+            What the searches behind it may take, s.
+        """
+        least = part * LEAST_BOUND * (self._run.settings.solve.time_limit or 0.0)
+        return lambda seconds: seconds >= least and self._run.left() <= self._reserve + to_come
+
+
+def too_short(run: Run) -> list[Issue]:
+    """Return that a time limit was less than what the work needs besides its search, where the run ended late.
+
+    A run that somebody watches may have been held meanwhile: of that nothing is said.
+    """
+    limit, took = run.settings.solve.time_limit, run.clock.elapsed()
+    if limit is None or run.observe is not None or took <= (1.0 + LATE) * limit + LATE_SECONDS:
+        return []
+    besides = max(took - run.clock.searched, 0.0)
+    words = (
+        f"--time-limit {limit:.3g} s is too short for this work: reading, planning and proof took {besides:.3g} s, the "
+        f"search {run.clock.searched:.3g} s"
+    )
+    return [Issue("L416", words, severity=Severity.NOTE)]
 
 
 def machine_of(settings: Settings) -> Machine:

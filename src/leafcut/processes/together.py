@@ -8,6 +8,7 @@ on the budget, so that with more of it no path gets longer, nor all of them.
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -23,6 +24,8 @@ from leafcut.options import SolveOptions
 _ROUNDS, _ITERATIONS = {"fast": 0, "default": 2, "thorough": 2}, 2
 #: Of so few clusters the quick search finds the best order, or nearly.
 _FEW = 18
+#: Of a time limit the quick searches together take so much; what is under way, and the first of each path, is ended.
+_QUICK_PART = 0.3
 #: Above this many clusters in all the first round is enough: the ways from path to path are a small part.
 _MANY = 20_000
 
@@ -51,11 +54,17 @@ SearchOne = Callable[[int, RoutingProblem, SolveOptions], Solution]
 
 
 def solve_together(
-    stages: Sequence[Stage], search: SearchOne, options: SolveOptions, quick: SearchOne, cancelled: threading.Event
-) -> list[Solution]:
+    stages: Sequence[Stage], search: SearchOne, options: SolveOptions, quick: SearchOne, cancelled: threading.Event,
+    bound_late: Callable[[RoutingProblem], Callable[[float], bool]] = lambda _: lambda _: False,
+) -> list[Solution]:  # fmt: skip
     """Return a solution for every stage; that of a stage that follows another one begins where that one ends.
 
-    `quick` is `search` with nobody to tell what it finds.
+    Parameters
+    ----------
+    quick
+        `search` with nobody to tell what it finds.
+    bound_late
+        Returns what `solve` asks while it computes the lower bound of a stage.
     """
     linked = [number for number, stage in enumerate(stages) if stage.follows and number]
     if not linked or options.algorithm in ("nn", "none"):
@@ -74,7 +83,9 @@ def solve_together(
     if all(len(nodes) for nodes in own) and options.algorithm != "nn" and _total(stages, own) < _total(stages, orders):
         orders = own
     return [
-        _stated(number, _placed(stages, number, orders), orders[number], solution, options, quick, cancelled)
+        _stated(
+            number, _placed(stages, number, orders), orders[number], solution, options, quick, cancelled, bound_late
+        )
         for number, solution in enumerate(found)
     ]
 
@@ -99,8 +110,17 @@ def _outlined(stages: Sequence[Stage], quick: SearchOne, options: SolveOptions) 
     """Return quick orders of all stages, each sought between the one before and the one behind it."""
     few = _quick(options)
     orders: list[Ints] = []
+
+    spent, most = 0.0, math.inf if options.time_limit is None else _QUICK_PART * options.time_limit
+
+    def searched(number: int, problem: RoutingProblem) -> Ints:
+        nonlocal spent
+        found = quick(number, problem, few)
+        spent += found.seconds
+        return found.nodes
+
     for number in range(len(stages)):
-        orders.append(quick(number, _placed(stages, number, orders), few).nodes)
+        orders.append(searched(number, _placed(stages, number, orders)))
     best, least = list(orders), _total(stages, orders)
     if all(len(stage.own) for stage in stages) and _total(stages, [s.own for s in stages]) < least:
         best = [stage.own for stage in stages]
@@ -110,11 +130,13 @@ def _outlined(stages: Sequence[Stage], quick: SearchOne, options: SolveOptions) 
     orders = list(best)
     for _ in range(_ROUNDS[options.preset]):
         for number in range(len(stages)):
+            if spent > most:
+                return best
             problem = _placed(stages, number, orders)
             if number + 1 < len(stages) and stages[number + 1].follows:
                 x, y = stages[number + 1].problem.entry[orders[number + 1][0]].tolist()
                 problem = replace(problem, end=(x, y))
-            orders[number] = quick(number, problem, few).nodes
+            orders[number] = searched(number, problem)
         total = _total(stages, orders)
         if total < least:
             best, least = list(orders), total
@@ -179,7 +201,7 @@ def _without(problem: RoutingProblem, first: Ints, last: Ints) -> tuple[RoutingP
 
 def _stated(
     number: int, problem: RoutingProblem, nodes: Ints, found: Solution, options: SolveOptions, quick: SearchOne,
-    cancelled: threading.Event,
+    cancelled: threading.Event, bound_late: Callable[[RoutingProblem], Callable[[float], bool]],
 ) -> Solution:  # fmt: skip
     """Return the solution of a whole stage at its cost, with a bound where that is wanted."""
     from leafcut.solve.certificate import certify
@@ -193,7 +215,7 @@ def _stated(
         return told
     # The best order of a few is its own bound.
     bound = quick(number, problem, _quick(options, bound=True)).lower_bound if problem.n_clusters <= _FEW else None
-    return certify(problem, told, bound, cancelled)
+    return certify(problem, told, bound, cancelled, late=bound_late(problem))
 
 
 def _quick(options: SolveOptions, bound: bool = False) -> SolveOptions:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +18,10 @@ from leafcut.solve.directed import is_directed, least_costs
 from leafcut.solve.instance import Instance, build_instance
 from leafcut.solve.observing import MOST_BOUNDED
 from leafcut.solve.statistics import Best
+from leafcut.solve.stop import clock
+
+#: Says whether a lower bound has taken its time, by the seconds that it has taken so far.
+BoundLate = Callable[[float], bool]
 
 #: Candidates of each node for the bound of an order that no search made.
 CANDIDATES = 8
@@ -27,6 +32,11 @@ MOST_CLUSTERS, MOST_WAYS = 2000, 6000
 
 #: A bound that equals the cost may exceed it by this share, since both are sums in different orders.
 ROUNDING = 1e-9
+
+
+def never(_seconds: float) -> bool:
+    """Say that a lower bound may go on."""
+    return False
 
 
 def aim(options: SolveOptions, instance: Instance, best: Best) -> None:
@@ -121,27 +131,32 @@ def _least_service(problem: RoutingProblem) -> Floats:
 
 def certify(
     problem: RoutingProblem, solution: Solution, bound: float | None, cancelled: threading.Event,
-    instance: Instance | None = None,
+    instance: Instance | None = None, late: BoundLate = never,
 ) -> Solution:  # fmt: skip
     """Return `solution` with its lower bound: `bound` if it is known, else a new one.
 
     The bound ignores precedence, which can only raise the cost (`relaxation`). A stopped search gets no new bound. A
-    bound above the cost of the solution is dropped.
+    bound above the cost of the solution is dropped. One that is `late` is what was proved until then, if anything.
     """
+    began = clock()
     relaxed = relaxation(problem) if bound is None and not cancelled.is_set() else None
     if relaxed is not None:
         if instance is None or relaxed is not problem:
             instance = build_instance(relaxed, CANDIDATES)
-        bound = bound_of(instance, solution.cost - float(relaxed.service.sum()), cancelled)
+        upper = solution.cost - float(relaxed.service.sum())
+        bound = bound_of(instance, upper, cancelled, lambda: late(clock() - began))
     if bound is None or bound > solution.cost + ROUNDING * abs(solution.cost):
         return solution
     return replace(solution, lower_bound=min(bound, solution.cost))
 
 
-def bound_of(instance: Instance, upper: float, cancelled: threading.Event) -> float | None:
+def bound_of(
+    instance: Instance, upper: float, cancelled: threading.Event, late: Callable[[], bool] = lambda: False
+) -> float | None:
     """Return the lower bound of the cost of any path of the problem, service included, or None.
 
-    `upper` is the travel cost of a known path. Ctrl-C sets `cancelled`, which ends the search for a bound.
+    `upper` is the travel cost of a known path. Ctrl-C sets `cancelled`, which ends the search for a bound, as does
+    being `late`.
     """
     from leafcut.solve.bound import lower_bound
 
@@ -149,7 +164,7 @@ def bound_of(instance: Instance, upper: float, cancelled: threading.Event) -> fl
     if not stands_for_its_tour(problem):
         return None
     try:
-        bound = lower_bound(instance, upper, stop=cancelled.is_set)
+        bound = lower_bound(instance, upper, stop=lambda: cancelled.is_set() or late())
     except KeyboardInterrupt:
         cancelled.set()
         return None

@@ -39,6 +39,9 @@ _CODES = {
 #: Neighbours per quadrant in a candidate list, before the nearest of all fill it.
 PER_QUADRANT = 2
 
+#: So many rows of a table are looked at in one go: bounds memory.
+ROWS_AT_ONCE = 256
+
 #: Up to this many nodes "all nodes are candidates" may be asked for: the lists then take n² memory.
 FULL_LISTS_LIMIT = 3000
 
@@ -154,6 +157,11 @@ def costs_of_edges(cost: CostModel, leave: NDArray[np.int32], arrive: NDArray[np
 def _list_cheapest(cost: CostModel, n: int, candidates: NDArray[np.int32], lengths: NDArray[np.float64]) -> None:
     """Fill the lists of the first n nodes with the cheapest others, of equally cheap ones the first."""
     nodes, size = np.arange(n, dtype=np.int32), min(candidates.shape[1], n - 1)
+    if cost.code == codes.EXPLICIT and cost.tied_a < 0 and not 0 <= cost.free < n and 0 < size < n - 1:
+        for begin in range(0, n, ROWS_AT_ONCE):
+            rows = nodes[begin : begin + ROWS_AT_ONCE]
+            _list_cheapest_of_table(cost.matrix[rows, :n], rows, candidates[rows[0] :], lengths[rows[0] :], size)
+        return
     for i in range(n):
         others = np.delete(nodes, i)
         costs = costs_of_edges(cost, np.full(n - 1, i, dtype=np.int32), others)
@@ -162,6 +170,28 @@ def _list_cheapest(cost: CostModel, n: int, candidates: NDArray[np.int32], lengt
             others, costs = others[few], costs[few]
         order = np.argsort(costs, kind="stable")[:size]
         candidates[i, :size], lengths[i, :size] = others[order], costs[order]
+
+
+def _list_cheapest_of_table(
+    costs: NDArray[np.float64],
+    rows: NDArray[np.int32],
+    candidates: NDArray[np.int32],
+    lengths: NDArray[np.float64],
+    size: int,
+) -> None:
+    """Fill the first lists as `_list_cheapest` does, for some rows of a table of costs float64[m, n], in one go."""
+    own = np.arange(len(rows))
+    costs[own, rows] = np.inf
+    row, column = np.nonzero(costs <= np.partition(costs, size - 1, axis=1)[:, size - 1 : size])
+    others = column != rows[row]
+    row, column = row[others], column[others]
+    value = costs[row, column]
+    # Stable: of equally cheap ones the first stays first.
+    order = np.lexsort((value, row))
+    place = np.arange(len(row)) - np.searchsorted(row, row)
+    kept = place < size
+    candidates[row[kept], place[kept]] = column[order[kept]]
+    lengths[row[kept], place[kept]] = value[order[kept]]
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,15 @@ from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution, WorkerFigures
 from leafcut.options import ALGORITHM_TITLES, ANT_ALGORITHMS, LITERATURE, AcoOptions, FireflyOptions, SolveOptions
 from leafcut.solve.algorithms import PACKAGED, Algorithm, AlgorithmRun, run_packaged
-from leafcut.solve.certificate import aim, aim_without_order, certify, foresee, stands_for_its_tour
+from leafcut.solve.certificate import (
+    BoundLate,
+    aim,
+    aim_without_order,
+    certify,
+    foresee,
+    never,
+    stands_for_its_tour,
+)
 from leafcut.solve.clusters import choose_nodes
 from leafcut.solve.colony import improve_by_colony
 from leafcut.solve.construction import nearest_neighbour
@@ -78,6 +86,7 @@ def solve(
     progress: Progress | None = None,
     observe: Observer | None = None,
     cancelled: threading.Event | None = None,
+    bound_late: BoundLate = never,
 ) -> Solution:
     """Return a short path for `problem`.
 
@@ -89,6 +98,9 @@ def solve(
         Called after it, as `model.snapshot` says; the answer is the same with and without.
     cancelled
         Set it from another thread to stop and keep the best. Ctrl-C does the same.
+    bound_late
+        Asked while the lower bound is computed, which the time limit does not count: says by the seconds that it has
+        taken whether it must end with what is proved so far.
 
     Raises
     ------
@@ -126,21 +138,23 @@ def solve(
     stop = Stop(seconds=limit, cancelled=cancelled or threading.Event(), thrift=Thrift.of(options, problem))
     best = Best(stop, progress, float(problem.service.sum()))
     if tiny or options.algorithm == "none":
-        return _without_search(problem, pairs, options, best)
+        return _without_search(problem, pairs, options, best, bound_late)
     if options.candidates == 0 and problem.n_clusters > FULL_LISTS_LIMIT:
         raise SolveError(
             f"--candidates 0 makes all {problem.n_clusters} nodes candidates of each other, too much memory above "
             f"{FULL_LISTS_LIMIT} nodes; give a number such as 16"
         )
     if ordered:
-        return _in_order(problem, options, aco, firefly or FireflyOptions(), best, observe)
+        return _in_order(problem, options, aco, firefly or FireflyOptions(), best, observe, bound_late)
     instance = build_instance(problem, _candidates(options))
     aim(options, instance, best)
     best.watched = watched_instance(observe, instance)
     foresee(problem, options, best, instance)
     found = _run(instance, AlgorithmRun(options, aco, firefly or FireflyOptions(), best))
     solution = _solution(problem, instance.path(found.tour), options, found, best)
-    return certify(problem, solution, best.bound_at_hand(), stop.cancelled, instance) if options.bound else solution
+    if not options.bound:
+        return solution
+    return certify(problem, solution, best.bound_at_hand(), stop.cancelled, instance, bound_late)
 
 
 def _exactly(
@@ -188,7 +202,7 @@ def _goes_in_order(problem: RoutingProblem, options: SolveOptions) -> bool:
 
 def _in_order(
     problem: RoutingProblem, options: SolveOptions, aco: AcoOptions, firefly: FireflyOptions, best: Best,
-    observe: Observer | None,
+    observe: Observer | None, bound_late: BoundLate,
 ) -> Solution:  # fmt: skip
     """Return what a search for paths with a direction finds; its costs have the service in them."""
     stop, best.service = best.stop, 0.0
@@ -201,7 +215,9 @@ def _in_order(
     instance = build_directed(problem, _candidates(options))
     found = run_in_order(instance, options, aco, firefly, best)
     solution = _solution(problem, found.tour, options, found, best, known=True)
-    return certify(problem, solution, best.bound_at_hand(), stop.cancelled) if options.bound else solution
+    if not options.bound:
+        return solution
+    return certify(problem, solution, best.bound_at_hand(), stop.cancelled, late=bound_late)
 
 
 def _candidates(options: SolveOptions) -> int:
@@ -210,7 +226,9 @@ def _candidates(options: SolveOptions) -> int:
     return CANDIDATES if options.algorithm in ("colony", "kicks") else ANTS_CANDIDATES
 
 
-def _without_search(problem: RoutingProblem, pairs: NDArray[np.int32], options: SolveOptions, best: Best) -> Solution:
+def _without_search(
+    problem: RoutingProblem, pairs: NDArray[np.int32], options: SolveOptions, best: Best, bound_late: BoundLate
+) -> Solution:
     """Return the drawing's order when asked for, else the best of the few orders there are: its cost is the bound."""
     drawn = options.algorithm == "none"
     order = np.arange(problem.n_clusters, dtype=np.int32) if drawn else _try_all(problem, pairs)
@@ -226,7 +244,7 @@ def _without_search(problem: RoutingProblem, pairs: NDArray[np.int32], options: 
     bound = None
     if problem.n_clusters <= TRY_ALL:
         bound = path_cost(problem, choose_nodes(problem, _try_all(problem, pairs) if drawn else order))
-    return certify(problem, solution, bound, best.stop.cancelled)
+    return certify(problem, solution, bound, best.stop.cancelled, late=bound_late)
 
 
 def warm_up(options: SolveOptions, aco: AcoOptions, n: int = 0, variant: str = "leafcut") -> None:

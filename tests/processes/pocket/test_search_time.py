@@ -22,8 +22,13 @@ class HandClock(RunClock):
         return self.seconds
 
 
-def limits(takes: Callable[[float], float], searches: int, **options: Any) -> tuple[list[float | None], float]:
-    """Return the time limits that searches are given one after another, and what all took: `takes` of its limit."""
+def limits(
+    takes: Callable[[float], float], searches: int, besides: float = 0.0, **options: Any
+) -> tuple[list[float | None], float]:
+    """Return the time limits that searches are given one after another, and what all took: `takes` of its limit.
+
+    Behind each so much is done `besides`.
+    """
     settings = collect(options)
     clock, given = HandClock(), list[float | None]()
     run = Run(settings, machine_of(settings), clock=clock)
@@ -34,9 +39,10 @@ def limits(takes: Callable[[float], float], searches: int, **options: Any) -> tu
         return PocketPath("", ())
 
     time = SearchTime(run, 1.0)
-    time.begin(searches)
+    time.begin(searches, searches)
     for _ in range(searches):
         time.spent_on(ClearingWay("", path, ""), None)  # type: ignore[arg-type]  # the region does not matter
+        clock.seconds += besides
     return given, clock.seconds
 
 
@@ -59,3 +65,18 @@ def test_a_search_that_takes_too_long_leaves_less_to_the_others() -> None:
 
 def test_without_a_limit_there_is_none_to_share() -> None:
     assert limits(lambda _: 1.0, 3) == ([None] * 3, 3.0)
+
+
+def test_what_is_done_besides_the_searches_is_kept_for_those_to_come_and_for_the_proof() -> None:
+    """Behind each of three searches one second is spent: from the second on that is known, and once more for the proof.
+
+    10 / 3; then 10 − 3.33 − 1 − 2 − 1 for two; then what the second left.
+    """
+    given, taken = limits(lambda limit: limit, 3, besides=1.0, time_limit=10.0)
+    assert given == pytest.approx([10 / 3, (10 - 10 / 3 - 1 - 3) / 2, (10 - 10 / 3 - 1 - 3) / 2])
+    assert taken + 1.0 == pytest.approx(10.0)
+
+
+def test_a_tenth_of_the_limit_is_for_the_searches_however_late_it_is() -> None:
+    given, _ = limits(lambda _: 60.0, 4, besides=60.0, time_limit=8.0)
+    assert given == pytest.approx([2.0, 0.2, 0.2, 0.2])

@@ -286,7 +286,8 @@ def _cleared(job: PocketJob, one: Pocket, number: int, time: SearchTime) -> tupl
     several = f"pocket {number + 1}: " if len(job.part.pockets) > 1 else ""
     asked = job.run.settings.of(PocketOptions).strategy
     ways_tried = [way for way in WAYS if asked in ("best", way.name)]
-    time.begin(len(regions) * sum(way.searches for way in ways_tried) * (len(job.part.pockets) - number))
+    each = len(regions) * (len(job.part.pockets) - number)
+    time.begin(each * sum(way.searches for way in ways_tried), each * len(ways_tried))
     for place, way in enumerate(ways_tried):
         words, share = f"{several}{way.name}", (number + place / len(ways_tried)) / len(job.part.pockets)
         job.run.tell(trial(words, words), None, share)
@@ -484,7 +485,7 @@ def _ordered(job: PocketJob, pockets: list[list[Clearing]]) -> tuple[list[Cleari
     )
     options = settings.solve
     if options.time_limit is not None:
-        options = replace(options, time_limit=max(0.5 * ORDERING * options.time_limit, 0.001))
+        options = replace(options, time_limit=max(0.5 * min(ORDERING * options.time_limit, run.left()), 0.001))
     if len(clearings) == 1:
         options = replace(options, algorithm="none", bound=False, target_gap=None)
     tell = run.passing_on("ordering the pockets")

@@ -6,16 +6,20 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 from leafcut.errors import OptionError
 from leafcut.model.pocket import PocketPath
 from leafcut.options import Settings
-from leafcut.processes.course import Run
+from leafcut.processes.course import LEAST_SEARCHED, Run
 from leafcut.processes.pocket.options import PocketOptions
 
 if TYPE_CHECKING:
     from leafcut.geometry.arrays import Points
+    from leafcut.model.problem import RoutingProblem
+    from leafcut.processes.pocket.plan.grid import Grid, Retract
     from leafcut.processes.pocket.plan.region import CentreRegion
+    from leafcut.processes.pocket.plan.region_paths import Ways
 
 #: Ants that --algorithm may ask for; beside other algorithms the ants that are tried are leafcut's own.
 ANTS = ("colony", "as", "eas", "asrank", "mmas", "acs")
@@ -25,6 +29,10 @@ OF_GRID = {"ants": ("auto", *ANTS), "firefly": ("auto", "firefly")}
 #: Where the corners of rings and what is cleared between them come out wider than the step-over, rings so much nearer
 #: to each other are tried, in step-overs.
 NEARER = (1.0, 0.98, 0.95, 0.92, 0.89)
+
+#: The problem of a region's grid, from when the first strategy that orders the grid has made it to the second one.
+#: A context holds its region, which would never be let go of here: kept is all else of it.
+_GRIDS: WeakKeyDictionary[CentreRegion, tuple[RoutingProblem, Grid, Ways, Retract, bool]] = WeakKeyDictionary()
 
 #: Makes the path of the tool's centre over one level of one region.
 Strategy = Callable[["CentreRegion", Run], PocketPath]
@@ -107,14 +115,19 @@ def check_algorithm(settings: Settings) -> None:
 def _grid(name: str) -> Strategy:
     def path(region: CentreRegion, run: Run) -> PocketPath:
         from leafcut.processes.pocket.plan.closed import turned_to_wall
-        from leafcut.processes.pocket.plan.grid import Retract, grid_problem, lay_grid
+        from leafcut.processes.pocket.plan.grid import GridContext, Retract, grid_problem, lay_grid
         from leafcut.solve.solve import solve
 
         settings, asked = run.settings, run.settings.of(PocketOptions)
         closes = asked.closed_path
         # Of a closed path no link is made by a lift, however long the way at depth is.
         retract = Retract(fixed=math.inf) if closes else None
-        problem, context = grid_problem(region, retract, finish=asked.finishing_pass, closed=closes)
+        if (made := _GRIDS.pop(region, None)) is not None:
+            problem, context = made[0], GridContext(region, *made[1:])
+        else:
+            problem, context = grid_problem(region, retract, finish=asked.finishing_pass, closed=closes)
+            if asked.strategy != name:
+                _GRIDS[region] = problem, context.grid, context.ways, context.retract, context.finish
         options = replace(settings.solve, bound=False, target_gap=None)
         if asked.strategy != name:
             # To stand beside the others a short search will do: it is within a few thousandths of a long one.
@@ -160,27 +173,41 @@ WAYS = (
 
 
 class SearchTime:
-    """Shares a time limit among the searches of all pockets: what one does not need is there for those behind it."""
+    """Shares a time limit among the searches of all pockets: what one does not need is there for those behind it.
+
+    What else is done to a path, as measuring it, takes about as long for one as for another: for the paths to come,
+    and for the proof of the one that is chosen, the mean of those so far is kept.
+    """
 
     def __init__(self, run: Run, part: float) -> None:
-        """Begin with a part of the run's time limit, if it has one."""
+        """Begin with a part of what is left of the run's time limit, if it has one."""
         limit = run.settings.solve.time_limit
-        self._run, self._to_come = run, 1
-        self._left = math.inf if limit is None else part * limit
+        self._run, self._all, self._searches, self._paths = run, 1, 1, 1
+        self._began, self._done = run.clock.elapsed(), 0
+        self._kept = 0.0 if limit is None else (1.0 - part) * run.left()
 
-    def begin(self, searches: int) -> None:
-        """Share what is left among so many searches."""
-        self._to_come = searches
+    def begin(self, searches: int, paths: int) -> None:
+        """Share what is left among so many searches; so many paths, these among them, are still to be made."""
+        self._all, self._searches, self._paths = max(self._all, searches), searches, paths
 
     def spent_on(self, way: ClearingWay, region: CentreRegion) -> PocketPath:
         """Return the path of a strategy over a region, which takes its share where it searches."""
-        if math.isinf(self._left) or not way.searches:
+        limit, clock = self._run.settings.solve.time_limit, self._run.clock
+        if limit is None:
             return way.path(region, self._run)
-        share = max(self._left / max(self._to_come, 1), 0.001)
-        solve = replace(self._run.settings.solve, time_limit=share)
-        began = self._run.clock.elapsed()
+        run = self._run
+        if way.searches:
+            besides = clock.elapsed() - self._began - clock.searched
+            # The proof takes about as long as measuring does.
+            besides *= (self._paths + 1) / max(self._done, 1)
+            left = run.left() - self._kept - besides
+            share = max(left / max(self._searches, 1), LEAST_SEARCHED * limit / self._all, 0.001)
+            run = replace(run, settings=run.settings.but(replace(run.settings.solve, time_limit=share)))
+        began = clock.elapsed()
         try:
-            return way.path(region, replace(self._run, settings=self._run.settings.but(solve)))
+            return way.path(region, run)
         finally:
-            self._left -= self._run.clock.elapsed() - began
-            self._to_come -= 1
+            if way.searches:
+                clock.searched += clock.elapsed() - began
+                self._searches -= 1
+            self._paths, self._done = self._paths - 1, self._done + 1

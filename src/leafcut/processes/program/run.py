@@ -26,7 +26,7 @@ from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import PLACES, STILL, Kind, Toolpath, arc_sweep, position_before
-from leafcut.processes.course import Run, machine_issues, share
+from leafcut.processes.course import BoundTime, Run, machine_issues, share
 from leafcut.processes.keep_out import obstacles_of
 from leafcut.processes.program.model import ProgramDetail
 from leafcut.processes.program.options import ResequenceOptions
@@ -87,8 +87,9 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
     _refuse_dangers(run, source, dangers)
     sequence = _planned(run, original, read.process)
     obstacles, noticed = obstacles_of(run, original, sequence.process in BEAMS)
+    bounds = BoundTime(run)
     searching = replace(run, settings=run.settings.but(replace(run.settings.solve, time_limit=run.time_to_search())))
-    with announced(run.tell):
+    with announced(run.tell, run.clock.leave_out):
         stands, begins = _stands(run, original, sequence)
 
         def timed_as_run(program: Program) -> Measure:
@@ -97,7 +98,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
             lines = sent_lines(program.lines) if corner_style(run.machine) == "grbl" else None
             return measure(program.path, run.machine, dark, stands, lines)
 
-        solutions = _solve_sections(searching, sequence, obstacles, begins)
+        solutions = _solve_sections(searching, sequence, obstacles, begins, bounds)
         solutions = [
             None if found is None else _with_few_speeds(original, section, found)
             for section, found in zip(sequence.sections, solutions, strict=True)
@@ -214,7 +215,7 @@ def _planned(run: Run, original: Program, process: str) -> Sequence:
 
 
 def _solve_sections(
-    run: Run, sequence: Sequence, obstacles: Obstacles | None, start: Point | None
+    run: Run, sequence: Sequence, obstacles: Obstacles | None, start: Point | None, bounds: BoundTime
 ) -> list[Solution | None]:
     """Return an order for every section, all ordered together; None where the order is kept.
 
@@ -245,21 +246,29 @@ def _solve_sections(
         pieces = stages[number].problem.n_clusters
         what = f"ordering section {number + 1}"
         run.tell(what, share=1.0 - left / total)
+        own = share(options, used, left, problem)
+        to_come = max((options.time_limit or 0.0) - used - (own.time_limit or 0.0), 0.0)
         found = solve(
-            problem, share(options, used, left, problem), settings.aco, firefly=settings.firefly,
+            problem, own, settings.aco, firefly=settings.firefly,
             progress=run.passing_on(what, left / total, pieces / total), observe=run.observe,
-            cancelled=run.cancelled,
+            cancelled=run.cancelled, bound_late=bounds.late(pieces / total, to_come),
         )  # fmt: skip
         used, left = used + found.seconds, max(left - pieces, 1)
+        run.clock.searched += found.seconds
         return found
 
     def quick(_: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
         nonlocal used
         found = solve(problem, options, settings.aco, firefly=settings.firefly, cancelled=run.cancelled)
         used += found.seconds
+        run.clock.searched += found.seconds
         return found
 
-    return list(solve_together(stages, search, settings.solve, quick, run.cancelled))
+    return list(
+        solve_together(
+            stages, search, settings.solve, quick, run.cancelled, lambda one: bounds.late(one.n_clusters / total)
+        )
+    )
 
 
 def _stands(run: Run, original: Program, sequence: Sequence) -> tuple[Point | None, Point | None]:

@@ -61,4 +61,5 @@ def _search(job: SheetJob, block: list[int], before: Sequence[Chain], part: floa
         options = replace(options, time_limit=max(seconds, 0.001))
     tell = run.passing_on("joining cuts", 0.0, 1.0)
     solution = solve(found.problem, options, settings.aco, progress=tell, cancelled=run.cancelled)
+    run.clock.searched += solution.seconds
     return chains_of(cutting, found, [int(n) for n in solution.nodes], rules, before), solution.seconds

@@ -15,7 +15,7 @@ from leafcut.model.cutting import CutData, PlanFile
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.processes.course import Run, check_words_used, refuse
+from leafcut.processes.course import BoundTime, Run, check_words_used, refuse
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
 from leafcut.processes.sheet.options import CutOptions
 
@@ -51,6 +51,7 @@ class SheetJob:
     words: Dialect
     plan: PlanFile | None
     probe: Probe | None
+    bounds: BoundTime
     #: Parts as a head may meet them that stays down between cuts; None where it rises.
     freed: FreedShapes | None = None
     #: Of a time limit, s: kept for what comes after the search.
@@ -127,6 +128,7 @@ def prepared(run: Run, source: Source) -> tuple[SheetJob, list[Issue]]:
         words=words,
         plan=plan,
         probe=probe,
+        bounds=BoundTime(run),
         freed=None if words.moves_z else FreedShapes(cutting.sheet, 0.5 * run.machine.nozzle_diameter),
         reserve=run.reserve(),
     )

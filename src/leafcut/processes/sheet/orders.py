@@ -12,7 +12,6 @@ from leafcut.errors import PlanError
 from leafcut.model.solution import Solution
 from leafcut.options import AcoOptions, SolveOptions
 from leafcut.options.search import ANTS_AS_PARTS
-from leafcut.processes.course import LEAST_SEARCHED
 from leafcut.processes.sheet.job import SheetJob
 from leafcut.processes.sheet.options import CutOptions
 
@@ -89,12 +88,15 @@ def _solve_bands(
         problem, starts = build_problem(cutting, members, job.metric, job.overhead, place, end)
         name = "ordering the cuts" if len(groups) == 1 else f"ordering band {number}"
         tell = run.passing_on(name, left / total, len(members) / total)
-        budget = _budget(job, options, len(members) / left)
+        part = len(members) / total
+        budget = _budget(job, options, len(members) / left, part)
         aco = _ants(run.settings.aco, cutting, members)
         found = solve(
             problem, budget, aco, firefly=run.settings.firefly, progress=tell, observe=run.observe,
-            cancelled=run.cancelled,
+            cancelled=run.cancelled, bound_late=job.bounds.late(part),
         )  # fmt: skip
+        if options.algorithm != "nn":
+            run.clock.searched += found.seconds
         if before is not None and options.algorithm != "nn":
             node_of = {int(n): k for k, n in enumerate(starts)}
             position = {id(s): n for n, s in enumerate(cutting.starts)}
@@ -116,12 +118,12 @@ def _ants(options: AcoOptions, cutting: Cutting, members: Sequence[int]) -> AcoO
     return replace(options, n_ants=max(1, len({cutting.contours[k].source.part for k in members})))
 
 
-def _budget(job: SheetJob, options: SolveOptions, part: float) -> SolveOptions:
+def _budget(job: SheetJob, options: SolveOptions, of_left: float, of_all: float) -> SolveOptions:
     """Return the options with a part of the time that is left for searching; some of the limit there always is."""
     if options.time_limit is None:
         return options
-    seconds = max(job.search_seconds(), LEAST_SEARCHED * options.time_limit)
-    return replace(options, time_limit=max(part * seconds, 0.001))
+    seconds = max(of_left * job.run.without_bounds(job.search_seconds()), of_all * job.run.without_bounds(0.0))
+    return replace(options, time_limit=max(seconds, 0.001))
 
 
 def check_precedence(cutting: Cutting, order: Sequence[CutStart]) -> None:

@@ -18,7 +18,7 @@ from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.processes.course import Run, machine_issues, refuse
+from leafcut.processes.course import BoundTime, Run, machine_issues, refuse
 from leafcut.processes.keep_out import meetings
 from leafcut.processes.sheet.job import SheetJob, prepared
 from leafcut.processes.sheet.model import SheetDetail
@@ -60,6 +60,8 @@ def cut(run: Run, source: Source) -> Outcome[SheetDetail]:
         # What no order changes is known before any is sought.
         refuse(check_envelope(drawn_laid.path, run.machine))
         nearest = nearest_order(job)
+        # All that came before: what comes behind lays orders, too.
+        job = replace(job, reserve=run.reserve(), bounds=BoundTime(run))
         cutting, spent = chained(job)
         joined = replace(job, cutting=cutting)
         found, solutions = ordered(joined, drawn if cutting is job.cutting else None)

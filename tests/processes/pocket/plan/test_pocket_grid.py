@@ -15,10 +15,13 @@ from hypothesis import strategies as st
 from every import every
 from leafcut.errors import PlanError
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketRules
+from leafcut.processes.course import Run, machine_of
 from leafcut.processes.pocket.plan import grid as pocket_grid
 from leafcut.processes.pocket.plan.grid import Retract, best_grid, grid_points, grid_problem, lay_grid
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.region_paths import Ways, length_of
+from leafcut.processes.pocket.strategies import WAYS
+from leafcut.processes.settings import collect
 
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
 #: A square with a square island in its middle, as a region of tool centres.
@@ -193,3 +196,26 @@ def test_a_region_with_one_point_is_cut_by_its_finishing_pass() -> None:
     shape = region(shapely.box(0, 0, 2, 2))
     problem, context = grid_problem(shape)
     check(lay_grid(context, np.zeros(problem.n_nodes, dtype=np.int32)), shape)
+
+
+def test_two_strategies_on_one_region_make_its_grid_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The second has what the first made, with the same path as if it had made it; a third time it is made anew."""
+    made: list[Ways] = []
+
+    class Counted(Ways):
+        def __init__(self, *given: object) -> None:
+            super().__init__(*given)  # type: ignore[arg-type]
+            made.append(self)
+
+    monkeypatch.setattr(pocket_grid, "Ways", Counted)
+    settings = collect({"preset": "fast", "threads": 1})
+    run, shape = Run(settings, machine_of(settings)), region(RING)
+    strategies = {way.name: way.path for way in WAYS}
+    counts, paths = [], []
+    for name, where in [("firefly", shape), ("ants", shape), ("firefly", shape), ("ants", region(RING))]:
+        paths.append(strategies[name](where, run))
+        counts.append(len(made))
+    assert counts == [1, 1, 2, 3]
+    points = [[piece.path.vertices.tolist() for piece in path.pieces] for path in paths]
+    assert points[0] == points[2]
+    assert points[1] == points[3]

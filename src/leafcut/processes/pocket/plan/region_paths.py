@@ -91,22 +91,24 @@ class Ways:
         """Return the length of the shortest way between any two points, float64[n, n]; inf where none was found.
 
         Rows are improved by those of their neighbours until nothing changes, in an order that sweeps over the plane to
-        and fro: a few sweeps do.
+        and fro: a few sweeps do. A row is looked at again where one of its neighbours has changed since.
         """
         n, total = self.n_points, len(self.places)
         lengths = np.full((total, n), np.inf)
         lengths[np.arange(n), np.arange(n)] = 0.0
         order = np.lexsort((self.places[:, 1], self.places[:, 0]))
+        news = np.ones(total, dtype=np.bool_)
         for sweep in range(total):
             changed = False
             for i in order if sweep % 2 == 0 else order[::-1]:
                 near = slice(self._begin[i], self._begin[i + 1])
-                if near.start == near.stop:
+                if near.start == near.stop or not news[i]:
                     continue
+                news[i] = False
                 row = (lengths[self._target[near]] + self._cost[near, None]).min(axis=0)
                 if (row < lengths[i] - ROUNDING).any():
                     np.minimum(lengths[i], row, out=lengths[i])
-                    changed = True
+                    news[self._target[near]] = changed = True
             if not changed:
                 break
         both: NDArray[np.float64] = np.minimum(lengths[:n], lengths[:n].T)
