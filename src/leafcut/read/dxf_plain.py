@@ -208,7 +208,7 @@ def _drawing(sections: dict[str, list[list[Tag]]], look: Heartbeat) -> PlainDraw
     header = _header(sections.get("HEADER", []))
     version = header.get("$ACADVER", _R12)
     _check(version in _VERSIONS and not (version == _R12 and _LATER_SECTIONS & set(sections)))
-    tables, records = sections.get("TABLES", [])[1:], _records(sections)
+    tables = sections.get("TABLES", [])[1:]
     spaces = [_one(tags, 5) for tags in tables if tags[0][1] == "BLOCK_RECORD" and _named(tags) == "*paper_space"]
     _check(_blocks_alone(sections.get("BLOCKS", [])[1:]) and len(spaces) <= 1)
     layers = [_layer(tags) for tags in tables if tags[0][1] == "LAYER"]
@@ -217,7 +217,11 @@ def _drawing(sections: dict[str, list[list[Tag]]], look: Heartbeat) -> PlainDraw
     for tags in sections.get("ENTITIES", [])[1:]:
         look()
         entities.append(_entity(tags, version == _R12, spaces))
-    handles = [value for tags in records for code, value in tags if code == 5]
+    handles = []
+    for tags in _records(sections):
+        look()
+        _check_structure(tags)
+        handles += [value for code, value in tags if code == 5]
     _check(len(set(handles)) == len(handles))
     return PlainDrawing(header, layers, entities)
 
@@ -228,6 +232,16 @@ def _records(sections: dict[str, list[list[Tag]]]) -> Iterator[list[Tag]]:
         for tags in sections.get(name, [])[1:]:
             if tags[0][1] != "DIMSTYLE":
                 yield tags
+
+
+def _check_structure(tags: list[Tag]) -> None:
+    """Check what holds for every record: groups of applications are closed, and extended data stand at the end."""
+    codes = [code for code, _ in tags]
+    if _GROUP in codes and tags[0][1] != "XRECORD":
+        _without_groups(tags)
+    if codes and max(codes) >= _FIRST_EXTENDED:
+        first = next(place for place, code in enumerate(codes) if code >= _FIRST_EXTENDED)
+        _check(codes[first] == 1001 and min(codes[first:]) >= _FIRST_EXTENDED)
 
 
 def _header(section: list[list[Tag]]) -> dict[str, Any]:
