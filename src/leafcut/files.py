@@ -10,12 +10,12 @@ import sys
 import tempfile
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Protocol
 
 from leafcut.errors import DataError, LeafcutError, OptionError, ReadError, shown
+from leafcut.quick_dataclass import dataclass
 
 #: Programs larger than this are refused: the largest seen in the field are a tenth of it.
 LARGEST_PROGRAM = 512 * 1024 * 1024

@@ -18,9 +18,10 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from leafcut.quick_dataclass import dataclass
 
 #: Changed when files written before cannot be read any more.
 _FORMAT = b"leafcut kernel 1\n"

@@ -63,7 +63,7 @@ _ONCE_OF_POLYLINE = {38, 39, 43, 70, 90}
 _UP = (0.0, 0.0, 1.0)
 
 
-class Place(NamedTuple):
+class PlainPlace(NamedTuple):
     """A place, as ezdxf has it."""
 
     x: float
@@ -76,7 +76,7 @@ class Place(NamedTuple):
         return (self.x, self.y, self.z)
 
 
-class Values(dict[str, Any]):
+class PlainValues(dict[str, Any]):
     """The values of an entity that its drawing states, by their names in ezdxf."""
 
     def __getattr__(self, name: str) -> Any:
@@ -100,7 +100,7 @@ _UPRIGHT = _Upright()
 class PlainEntity:
     """An entity, asked as one of ezdxf."""
 
-    def __init__(self, kind: str, dxf: Values, points: list[tuple[float, float, float]]) -> None:
+    def __init__(self, kind: str, dxf: PlainValues, points: list[tuple[float, float, float]]) -> None:
         self._kind, self.dxf, self._points = kind, dxf, points
 
     def dxftype(self) -> str:
@@ -129,7 +129,7 @@ class PlainLayer:
     """A layer, asked as one of ezdxf."""
 
     def __init__(self, name: str, flags: int, color: int) -> None:
-        self.dxf = Values(name=name)
+        self.dxf = PlainValues(name=name)
         self._flags, self._color = flags, color
 
     def is_frozen(self) -> bool:
@@ -320,7 +320,7 @@ def _entity(tags: list[Tag], r12: bool, paper_spaces: list[str]) -> PlainEntity:
     marks = [value for code, value in own if code == _SUBCLASS]
     _check(marks == ([] if r12 else ["AcDbEntity", *subclasses]))
     names = names | _OF_ALL
-    dxf, points = Values(), []
+    dxf, points = PlainValues(), []
     known = _ONCE_OF_POLYLINE if kind == "LWPOLYLINE" else {_ELEVATION}
     seen: set[int] = set()
     place = 0
@@ -358,7 +358,7 @@ def _entity(tags: list[Tag], r12: bool, paper_spaces: list[str]) -> PlainEntity:
     return PlainEntity(kind, dxf, points)
 
 
-def _place(tags: list[Tag], first: int) -> tuple[int, Place]:
+def _place(tags: list[Tag], first: int) -> tuple[int, PlainPlace]:
     """Return a place from tags that say x, y and perhaps z, and where the tags behind it begin."""
     code, x = tags[first]
     _check(first + 1 < len(tags) and tags[first + 1][0] == code + 10)
@@ -366,4 +366,4 @@ def _place(tags: list[Tag], first: int) -> tuple[int, Place]:
     if behind < len(tags) and tags[behind][0] == code + 20:
         z, behind = tags[behind][1], behind + 1
     _check(all(map(math.isfinite, (x, y, z))))
-    return behind, Place(x, y, z)
+    return behind, PlainPlace(x, y, z)
