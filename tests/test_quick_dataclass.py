@@ -20,12 +20,8 @@ from leafcut import quick_dataclass
 Make = Callable[..., Callable[[Any], Any]]
 
 
-def _quick(**words: Any) -> Callable[[Any], Any]:
-    return lambda cls: quick_dataclass.dataclass(**words)(cls)
-
-
 #: The quick one and that of the standard library, which says what is right.
-MAKERS: tuple[Make, Make] = (_quick, dataclasses.dataclass)
+MAKERS: tuple[Make, Make] = (quick_dataclass.dataclass, dataclasses.dataclass)
 
 
 def plain(make: Make, **words: Any) -> Any:
@@ -200,7 +196,7 @@ def test_objects_go_to_other_processes() -> None:
 
 
 def test_it_holds_itself() -> None:
-    thing = plain(_quick)(1)
+    thing = plain(quick_dataclass.dataclass)(1)
     thing.c.append(thing)
     assert repr(thing).count("...") == 1
 
