@@ -39,9 +39,6 @@ DONE, REFUSED, USAGE, INCOMPLETE = 0, 1, 2, 3
 _WORST_FIRST = ("danger", "missing", "warning")
 #: Of several inputs the status is that of the worst.
 _STATUS_ORDER = (DONE, INCOMPLETE, REFUSED, USAGE)
-#: New objects between two looks for garbage: what is imported and compiled stays, and looking takes a tenth of a start.
-LITTER = 100_000
-
 #: Where a person says how many threads NumPy's linear algebra starts. Else it is one: leafcut asks for nothing large of
 #: it, and to start one per core takes a twentieth of a second.
 _SAYS_THREADS = {"OPENBLAS_NUM_THREADS", "GOTO_NUM_THREADS", "OMP_NUM_THREADS"}
@@ -96,13 +93,14 @@ NoDefaults = Annotated[
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit status: 0 done, 1 refused, 2 wrong usage."""
-    gc.set_threshold(LITTER)
     if not _SAYS_THREADS.intersection(os.environ):
         os.environ["OPENBLAS_NUM_THREADS"] = "1"
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without "→" shows "?", it does not stop the work
-    sys.exit(run(sys.argv[1:] if arguments is None else list(arguments)))
+    status = run(sys.argv[1:] if arguments is None else list(arguments))
+    gc.freeze()  # Python looks for garbage once more when it ends, in all there is: an eighth of a short run
+    sys.exit(status)
 
 
 def run(arguments: Sequence[str]) -> int:

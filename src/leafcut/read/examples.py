@@ -7,7 +7,6 @@ patterns (bolt circles, grids, rows) are our own. `examples/make_plates.py` writ
 from __future__ import annotations
 
 import math
-import random
 from collections.abc import Callable
 from functools import cache
 
@@ -255,6 +254,8 @@ def plate(name: str) -> Plate:
     """
     width, height, pattern = _PLATES[name]
     groups = pattern()
+    import random  # start-up
+
     draw = random.Random(name)
     draw.shuffle(groups)
     holes = []
