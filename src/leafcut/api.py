@@ -15,6 +15,15 @@ from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files import StandardInput, check_is_there, check_output, write_together
+from leafcut.keywords import (
+    CuttingDataKeywords,
+    NestKeywords,
+    OptimizeKeywords,
+    SimulateKeywords,
+    SolveKeywords,
+    StockKeywords,
+    VerifyKeywords,
+)
 from leafcut.model.certificate import Certificate
 from leafcut.model.cutting_front import CuttingData
 from leafcut.model.heartbeat import Progress, looking_for, passing_on
@@ -33,15 +42,6 @@ from leafcut.read.nest_list import WantedDrawing
 from leafcut.stock.stock_cut import StockCut
 
 if TYPE_CHECKING:
-    from leafcut.keywords import (
-        CuttingDataKeywords,
-        NestKeywords,
-        OptimizeKeywords,
-        SimulateKeywords,
-        SolveKeywords,
-        StockKeywords,
-        VerifyKeywords,
-    )
     from leafcut.processes.base import Process
     from leafcut.timing.fitting import Fitted
 

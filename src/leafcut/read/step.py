@@ -5,7 +5,9 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import json
+import subprocess
 import sys
+import tempfile
 from pathlib import Path
 from typing import Any, Literal
 
@@ -235,9 +237,6 @@ def _solid(path: str, data: bytes, what: str, which: WhichSolid) -> tuple[dict[s
         raise ReadError(path, f"has {len(data) >> 20} MiB; STEP files up to {LARGEST >> 20} MiB are read")
     if not data.rstrip().endswith(b"END-ISO-10303-21;"):
         raise ReadError(path, "the STEP file is cut off: its last line is missing")
-    import subprocess  # start-up, as the next: nothing but the solid of a STEP file needs them
-    import tempfile
-
     with tempfile.TemporaryDirectory(prefix="leafcut-step-") as folder:
         file, out = Path(folder, "part.step"), Path(folder, "found.npz")
         file.write_bytes(data)
