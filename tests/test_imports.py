@@ -51,7 +51,8 @@ MAY_IMPORT = {
     "report": STAGE | {"stock", "timing"},
     "progress": set(),
     "keywords": set(),
-    "flags": BASE | {"option_spec"},
+    "flags": BASE | {"option_spec", "plain_line"},
+    "plain_line": {"option_spec"},
     "usage": BASE | {"option_spec"},
 }
 #: Above the processes: what joins them and what people see.
@@ -110,7 +111,18 @@ MAY_IMPORT["cli_inside"] = BASE | {
     "user_files",
 }
 MAY_IMPORT["linuxcnc_filter"] = BASE | {"api", "files", "model", "processes", "read"}
-MAY_IMPORT["cli"] = BASE | {"studio", "api", "option_spec", "options", "flags", "files", "progress", "read", "report"}
+MAY_IMPORT["cli"] = BASE | {
+    "studio",
+    "api",
+    "option_spec",
+    "options",
+    "flags",
+    "plain_line",
+    "files",
+    "progress",
+    "read",
+    "report",
+}
 MAY_IMPORT["cli_lab"] = BASE | {"batch", "executors", "lab", "files", "option_spec", "processes", "progress", "several"}
 MAY_IMPORT["sender"] = MODEL | {"files", "gcode", "proof", "read", "timing"}
 MAY_IMPORT["terminal_keys"] = set()
