@@ -267,7 +267,7 @@ def _in_new_process(task: RunTask) -> dict[str, Any]:
             words.append(flag_name(name) if value else flag_name(name).replace("--", "--no-", 1))
         elif value is not None:
             words += [flag_name(name), str(value)]
-    code = "from leafcut.cli import main; main()"
+    code = "from leafcut.__main__ import main; main()"
     try:
         found = subprocess.run(
             [sys.executable, "-c", code, *words], capture_output=True, timeout=_LONGEST_PROCESS, check=False
