@@ -63,6 +63,10 @@ _ONCE_OF_POLYLINE = {38, 39, 43, 70, 90}
 _UP = (0.0, 0.0, 1.0)
 
 
+class NotPlainError(ValueError):
+    """The drawing is one for ezdxf."""
+
+
 class PlainPlace(NamedTuple):
     """A place, as ezdxf has it."""
 
@@ -170,7 +174,7 @@ def read_plain(data: bytes, look: Heartbeat) -> PlainDrawing | None:
 
 def _check(fine: bool) -> None:
     if not fine:
-        raise ValueError("not plain")
+        raise NotPlainError
 
 
 def _sections(text: str, look: Heartbeat) -> dict[str, list[list[Tag]]]:
@@ -201,7 +205,7 @@ def _sections(text: str, look: Heartbeat) -> dict[str, list[list[Tag]]]:
             _check(section is not None)
             kind = convert(code)
             record.append((code, word if kind is None else kind(word)))
-    raise ValueError("no end")
+    raise NotPlainError
 
 
 def _drawing(sections: dict[str, list[list[Tag]]], look: Heartbeat) -> PlainDrawing:
