@@ -44,8 +44,7 @@ HEAD = '''"""The options as keywords of the library's functions, for editors and
 Made by `.ci/make_keywords.py` from the options; do not edit by hand.
 """
 
-from __future__ import annotations
-
+# Annotations are types at once: as texts each would be compiled when the module is imported.
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal, TypedDict

@@ -38,7 +38,14 @@ spindle_speed = "6000 rpm"
 #: Properties that stand for an option.
 _STANDS_FOR = {"sheets": "sheet", "angles": "rotations"}
 #: What only hands options on, or looks whether their files are in each other's way.
-_HANDS_ON = ("leafcut.option_spec", "dataclasses", "leafcut.options.", "leafcut.processes.settings", __name__)
+_HANDS_ON = (
+    "leafcut.option_spec",
+    "dataclasses",
+    "leafcut.quick_dataclass",
+    "leafcut.options.",
+    "leafcut.processes.settings",
+    __name__,
+)
 WORKS = {work.name: work for work in registry.works()}
 _INPUTS = ("tools", "hole_order", "chart", "plan", "surface", "fixture_file", "workpiece", "material")
 FAST: dict[str, Any] = {"preset": "fast", "threads": 1}

@@ -14,14 +14,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import App, CycloptsError, Parameter
-
 from leafcut._version import __version__
 from leafcut.errors import DataError, LeafcutError, OptionError
 from leafcut.files import StandardInput
-from leafcut.flags import command_of
 from leafcut.option_spec import PLACES, flag_name
 from leafcut.options import Settings
+from leafcut.plain_line import Parameter, own_parameters, read_plain_line
 from leafcut.processes import registry
 from leafcut.processes.base import Process, Work
 from leafcut.processes.settings import all_options, used_by, why_unused
@@ -31,6 +29,8 @@ from leafcut.usage import DASH, HELD, command_in, refuse_dash, told
 from leafcut.user_files import DEFAULTS_VARIABLE, defaults_file, first_time
 
 if TYPE_CHECKING:
+    from cyclopts import App, CycloptsError
+
     from leafcut.batch import BatchRow
     from leafcut.model.outcome import Outcome
     from leafcut.model.simulation import Simulation
@@ -39,9 +39,6 @@ DONE, REFUSED, USAGE, INCOMPLETE = 0, 1, 2, 3
 _WORST_FIRST = ("danger", "missing", "warning")
 #: Of several inputs the status is that of the worst.
 _STATUS_ORDER = (DONE, INCOMPLETE, REFUSED, USAGE)
-#: New objects between two looks for garbage: what is imported and compiled stays, and looking takes a tenth of a start.
-LITTER = 100_000
-
 #: Where a person says how many threads NumPy's linear algebra starts. Else it is one: leafcut asks for nothing large of
 #: it, and to start one per core takes a twentieth of a second.
 _SAYS_THREADS = {"OPENBLAS_NUM_THREADS", "GOTO_NUM_THREADS", "OMP_NUM_THREADS"}
@@ -96,21 +93,20 @@ NoDefaults = Annotated[
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit status: 0 done, 1 refused, 2 wrong usage."""
-    gc.set_threshold(LITTER)
     if not _SAYS_THREADS.intersection(os.environ):
         os.environ["OPENBLAS_NUM_THREADS"] = "1"
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without "→" shows "?", it does not stop the work
-    sys.exit(run(sys.argv[1:] if arguments is None else list(arguments)))
+    status = run(sys.argv[1:] if arguments is None else list(arguments))
+    gc.freeze()  # Python looks for garbage once more when it ends, in all there is: an eighth of a short run
+    sys.exit(status)
 
 
 def run(arguments: Sequence[str]) -> int:
     """Run one command line and return its exit status; errors are one line on standard error."""
     try:
         return _answered(arguments)
-    except CycloptsError as problem:
-        return _refuse(_told(problem, command_in(arguments)), USAGE)
     except KeyboardInterrupt:
         return _refuse("interrupted; nothing was written", REFUSED)
     except BrokenPipeError:
@@ -123,8 +119,41 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def _answered(arguments: Sequence[str]) -> int:
-    """Run one command line and return its exit status; the parser raises what is wrong in it."""
+    """Run one command line and return its exit status."""
     words = [HELD if word == DASH else word for word in arguments]
+    plain = _plain(words)
+    return int(plain() or DONE) if plain else _parsed(arguments, words)
+
+
+def _plain(words: Sequence[str]) -> Callable[[], int] | None:
+    """Return what calls the command that a plain command line names; None where the parser has to read it."""
+    name = words[0] if words else ""
+    if any(name in names for names, _ in _OTHERS):
+        return None
+    named = _words_of_flags(words)
+    for own_name, function, works, special in _working_commands():
+        if own_name == name:
+            fixed = special.get("fixed", {})
+            own = own_parameters(function, fixed, special.get("annotations"))
+            line = read_plain_line(words[1:], own, [(n, spec) for _, n, spec in used_by(*works) if n in named])
+            if line:
+                return partial(function, *line.places, **fixed, **line.own, options=line.options)
+    return None
+
+
+def _parsed(arguments: Sequence[str], words: Sequence[str]) -> int:
+    """Run one command line and return its exit status; the parser says what is wrong in it."""
+    from cyclopts import CycloptsError
+
+    try:
+        return _by_parser(arguments, words)
+    except CycloptsError as problem:
+        return _refuse(_told(problem, command_in(arguments)), USAGE)
+
+
+def _by_parser(arguments: Sequence[str], words: Sequence[str]) -> int:
+    from cyclopts import CycloptsError
+
     if not {"--help", "-h", "--install-completion"}.intersection(words):
         try:
             few = app(arguments, named_only=True)
@@ -200,6 +229,10 @@ def app(arguments: Sequence[str] = (), *, named_only: bool = False) -> App:
     Of a command line only the flags of its command are made: there are hundreds. With `named_only`, only those that it
     names, and no other command: that parses what is right, and cannot tell what is wrong.
     """
+    from cyclopts import App
+
+    from leafcut.flags import command_of, for_parser
+
     made = App(
         name="leafcut",
         help="The shortest-time, verified CNC program for a drawing.",
@@ -222,7 +255,7 @@ def app(arguments: Sequence[str] = (), *, named_only: bool = False) -> App:
             continue
         options = used_by(*works) if all_of_them or asked == name else ()
         few = [one for one in options if not named_only or one[1] in named]
-        whole = command_of(function, few, **special) if all_of_them or asked == name else function
+        whole = command_of(function, few, **special) if all_of_them or asked == name else for_parser(function)
         made.command(whole, name=name, help=special.get("help"))
     if "--install-completion" in arguments:
         from leafcut.cli_inside import type_for_shell
@@ -237,6 +270,12 @@ def _words_of_flags(arguments: Sequence[str]) -> set[str]:
     """Return the names of options whose flags a command line may hold: as it names them, and without their ``no``."""
     words = {word.lstrip("-").partition("=")[0].partition(".")[0].replace("-", "_").lower() for word in arguments}
     return words | {word.removeprefix("no_") for word in words}
+
+
+def _add(function: Callable[..., int], name: str, made: App) -> None:
+    from leafcut.flags import for_parser
+
+    made.command(for_parser(function), name=name)
 
 
 def _add_inside(made: App) -> None:
@@ -1100,13 +1139,13 @@ _OTHERS: tuple[tuple[tuple[str, ...], Callable[[App], object]], ...] = (
     (("send",), _add_send),
     (("lab",), _add_lab),
     (("defaults", "addon", "completion", "warm-up"), _add_inside),
-    (("machines",), lambda made: made.command(_machines, name="machines")),
-    (("materials",), lambda made: made.command(_materials, name="materials")),
-    (("dialects",), lambda made: made.command(_dialects, name="dialects")),
-    (("algorithms",), lambda made: made.command(_algorithms, name="algorithms")),
-    (("formats",), lambda made: made.command(_formats, name="formats")),
-    (("plugins",), lambda made: made.command(_plugins, name="plugins")),
-    (("studio",), lambda made: made.command(_studio, name="studio")),
+    (("machines",), partial(_add, _machines, "machines")),
+    (("materials",), partial(_add, _materials, "materials")),
+    (("dialects",), partial(_add, _dialects, "dialects")),
+    (("algorithms",), partial(_add, _algorithms, "algorithms")),
+    (("formats",), partial(_add, _formats, "formats")),
+    (("plugins",), partial(_add, _plugins, "plugins")),
+    (("studio",), partial(_add, _studio, "studio")),
 )
 
 

@@ -20,7 +20,6 @@ import os
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -143,6 +142,8 @@ def parsing(file: str | Path, what: str, line: int | None = None) -> Iterator[No
 def close_to(name: str, known: Iterable[str]) -> str:
     """Return the known name that `name` is most likely a slip of, "" where none is near."""
     lower = {one.lower(): one for one in known}
+    from difflib import get_close_matches  # start-up: seldom asked for
+
     found = get_close_matches(name.lower(), lower, n=1, cutoff=0.52)
     return lower[found[0]] if found else ""
 

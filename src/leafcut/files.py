@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import codecs
-import glob
 import os
-import secrets
 import sys
-import tempfile
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Protocol
 
 from leafcut.errors import DataError, LeafcutError, OptionError, ReadError, shown
+from leafcut.quick_dataclass import dataclass
 
 #: Programs larger than this are refused: the largest seen in the field are a tenth of it.
 LARGEST_PROGRAM = 512 * 1024 * 1024
@@ -294,6 +291,8 @@ def write_together(
     OutputError
         One of them cannot be written.
     """
+    import tempfile  # start-up: a job that writes to standard output needs none
+
     temporary: dict[Path, Path] = {}
     before: dict[Path, Path | None] = {}
     done = False
@@ -346,6 +345,8 @@ def _own_prefix(path: Path) -> str:
 
 def _remove_left_over(path: Path) -> None:
     """Remove what runs that were killed left beside a file, and nothing of those that are still writing."""
+    import glob  # start-up, as above
+
     for left in path.parent.glob(f"{glob.escape(_prefix(path))}*-*"):
         process = left.name.removeprefix(_prefix(path)).partition("-")[0]
         if process.isdecimal() and not _runs(int(process)):
@@ -369,7 +370,7 @@ def _kept(path: Path) -> Path | None:
     """Return another name of what a file holds now, to take it back; None where there is none."""
     if not path.exists():
         return None
-    other = path.with_name(f"{_own_prefix(path)}before-{secrets.token_hex(4)}")
+    other = path.with_name(f"{_own_prefix(path)}before-{os.urandom(4).hex()}")
     try:
         os.link(path, other)
     except OSError:  # not every disk has links

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Annotated, Any
-
-from cyclopts import Group, Parameter
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
 
 from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, written
+from leafcut.plain_line import Parameter as Told
+from leafcut.plain_line import own_parameters
+
+if TYPE_CHECKING:
+    from cyclopts import Group
 
 
 def command_of(
@@ -37,8 +40,7 @@ def command_of(
         What is told in place of what the function says of itself.
     """
     fixed, usual = fixed or {}, defaults()
-    ours = [p for p in inspect.signature(function, eval_str=True).parameters.values() if p.name != "options"]
-    own = [p.replace(annotation=(annotations or {}).get(p.name, p.annotation)) for p in ours if p.name not in fixed]
+    own = [_for_parser(p) for p in own_parameters(function, fixed, annotations)]
     every = list(options)
     names = sorted(every, key=lambda option: first.index(option[1]) if option[1] in first else len(first))
     places = {group: k for k, group in enumerate(dict.fromkeys(group for group, _, _ in every))}
@@ -59,14 +61,42 @@ def command_of(
     return command
 
 
+def for_parser(function: Callable[..., int]) -> Callable[..., int]:
+    """Return a function whose parameters the parser understands."""
+    own = [_for_parser(p) for p in own_parameters(function)]
+
+    def command(*places: Any, **given: Any) -> int:
+        return function(*places, **given)
+
+    command.__signature__ = inspect.Signature(own)  # type: ignore[attr-defined]
+    command.__annotations__ = {p.name: p.annotation for p in own}
+    command.__doc__ = function.__doc__
+    return command
+
+
+def _for_parser(parameter: inspect.Parameter) -> inspect.Parameter:
+    """Return a parameter with the parser's own words about it."""
+    from cyclopts import Parameter
+
+    if get_origin(parameter.annotation) is not Annotated:
+        return parameter
+    kind, *told = get_args(parameter.annotation)
+    theirs = [Parameter(**one.words) if isinstance(one, Told) else one for one in told]
+    return parameter.replace(annotation=Annotated[(kind, *theirs)])
+
+
 def _group(group: type[OptionGroup], place: int, name: str, first: Sequence[str]) -> Group:
     """Return the part of the help that a flag stands in."""
+    from cyclopts import Group
+
     if name in first:
         return Group("Main options", sort_key=9)
     return Group(f"More: {group.title}" if first else group.title, sort_key=10 + place)
 
 
 def _flag(group: type[OptionGroup], name: str, spec: OptionSpec, where: Group, default_words: str) -> inspect.Parameter:
+    from cyclopts import Parameter
+
     default = group.defaults()[name]
     words = default_words or spec.default_words or ("" if default in (None, (), False) else written(spec, default))
     help_text = spec.help

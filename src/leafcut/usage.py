@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-
-from cyclopts import (
-    CoercionError,
-    CycloptsError,
-    MissingArgumentError,
-    RepeatArgumentError,
-    UnknownCommandError,
-    UnknownOptionError,
-    UnusedCliTokensError,
-)
+from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, close_to, nearest, shown
 from leafcut.option_spec import OptionSpec
+
+if TYPE_CHECKING:
+    from cyclopts import CycloptsError, UnknownOptionError
 
 #: Commands that have commands of their own.
 GROUPS = {
@@ -65,6 +59,15 @@ def told(
     why
         Is asked about an option that only other commands have; "" where the command has it too.
     """
+    from cyclopts import (
+        CoercionError,
+        MissingArgumentError,
+        RepeatArgumentError,
+        UnknownCommandError,
+        UnknownOptionError,
+        UnusedCliTokensError,
+    )
+
     help_of = (
         f"(see leafcut {command} --help)" if command.split(" ", maxsplit=1)[0] in commands else "(see leafcut --help)"
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from leafcut.model.mesh import Mesh
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.study import Study
 from leafcut.options import LITERATURE, AcoOptions, FireflyOptions, SolveOptions
+from leafcut.quick_dataclass import dataclass
 from leafcut.solve.compiling import announced
 from leafcut.solve.construction import FEW
 from leafcut.solve.kicks import MANY

@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Callable
-from dataclasses import MISSING, dataclass, field, fields, replace
+from dataclasses import MISSING, field, fields, replace
 from functools import cache, cached_property
 from importlib.resources import files
 from pathlib import Path
@@ -22,6 +22,7 @@ from leafcut.errors import DataError, OptionError, nearest, shown
 from leafcut.files import line_of, parse_toml, toml_bytes
 from leafcut.gcode.dialect_checks import fault_of, faults_of_words
 from leafcut.plugins import PluginKind, file_of
+from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True)

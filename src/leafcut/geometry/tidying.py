@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from leafcut.geometry.index import near_pairs
 from leafcut.geometry.joining import Joined, Joining, join
 from leafcut.geometry.overlaps import SAME, without_overlaps
 from leafcut.geometry.polyline import Polyline
+from leafcut.quick_dataclass import dataclass
 
 #: Outlines are looked at in chords that leave their arcs by this, mm.
 CHORDS = 0.01

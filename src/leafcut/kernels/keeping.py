@@ -15,12 +15,12 @@ import importlib.util
 import os
 import platform
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from leafcut.quick_dataclass import dataclass
 
 #: Changed when files written before cannot be read any more.
 _FORMAT = b"leafcut kernel 1\n"
@@ -117,6 +117,8 @@ class CodePlace:
 
     def _written(self, folder: Path, code: MachineCode) -> bool:
         """Return whether the code could be written into a folder: whole, or not at all."""
+        import tempfile  # start-up: code that is found is not written
+
         try:
             folder.mkdir(parents=True, exist_ok=True)
             handle, name = tempfile.mkstemp(dir=folder, prefix=self.name, suffix=".part")
@@ -157,6 +159,8 @@ def _users_cache() -> Path | None:
 
 def _is_writable(folder: Path) -> bool:
     """Return whether files can be made in a folder, which is made where it is not there."""
+    import tempfile  # as above
+
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):

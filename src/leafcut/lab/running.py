@@ -11,7 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
@@ -29,6 +29,7 @@ from leafcut.model.heartbeat import Progress
 from leafcut.model.study import Study
 from leafcut.option_spec import flag_name
 from leafcut.processes import registry
+from leafcut.quick_dataclass import dataclass
 from leafcut.read.format import Source
 
 #: Most points of the curve that is kept of a run.
@@ -266,7 +267,7 @@ def _in_new_process(task: RunTask) -> dict[str, Any]:
             words.append(flag_name(name) if value else flag_name(name).replace("--", "--no-", 1))
         elif value is not None:
             words += [flag_name(name), str(value)]
-    code = "from leafcut.cli import main; main()"
+    code = "from leafcut.__main__ import main; main()"
     try:
         found = subprocess.run(
             [sys.executable, "-c", code, *words], capture_output=True, timeout=_LONGEST_PROCESS, check=False

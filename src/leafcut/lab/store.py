@@ -7,13 +7,13 @@ import json
 import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 from leafcut.errors import LeafcutError, ReadError, shown
 from leafcut.files import OutputError
+from leafcut.quick_dataclass import dataclass
 
 #: The layout of the tables. A file with another one is refused.
 LAYOUT = 1

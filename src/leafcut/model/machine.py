@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from leafcut.kinds import Head
+from leafcut.quick_dataclass import dataclass
 
 XYZ = tuple[float, float, float]
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.zones import PASSING, touches_any_zone, way_round, widened
+from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True, eq=False)

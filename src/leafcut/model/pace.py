@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import NamedTuple
 
 from leafcut.model.work_material import WorkMaterial
+from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue
 from leafcut.model.pocket import Pocket
+from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 from leafcut.geometry.polyline import Polyline
+from leafcut.quick_dataclass import dataclass
 
 #: What most shops run, in this order: what a pocket's program is measured against.
 USUAL = ("zigzag", "contour")

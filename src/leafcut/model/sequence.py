@@ -6,13 +6,14 @@ Blocks are those of `gcode.program.Program`, by number.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.issue import Issue
+from leafcut.quick_dataclass import dataclass
 
 
 class Stay(NamedTuple):

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from leafcut.model.mesh import Mesh
 from leafcut.model.tool import Tool
+from leafcut.quick_dataclass import dataclass
 
 Corner = tuple[float, float, float]
 #: Lower corner, upper corner, mm.

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import StrEnum
 from typing import NamedTuple
 
 from leafcut.kinds import ToolMaterial
+from leafcut.quick_dataclass import dataclass
 
 
 class ToolKind(StrEnum):

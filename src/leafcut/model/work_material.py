@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from leafcut.geometry.arrays import Floats
 from leafcut.kinds import CuttingWork, ToolMaterial
+from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True)

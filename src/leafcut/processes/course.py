@@ -6,7 +6,7 @@ import math
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, VerifyError
@@ -16,6 +16,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Observer
 from leafcut.options import Settings, SolveOptions, flag_name
+from leafcut.quick_dataclass import dataclass
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect

@@ -18,9 +18,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Toolpath
 from leafcut.proof.clearance import check_clearance
 from leafcut.proof.envelope import check_envelope
-from leafcut.proof.obstacles import check_obstacles
 from leafcut.proof.read_back import compare_motion
-from leafcut.proof.surface import check_surface
 from leafcut.units import MM_PER_INCH
 
 
@@ -84,17 +82,43 @@ def check_program(
             tops=tops,
             level=surface is None,
         ),
-        *(
-            []
-            if surface is None
-            else check_surface(written, surface, tool_radii, bodies, dogleg=machine.rapid_style == "dogleg")
-        ),
-        *check_obstacles(
-            written,
-            np.zeros((0, 4)) if zones is None else zones,
-            zone_height,
-            tool_radii=tool_radii,
-            safe_z=machine.safe_z or 0.0,
-            dogleg=machine.rapid_style == "dogleg",
-        ),
+        *_check_surface(written, surface, machine, tool_radii, bodies),
+        *_check_obstacles(written, zones, zone_height, machine, tool_radii),
     ]
+
+
+def _check_surface(
+    written: Toolpath,
+    surface: NDArray[np.float64] | None,
+    machine: Machine,
+    tool_radii: Mapping[int, float],
+    bodies: Mapping[int, Sequence[tuple[float, float]]],
+) -> list[Difference]:
+    """Return every motion that meets what is not flat, if anything is."""
+    if surface is None:
+        return []
+    from leafcut.proof.surface import check_surface  # start-up: it takes GEOS, and most plates are flat
+
+    return check_surface(written, surface, tool_radii, bodies, dogleg=machine.rapid_style == "dogleg")
+
+
+def _check_obstacles(
+    written: Toolpath,
+    zones: NDArray[np.float64] | None,
+    height: float,
+    machine: Machine,
+    tool_radii: Mapping[int, float],
+) -> list[Difference]:
+    """Return every motion that comes too near to what stands on the table, if anything does."""
+    if zones is None or not zones.size:
+        return []
+    from leafcut.proof.obstacles import check_obstacles  # start-up: it takes GEOS, and most tables are empty
+
+    return check_obstacles(
+        written,
+        zones,
+        height,
+        tool_radii=tool_radii,
+        safe_z=machine.safe_z or 0.0,
+        dogleg=machine.rapid_style == "dogleg",
+    )

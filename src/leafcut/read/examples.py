@@ -7,9 +7,7 @@ patterns (bolt circles, grids, rows) are our own. `examples/make_plates.py` writ
 from __future__ import annotations
 
 import math
-import random
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -18,6 +16,7 @@ from leafcut.errors import ReadError, nearest, shown
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Hole, Part
 from leafcut.options import ReadOptions
+from leafcut.quick_dataclass import dataclass
 from leafcut.read.format import MAX_HOLES, Format, Source
 from leafcut.units import MM_PER_INCH
 
@@ -255,6 +254,8 @@ def plate(name: str) -> Plate:
     """
     width, height, pattern = _PLATES[name]
     groups = pattern()
+    import random  # start-up
+
     draw = random.Random(name)
     draw.shuffle(groups)
     holes = []

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.model.heights import HeightCount
 from leafcut.model.pocket import EITHER, ISLAND, POCKET, Pocket
 from leafcut.options import PocketDrawingOptions, SheetOptions
+from leafcut.quick_dataclass import dataclass
 from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import places_of
 

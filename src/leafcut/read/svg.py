@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ from leafcut.errors import LeafcutError, ReadError, count_of, shown
 from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.model.heartbeat import Heartbeat
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
+from leafcut.quick_dataclass import dataclass
 from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import (
     CURVE_TOLERANCE,

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import Which
+from leafcut.quick_dataclass import dataclass
 from leafcut.report.frame import Frame
 from leafcut.report.labels import Surroundings, place_labels
 from leafcut.report.marks import arrow_heads, end_marks

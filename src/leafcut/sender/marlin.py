@@ -28,10 +28,11 @@ import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from leafcut.errors import ReadError, SendError, shown
 from leafcut.model.machine import XYZ
+from leafcut.quick_dataclass import dataclass
 from leafcut.read.controllers.importing import imported
 from leafcut.sender import marlin_lines
 from leafcut.sender.answers import (

@@ -10,7 +10,6 @@ import math
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,7 @@ from leafcut.kernels.construct import Decay, WeightedEdges, construct_tour, cons
 from leafcut.kernels.cost import tour_cost
 from leafcut.options import AcoOptions
 from leafcut.options.search import BY_N_C, BY_N_RHO_C, RANDOM_TRAILS
+from leafcut.quick_dataclass import dataclass
 from leafcut.solve.construction import nearest_neighbour, none_visited, random_words
 from leafcut.solve.instance import Instance
 from leafcut.solve.local_search import LocalSearch

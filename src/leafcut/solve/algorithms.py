@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -12,6 +11,7 @@ from leafcut.errors import LeafcutError, SolveError
 from leafcut.model.heartbeat import Progress
 from leafcut.options import ALGORITHM_GROUP, ALGORITHM_TITLES, AcoOptions, FireflyOptions, SolveOptions
 from leafcut.plugins import PluginKind, reason
+from leafcut.quick_dataclass import dataclass
 from leafcut.solve.running import PRESETS, SearchResult, set_budget
 from leafcut.solve.statistics import Best
 from leafcut.solve.stop import Stop

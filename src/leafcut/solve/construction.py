@@ -121,6 +121,12 @@ def _changed(lengths: NDArray[np.float64], random: np.random.Generator | None) -
     return lengths if random is None else lengths * (1.0 + MOST_NOISE * random.random(lengths.shape))
 
 
+def _middle(values: NDArray[np.float64]) -> float:
+    """Return the median; NumPy's own imports what it has for masked arrays, which a short search waits for."""
+    ordered, half = np.sort(values), len(values) // 2
+    return float(ordered[half] if len(values) % 2 else (ordered[half - 1] + ordered[half]) / 2)
+
+
 def _join_cheapest(
     candidates: NDArray[np.int32],
     lengths: NDArray[np.float64],
@@ -130,7 +136,7 @@ def _join_cheapest(
 ) -> None:
     """Join by the edges in the lists of `nodes`, cheapest first, as far as the lists can be trusted."""
     k = candidates.shape[1]
-    limit = np.inf if k >= len(nodes) - 1 else float(np.median(lengths[:, min(SURE_NEIGHBOURS, k) - 1]))
+    limit = np.inf if k >= len(nodes) - 1 else _middle(lengths[:, min(SURE_NEIGHBOURS, k) - 1])
     edges = np.empty(candidates.size, dtype=np.uint64)
     count = greedy_kernels.list_edges(candidates, lengths, nodes, tail, limit, edges)
     edges[:count].sort()

@@ -6,7 +6,6 @@ reads what is there between two steps.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Ints, Points
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Observer, Pheromone
+from leafcut.quick_dataclass import dataclass
 from leafcut.solve.instance import Instance, cluster_places
 from leafcut.solve.statistics import Watched
 

@@ -29,7 +29,8 @@ def checked_pairs(problem: RoutingProblem) -> Ints:
         raise SolveError(
             f"precedence pair {tuple(wrong)}: clusters are numbered 0 to {problem.n_clusters - 1}; correct the pair"
         )
-    pairs: Ints = np.unique(given, axis=0).astype(np.int32)
+    # Where there are none NumPy is not asked: it would import what it has for masked arrays.
+    pairs: Ints = (np.unique(given, axis=0) if len(given) else given).astype(np.int32)
     order = _sorted(pairs, problem.n_clusters)
     if len(order) < problem.n_clusters:
         raise SolveError(_ring_words(pairs, set(range(problem.n_clusters)).difference(order)))

@@ -7,8 +7,9 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from leafcut.quick_dataclass import dataclass
 from leafcut.solve.thrift import Thrift
 
 

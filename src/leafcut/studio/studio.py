@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
+from leafcut.quick_dataclass import dataclass
 from leafcut.studio.drafts import Drafts
 from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.history import History

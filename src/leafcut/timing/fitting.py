@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from leafcut.geometry.arrays import Floats
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Toolpath
+from leafcut.quick_dataclass import dataclass
 from leafcut.timing.toolpath import corner_style, measure
 
 #: A hand on a stop-watch is so far off, s, and the model, of the time of a program. Sources: hands differ from

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar
 
 from leafcut.model.mesh import Mesh
 from leafcut.model.shown_stock import FixtureBox
+from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True)

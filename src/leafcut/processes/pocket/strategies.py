@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
@@ -13,6 +13,7 @@ from leafcut.model.pocket import PocketPath
 from leafcut.options import Settings
 from leafcut.processes.course import LEAST_SEARCHED, Run
 from leafcut.processes.pocket.options import PocketOptions
+from leafcut.quick_dataclass import dataclass
 
 if TYPE_CHECKING:
     from leafcut.geometry.arrays import Points

@@ -6,7 +6,7 @@ import math
 import os
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -29,6 +29,7 @@ from leafcut.processes.program.options import ResequenceOptions
 from leafcut.processes.program.plan.corners import rounds_freely
 from leafcut.processes.program.plan.pace import plan_pace
 from leafcut.processes.program.workpiece import block_of, check_size, stock_before, tools_of
+from leafcut.quick_dataclass import dataclass
 from leafcut.stock.cutting_force import spindle_torque
 from leafcut.stock.height_field import HeightField
 from leafcut.stock.loads import Loads, StockBefore, has_chip, loads_of

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from enum import StrEnum
 from typing import Any
 
 from leafcut.model.machine import XYZ
+from leafcut.quick_dataclass import dataclass
 
 
 class Connection(StrEnum):

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+
+from leafcut.quick_dataclass import dataclass
 
 _SYNTAX = re.compile(r"\(at line (\d+), column \d+\)")
 _SAID = re.compile(r"[^:]*\.toml: (?:\[\[(?P<many>\w+)\]\] (?P<number>\d+): )?(?:\[(?P<table>\w+)\]: )?(?P<rest>.*)")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +18,7 @@ from leafcut.model.part import Part
 from leafcut.model.problem import Relief
 from leafcut.model.shown_stock import FixtureBox
 from leafcut.model.tool import Tool
+from leafcut.quick_dataclass import dataclass
 from leafcut.stock.surface import TILES, TILES_DOGLEG, rims_of, safe_tiles
 
 #: A rim that is more uneven than this is told, mm.

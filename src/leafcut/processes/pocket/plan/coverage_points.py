@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Indices, Points
 from leafcut.geometry.cells import Cells
+from leafcut.quick_dataclass import dataclass
 
 #: How far a way may be from places, float64[n, 2], that are so many mm apart: float64[n], mm.
 Limit = Callable[[Points, float], Points]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 import shapely
 
 from leafcut.geometry.arrays import Points
+from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True, eq=False)

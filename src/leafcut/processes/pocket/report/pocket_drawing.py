@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from leafcut.geometry.arrays import Points
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import polygons, region, shrunk, swept
 from leafcut.model.pocket import Pocket, PocketPath, PocketPlan, PocketRules
+from leafcut.quick_dataclass import dataclass
 from leafcut.report.frame import Frame
 from leafcut.report.marks import end_marks, head
 from leafcut.report.svg import element, in_steps, lines_data, short, title

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.barriers import Mark, Wall, barriers_of, walls_of, with_dwells
 from leafcut.processes.program.proof.features import Features, States, direction_of, features_of, states_of_program
+from leafcut.quick_dataclass import dataclass
 
 #: Moves shorter than this are none, mm.
 STILL = 1e-6

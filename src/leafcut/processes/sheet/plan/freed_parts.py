@@ -14,7 +14,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import pairwise
 from typing import Any, TypeAlias
 
@@ -26,6 +26,7 @@ from shapely.geometry.polygon import orient
 from leafcut.geometry.arrays import Point
 from leafcut.model.cutting import Cut
 from leafcut.model.sheet import Sheet
+from leafcut.quick_dataclass import dataclass
 
 #: A way that comes no deeper over a part crosses nothing, mm: what begins a kerf beside one leaves along it.
 DEPTH = 0.1

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from leafcut.geometry.arrays import Point
 from leafcut.processes.sheet.plan.cutting import Cutting
 from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
+from leafcut.quick_dataclass import dataclass
 from leafcut.timing.travel import Travel
 
 #: A cut is moved by so many places in the order at most, and so many cuts back are looked at for heat.

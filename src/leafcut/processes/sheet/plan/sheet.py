@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ from leafcut.model.part import Part
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.options import SheetOptions
 from leafcut.processes.layers import kinds_of
+from leafcut.quick_dataclass import dataclass
 
 #: A closed outline smaller than this in both directions is likely a drawing error, mm.
 TINY = 0.5
