@@ -218,7 +218,7 @@ def test_one_page_commands_it_the_other_sees_it_and_may_stop_it(open_board: Mach
     open_board.ask("stop")
     open_board.until(lambda s: s["said"].startswith("stopped by you"))
     assert open_board.ask("take")["holder"] == "program"
-    open_board.ask("jog", x=0.1, feed=6000)
+    open_board.ask("jog", x=-0.1, feed=6000)  # a board that is just switched on stands at the end of its travel
 
 
 @pytest.mark.parametrize(

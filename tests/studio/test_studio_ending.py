@@ -88,13 +88,16 @@ def test_what_does_not_read_is_not_ended_anywhere(studio: Studio, monkeypatch: p
     assert through == [True]
 
 
-@pytest.mark.parametrize("task", [Task("solve", ("random:60:1",)), Task("study", ("random:60:1",), algorithms=("mmas",), runs=1)])
+@pytest.mark.parametrize(
+    "task", [Task("solve", ("random:60:1",)), Task("study", ("random:60:1",), algorithms=("mmas",), runs=1)]
+)
 def test_a_search_that_has_told_nothing_yet_is_not_ended_anywhere(
     task: Task, studio: Studio, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It was read; the search starts threads and holds what others use before it tells of its first step."""
     begun, cancelled = threading.Event(), threading.Event()
     through: list[bool] = []
+
     def solve(*arguments: Any, **named: Any) -> Any:
         begun.set()
         cancelled.wait(LONG_ENOUGH)
