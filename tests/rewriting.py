@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from bisect import insort
 from collections import Counter
 from dataclasses import replace
 
@@ -35,13 +36,18 @@ def rewritten(text: str, *orders: list[int], **options: object) -> str:
 def some_order(section: Section, rng: random.Random) -> np.ndarray:
     """Return a random order of the pieces of a section that keeps its precedence."""
     n = len(section.pieces)
-    before: list[set[int]] = [set() for _ in range(n)]
-    for one, other in section.precedence.tolist():
-        before[other].add(one)
+    waits_for, then = [0] * n, [list[int]() for _ in range(n)]
+    for one, other in {(one, other) for one, other in section.precedence.tolist()}:
+        waits_for[other] += 1
+        then[one].append(other)
+    ready = [k for k in range(n) if not waits_for[k]]
     order: list[int] = []
     while len(order) < n:
-        ready = [k for k in range(n) if k not in order and before[k] <= set(order)]
-        order.append(rng.choice(ready))
+        order.append(ready.pop(ready.index(rng.choice(ready))))
+        for other in then[order[-1]]:
+            waits_for[other] -= 1
+            if not waits_for[other]:
+                insort(ready, other)
     return np.array(order)
 
 

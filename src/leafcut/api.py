@@ -255,7 +255,9 @@ def _solved(
     from leafcut.solve.solve import solve
 
     problem = problem_of_map(part)
-    tell = passing_on(progress, f"solving {part.name}")
+    what = f"solving {part.name}"
+    looking_for(progress, what)  # what was read before may have been ended anywhere; a search may not
+    tell = passing_on(progress, what)
     with announced(lambda words: progress(words, None, 0.0, None) if progress else None):
         solution = solve(
             problem, settings.solve, settings.aco, firefly=settings.firefly, progress=tell, observe=observe,

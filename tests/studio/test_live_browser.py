@@ -91,7 +91,7 @@ def gap(page: Page) -> float:
 
 
 def test_a_search_is_stepped_through_its_gap_falls_its_path_moves_and_pheromone_is_laid(page: Page) -> None:
-    make_map(page, 300, "mmas")
+    make_map(page, 120, "mmas")
     page.locator(".choose").get_by_label("Speed", exact=True).select_option("step")
     page.get_by_role("button", name="Run", exact=True).click()
     study, canvas = page.locator(".study"), page.locator(".lc-pane:not(.lc-solid) .lc-canvas").last

@@ -32,7 +32,7 @@ def started(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 @pytest.fixture
 def own(browser: Browser, started: Server, board: Board, tmp_path: Path) -> Iterator[Page]:
-    """Return the machine's page with a plate of ten holes, connected to the board."""
+    """Return the machine's page with a plate of five holes, connected to the board."""
     port = SerialPort(board.port)
     talk = GrblConversation(port)
     talk.ask("G10 L2 P1 X{} Y{} Z{}".format(*ZERO))
@@ -43,14 +43,14 @@ def own(browser: Browser, started: Server, board: Board, tmp_path: Path) -> Iter
     page.goto(started.origin)
     page.wait_for_function("window.did_handshake")
     file = tmp_path / "plate.nc"
-    file.write_text(plate(10).replace("F3000", "F600"), encoding="utf-8")
+    file.write_text(plate(5).replace("F3000", "F600"), encoding="utf-8")
     opened(page, file)
     page.keyboard.press("6")
     page.get_by_label("Port", exact=True).fill(board.port)
     button(page, "Connect").click()
     expect(state(page)).to_have_text("Idle", timeout=LONG)
     page.locator("#machine-machine").select_option("mine:board")
-    expect(page.locator("#view-control")).to_contain_text("10 holes")
+    expect(page.locator("#view-control")).to_contain_text("5 holes")
     yield page
     given_back(started)
     context.close()
@@ -137,11 +137,11 @@ def test_it_is_jogged_zeroed_and_its_part_is_framed(own: Page, board: Board) -> 
     assert serious(page, "machine") == []
 
 
-def test_ten_holes_are_gone_through_one_by_one_with_their_lines_in_words(own: Page, board: Board) -> None:
+def test_holes_are_gone_through_one_by_one_with_their_lines_in_words(own: Page, board: Board) -> None:
     page = own
     page.get_by_text("Hole by hole").click()
     begin(page)
-    for hole in range(1, 11):
+    for hole in range(1, 6):
         drill = button(page, f"Drill hole {hole}")
         expect(drill).to_be_visible(timeout=LONG)
         lines = page.locator(".explained li")
@@ -150,8 +150,8 @@ def test_ten_holes_are_gone_through_one_by_one_with_their_lines_in_words(own: Pa
         if hole == 3:
             assert serious(page, "step") == []
         drill.click()
-    expect(page.locator("#machine-line")).to_contain_text("plate.nc: all 47 lines done", timeout=LONG)
-    assert board.lines().count("G1Z-0.5F600") == 10
+    expect(page.locator("#machine-line")).to_contain_text("plate.nc: all 27 lines done", timeout=LONG)
+    assert board.lines().count("G1Z-0.5F600") == 5
 
 
 def test_it_runs_is_held_goes_on_and_is_stopped_by_key_from_another_view_and_goes_on_at_a_hole(
@@ -210,7 +210,7 @@ def test_what_is_refused_is_one_line_in_the_language_of_the_page(own: Page, star
     page = own
     page.locator("#machine-from-hole").fill("99")
     button(page, "Check").click()
-    expect(page.locator("#machine-line")).to_have_text("“From hole” 99: the program has 10 holes")
+    expect(page.locator("#machine-line")).to_have_text("“From hole” 99: the program has 5 holes")
     page.goto(f"{started.origin}/?view=control&lang=es")
     expect(button(page, "Desconectar")).to_be_enabled(timeout=LONG)
     button(page, "Desconectar").click()

@@ -88,6 +88,72 @@ def test_what_does_not_read_is_not_ended_anywhere(studio: Studio, monkeypatch: p
     assert through == [True]
 
 
+@pytest.mark.parametrize(
+    "task", [Task("solve", ("random:60:1",)), Task("study", ("random:60:1",), algorithms=("mmas",), runs=1)]
+)
+def test_a_search_that_has_told_nothing_yet_is_not_ended_anywhere(
+    task: Task, studio: Studio, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It was read; the search starts threads and holds what others use before it tells of its first step."""
+    begun, cancelled = threading.Event(), threading.Event()
+    through: list[bool] = []
+
+    def solve(*arguments: Any, **named: Any) -> Any:
+        begun.set()
+        cancelled.wait(LONG_ENOUGH)
+        for _ in range(1000):
+            json.loads("[]")
+        through.append(True)
+        raise AssertionError("it has seen enough")
+
+    monkeypatch.setattr("leafcut.solve.solve.solve", solve)
+    job = studio.jobs.start(task)
+    assert begun.wait(LONG_ENOUGH)
+    studio.jobs.cancel(job)
+    cancelled.set()
+    assert studio.jobs.wait(job, LONG_ENOUGH) is JobState.CANCELLED
+    assert through == [True]
+
+
+def test_a_thread_that_is_being_started_is_started_before_who_starts_it_is_ended(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Else `Thread.start` would wait for it for ever, with the lock that all pools of threads share."""
+    starting, go_on, reading = threading.Event(), threading.Event(), [True]
+    came: list[str] = []
+    start = threading._start_new_thread  # type: ignore[attr-defined]
+
+    def start_late(*arguments: Any) -> int:
+        starting.set()
+        go_on.wait(LONG_ENOUGH)
+        for _ in range(1000):
+            json.loads("[]")
+        number: int = start(*arguments)
+        return number
+
+    endable = Endable()
+
+    def work() -> None:
+        try:
+            with endable:
+                monkeypatch.setattr(threading, "_start_new_thread", start_late)
+                threading.Thread(target=lambda: came.append("started")).start()
+                while reading:
+                    pass
+        except Ended:
+            came.append("ended")
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    assert starting.wait(LONG_ENOUGH)
+    monkeypatch.undo()
+    endable.end()
+    go_on.set()
+    thread.join(LONG_ENOUGH)
+    reading.clear()
+    assert came == ["started", "ended"]
+
+
 def test_a_preview_is_ended_where_another_is_wanted_and_before_it_began(endless: Endless) -> None:
     first, second = Endable(), Endable()
     ended: list[str] = []

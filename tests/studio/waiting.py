@@ -14,4 +14,4 @@ def until(true: Callable[[], object], seconds: float = 120.0) -> None:
     while not true():
         if time.monotonic() > end:
             pytest.fail("it never came")
-        time.sleep(0.01)
+        time.sleep(0.05)  # to look takes work, too, which who is waited for would need

@@ -58,6 +58,8 @@ _CHANGES = {
 }
 #: Limits of the feed's override, percent (gnea/grbl 1.1, config.h).
 _SLOWEST, _FASTEST = 10, 200
+#: How GRBL says that it is held and still slows down: until it stands, it overhears that it may go on.
+_SLOWING = ("Hold", 1)
 
 
 @dataclass(frozen=True)
@@ -206,7 +208,7 @@ class SendRun:
         self._history: deque[int] = deque(maxlen=self.talk.most_ahead)
         self._overrides = (100, 100, 100)
         self._wanted: int | None = None
-        self._changing = False
+        self._changing = self._to_resume = False
         self._offset = self.facts.status.offset
         self._sure = self._program_place(self.facts.status) is not None
         self._errors: list[tuple[int, str]] = []
@@ -284,11 +286,18 @@ class SendRun:
             if request is Request.STOP:
                 raise _Asked
             if request in (Request.HOLD, Request.RESUME):
-                (self.talk.hold if request is Request.HOLD else self.talk.resume)()
+                self._to_resume = request is Request.RESUME
+                if request is Request.HOLD:
+                    self.talk.hold()
                 continue
             before = self._overrides[0] if self._wanted is None else self._wanted
             change = _CHANGES.get(request)
             self._wanted = 100 if change is None else min(max(before + change, _SLOWEST), _FASTEST)
+        status = self.talk.status
+        slowing = status is not None and (status.state, status.detail) == _SLOWING
+        if self._to_resume and not slowing:
+            self._to_resume = False
+            self.talk.resume()
 
     def _step_override(self) -> None:
         """Go on towards the feed's override that is wanted, a step at a time."""

@@ -12,7 +12,7 @@ import sys
 import threading
 from types import TracebackType
 
-#: Seconds until a thread that loads a module or compiled code is looked at again.
+#: Seconds until a thread that loads a module or compiled code, or starts another thread, is looked at again.
 _AGAIN = 0.05
 #: Who loads modules, and who loads and makes compiled code: half of either would stay for all others.
 _LOADERS = ("<frozen importlib._bootstrap>", f"{os.sep}llvmlite{os.sep}", f"{os.sep}numba{os.sep}")
@@ -58,13 +58,14 @@ class Endable:
         """Raise `Ended` in the thread, once, if it is inside, else as soon as it begins; return at once.
 
         What a package in another language does in one call is done first, and what is being loaded, as half a module
-        would stay for all others.
+        would stay for all others. A thread that is being started is started first: until it runs it goes by the number
+        of the one that starts it, and what is raised by number would end it, and that one would wait for ever.
         """
         with self._lock:
             self._over, thread = True, self._thread
             if thread is None:
                 return
-            if _loads(thread):
+            if _is_not_to_be_ended(thread):
                 again = threading.Timer(_AGAIN, self.end)
                 again.daemon = True
                 again.start()
@@ -73,11 +74,12 @@ class Endable:
                 ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(Ended))
 
 
-def _loads(thread: int) -> bool:
-    """Return whether a thread is loading a module or compiled code."""
+def _is_not_to_be_ended(thread: int) -> bool:
+    """Return whether a thread is loading a module or compiled code, or is starting another one."""
     frame = sys._current_frames().get(thread)
     while frame is not None:
-        if any(who in frame.f_code.co_filename for who in _LOADERS):
+        code = frame.f_code
+        if code is threading.Thread.start.__code__ or any(who in code.co_filename for who in _LOADERS):
             return True
         frame = frame.f_back
     return False
