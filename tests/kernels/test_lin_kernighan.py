@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -11,6 +14,9 @@ from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.kicks import kick_and_mend, segment_kick
 from leafcut.kernels.lin_kernighan import (
     ENDS,
+    LEAVES_3,
+    LEAVES_4,
+    LEAVES_5,
     WAITING,
     find_move,
     improve_queued,
@@ -93,6 +99,24 @@ def test_feasibility_by_sorted_places_is_that_of_walking_the_tour(n: int, seed: 
         take_back(tour)
         assert np.array_equal(tour.node, before)
         assert np.array_equal(tour.node[tour.place], np.arange(n))
+
+
+@pytest.mark.parametrize(("k", "table"), [(3, [LEAVES_3]), (4, [LEAVES_4]), (5, LEAVES_5.tolist())])
+def test_a_key_tells_whether_a_move_leaves_one_tour(k: int, table: list[int]) -> None:
+    """Every order of the removed edges, each met from either side: the bit of its key is what walking the tour says."""
+    n, seen = 2 * k, set()
+    old = edges(np.arange(n))
+    for begins in itertools.permutations(range(1, n - 1, 2)):
+        for sides in itertools.product((0, 1), repeat=k - 1):
+            ends = [0, 1]  # t0 and t1; the edge behind place 1 + m stands m places behind t1
+            bits: list[int] = []
+            for e in range(k - 1):
+                ends += [begins[e] + 1, (begins[e] + 2) % n][:: 1 if sides[e] else -1]
+                bits += [sides[e], *(int(begins[earlier] < begins[e]) for earlier in range(e))]
+            key = sum(bit << position for position, bit in enumerate(bits))
+            seen.add(key)
+            assert table[key >> 6] >> (key & 63) & 1 == joined_in_one(n, old, ends)
+    assert len(seen) == math.factorial(k - 1) * 2 ** (k - 1)
 
 
 @given(st.integers(8, 60), SEEDS, METRICS)

@@ -26,6 +26,17 @@ DEPTH = 5
 #: In `Tour.queued`: not in the queue, and not to be pushed.
 WAITING = 2
 
+#: Which moves leave one tour: a bit for every key. Edge e, the e-th that is removed after t0–t1, adds its bits to the
+#: key: `on` of `find_move`, then for each edge removed before it whether that begins nearer to t1. Of moves of three
+#: edges 4 do, of four 20, of five 148. Keys of five edges have ten bits: the last four say in which number, the others
+#: which bit of it.
+LEAVES_3, LEAVES_4 = 0x1E, 0x1E030D50406678
+LEAVES_5 = np.array([
+    0x1E66020AB0C07800, 0x1E780107E0801E78, 0x1050000040000000, 0x1040000010400000, 0x0E030D0000000000,
+    0x0E0D0E0D00000000, 0x1E00000000000000, 0x1E1E000000000000, 0x661E, 0x66, 0x501090D0, 0x50F0A0,
+    0x30E00000904, 0x300000F0C, 0x1E030D50406678, 0x0,
+])  # fmt: skip
+
 #: Rows of `Tour.move`.
 ENDS, ORDER, RANK, KEY = 0, 1, 2, 3
 
@@ -244,6 +255,19 @@ def to_and_home(cost: CostModel, c: int, d: int, t0: int) -> tuple[float, float]
 
 
 @part
+def beside(node: NDArray, at: int) -> tuple[int, int]:
+    """Return the node that follows a place, and the one that precedes it."""
+    return node[at + 1 if at + 1 < len(node) else 0], node[at - 1]
+
+
+@part
+def how_far(at: int, begin: int, direction: int, n: int) -> int:
+    """Return how many places `at` lies on from `begin`: forward for direction 0, backward for 1."""
+    r = at - begin if direction == 0 else begin - at
+    return r if r >= 0 else r + n
+
+
+@part
 def find_move(  # noqa: PLR0915  # five loops, one within the other
     cost: CostModel,
     node: NDArray,
@@ -257,7 +281,9 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
 ) -> int:
     """Look for an improving move that begins at t0; return its number of edges, or 0. Its gain is in gain[0].
 
-    One loop within the other for each edge: a quarter faster than one loop over a stack of them.
+    One loop within the other for each edge: a quarter faster than one loop over a stack of them. What a move leaves is
+    looked up by a key (`LEAVES_3`), a number of bits that each edge adds to: a sixth faster than to sort the ends of
+    all moves that would gain, of which one in nine leaves one tour.
 
     ========== =============== ==========================================================
     candidates int32[n, k]     neighbours of every node, nearest first, -1 for none
@@ -265,15 +291,19 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
     breadth    int64[DEPTH]    candidates tried at each depth; entry 0 is not used
     ========== =============== ==========================================================
 
+    Symbols: r is how many places a node stands behind t1, going away from t0; `on` is 1 where the tour, so gone, meets
+    the even end of a removed edge first; m is how far on that edge begins.
+
     Changes: move, gain.
     """
-    ends, code, xy = move[ENDS], cost.code, cost.xy
+    ends, code, xy, n = move[ENDS], cost.code, cost.xy, len(node)
     free, tied_a, tied_b = cost.free, cost.tied_a, cost.tied_b
     # A call of `travel` hands over the cost model: where costs are straight it is only made beside free and tied nodes.
     quick = is_straight(cost) and t0 != free and t0 != tied_a and t0 != tied_b
     b1, b2, b3, b4 = breadth[1], breadth[2], breadth[3], breadth[4]
     for direction in range(2):
         t1 = after(node, place, t0) if direction == 0 else before(node, place, t0)
+        begin = place[t1]
         g0 = travel(cost, t0, t1)
         ends[0], ends[1] = t0, t1
         for i1 in range(b1):
@@ -281,9 +311,11 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
             g1 = g0 - lengths[t1, i1]
             if t2 < 0 or g1 <= EPSILON:
                 break
-            ahead1, behind1 = after(node, place, t2), before(node, place, t2)
+            at2 = place[t2]
+            ahead1, behind1 = beside(node, at2)
             if _is_either(ahead1, behind1, t1):
                 continue  # an edge of the tour: neither way is of use
+            r2 = how_far(at2, begin, direction, n)
             ends[2] = t2
             for side1 in range(2):
                 t3 = ahead1 if side1 == 0 else behind1
@@ -299,19 +331,26 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                     sort_ends(place, move, 2)
                     gain[0] = closed
                     return 2
+                on1 = 1 if side1 == direction else 0
+                m1 = r2 - 1 + on1
                 for i2 in range(b2):
                     t4 = candidates[t3, i2]
                     g2 = h1 - lengths[t3, i2]
                     if t4 < 0 or g2 <= EPSILON:
                         break
-                    ahead2, behind2 = after(node, place, t4), before(node, place, t4)
+                    at4 = place[t4]
+                    ahead2, behind2 = beside(node, at4)
                     if _is_either(ahead2, behind2, t3):
                         continue
+                    r4 = how_far(at4, begin, direction, n)
                     ends[4] = t4
                     for side2 in range(2):
                         t5 = ahead2 if side2 == 0 else behind2
                         if _is_gone(ends, 0, t4, t5):
                             continue
+                        on2 = 1 if side2 == direction else 0
+                        m2 = r4 - 1 + on2
+                        key2 = on1 | (on2 << 1) | ((1 if m1 < m2 else 0) << 2)
                         if quick and _is_plain(free, tied_a, tied_b, t4) and _is_plain(free, tied_a, tied_b, t5):
                             gone, back = straight(xy, code, t4, t5), straight(xy, code, t5, t0)
                         else:
@@ -319,7 +358,8 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                         h2 = g2 + gone
                         closed = h2 - back
                         ends[5] = t5
-                        if closed > EPSILON and is_one_tour(place, move, 3):
+                        if closed > EPSILON and (LEAVES_3 >> key2) & 1:
+                            sort_ends(place, move, 3)
                             gain[0] = closed
                             return 3
                         for i3 in range(b3):
@@ -327,14 +367,19 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                             g3 = h2 - lengths[t5, i3]
                             if t6 < 0 or g3 <= EPSILON:
                                 break
-                            ahead3, behind3 = after(node, place, t6), before(node, place, t6)
+                            at6 = place[t6]
+                            ahead3, behind3 = beside(node, at6)
                             if _is_either(ahead3, behind3, t5):
                                 continue
+                            r6 = how_far(at6, begin, direction, n)
                             ends[6] = t6
                             for side3 in range(2):
                                 t7 = ahead3 if side3 == 0 else behind3
                                 if _is_gone(ends, 1, t6, t7):
                                     continue
+                                on3 = 1 if side3 == direction else 0
+                                m3 = r6 - 1 + on3
+                                key3 = key2 | (on3 << 3) | ((1 if m1 < m3 else 0) << 4) | ((1 if m2 < m3 else 0) << 5)
                                 if (
                                     quick
                                     and _is_plain(free, tied_a, tied_b, t6)
@@ -346,7 +391,8 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                 h3 = g3 + gone
                                 closed = h3 - back
                                 ends[7] = t7
-                                if closed > EPSILON and is_one_tour(place, move, 4):
+                                if closed > EPSILON and (LEAVES_4 >> key3) & 1:
+                                    sort_ends(place, move, 4)
                                     gain[0] = closed
                                     return 4
                                 for i4 in range(b4):
@@ -354,11 +400,22 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                     g4 = h3 - lengths[t7, i4]
                                     if t8 < 0 or g4 <= EPSILON:
                                         break
-                                    ahead4, behind4 = after(node, place, t8), before(node, place, t8)
+                                    at8 = place[t8]
+                                    ahead4, behind4 = beside(node, at8)
                                     if _is_either(ahead4, behind4, t7):
                                         continue
-                                    ends[8] = t8
+                                    r8 = how_far(at8, begin, direction, n)
                                     for side4 in range(2):
+                                        on4 = 1 if side4 == direction else 0
+                                        m4 = r8 - 1 + on4
+                                        row = (
+                                            on4
+                                            | ((1 if m1 < m4 else 0) << 1)
+                                            | ((1 if m2 < m4 else 0) << 2)
+                                            | ((1 if m3 < m4 else 0) << 3)
+                                        )
+                                        if not (LEAVES_5[row] >> key3) & 1:
+                                            continue
                                         t9 = ahead4 if side4 == 0 else behind4
                                         if _is_gone(ends, 2, t8, t9):
                                             continue
@@ -371,8 +428,9 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                         else:
                                             gone, back = to_and_home(cost, t8, t9, t0)
                                         closed = g4 + gone - back
-                                        ends[9] = t9
-                                        if closed > EPSILON and is_one_tour(place, move, 5):
+                                        if closed > EPSILON:
+                                            ends[8], ends[9] = t8, t9
+                                            sort_ends(place, move, 5)
                                             gain[0] = closed
                                             return 5
     return 0
