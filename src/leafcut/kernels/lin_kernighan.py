@@ -12,6 +12,7 @@ Source: S. Lin and B. W. Kernighan, Operations Research 21 (1973); K. Helsgaun, 
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -249,9 +250,12 @@ def _is_plain(free: int, tied_a: int, tied_b: int, v: int) -> bool:
 
 
 @part
-def to_and_home(cost: CostModel, c: int, d: int, t0: int) -> tuple[float, float]:
-    """Return what it costs to travel from c to d, and from d to t0."""
-    return travel(cost, c, d), travel(cost, d, t0)
+def to_and_home(cost: CostModel, c: int, d: int, t0: int, leaves: bool) -> tuple[float, float]:
+    """Return what it costs to travel from c to d, and from d to t0; for that ∞ where the move does not leave one tour.
+
+    Machine time is dear to work out: not to do it for moves that are not made saves a twentieth of a kick.
+    """
+    return travel(cost, c, d), travel(cost, d, t0) if leaves else math.inf
 
 
 @part
@@ -319,15 +323,16 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
             ends[2] = t2
             for side1 in range(2):
                 t3 = ahead1 if side1 == 0 else behind1
+                # With two edges the way round decides; with more, the order of the places.
+                leaves = side1 != direction
                 if quick and _is_plain(free, tied_a, tied_b, t2) and _is_plain(free, tied_a, tied_b, t3):
                     gone, back = straight(xy, code, t2, t3), straight(xy, code, t3, t0)
                 else:
-                    gone, back = to_and_home(cost, t2, t3, t0)
+                    gone, back = to_and_home(cost, t2, t3, t0, leaves)
                 h1 = g1 + gone
                 closed = h1 - back
                 ends[3] = t3
-                # With two edges the way round decides; with more, the order of the places.
-                if closed > EPSILON and side1 != direction:
+                if closed > EPSILON and leaves:
                     sort_ends(place, move, 2)
                     gain[0] = closed
                     return 2
@@ -351,14 +356,15 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                         on2 = 1 if side2 == direction else 0
                         m2 = r4 - 1 + on2
                         key2 = on1 | (on2 << 1) | ((1 if m1 < m2 else 0) << 2)
+                        leaves = (LEAVES_3 >> key2) & 1 == 1
                         if quick and _is_plain(free, tied_a, tied_b, t4) and _is_plain(free, tied_a, tied_b, t5):
                             gone, back = straight(xy, code, t4, t5), straight(xy, code, t5, t0)
                         else:
-                            gone, back = to_and_home(cost, t4, t5, t0)
+                            gone, back = to_and_home(cost, t4, t5, t0, leaves)
                         h2 = g2 + gone
                         closed = h2 - back
                         ends[5] = t5
-                        if closed > EPSILON and (LEAVES_3 >> key2) & 1:
+                        if closed > EPSILON and leaves:
                             sort_ends(place, move, 3)
                             gain[0] = closed
                             return 3
@@ -380,6 +386,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                 on3 = 1 if side3 == direction else 0
                                 m3 = r6 - 1 + on3
                                 key3 = key2 | (on3 << 3) | ((1 if m1 < m3 else 0) << 4) | ((1 if m2 < m3 else 0) << 5)
+                                leaves = (LEAVES_4 >> key3) & 1 == 1
                                 if (
                                     quick
                                     and _is_plain(free, tied_a, tied_b, t6)
@@ -387,11 +394,11 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                 ):
                                     gone, back = straight(xy, code, t6, t7), straight(xy, code, t7, t0)
                                 else:
-                                    gone, back = to_and_home(cost, t6, t7, t0)
+                                    gone, back = to_and_home(cost, t6, t7, t0, leaves)
                                 h3 = g3 + gone
                                 closed = h3 - back
                                 ends[7] = t7
-                                if closed > EPSILON and (LEAVES_4 >> key3) & 1:
+                                if closed > EPSILON and leaves:
                                     sort_ends(place, move, 4)
                                     gain[0] = closed
                                     return 4
@@ -426,7 +433,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                         ):
                                             gone, back = straight(xy, code, t8, t9), straight(xy, code, t9, t0)
                                         else:
-                                            gone, back = to_and_home(cost, t8, t9, t0)
+                                            gone, back = to_and_home(cost, t8, t9, t0, True)
                                         closed = g4 + gone - back
                                         if closed > EPSILON:
                                             ends[8], ends[9] = t8, t9
