@@ -55,22 +55,25 @@ def command_of(
         options = {name: ",".join(value) if isinstance(value, list) else value for name, value in taken.items()}
         return function(*places, **fixed, **given, options=options)
 
-    command.__signature__ = inspect.Signature([*own, *flags])  # type: ignore[attr-defined]
-    command.__annotations__ = {p.name: p.annotation for p in [*own, *flags]}
-    command.__doc__ = help or function.__doc__
-    return command
+    return _with_parameters(command, [*own, *flags], help or function.__doc__)
 
 
 def for_parser(function: Callable[..., int]) -> Callable[..., int]:
     """Return a function whose parameters the parser understands."""
-    own = [_for_parser(p) for p in own_parameters(function)]
 
     def command(*places: Any, **given: Any) -> int:
         return function(*places, **given)
 
-    command.__signature__ = inspect.Signature(own)  # type: ignore[attr-defined]
-    command.__annotations__ = {p.name: p.annotation for p in own}
-    command.__doc__ = function.__doc__
+    return _with_parameters(command, [_for_parser(p) for p in own_parameters(function)], function.__doc__)
+
+
+def _with_parameters(
+    command: Callable[..., int], parameters: Sequence[inspect.Parameter], help: str | None
+) -> Callable[..., int]:
+    """Return a function that tells the parser of these parameters, and of itself this help."""
+    command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    command.__annotations__ = {p.name: p.annotation for p in parameters}
+    command.__doc__ = help
     return command
 
 

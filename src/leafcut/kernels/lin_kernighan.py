@@ -272,6 +272,14 @@ def how_far(at: int, begin: int, direction: int, n: int) -> int:
 
 
 @part
+def found_move(place: NDArray, move: NDArray, gain: NDArray, k: int, gained: float) -> int:
+    """Make a move of k edges ready for `make_move`; return k. Changes: rows ORDER, RANK, KEY of move; gain."""
+    sort_ends(place, move, k)
+    gain[0] = gained
+    return k
+
+
+@part
 def find_move(  # noqa: PLR0915  # five loops, one within the other
     cost: CostModel,
     node: NDArray,
@@ -333,9 +341,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                 closed = h1 - back
                 ends[3] = t3
                 if closed > EPSILON and leaves:
-                    sort_ends(place, move, 2)
-                    gain[0] = closed
-                    return 2
+                    return found_move(place, move, gain, 2, closed)
                 on1 = 1 if side1 == direction else 0
                 m1 = r2 - 1 + on1
                 for i2 in range(b2):
@@ -365,9 +371,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                         closed = h2 - back
                         ends[5] = t5
                         if closed > EPSILON and leaves:
-                            sort_ends(place, move, 3)
-                            gain[0] = closed
-                            return 3
+                            return found_move(place, move, gain, 3, closed)
                         for i3 in range(b3):
                             t6 = candidates[t5, i3]
                             g3 = h2 - lengths[t5, i3]
@@ -399,9 +403,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                 closed = h3 - back
                                 ends[7] = t7
                                 if closed > EPSILON and leaves:
-                                    sort_ends(place, move, 4)
-                                    gain[0] = closed
-                                    return 4
+                                    return found_move(place, move, gain, 4, closed)
                                 for i4 in range(b4):
                                     t8 = candidates[t7, i4]
                                     g4 = h3 - lengths[t7, i4]
@@ -437,9 +439,7 @@ def find_move(  # noqa: PLR0915  # five loops, one within the other
                                         closed = g4 + gone - back
                                         if closed > EPSILON:
                                             ends[8], ends[9] = t8, t9
-                                            sort_ends(place, move, 5)
-                                            gain[0] = closed
-                                            return 5
+                                            return found_move(place, move, gain, 5, closed)
     return 0
 
 

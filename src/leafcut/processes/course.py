@@ -111,10 +111,16 @@ class Run:
 
 
 class BoundTime:
-    """Says when the lower bounds of a run have taken their time; made before the first search."""
+    """Says when the lower bounds of a run have taken their time; made before the first search.
+
+    Attributes
+    ----------
+    reserve
+        Of a time limit, s: kept for what comes after the search.
+    """
 
     def __init__(self, run: Run) -> None:
-        self._run, self._reserve = run, run.reserve()
+        self._run, self.reserve = run, run.reserve()
 
     def late(self, part: float = 1.0, to_come: float = 0.0) -> Callable[[float], bool]:
         """Return what says by the seconds that a bound has taken whether it must end.
@@ -127,7 +133,7 @@ class BoundTime:
             What the searches behind it may take, s.
         """
         least = part * LEAST_BOUND * (self._run.settings.solve.time_limit or 0.0)
-        return lambda seconds: seconds >= least and self._run.left() <= self._reserve + to_come
+        return lambda seconds: seconds >= least and self._run.left() <= self.reserve + to_come
 
 
 def too_short(run: Run) -> list[Issue]:

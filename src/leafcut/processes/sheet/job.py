@@ -55,12 +55,10 @@ class SheetJob:
     bounds: BoundTime
     #: Parts as a head may meet them that stays down between cuts; None where it rises.
     freed: FreedShapes | None = None
-    #: Of a time limit, s: kept for what comes after the search.
-    reserve: float = 0.0
 
     def search_seconds(self) -> float:
         """Return what is left of the time limit for searching, s, infinite without one."""
-        return self.run.left() - self.reserve
+        return self.run.left() - self.bounds.reserve
 
     @property
     def switches(self) -> bool:
@@ -131,7 +129,6 @@ def prepared(run: Run, source: Source) -> tuple[SheetJob, list[Issue]]:
         probe=probe,
         bounds=BoundTime(run),
         freed=None if words.moves_z else FreedShapes(cutting.sheet, 0.5 * run.machine.nozzle_diameter),
-        reserve=run.reserve(),
     )
     issues += _register_issues(words, data, options)
     if settings.read.strict:

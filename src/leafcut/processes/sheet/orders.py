@@ -55,7 +55,7 @@ def ordered(job: SheetJob, before: list[CutStart] | None) -> tuple[list[CutStart
     if options.solve.algorithm == "none":
         return clear_pierces(job.cutting, order, travel, job.start, job.end), solutions
     run.tell("refining the starts")
-    order = slide_starts(job.cutting, order, travel, job.start, job.end, lambda: run.left() <= 0.5 * job.reserve)
+    order = slide_starts(job.cutting, order, travel, job.start, job.end, lambda: run.left() <= 0.5 * job.bounds.reserve)
     if rules.heat_distance > 0.0:
         rule = HeatRule(rules.heat_distance, rules.heat_time)
         order = spread_starts(job.cutting, order, rule, travel, job.start, bands(job.cutting, rules))

@@ -62,7 +62,7 @@ def cut(run: Run, source: Source) -> Outcome[SheetDetail]:
         refuse(check_envelope(drawn_laid.path, run.machine))
         nearest = nearest_order(job)
         # All that came before: what comes behind lays orders, too.
-        job = replace(job, reserve=run.reserve(), bounds=BoundTime(run))
+        job = replace(job, bounds=BoundTime(run))
         cutting, spent = chained(job)
         joined = replace(job, cutting=cutting)
         found, solutions = ordered(joined, drawn if cutting is job.cutting else None)
