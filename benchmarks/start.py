@@ -1,10 +1,11 @@
 """What a start takes: a drawing of 70 holes to its program, in processor seconds and by the clock.
 
-    python benchmarks/start.py [--runs N] [--beside CHECKOUT] [--write docs/benchmarks.md]
+    python benchmarks/start.py [--runs N] [--beside CHECKOUT] [--wheel WHEEL] [--write docs/benchmarks.md]
 
 Cold is the first run of a new installation, with an empty folder for compiled code; warm is every run after it. Byte
 code is kept before both, as it is where pip installs leafcut, whatever `PYTHONDONTWRITEBYTECODE` says here. The other
-checkout's runs take turns with this one's, so that a busy machine is busy for both; its programs must be equal.
+checkout's runs take turns with this one's, so that a busy machine is busy for both; its programs must be equal, and so
+must those of the wheel, one with machine code as `make wheels` builds it, which is installed in a new environment.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import venv
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -32,7 +34,8 @@ except ImportError:
     from leafcut.cli import main
 main()
 """
-_COMMAND = (sys.executable, "-c", _CODE)
+#: How that is called which is installed from a wheel.
+WHEEL = "the wheel"
 #: What is run: name → words after the name of the command.
 WORK = {
     "`--version`": ("--version",),
@@ -40,30 +43,38 @@ WORK = {
 }
 
 
-def run(source: Path, words: Sequence[str], cache: Path) -> tuple[float, float, bytes]:
-    """Return (processor seconds, seconds by the clock, standard output) of one run."""
-    environment = {**os.environ, "PYTHONPATH": str(source / "src"), "NUMBA_CACHE_DIR": str(cache)}
-    environment.pop("PYTHONDONTWRITEBYTECODE", None)
+def run(python: Path, source: Path | None, words: Sequence[str], cache: Path) -> tuple[float, float, bytes]:
+    """Return (processor seconds, seconds by the clock, standard output) of one run; of what is installed: no source."""
+    environment = {key: text for key, text in os.environ.items() if not key.startswith("PYTHON")}
+    environment |= {"NUMBA_CACHE_DIR": str(cache)} | ({"PYTHONPATH": str(source / "src")} if source else {})
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    done = subprocess.run([*_COMMAND, *words], env=environment, capture_output=True, check=True, cwd=cache)
+    done = subprocess.run([python, "-c", _CODE, *words], env=environment, capture_output=True, check=True, cwd=cache)
     after, clock = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter() - start
     spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return spent, clock, done.stdout
 
 
-def figures(sources: dict[str, Path], runs: int, caches: dict[str, Path]) -> list[list[str]]:
-    """Return the rows of the table; what the checkouts write is compared."""
+def install(wheel: Path, folder: Path) -> Path:
+    """Install a wheel in a new environment; return its Python."""
+    venv.create(folder, with_pip=True)
+    python = folder / ("Scripts" if os.name == "nt" else "bin") / "python"
+    subprocess.run([python, "-m", "pip", "--quiet", "--disable-pip-version-check", "install", wheel], check=True)
+    return python
+
+
+def figures(sources: dict[str, tuple[Path, Path | None]], runs: int, caches: dict[str, Path]) -> list[list[str]]:
+    """Return the rows of the table, of every (Python, source); what they write is compared."""
     rows = []
     for title, words in WORK.items():
         took: dict[tuple[str, str], list[tuple[float, float]]] = {}
         for number in range(runs + 1):
             written = set()
-            for name, source in sources.items():
-                processor, clock, text = run(source, words, caches[name])
+            for name, (python, source) in sources.items():
+                processor, clock, text = run(python, source, words, caches[name])
                 took.setdefault((name, "warm" if number else "cold"), []).append((processor, clock))
                 written.add(text)
             if len(written) > 1 and "--version" not in words:
-                raise SystemExit(f"{title}: the checkouts write different programs")
+                raise SystemExit(f"{title}: they write different programs")
         for (name, state), figures_of in sorted(took.items()):
             if state == "cold" and "--version" in words:
                 continue
@@ -77,22 +88,30 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, default=5, help="warm runs of each (default 5)")
     parser.add_argument("--beside", type=Path, help="another checkout, run by the same Python")
+    parser.add_argument("--wheel", type=Path, help="a wheel with machine code, as `make wheels` builds it")
     parser.add_argument("--write", type=Path, help="the page whose section is replaced")
     given = parser.parse_args(arguments)
-    sources = {"this": ROOT} | ({"the other": given.beside.resolve()} if given.beside else {})
+    own = Path(sys.executable)
+    sources: dict[str, tuple[Path, Path | None]] = {"this": (own, ROOT)}
+    if given.beside:
+        sources["the other"] = own, given.beside.resolve()
     with tempfile.TemporaryDirectory() as name:
+        if given.wheel:
+            sources[WHEEL] = install(given.wheel.resolve(), Path(name) / "environment"), None
         caches = {key: Path(name) / str(number) for number, key in enumerate(sources)}
         for folder in caches.values():
             folder.mkdir()
-        for source in sources.values():
-            compileall.compile_dir(source / "src" / "leafcut", quiet=2)
+        for _, source in sources.values():
+            if source:
+                compileall.compile_dir(source / "src" / "leafcut", quiet=2)
         rows = figures(sources, given.runs, caches)
-    made = table(("work", "state", "checkout", "processor s", "clock s", "runs"), rows)
-    told = [f"--runs {given.runs}", *(["--beside CHECKOUT"] if given.beside else []), "--write docs/benchmarks.md"]
+    made = table(("work", "state", "what runs", "processor s", "clock s", "runs"), rows)
+    told = [f"--runs {given.runs}", *(["--beside CHECKOUT"] if given.beside else [])]
+    told += [*(["--wheel WHEEL"] if given.wheel else []), "--write docs/benchmarks.md"]
     head = facts("start", " ".join(told).split(), ("leafcut", "numpy", "numba"))
     note = (
-        "Medians. Cold: no machine code is there. Warm: every later run. Byte code is there, as pip puts it. "
-        "The programs were equal, byte for byte."
+        "Medians. Cold: the first run, with no machine code but what a wheel brings. Warm: every later run. Byte code "
+        "is there, as pip puts it. The programs were equal, byte for byte."
     )
     text = f"## The start\n\n{note}\n\n{head}\n\n{made}"
     print(text)
