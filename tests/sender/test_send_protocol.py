@@ -125,7 +125,8 @@ def test_stop_by_the_person_holds_first_and_resets_then() -> None:
     assert board.realtime == [b"!", b"\x18"]
 
 
-def test_it_goes_on_also_where_that_is_asked_for_while_it_still_slows_down() -> None:
+@every("at_once", [False, True])
+def test_it_goes_on_also_where_that_is_asked_for_while_it_still_slows_down(at_once: bool) -> None:
     """Until it stands GRBL overhears it (gnea/grbl 1.1, protocol.c: EXEC_CYCLE_START)."""
 
     class Slow(FakeGrbl):
@@ -148,10 +149,11 @@ def test_it_goes_on_also_where_that_is_asked_for_while_it_still_slows_down() -> 
     asked: list[Request] = []
 
     def watch(run: SendRun, view: RunView) -> None:
-        wanted = Request.RESUME if view.state == "Hold" else Request.HOLD
-        if wanted not in asked and view.taken >= 10:
-            asked.append(wanted)
-            run.ask(wanted)
+        held = view.state == "Hold"
+        for wanted in [Request.HOLD, Request.RESUME] if at_once else [Request.RESUME if held else Request.HOLD]:
+            if wanted not in asked and view.taken >= 10:
+                asked.append(wanted)
+                run.ask(wanted)
 
     assert sent(board, job_with(drilled(20)), watch).complete
     assert asked == [Request.HOLD, Request.RESUME]

@@ -60,6 +60,8 @@ _CHANGES = {
 _SLOWEST, _FASTEST = 10, 200
 #: How GRBL says that it is held and still slows down: until it stands, it overhears that it may go on.
 _SLOWING = ("Hold", 1)
+#: Statuses after which it is held if it ever is; the first may have been on its way when it was asked to hold.
+_HELD_BY = 2
 
 
 @dataclass(frozen=True)
@@ -209,6 +211,7 @@ class SendRun:
         self._overrides = (100, 100, 100)
         self._wanted: int | None = None
         self._changing = self._to_resume = False
+        self._not_yet_held = 0
         self._offset = self.facts.status.offset
         self._sure = self._program_place(self.facts.status) is not None
         self._errors: list[tuple[int, str]] = []
@@ -289,13 +292,14 @@ class SendRun:
                 self._to_resume = request is Request.RESUME
                 if request is Request.HOLD:
                     self.talk.hold()
+                    self._not_yet_held = _HELD_BY
                 continue
             before = self._overrides[0] if self._wanted is None else self._wanted
             change = _CHANGES.get(request)
             self._wanted = 100 if change is None else min(max(before + change, _SLOWEST), _FASTEST)
         status = self.talk.status
         slowing = status is not None and (status.state, status.detail) == _SLOWING
-        if self._to_resume and not slowing:
+        if self._to_resume and not slowing and not self._not_yet_held:
             self._to_resume = False
             self.talk.resume()
 
@@ -398,6 +402,7 @@ class SendRun:
         if self.facts.buffer == GRBL_BUFFER and used is not None and used > self.counter.bytes + SPARED:
             raise _Ended("there is more in the controller's buffer than was sent: is another program speaking to it?")
         self._rests = self._rests + 1 if status.state in ("Idle", "Check") else 0
+        self._not_yet_held = 0 if status.state == "Hold" else max(self._not_yet_held - 1, 0)
         if status.overrides is not None:
             self._overrides, self._changing = status.overrides, False
         self._offset = status.offset or self._offset
