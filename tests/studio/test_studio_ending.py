@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import sys
 import threading
+import weakref
 from typing import Any
 
 import pytest
@@ -12,7 +14,7 @@ from own_loop import awaited
 from websockets.exceptions import InvalidState
 
 from leafcut.studio.jobs import jobs as room
-from leafcut.studio.jobs.ending import Endable, Ended
+from leafcut.studio.jobs.ending import Endable, Ended, hear_what_is_lost
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.server.app import _server
@@ -113,6 +115,39 @@ def test_a_search_that_has_told_nothing_yet_is_not_ended_anywhere(
     cancelled.set()
     assert studio.jobs.wait(job, LONG_ENOUGH) is JobState.CANCELLED
     assert through == [True]
+
+
+def test_what_python_lets_go_of_is_raised_again(
+    endless: Endless, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In the callback of a weak reference, or in `__del__`, Python tells of an exception and goes on."""
+    monkeypatch.setattr(sys, "unraisablehook", sys.unraisablehook)
+    hear_what_is_lost()
+    endable, inside, ended = Endable(), threading.Event(), list[bool]()
+
+    def callback(_: Any) -> None:
+        inside.set()
+        while not endless.let_go.is_set():
+            pass
+
+    def work() -> None:
+        try:
+            with endable:
+                seen = Endless()
+                kept = weakref.ref(seen, callback)
+                del seen
+                endless(kept)
+        except Ended:
+            ended.append(True)
+
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    assert inside.wait(LONG_ENOUGH)
+    endable.end()
+    assert endless.begun.wait(LONG_ENOUGH)  # out of the callback, where the first one was lost
+    thread.join(LONG_ENOUGH)
+    assert ended == [True]
+    assert capsys.readouterr().err == ""
 
 
 def test_a_thread_that_is_being_started_is_started_before_who_starts_it_is_ended(

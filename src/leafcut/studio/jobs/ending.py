@@ -12,7 +12,7 @@ import sys
 import threading
 from types import TracebackType
 
-#: Seconds until a thread that loads a module or compiled code, or starts another thread, is looked at again.
+#: Seconds until a thread that is to end, and is still at work, is looked at again.
 _AGAIN = 0.05
 #: Who loads modules, and who loads and makes compiled code: half of either would stay for all others.
 _LOADERS = ("<frozen importlib._bootstrap>", f"{os.sep}llvmlite{os.sep}", f"{os.sep}numba{os.sep}")
@@ -23,12 +23,21 @@ class Ended(BaseException):
 
 
 class Endable:
-    """A stretch of work of one thread, which another one may end: ``with endable: …``, and there ``endable.end()``."""
+    """A stretch of work of one thread, which another one may end: ``with endable: …``, and there ``endable.end()``.
+
+    Attributes
+    ----------
+    lost
+        Python has let go of what was raised, as it does in the callback of a weak reference: it is raised again. Only
+        set where `hear_what_is_lost` was called.
+    """
 
     def __init__(self) -> None:
+        self.lost = False
         self._lock = threading.Lock()
         self._thread: int | None = None
-        self._over = False
+        self._over = self._raised = self._watched = False
+        self._ended = type("Ended", (Ended,), {"work": self})
 
     def __enter__(self) -> None:
         self.begin()
@@ -46,7 +55,7 @@ class Endable:
         """
         with self._lock:
             if self._over:
-                raise Ended
+                raise self._ended
             self._thread = threading.get_ident()
 
     def leave(self) -> None:
@@ -55,23 +64,49 @@ class Endable:
             self._thread = None
 
     def end(self) -> None:
-        """Raise `Ended` in the thread, once, if it is inside, else as soon as it begins; return at once.
+        """Raise `Ended` in the thread, if it is inside, else as soon as it begins; return at once.
 
         What a package in another language does in one call is done first, and what is being loaded, as half a module
         would stay for all others. A thread that is being started is started first: until it runs it goes by the number
-        of the one that starts it, and what is raised by number would end it, and that one would wait for ever.
+        of the one that starts it, and what is raised by number would end it, and that one would wait for ever. It is
+        raised once, and again only where it was lost.
         """
         with self._lock:
-            self._over, thread = True, self._thread
-            if thread is None:
+            self._over = True
+            if self._watched:
                 return
-            if _is_not_to_be_ended(thread):
-                again = threading.Timer(_AGAIN, self.end)
-                again.daemon = True
-                again.start()
-            else:
-                self._thread = None
-                ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(Ended))
+            self._watched = True
+        self._look()
+
+    def _look(self) -> None:
+        """Raise what is to be raised, and look again until the thread has left."""
+        with self._lock:
+            thread = self._thread
+            if thread is None or thread not in sys._current_frames():
+                self._watched = False
+                return
+            if self.lost:
+                self.lost = self._raised = False
+            if not self._raised and not _is_not_to_be_ended(thread):
+                self._raised = True
+                ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(self._ended))
+        again = threading.Timer(_AGAIN, self._look)
+        again.daemon = True
+        again.start()
+
+
+def hear_what_is_lost() -> None:
+    """Hear when Python lets go of an `Ended`, so that it is raised again; for a process of its own."""
+    before = sys.unraisablehook
+
+    def hear(told: sys.UnraisableHookArgs) -> None:
+        work = getattr(told.exc_type, "work", None)
+        if isinstance(work, Endable):
+            work.lost = True
+        else:
+            before(told)
+
+    sys.unraisablehook = hear
 
 
 def _is_not_to_be_ended(thread: int) -> bool:
