@@ -14,12 +14,12 @@ import argparse
 import compileall
 import os
 import resource
+import runpy
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
-import venv
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -34,8 +34,6 @@ except ImportError:
     from leafcut.cli import main
 main()
 """
-#: How that is called which is installed from a wheel.
-WHEEL = "the wheel"
 #: What is run: name → words after the name of the command.
 WORK = {
     "`--version`": ("--version",),
@@ -52,14 +50,6 @@ def run(python: Path, source: Path | None, words: Sequence[str], cache: Path) ->
     after, clock = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter() - start
     spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return spent, clock, done.stdout
-
-
-def install(wheel: Path, folder: Path) -> Path:
-    """Install a wheel in a new environment; return its Python."""
-    venv.create(folder, with_pip=True)
-    python = folder / ("Scripts" if os.name == "nt" else "bin") / "python"
-    subprocess.run([python, "-m", "pip", "--quiet", "--disable-pip-version-check", "install", wheel], check=True)
-    return python
 
 
 def figures(sources: dict[str, tuple[Path, Path | None]], runs: int, caches: dict[str, Path]) -> list[list[str]]:
@@ -97,7 +87,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         sources["the other"] = own, given.beside.resolve()
     with tempfile.TemporaryDirectory() as name:
         if given.wheel:
-            sources[WHEEL] = install(given.wheel.resolve(), Path(name) / "environment"), None
+            install = runpy.run_path(str(ROOT / ".ci" / "build_wheels.py"))["install"]
+            sources["the wheel"] = install(given.wheel.resolve(), Path(name)) / "python", None
         caches = {key: Path(name) / str(number) for number, key in enumerate(sources)}
         for folder in caches.values():
             folder.mkdir()

@@ -27,16 +27,16 @@ class Endable:
 
     Attributes
     ----------
-    lost
-        Python has let go of what was raised, as it does in the callback of a weak reference: it is raised again. Only
-        set where `hear_what_is_lost` was called.
+    raised
+        `Ended` was raised, and Python has not let go of it since, as it does in the callback of a weak reference: that
+        is known where `hear_what_is_lost` was called.
     """
 
     def __init__(self) -> None:
-        self.lost = False
+        self.raised = False
         self._lock = threading.Lock()
         self._thread: int | None = None
-        self._over = self._raised = self._watched = False
+        self._over = self._watched = False
         self._ended = type("Ended", (Ended,), {"work": self})
 
     def __enter__(self) -> None:
@@ -60,7 +60,10 @@ class Endable:
 
     def leave(self) -> None:
         """Let the work of this thread not be ended any more; once this has returned, nothing is raised in it."""
-        with self._lock:
+        try:
+            with self._lock:
+                self._thread = None
+        finally:  # `Ended` may come just here
             self._thread = None
 
     def end(self) -> None:
@@ -85,10 +88,8 @@ class Endable:
             if thread is None or thread not in sys._current_frames():
                 self._watched = False
                 return
-            if self.lost:
-                self.lost = self._raised = False
-            if not self._raised and not _is_not_to_be_ended(thread):
-                self._raised = True
+            if not self.raised and not _is_not_to_be_ended(thread):
+                self.raised = True
                 ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(self._ended))
         again = threading.Timer(_AGAIN, self._look)
         again.daemon = True
@@ -102,7 +103,7 @@ def hear_what_is_lost() -> None:
     def hear(told: sys.UnraisableHookArgs) -> None:
         work = getattr(told.exc_type, "work", None)
         if isinstance(work, Endable):
-            work.lost = True
+            work.raised = False
         else:
             before(told)
 
