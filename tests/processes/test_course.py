@@ -32,9 +32,9 @@ def limited(limit: float | None, elapsed: float, bound: bool = True) -> Run:
     [
         (10.0, 0.5, 9.0),  # as much is kept for what comes behind the search
         (10.0, 4.0, 2.0),  # however much that is
-        (10.0, 5.0, 1.0),  # a tenth is the search's own
-        (10.0, 9.0, 1.0),
-        (10.0, 99.0, 1.0),
+        (10.0, 5.0, 0.5),  # a twentieth is the search's own
+        (10.0, 9.0, 0.5),
+        (10.0, 99.0, 0.5),
         (0.002, 5.0, 0.001),
     ],
 )

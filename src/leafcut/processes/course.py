@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 #: Of a time limit so much at least is the search's own, and so much that of its lower bounds.
-LEAST_SEARCHED, LEAST_BOUND = 0.1, 0.02
+LEAST_SEARCHED, LEAST_BOUND = 0.05, 0.02
 #: Of what is left for the search so much is kept for its lower bounds.
 BOUND_PART = 0.1
 #: A run that takes this part of its time limit longer, and this, s, is late.

@@ -77,6 +77,6 @@ def test_what_is_done_besides_the_searches_is_kept_for_those_to_come_and_for_the
     assert taken + 1.0 == pytest.approx(10.0)
 
 
-def test_a_tenth_of_the_limit_is_for_the_searches_however_late_it_is() -> None:
+def test_a_twentieth_of_the_limit_is_for_the_searches_however_late_it_is() -> None:
     given, _ = limits(lambda _: 60.0, 4, besides=60.0, time_limit=8.0)
-    assert given == pytest.approx([2.0, 0.2, 0.2, 0.2])
+    assert given == pytest.approx([2.0, 0.1, 0.1, 0.1])

@@ -281,7 +281,7 @@ def _cleared(job: PocketJob, one: Pocket, number: int, time: SearchTime) -> tupl
 
     regions, issues = centre_regions(one, job.exact)
     roughed = centre_regions(one, job.rules)[0] if job.rules.stock > 0.0 else regions
-    results: list[PocketResult] = []
+    found: dict[str, PocketResult] = {}
     ways: dict[str, list[Clearing]] = {}
     even: dict[str, list[Clearing]] = {}
     several = f"pocket {number + 1}: " if len(job.part.pockets) > 1 else ""
@@ -289,16 +289,18 @@ def _cleared(job: PocketJob, one: Pocket, number: int, time: SearchTime) -> tupl
     ways_tried = [way for way in WAYS if asked in ("best", way.name)]
     each = len(regions) * (len(job.part.pockets) - number)
     time.begin(each * sum(way.searches for way in ways_tried), each * len(ways_tried))
-    for place, way in enumerate(ways_tried):
+    # First what does not search: then it is known how long it takes to look at a path, and that much is kept.
+    for place, way in enumerate(sorted(ways_tried, key=lambda one: one.searches)):
         words, share = f"{several}{way.name}", (number + place / len(ways_tried)) / len(job.part.pockets)
         job.run.tell(trial(words, words), None, share)
         result, clearings, fitted = _tried(job, number, way, regions, roughed, time)
-        results.append(result)
+        found[way.name] = result
         known = result.measures is not None
         figure = format_time(result.program_s) if known else "–"
         job.run.tell(trial(words, words, figure, result.program_s if known else None), None, share)
         if clearings:
             ways[way.name], even[way.name] = fitted, clearings
+    results = [found[way.name] for way in ways_tried]
     chosen, levels = _chosen(job, one, results), job.levels[number]
     in_floor = job.around[number] is not None
     plan = PocketPlan(one, job.rules, levels.levels, tuple(results), chosen, levels.begin, in_floor)
