@@ -42,6 +42,13 @@ def test_the_search_has_what_is_left_of_the_time_limit(limit: float, elapsed: fl
     assert limited(limit, elapsed, bound=False).time_to_search() == pytest.approx(left)
 
 
+@pytest.mark.parametrize(("behind", "left"), [(0.0, 8.0), (1.0, 6.0), (2.0, 4.0), (9.0, 0.5)])
+def test_what_comes_behind_the_search_is_sized_by_what_came_before(behind: float, left: float) -> None:
+    run = replace(limited(10.0, 2.0, bound=False), behind=behind)
+    assert run.time_to_search() == pytest.approx(left)
+    assert BoundTime(run).reserve == pytest.approx(2.0 * behind)
+
+
 def test_without_a_limit_there_is_none() -> None:
     run = limited(None, 5.0)
     assert run.time_to_search() is None

@@ -19,6 +19,7 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import gap
 from leafcut.options import SolveOptions
 from leafcut.solve import stop as stop_module
+from leafcut.solve.certificate import relaxation
 from leafcut.solve.instance import build_instance, path_cost
 from leafcut.solve.solve import keep_better, solve
 from leafcut.solve.statistics import Best
@@ -296,6 +297,19 @@ def test_the_best_is_kept_when_the_caller_cancels(bounding: Bounding) -> None:
     assert outcome.verified
     assert outcome.operations[0].solution.stopped_early
     assert sorted(outcome.operations[0].hole_order) == list(range(len(outcome.part.holes)))
+
+
+def test_a_bound_of_several_ways_that_is_late_is_given_up() -> None:
+    """Before each row of the table of cheapest ways it is asked whether there is time; half a table bounds nothing."""
+    for rows in (0, 1, 12):
+        looks = iter([False] * rows + [True])
+        assert relaxation(slots(20), lambda looks=looks: next(looks)) is None  # type: ignore[misc]
+        assert list(looks) == []
+    few = SolveOptions(preset="fast", threads=1)
+    late, whole = (solve(slots(20), few, bound_late=lambda _, given=given: given) for given in (True, False))  # type: ignore[misc]
+    assert late.lower_bound is None
+    assert whole.lower_bound is not None
+    assert list(late.nodes) == list(whole.nodes)
 
 
 @pytest.mark.parametrize("n", [60, 400])

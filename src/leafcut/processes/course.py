@@ -49,7 +49,10 @@ class RunClock:
 
 @dataclass(frozen=True)
 class Run:
-    """What every step of one run needs; its clock runs from when it was made."""
+    """What every step of one run needs; its clock runs from when it was made.
+
+    What comes behind the search, to lay, write and prove the program, takes `behind` times as long as what came before.
+    """
 
     settings: Settings
     machine: Machine
@@ -57,6 +60,7 @@ class Run:
     cancelled: threading.Event = field(default_factory=threading.Event)
     observe: Observer | None = None
     clock: RunClock = field(default_factory=RunClock)
+    behind: float = 1.0
 
     def left(self) -> float:
         """Return what is left of the time limit for the whole run, s, below 0 when it is over; infinite without one."""
@@ -64,11 +68,8 @@ class Run:
         return math.inf if limit is None else limit - self.clock.elapsed()
 
     def reserve(self) -> float:
-        """Return how much of the time limit is kept for what comes after the search, s, asked just before it.
-
-        To lay, write and prove the program takes about as long as what came before.
-        """
-        return self.clock.elapsed()
+        """Return how much of the time limit is kept for what comes behind the search, s, asked just before it."""
+        return self.behind * self.clock.elapsed()
 
     def time_to_search(self) -> float | None:
         """Return how much of the time limit for the whole run its search may take now, s; None without a limit."""

@@ -103,18 +103,21 @@ def _no_bound(problem: RoutingProblem) -> SolveError:
     )
 
 
-def relaxation(problem: RoutingProblem) -> RoutingProblem | None:
+def relaxation(problem: RoutingProblem, late: Callable[[], bool] = lambda: False) -> RoutingProblem | None:
     """Return a problem with equal costs in both directions whose bound also holds for `problem`, or None.
 
     It has no precedence, and a node for each cluster: a way between two of them costs what the cheapest between any of
     their nodes does, in the cheaper direction, and the work in one what it costs by its cheapest node. A path from a
-    start to an end becomes a closed tour with one node more.
+    start to an end becomes a closed tour with one node more. None,
+    too, when it is `late`.
     """
     if stands_for_its_tour(problem):
         return problem
     if problem.n_clusters > MOST_CLUSTERS or problem.n_nodes > MOST_WAYS:
         return None
-    table = least_costs(problem)
+    table = least_costs(problem, late)
+    if table is None:
+        return None
     service = np.zeros(len(table))
     service[: problem.n_clusters] = _least_service(problem)
     metric = Metric("EXPLICIT", matrix=np.minimum(table, table.T))
@@ -139,12 +142,16 @@ def certify(
     bound above the cost of the solution is dropped. One that is `late` is what was proved until then, if anything.
     """
     began = clock()
-    relaxed = relaxation(problem) if bound is None and not cancelled.is_set() else None
+
+    def given_up() -> bool:
+        return cancelled.is_set() or late(clock() - began)
+
+    relaxed = relaxation(problem, given_up) if bound is None and not cancelled.is_set() else None
     if relaxed is not None:
         if instance is None or relaxed is not problem:
             instance = build_instance(relaxed, CANDIDATES)
         upper = solution.cost - float(relaxed.service.sum())
-        bound = bound_of(instance, upper, cancelled, lambda: late(clock() - began))
+        bound = bound_of(instance, upper, cancelled, given_up)
     if bound is None or bound > solution.cost + ROUNDING * abs(solution.cost):
         return solution
     return replace(solution, lower_bound=min(bound, solution.cost))

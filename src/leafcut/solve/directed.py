@@ -6,6 +6,7 @@ costs what the way from the start does, coming back to it what the way to the en
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -152,10 +153,11 @@ def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
     return DirectedInstance(problem, pairs, cost, rules, enter, leave, twisted, ends is not None)
 
 
-def least_costs(problem: RoutingProblem) -> NDArray[np.float64]:
+def least_costs(problem: RoutingProblem, late: Callable[[], bool] = lambda: False) -> NDArray[np.float64] | None:
     """Return what the way from each cluster to each other costs at least, whichever of their nodes it joins.
 
-    float64[n, n]; an open path has a row and a column more, the last: its anchor. Precedence is not looked at.
+    float64[n, n]; an open path has a row and a column more, the last: its anchor. Precedence is not looked at. Asked
+    before each row whether it is `late`: then None.
 
     Raises
     ------
@@ -169,6 +171,8 @@ def least_costs(problem: RoutingProblem) -> NDArray[np.float64]:
         leave, enter, begin = np.append(leave, ends[0]), np.append(enter, ends[1]), np.append(begin, begin[-1] + 1)
     least = np.empty((len(begin) - 1, len(begin) - 1))
     for c, (first, last) in enumerate(pairwise(begin.tolist())):
+        if late():
+            return None
         costs = costs_of_edges(cost, np.repeat(leave[first:last], len(enter)), np.tile(enter, last - first))
         least[c] = np.minimum.reduceat(costs.reshape(-1, len(enter)).min(axis=0), begin[:-1])
     return least

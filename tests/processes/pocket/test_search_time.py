@@ -23,11 +23,11 @@ class HandClock(RunClock):
 
 
 def limits(
-    takes: Callable[[float], float], searches: int, besides: float = 0.0, **options: Any
+    takes: Callable[[float], float], searches: int, besides: float = 0.0, proofs: int = 1, **options: Any
 ) -> tuple[list[float | None], float]:
     """Return the time limits that searches are given one after another, and what all took: `takes` of its limit.
 
-    Behind each so much is done `besides`.
+    Behind each so much is done `besides`, and in the end for so many `proofs`.
     """
     settings = collect(options)
     clock, given = HandClock(), list[float | None]()
@@ -39,7 +39,7 @@ def limits(
         return PocketPath("", ())
 
     time = SearchTime(run, 1.0)
-    time.begin(searches, searches)
+    time.begin(searches, searches, proofs)
     for _ in range(searches):
         time.spent_on(ClearingWay("", path, ""), None)  # type: ignore[arg-type]  # the region does not matter
         clock.seconds += besides
@@ -75,6 +75,13 @@ def test_what_is_done_besides_the_searches_is_kept_for_those_to_come_and_for_the
     given, taken = limits(lambda limit: limit, 3, besides=1.0, time_limit=10.0)
     assert given == pytest.approx([10 / 3, (10 - 10 / 3 - 1 - 3) / 2, (10 - 10 / 3 - 1 - 3) / 2])
     assert taken + 1.0 == pytest.approx(10.0)
+
+
+def test_of_several_paths_that_are_proved_the_time_of_each_is_kept() -> None:
+    """As above with 20 s, of which 4 go to four proofs: 20 / 3; then 20 − 6.67 − 1 − 2 − 4 for two."""
+    given, taken = limits(lambda limit: limit, 3, besides=1.0, proofs=4, time_limit=20.0)
+    assert given == pytest.approx([20 / 3, (20 - 20 / 3 - 1 - 6) / 2, (20 - 20 / 3 - 1 - 6) / 2])
+    assert taken + 4.0 == pytest.approx(20.0)
 
 
 def test_a_twentieth_of_the_limit_is_for_the_searches_however_late_it_is() -> None:

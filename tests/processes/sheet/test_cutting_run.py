@@ -111,7 +111,7 @@ def test_a_time_limit_is_over_for_all_stages_when_the_clock_says_so(
         lambda *_: pytest.fail("a start slid when the time was over"),
     )
     late = api.optimize(drawing, **FAST, time_limit="1s")
-    assert limits == [pytest.approx(0.1)]
+    assert limits == [pytest.approx(0.05)]
     assert late.verified
     assert late.after.time_s <= late.before.time_s
 

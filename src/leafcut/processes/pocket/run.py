@@ -288,7 +288,8 @@ def _cleared(job: PocketJob, one: Pocket, number: int, time: SearchTime) -> tupl
     asked = job.run.settings.of(PocketOptions).strategy
     ways_tried = [way for way in WAYS if asked in ("best", way.name)]
     each = len(regions) * (len(job.part.pockets) - number)
-    time.begin(each * sum(way.searches for way in ways_tried), each * len(ways_tried))
+    searching = sum(way.searches for way in ways_tried)
+    time.begin(each * searching, each * len(ways_tried), len(regions) * len(job.part.pockets))
     # First what does not search: then it is known how long it takes to look at a path, and that much is kept.
     for place, way in enumerate(sorted(ways_tried, key=lambda one: one.searches)):
         words, share = f"{several}{way.name}", (number + place / len(ways_tried)) / len(job.part.pockets)

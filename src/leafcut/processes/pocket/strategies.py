@@ -177,19 +177,22 @@ class SearchTime:
     """Shares a time limit among the searches of all pockets: what one does not need is there for those behind it.
 
     What else is done to a path, as measuring it, takes about as long for one as for another: for the paths to come,
-    and for the proof of the one that is chosen, the mean of those so far is kept.
+    and for the proof of those that are chosen, the mean of those so far is kept.
     """
 
     def __init__(self, run: Run, part: float) -> None:
         """Begin with a part of what is left of the run's time limit, if it has one."""
         limit = run.settings.solve.time_limit
-        self._run, self._all, self._searches, self._paths = run, 1, 1, 1
+        self._run, self._all, self._searches, self._paths, self._proofs = run, 1, 1, 1, 1
         self._began, self._done = run.clock.elapsed(), 0
         self._kept = 0.0 if limit is None else (1.0 - part) * run.left()
 
-    def begin(self, searches: int, paths: int) -> None:
-        """Share what is left among so many searches; so many paths, these among them, are still to be made."""
-        self._all, self._searches, self._paths = max(self._all, searches), searches, paths
+    def begin(self, searches: int, paths: int, proofs: int) -> None:
+        """Share what is left among so many searches.
+
+        So many paths, these among them, are still to be made, and in the end so many of all are proved.
+        """
+        self._all, self._searches, self._paths, self._proofs = max(self._all, searches), searches, paths, proofs
 
     def spent_on(self, way: ClearingWay, region: CentreRegion) -> PocketPath:
         """Return the path of a strategy over a region, which takes its share where it searches."""
@@ -199,8 +202,8 @@ class SearchTime:
         run = self._run
         if way.searches:
             besides = clock.elapsed() - self._began - clock.searched
-            # The proof takes about as long as measuring does.
-            besides *= (self._paths + 1) / max(self._done, 1)
+            # To prove a path takes about as long as to measure it.
+            besides *= (self._paths + self._proofs) / max(self._done, 1)
             left = run.left() - self._kept - besides
             share = max(left / max(self._searches, 1), LEAST_SEARCHED * limit / self._all, 0.001)
             run = replace(run, settings=run.settings.but(replace(run.settings.solve, time_limit=share)))
