@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from leafcut.errors import PlanError
 from leafcut.model.pocket import PocketPath
 from leafcut.processes.course import Run, RunClock, machine_of
 from leafcut.processes.pocket.strategies import ClearingWay, SearchTime
@@ -82,6 +83,28 @@ def test_of_several_paths_that_are_proved_the_time_of_each_is_kept() -> None:
     given, taken = limits(lambda limit: limit, 3, besides=1.0, proofs=4, time_limit=20.0)
     assert given == pytest.approx([20 / 3, (20 - 20 / 3 - 1 - 6) / 2, (20 - 20 / 3 - 1 - 6) / 2])
     assert taken + 4.0 == pytest.approx(20.0)
+
+
+def test_a_path_that_is_refused_says_nothing_of_how_long_it_takes_to_look_at_one() -> None:
+    """One second was spent beside the first path; 9 s are left, of which two more paths and the proof take three."""
+    clock = HandClock()
+    run = Run(collect({"time_limit": 10.0}), machine_of(collect({})), clock=clock)
+    time, given = SearchTime(run, 1.0), list[float | None]()
+
+    def path(_: object, one: Run) -> PocketPath:
+        given.append(one.settings.solve.time_limit)
+        return PocketPath("", ())
+
+    def refused(_: object, __: Run) -> PocketPath:
+        raise PlanError("")
+
+    time.begin(2, 4, 1)
+    time.spent_on(ClearingWay("", path, "", searches=False), None)  # type: ignore[arg-type]
+    clock.seconds += 1.0
+    with pytest.raises(PlanError):
+        time.spent_on(ClearingWay("", refused, "", searches=False), None)  # type: ignore[arg-type]
+    time.spent_on(ClearingWay("", path, ""), None)  # type: ignore[arg-type]
+    assert given == pytest.approx([10.0, (9.0 - 3.0) / 2])
 
 
 def test_a_twentieth_of_the_limit_is_for_the_searches_however_late_it_is() -> None:

@@ -209,9 +209,11 @@ class SearchTime:
             run = replace(run, settings=run.settings.but(replace(run.settings.solve, time_limit=share)))
         began = clock.elapsed()
         try:
-            return way.path(region, run)
+            path = way.path(region, run)
+            self._done += 1
+            return path
         finally:
             if way.searches:
                 clock.searched += clock.elapsed() - began
                 self._searches -= 1
-            self._paths, self._done = self._paths - 1, self._done + 1
+            self._paths -= 1
