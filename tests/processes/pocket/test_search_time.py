@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
+import shapely
 
 from leafcut.errors import PlanError
-from leafcut.model.pocket import PocketPath
+from leafcut.model.pocket import PocketPath, PocketRules
 from leafcut.processes.course import Run, RunClock, machine_of
-from leafcut.processes.pocket.strategies import ClearingWay, SearchTime
+from leafcut.processes.pocket.plan import grid
+from leafcut.processes.pocket.plan.region import CentreRegion
+from leafcut.processes.pocket.strategies import WAYS, ClearingWay, SearchTime
 from leafcut.processes.settings import collect
+from leafcut.solve import solve as solving
 
 
 class HandClock(RunClock):
@@ -105,6 +110,30 @@ def test_a_path_that_is_refused_says_nothing_of_how_long_it_takes_to_look_at_one
         time.spent_on(ClearingWay("", refused, "", searches=False), None)  # type: ignore[arg-type]
     time.spent_on(ClearingWay("", path, ""), None)  # type: ignore[arg-type]
     assert given == pytest.approx([10.0, (9.0 - 3.0) / 2])
+
+
+@pytest.mark.parametrize(("takes", "left"), [(0.0, 5.0), (3.0, 2.0), (60.0, 0.001)])
+def test_what_it_takes_to_make_a_grid_is_of_the_time_of_its_search(
+    takes: float, left: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock, asked = HandClock(), list[float | None]()
+    made, found = grid.grid_problem, solving.solve
+
+    def slow(*given: Any, **named: Any) -> Any:
+        clock.seconds += takes
+        return made(*given, **named)
+
+    def spy(problem: Any, options: Any, *rest: Any, **named: Any) -> Any:
+        asked.append(options.time_limit)
+        return found(problem, replace(options, time_limit=None), *rest, **named)
+
+    monkeypatch.setattr(grid, "grid_problem", slow)
+    monkeypatch.setattr(solving, "solve", spy)
+    settings = collect({"time_limit": 5.0, "strategy": "ants", "preset": "fast"})
+    region = CentreRegion(shapely.box(0, 0, 30, 30), PocketRules(tool_diameter=10.0, step_over=6.0))
+    (ants,) = (way for way in WAYS if way.name == "ants")
+    ants.path(region, Run(settings, machine_of(settings), clock=clock))
+    assert asked == [pytest.approx(left)]
 
 
 def test_a_twentieth_of_the_limit_is_for_the_searches_however_late_it_is() -> None:

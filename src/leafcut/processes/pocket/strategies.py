@@ -119,7 +119,7 @@ def _grid(name: str) -> Strategy:
         from leafcut.processes.pocket.plan.grid import GridContext, Retract, grid_problem, lay_grid
         from leafcut.solve.solve import solve
 
-        settings, asked = run.settings, run.settings.of(PocketOptions)
+        settings, asked, began = run.settings, run.settings.of(PocketOptions), run.clock.elapsed()
         closes = asked.closed_path
         # Of a closed path no link is made by a lift, however long the way at depth is.
         retract = Retract(fixed=math.inf) if closes else None
@@ -129,7 +129,10 @@ def _grid(name: str) -> Strategy:
             problem, context = grid_problem(region, retract, finish=asked.finishing_pass, closed=closes)
             if asked.strategy != name:
                 _GRIDS[region] = problem, context.grid, context.ways, context.retract, context.finish
-        options = replace(settings.solve, bound=False, target_gap=None)
+        limit = settings.solve.time_limit
+        if limit is not None:
+            limit = max(limit - (run.clock.elapsed() - began), 0.001)  # to make the grid took some of it
+        options = replace(settings.solve, bound=False, target_gap=None, time_limit=limit)
         if asked.strategy != name:
             # To stand beside the others a short search will do: it is within a few thousandths of a long one.
             options = replace(options, preset="fast")
