@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from leafcut.processes.sheet.plan.cutting import Cutting
     from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
 
+#: Starts slide as long as more than this part of what is kept for all behind the search is left of a time limit.
+SLIDES_KEEP = 0.75
+
 
 def as_planned(job: SheetJob) -> tuple[SheetJob, list[CutStart]] | None:
     """Return the plan file's own order with all its choices; None without a plan, or where they do not fit any more."""
@@ -55,7 +58,8 @@ def ordered(job: SheetJob, before: list[CutStart] | None) -> tuple[list[CutStart
     if options.solve.algorithm == "none":
         return clear_pierces(job.cutting, order, travel, job.start, job.end), solutions
     run.tell("refining the starts")
-    order = slide_starts(job.cutting, order, travel, job.start, job.end, lambda: run.left() <= 0.5 * job.bounds.reserve)
+    late = SLIDES_KEEP * job.bounds.reserve
+    order = slide_starts(job.cutting, order, travel, job.start, job.end, lambda: run.left() <= late)
     if rules.heat_distance > 0.0:
         rule = HeatRule(rules.heat_distance, rules.heat_time)
         order = spread_starts(job.cutting, order, rule, travel, job.start, bands(job.cutting, rules))

@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 #: Where leads met, an order is sought anew so often at most; of more cuts than this never.
 ROUNDS, MOST_AGAIN = 2, 1000
 #: Starts that slide, laying, writing and proof take so many times as long as all before the search. Measured: 1.1 times
-#: on 300 contours, 1.5 times on 1,500 strokes.
-BEHIND = 1.3
+#: on 300 contours, 1.5 to 2 times on 1,500 strokes.
+BEHIND = 1.5
 
 
 def cut(run: Run, source: Source) -> Outcome[SheetDetail]:
