@@ -108,8 +108,7 @@ def relaxation(problem: RoutingProblem, late: Callable[[], bool] = lambda: False
 
     It has no precedence, and a node for each cluster: a way between two of them costs what the cheapest between any of
     their nodes does, in the cheaper direction, and the work in one what it costs by its cheapest node. A path from a
-    start to an end becomes a closed tour with one node more. None,
-    too, when it is `late`.
+    start to an end becomes a closed tour with one node more. When it is `late`, it is given up: None.
     """
     if stands_for_its_tour(problem):
         return problem

@@ -7,7 +7,9 @@ import json
 import math
 import re
 import subprocess
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,10 +22,12 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.sequence import Sequence
+from leafcut.processes.course import RunClock
 from leafcut.processes.program import run as resequencing
 from leafcut.processes.program.post import rewriter
 from leafcut.processes.program.proving import with_comments
 from leafcut.report.views import work_words
+from leafcut.solve import solve as solving
 from rewriting import work_of
 
 
@@ -342,6 +346,23 @@ def test_a_program_whose_planning_takes_too_long_keeps_its_order(
     assert found.text == path.read_text()
     assert "L507" in {issue.code for issue in found.issues}
     assert found.operations == ()
+
+
+def test_of_a_time_limit_twice_as_much_as_came_before_the_search_is_kept_for_what_is_behind_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two seconds before, four behind; of the four that are left a tenth is the bound's."""
+    limits: list[float | None] = []
+    inner = solving.solve
+
+    def spy(problem: Any, options: Any, *rest: Any, **words: Any) -> Any:
+        limits.append(options.time_limit)
+        return inner(problem, replace(options, time_limit=0.001), *rest, **words)
+
+    monkeypatch.setattr(solving, "solve", spy)
+    monkeypatch.setattr(RunClock, "elapsed", lambda _: 2.0)
+    assert leafcut.optimize(written(tmp_path, boards_program(3, 20)), time_limit="10s").detail.certificate.same
+    assert limits == [pytest.approx(3.6)]
 
 
 def test_every_face_says_how_many_pieces_stay_and_why_with_the_line(tmp_path: Path) -> None:

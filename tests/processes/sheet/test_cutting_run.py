@@ -116,6 +116,26 @@ def test_a_time_limit_is_over_for_all_stages_when_the_clock_says_so(
     assert late.after.time_s <= late.before.time_s
 
 
+def test_of_a_time_limit_half_as_much_again_as_came_before_the_search_is_kept_for_what_is_behind_it(
+    drawing: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two seconds before, three behind; of the five that are left a tenth is the bound's."""
+    from leafcut.solve import solve as solving
+
+    limits: list[float | None] = []
+    inner = solving.solve
+
+    def spy(problem: Any, options: Any, *rest: Any, **words: Any) -> Any:
+        if options.algorithm != "nn":
+            limits.append(options.time_limit)
+        return inner(problem, options, *rest, **words)
+
+    monkeypatch.setattr(solving, "solve", spy)
+    monkeypatch.setattr(RunClock, "elapsed", lambda _: 2.0)
+    assert api.optimize(drawing, **FAST, time_limit="10s").verified
+    assert limits[0] == pytest.approx(4.5)
+
+
 def test_time_spent_on_compiling_is_not_taken_from_the_limit() -> None:
     clock = RunClock()
     before = clock.elapsed()
