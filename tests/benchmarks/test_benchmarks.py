@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 import sys
@@ -13,7 +14,11 @@ import numpy as np
 import pytest
 
 from benchmarked import benchmark
+from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.options import SolveOptions
 from leafcut.solve import stop
+from leafcut.solve.instance import build_instance, path_cost
+from leafcut.solve.solve import solve
 
 ROOT = Path(__file__).parents[2]
 
@@ -287,3 +292,40 @@ def test_forgetting_is_measured_with_and_without(run: Any) -> None:
     assert head == ["instance", "pairs", "kicks alone", "kicks and forgetting by turns"]
     assert row[0] == "ESC07"
     assert row[2:] == ["0.00", "0.00"]
+
+
+def test_the_best_bound_by_one_trees_is_the_optimum_of_five_nodes_and_just_above_leafcuts_of_more() -> None:
+    """Of up to five nodes a fractional tour is none (Grötschel and Padberg 1979); brute force has the optimum."""
+    ceiling = benchmark("held_karp").ceiling
+    for seed in range(5):
+        few, more = (
+            RoutingProblem.of_points(np.random.default_rng(seed).uniform(0, 100, (n, 2)), Metric(), closed=True)
+            for n in (5, 60)
+        )
+        orders = [np.array((0, *rest), dtype=np.int32) for rest in itertools.permutations(range(1, 5))]
+        assert ceiling(build_instance(few, 4)) == pytest.approx(min(path_cost(few, order) for order in orders))
+        most = ceiling(build_instance(more, 59))
+        found = solve(more, SolveOptions(preset="fast", threads=1))
+        assert found.lower_bound is not None
+        assert 0.995 * most <= found.lower_bound <= most + 1e-6
+        assert most <= found.cost + 1e-6
+
+
+def test_a_loose_set_is_found_whether_it_is_a_subtour_or_hangs_on_by_half_an_edge() -> None:
+    """Two triangles; then joined by two halves, where one edge into each would do."""
+    loose_sets = benchmark("held_karp").loose_sets
+    triangles = np.array([[0, 0, 1, 3, 3, 4, 2, 0], [1, 2, 2, 4, 5, 5, 3, 5]], dtype=np.int32)
+    for joined in (0.0, 0.5):
+        taken = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 1.0, joined, joined])
+        sets = [set(np.flatnonzero(inside).tolist()) for inside in loose_sets(triangles, taken, 6)]
+        assert {frozenset(one) for one in sets} & {frozenset({0, 1, 2}), frozenset({3, 4, 5})}
+    whole = np.array([[0, 1, 2, 3, 4, 0], [1, 2, 3, 4, 5, 5]], dtype=np.int32)
+    assert list(loose_sets(whole, np.ones(6), 6)) == []
+
+
+def test_bounds_stand_beside_the_best_by_one_trees(run: Any) -> None:
+    _, (head, _, row) = run("held_karp", "lin318")
+    assert head == ["board", "nodes", "leafcut", "best by 1-trees"]
+    assert row[:2] == ["lin318", "318"]
+    # leafcut's is rounded up to a whole number: by 0.003 % at most.
+    assert 0.0 < float(row[3]) <= float(row[2]) + 0.003 < 0.4
