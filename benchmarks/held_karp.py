@@ -11,6 +11,7 @@ nodes alone, so it is a ceiling: with all edges it can only be lower.
 from __future__ import annotations
 
 import argparse
+import itertools
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -56,30 +57,36 @@ def ceiling(instance: Instance) -> float:
         most = {"A_ub": -vstack(rows), "b_ub": np.full(len(rows), -2.0)} if rows else {}
         found = linprog(costs, A_eq=degrees, b_eq=np.full(n, 2.0), bounds=(0.0, 1.0), method="highs", **most)
         assert found.status == 0, found.message
-        new = list(loose_sets(edges, found.x, n))
+        new = loose_sets(edges, found.x, n)
         if not new:
             return float(found.fun)
         rows += [csr_array((inside[edges[0]] != inside[edges[1]]).astype(float)[None]) for inside in new]
 
 
-def loose_sets(edges: NDArray[np.int32], taken: NDArray[np.float64], n: int) -> Iterator[NDArray[np.bool_]]:
-    """Yield sets of nodes, bool[n], into which less than two edges' worth leads; none where there are none."""
-    any_set = False
-    for part in PARTS:
-        some = taken > max(part, LOOSE)
-        count, label = connected_components(graph(edges[:, some], taken[some], n), directed=False)
-        for number in range(count if count > 1 else 0):
-            inside = label == number
-            if taken[inside[edges[0]] != inside[edges[1]]].sum() < 2.0 - LOOSE:
-                any_set = True
-                yield inside
-        if any_set and part == 0.0:
-            return  # subtours first
-    if any_set:
-        return
+def loose_sets(edges: NDArray[np.int32], taken: NDArray[np.float64], n: int) -> list[NDArray[np.bool_]]:
+    """Return sets of nodes, bool[n], into which less than two edges' worth leads; none where there are none."""
+    for parts in (PARTS[:1], PARTS[1:]):  # subtours first
+        if found := [inside for part in parts for inside in loose_components(edges, taken, n, part)]:
+            return found
+    return list(itertools.islice(loose_cuts(edges, taken, n), SETS))
+
+
+def loose_components(
+    edges: NDArray[np.int32], taken: NDArray[np.float64], n: int, part: float
+) -> Iterator[NDArray[np.bool_]]:
+    """Yield the loose sets among those that edges join of which more than a part is taken."""
+    some = taken > max(part, LOOSE)
+    count, label = connected_components(graph(edges[:, some], taken[some], n), directed=False)
+    for number in range(count if count > 1 else 0):
+        inside = label == number
+        if taken[inside[edges[0]] != inside[edges[1]]].sum() < 2.0 - LOOSE:
+            yield inside
+
+
+def loose_cuts(edges: NDArray[np.int32], taken: NDArray[np.float64], n: int) -> Iterator[NDArray[np.bool_]]:
+    """Yield the sets that part the first node from others where less than two edges' worth flows between them."""
     both = np.concatenate([edges, edges[::-1]], axis=1)
     room = graph(both, np.rint(np.tile(taken, 2) * WHOLE).astype(np.int32), n)
-    found = 0
     for to in range(1, n):
         flow = maximum_flow(room, 0, to)
         if flow.flow_value < (2.0 - LOOSE) * WHOLE - n:
@@ -89,9 +96,6 @@ def loose_sets(edges: NDArray[np.int32], taken: NDArray[np.float64], n: int) -> 
             inside = np.zeros(n, dtype=bool)
             inside[breadth_first_order(left, 0, return_predecessors=False)] = True
             yield inside
-            found += 1
-        if found == SETS:
-            return
 
 
 def graph(edges: NDArray[np.int32], weights: NDArray[Any], n: int) -> Any:

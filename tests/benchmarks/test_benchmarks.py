@@ -320,7 +320,7 @@ def test_a_loose_set_is_found_whether_it_is_a_subtour_or_hangs_on_by_half_an_edg
         sets = [set(np.flatnonzero(inside).tolist()) for inside in loose_sets(triangles, taken, 6)]
         assert {frozenset(one) for one in sets} & {frozenset({0, 1, 2}), frozenset({3, 4, 5})}
     whole = np.array([[0, 1, 2, 3, 4, 0], [1, 2, 3, 4, 5, 5]], dtype=np.int32)
-    assert list(loose_sets(whole, np.ones(6), 6)) == []
+    assert loose_sets(whole, np.ones(6), 6) == []
 
 
 def test_bounds_stand_beside_the_best_by_one_trees(run: Any) -> None:

@@ -89,11 +89,9 @@ def test_holes_and_marks_of_a_part_come_before_its_outline(outcome) -> None:
     assert {tuple(words) for words in seen.values()} == {("mark", "hole", "hole", "outline")}
 
 
-def test_a_time_limit_is_over_for_all_stages_when_the_clock_says_so(
-    drawing: Path, outcome, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The clock of the run stands at an hour: every search has the least, no start slides, no order is sought anew."""
-    from leafcut.processes import course as room
+@pytest.fixture
+def limits(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
+    """Return the list to which every search but that for nearest neighbours adds its time limit."""
     from leafcut.solve import solve as solving
 
     limits: list[float | None] = []
@@ -105,7 +103,14 @@ def test_a_time_limit_is_over_for_all_stages_when_the_clock_says_so(
         return inner(problem, options, *rest, **words)
 
     monkeypatch.setattr(solving, "solve", spy)
-    monkeypatch.setattr(room.RunClock, "elapsed", lambda _: 3600.0)
+    return limits
+
+
+def test_a_time_limit_is_over_for_all_stages_when_the_clock_says_so(
+    drawing: Path, outcome, limits: list[float | None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The clock of the run stands at an hour: every search has the least, no start slides, no order is sought anew."""
+    monkeypatch.setattr(RunClock, "elapsed", lambda _: 3600.0)
     monkeypatch.setattr(
         "leafcut.processes.sheet.plan.leads.refine_starts._slid",
         lambda *_: pytest.fail("a start slid when the time was over"),
@@ -117,20 +122,9 @@ def test_a_time_limit_is_over_for_all_stages_when_the_clock_says_so(
 
 
 def test_of_a_time_limit_half_as_much_again_as_came_before_the_search_is_kept_for_what_is_behind_it(
-    drawing: Path, monkeypatch: pytest.MonkeyPatch
+    drawing: Path, limits: list[float | None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Two seconds before, three behind; of the five that are left a tenth is the bound's."""
-    from leafcut.solve import solve as solving
-
-    limits: list[float | None] = []
-    inner = solving.solve
-
-    def spy(problem: Any, options: Any, *rest: Any, **words: Any) -> Any:
-        if options.algorithm != "nn":
-            limits.append(options.time_limit)
-        return inner(problem, options, *rest, **words)
-
-    monkeypatch.setattr(solving, "solve", spy)
     monkeypatch.setattr(RunClock, "elapsed", lambda _: 2.0)
     assert api.optimize(drawing, **FAST, time_limit="10s").verified
     assert limits[0] == pytest.approx(4.5)
