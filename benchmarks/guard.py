@@ -151,11 +151,11 @@ def worse(before: Figures, after: Figures) -> list[str]:
 
 
 def draw(some: Sequence[Record], file: Path) -> None:
-    """Draw the records one after another: machine time and processor time of each job, the first record as 1."""
+    """Draw the records one after another: what machine and processor time of each job have changed since the first."""
     from matplotlib.figure import Figure as Drawing
 
     kept = [figures_of(record) for record in some]
-    drawing = Drawing(figsize=(9.0, 6.0), layout="constrained")
+    drawing = Drawing(figsize=(10.0, 6.0), layout="constrained")
     rows = drawing.subplots(2, 1, sharex=True)
     for axes, title, value in zip(
         rows, ("machine time", "processor time"), (lambda f: f.seconds, lambda f: f.loops), strict=True
@@ -163,10 +163,10 @@ def draw(some: Sequence[Record], file: Path) -> None:
         for key in dict.fromkeys(key for one in kept for key in one):
             course = [value(one[key]) if key in one else math.nan for one in kept]
             first = next(v for v in course if not math.isnan(v))
-            axes.plot([v / first for v in course], marker="o", label=", ".join(key))
-        axes.set_ylabel(f"{title}, first record = 1")
+            axes.plot([100.0 * (v / first - 1.0) for v in course], marker="o", label=", ".join(key))
+        axes.set_ylabel(f"{title}: change, %")
         axes.grid(axis="y", alpha=0.4)
-    rows[0].legend(fontsize=8, frameon=False)
+    drawing.legend(*rows[0].get_legend_handles_labels(), loc="outside right upper", fontsize=8, frameon=False)
     rows[1].set_xticks(range(len(some)), [f"{r['date']}\n{r['commit']}" for r in some], fontsize=8)
     drawing.savefig(file)
 
