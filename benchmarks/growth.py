@@ -23,7 +23,7 @@ from pathlib import Path
 import ezdxf
 import ezdxf.units
 from large_programs import waves
-from page import facts, table, write_section
+from page import facts, one_of, table, write_section
 from verify_large import END, HEAD, contours, run
 
 
@@ -175,7 +175,7 @@ def measured(name: str, work: Work, most: int, compiled: bool) -> Iterator[list[
 def main() -> None:
     """Measure, print the table, write it into the page where asked."""
     made = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    made.add_argument("names", nargs="*", help=f"only these of {', '.join(WORKS)}")
+    made.add_argument("names", nargs="*", type=one_of(WORKS), help=f"only these of {', '.join(WORKS)}")
     made.add_argument("--part", type=float, default=1.0, help="this part of the largest size (default 1)")
     made.add_argument("--compiled", action="store_true", help="all kernels are compiled: no run before the counted")
     made.add_argument("--write", type=Path, help="write the table into this page")

@@ -183,6 +183,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if not kept:
             print("nothing is kept yet: run guard.py --keep first", file=sys.stderr)
             return 2
+        if given.draw.suffix not in (".svg", ".png"):
+            parser.error(f"--draw: {given.draw} is neither .svg nor .png")
         draw(kept, given.draw)
         return 0
     figures = dict(found())

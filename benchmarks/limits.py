@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from growth import WORKS, Work
-from page import facts, table, write_section
+from page import facts, one_of, table, write_section
 
 #: How large each work is: so that no search ends before 20 s by itself, where it can.
 SIZES = {
@@ -150,7 +150,7 @@ def measured(name: str, limits: list[float], folder: str) -> Iterator[list[str]]
 def main() -> None:
     """Measure, print the table, write it into the page where asked."""
     made = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    made.add_argument("names", nargs="*", help=f"only these of {', '.join(SIZES)}")
+    made.add_argument("names", nargs="*", type=one_of(SIZES), help=f"only these of {', '.join(SIZES)}")
     made.add_argument("--limits", nargs="*", type=float, default=[1.0, 5.0, 20.0])
     made.add_argument("--load", type=int, default=0, help="so many other processes are busy")
     made.add_argument("--write", type=Path, help="write the table into this page")

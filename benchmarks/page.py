@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import platform
 import shlex
 import subprocess
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -24,6 +25,17 @@ visit each node once, and its length added up again by code that shares nothing 
 
 #: Columns of words, to the left; the others are figures, to the right.
 WORDS = ("board", "shape", "solver", "note", "program", "work", "judged", "what stays and why", "instance")
+
+
+def one_of(names: Collection[str]) -> Callable[[str], str]:
+    """Return what takes one of these names from a command line, and says which there are where it is none of them."""
+
+    def taken(name: str) -> str:
+        if name not in names:
+            raise argparse.ArgumentTypeError(f"{name!r} is not one of {', '.join(names)}")
+        return name
+
+    return taken
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

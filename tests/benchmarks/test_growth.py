@@ -40,3 +40,13 @@ def test_searches_within_each_other_are_counted_once_and_a_generator_only_while_
     for _ in limits.watched(some, watch)():
         takes(10.0)  # what is done with it is not the search
     assert watch.seconds == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize("script", ["growth", "limits"])
+def test_a_work_that_is_not_there_is_told_with_those_that_are(
+    script: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.argv", [script, "cut", "nosuch"])
+    with pytest.raises(SystemExit):
+        benchmark(script).main()
+    assert "'nosuch' is not one of drill, panel, cut, engrave" in capsys.readouterr().err

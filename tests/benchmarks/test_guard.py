@@ -58,3 +58,13 @@ def test_what_is_kept_can_be_drawn(guard: Any, tmp_path: Path) -> None:
     guard.main([*words[:2], "--keep"])
     assert guard.main(words) == 0
     assert "<svg" in (tmp_path / "guard.svg").read_text()
+
+
+def test_a_picture_of_a_kind_that_is_not_offered_is_refused(
+    guard: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--history", str(tmp_path / "history.jsonl")]
+    guard.main([*words, "--keep"])
+    with pytest.raises(SystemExit):
+        guard.main([*words, "--draw", str(tmp_path / "guard.txt")])
+    assert "guard.txt is neither .svg nor .png" in capsys.readouterr().err
