@@ -28,7 +28,10 @@ WORDS = ("board", "shape", "solver", "note", "program", "work", "judged", "what 
 
 
 def one_of(names: Collection[str]) -> Callable[[str], str]:
-    """Return what takes one of these names from a command line, and says which there are where it is none of them."""
+    """Return what takes one of these names from a command line, and says which there are where it is none of them.
+
+    Before Python 3.12 `choices` of argparse refuses a list of names that is empty.
+    """
 
     def taken(name: str) -> str:
         if name not in names:
