@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,12 +14,22 @@ import pytest
 from starlette.testclient import TestClient
 
 from grbl_board import board, patient, running
+from leafcut.studio.jobs.ending import hear_what_is_lost
 from leafcut.studio.server.app import guarded, make_api
 from leafcut.studio.studio import PORT, Studio, open_studio
 
 __all__ = ["board", "patient", "running"]
 
 PLATE = Path(__file__).parents[2] / "examples" / "plate_10.dxf"
+
+
+@pytest.fixture(scope="session", autouse=True)
+def heard() -> Iterator[None]:
+    """Hear of each `Ended` that Python let go of, as the server does: jobs of a `studio` run in this process."""
+    before = sys.unraisablehook
+    hear_what_is_lost()
+    yield
+    sys.unraisablehook = before
 
 
 @pytest.fixture

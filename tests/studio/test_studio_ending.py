@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import sys
 import threading
@@ -66,6 +67,39 @@ def test_a_job_that_reads_for_ever_is_ended(
         live.ended.result(LONG_ENOUGH)
     expected = {"cancel": JobState.CANCELLED, "close": JobState.INTERRUPTED}
     assert live.state is expected.get(how, live.state)
+
+
+def test_a_job_is_ended_where_its_reading_is_in_a_callback_of_the_garbage_collector(
+    studio: Studio, endless: Endless, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Others have such callbacks, as Hypothesis does; Python lets go of what is raised in one."""
+    inside, reader = threading.Event(), list[int]()
+
+    def callback(*_: Any) -> None:
+        if threading.get_ident() not in reader or inside.is_set():
+            return
+        inside.set()
+        while not endless.let_go.is_set():
+            pass
+
+    def run(call: Any, names: Any, tell: Any, *_: Any) -> Any:
+        tell("reading", None, 0.0, None)
+        reader.append(threading.get_ident())
+        gc.collect()
+        endless()
+        pytest.fail("it was not ended")
+
+    monkeypatch.setattr(room, "run", run)
+    gc.callbacks.append(callback)
+    try:
+        job = studio.jobs.start(Task("optimize", ("example:plate-10",)))
+        assert inside.wait(LONG_ENOUGH)
+        studio.jobs.cancel(job)
+        assert studio.jobs.wait(job, LONG_ENOUGH) is JobState.CANCELLED
+    finally:
+        endless.let_go.set()
+        gc.callbacks.remove(callback)
+    assert capsys.readouterr().err == ""
 
 
 def test_what_does_not_read_is_not_ended_anywhere(studio: Studio, monkeypatch: pytest.MonkeyPatch) -> None:
