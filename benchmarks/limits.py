@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import subprocess
 import sys
 import tempfile
@@ -131,6 +132,17 @@ def loaded(count: int) -> Iterator[None]:
             one.wait()
 
 
+def above_zero(limit: str) -> float:
+    """Return a time limit of the command line, s, and say what one is where it is none: 0 ends nothing."""
+    try:
+        taken = float(limit)
+    except ValueError:
+        taken = math.nan
+    if not 0.0 < taken < math.inf:
+        raise argparse.ArgumentTypeError(f"{limit!r} is not a number of seconds above 0")
+    return taken
+
+
 def measured(name: str, limits: list[float], folder: str) -> Iterator[list[str]]:
     """Yield a row for each limit."""
     work, count = WORKS[name], SIZES[name]
@@ -151,7 +163,7 @@ def main() -> None:
     """Measure, print the table, write it into the page where asked."""
     made = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     made.add_argument("names", nargs="*", type=one_of(SIZES), help=f"only these of {', '.join(SIZES)}")
-    made.add_argument("--limits", nargs="*", type=float, default=[1.0, 5.0, 20.0])
+    made.add_argument("--limits", nargs="*", type=above_zero, default=[1.0, 5.0, 20.0])
     made.add_argument("--load", type=int, default=0, help="so many other processes are busy")
     made.add_argument("--write", type=Path, help="write the table into this page")
     made.add_argument("--run", type=json.loads, help=argparse.SUPPRESS)

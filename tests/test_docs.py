@@ -73,6 +73,7 @@ def test_the_flags_that_the_readme_shows_exist(capsys: pytest.CaptureFixture[str
         "machine_time.md",
         "machines.md",
         "colony.md",
+        "search_tried.md",
         "sheets.md",
         "pockets.md",
         "plugins.md",

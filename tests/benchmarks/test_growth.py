@@ -50,3 +50,13 @@ def test_a_work_that_is_not_there_is_told_with_those_that_are(
     with pytest.raises(SystemExit):
         benchmark(script).main()
     assert "'nosuch' is not one of drill, panel, cut, engrave" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("limit", ["0", "-3", "nan", "1e400", "soon"])
+def test_a_limit_that_ends_nothing_is_told(
+    limit: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.argv", ["limits", "drill", f"--limits={limit}"])
+    with pytest.raises(SystemExit):
+        benchmark("limits").main()
+    assert capsys.readouterr().err.endswith(f"{limit!r} is not a number of seconds above 0\n")
