@@ -9,8 +9,8 @@ with a power of its own. A process of its own does each run; what is told is its
 from __future__ import annotations
 
 import argparse
+import json
 import math
-import os
 import random
 import subprocess
 import sys
@@ -87,17 +87,27 @@ Processor seconds and peak of resident memory of one run, interpreter and librar
         write_section(arguments.write, "verify_large", text)
 
 
+#: Starts a program, waits for it, and prints the processor seconds it took, its peak in bytes and its exit status.
+_LAUNCHER = """
+import json, os, subprocess, sys
+child = subprocess.Popen(sys.argv[1:], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+_, status, used = os.wait4(child.pid, 0)
+child.returncode = os.waitstatus_to_exitcode(status)
+print(json.dumps([used.ru_utime + used.ru_stime, 1024.0 * used.ru_maxrss, child.returncode]))
+"""
+
+
 def run(words: list[str], folder: str) -> tuple[float, float, str]:
-    """Return the processor seconds, the peak in bytes and the exit status of one run of leafcut."""
-    child = subprocess.Popen(
-        [sys.executable, "-c", "from leafcut.cli import main; main()", *words],
-        cwd=folder,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
+    """Return the processor seconds, the peak in bytes and the exit status of one run of leafcut.
+
+    A small process starts it: on Linux the peak of a process is at least that of the one that started it.
+    """
+    leafcut = [sys.executable, "-c", "from leafcut.cli import main; main()", *words]
+    done = subprocess.run(
+        [sys.executable, "-S", "-c", _LAUNCHER, *leafcut], cwd=folder, stdout=subprocess.PIPE, check=True
     )
-    _, status, used = os.wait4(child.pid, 0)
-    child.returncode = os.waitstatus_to_exitcode(status)
-    return used.ru_utime + used.ru_stime, 1024.0 * used.ru_maxrss, f"status {child.returncode}"
+    seconds, peak, status = json.loads(done.stdout)
+    return seconds, peak, f"status {status}"
 
 
 if __name__ == "__main__":

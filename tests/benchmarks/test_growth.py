@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 from benchmarked import benchmark
@@ -40,6 +42,18 @@ def test_searches_within_each_other_are_counted_once_and_a_generator_only_while_
     for _ in limits.watched(some, watch)():
         takes(10.0)  # what is done with it is not the search
     assert watch.seconds == pytest.approx(6.0)
+
+
+def test_the_peak_of_a_run_is_its_own_however_much_memory_the_script_has_used(tmp_path: Path) -> None:
+    """The kernel lets a process begin with the peak of the one that started it."""
+    run = benchmark("verify_large").run
+    _, before, said = run(["machines"], str(tmp_path))
+    assert said == "status 0"
+    large = np.ones(40_000_000)  # 320 MB
+    _, after, _ = run(["machines"], str(tmp_path))
+    assert large.all()
+    assert 10e6 < after < 1.2 * before < 300e6
+    assert run(["machines", "--nosuch"], str(tmp_path))[2] == "status 2"
 
 
 @pytest.mark.parametrize("script", ["growth", "limits"])
