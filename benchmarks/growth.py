@@ -197,7 +197,8 @@ def text_of(rows: Sequence[Sequence[str]]) -> str:
 Every process at n, 2 n and 4 n on the default preset, whose effort follows the size; each in a process of its own:
 processor seconds of all threads, and the peak of resident memory, start and libraries included. Kernels were compiled
 before. The power p of the size is from the differences, so the start is not in it: 1 is linear, 2 quadratic, – does
-not grow with it.
+not grow with it. Three sizes tell little of a power where a search decides itself how long it goes on, as that of
+*nest* does.
 
 {facts("growth", sys.argv[1:], ["leafcut", "numpy", "numba"])}
 
