@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import json
-import sys
 import threading
 import weakref
 from typing import Any
@@ -15,7 +14,7 @@ from own_loop import awaited
 from websockets.exceptions import InvalidState
 
 from leafcut.studio.jobs import jobs as room
-from leafcut.studio.jobs.ending import Endable, Ended, hear_what_is_lost
+from leafcut.studio.jobs.ending import Endable, Ended
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.server.app import _server
@@ -97,7 +96,6 @@ def test_a_job_is_ended_where_its_reading_is_in_a_callback_of_the_garbage_collec
         studio.jobs.cancel(job)
         assert studio.jobs.wait(job, LONG_ENOUGH) is JobState.CANCELLED
     finally:
-        endless.let_go.set()
         gc.callbacks.remove(callback)
     assert capsys.readouterr().err == ""
 
@@ -151,12 +149,8 @@ def test_a_search_that_has_told_nothing_yet_is_not_ended_anywhere(
     assert through == [True]
 
 
-def test_what_python_lets_go_of_is_raised_again(
-    endless: Endless, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_python_lets_go_of_is_raised_again(endless: Endless, capsys: pytest.CaptureFixture[str]) -> None:
     """In the callback of a weak reference, or in `__del__`, Python tells of an exception and goes on."""
-    monkeypatch.setattr(sys, "unraisablehook", sys.unraisablehook)
-    hear_what_is_lost()
     endable, inside, ended = Endable(), threading.Event(), list[bool]()
 
     def callback(_: Any) -> None:
