@@ -16,7 +16,6 @@ from xml.etree import ElementTree
 import pytest
 
 import leafcut
-from every import every
 from leafcut.addons import ADDONS, write_addon
 from leafcut.cli import run
 from leafcut.errors import OptionError
@@ -40,7 +39,7 @@ def called(command: list[str], folder: Path, **environment: str) -> subprocess.C
 # -- writing them ----------------------------------------------------------------------------------------------------
 
 
-@every("name", ADDONS)
+@pytest.mark.parametrize("name", ADDONS)
 def test_an_add_on_calls_the_leafcut_that_wrote_it(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -53,7 +52,7 @@ def test_an_add_on_calls_the_leafcut_that_wrote_it(
     assert runpy.run_path(str(tmp_path / script))["LEAFCUT"] == [sys.executable, "-m", "leafcut.cli"]
 
 
-@every(
+@pytest.mark.parametrize(
     "words, status, told",
     [
         ("inkscpe --to .", 2, "unknown add-on 'inkscpe'; did you mean 'inkscape'?"),
@@ -199,7 +198,7 @@ def test_the_post_processor_takes_any_other_one_and_the_options_of_leafcut(
     assert leafcut.verify_programs(tmp_path / "before.ngc", file).same
 
 
-@every(
+@pytest.mark.parametrize(
     "text, arguments, told",
     [
         (PROGRAM, "--base", "--base needs the name of a post-processor"),

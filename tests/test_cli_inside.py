@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from every import every
 from leafcut.cli import run
 from leafcut.processes import registry
 from leafcut.processes.settings import collect
@@ -86,7 +85,7 @@ def test_without_a_file_it_is_told_where_one_would_be(
     assert len(collect({}, None, file).defaults) == sum("=" in line for line in wanted) > 8
 
 
-@every(
+@pytest.mark.parametrize(
     "words, told",
     [
         ("dril", "unknown command 'dril'; did you mean 'drill'?"),
@@ -181,7 +180,7 @@ zpty -d shell
 """
 
 
-@every(
+@pytest.mark.parametrize(
     "setup",
     [
         "fpath=({folder} $fpath); autoload -U compinit; compinit -u -D",

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from every import every
 from leafcut.cli import app, run
 from leafcut.option_spec import flag_name
 from leafcut.processes import registry
@@ -30,7 +29,7 @@ def helped(command: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest
     return parts
 
 
-@every("command", COMMANDS)
+@pytest.mark.parametrize("command", COMMANDS)
 def test_a_command_has_the_options_of_its_process_and_no_others(
     command: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -38,7 +37,7 @@ def test_a_command_has_the_options_of_its_process_and_no_others(
     assert shown == {flag_name(name) for name in COMMANDS[command].used()}
 
 
-@every("command", COMMANDS)
+@pytest.mark.parametrize("command", COMMANDS)
 def test_the_ten_options_that_matter_stand_first_and_the_rest_under_more(
     command: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -64,7 +63,7 @@ def test_the_help_of_all_commands_tells_what_each_does(capsys: pytest.CaptureFix
         assert f"{command} {process.help}" in words
 
 
-@every(
+@pytest.mark.parametrize(
     "command, source, options",
     [
         ("drill", "plate_10.dxf", "--thickness 6 --seed 3"),
@@ -84,7 +83,7 @@ def test_a_command_writes_what_optimize_writes(
     assert written == capsysbinary.readouterr().out != b""
 
 
-@every(
+@pytest.mark.parametrize(
     "words, told",
     [
         ("drill plate_10.dxf --kerf-width 2", "--kerf-width: not used for drilling; it applies to cutting a sheet; "),

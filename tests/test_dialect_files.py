@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 import leafcut
-from every import every
 from leafcut import api
 from leafcut.cli import run
 from leafcut.errors import OptionError, VerifyError
@@ -36,7 +35,7 @@ def machine_of(folder: Path, controller: str, shipped: str = "haas-vf2") -> Path
     return folder / "mine.toml"
 
 
-@every("name", dialects(torch=False))
+@pytest.mark.parametrize("name", dialects(torch=False))
 def test_a_file_that_changes_nothing_writes_the_bytes_of_its_base(name: str, tmp_path: Path) -> None:
     file = tmp_path / "same.toml"
     file.write_text(f'base = "{name}"\n')
@@ -91,7 +90,7 @@ def test_a_machine_names_a_file_beside_its_profile_wherever_it_is_run_from(
 G_CODE = [name for name in shipped_machines() if dialect(load_machine(name).controller).language == "g-code"]
 
 
-@every("shipped", G_CODE)
+@pytest.mark.parametrize("shipped", G_CODE)
 def test_a_machine_is_timed_as_the_controller_that_its_dialect_is_based_on(shipped: str, tmp_path: Path) -> None:
     """A program with sharp corners, arcs and changes of power: controllers differ in what these cost."""
     (tmp_path / "ours.toml").write_text(f'base = "{load_machine(shipped).controller}"\n')
@@ -104,7 +103,7 @@ def test_a_machine_is_timed_as_the_controller_that_its_dialect_is_based_on(shipp
     assert as_ours.issues == as_shipped.issues
 
 
-@every("controller", ["../ours.toml", "/ours.toml", "a/../../ours.toml"])
+@pytest.mark.parametrize("controller", ["../ours.toml", "/ours.toml", "a/../../ours.toml"])
 def test_a_profile_names_no_file_elsewhere(controller: str, ours: Path) -> None:
     inner = ours.parent / "inner"
     inner.mkdir(exist_ok=True)

@@ -13,7 +13,6 @@ from pathlib import Path
 
 import pytest
 
-from every import every
 from leafcut.cli import run
 from leafcut.model.issue import CODES
 from leafcut.option_spec import flag_name
@@ -66,7 +65,7 @@ def test_the_flags_that_the_readme_shows_exist(capsys: pytest.CaptureFixture[str
     assert all(flag in known for flag in set(re.findall(r"--[a-z][a-z-]+", README)) - {"--help"})
 
 
-@every(
+@pytest.mark.parametrize(
     "page",
     [
         "walk.md",

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import leafcut
-from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.kinds import Head
@@ -42,7 +41,7 @@ def circles(drawing: Path) -> np.ndarray:
     return np.array(sorted((round(c.x, 3), round(c.y, 3)) for c in found))
 
 
-@every("name", PLATES)
+@pytest.mark.parametrize("name", PLATES)
 def test_every_circle_of_our_plates_is_drilled_once(name: str, examples: Path) -> None:
     drawing = examples / f"{name}.dxf"
     outcome = leafcut.optimize(drawing, thickness="0.25in", preset="fast")
@@ -67,7 +66,7 @@ def test_a_plate_is_drilled_once_on_every_machine_that_drills(examples: Path) ->
             assert np.allclose(drilled(outcome.text, outcome.dialect), circles(drawing), atol=0.0011), machine
 
 
-@every("name", BOARDS)
+@pytest.mark.parametrize("name", BOARDS)
 def test_every_hole_of_real_boards_is_drilled_once_on_a_quarter_of_the_machines(name: str, data: Path) -> None:
     """Each board on the next quarter: every machine drills three or so."""
     board = data / "boards" / f"{name}.drl"
@@ -109,7 +108,7 @@ def test_inch_and_millimetre_drawings_of_a_part_give_the_same_tour(tmp_path: Pat
     assert texts[0] == texts[1]
 
 
-@every("algorithm", ["mmas", "acs"])
+@pytest.mark.parametrize("algorithm", ["mmas", "acs"])
 def test_the_same_seed_gives_the_same_bytes_on_one_thread_and_on_two(algorithm: str, examples: Path) -> None:
     board = examples / "board_97.dxf"
     options = {"thickness": 2, "algorithm": algorithm, "preset": "fast", "seed": 5}

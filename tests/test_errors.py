@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from every import every
+import pytest
+
 from leafcut import errors
 from leafcut.errors import LONGEST_QUOTE, LeafcutError, OptionError, ReadError, nearest, shown
 from leafcut.files import OutputError
@@ -22,7 +23,7 @@ def test_a_read_error_names_file_and_line() -> None:
     assert (problem.file, problem.line, problem.reason) == ("a.nc", 12, "G7 is not understood")
 
 
-@every("word", ["\\" * 500, "a/b" * 200, "x" * 500])
+@pytest.mark.parametrize("word", ["\\" * 500, "a/b" * 200, "x" * 500])
 def test_a_long_word_is_cut_also_where_a_message_may_be_longer(word: str) -> None:
     """What another library says of a file repeats the file's own words: these are cut, not what it says."""
     said = shown(f"Unknown type: '{word}' in line 3", 120)
@@ -31,7 +32,7 @@ def test_a_long_word_is_cut_also_where_a_message_may_be_longer(word: str) -> Non
     assert said.endswith("in line 3")
 
 
-@every(
+@pytest.mark.parametrize(
     "name, end",
     [
         ("has-vf2", "; did you mean 'Haas-VF2'?"),

@@ -14,7 +14,6 @@ from pathlib import Path
 import pytest
 
 from dask_cluster import Cluster
-from every import every
 from leafcut.errors import OptionError, ReadError
 from leafcut.executors import ExecutorError, check_executor, open_executor, run_tasks
 
@@ -45,7 +44,7 @@ def client_of(spec: str, work: str, tasks: str) -> subprocess.Popen[str]:
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
 
 
-@every("spec", ["threads", "processes"])
+@pytest.mark.parametrize("spec", ["threads", "processes"])
 def test_every_task_is_done_once_and_an_error_is_the_answer_of_its_own_task(spec: str) -> None:
     with open_executor(spec, 2) as executor:
         found = dict(run_tasks(executor, int, ["1", "x", *map(str, range(2, 30))]))
@@ -92,7 +91,7 @@ def test_when_it_is_to_end_no_more_is_given_and_no_process_is_left() -> None:
     assert not any(process.is_alive() for process in running)
 
 
-@every("spec", ["", "thread", "dask://", "dask://host", "tcp://host:1", "dask://host:1/x"])
+@pytest.mark.parametrize("spec", ["", "thread", "dask://", "dask://host", "tcp://host:1", "dask://host:1/x"])
 def test_what_names_no_executor_is_refused(spec: str) -> None:
     with pytest.raises(OptionError, match="use threads, processes or dask://host:port"):
         check_executor(spec)

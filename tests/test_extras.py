@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from every import every
+import pytest
 
 #: The command line where some packages are not installed, whether they are or not.
 WITHOUT = """
@@ -28,7 +28,7 @@ def without(hidden: str, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=100)
 
 
-@every(
+@pytest.mark.parametrize(
     "arguments, extra, packages",
     [
         (("studio", "--no-open"), "studio", "nicegui,uvicorn,fastapi"),

@@ -12,8 +12,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 import leafcut
-from every import every
 from leafcut.errors import OptionError
 from leafcut.option_spec import OptionSpec
 from leafcut.processes import registry
@@ -45,7 +46,7 @@ def test_the_module_is_what_the_options_say() -> None:
     assert there == made, "options have changed: run .ci/make_keywords.py"
 
 
-@every("function, works", list(FUNCTIONS.items()))
+@pytest.mark.parametrize("function, works", list(FUNCTIONS.items()))
 def test_the_keywords_of_a_function_are_the_options_that_its_work_uses(
     function: Callable[..., Any], works: tuple[str, ...]
 ) -> None:
@@ -63,7 +64,7 @@ def values_of(hint: Any, spec: OptionSpec) -> Iterator[Any]:
             yield SAMPLES[one.__name__]
 
 
-@every("function, works", list(FUNCTIONS.items()))
+@pytest.mark.parametrize("function, works", list(FUNCTIONS.items()))
 def test_the_options_take_what_the_types_allow(function: Callable[..., Any], works: tuple[str, ...]) -> None:
     """Every choice, None, and a number: one that is refused is out of bounds, and not of a wrong kind."""
     keywords = keywords_of(function)

@@ -14,7 +14,6 @@ from typing import Any
 import ezdxf
 import pytest
 
-from every import every
 from leafcut.cli import run
 from leafcut.linuxcnc_filter import FilterProgress
 from rs274_moves import moves_of_rs274, run_rs274
@@ -76,7 +75,7 @@ def axis(rs274: str) -> dict[str, Any]:
     return found
 
 
-@every("name, depth, holes", [("it's a plate.dxf", 6, 10), ("panel.svg", 2, 0)])
+@pytest.mark.parametrize("name, depth, holes", [("it's a plate.dxf", 6, 10), ("panel.svg", 2, 0)])
 def test_axis_opens_a_drawing_as_a_program_of_its_own_machine(
     name: str,
     depth: float,
@@ -165,7 +164,7 @@ def test_a_plasma_table_cuts_a_drawing_where_nobody_says_what_is_done(
     assert b"M3 $0" in capsysbinary.readouterr().out
 
 
-@every(
+@pytest.mark.parametrize(
     "words, status, told",
     [
         ("", 2, "filter takes one file, as LinuxCNC calls it; 0 were given"),

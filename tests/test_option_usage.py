@@ -11,7 +11,6 @@ import ezdxf
 import pytest
 from PIL import Image, ImageDraw
 
-from every import every
 from leafcut import api
 from leafcut.errors import OptionError
 from leafcut.option_spec import OptionGroup, flag_name, written
@@ -188,7 +187,7 @@ def test_the_options_that_a_kind_of_work_names_are_those_that_its_runs_read(
     assert (sorted(named - reads), sorted(reads - named - unseen - {"colonies"})) == ([], [])
 
 
-@every("work", WORKS)
+@pytest.mark.parametrize("work", WORKS)
 def test_an_option_of_another_kind_of_work_is_refused_and_its_default_too(work: str) -> None:
     """One line: which option, which work, what it is for."""
     others = [(group, name) for group, name, _ in all_options() if name not in WORKS[work].used()]
@@ -237,7 +236,7 @@ def test_a_table_of_a_process_holds_all_that_it_uses_and_each_option_stands_once
             collect({}, shop)
 
 
-@every(
+@pytest.mark.parametrize(
     "source, options, words",
     [
         (

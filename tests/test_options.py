@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from every import every
 from leafcut.errors import OptionError
 from leafcut.option_spec import flag_name, written
 from leafcut.options import JobOptions, PostOptions, ReadOptions, SolveOptions
@@ -35,7 +34,7 @@ def test_a_name_belongs_to_one_group_only() -> None:
     assert {group_of(n) for n in names} == set(registry.groups())
 
 
-@every("group", registry.groups())
+@pytest.mark.parametrize("group", registry.groups())
 def test_a_default_passes_its_own_check_and_has_a_help(group: type) -> None:
     made = group()
     for name, spec in group.specs().items():
@@ -43,7 +42,7 @@ def test_a_default_passes_its_own_check_and_has_a_help(group: type) -> None:
         assert spec.help
 
 
-@every(
+@pytest.mark.parametrize(
     "group, name, value, words",
     [
         (SolveOptions, "iterations", 1.5, "whole number"),
@@ -77,7 +76,7 @@ def test_what_cannot_be_used_is_refused_with_its_flag(group: Any, name: str, val
         group(**{name: value})
 
 
-@every(
+@pytest.mark.parametrize(
     "group, name, value, words",
     [
         (PocketOptions, "entry_angle", "95", "95 deg is above the maximum of 45.8366 deg"),
@@ -164,7 +163,7 @@ def test_only_what_changes_the_program_counts_as_changed() -> None:
     }
 
 
-@every("group, name, spec", list(all_options()), ids=lambda v: v if isinstance(v, str) else "")
+@pytest.mark.parametrize("group, name, spec", list(all_options()), ids=lambda v: v if isinstance(v, str) else "")
 def test_what_is_written_is_read_again_as_the_same(group: Any, name: str, spec: Any) -> None:
     value = getattr(group(), name)
     if value is None or spec.kind in ("flag", "names"):
@@ -184,7 +183,7 @@ def test_a_decimal_comma_is_a_point_in_what_holds_one_number_and_parts_what_hold
     assert found.of(PocketOptions).step_over == 0.625
 
 
-@every("name", ["clearance_height", "seed", "layers", "start_point"])
+@pytest.mark.parametrize("name", ["clearance_height", "seed", "layers", "start_point"])
 def test_a_number_of_thousands_of_digits_is_refused_by_the_name_of_its_option(name: str) -> None:
     """No float holds it, and Python does not print it."""
     with pytest.raises(OptionError, match="64 bits"):

@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 
 import leafcut
-from every import every
 from leafcut import api
 from leafcut.cli import app, run
 from leafcut.gcode.dialects import dialect
@@ -131,7 +130,7 @@ def test_the_process_makes_a_program_with_its_own_option(circle: str, capsys: py
     assert "random-insertion" in told
 
 
-@every(
+@pytest.mark.parametrize(
     "flags, words",
     [
         (["--process", "torn"], "the process 'torn' is a plug-in of torn that cannot be used (ModuleNotFoundError"),

@@ -13,7 +13,6 @@ from typing import Any
 import pytest
 
 import leafcut
-from every import every
 from leafcut import api
 from leafcut.read import Source
 from leafcut.studio.page.preview import look
@@ -74,7 +73,7 @@ def test_the_account_counts_what_is_opened(tmp_path: Path) -> None:
     assert times_opened(paths, file) == 2
 
 
-@every("work", list(WORK))
+@pytest.mark.parametrize("work", list(WORK))
 def test_an_input_is_opened_once(work: str, tmp_path: Path) -> None:
     source = tmp_path / WORK[work][0].name
     shutil.copy(WORK[work][0], source)
@@ -83,7 +82,7 @@ def test_an_input_is_opened_once(work: str, tmp_path: Path) -> None:
     assert times_opened(paths, source) == 1
 
 
-@every("work", list(WORK))
+@pytest.mark.parametrize("work", list(WORK))
 def test_a_file_that_changes_while_work_goes_on_changes_nothing(work: str, tmp_path: Path) -> None:
     """As soon as anything is told, another file stands in its place: the answer is that of the first."""
     source = tmp_path / WORK[work][0].name
@@ -129,7 +128,7 @@ def test_programs_and_maps_are_opened_once(tmp_path: Path) -> None:
     assert [times_opened(paths, file) for file in (program, other, points)] == [1, 1, 1]
 
 
-@every("work", list(WORK))
+@pytest.mark.parametrize("work", list(WORK))
 def test_a_preview_opens_its_input_once(work: str, tmp_path: Path) -> None:
     source = tmp_path / WORK[work][0].name
     shutil.copy(WORK[work][0], source)

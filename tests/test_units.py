@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import OptionError
 from leafcut.options.sheet_word import parse_sheet
 from leafcut.processes.settings import collect, options_of_file
@@ -17,7 +16,7 @@ from leafcut.read.tools import load_tools
 from leafcut.units import BARE_UNIT, FACTORS, format_length, format_time, parse_point, parse_quantity
 
 
-@every(
+@pytest.mark.parametrize(
     "text, unit, value",
     [
         ("3mm", "mm", 3.0),
@@ -59,7 +58,7 @@ def test_a_text_carries_its_unit_or_has_the_one_of_the_shop(text: str, unit: str
     assert parse_quantity(text, unit) == pytest.approx(value, rel=1e-12)
 
 
-@every("unit", list(FACTORS))
+@pytest.mark.parametrize("unit", list(FACTORS))
 def test_the_unit_that_a_bare_number_has_is_a_known_one(unit: str) -> None:
     assert BARE_UNIT[unit] in FACTORS[unit]
 
@@ -68,7 +67,7 @@ def test_a_number_is_in_inner_units_already() -> None:
     assert parse_quantity(5, "mm/s") == 5.0
 
 
-@every(
+@pytest.mark.parametrize(
     "value, words",
     [
         ("", "not a number"),
@@ -140,7 +139,7 @@ def test_a_point_has_a_unit_in_every_coordinate() -> None:
     assert parse_point((1.0, 2.0)) == (1.0, 2.0)
 
 
-@every(
+@pytest.mark.parametrize(
     "seconds, text",
     [(8.421, "8.42 s"), (42.06, "42.1 s"), (185.2, "3 min 05 s"), (3599.9, "1 h 00 min"), (7320, "2 h 02 min")],
 )
@@ -148,6 +147,6 @@ def test_times_read_as_a_person_says_them(seconds: float, text: str) -> None:
     assert format_time(seconds) == text
 
 
-@every("mm, text", [(412.34, "412.3 mm"), (12410, "12.41 m"), (-1500, "-1.50 m"), (0, "0.0 mm")])
+@pytest.mark.parametrize("mm, text", [(412.34, "412.3 mm"), (12410, "12.41 m"), (-1500, "-1.50 m"), (0, "0.0 mm")])
 def test_lengths_read_as_a_person_says_them(mm: float, text: str) -> None:
     assert format_length(mm) == text

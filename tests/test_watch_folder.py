@@ -12,7 +12,6 @@ from pathlib import Path
 
 import pytest
 
-from every import every
 from leafcut import api
 from leafcut.batch import BatchRow, read_table
 from leafcut.cli import run
@@ -175,7 +174,7 @@ def test_inputs_are_never_overwritten(folder: Path, tmp_path: Path) -> None:
     assert (folder / "a.nc").read_text() == PROGRAM
 
 
-@every(
+@pytest.mark.parametrize(
     "words, status, told",
     [
         ("in", 2, "--output needs a value"),

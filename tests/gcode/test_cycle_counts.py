@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
@@ -31,8 +30,8 @@ def program(cycle: str, words: str, name: str) -> Program:
     return interpret_program(text, dialect(name))
 
 
-@every("name", ["linuxcnc", "fanuc", "haas", "mach3", "mach4"])
-@every("cycle", CYCLES)
+@pytest.mark.parametrize("name", ["linuxcnc", "fanuc", "haas", "mach3", "mach4"])
+@pytest.mark.parametrize("cycle", CYCLES)
 def test_every_hole_counts_whatever_words_the_first_one_has(cycle: str, name: str) -> None:
     """Four of five were left out where a word was of no use to its cycle; down 6 mm from R at each, by hand."""
     for words in WORDS:
@@ -60,14 +59,14 @@ def test_what_linuxcnc_takes_is_drilled_as_there(rs274: str, tmp_path: Path) -> 
     assert taken >= 20
 
 
-@every("words, changed", [("P500", "P600"), ("Q2.", "Q3."), ("P500 Q2.", "P500"), ("", "Q1.")])
+@pytest.mark.parametrize("words, changed", [("P500", "P600"), ("Q2.", "Q3."), ("P500 Q2.", "P500"), ("", "Q1.")])
 def test_a_word_of_no_use_to_its_cycle_counts_in_the_proof(words: str, changed: str) -> None:
     """Some controls dwell, or peck, where others do not."""
     one, other = (program("G85", said, "haas") for said in (words, changed))
     assert not certify(one, other).same
 
 
-@every(
+@pytest.mark.parametrize(
     "first, dialect_name",
     [
         ("G83 X1. Y1. Z-5. R1. I3. J1. K1.", "haas"),

@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 
 import leafcut
-from every import every
 from leafcut.errors import LeafcutError, OptionError, PostError, ReadError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
@@ -52,7 +51,7 @@ def siemens(text: str) -> Toolpath:
     return read_back(SIEMENS_HEAD + text + "\nM30\n", dialect("siemens"))
 
 
-@every(
+@pytest.mark.parametrize(
     "name, words",
     [
         ("centroid", "P0.25"), ("edingcnc", "G4 P0.25"), ("marlin", "G4 P250"), ("masso", "G4 P250"),
@@ -69,12 +68,12 @@ def test_a_dwell_at_the_bottom_is_in_the_unit_of_its_controller(name: str, words
     assert max([*dwells, *cycles]) == pytest.approx(0.25)
 
 
-@every("name", ["marlin", "masso", "edingcnc", "rrf"])
+@pytest.mark.parametrize("name", ["marlin", "masso", "edingcnc", "rrf"])
 def test_a_cycle_whose_words_are_not_certain_is_written_in_plain_moves(name: str) -> None:
     assert not any("G82" in line for line in lines_of(name, DrillCycle("G82", 2.0, -3.0, dwell=0.25)))
 
 
-@every("name", NEW)
+@pytest.mark.parametrize("name", NEW)
 def test_tapping_is_refused(name: str) -> None:
     with pytest.raises(PostError, match="no tapping cycle"):
         text_of(name, holes(DrillCycle("G84", 2.0, -3.0)))
@@ -98,7 +97,7 @@ def test_a_call_of_siemens_is_closed_before_anything_else_even_a_feed() -> None:
     ]  # fmt: skip
 
 
-@every(
+@pytest.mark.parametrize(
     "text, words",
     [
         ("MCALL CYCLE81(10,2,0,-3)\nF100\nG0 X1\nMCALL", "it would drill, too"),
@@ -162,7 +161,7 @@ def test_a_cut_of_marlin_has_its_own_feed_behind_every_rapid() -> None:
     assert "G0 Z30 F3000" in lines
 
 
-@every(
+@pytest.mark.parametrize(
     "line, words",
     [("G0 X1 M5", "one G or M word"), ("X1", "one G or M word"), ("S100 M3", "one G or M word"), ("G20", "G20")],
 )
@@ -171,7 +170,7 @@ def test_a_line_of_which_marlin_would_obey_a_part_is_no_program_of_it(line: str,
         interpret(f"G21\nG90\nG0 Z5\nG0 X0 Y0\n{line}\n", dialect("marlin"))
 
 
-@every("option", [{"output_units": "inch"}, {"line_numbers": True}])
+@pytest.mark.parametrize("option", [{"output_units": "inch"}, {"line_numbers": True}])
 def test_marlin_has_neither_inches_nor_numbered_lines(option: dict[str, Any]) -> None:
     with pytest.raises(PostError, match="leave it out"):
         write_program(holes(DrillCycle("G81", 2.0, -3.0)), dialect("marlin"), PostOptions(**option))
@@ -193,7 +192,7 @@ def plate(tmp_path: Path) -> Path:
     return file
 
 
-@every("name", ["siemens", "marlin"])
+@pytest.mark.parametrize("name", ["siemens", "marlin"])
 def test_a_drawing_is_drilled_verified_and_its_program_is_not_reordered(plate: Path, name: str) -> None:
     outcome = leafcut.optimize(plate, dialect=name, **FAST)
     assert outcome.verified

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from every import every
 from leafcut.errors import OptionError
 from leafcut.gcode.dialects import Dialect, dialect, dialect_template, dialects, parse_dialect
 from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF
@@ -28,7 +27,7 @@ def test_all_dialects_are_there() -> None:
     assert dialects(torch=False) == MILLS
 
 
-@every("name", NAMES)
+@pytest.mark.parametrize("name", NAMES)
 def test_every_value_of_a_profile_states_its_source(name: str) -> None:
     """A fact without a source is an opinion: each key but the name's and the text's has one."""
     profile = dialect(name)
@@ -43,7 +42,7 @@ def test_every_value_of_a_profile_states_its_source(name: str) -> None:
     assert profile.sources.keys() <= {f.name for f in dataclasses.fields(Dialect)}
 
 
-@every("name", NAMES)
+@pytest.mark.parametrize("name", NAMES)
 def test_every_word_of_a_profile_is_one_that_the_interpreter_knows(name: str) -> None:
     """Codes have a modal group; cycles, units and the preamble use words of the same profile."""
     profile = dialect(name)
@@ -94,7 +93,7 @@ def test_a_controller_is_added_by_a_text_alone() -> None:
         parse_dialect(b"=", "toy")
 
 
-@every(
+@pytest.mark.parametrize(
     "text, words",
     [
         ('name = "haas"', "toy:8: unknown key 'name'"),
@@ -128,7 +127,7 @@ def test_what_no_dialect_can_say_is_refused_with_its_line(text: str, words: str)
     assert "\n" not in str(refused.value)
 
 
-@every(
+@pytest.mark.parametrize(
     "old, new, words",
     [
         ('".toy"', '"/../../x"', "'extension' is '/../../x', but must be a point and up to eight letters and digits"),
@@ -155,7 +154,7 @@ def test_a_file_says_what_differs_from_its_base_and_is_of_that_family(tmp_path: 
     assert toy(name="linuxcnc").family == ""
 
 
-@every("name", NAMES)
+@pytest.mark.parametrize("name", NAMES)
 def test_a_dialect_that_is_printed_to_be_changed_is_the_same_until_it_is(name: str, tmp_path: Path) -> None:
     file = tmp_path / "my.toml"
     file.write_text(dialect_template(name), encoding="utf-8")
@@ -173,7 +172,7 @@ def test_a_base_brings_its_own_base_and_its_torch_with_what_the_file_says_of_it(
     assert parse_dialect(b'base = "fanuc"\n', "mine").torch is None
 
 
-@every("base", ['"nothing"', '"../machines/haas-vf2"', "5", '"my.toml"'])
+@pytest.mark.parametrize("base", ['"nothing"', '"../machines/haas-vf2"', "5", '"my.toml"'])
 def test_a_base_is_a_shipped_dialect_by_its_name(base: str) -> None:
     with pytest.raises(OptionError, match="mine:1: 'base' is"):
         parse_dialect(f"base = {base}\n".encode(), "mine")

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.gcode.expressions import ProgramParameters, Scanner, read_block
 from leafcut.gcode.words import BlockError
 from rs274_moves import moves_of_rs274, run_rs274
@@ -69,7 +68,7 @@ def test_an_expression_in_brackets_has_the_value_that_python_gives_it(case: tupl
     assert math.isclose(value_of(text), value, rel_tol=1e-9, abs_tol=1e-9)
 
 
-@every(
+@pytest.mark.parametrize(
     "text, value",
     [
         ("[2 ** 3 ** 2]", 64.0),
@@ -96,7 +95,7 @@ def test_operators_bind_as_in_linuxcnc(text: str, value: float) -> None:
     assert value_of(text, _ab=7.0) == pytest.approx(value)
 
 
-@every(
+@pytest.mark.parametrize(
     "text",
     [
         "[1/0]",
@@ -141,7 +140,7 @@ def test_a_block_with_settings_uses_the_old_values() -> None:
     assert computed and not of_machine
 
 
-@every(
+@pytest.mark.parametrize(
     "text",
     ["#7", "#0", "#5221", "#<_hal[pin]>", "#<_ini[axis_z]max>", "[#7 + 1]", "SIN[#7]", "##7", "[#7 EQ 1]", "-#7"],
 )

@@ -12,7 +12,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import ReadError
 from leafcut.gcode.blocks import BlockRunner
 from leafcut.gcode.dialects import dialect
@@ -107,7 +106,7 @@ def test_every_block_knows_what_was_active_before_it() -> None:
     assert (m[17].absolute_centres, m[17].feed_mode, m[17].feed) == (True, 94, 7.0)
 
 
-@every(
+@pytest.mark.parametrize(
     "line, kind, after",
     [
         ("G55", Kind.FRAME, (math.nan,) * 3),
@@ -154,7 +153,7 @@ def test_what_moves_the_origin_or_is_not_understood_is_one_row_with_the_place_th
     assert place(program)[1:] == [1.0, 1.0]
 
 
-@every("line", ["G38.3 Z1", "G33 Z1 K1", "G88 X1 Z1 R1", "G5.2 X1 Y1 P1 L3", "G150 X1"])
+@pytest.mark.parametrize("line", ["G38.3 Z1", "G33 Z1 K1", "G88 X1 Z1 R1", "G5.2 X1 Y1 P1 L3", "G150 X1"])
 def test_a_motion_that_is_not_understood_stays_active_until_another_one(line: str) -> None:
     """`X5` after a probe would probe again: it is kept, too."""
     program = run(line, "X5 Y5", "M8", "G1 X6 Y6 Z0", "X7")

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import OptionError, ReadError
 from leafcut.gcode import blocks
 from leafcut.gcode import control_flow as flow
@@ -77,7 +76,7 @@ FAULTS = [
 ]
 
 
-@every("lines, line, part", FAULTS)
+@pytest.mark.parametrize("lines, line, part", FAULTS)
 def test_what_cannot_be_meant_is_refused_with_its_line(lines: str, line: int, part: str) -> None:
     """File, line and what is wrong, in one line."""
     with pytest.raises(ReadError) as caught:
@@ -87,7 +86,9 @@ def test_what_cannot_be_meant_is_refused_with_its_line(lines: str, line: int, pa
     assert "\n" not in said and len(said) < 250
 
 
-@every("text", ["Dear reader,\nthis is a letter.", "{\n}", "1,2,3\n", "  0\nSECTION\n", "M48\nMETRIC\n"])
+@pytest.mark.parametrize(
+    "text", ["Dear reader,\nthis is a letter.", "{\n}", "1,2,3\n", "  0\nSECTION\n", "M48\nMETRIC\n"]
+)
 def test_a_text_that_is_no_program_is_refused_at_its_first_such_line(text: str) -> None:
     """A letter, JSON, a table, a drawing, a drill file."""
     with pytest.raises(ReadError) as caught:
@@ -120,7 +121,7 @@ def test_an_endless_loop_is_refused(monkeypatch: pytest.MonkeyPatch, lines: str)
         interpret_program(HEAD + lines, dialect("linuxcnc"))
 
 
-@every(
+@pytest.mark.parametrize(
     "lines",
     [
         "o1 while [1]\no1 endwhile",
@@ -139,7 +140,7 @@ def test_a_loop_in_which_no_parameter_changes_is_refused_at_once(lines: str) -> 
         interpret_program(HEAD + lines, dialect("linuxcnc"))
 
 
-@every(
+@pytest.mark.parametrize(
     "lines",
     [
         "#1=0\no1 while [#1 LT 3]\nG1 X#1\n#1=[#1+1]\no1 endwhile",
@@ -161,7 +162,7 @@ def test_short_blocks_of_an_endless_loop_count_for_more_than_their_letters(monke
         interpret_program(f"{HEAD}#1=0\no1 while [1]\n#1=[#1+1]\no1 endwhile", dialect("linuxcnc"))
 
 
-@every("lines", ["o1 sub\no1 call\no1 endsub\no1 call", "M98 P1\nM2\nO1\nM98 P1\nM99"])
+@pytest.mark.parametrize("lines", ["o1 sub\no1 call\no1 endsub\no1 call", "M98 P1\nM2\nO1\nM98 P1\nM99"])
 def test_recursion_is_refused(lines: str) -> None:
     """At the depth at which LinuxCNC stops, too."""
     with pytest.raises(ReadError, match="more than 9 deep"):
@@ -176,7 +177,9 @@ def test_repeats_cannot_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None
         interpret_program(text, dialect("linuxcnc"))
 
 
-@every("piece", ["G1X1", "(", "((", "[", "X[1+", "#", "O1 sub ", "N1", " ", "1", "-", ";", "/", "%", "("])
+@pytest.mark.parametrize(
+    "piece", ["G1X1", "(", "((", "[", "X[1+", "#", "O1 sub ", "N1", " ", "1", "-", ";", "/", "%", "("]
+)
 def test_megabytes_on_one_line_are_refused_at_once(piece: str) -> None:
     """Whatever they are made of."""
     text = "G21\nX[" + piece * (1_000_000 // len(piece))
@@ -185,7 +188,7 @@ def test_megabytes_on_one_line_are_refused_at_once(piece: str) -> None:
     assert caught.value.line == 2
 
 
-@every("piece", ["G1X1", "((", "[", "X[1+", "#", "O1", "N1 ", "1", "-", "/", "<", "o<", "(a)", "\t"])
+@pytest.mark.parametrize("piece", ["G1X1", "((", "[", "X[1+", "#", "O1", "N1 ", "1", "-", "/", "<", "o<", "(a)", "\t"])
 def test_a_line_as_long_as_may_be_takes_no_more_than_linear_time(piece: str) -> None:
     """Ten thousand characters of anything; a pattern that backtracks would not come to an end."""
     for start in ("", "o1 if ", "N1 o<", "X[", "(", "#<"):
@@ -235,7 +238,7 @@ def _read_or_refuse(text: str, words: str = "linuxcnc") -> None:
 KEPT = 6_000
 
 
-@every("seed", range(4))
+@pytest.mark.parametrize("seed", range(4))
 def test_mutated_real_programs_are_read_or_refused(data: Path, seed: int) -> None:
     """Characters deleted, doubled, changed; lines deleted, doubled, swapped, cut off."""
     chance = random.Random(seed)

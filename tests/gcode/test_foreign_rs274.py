@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from every import every
 from leafcut.errors import ReadError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
@@ -125,7 +124,7 @@ def test_a_line_that_a_test_has_broken_on_purpose_is_refused(data: Path) -> None
         interpret_program(text, dialect("linuxcnc"), name)
 
 
-@every("name", ["lcnc_plasmac_pipe.ngc", "lcnc_plasmac_ramp_pierce.ngc"])
+@pytest.mark.parametrize("name", ["lcnc_plasmac_pipe.ngc", "lcnc_plasmac_ramp_pierce.ngc"])
 def test_real_programs_with_pins_of_the_machine_are_read_and_what_hangs_on_them_is_kept(data: Path, name: str) -> None:
     """Numbers that only the machine knows: those blocks are barriers, and no place of theirs is told."""
     text = (data / "gcode" / name).read_text(encoding="utf-8", errors="replace")
@@ -134,7 +133,7 @@ def test_real_programs_with_pins_of_the_machine_are_read_and_what_hangs_on_them_
     assert hidden and all(b in program.fixed for b in hidden)
 
 
-@every("name", ["lcnc_cam_nisley.ngc", "cncjs_helical_thread.gcode"])
+@pytest.mark.parametrize("name", ["lcnc_cam_nisley.ngc", "cncjs_helical_thread.gcode"])
 def test_real_programs_that_rs274_cannot_judge_are_read(data: Path, name: str) -> None:
     """Radius compensation with a tool table of one's own, and a program that begins where the tool stands."""
     text = (data / "gcode" / name).read_text(encoding="utf-8", errors="replace")

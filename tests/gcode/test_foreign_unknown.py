@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.errors import ReadError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
@@ -34,7 +33,7 @@ def kept(program: Program) -> list[int]:
     return sorted({int(line) for line in program.path.line[program.path.kind == Kind.FOREIGN]})
 
 
-@every(
+@pytest.mark.parametrize(
     "text, found",
     [
         ("#1=0\nWHILE[#1LT3]DO1\nG1X[#1*10.]\n#1=#1+1\nEND1\nG1X99.", [0, 10, 20, 99]),
@@ -59,7 +58,7 @@ def test_a_line_that_a_jump_leads_to_stays_and_so_does_what_is_run_again() -> No
     assert {int(program.line[b]) for b in program.fixed} == {3, 4, 5, 6, 7}
 
 
-@every(
+@pytest.mark.parametrize(
     "text, lines",
     [
         ("IF[#500EQ1]GOTO50\nG1 X5.\nX6.\nN50 G1 X7.", [3, 4, 5, 6]),
@@ -137,7 +136,7 @@ def _rows(program: Program) -> dict[int, list[tuple[int, np.ndarray, float]]]:
     return found
 
 
-@every(
+@pytest.mark.parametrize(
     "lines, found",
     [
         ("G1 X#100\nG1 X5. Y5.", [3]),
@@ -226,7 +225,7 @@ def test_statements_of_a_fagor_stand_in_parentheses_and_are_no_remarks() -> None
 ENDING = "\nG90 G17 G40 G0 X9. Y9. Z9.\nM30\n"
 
 
-@every(
+@pytest.mark.parametrize(
     "text, changed",
     [
         ("G1 X#100", "G1 X#101"),

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import PostError
 from leafcut.gcode.numbers import NumberFormat, format_number
 from leafcut.gcode.words import BlockError, Word, lines, tokenise
@@ -19,7 +18,7 @@ def pairs(line: str) -> list[tuple[str, float]]:
     return [(w.letter, w.value) for w in tokenise(line).words]
 
 
-@every(
+@pytest.mark.parametrize(
     "line, words",
     [
         ("G0 X1.5 Y-2", [("G", 0), ("X", 1.5), ("Y", -2)]),
@@ -53,7 +52,7 @@ def test_comments_slash_and_percent_are_kept_apart_from_words() -> None:
     assert tokenise("G0 X1").percent is None
 
 
-@every(
+@pytest.mark.parametrize(
     "line, reason",
     [
         ("G1 X1 (open", "not closed"),
@@ -103,7 +102,7 @@ def test_all_three_line_ends_count() -> None:
     assert list(lines("a\r\nb\rc\nd\x0ce")) == [(1, "a"), (2, "b"), (3, "c"), (4, "d\x0ce")]
 
 
-@every(
+@pytest.mark.parametrize(
     "value, decimals, point, text",
     [
         (0.0, 3, False, "0"),
@@ -123,7 +122,7 @@ def test_numbers_have_fixed_decimals_and_no_minus_zero(value: float, decimals: i
     assert format_number(value, decimals, point) == text
 
 
-@every("value", [math.nan, math.inf, -math.inf, 1e7])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e7])
 def test_numbers_that_no_machine_can_go_to_are_refused(value: float) -> None:
     """NaN, infinity and kilometres are errors, not words."""
     with pytest.raises(PostError):

@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.errors import ReadError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
@@ -54,7 +53,7 @@ def test_incremental_moves_add_up() -> None:
     assert same(path[3].end, (0, 1.5, -1)) and same(path[1].end, (2, 1, -1))
 
 
-@every(
+@pytest.mark.parametrize(
     "words, center, sweep",
     [
         ("G2 X10 Y0 I5 J0", (5, 0, 1), -math.pi),
@@ -92,7 +91,7 @@ def test_feed_modes_become_millimetres_per_second() -> None:
     assert values == pytest.approx([2.0, 2.0, 1.0, 5 * math.pi / 60])
 
 
-@every(
+@pytest.mark.parametrize(
     "words, expected",
     [
         ("G99 G81 X1 Y2 Z-3 R1", DrillCycle("G81", 1, -3)),
@@ -160,7 +159,7 @@ def test_a_pause_with_a_tool_chosen_is_a_change_by_hand() -> None:
     assert kinds(read("T2 / M0", "linuxcnc")) == [Kind.PAUSE]
 
 
-@every("text", ["G53 G0 Z0", "G91 G28 Z0", "G90 G0 Z3 / G28 Z3", "G91 G28 Z0 / G90"])
+@pytest.mark.parametrize("text", ["G53 G0 Z0", "G91 G28 Z0", "G90 G0 Z3 / G28 Z3", "G91 G28 Z0 / G90"])
 def test_machine_zero_is_one_row_however_it_is_said(text: str) -> None:
     """G53 and G28 give the same row, and afterwards Z is not known."""
     path = read(f"G21 G90 G0 X1 Y2 Z3 / {text} / G90 G0 X2")
@@ -175,7 +174,7 @@ def test_home_goes_over_the_point_that_is_programmed() -> None:
     assert same(path[1].end, (5, 2, 9)) and same(path[2].end, (0, NAN, 0)) and same(path[3].end, (0, 0, 0))
 
 
-@every(
+@pytest.mark.parametrize(
     "name, word, seconds",
     [
         ("linuxcnc", "G4 P1.5", 1.5),
@@ -254,7 +253,7 @@ def test_a_program_that_states_its_modes_is_the_same_whatever_another_left_over(
         assert [m.end for m in path if m.kind is Kind.DRILL] == [(1, 2, 5)]
 
 
-@every("mode", ["G17 ", "G90 ", " G94", "G0 ", "G98 "])
+@pytest.mark.parametrize("mode", ["G17 ", "G90 ", " G94", "G0 ", "G98 "])
 def test_a_program_that_relies_on_the_modes_it_finds_is_found_out(mode: str) -> None:
     """Without G17, G94 or G0 it cannot be run then; without G90 the hole is elsewhere, without G98 the retract."""
     text = STATED.replace(mode, "", 1)

@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import LeafcutError, OptionError, ReadError
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.gcode.interpreter import interpret
@@ -83,7 +82,7 @@ CASES = [
 ]
 
 
-@every("line, reason", CASES)
+@pytest.mark.parametrize("line, reason", CASES)
 def test_each_fault_is_named_with_its_line(line: str, reason: str) -> None:
     """The fault stands in line 4, and the message says so in one line."""
     with pytest.raises(ReadError, match=reason) as caught:
@@ -91,7 +90,7 @@ def test_each_fault_is_named_with_its_line(line: str, reason: str) -> None:
     assert str(caught.value).startswith("part.ngc:4: ") and "\n" not in str(caught.value)
 
 
-@every(
+@pytest.mark.parametrize(
     "text, name, reason",
     [
         ("G21\nG91\nG0 X1\nM2", "linuxcnc", "program:3: X1 is incremental"),
@@ -134,7 +133,7 @@ def test_units_of_a_caller_are_checked() -> None:
         interpret("", dialect("grbl"), units="furlong")
 
 
-@every(
+@pytest.mark.parametrize(
     "text",
     [
         "X" * 5_000_000,

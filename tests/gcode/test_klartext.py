@@ -12,7 +12,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import leafcut
-from every import every
 from leafcut.errors import LeafcutError, OptionError, PostError, ReadError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.klartext import interpret_klartext
@@ -169,7 +168,7 @@ def test_the_planes_of_cycle_200_count_from_the_surface() -> None:
     assert path.cycles == (DrillCycle("G81", -2.0, -9.0),)
 
 
-@every(
+@pytest.mark.parametrize(
     "blocks, words",
     [
         ("TOOL CALL 1 Z", "begins with BEGIN PGM"),
@@ -218,7 +217,7 @@ def _other_speed(b: ToolpathBuilder) -> None:
     b.spindle(200.0)
 
 
-@every(
+@pytest.mark.parametrize(
     "work, words",
     [(_arc, "drilling only"), (_machine, "machine zero"), (_tap, "no tapping cycle"), (_other_speed, "one speed")],
 )

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.obeyed import obeyed_lines
 from leafcut.gcode.program import Program
@@ -136,7 +135,7 @@ def test_a_changed_setting_of_the_controller_is_a_difference(
     assert not same(PROGRAM, changed, "linuxcnc")
 
 
-@every(
+@pytest.mark.parametrize(
     "was, now",
     [
         ("kw=1.5", "kw=1.50"),

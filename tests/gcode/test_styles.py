@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.model.toolpath import Kind
@@ -45,7 +44,7 @@ def test_there_are_four_of_each_style_at_least() -> None:
     assert len(set(styles)) == 10 and all(styles.count(style) >= 4 for style in styles)
 
 
-@every("path", FILES, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
 def test_no_program_of_a_cam_is_refused(path: Path) -> None:
     """Its work is understood, but for what its machine does by itself."""
     program = read(path)

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from every import every
 from leafcut.errors import PostError, ReadError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
@@ -31,7 +30,7 @@ def test_an_output_lowers_the_feed_in_percent_until_it_says_all() -> None:
     assert feeds == [12.0, 12.0, 20.0]
 
 
-@every("percent", ["0", "9", "101"])
+@pytest.mark.parametrize("percent", ["0", "9", "101"])
 def test_a_part_of_the_feed_that_the_controller_does_not_take_is_all_of_it(percent: str) -> None:
     assert ("FEED", 20.0, 0) in rows(f"G0 X0 Y0\nM67 E3 Q{percent}\nG1 X1")
 
@@ -69,7 +68,7 @@ def test_the_power_of_a_beam_is_said_without_a_stop() -> None:
     ]
 
 
-@every(
+@pytest.mark.parametrize(
     "text, message",
     [
         ("M62", "M62 needs P"),
@@ -88,7 +87,7 @@ def test_a_word_that_lacks_something_is_refused(text: str, message: str) -> None
         rows(text)
 
 
-@every("words", ["linuxcnc", "fanuc", "grbl"])
+@pytest.mark.parametrize("words", ["linuxcnc", "fanuc", "grbl"])
 def test_a_mill_knows_no_outputs(words: str) -> None:
     with pytest.raises(ReadError, match="M62 is not understood"):
         interpret("G21 G90\nM62 P3\nM2", dialect(words))
@@ -202,7 +201,7 @@ def test_after_a_probe_the_height_is_what_g92_says() -> None:
     assert math.isnan(position_before(path, 2)[2])
 
 
-@every(
+@pytest.mark.parametrize(
     "text, words",
     [
         ("G0 Z5\nG38.2 X1 Z-3 F60", "straight down"),

@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.best_fit import best_fit
 from leafcut.geometry.moments import moments, off_circle, off_line
@@ -33,7 +32,7 @@ def test_a_circle_is_found_with_its_centre_and_radius() -> None:
     assert (*arc.center, arc.radius) == pytest.approx((30.0, -20.0, 100.0), abs=0.1)
 
 
-@every("clockwise", [False, True])
+@pytest.mark.parametrize("clockwise", [False, True])
 def test_a_slot_is_two_lines_and_two_half_circles(clockwise: bool) -> None:
     slot = Polyline(np.array([[0.0, 0.0, 0.0], [90.0, 0.0, 1.0], [90.0, 50.0, 0.0], [0.0, 50.0, 1.0]]), closed=True)
     slot = slot.turned(0.3).reversed() if clockwise else slot.turned(0.3)

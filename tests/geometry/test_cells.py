@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from every import every
 from leafcut.geometry.cells import Cells
 
 BOX = (-7.3, 2.0, 31.9, 19.5)
 
 
-@every("side", [0.7, 3.0, 50.0])
+@pytest.mark.parametrize("side", [0.7, 3.0, 50.0])
 def test_the_cells_around_some_are_all_that_are_so_near(side: float) -> None:
     rng = np.random.default_rng(5)
     reach = 2

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import shapely
 
-from every import every
 from leafcut.errors import PlanError
 from leafcut.geometry import index, tidying
 from leafcut.geometry.containment import conflicts, nesting
@@ -34,7 +33,7 @@ def test_depth_and_parent_are_those_of_all_pairs() -> None:
         assert parent[k] == (min(holders, key=lambda j: shapes[j].area) if holders else -1)
 
 
-@every(
+@pytest.mark.parametrize(
     "second, kind",
     [
         ((5, 5, 10), "overlap"),

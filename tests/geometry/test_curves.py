@@ -9,7 +9,6 @@ import pytest
 import shapely
 from ezdxf.math import BSpline
 
-from every import every
 from leafcut.errors import PlanError
 from leafcut.geometry.curves import bezier_points, ellipse_path, fitted, spline_points
 
@@ -28,8 +27,10 @@ def basis(k: int, degree: int, t: float, knots: np.ndarray) -> float:
     return total
 
 
-@every("weights", [None, np.array([1, 2, 0.5, 3, 1, 1.0])])
-@every("knots", [[0, 0, 0, 0, 1, 2, 3, 3, 3, 3], [0, 1, 2, 3, 4, 5, 6, 7, 8, 9], [0, 0, 0, 0, 1, 1, 3, 3, 3, 3]])
+@pytest.mark.parametrize("weights", [None, np.array([1, 2, 0.5, 3, 1, 1.0])])
+@pytest.mark.parametrize(
+    "knots", [[0, 0, 0, 0, 1, 2, 3, 3, 3, 3], [0, 1, 2, 3, 4, 5, 6, 7, 8, 9], [0, 0, 0, 0, 1, 1, 3, 3, 3, 3]]
+)
 def test_points_of_a_spline_lie_on_the_curve_of_its_definition(weights: np.ndarray | None, knots: list[float]) -> None:
     table = np.array(knots, dtype=float)
     points = spline_points(CONTROL, 3, table, weights, 0.001)
@@ -57,7 +58,7 @@ def test_a_bezier_curve_has_its_ends_and_its_middle() -> None:
     assert path.n_segments < len(points) / 2
 
 
-@every(
+@pytest.mark.parametrize(
     "count, degree, knots, weights",
     [
         (3, 3, range(7), None),

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 import shapely
 
-from every import every
 from leafcut.geometry.index import NearLines, unique_pairs
 
 
@@ -20,7 +20,7 @@ def lines_of(seed: int, n: int) -> np.ndarray:
     return np.array(found, dtype=object)
 
 
-@every("reach", [0.05, 1.0, 12.0, 300.0])
+@pytest.mark.parametrize("reach", [0.05, 1.0, 12.0, 300.0])
 def test_near_lines_are_those_that_geos_finds_by_their_distance(reach: float) -> None:
     """All pairs of two sets of lines, and those of one set, against GEOS's distance of every pair."""
     one, other = lines_of(1, 300), lines_of(2, 200)

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import PlanError
 from leafcut.geometry import index
 from leafcut.geometry.cleaning import cleaned
@@ -78,7 +77,7 @@ def test_a_path_that_ends_where_it_began_is_closed() -> None:
     assert made.path.closed
 
 
-@every(
+@pytest.mark.parametrize(
     "strokes, left",
     [
         (rectangle(0, 0, 10, 10) * 2, [100]),
@@ -105,7 +104,7 @@ def test_what_is_drawn_twice_is_taken_once(strokes: list[Polyline], left: list[f
     assert tidy(strokes, 0.05).doubles
 
 
-@every("low", [0.0, 2.0])
+@pytest.mark.parametrize("low", [0.0, 2.0])
 def test_neighbours_that_share_an_edge_both_keep_it(low: float) -> None:
     assert areas([*rectangle(0, 0, 10, 10), *rectangle(10, low, 5, 10)]) == [50, 100]
     closed = Polyline.of_points([(0, 0), (10, 0), (10, 10), (0, 10)], True)

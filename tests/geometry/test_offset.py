@@ -10,7 +10,6 @@ import shapely
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import PlanError
 from leafcut.geometry.offset import offset
 from leafcut.geometry.polyline import Polyline
@@ -39,8 +38,8 @@ def test_a_grown_square_has_round_corners_and_a_shrunk_one_sharp_ones() -> None:
     assert (shrunk.n_segments, arcs(shrunk), shrunk.area) == (4, 0, pytest.approx(49))
 
 
-@every("distance", [-1.0, 2.5])
-@every("clockwise", [False, True])
+@pytest.mark.parametrize("distance", [-1.0, 2.5])
+@pytest.mark.parametrize("clockwise", [False, True])
 def test_positive_grows_whichever_way_round_the_path_runs(distance: float, clockwise: bool) -> None:
     (circle,) = offset(Polyline.circle(3, 4, 5, clockwise), distance)
     assert circle.area == pytest.approx(math.pi * (5 + distance) ** 2)

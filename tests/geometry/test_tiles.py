@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import shapely
 
-from every import every
 from leafcut.geometry.tiles import MOST_POINTS, Tiles
 
 
@@ -17,7 +16,7 @@ def panel(rows: int) -> shapely.Polygon:
     return shapely.Polygon(shapely.box(0, 0, side, side).exterior, [hole.exterior for hole in holes])
 
 
-@every("distance", [0.0, 0.5, 3.9, 25.0])
+@pytest.mark.parametrize("distance", [0.0, 0.5, 3.9, 25.0])
 def test_what_is_near_a_tiled_shape_is_what_shapely_says_is_near_the_whole(distance: float) -> None:
     chance = np.random.default_rng(3)
     line = shapely.LineString(np.column_stack([np.linspace(0, 60, 900), 70 + chance.uniform(-1, 1, 900)]))

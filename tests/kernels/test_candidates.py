@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.kernels.candidates import fill_candidates
 from leafcut.kernels.cost import travel
 from leafcut.model.problem import Metric, RoutingProblem
@@ -101,7 +101,7 @@ def test_points_on_one_place_are_joined() -> None:
             assert i in instance.candidates[i + 1]
 
 
-@every("n", [100, 300])
+@pytest.mark.parametrize("n", [100, 300])
 def test_points_that_all_stand_on_one_place_have_lists(n: int) -> None:
     instance = instance_of(np.zeros((n, 2)))
     assert ((instance.candidates >= 0).sum(axis=1) == 2).all()

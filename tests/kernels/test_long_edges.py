@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.lin_kernighan import Tour
 from leafcut.kernels.long_edges import bring_home, turn
@@ -26,7 +25,7 @@ def is_whole(tour: Tour) -> bool:
     return bool((np.sort(tour.node) == np.arange(n)).all() and (tour.place[tour.node] == np.arange(n)).all())
 
 
-@every("seed", range(4))
+@pytest.mark.parametrize("seed", range(4))
 def test_the_gain_is_what_the_tour_becomes_shorter(seed: int) -> None:
     instance = field(120, seed)
     node = np.random.default_rng(seed).permutation(120).astype(np.int32)
@@ -41,7 +40,7 @@ def test_the_gain_is_what_the_tour_becomes_shorter(seed: int) -> None:
     assert (onto == -1).all()
 
 
-@every("places", [0, 1, 40])
+@pytest.mark.parametrize("places", [0, 1, 40])
 def test_few_places_to_write_end_the_search_with_a_whole_tour_that_is_no_longer(places: int) -> None:
     instance = field(80, 9)
     node = np.random.default_rng(9).permutation(80).astype(np.int32)
@@ -63,7 +62,7 @@ def test_nothing_is_done_where_no_edge_is_longer_than_all_candidates_of_its_ends
     assert np.array_equal(tour.node, ring)
 
 
-@every("n", [6, 7])
+@pytest.mark.parametrize("n", [6, 7])
 def test_every_part_of_a_tour_can_be_turned(n: int) -> None:
     for first in range(n):
         for last in range(n):

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.kernels.neighbours import LEAF_SIZE, MOST_TWINS, REST, TWINS, Tree, find_nearby, nearest_unvisited, remove
 from leafcut.solve.instance import nearby_buffers, plant_tree
 
@@ -117,7 +117,7 @@ def test_a_point_apart_finds_those_on_its_place_and_they_find_it() -> None:
     assert (label[nearby.found[TWINS, :MOST_TWINS]] < 20).all()
 
 
-@every("clustered", ["no", "near", "twins"])
+@pytest.mark.parametrize("clustered", ["no", "near", "twins"])
 def test_the_nearest_unvisited_is_right_until_none_is_left(clustered: str) -> None:
     rng = np.random.default_rng(3)
     xy = rng.uniform(0, 100, (300, 2))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.kernels.route import BLOCK, Route, begin_bias, make_exchange, push, take_back
 from leafcut.kernels.sequential import find_exchange, kick
 from leafcut.model.problem import Metric, RoutingProblem
@@ -68,8 +67,10 @@ def check(instance: DirectedInstance, route: Route) -> None:
         assert np.allclose(route.bias + route.shift[np.arange(n) >> BLOCK], sums, rtol=0.0, atol=1e-8)
 
 
-@every("closed", [False, True])
-@every("kind, n, pairs", [("holes", 200, 0), ("holes", 60, 20), ("cuts", 60, 0), ("cuts", 600, 90), ("ways", 70, 20)])
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize(
+    "kind, n, pairs", [("holes", 200, 0), ("holes", 60, 20), ("cuts", 60, 0), ("cuts", 600, 90), ("ways", 70, 20)]
+)
 def test_every_exchange_gains_what_it_says_and_keeps_precedence(kind: str, n: int, pairs: int, closed: bool) -> None:
     """From a path that many kicks have made bad, so that there is something to gain in every way."""
     instance = instance_of(kind, n, pairs, closed)
@@ -94,8 +95,8 @@ def test_every_exchange_gains_what_it_says_and_keeps_precedence(kind: str, n: in
         assert kinds & {(0, 1, 0), (0, 0, 1)}
 
 
-@every("closed", [False, True])
-@every("kind, n, pairs", [("holes", 60, 20), ("cuts", 600, 90), ("ways", 70, 20)])
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("kind, n, pairs", [("holes", 60, 20), ("cuts", 600, 90), ("ways", 70, 20)])
 def test_what_kicks_and_exchanges_did_is_taken_back_exactly(kind: str, n: int, pairs: int, closed: bool) -> None:
     instance = instance_of(kind, n, pairs, closed)
     route, words = started(instance), random_words(1, 0, count=1)

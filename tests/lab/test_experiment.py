@@ -11,7 +11,6 @@ import threading
 
 import pytest
 
-from every import every
 from leafcut import api
 from leafcut.errors import OptionError
 from leafcut.lab import experiment
@@ -84,7 +83,7 @@ def test_the_figures_are_those_of_pythons_statistics(found: Experiment) -> None:
         assert row["seconds"] == pytest.approx(statistics.mean(t.seconds for t in found.of(name)))
 
 
-@every("count", [1, 2, 3, 4, 5, 10, 37])
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 10, 37])
 def test_a_spread_is_what_pythons_statistics_says_and_whiskers_end_at_numbers(count: int) -> None:
     rng = random.Random(count)
     numbers = [rng.gauss(100.0, 5.0) for _ in range(count)] + ([200.0] if count > 5 else [])
@@ -134,7 +133,7 @@ def test_progress_names_the_run_and_grows_to_the_end() -> None:
     assert shares[-1] == pytest.approx(1.0)
 
 
-@every("after, of, runs", [(1, 4, 1), (2, 4, 1), (3, 4, 2), (1, 1, 1)])
+@pytest.mark.parametrize("after, of, runs", [(1, 4, 1), (2, 4, 1), (3, 4, 2), (1, 1, 1)])
 def test_stopped_it_keeps_the_runs_that_were_finished_and_always_one(after: int, of: int, runs: int) -> None:
     """It is stopped at the first word of a run, which is then left out, unless it is the first of all."""
     stop, begun = threading.Event(), []
@@ -150,7 +149,7 @@ def test_stopped_it_keeps_the_runs_that_were_finished_and_always_one(after: int,
     assert found.stopped
 
 
-@every(
+@pytest.mark.parametrize(
     "algorithms, runs, words",
     [
         ((), 3, "at least one"),
@@ -164,13 +163,13 @@ def test_what_cannot_be_meant_is_refused(algorithms: tuple[str, ...], runs: int,
         run_experiment(read("random:8:1"), algorithms, runs)
 
 
-@every("seed, first", [(0, 0), ("0", 0), (None, 1), ("7", 7)])
+@pytest.mark.parametrize("seed, first", [(0, 0), ("0", 0), (None, 1), ("7", 7)])
 def test_seeds_count_up_from_the_one_that_is_given_and_zero_is_one(seed: object, first: int) -> None:
     found = run_experiment(read("random:8:1"), ("nn",), 2, {"seed": seed})
     assert [one.seed for one in found.repetitions] == [first, first + 1]
 
 
-@every("seed", ["abc", -1])
+@pytest.mark.parametrize("seed", ["abc", -1])
 def test_a_seed_that_is_none_is_refused(seed: object) -> None:
     with pytest.raises(OptionError, match="--seed"):
         run_experiment(read("random:8:1"), ("nn",), 2, {"seed": seed})

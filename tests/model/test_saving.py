@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 import leafcut
-from every import every
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Hole, Machine, Metric, Part, RoutingProblem, Slot, Tool, ToolKind, ToolLibrary
 from leafcut.model.issue import Issue, Severity
@@ -85,12 +84,12 @@ NOUNS = [
 ]  # fmt: skip
 
 
-@every("noun", NOUNS, ids=lambda noun: type(noun).__name__)
+@pytest.mark.parametrize("noun", NOUNS, ids=lambda noun: type(noun).__name__)
 def test_a_noun_saved_and_loaded_is_the_same(noun: Any) -> None:
     assert_same(from_json(type(noun), to_json(noun)), noun)
 
 
-@every("name", machine_names())
+@pytest.mark.parametrize("name", machine_names())
 def test_a_machine_saved_and_loaded_is_the_same(name: str) -> None:
     machine = load_machine(name)
     assert from_json(Machine, to_json(machine)) == machine
@@ -115,7 +114,7 @@ def test_what_is_saved_is_json_that_any_program_reads() -> None:
         assert isinstance(json.loads(to_json(noun), parse_constant=refuse), dict)
 
 
-@every("text", ["", "[]", "3", '{"nam": 1}', '{"name": "x", "holes": [{"x": 1}]}'])
+@pytest.mark.parametrize("text", ["", "[]", "3", '{"nam": 1}', '{"name": "x", "holes": [{"x": 1}]}'])
 def test_what_is_no_such_noun_is_refused(text: str) -> None:
     with pytest.raises((ValueError, TypeError, KeyError)):
         from_json(Part, text)

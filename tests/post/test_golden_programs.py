@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 from toolpaths import MILLING, assert_same_rows, two_tools, units_of
 
-from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.gcode.numbers import NumberFormat
@@ -38,7 +37,7 @@ def program(name: str, units: str) -> str:
     )
 
 
-@every("name, units", CASES)
+@pytest.mark.parametrize("name, units", CASES)
 def test_a_program_is_the_golden_one(name: str, units: str) -> None:
     """Byte by byte: a change of a post is seen in a diff of programs."""
     file = GOLDEN / f"two_tools_{name}_{units}{dialect(name).extension}"
@@ -48,7 +47,7 @@ def test_a_program_is_the_golden_one(name: str, units: str) -> None:
     assert file.read_bytes() == text.encode("ascii")
 
 
-@every("name, units", CASES)
+@pytest.mark.parametrize("name, units", CASES)
 def test_a_golden_program_reads_back_as_its_toolpath(name: str, units: str) -> None:
     """Every row is there again, within half of the last decimal; the length offset follows the tool."""
     profile = dialect(name)

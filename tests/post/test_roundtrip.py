@@ -9,7 +9,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from toolpaths import MILLING, assert_same_rows, planned, units_of
 
-from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.gcode.numbers import NumberFormat
@@ -44,7 +43,7 @@ def test_a_program_reads_back_as_its_toolpath(
         assert_same_rows(read, path, numbers.resolution, dwell_step=dwell_step)
 
 
-@every("name", MILLING)
+@pytest.mark.parametrize("name", MILLING)
 def test_a_hole_where_the_tool_stands_already_reads_back(name: str) -> None:
     b = ToolpathBuilder()
     b.rapid(z=3.0)

@@ -7,7 +7,6 @@ import re
 import pytest
 from toolpaths import MILLING, two_tools, units_of
 
-from every import every
 from leafcut.errors import PostError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
@@ -41,7 +40,7 @@ def started(z: float = 10.0) -> ToolpathBuilder:
     return b
 
 
-@every("name", MILLING)
+@pytest.mark.parametrize("name", MILLING)
 def test_units_and_z_come_before_any_move_in_the_plane(name: str) -> None:
     """The first words are the units, then plane, absolute and cancelled modes; the first move is Z alone."""
     for units in units_of(name):
@@ -88,7 +87,7 @@ def test_a_hole_that_returns_higher_than_g99_left_off_starts_its_own_series() ->
     assert written(b)[2:] == ["G99 G81 X1 Y0 Z-5 R2 F60", "G80", "G0 X2", "G1 Z-5", "G0 Z10"]
 
 
-@every(
+@pytest.mark.parametrize(
     "name, words",
     [
         ("linuxcnc", ["G98 G83 X1 Y2 Z-10 R2 Q4 F60"]),
@@ -115,7 +114,7 @@ def test_rounding_does_not_add_a_peck() -> None:
     assert "Q3.334" in written(b)[2]
 
 
-@every(
+@pytest.mark.parametrize(
     "name, words",
     [
         ("linuxcnc", ["G4 P1.25", "Z-5 R2 P0.5"]),
@@ -143,7 +142,7 @@ def test_a_whole_second_keeps_its_point_where_the_point_is_the_unit() -> None:
     assert written(b, "haas")[-1] == "G4 P2."
 
 
-@every(
+@pytest.mark.parametrize(
     "name, words",
     [
         ("linuxcnc", ["(T7 drill)", "T7 M6", "S100 M3", "G0 G43 H7 Z10", "X0 Y0", "Z5"]),
@@ -168,7 +167,7 @@ def test_a_tool_change_ends_with_a_move_in_z_that_takes_up_its_length(name: str,
     assert lines[start : start + len(words)] == words
 
 
-@every(
+@pytest.mark.parametrize(
     "name, words",
     [
         ("linuxcnc", ["G53 G0 Z0"]),
@@ -263,7 +262,7 @@ def test_the_spindle_is_given_time_to_start() -> None:
     assert text.splitlines()[-7:] == ["S100 M3", "G4 P3", "S200 M3", "M5", "S100 M3", "G4 P9", "M2"]
 
 
-@every(
+@pytest.mark.parametrize(
     "text, plain",
     [
         ("plate (v2).dxf", "plate [v2].dxf"),
@@ -356,7 +355,7 @@ def _one_coolant_off(b: ToolpathBuilder) -> None:
     b.coolant(1)
 
 
-@every(
+@pytest.mark.parametrize(
     "fault, name, reason",
     [
         (_sideways_first, "linuxcnc", "the first move must be in Z alone"),
@@ -395,7 +394,7 @@ def test_a_tool_is_not_changed_by_hand_at_a_turning_spindle() -> None:
     assert "T2 M6" in write_program(b.build(), dialect("haas"), PostOptions())
 
 
-@every("name", ["grbl", "mach3", "fagor8055"])
+@pytest.mark.parametrize("name", ["grbl", "mach3", "fagor8055"])
 def test_tapping_is_refused_where_there_is_no_cycle_for_it(name: str) -> None:
     """A tap turns back with the spindle: no plain moves can say that."""
     b = started()

@@ -13,7 +13,6 @@ import pytest
 from ezdxf.math import Matrix44
 
 import leafcut
-from every import every
 from leafcut.errors import OptionError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
@@ -43,7 +42,7 @@ def test_first_comes_the_mirror_then_the_turn_then_the_origin_by_hand() -> None:
     assert placed(part, options()) is part
 
 
-@every(
+@pytest.mark.parametrize(
     "origin, first",
     [
         *[("lower-left", (8, 3)), ("lower-right", (0, 3)), ("upper-left", (8, 0)), ("upper-right", (0, 0))],
@@ -193,14 +192,14 @@ def test_the_holes_of_a_board_are_drilled_from_the_back(tmp_path: Path) -> None:
     assert outcome.verified
 
 
-@every("given", [{"mirror": "x"}, {"rotate": "90"}, {"origin": "centre"}])
+@pytest.mark.parametrize("given", [{"mirror": "x"}, {"rotate": "90"}, {"origin": "centre"}])
 def test_a_program_is_neither_mirrored_nor_turned_nor_moved(given: dict[str, str], examples: Path) -> None:
     (name,) = given
     with pytest.raises(OptionError, match=f"^--{name}: not used for reordering a program; .*(CAM|work offset)"):
         leafcut.optimize(examples / "cam_121.nc", **given)
 
 
-@every(
+@pytest.mark.parametrize(
     "given, words",
     [
         ({"origin": "lower left"}, "--origin: unknown place 'lower left'; did you mean 'lower-left'"),

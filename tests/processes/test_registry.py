@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-from every import every
 from leafcut.errors import OptionError
 from leafcut.model import Outcome, Part
 from leafcut.option_spec import OptionGroup, option
@@ -210,7 +209,7 @@ class Shouting(Engraving):
     asked_as = ("shouting", "loud")
 
 
-@every("other, shared", [("Humming", "--loudness"), ("Shouting", "--process loud")])
+@pytest.mark.parametrize("other, shared", [("Humming", "--loudness"), ("Shouting", "--process loud")])
 def test_two_packages_that_have_the_same_are_both_told_of_and_neither_is_used(
     install: Installer, other: str, shared: str
 ) -> None:
@@ -235,7 +234,7 @@ def test_a_package_that_shares_nothing_with_another_is_used_beside_it(install: I
     assert {"sounding", "loud", "engrave"} <= set(registry.asked_words())
 
 
-@every(
+@pytest.mark.parametrize(
     "asked, names, needed",
     [
         ("auto", ("dxf",), ""),

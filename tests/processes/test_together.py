@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import SolveOptions
 from leafcut.processes.together import Stage, solve_together
@@ -51,7 +50,7 @@ def solved(stages: list, **options: object) -> list:
     return solve_together(stages, search, given, search, threading.Event())  # type: ignore[arg-type]
 
 
-@every("seed", range(6))
+@pytest.mark.parametrize("seed", range(6))
 def test_three_small_paths_come_near_the_best_of_all_orders(seed: int) -> None:
     """Within 3 % of brute force over all orders of all three; one after another it is up to 40 % more."""
     stages = stages_of([4, 4, 4], seed, start=(0.0, 0.0))
@@ -62,8 +61,8 @@ def test_three_small_paths_come_near_the_best_of_all_orders(seed: int) -> None:
     assert all(s.lower_bound is not None and s.lower_bound <= s.cost + 1e-9 for s in found)
 
 
-@every("strokes", [False, True])
-@every("seed", range(2))
+@pytest.mark.parametrize("strokes", [False, True])
+@pytest.mark.parametrize("seed", range(2))
 def test_more_iterations_never_give_a_longer_way(seed: int, strokes: bool) -> None:
     stages = stages_of([9, 15, 5, 12], seed, strokes=strokes)
     costs = [sum(s.cost for s in solved(stages, iterations=n, bound=False)) for n in (0, 1, 2, 5, 10)]

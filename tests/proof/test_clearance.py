@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from every import every
+import pytest
+
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.proof.clearance import check_clearance
@@ -27,7 +28,9 @@ def whats(path: Toolpath | ToolpathBuilder, **rules: object) -> list[str]:
     return [d.what for d in check_clearance(path, **rules)]  # type: ignore[arg-type]
 
 
-@every("cycle", [G81, G83, G73, DrillCycle("G84", 2.0, -9.0), DrillCycle("G82", 2.0, -1.0, dwell=0.3)])
+@pytest.mark.parametrize(
+    "cycle", [G81, G83, G73, DrillCycle("G84", 2.0, -9.0), DrillCycle("G82", 2.0, -1.0, dwell=0.3)]
+)
 def test_drilling_is_safe_as_cycles_and_move_by_move(cycle: DrillCycle) -> None:
     builder = begun()
     for x in (10.0, 20.0):
@@ -37,7 +40,7 @@ def test_drilling_is_safe_as_cycles_and_move_by_move(cycle: DrillCycle) -> None:
     assert whats(expand(builder.build())) == []
 
 
-@every("height, fault", [(0.049, False), (0.04, True), (0.0, True), (-1.0, True)])
+@pytest.mark.parametrize("height, fault", [(0.049, False), (0.04, True), (0.0, True), (-1.0, True)])
 def test_a_rapid_across_must_be_clear_of_the_surface(height: float, fault: bool) -> None:
     """0.05 mm is the least; 0.002 mm are left to rounding."""
     builder = begun()

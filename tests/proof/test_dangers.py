@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 import leafcut
-from every import every
 from leafcut.errors import VerifyError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
@@ -30,7 +29,7 @@ def codes(text: str, process: str = "mill", words: str = "linuxcnc") -> list[str
     return [issue.code for issue in dangers(text, process, words)]
 
 
-@every(
+@pytest.mark.parametrize(
     "text, found",
     [
         ("G1 Z-1 F100\nX10\nG0 X20\nG0 Z5", ["L801"]),
@@ -59,7 +58,7 @@ def test_each_kind_of_danger_is_told_once_and_what_is_safe_is_not(text: str, fou
     assert codes(text + "\nM2\n") == found
 
 
-@every("r, told", [("-1", ["L801"]), ("1", [])])
+@pytest.mark.parametrize("r, told", [("-1", ["L801"]), ("1", [])])
 def test_a_series_of_cycles_rises_on_a_slant_in_linuxcnc_for_dangers_and_times_alike(r: str, told: list[str]) -> None:
     """From an R plane in a recess the way to a higher one goes through the edge; the points are those of rs274."""
     series = f"G1 X5 F100\nG0 Z5\nG99 G81 X5 Y0 Z-3 R{r} F100\nX25 R4\nG80\nG0 Z5\n"

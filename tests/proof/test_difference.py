@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 
-from every import every
+import pytest
+
 from leafcut.proof.difference import place
 
 NAN = math.nan
 
 
-@every(
+@pytest.mark.parametrize(
     "where, words",
     [
         ((1.0, 2.5, -3.0), "X1.000 Y2.500 Z-3.000"),

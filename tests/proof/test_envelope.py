@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from every import every
+import pytest
+
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.proof.envelope import check_envelope
@@ -34,7 +35,7 @@ def test_a_job_inside_the_travel_has_no_fault_up_to_the_limits() -> None:
     assert whats(ToolpathBuilder().build()) == []
 
 
-@every(
+@pytest.mark.parametrize(
     "place, words",
     [
         ((300.1, 0, 0), "X in machine coordinates 0.100 mm is outside the machine's travel, -400.000 to 0.000"),
@@ -112,7 +113,9 @@ def test_feeds_must_be_positive_and_not_above_the_highest() -> None:
         assert (found == []) if words is None else (words in found[0] and "2 such moves" in found[0])
 
 
-@every("rpm, fine", [(6000, True), (6001, False), (-6001, False), (0, True), (99, False), (-100, True)])
+@pytest.mark.parametrize(
+    "rpm, fine", [(6000, True), (6001, False), (-6001, False), (0, True), (99, False), (-100, True)]
+)
 def test_spindle_speeds_must_be_among_those_it_has(rpm: float, fine: bool) -> None:
     builder = ToolpathBuilder()
     builder.spindle(rpm)

@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.geometry.zones import touches_any_zone, way_round
@@ -108,7 +107,7 @@ def test_an_empty_toolpath_meets_nothing() -> None:
     assert whats(ToolpathBuilder(), height=1.0) == set()
 
 
-@every("dogleg", [False, True])
+@pytest.mark.parametrize("dogleg", [False, True])
 def test_a_way_round_touches_nothing_and_is_as_short_as_any_over_the_corners(dogleg: bool) -> None:
     """Two bars between the ends, with a gap of 10 mm: the way leads through the gap or round an end."""
     zones = [[40.0, -50.0, 50.0, 20.0], [40.0, 30.0, 50.0, 90.0]]
@@ -125,7 +124,7 @@ def test_where_there_is_no_way_round_none_is_made() -> None:
     assert way_round((0.0, 0.0), (100.0, 0.0), [[90.0, -10.0, 110.0, 10.0]]) is None
 
 
-@every(
+@pytest.mark.parametrize(
     "block, seen",
     [
         ("G0 X30 Y10 A10", False),

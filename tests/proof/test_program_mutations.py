@@ -6,7 +6,8 @@ import re
 from collections.abc import Iterator
 from functools import cache
 
-from every import every
+import pytest
+
 from leafcut.errors import LeafcutError
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.model.machine import Machine
@@ -159,7 +160,7 @@ def matters(before: str, after: str, name: str) -> bool:
     return abs(new - old) > room.get(before[0], 0.0) and not {before, after} <= IDLE
 
 
-@every(
+@pytest.mark.parametrize(
     "name, units",
     [(name, units) for name in NAMES for units in ("mm", "inch")[: 1 + bool(dialect(name).units_inch)]],
 )
@@ -175,7 +176,7 @@ def test_one_digit_changed_is_found_wherever_it_matters(name: str, units: str) -
     assert missed == HARMLESS.get(name, [])
 
 
-@every("name", NAMES)
+@pytest.mark.parametrize("name", NAMES)
 def test_a_line_lost_is_found(name: str) -> None:
     """Every line that moves, waits, or switches a tool, the spindle or the coolant on, and every end of those."""
     _, text = written(name, "mm")
@@ -186,7 +187,7 @@ def test_a_line_lost_is_found(name: str) -> None:
     assert [lines[k] for k, rest in zip(working, lost, strict=True) if not faults(name, "mm", rest)] == []
 
 
-@every("name", NAMES)
+@pytest.mark.parametrize("name", NAMES)
 def test_every_head_states_what_another_program_may_have_left_over(name: str) -> None:
     head = [word for line in written(name, "mm")[1].splitlines()[:12] for word in line.split()]
     assert {"G17", "G90", "G40", "G80", "G94", "G54"} & set(dialect(name).g_words.split()) <= set(head)

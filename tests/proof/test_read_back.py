@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
-from every import every
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Arc, DrillCycle, Kind, Toolpath, ToolpathBuilder
 from leafcut.processes.program.proof.same_work import compare_motion
@@ -123,7 +123,7 @@ MUTATIONS = {
 }
 
 
-@every("what", MUTATIONS)
+@pytest.mark.parametrize("what", MUTATIONS)
 def test_every_single_change_is_seen_and_named(what: str) -> None:
     found = compare_motion(program(), MUTATIONS[what], TOLERANCE, cycles=True)
     assert what.strip() in {d.what for d in found}
@@ -131,7 +131,7 @@ def test_every_single_change_is_seen_and_named(what: str) -> None:
     assert compare_motion(MUTATIONS[what], program(), TOLERANCE, cycles=True)
 
 
-@every("what", MUTATIONS)
+@pytest.mark.parametrize("what", MUTATIONS)
 def test_every_single_change_is_seen_move_by_move_too(what: str) -> None:
     """But for the name of a cycle that makes the same moves: there is none among these."""
     assert compare_motion(program(), expand(MUTATIONS[what]), TOLERANCE, cycles=False)

@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from every import every
 from leafcut.errors import LeafcutError, OptionError, ReadError
 from leafcut.kinds import Head
 from leafcut.read.controllers.importing import (
@@ -94,7 +93,7 @@ def test_there_are_three_files_of_each_kind() -> None:
     assert {kind: sum(row[0] == kind for row in EXPECTED.values()) for kind in KINDS} == dict.fromkeys(KINDS, 3)
 
 
-@every("name", EXPECTED)
+@pytest.mark.parametrize("name", EXPECTED)
 def test_a_file_of_settings_says_what_was_worked_out_by_hand(name: str) -> None:
     kind, velocity, acceleration, (low, high), more = EXPECTED[name]
     found = of_file(name)
@@ -109,7 +108,7 @@ def test_a_file_of_settings_says_what_was_worked_out_by_hand(name: str) -> None:
         assert getattr(machine, key) == (value if exact else pytest.approx(value, abs=1e-9)), key
 
 
-@every("name", EXPECTED)
+@pytest.mark.parametrize("name", EXPECTED)
 def test_a_profile_is_read_again_as_the_machine_it_was_written_from(name: str, tmp_path: Path) -> None:
     """Each value has its source and, over it, how it was come by; what was not known says that it is an estimate."""
     found = of_file(name)
@@ -125,7 +124,7 @@ def test_a_profile_is_read_again_as_the_machine_it_was_written_from(name: str, t
     assert all(key in ("travel",) for key in found.machine.assumed)
 
 
-@every("name", EXPECTED)
+@pytest.mark.parametrize("name", EXPECTED)
 def test_each_value_that_is_taken_names_its_line_or_its_tag(name: str) -> None:
     for value in of_file(name).values:
         if value.how is How.TAKEN and value.key not in ("name", "units"):
@@ -142,7 +141,7 @@ def test_what_a_profile_cannot_hold_is_told() -> None:
     assert any("genserkins" in note for note in imported(text, "x.ini").notes)
 
 
-@every("name", ["linuxcnc_mm.ini", "mach3_mm.xml", "mach4_mm.ini"])
+@pytest.mark.parametrize("name", ["linuxcnc_mm.ini", "mach3_mm.xml", "mach4_mm.ini"])
 def test_units_are_asked_for_where_the_file_does_not_say_them_and_refused_where_it_does(name: str) -> None:
     text = read_settings(HERE / name)
     for there in ("LINEAR_UNITS = mm\n", "<Units>0</Units>", "SetupUnits=210\n"):

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from every import every
 from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError
 from leafcut.read.cutchart import find_cut_data, load_chart
 
@@ -48,7 +47,7 @@ def test_above_the_pierce_capacity_the_chart_says_no_pierce() -> None:
     assert forced.pierce_delay == 2.0
 
 
-@every(
+@pytest.mark.parametrize(
     "process, material, thickness, amps, error, words",
     [
         ("plasma", "mild_steel", 60.0, None, PlanError, "nearest are"),
@@ -126,7 +125,7 @@ def test_water_jets_cut_by_the_equation_of_their_source() -> None:
     assert "L413" in {i.code for i in issues}
 
 
-@every(
+@pytest.mark.parametrize(
     "process, material, thickness",
     [
         ("oxyfuel", "steel", 20.0),
@@ -147,7 +146,9 @@ def test_every_process_has_rows_of_its_materials_and_says_how_far_to_trust_them(
     assert "L413" in {i.code for i in issues}
 
 
-@every("thickness, amps", [(3.0, 65.0), (6.0, 65.0), (10.0, 65.0), (2.0, 45.0), (12.0, 45.0), (12.7, 45.0)])
+@pytest.mark.parametrize(
+    "thickness, amps", [(3.0, 65.0), (6.0, 65.0), (10.0, 65.0), (2.0, 45.0), (12.0, 45.0), (12.7, 45.0)]
+)
 def test_the_current_is_the_fastest_that_pierces_and_of_which_all_is_known(thickness: float, amps: float) -> None:
     """From the chart's rows by brute force: those with a pierce and a kerf, no estimates."""
     rows = load_chart()
@@ -225,7 +226,9 @@ def test_what_a_chart_says_of_consumption_is_carried_over_in_seconds(tmp_path: P
     assert (rates.second_gas, rates.second_gas_flow, rates.nozzle_pierces) == ("", None, None)
 
 
-@every("bad", [",fine,air,-1,,,,", ",fine,air,x,,,,", ",fine,air,,,,0,", ",fine,air,,,,,0", ",fine,air,1e9,,,,"])
+@pytest.mark.parametrize(
+    "bad", [",fine,air,-1,,,,", ",fine,air,x,,,,", ",fine,air,,,,0,", ",fine,air,,,,,0", ",fine,air,1e9,,,,"]
+)
 def test_a_rate_that_cannot_be_is_refused_with_its_line(bad, tmp_path: Path) -> None:
     with pytest.raises(ReadError, match=r"chart\.csv:2"):
         chart(tmp_path, f"plasma,mild_steel,6,45,1430,3.8,0.6,1.5,1.5{bad}", head=RATES)

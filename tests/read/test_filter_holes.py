@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.model import Hole
 from leafcut.options import ReadOptions
 from leafcut.read.arcs import ArcPiece, bulge_arc, close_circles
@@ -41,7 +40,7 @@ def test_anchors_are_those_of_brute_force_whatever_the_cells(points, tolerance):
     assert anchors(np.array(points).reshape(-1, 3), tolerance) == brute(points, tolerance)
 
 
-@every("shift", [0.0, 0.0025, 0.005, 0.00999, -0.005, 123456.789])
+@pytest.mark.parametrize("shift", [0.0, 0.0025, 0.005, 0.00999, -0.005, 123456.789])
 def test_merging_does_not_depend_on_where_the_grid_lies(shift):
     holes = [Hole(shift, shift, 5), Hole(shift + 0.0099, shift, 5), Hole(shift + 0.0102, shift, 5)]
     kept, issues = sift(holes, ReadOptions())

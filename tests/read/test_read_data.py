@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from every import every
 from leafcut.errors import ReadError
 from leafcut.read import read
 
@@ -33,7 +32,7 @@ DRAWINGS = {
 }
 
 
-@every("name", DRAWINGS)
+@pytest.mark.parametrize("name", DRAWINGS)
 def test_a_real_drawing_gives_its_holes_or_the_reason_why_not(data, name):
     path = data / "dxf" / f"{name}.dxf"
     expected = DRAWINGS[name]

@@ -7,7 +7,6 @@ import math
 import pytest
 from ezdxf.math import Matrix44, Vec3
 
-from every import every
 from leafcut.errors import ReadError
 from leafcut.model import Severity
 from leafcut.options import ReadOptions
@@ -30,8 +29,8 @@ def issue(part, code):
     return found
 
 
-@every("version", ["R12", "R2000", "R2004", "R2007", "R2010", "R2013", "R2018"])
-@every("fmt", ["asc", "bin"])
+@pytest.mark.parametrize("version", ["R12", "R2000", "R2004", "R2007", "R2010", "R2013", "R2018"])
+@pytest.mark.parametrize("fmt", ["asc", "bin"])
 def test_circles_of_every_version_text_or_binary_are_holes_in_drawing_order(draw, version, fmt):
     def build(doc, space):
         doc.layers.add("HOLES")
@@ -47,7 +46,9 @@ def test_circles_of_every_version_text_or_binary_are_holes_in_drawing_order(draw
     assert codes(part) == (["L102"] if version == "R12" else [])
 
 
-@every("code, mm", [(1, 25.4), (2, 304.8), (4, 1.0), (5, 10.0), (6, 1000.0), (9, 0.0254), (10, 914.4), (14, 100.0)])
+@pytest.mark.parametrize(
+    "code, mm", [(1, 25.4), (2, 304.8), (4, 1.0), (5, 10.0), (6, 1000.0), (9, 0.0254), (10, 914.4), (14, 100.0)]
+)
 def test_insunits_scale_coordinates_and_diameters(draw, code, mm):
     part = read(draw(lambda doc, space: space.add_circle((2, 3), 0.25), units=code))
     assert places(part) == [(round(2 * mm, 6), round(3 * mm, 6), round(0.5 * mm, 6))]
@@ -61,7 +62,7 @@ def test_a_drawing_in_inch_and_the_same_in_mm_give_the_same_numbers(draw):
     assert [(h.x, h.y, h.diameter) for h in inch.holes] == [(h.x, h.y, h.diameter) for h in metric.holes]
 
 
-@every("code", [None, 0, 20, 77])
+@pytest.mark.parametrize("code", [None, 0, 20, 77])
 def test_unknown_units_are_taken_as_mm_and_reported_with_the_size(hand_drawn, code):
     circle = "0\nCIRCLE\n8\n0\n10\n{}\n20\n{}\n40\n1\n"
     part = read(hand_drawn(circle.format(0, 0) + circle.format(8, 3), insunits=code))
@@ -309,7 +310,7 @@ def test_doubled_holes_are_drilled_once_and_reported(draw):
     assert "(5.004, 0)" in issue(part, "L301").place
 
 
-@every("rule, diameters", [("smallest", [4, 6]), ("largest", [10, 6]), ("all", [10, 4, 6])])
+@pytest.mark.parametrize("rule, diameters", [("smallest", [4, 6]), ("largest", [10, 6]), ("all", [10, 4, 6])])
 def test_of_circles_with_one_centre_the_chosen_one_is_drilled(draw, rule, diameters):
     def build(doc, space):
         for x, radius in ((0, 5), (0, 2), (20, 3)):

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import ReadError
 from leafcut.options import ReadOptions
 from leafcut.read import dxf, dxf_document, read
@@ -83,12 +82,12 @@ def test_a_damaged_line_is_named_by_its_number(hand_drawn):
     assert refusal(path).startswith(f"{path}:{lines.index('xx') + 1}: ")
 
 
-@every("number", ["10,5", "1.2.3", "12 mm", "zz", "", "0x10"])
+@pytest.mark.parametrize("number", ["10,5", "1.2.3", "12 mm", "zz", "", "0x10"])
 def test_a_coordinate_that_is_no_number_is_never_guessed(hand_drawn, number):
     assert "hand.dxf" in refusal(hand_drawn(CIRCLE.format(1, 2, 3) + CIRCLE.format(number, 2, 3)))
 
 
-@every(
+@pytest.mark.parametrize(
     "entity",
     [
         CIRCLE.format("nan", 0, 1),

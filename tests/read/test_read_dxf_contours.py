@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import shapely
 
-from every import every
 from leafcut.errors import ReadError
 from leafcut.options import ReadOptions
 from leafcut.read import read, read_contours
@@ -90,8 +89,8 @@ PLACES = {
 }
 
 
-@every("place", PLACES)
-@every("stroke", STROKES)
+@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("stroke", STROKES)
 def test_every_stroke_is_where_ezdxf_draws_it(draw, stroke, place):
     def build(document, space):
         block = document.blocks.new("B")
@@ -173,7 +172,7 @@ def test_what_leans_out_of_the_plane_is_said(draw):
 LINE = "0\nLINE\n8\nCUT\n10\n0\n20\n0\n11\n{}\n21\n0\n"
 
 
-@every(
+@pytest.mark.parametrize(
     "entity",
     [
         LINE.format("nan"),

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.errors import ReadError
 from leafcut.read import read
 from leafcut.read.examples import PLATE_NAMES, plate
@@ -23,7 +22,7 @@ def test_the_ten_point_map_has_ten_different_points():
     assert len({(h.x, h.y) for h in part.holes}) == 10
 
 
-@every("name", PLATE_NAMES)
+@pytest.mark.parametrize("name", PLATE_NAMES)
 def test_a_plate_has_the_holes_its_name_says_none_touching_another_or_the_edge(name):
     made = plate(name)
     assert len(made.holes) == int(name.rsplit("-", 1)[1])
@@ -34,7 +33,7 @@ def test_a_plate_has_the_holes_its_name_says_none_touching_another_or_the_edge(n
         assert edge > h.diameter / 2 + 0.1
 
 
-@every("name", PLATE_NAMES)
+@pytest.mark.parametrize("name", PLATE_NAMES)
 def test_the_drawing_of_a_plate_and_the_built_in_one_are_the_same_part(name):
     drawn, built_in = read(EXAMPLES / f"{name.replace('-', '_')}.dxf"), read(f"example:{name}")
     assert [(h.x, h.y, h.diameter, h.layer) for h in drawn.holes] == [
@@ -71,7 +70,7 @@ def test_the_same_seed_gives_the_same_random_map_and_another_seed_another():
     assert 0.15 < quarter < 0.35
 
 
-@every(
+@pytest.mark.parametrize(
     "name",
     [
         "random:",

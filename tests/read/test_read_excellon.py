@@ -6,7 +6,6 @@ import re
 
 import pytest
 
-from every import every
 from leafcut.errors import ReadError
 from leafcut.options import ReadOptions
 from leafcut.read import excellon, read
@@ -153,7 +152,7 @@ def test_a_doubled_hit_is_drilled_once(text_file):
     assert codes(part) == ["L301"]
 
 
-@every(
+@pytest.mark.parametrize(
     "text, line, words",
     [
         (body("X1.0Y1.0\nWHAT"), 7, "unknown Excellon command"),
@@ -204,7 +203,7 @@ BOARDS = {
 }
 
 
-@every("board", BOARDS)
+@pytest.mark.parametrize("board", BOARDS)
 def test_real_boards_have_the_holes_slots_and_tools_that_a_plain_search_finds(data, board):
     path = data / "boards" / f"{board}.drl"
     part = read(path)

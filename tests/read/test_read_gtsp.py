@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.errors import ReadError
 from leafcut.read import read
 
@@ -72,7 +71,7 @@ def test_a_colon_behind_the_name_of_a_section_is_no_matter(text_file):
     assert read(text_file("four.pcglns", PCGLNS)).grouping.cluster.tolist() == [0, 1, 2, 2]
 
 
-@every(
+@pytest.mark.parametrize(
     "right, wrong, words",
     [
         ("1 5 1 -1", "1 5 1 2 -1", "five.gtsp:14: node 2 occurs twice"),

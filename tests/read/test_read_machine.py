@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 import leafcut
-from every import every
 from leafcut.errors import OptionError
 from leafcut.read.machine import SOURCE_KEYS, load_machine, machine_descriptions, machine_names, machine_template
 from leafcut.read.machine_keys import PROFILE_KEYS
@@ -63,7 +62,7 @@ def test_these_machines_are_shipped_with_a_description_each() -> None:
     assert all(machine_descriptions().values())
 
 
-@every("name", machine_names())
+@pytest.mark.parametrize("name", machine_names())
 def test_every_value_of_a_shipped_profile_has_its_source(name: str) -> None:
     import tomllib
     from importlib import resources
@@ -258,6 +257,6 @@ def test_few_keys_make_a_machine_and_what_is_taken_for_the_others_is_told(tmp_pa
     assert load_machine(write(tmp_path, machine_template(file))) == machine
 
 
-@every("name", machine_names())
+@pytest.mark.parametrize("name", machine_names())
 def test_nothing_that_is_told_is_assumed_of_a_shipped_machine(name: str) -> None:
     assert load_machine(name).assumed == {}

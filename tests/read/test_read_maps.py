@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import ReadError
 from leafcut.options import ReadOptions
 from leafcut.read import csvmap, read, xmlmap
@@ -35,7 +34,7 @@ def test_a_map_with_spanish_names(text_file):
     assert holes(read(text_file("a.xml", text))) == [(25.4, 50.8, 6.35, "A"), (76.2, 0.0, 0.0, "B")]
 
 
-@every(
+@pytest.mark.parametrize(
     "text",
     [
         '<map units="mm"><city name="A" x="1" y="2"/><city name="B" x="3" y="4.5"/></map>',
@@ -66,7 +65,9 @@ def test_a_map_without_units_is_taken_as_mm_and_noted(text_file):
     assert read(path, ReadOptions(units="in", strict=True)).holes[0].x == 25.4
 
 
-@every("bad", ['x="" y="1"', 'y="1"', 'x="1" y="one"', 'x="nan" y="1"', 'x="1" y="2" d="-1"', 'x="1e9" y="0"'])
+@pytest.mark.parametrize(
+    "bad", ['x="" y="1"', 'y="1"', 'x="1" y="one"', 'x="nan" y="1"', 'x="1" y="2" d="-1"', 'x="1e9" y="0"']
+)
 def test_a_point_with_missing_or_impossible_numbers_is_skipped_with_its_line(text_file, bad):
     part = read(text_file("a.xml", f'<map units="mm">\n<city x="1" y="2"/>\n<city {bad}/>\n</map>'))
     assert len(part.holes) == 1
@@ -74,7 +75,7 @@ def test_a_point_with_missing_or_impossible_numbers_is_skipped_with_its_line(tex
     assert (issue.code, issue.place) == ("L203", "a.xml:3")
 
 
-@every(
+@pytest.mark.parametrize(
     "text, line, words",
     [
         ('<map>\n<city x="1" y="2">\n</map>', 3, "not well-formed"),
@@ -109,7 +110,7 @@ def test_a_deep_or_long_map_neither_recurses_nor_slows_down(text_file):
     assert len(read(text_file("a.xml", f"<map>{deep}</map>")).holes) == 1
 
 
-@every(
+@pytest.mark.parametrize(
     "text",
     [
         "1,2,6,A\n3,4.5,,B\n",
@@ -135,7 +136,7 @@ def test_units_of_a_table_come_from_the_option_or_the_header(text_file):
     assert holes(read(text_file("b.csv", "x_in,y_in\n1,2\n"))) == [(25.4, 50.8, 0, "")]
 
 
-@every("row", ["one,2", "5", "nan,3", "1_0,3", "1e9,3", "5,6,-1", '"5,6'])
+@pytest.mark.parametrize("row", ["one,2", "5", "nan,3", "1_0,3", "1e9,3", "5,6,-1", '"5,6'])
 def test_a_bad_row_is_skipped_with_its_line(text_file, row):
     part = read(text_file("a.csv", f"x,y,d\n1,2,3\n{row}\n4,5,6\n"), ReadOptions(units="mm"))
     assert len(part.holes) == 2
@@ -148,7 +149,7 @@ def test_many_bad_rows_are_counted(text_file):
     assert len(part.issues) == csvmap.NAMED_ROWS + 1
 
 
-@every(
+@pytest.mark.parametrize(
     "text, line", [("a,b\nc,d\n", 1), ("x,z\n1,2\n", 1), ("x,y\n", None), ("# nothing\n", None), ("x,y\n\n?,?\n", 3)]
 )
 def test_a_table_without_points_is_refused(text_file, text, line):

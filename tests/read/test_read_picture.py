@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from PIL import Image
 from shapely.affinity import rotate, translate
 
-from every import every
 from leafcut.errors import LeafcutError, OptionError, ReadError
 from leafcut.geometry.regions import region
 from leafcut.model import Part
@@ -90,7 +89,7 @@ def codes(part: Part) -> list[str]:
     return [issue.code for issue in part.issues]
 
 
-@every("name", SEVEN)
+@pytest.mark.parametrize("name", SEVEN)
 def test_the_picture_of_a_pocket_is_its_region_within_half_a_pixel(name: str, data: Path) -> None:
     folder = data / "pockets"
     truth = shapely.from_wkt((folder / f"{name}.wkt").read_text())
@@ -114,7 +113,7 @@ def test_the_example_picture_is_the_example_drawing(examples: Path) -> None:
     assert first.boundary.hausdorff_distance(second.boundary) <= 0.02
 
 
-@every("shades, off", [(1, 0.06), (4, 0.02)])
+@pytest.mark.parametrize("shades, off", [(1, 0.06), (4, 0.02)])
 def test_a_disc_is_a_circle_with_its_radius(shades: int, off: float, save: Save) -> None:
     (pocket,) = pockets(save(drawn(DISC, shades))).pockets
     assert pocket.outline.n_segments == 2
@@ -123,8 +122,8 @@ def test_a_disc_is_a_circle_with_its_radius(shades: int, off: float, save: Save)
     assert ((x0 + x1) / 2.0, (y0 + y1) / 2.0) == (pytest.approx(20.13, abs=off), pytest.approx(19.87, abs=off))
 
 
-@every("shades", [1, 4])
-@every("name", ["p.png", "p.jpg", "p.bmp"])
+@pytest.mark.parametrize("shades", [1, 4])
+@pytest.mark.parametrize("name", ["p.png", "p.jpg", "p.bmp"])
 def test_a_turned_square_has_four_straight_walls_and_sharp_corners(shades: int, name: str, save: Save) -> None:
     part = pockets(save(drawn(SQUARE, shades), name))
     assert part.pockets[0].outline.n_segments == 4
@@ -197,7 +196,7 @@ def _kinds() -> dict[str, Image.Image]:
     }
 
 
-@every("kind, image", _kinds().items(), ids=_kinds())
+@pytest.mark.parametrize("kind, image", _kinds().items(), ids=_kinds())
 def test_every_kind_of_pixel_gives_the_same_disc(kind: str, image: Image.Image, save: Save) -> None:
     assert only(pockets(save(image, "p.jpg" if kind == "cmyk" else "p.png"))).area == pytest.approx(DISC.area, rel=0.01)
 
@@ -322,7 +321,7 @@ def test_whatever_is_in_a_file_there_are_pockets_or_one_line(name: str, seed: in
     assert all(np.isfinite(p.outline.vertices).all() for p in part.pockets)
 
 
-@every("invert", [False, True])
+@pytest.mark.parametrize("invert", [False, True])
 def test_a_picture_whose_light_falls_off_is_levelled_and_the_outline_is_that_under_even_light(
     save: Save, invert: bool
 ) -> None:

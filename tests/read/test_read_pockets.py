@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 import shapely
 
-from every import every
 from leafcut.errors import ReadError
 from leafcut.geometry.regions import region
 from leafcut.model import Part
@@ -54,7 +53,7 @@ def codes(part: Part) -> list[str]:
     return [issue.code for issue in part.issues]
 
 
-@every("name", SEVEN)
+@pytest.mark.parametrize("name", SEVEN)
 def test_the_drawing_and_the_text_of_a_pocket_are_the_same_region(name: str, data: Path) -> None:
     truth = shapely.from_wkt((data / "pockets" / f"{name}.wkt").read_text())
     for kind in ("wkt", "dxf"):
@@ -167,7 +166,7 @@ def test_corners_of_different_heights_are_said(text_file: Write) -> None:
     assert "L202" in codes(part)
 
 
-@every(
+@pytest.mark.parametrize(
     "text, words",
     [
         ("POLYGON ((0 0, 10 0, 10 10", "a.wkt:1: this is not well-known text"),
@@ -232,7 +231,7 @@ def test_an_open_outline_is_refused_with_both_ends_and_may_be_dropped(draw: Draw
     assert "L212" in codes(part)
 
 
-@every(
+@pytest.mark.parametrize(
     "layer, outline, words",
     [
         ("ISLAND", square(10, 100, 0), "the island that begins at (100, 0) on layer ISLAND lies in no pocket"),

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import LeafcutError, ReadError
 from leafcut.model import Hole, Issue, Part
 from leafcut.options import ReadOptions
@@ -23,7 +22,7 @@ CSV = "1, 2\n3, 4\n"
 DXF = "0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n8\n0\n10\n1\n20\n2\n40\n3\n0\nENDSEC\n0\nEOF\n"
 
 
-@every(
+@pytest.mark.parametrize(
     "name, text, expected",
     [
         ("plate.dxf", DXF, "dxf"),
@@ -47,7 +46,7 @@ def test_a_format_is_chosen_by_content_and_extension(text_file, name, text, expe
     assert part.source == name
 
 
-@every("line", ["G1 X100 F1000 " * 300_000, "G1 X1000Y2000" * 20 + "?", "N10 G1 X[1]Y[2]" * 50])
+@pytest.mark.parametrize("line", ["G1 X100 F1000 " * 300_000, "G1 X1000Y2000" * 20 + "?", "N10 G1 X[1]Y[2]" * 50])
 def test_a_program_is_known_by_its_look_at_once_whatever_its_lines_are_like(line):
     data = f"G21 G90\n{line}\n".encode()
     assert registry.choose(formats(), Source("long.nc", data)).name == "gcode"

@@ -7,7 +7,6 @@ import math
 
 import pytest
 
-from every import every
 from leafcut.errors import ReadError
 from leafcut.read import read, read_contours
 
@@ -56,7 +55,7 @@ def test_a_path_that_is_none_is_skipped_and_reported(sheet, bad):
     assert [i.code for i in part.issues] == ["L203"]
 
 
-@every(
+@pytest.mark.parametrize(
     "text, words",
     [
         ('[{"partid": "a", "paths": [', "not JSON"),

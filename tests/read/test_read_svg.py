@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import shapely
 
-from every import every
 from leafcut.errors import ReadError
 from leafcut.options import ReadOptions
 from leafcut.read import read, read_contours
@@ -44,7 +43,7 @@ def test_y_points_up_and_the_drawing_is_not_mirrored(draw):
     assert path.closed
 
 
-@every(
+@pytest.mark.parametrize(
     "body, length, area",
     [
         ('<line x1="1" y1="2" x2="4" y2="6"/>', 5, 0),
@@ -156,7 +155,7 @@ def test_what_is_not_shown_is_left_out(draw):
     assert [c.path.length for c in part.contours] == [1] and codes(part) == ["L204"]
 
 
-@every(
+@pytest.mark.parametrize(
     "element",
     [
         '<path d="M0 0 L5"/>',
@@ -177,7 +176,7 @@ def test_numbers_that_cannot_be_understood_are_skipped_and_reported(draw, elemen
     assert codes(part) == ["L203"]
 
 
-@every(
+@pytest.mark.parametrize(
     "text, words",
     [
         ("<svg", "not well-formed"),

@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.errors import LeafcutError, ReadError
 from leafcut.read import read
 from leafcut.read.tsplib import read_tour, tour_text
@@ -21,7 +20,7 @@ def explicit(form, numbers, more=""):
     return HEAD.format(4, "EXPLICIT") + f"EDGE_WEIGHT_FORMAT : {form}\nEDGE_WEIGHT_SECTION\n{numbers}\n{more}EOF\n"
 
 
-@every("weight", ["EUC_2D", "CEIL_2D", "ATT", "GEO", "MAX_2D", "MAN_2D"])
+@pytest.mark.parametrize("weight", ["EUC_2D", "CEIL_2D", "ATT", "GEO", "MAX_2D", "MAN_2D"])
 def test_nodes_are_points_in_the_order_of_their_numbers_and_the_rule_of_distance_is_kept(text_file, weight):
     text = HEAD.format(3, weight) + "NODE_COORD_SECTION\n 2 3.5e1 -4\n1 0 0\n\n3\t5 6\nEOF\n"
     part = read(text_file("t.tsp", text))
@@ -29,7 +28,7 @@ def test_nodes_are_points_in_the_order_of_their_numbers_and_the_rule_of_distance
     assert (part.name, part.edge_weight_type, part.optimum, part.matrix) == ("t", weight, None, None)
 
 
-@every(
+@pytest.mark.parametrize(
     "form, numbers",
     [
         ("FULL_MATRIX", "0 1 2 3 1 0 4 5 2 4 0 6 3 5 6 0"),
@@ -58,7 +57,7 @@ def coordinates(section, n=2, weight="EUC_2D"):
     return HEAD.format(n, weight) + f"NODE_COORD_SECTION\n{section}EOF\n"
 
 
-@every(
+@pytest.mark.parametrize(
     "text, line, words",
     [
         (coordinates("1 0 0\n", 2), 7, "DIMENSION says 2 nodes"),
@@ -112,7 +111,7 @@ def test_a_tour_written_is_read_back(tmp_path):
         tour_text("name", [0, 0, 1])
 
 
-@every(
+@pytest.mark.parametrize(
     "text",
     ["NAME : x\nEOF\n", "TOUR_SECTION\n1 2 2 -1\n", "TOUR_SECTION\n-1\n", "DIMENSION : 3\nTOUR_SECTION\n1 2 -1\n"],
 )

@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from every import every
 from leafcut.errors import ReadError
 from leafcut.kinds import Head
 from leafcut.read.controllers.importing import ImportedMachine, imported, read_settings
@@ -112,7 +111,7 @@ def is_read_again(found: ImportedMachine, folder: Path) -> None:
     assert load_machine(str(file)) == found.machine
 
 
-@every("name", REAL)
+@pytest.mark.parametrize("name", REAL)
 def test_a_file_of_a_real_machine_says_what_was_read_by_eye(name: str, tmp_path: Path) -> None:
     kind, velocity, acceleration, travel, more = REAL[name]
     found = of_file(HERE / name)
@@ -134,7 +133,7 @@ def test_every_importer_reads_three_real_files_and_mach3_two() -> None:
     assert min(count.values()) >= 3 and set(count) == {"grbl", "mach4", "fluidnc", "marlin", "rrf", "linuxcnc"}
 
 
-@every("name", UNTUNED)
+@pytest.mark.parametrize("name", UNTUNED)
 def test_a_profile_of_mach3_without_motor_tuning_says_what_to_save(name: str) -> None:
     with pytest.raises(ReadError, match="has no <Vel0>: the tuning of this motor was never saved; in Mach3 open"):
         of_file(HERE / name)

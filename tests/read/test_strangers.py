@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 import shapely
 
-from every import every
 from leafcut.errors import LeafcutError, OptionError, ReadError
 from leafcut.geometry import containment, curves
 from leafcut.geometry.containment import conflicts
@@ -38,7 +37,7 @@ def one_line(problem: BaseException) -> str:
     return message
 
 
-@every("name", ["UTF-9", "UTF-6", "zlib", "hex", "UTF-32", "euc-jp"])
+@pytest.mark.parametrize("name", ["UTF-9", "UTF-6", "zlib", "hex", "UTF-32", "euc-jp"])
 def test_an_encoding_that_there_is_not_is_told_with_its_line(name: str) -> None:
     """Expat asks Python for codecs that it does not know itself; some are none of texts, some it cannot use."""
     text = f'<?xml version="1.0" encoding="{name}"?>\n<map><city x="1" y="2"/></map>'.encode()
@@ -59,7 +58,7 @@ def test_toml_that_is_nested_or_has_thousands_of_digits_is_an_option_error(text:
         assert str(file) in one_line(caught.value)
 
 
-@every(
+@pytest.mark.parametrize(
     "data", ["M0 0 L10", "M0 0 h", "M0 0 A5 5 0 1", "M0 0 C1 2 3", "M0 0 Q1", "M 0 0 S", "M0 0 T", "MZ", "M0 0 L1 1 A0"]
 )
 def test_svg_paths_that_lack_numbers_are_left_out_and_told(data: str) -> None:
@@ -94,7 +93,7 @@ def test_a_byte_that_the_well_known_text_parser_cannot_say_is_told_with_its_line
 LONG = "Q" * 5000
 
 
-@every("kind", [LeafcutError, OptionError])
+@pytest.mark.parametrize("kind", [LeafcutError, OptionError])
 def test_every_quotation_is_cut_at_sixty_letters(kind: type[LeafcutError]) -> None:
     """Whoever raises it: with quotes or without, with blanks in it or not."""
     for quoted in (f"'{LONG}'", LONG, f"'{'ab ' * 2000}'", f"layer {LONG} (o1 {LONG})"):
@@ -119,7 +118,7 @@ def test_issues_are_cut_like_errors() -> None:
     assert len(str(issue)) < 250
 
 
-@every(
+@pytest.mark.parametrize(
     "name, text",
     [
         ("a.xml", f'<map units="{LONG}"/>'),

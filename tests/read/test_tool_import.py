@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from every import every
 from leafcut.errors import OptionError
 from leafcut.model.tool import ToolKind
 from leafcut.read.tool_text import imported_tools
@@ -56,7 +55,7 @@ FILES = {
 }
 
 
-@every("name", FILES)
+@pytest.mark.parametrize("name", FILES)
 def test_a_library_is_read_again_with_the_same_tools(name: str, tmp_path: Path) -> None:
     file = tmp_path / name
     file.write_text(FILES[name], encoding="utf-8")

@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-from every import every
 from leafcut import api
 from leafcut.read import read, read_contours, read_pockets
 
@@ -55,8 +54,8 @@ def test_a_reader_ends_when_nobody_waits_for_it(
         reading(path, look=Patience(most))
 
 
-@every("within", ["lines", "entities"])
-@every("entities, reading", [(LINES, read_contours), (CIRCLES, read)])
+@pytest.mark.parametrize("within", ["lines", "entities"])
+@pytest.mark.parametrize("entities, reading", [(LINES, read_contours), (CIRCLES, read)])
 def test_a_dxf_reader_ends_when_nobody_waits_for_it(
     entities: str, reading: Callable[..., Any], within: str, hand_drawn: Any
 ) -> None:

@@ -8,7 +8,6 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.model import Arc, DrillCycle, ToolpathBuilder
 from leafcut.model.cycles import expand
 from leafcut.report.plan_view import trace
@@ -26,7 +25,7 @@ def lengths(segments):
     return np.hypot(*(segments[:, 1] - segments[:, 0]).T)
 
 
-@every("cycle", CYCLES, ids=lambda c: c.name)
+@pytest.mark.parametrize("cycle", CYCLES, ids=lambda c: c.name)
 def test_a_cycle_and_its_written_out_moves_look_the_same_from_above(cycle):
     path = ToolpathBuilder()
     path.rapid(z=10.0)

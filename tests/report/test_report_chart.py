@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.model import Solution
 from leafcut.report.chart import bar, convergence, stacked_bar
 from leafcut.report.svg import nice_step
@@ -73,7 +72,7 @@ def test_a_long_history_is_thinned_but_keeps_its_ends():
     assert curve(svg)[-2:] == curve(whole)[-2:]
 
 
-@every("history", [((0.0, 5.0), (0.0, 5.0)), ((0.0, 0.0), (0.5, 0.0)), ((1e-9, -3.0), (1e9, -4.0))])
+@pytest.mark.parametrize("history", [((0.0, 5.0), (0.0, 5.0)), ((0.0, 0.0), (0.5, 0.0)), ((1e-9, -3.0), (1e9, -4.0))])
 def test_degenerate_histories_are_drawn_with_finite_numbers(history):
     svg = convergence(replace(FOUND, history=history, seconds=0.0, lower_bound=None), None, "t")
     assert "nan" not in svg
@@ -93,12 +92,12 @@ def test_times_are_stacked_in_proportion():
     assert rects(stacked_bar({"rapid": 0.0}, 0.0)) == {}
 
 
-@every("part, width", [(0.25, 25.0), (-1.0, 0.0), (2.0, 100.0), (math.nan, 0.0)])
+@pytest.mark.parametrize("part, width", [(0.25, 25.0), (-1.0, 0.0), (2.0, 100.0), (math.nan, 0.0)])
 def test_a_bar_stays_in_its_track(part, width):
     assert rects(bar(part))["fill plain"] == (0.0, width)
 
 
-@every("span, step", [(6.0, 1.0), (12.0, 2.0), (15.0, 2.0), (30.0, 5.0), (0.06, 0.01), (0.0, 1.0)])
+@pytest.mark.parametrize("span, step", [(6.0, 1.0), (12.0, 2.0), (15.0, 2.0), (30.0, 5.0), (0.06, 0.01), (0.0, 1.0)])
 def test_ticks_are_one_two_or_five_times_a_power_of_ten(span, step):
     assert nice_step(span, 6) == pytest.approx(step)
 

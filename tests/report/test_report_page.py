@@ -7,7 +7,8 @@ import hashlib
 import re
 from dataclasses import replace
 
-from every import every
+import pytest
+
 from leafcut.model import Issue, Severity
 from leafcut.model.certificate import Certificate, Counts
 from leafcut.model.solution import WorkerFigures
@@ -156,7 +157,7 @@ def contrast(one: str, other: str) -> float:
     return (high + 0.05) / (low + 0.05)
 
 
-@every("mode", [0, 1], ids=["light", "dark"])
+@pytest.mark.parametrize("mode", [0, 1], ids=["light", "dark"])
 def test_words_and_lines_stand_out_enough_from_what_is_behind_them(mode):
     """WCAG 2.2 AA: text 4.5 (1.4.3), lines and shapes that carry meaning 3 (1.4.11)."""
     palette = dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6})", drawing_css().split("@media")[mode]))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import io
 from dataclasses import replace
 
+import pytest
 from rich.console import Console
 
-from every import every
 from leafcut.model import Issue, Outcome
 from leafcut.model.issue import CODES
 from leafcut.report.summary import MOST_ISSUES, print_summary
@@ -89,7 +89,7 @@ def test_what_is_not_verified_is_said_to_be_so(outcome_of):
     assert "verified  yes" in shown(outcome_of())
 
 
-@every(
+@pytest.mark.parametrize(
     "words, expected",
     [
         (percent_words(-3.14159), "−3.1 %"),

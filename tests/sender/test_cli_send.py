@@ -11,7 +11,6 @@ from pathlib import Path
 
 import pytest
 
-from every import every
 from leafcut.cli import run
 from leafcut.terminal_keys import Keys
 
@@ -26,7 +25,7 @@ def part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return file
 
 
-@every(
+@pytest.mark.parametrize(
     "words, status, told",
     [
         ("part.nc --port nosuch", 2, "--port nosuch: there is no such port; "),

@@ -12,7 +12,6 @@ from fake_marlin import FakeMarlin, MarlinOnACable, xor
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.cli import run as leafcut
 from leafcut.errors import LeafcutError, OptionError, SendError
 from leafcut.gcode.dialects import dialect
@@ -124,7 +123,7 @@ def test_noise_on_the_line_changes_nothing_every_line_is_obeyed_once_and_in_orde
     assert board.moves[-1] == [35.0, 10.0, 5.0]
 
 
-@every(
+@pytest.mark.parametrize(
     "fault, told",
     [
         ("reset", r"the controller was reset while it was in line \d+"),
@@ -254,7 +253,7 @@ def test_it_goes_on_at_a_hole_in_the_words_of_marlin() -> None:
     assert lead[-9:] == [*drilled(4)[8:], "M5"]
 
 
-@every(
+@pytest.mark.parametrize(
     "lines, told",
     [
         (["T1"], "T1 is not a word of marlin|each block must be one G or M word"),
@@ -308,7 +307,7 @@ def broken(board: FakeMarlin, what: str, value: object) -> FakeMarlin:
     return board
 
 
-@every(
+@pytest.mark.parametrize(
     "what, value, told",
     [
         ("firmware", "FIRMWARE_NAME:Marlin 1.1.9 (Github)", "is Marlin 1.1.9; Marlin 2 is needed"),
@@ -379,7 +378,7 @@ def test_the_machine_decides_how_it_is_spoken_to(tmp_path: Path) -> None:
         read_job("part.gcode", str(laser))
 
 
-@every(
+@pytest.mark.parametrize(
     "line, meant",
     [
         ("ok", Accepted()),

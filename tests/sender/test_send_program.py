@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import LeafcutError, OptionError, ReadError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
@@ -58,7 +57,7 @@ def test_only_a_tool_chosen_right_above_makes_of_a_pause_a_change() -> None:
     assert str(pauses[0]) == "line 2: put in tool T1 (3 mm drill)"
 
 
-@every(
+@pytest.mark.parametrize(
     "line, told",
     [
         ("G81 X1 Y1 Z-1 R1 F100", r"part\.nc:4: G81 is not a word of grbl; post the program for this controller"),
@@ -135,7 +134,7 @@ def test_going_on_in_inches_and_incrementally_keeps_both() -> None:
     assert run("\n".join(sent)).end[-2] == pytest.approx(job(text).program.path.end[-2])
 
 
-@every(
+@pytest.mark.parametrize(
     "text, line, told",
     [
         ("G0 X0 Y0\nG1 Z-1 F100", 2, "where the tool is before it is not known"),
@@ -197,7 +196,7 @@ def test_whatever_is_gone_on_with_makes_the_same_moves_from_there(moves, at) -> 
     assert (high >= np.nanmax(was.end[:, 2]) - 1e-9).all()
 
 
-@every(
+@pytest.mark.parametrize(
     "line, meant",
     [
         ("error:20", Refused(20)),

@@ -11,7 +11,6 @@ from fake_grbl import BUFFER, FakeGrbl
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import OptionError, SendError
 from leafcut.gcode.dialects import dialect
 from leafcut.read.machine import load_machine
@@ -83,7 +82,7 @@ def test_a_line_that_does_not_fit_is_not_sent() -> None:
     assert counter.answered() == SentLine("X" * 79) and counter.answered() is None and counter.bytes == 0
 
 
-@every(
+@pytest.mark.parametrize(
     "fault, told",
     [
         ("error:20", r"line 20 'G0 X4 Y0': error 20: the controller does not have this word"),
@@ -125,7 +124,7 @@ def test_stop_by_the_person_holds_first_and_resets_then() -> None:
     assert board.realtime == [b"!", b"\x18"]
 
 
-@every("at_once", [False, True])
+@pytest.mark.parametrize("at_once", [False, True])
 def test_it_goes_on_also_where_that_is_asked_for_while_it_still_slows_down(at_once: bool) -> None:
     """Until it stands GRBL overhears it (gnea/grbl 1.1, protocol.c: EXEC_CYCLE_START)."""
 
@@ -270,7 +269,7 @@ class Deaf(FakeGrbl):
         return said
 
 
-@every(
+@pytest.mark.parametrize(
     "words, told",
     [
         (b"", "nothing answers on fake; is the machine on"),
@@ -286,7 +285,7 @@ def test_what_is_no_grbl_is_told_in_one_line(words: bytes, told: str) -> None:
     assert "\n" not in str(caught.value)
 
 
-@every(
+@pytest.mark.parametrize(
     "state, told",
     [
         ("Sleep", "is asleep; wake it with --unlock"),
@@ -306,7 +305,7 @@ def test_a_machine_that_does_not_stand_ready_is_refused_with_what_helps(state: s
         check_ready(replace(facts, status=status), unhomed=False)
 
 
-@every(
+@pytest.mark.parametrize(
     "change, told",
     [
         ({32: 1}, r"laser mode is on \(\$32=1\), but the program is for a spindle"),

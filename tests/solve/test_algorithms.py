@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.errors import OptionError, SolveError
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import ALGORITHM_TITLES, SolveOptions
@@ -121,7 +120,7 @@ def test_one_is_an_object_or_a_class_and_its_tour_is_what_is_driven() -> None:
     assert found.lower_bound <= found.cost
 
 
-@every("name", ["short", "twice", "nothing"])
+@pytest.mark.parametrize("name", ["short", "twice", "nothing"])
 def test_what_is_no_tour_is_refused(name: str) -> None:
     with pytest.raises(SolveError, match=f"algorithm '{name}' returned no tour of all 40 nodes|no part of leafcut"):
         found_by(name)

@@ -18,7 +18,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.errors import OptionError, SolveError
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
@@ -144,7 +143,7 @@ def test_processes_that_exchange_changes_do_what_a_plain_simulation_does() -> No
             assert costs == pytest.approx([sum(plain.length(a, b) for a, b in pairwise([*t, t[0]])) for t in expected])
 
 
-@every("algorithm", ["mmas", "acs"])
+@pytest.mark.parametrize("algorithm", ["mmas", "acs"])
 def test_pheromone_of_their_own_goes_apart_as_it_does_in_one_process(algorithm: str) -> None:
     """The same three workers, one after the other in this process, with messages by hand."""
     instance = build_instance(PROBLEM, 8)

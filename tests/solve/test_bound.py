@@ -13,7 +13,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import leafcut
-from every import every
 from leafcut.model.problem import METRICS, Metric, RoutingProblem
 from leafcut.solve import bound as bound_module
 from leafcut.solve import spanning_tree
@@ -122,8 +121,8 @@ def nine_nodes(name: str, ends: object, seed: int) -> tuple[RoutingProblem, floa
     return problem, optimum(problem)
 
 
-@every("ends", ENDS)
-@every("name", ["euclidean", "EUC_2D", "linear", "dogleg", "chebyshev"])
+@pytest.mark.parametrize("ends", ENDS)
+@pytest.mark.parametrize("name", ["euclidean", "EUC_2D", "linear", "dogleg", "chebyshev"])
 def test_the_bound_of_nine_nodes_is_near_their_optimum(name: str, ends: object) -> None:
     """Ten boards: within 1 % on average."""
     gaps = []
@@ -136,8 +135,8 @@ def test_the_bound_of_nine_nodes_is_near_their_optimum(name: str, ends: object) 
     assert np.mean(gaps) <= 0.01
 
 
-@every("n", [0, 1, 2, 3])
-@every("ends", ENDS)
+@pytest.mark.parametrize("n", [0, 1, 2, 3])
+@pytest.mark.parametrize("ends", ENDS)
 def test_up_to_three_nodes_have_one_tour_only(n: int, ends: object) -> None:
     xy = np.random.default_rng(n).uniform(0, 40, (n, 2))
     problem = problem_of(xy, Metric(), ends)
@@ -217,7 +216,7 @@ def test_where_a_proof_would_take_too_long_there_is_no_bound(monkeypatch: pytest
     assert lower_bound(instance, 1e4) is None
 
 
-@every("upper", [0.0, -5.0, 1e-300, 1e300, math.inf, math.nan])
+@pytest.mark.parametrize("upper", [0.0, -5.0, 1e-300, 1e300, math.inf, math.nan])
 def test_nonsense_for_a_known_tour_gives_a_valid_bound(upper: float) -> None:
     problem = problem_of(np.random.default_rng(9).uniform(0, 40, (8, 2)), Metric())
     found = lower_bound(build_instance(problem, 5), upper)
@@ -231,7 +230,7 @@ def test_a_node_that_cannot_be_reached_leaves_no_bound() -> None:
     assert lower_bound(build_instance(problem_of(np.zeros((9, 2)), Metric("EXPLICIT", matrix=matrix)), 5), 9.0) is None
 
 
-@every("scale", [1e-90, 1e90])
+@pytest.mark.parametrize("scale", [1e-90, 1e90])
 def test_the_bound_grows_and_shrinks_with_the_board(scale: float) -> None:
     xy = np.random.default_rng(9).uniform(0, 40, (60, 2))
     one, other = (lower_bound(build_instance(problem_of(xy * s, Metric()), 8), 260.0 * s) for s in (1.0, scale))

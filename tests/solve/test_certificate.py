@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 import leafcut
-from every import every
 from leafcut.errors import OptionError, SolveError
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import gap
@@ -105,7 +104,7 @@ def test_a_target_gap_and_no_bound_exclude_each_other() -> None:
         SolveOptions(target_gap=1.0, bound=False)
 
 
-@every("given, value", [("2.5", 2.5), ("2.5%", 2.5), ("2.5 %", 2.5), (2.5, 2.5), (0, 0.0)])
+@pytest.mark.parametrize("given, value", [("2.5", 2.5), ("2.5%", 2.5), ("2.5 %", 2.5), (2.5, 2.5), (0, 0.0)])
 def test_a_target_gap_may_be_written_with_its_percent_sign(given: object, value: float) -> None:
     assert SolveOptions(target_gap=given).target_gap == value  # type: ignore[arg-type]
     with pytest.raises(OptionError, match="--target-gap: 'x%' is not a percentage"):
@@ -158,8 +157,8 @@ def test_a_bound_that_is_above_the_cost_by_rounding_is_the_cost(bounding: Boundi
     assert solve(board(), SolveOptions(iterations=1)).gap == 0.0
 
 
-@every("algorithm", ["auto", "none"])
-@every("n", [0, 1, 2, 3, 4])
+@pytest.mark.parametrize("algorithm", ["auto", "none"])
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 4])
 def test_of_up_to_four_targets_the_bound_is_the_optimum(n: int, algorithm: str) -> None:
     problem = slots(n)
     found = solve(problem, SolveOptions(algorithm=algorithm))
@@ -259,7 +258,7 @@ def test_a_better_order_from_elsewhere_ends_the_history_and_keeps_the_bound(boun
     assert kept.history[-1][0] >= kept.history[0][0]
 
 
-@every(
+@pytest.mark.parametrize(
     "cost, bound, expected",
     [(42.0, 40.0, 0.05), (40.0, 40.0, 0.0), (0.0, 0.0, 0.0), (3.0, 0.0, None), (3.0, None, None), (3.0, 4.0, None)],
 )

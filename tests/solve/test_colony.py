@@ -10,7 +10,6 @@ from multiprocessing import get_context
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import SolveOptions
@@ -121,7 +120,7 @@ def test_a_generation_is_of_use_when_the_best_ant_gained_or_the_others_came_near
     assert not _learned(before, before, little=0.0)
 
 
-@every("n", [5, 6, 7, 12])
+@pytest.mark.parametrize("n", [5, 6, 7, 12])
 def test_all_nodes_on_one_place_or_in_a_line_are_no_trouble(n: int) -> None:
     for xy in (np.ones((n, 2)), np.stack([np.arange(n), np.zeros(n)], axis=1)):
         for closed in (True, False):

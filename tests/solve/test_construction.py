@@ -12,7 +12,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import leafcut
-from every import every
 from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.solve import construction
@@ -50,9 +49,9 @@ def plain_greedy(places: list[tuple[float, float]], tied: tuple[int, int] | None
     return edges
 
 
-@every("ends", ENDS)
-@every("n", [5, 6, 9, 30, 200])
-@every("seed", [1, 2, 3])
+@pytest.mark.parametrize("ends", ENDS)
+@pytest.mark.parametrize("n", [5, 6, 9, 30, 200])
+@pytest.mark.parametrize("seed", [1, 2, 3])
 def test_with_full_lists_it_is_the_greedy_tour_by_sorting_all_pairs(n: int, seed: int, ends: object) -> None:
     """The edge that closes the tour is not among those of the reference; with a start and an end it is the tied one."""
     xy = np.random.default_rng(seed).uniform(0, 50, (n, 2))
@@ -122,7 +121,7 @@ def test_random_changes_give_other_tours_that_are_nearly_as_good() -> None:
     assert all(tour_cost(instance.cost, t) < 1.1 * plain for t in tours)
 
 
-@every("name", ["rl1304", "fl1577", "u2319", "pcb3038", "rl11849"])
+@pytest.mark.parametrize("name", ["rl1304", "fl1577", "u2319", "pcb3038", "rl11849"])
 def test_greedy_is_better_than_nearest_neighbour(name: str, data: Path) -> None:
     part = leafcut.read_part(data / "tsplib" / f"{name}.tsp")
     metric = Metric(part.edge_weight_type)
@@ -151,7 +150,7 @@ def test_the_nearest_neighbours_of_a_matrix_are_the_cheapest() -> None:
     assert nearest_neighbour(build_instance(problem, 3)).tolist() == [0, 2, 4, 3, 1]
 
 
-@every("closed", [True, False])
+@pytest.mark.parametrize("closed", [True, False])
 def test_the_nearest_neighbour_of_a_table_always_goes_to_the_cheapest_that_is_left(closed: bool) -> None:
     """The free end of an open path has no row in the table."""
     xy = np.random.default_rng(4).uniform(0.0, 90.0, (30, 2))

@@ -7,7 +7,6 @@ import itertools
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import SolveOptions
 from leafcut.solve import exact
@@ -43,7 +42,7 @@ def least(problem: RoutingProblem) -> float:
     return min(path_cost(problem, choose_nodes(problem, order)) for order in every if keeps(pairs, order))
 
 
-@every("ends", ENDS)
+@pytest.mark.parametrize("ends", ENDS)
 def test_no_order_and_no_choice_of_nodes_is_cheaper(ends: object) -> None:
     for seed, pairs in itertools.product(range(3), (0, 3)):
         problem = cuts(seed, ends, pairs=pairs)

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import SolveError
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.firefly import edges_apart, fly, fly_and_mend
@@ -113,8 +112,8 @@ def shortest(xy: np.ndarray, closed: bool) -> float:
     return float((lengths + d[orders[:, -1], orders[:, 0]] if closed else lengths).min())
 
 
-@every("local", [True, False])
-@every("start", ["greedy", "random"])
+@pytest.mark.parametrize("local", [True, False])
+@pytest.mark.parametrize("start", ["greedy", "random"])
 def test_eight_places_have_the_shortest_of_all_orders(local: bool, start: str) -> None:
     for seed, closed in itertools.product((1, 2), (True, False)):
         xy = places(8, seed)
@@ -125,8 +124,8 @@ def test_eight_places_have_the_shortest_of_all_orders(local: bool, start: str) -
             assert found.cost == pytest.approx(shortest(xy, closed))
 
 
-@every("local", [True, False])
-@every("ends", [((0.0, 0.0), None), ((0.0, 0.0), (90.0, 90.0)), (None, (90.0, 90.0))])
+@pytest.mark.parametrize("local", [True, False])
+@pytest.mark.parametrize("ends", [((0.0, 0.0), None), ((0.0, 0.0), (90.0, 90.0)), (None, (90.0, 90.0))])
 def test_given_ends_stay_the_ends_whatever_fireflies_begin_with(local: bool, ends: tuple) -> None:
     problem = RoutingProblem.of_points(places(20), start=ends[0], end=ends[1])
     options = SolveOptions(algorithm="firefly", local_search=local, iterations=5, bound=False)
@@ -137,7 +136,7 @@ def test_given_ends_stay_the_ends_whatever_fireflies_begin_with(local: bool, end
         assert best - 1e-9 <= found.cost < 1.3 * best
 
 
-@every("local", [True, False])
+@pytest.mark.parametrize("local", [True, False])
 def test_the_same_seed_gives_the_same_answer_on_any_number_of_threads(local: bool) -> None:
     problem = RoutingProblem.of_points(places(60))
     options = {"algorithm": "firefly", "local_search": local, "iterations": 4, "bound": False}

@@ -7,7 +7,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.errors import OptionError
 from leafcut.kernels.construct import choose_next
 from leafcut.kernels.ordering import draw_next
@@ -29,7 +28,7 @@ def trails(instance: Instance, c_nn: float, algorithm: str = "as", seed: int = 1
     return ColonyTrails(instance, parameters, c_nn, seed)
 
 
-@every(
+@pytest.mark.parametrize(
     "algorithm, options, by_hand",
     [
         ("as", {"initial_pheromone": "1/nrC"}, 1 / (5 * 0.5 * 8)),
@@ -45,7 +44,9 @@ def test_the_first_pheromone_is_that_of_a_hand_calculation(algorithm: str, optio
     assert trails(LINE, C_NN, algorithm, **options).pheromone == pytest.approx(by_hand)
 
 
-@every("value, words", [("nC", "'nC' is not a number or one of random, 1/nrC, 1/nC"), (-1, "-1 is below the minimum")])
+@pytest.mark.parametrize(
+    "value, words", [("nC", "'nC' is not a number or one of random, 1/nrC, 1/nC"), (-1, "-1 is below the minimum")]
+)
 def test_what_is_no_first_pheromone_is_refused(value: object, words: str) -> None:
     with pytest.raises(OptionError, match=f"--initial-pheromone: {words}"):
         AcoOptions(initial_pheromone=value)
@@ -89,8 +90,8 @@ def test_where_some_edge_has_a_trail_one_without_is_not_taken() -> None:
     assert {choose_next(lists, weights, near, visited, 0, 0.0, words, 0) for _ in range(100)} == {1}
 
 
-@every("algorithm", ANT_ALGORITHMS)
-@every("first", [0, "random", "1/nrC", "1/nC"])
+@pytest.mark.parametrize("algorithm", ANT_ALGORITHMS)
+@pytest.mark.parametrize("first", [0, "random", "1/nrC", "1/nC"])
 def test_every_algorithm_finds_a_whole_tour_from_every_first_pheromone(algorithm: str, first: object) -> None:
     problem = RoutingProblem.of_points(np.random.default_rng(4).uniform(0, 40, (50, 2)), closed=True)
     options = SolveOptions(algorithm=algorithm, iterations=5, local_search=False, bound=False, threads=1)

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.solve.instance import Instance, build_instance, candidate_lists, cost_model, path_cost, plant_tree
@@ -47,7 +46,7 @@ def test_a_tour_costs_what_its_path_costs(n: int, seed: int, metric: str, ends: 
     assert path_cost(instance.problem, path) == pytest.approx(tour_cost(instance.cost, tour))
 
 
-@every("ends", ENDS)
+@pytest.mark.parametrize("ends", ENDS)
 def test_the_path_does_not_depend_on_where_and_which_way_the_tour_is_written_down(ends: object) -> None:
     instance = instance_of(40, 3, ends)
     tour = random_tour(instance, 4)
@@ -58,8 +57,8 @@ def test_the_path_does_not_depend_on_where_and_which_way_the_tour_is_written_dow
         assert paths[0][1] < paths[0][-1]
 
 
-@every("ends", ENDS)
-@every("n", [5, 9, 60])
+@pytest.mark.parametrize("ends", ENDS)
+@pytest.mark.parametrize("n", [5, 9, 60])
 def test_extra_nodes_come_last_and_every_node_stands_where_its_cluster_is(n: int, ends: object) -> None:
     instance = instance_of(n, 8, ends)
     assert sorted(instance.label[:n].tolist()) == list(range(n))
@@ -70,7 +69,7 @@ def test_extra_nodes_come_last_and_every_node_stands_where_its_cluster_is(n: int
     assert instance.label[instance.home] == max(0, instance.first)
 
 
-@every("ends", ENDS)
+@pytest.mark.parametrize("ends", ENDS)
 def test_lists_for_exchanges_are_the_candidates_without_the_free_node(ends: object) -> None:
     instance = instance_of(40, 8, ends)
     lists, costs = instance.exchange_lists

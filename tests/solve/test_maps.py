@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.api import solve_part
 from leafcut.errors import PlanError, SolveError
 from leafcut.model.part import Grouping, Hole, Part
@@ -47,7 +46,7 @@ def test_ways_that_are_not_allowed_are_not_taken() -> None:
     assert (found.nodes.tolist(), found.cost) == ([0, 1, 3, 4], 12)
 
 
-@every(
+@pytest.mark.parametrize(
     "pairs, first, words",
     [
         ([(1, 0)], 0, "the tour begins with set 1, and set 2 must come before it"),

@@ -8,7 +8,6 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Snapshot
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
@@ -54,7 +53,7 @@ def length(path: np.ndarray) -> float:
     return float(np.hypot(*np.diff(path, axis=0).T).sum())
 
 
-@every("algorithm", [*ANTS, "firefly", "colony", "kicks"])
+@pytest.mark.parametrize("algorithm", [*ANTS, "firefly", "colony", "kicks"])
 def test_the_answer_is_the_same_watched_or_not_and_every_snapshot_costs_what_it_says(algorithm: str) -> None:
     problem, eye = points(60, closed=algorithm != "colony"), Eye()
     plain = solve(problem, options(algorithm), AcoOptions(n_ants=4), firefly=FireflyOptions(n_fireflies=3))
@@ -72,7 +71,7 @@ def test_the_answer_is_the_same_watched_or_not_and_every_snapshot_costs_what_it_
     assert all(eye.alone)
 
 
-@every("algorithm", ["mmas", "firefly", "colony"])
+@pytest.mark.parametrize("algorithm", ["mmas", "firefly", "colony"])
 def test_paths_in_an_order_are_watched_without_changing_them(algorithm: str) -> None:
     problem, eye = in_order(12), Eye()
     plain = solve(problem, options(algorithm))
@@ -88,7 +87,7 @@ def test_paths_in_an_order_are_watched_without_changing_them(algorithm: str) -> 
     assert (last.brightness is not None) == (algorithm == "firefly")
 
 
-@every("algorithm", ANTS)
+@pytest.mark.parametrize("algorithm", ANTS)
 def test_pheromone_lies_on_edges_between_places_and_more_on_those_of_the_best_path(algorithm: str) -> None:
     problem, eye = points(50), Eye()
     found = solve(problem, SolveOptions(algorithm=algorithm, iterations=60, threads=1), observe=eye)

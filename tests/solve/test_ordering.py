@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from test_sequential import ENDS, KINDS, check, least, random_problem
 
-from every import every
 from leafcut.errors import SolveError
 from leafcut.kernels.ordering import invert_runs, steps_apart
 from leafcut.model.problem import RoutingProblem
@@ -19,8 +18,8 @@ from leafcut.solve.solve import solve
 from leafcut.solve.stop import Stop
 
 
-@every("algorithm", [*LITERATURE, "nn"])
-@every("kind", KINDS)
+@pytest.mark.parametrize("algorithm", [*LITERATURE, "nn"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_every_order_is_whole_keeps_precedence_and_states_its_cost(algorithm: str, kind: str) -> None:
     for seed in range(5):
         problem = random_problem(seed, 12, kind, ENDS[seed], pairs=6)
@@ -31,7 +30,7 @@ def test_every_order_is_whole_keeps_precedence_and_states_its_cost(algorithm: st
         assert found.history[-1][1] == pytest.approx(found.cost)
 
 
-@every("algorithm", ["mmas", "acs", "firefly"])
+@pytest.mark.parametrize("algorithm", ["mmas", "acs", "firefly"])
 def test_without_local_search_the_optimum_of_six_clusters_is_found(algorithm: str) -> None:
     """Ten problems, by dynamic programming over all sets; one may be missed."""
     missed = 0
@@ -45,7 +44,7 @@ def test_without_local_search_the_optimum_of_six_clusters_is_found(algorithm: st
     assert missed <= 1
 
 
-@every("kind", KINDS)
+@pytest.mark.parametrize("kind", KINDS)
 def test_the_nodes_of_an_order_are_the_best_of_all(kind: str) -> None:
     """The kernel's choice costs what the plain one by NumPy does."""
     for seed in range(10):

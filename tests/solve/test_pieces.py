@@ -8,7 +8,6 @@ from multiprocessing import get_context
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import Metric, Relief, RoutingProblem
 from leafcut.options import SolveOptions
@@ -50,7 +49,7 @@ def small_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pieces, "KICKS_PER_NODE", 5.0)
 
 
-@every("ends", ENDS)
+@pytest.mark.parametrize("ends", ENDS)
 def test_a_kicked_path_visits_all_once_keeps_its_ends_and_costs_what_is_said(ends: str) -> None:
     instance = board(ends)
     start = greedy(instance)
@@ -64,7 +63,7 @@ def test_a_kicked_path_visits_all_once_keeps_its_ends_and_costs_what_is_said(end
     assert sorted(instance.path(best.tour).tolist()) == list(range(90))
 
 
-@every("ends", ENDS)
+@pytest.mark.parametrize("ends", ENDS)
 def test_pieces_follow_each_other_and_no_cut_parts_the_ends_of_a_path_from_their_side(ends: str) -> None:
     instance = board(ends)
     tour = greedy(instance)
@@ -78,7 +77,7 @@ def test_pieces_follow_each_other_and_no_cut_parts_the_ends_of_a_path_from_their
             assert {int(joined[0]), int(joined[-1])} == {instance.cost.tied_a, instance.cost.tied_b}
 
 
-@every("ends", ENDS)
+@pytest.mark.parametrize("ends", ENDS)
 def test_a_piece_costs_what_it_costs_in_the_whole_and_its_candidates_are_those_of_the_whole(ends: str) -> None:
     instance = board(ends)
     for nodes in cut(instance, greedy(instance), np.random.default_rng(1)):

@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import leafcut
-from every import every
 from leafcut.errors import OptionError, SolveError
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.firefly import best_inversion, places_apart
@@ -57,7 +56,7 @@ def test_the_published_swarm_is_random_and_has_the_published_numbers() -> None:
     assert not Flight.of(FireflyOptions(variant="published", firefly_start="greedy"), limited=False).at_random
 
 
-@every(
+@pytest.mark.parametrize(
     "flight, as_bright, done, apart, longest",
     [
         (SIMPLE, True, 0.5, 30, 98),  # as bright: far
@@ -130,7 +129,7 @@ def test_of_m_times_n_moves_the_n_shortest_are_kept_and_no_tour_of_before() -> N
     assert all(not np.array_equal(tour, old) for tour in tours for old in before)
 
 
-@every("mode", ["simple", "complex"])
+@pytest.mark.parametrize("mode", ["simple", "complex"])
 def test_the_same_seed_gives_the_same_tour_and_given_ends_stay_ends(mode: str) -> None:
     problem = RoutingProblem.of_points(
         np.random.default_rng(3).uniform(0, 50, (25, 2)), start=(0.0, 0.0), end=(50.0, 50.0)

@@ -13,7 +13,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import SolveError
 from leafcut.kernels.route import Route
 from leafcut.model.problem import Metric, RoutingProblem
@@ -142,7 +141,7 @@ def check(problem: RoutingProblem, nodes: np.ndarray, cost: float) -> None:
     assert cost == pytest.approx(path_cost(problem, nodes))
 
 
-@every("kind", KINDS)
+@pytest.mark.parametrize("kind", KINDS)
 def test_the_default_preset_finds_the_optimum_of_up_to_eight_clusters(kind: str) -> None:
     """A dozen random problems of each kind, by dynamic programming: all but one at most are solved to the optimum."""
     missed = []
@@ -178,8 +177,8 @@ def test_every_answer_keeps_precedence_visits_every_cluster_and_states_its_cost(
     assert found.lower_bound is None or found.lower_bound <= found.cost
 
 
-@every("kind", KINDS)
-@every("n", [0, 1, 2, 3, 4, 5, 6])
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 4, 5, 6])
 def test_few_clusters_on_one_place_are_no_trouble(kind: str, n: int) -> None:
     for closed in (False, True):
         problem = random_problem(2, n, kind, "closed" if closed else (None, None), pairs=n // 2)
@@ -219,7 +218,7 @@ def test_the_same_seed_gives_the_same_answer_whatever_the_threads() -> None:
     check(problem, other.nodes, other.cost)
 
 
-@every(
+@pytest.mark.parametrize(
     "pairs, words",
     [
         ([[3, 3]], "cluster 3 must come before itself"),
@@ -229,7 +228,7 @@ def test_the_same_seed_gives_the_same_answer_whatever_the_threads() -> None:
         ([[-1, 2]], r"pair \(-1, 2\)"),
     ],
 )
-@every("algorithm", ["auto", "none"])
+@pytest.mark.parametrize("algorithm", ["auto", "none"])
 def test_precedence_that_no_order_can_keep_is_refused_in_one_line(
     pairs: list[list[int]], words: str, algorithm: str
 ) -> None:
@@ -325,7 +324,7 @@ def test_stopping_at_once_still_gives_a_whole_path() -> None:
     check(problem, found.nodes, found.cost)
 
 
-@every("kind", KINDS)
+@pytest.mark.parametrize("kind", KINDS)
 def test_the_search_knows_what_its_path_costs_and_never_loses_the_best(kind: str) -> None:
     """The gains that kernels report are added up over hot and cold times, and compared with the path itself."""
     problem = random_problem(6, 60, kind, "closed" if "table" in kind else ENDS[1], pairs=30)
@@ -390,7 +389,7 @@ def test_candidates_are_the_cheapest_of_every_direction_where_all_are_listed() -
         assert 8 <= len(listed) <= 12
 
 
-@every("ends", ENDS)
+@pytest.mark.parametrize("ends", ENDS)
 def test_the_nodes_along_an_order_are_the_best_of_all_choices(ends: object) -> None:
     for kind in ("ways", "table of ways"):
         problem = random_problem(8, 5, kind, ends, pairs=0)

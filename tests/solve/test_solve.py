@@ -14,7 +14,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import SolveError
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import ALGORITHMS, AcoOptions, SolveOptions
@@ -69,8 +68,8 @@ def least_of_all_orders(problem: RoutingProblem) -> float:
     return float(costs.min())
 
 
-@every("ends", ENDS)
-@every("metric", METRICS, ids=lambda m: m.name)
+@pytest.mark.parametrize("ends", ENDS)
+@pytest.mark.parametrize("metric", METRICS, ids=lambda m: m.name)
 def test_the_ants_find_the_optimum_of_seven_nodes(metric: Metric, ends: object) -> None:
     problem = problem_of(np.random.default_rng(11).uniform(0, 40, (7, 2)), metric, ends)
     least = least_of_all_orders(problem)
@@ -79,8 +78,8 @@ def test_the_ants_find_the_optimum_of_seven_nodes(metric: Metric, ends: object) 
         assert found.cost == pytest.approx(least), algorithm
 
 
-@every("algorithm", ALL)
-@every("ends", ENDS)
+@pytest.mark.parametrize("algorithm", ALL)
+@pytest.mark.parametrize("ends", ENDS)
 def test_every_algorithm_visits_each_node_once_and_states_the_true_cost(algorithm: str, ends: object) -> None:
     problem = problem_of(np.random.default_rng(2).integers(0, 20, (40, 2)).astype(float), METRICS[1], ends)
     for local in (True, False):
@@ -93,7 +92,7 @@ def test_every_algorithm_visits_each_node_once_and_states_the_true_cost(algorith
         assert costs[-1] == pytest.approx(found.cost)
 
 
-@every("algorithm", [*ANTS, "colony", "firefly"])
+@pytest.mark.parametrize("algorithm", [*ANTS, "colony", "firefly"])
 def test_the_answer_does_not_depend_on_the_number_of_threads(algorithm: str) -> None:
     problem = problem_of(np.random.default_rng(4).uniform(0, 40, (60, 2)), METRICS[0], "closed")
     answers = [solve(problem, SolveOptions(algorithm=algorithm, iterations=8, threads=t, seed=9)) for t in (1, 2, 3)]
@@ -105,7 +104,7 @@ def test_the_answer_does_not_depend_on_the_number_of_threads(algorithm: str) -> 
 WITHOUT_DICE = ("none", "nn", "2opt")
 
 
-@every("algorithm", [a for a in ALL if a not in WITHOUT_DICE])
+@pytest.mark.parametrize("algorithm", [a for a in ALL if a not in WITHOUT_DICE])
 def test_another_seed_gives_another_search_and_the_same_seed_the_same(algorithm: str) -> None:
     """Of 200 nodes and so short a search that what its workers found tells it from another, if not its tour."""
     problem = problem_of(np.random.default_rng(4).uniform(0, 40, (200, 2)), METRICS[0], "closed")
@@ -119,9 +118,9 @@ def test_another_seed_gives_another_search_and_the_same_seed_the_same(algorithm:
     assert two.cost <= nearest.cost
 
 
-@every("algorithm", ALL)
-@every("n", [0, 1, 2, 3, 4, 5])
-@every("ends", ENDS)
+@pytest.mark.parametrize("algorithm", ALL)
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 4, 5])
+@pytest.mark.parametrize("ends", ENDS)
 def test_tiny_and_degenerate_problems_are_solved(algorithm: str, n: int, ends: object) -> None:
     """No nodes, few nodes, and all nodes on one place."""
     for xy in (np.zeros((n, 2)), np.arange(2.0 * n).reshape(n, 2)):
@@ -149,7 +148,7 @@ def slots(closed: bool) -> RoutingProblem:
     return RoutingProblem(entry, leave, cluster, np.zeros(10), start=None if closed else (0.0, 0.0), closed=closed)
 
 
-@every("closed", [True, False])
+@pytest.mark.parametrize("closed", [True, False])
 def test_the_ways_of_clusters_are_chosen_at_their_best_along_an_order(closed: bool) -> None:
     """All 2⁵ choices of ways along the order that was found: none is cheaper."""
     from leafcut.solve.instance import path_cost
@@ -195,7 +194,7 @@ def test_full_candidate_lists_are_refused_where_they_take_too_much_memory() -> N
         solve(problem, SolveOptions(candidates=0))
 
 
-@every("algorithm", ["kicks", "2opt", PACKAGED])
+@pytest.mark.parametrize("algorithm", ["kicks", "2opt", PACKAGED])
 def test_an_algorithm_that_cannot_keep_precedence_refuses_it(algorithm: str) -> None:
     pairs = np.array([[0, 1]], dtype=np.int32)
     problem = RoutingProblem.of_points(np.arange(12.0).reshape(6, 2), precedence=pairs)
@@ -211,7 +210,7 @@ def test_ants_are_never_worse_than_nearest_neighbour(n: int, seed: int) -> None:
     assert ants.cost <= solve(problem, SolveOptions(algorithm="nn")).cost + 1e-9
 
 
-@every("algorithm", [*ANTS, "colony", "kicks"])
+@pytest.mark.parametrize("algorithm", [*ANTS, "colony", "kicks"])
 def test_every_search_tells_what_its_workers_did(algorithm: str) -> None:
     problem = problem_of(np.random.default_rng(3).uniform(0, 40, (50, 2)), Metric(), "closed")
     found = solve(problem, SolveOptions(algorithm=algorithm, iterations=4), AcoOptions(n_ants=6))
@@ -249,7 +248,7 @@ def test_the_warm_up_makes_ready_every_kernel_that_a_search_uses(name: str, n: i
     assert done.stdout.strip() == "nothing compiled"
 
 
-@every("algorithm", ["auto", "kicks", "mmas", "2opt", "nn", PACKAGED])
+@pytest.mark.parametrize("algorithm", ["auto", "kicks", "mmas", "2opt", "nn", PACKAGED])
 def test_no_iterations_give_a_start_tour(algorithm: str) -> None:
     """Told about or not."""
     problem = RoutingProblem.of_points(np.random.default_rng(4).uniform(0, 50, (30, 2)), closed=True)

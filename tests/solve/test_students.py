@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import pytest
+
 from benchmarked import benchmark
-from every import every
 
 students = benchmark("students")
 
 
-@every(
+@pytest.mark.parametrize(
     "name, process, objective",
     [("sheet.dxf", "cut", "distance"), ("board_97.dxf", "cut", "distance"), ("plate_27.dxf", "drill", "time")],
 )

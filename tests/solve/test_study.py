@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.kernels.pheromone import branching
 from leafcut.model import study as room
 from leafcut.model.problem import RoutingProblem
@@ -36,7 +35,7 @@ def length(tour: np.ndarray) -> float:
     return sum(math.dist(XY[a], XY[b]) for a, b in zip(tour, [*tour[1:], tour[0]], strict=True))
 
 
-@every("algorithm", LITERATURE)
+@pytest.mark.parametrize("algorithm", LITERATURE)
 def test_best_mean_and_worst_are_those_of_the_tours_of_the_iteration(
     algorithm: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -67,7 +66,7 @@ def test_best_mean_and_worst_are_those_of_the_tours_of_the_iteration(
     assert all(a.seconds <= b.seconds for a, b in itertools.pairwise(rows))
 
 
-@every("algorithm", [*LITERATURE, "colony", "kicks"])
+@pytest.mark.parametrize("algorithm", [*LITERATURE, "colony", "kicks"])
 def test_a_study_changes_no_answer(algorithm: str) -> None:
     plain = solve(MAP, alone(algorithm), FEW, firefly=SWARM)
     studied = solve(MAP, alone(algorithm), FEW, firefly=SWARM, observe=Study())
@@ -135,7 +134,7 @@ class Steps:
         self.seen.append(take())
 
 
-@every("algorithm", LITERATURE[:-1])
+@pytest.mark.parametrize("algorithm", LITERATURE[:-1])
 def test_the_example_of_a_step_is_the_rule_of_the_book_in_numbers(algorithm: str) -> None:
     """From point 1: p = τ^α·η^β over the sum of all, d by Pythagoras; full lists, so that all steps are told of."""
     steps, few = Steps(), XY[:6]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
-from every import every
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.options import SolveOptions
@@ -56,7 +56,7 @@ def kicks(found: Solution) -> int:
     return sum(figures.ants for figures in found.workers)
 
 
-@every("problem", [contours(300, ways=2), contours(300), contours(300, pairs=True)])
+@pytest.mark.parametrize("problem", [contours(300, ways=2), contours(300), contours(300, pairs=True)])
 def test_it_holds_for_sheets_and_programs_too(problem: RoutingProblem) -> None:
     """Contours with several starts, cuts with two ends, and what must come first: all of it takes seconds here."""
     found = solve(problem, SolveOptions(bound=False))

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 import leafcut
-from every import every
 from leafcut.api import solve_part
 
 ANTS = ("as", "eas", "asrank", "mmas", "acs")
@@ -26,7 +27,7 @@ def test_the_published_optimal_tour_has_the_published_length(data: Path) -> None
         assert path_cost(problem, tour) == part.optimum
 
 
-@every("algorithm", ANTS)
+@pytest.mark.parametrize("algorithm", ANTS)
 def test_each_algorithm_comes_within_three_percent_on_kroa100(algorithm: str, data: Path) -> None:
     part = leafcut.read_part(data / "tsplib" / "kroA100.tsp")
     assert part.optimum == 21282
@@ -34,8 +35,8 @@ def test_each_algorithm_comes_within_three_percent_on_kroa100(algorithm: str, da
     assert 21282 <= found.cost <= 1.03 * 21282
 
 
-@every("algorithm", ANTS)
-@every("name", ["d198", "fl417", "pcb442", "u724", "rl1304"])
+@pytest.mark.parametrize("algorithm", ANTS)
+@pytest.mark.parametrize("name", ["d198", "fl417", "pcb442", "u724", "rl1304"])
 def test_each_algorithm_improves_on_nearest_neighbour(algorithm: str, name: str, data: Path) -> None:
     part = leafcut.read_part(data / "tsplib" / f"{name}.tsp")
     nearest = solve_part(part, algorithm="nn")
@@ -43,7 +44,7 @@ def test_each_algorithm_improves_on_nearest_neighbour(algorithm: str, name: str,
     assert part.optimum <= found.cost < nearest.cost
 
 
-@every("algorithm", ANTS)
+@pytest.mark.parametrize("algorithm", ANTS)
 def test_without_local_search_the_ants_still_learn(algorithm: str, data: Path) -> None:
     """The tours of pure ants get better than nearest neighbour; MAX–MIN slowest: it forgets least (ρ = 0.02)."""
     iterations = 800 if algorithm == "mmas" else 60
@@ -58,7 +59,7 @@ def test_mmas_comes_within_one_percent_on_pcb442(data: Path) -> None:
     assert solve_part(part, algorithm="mmas", iterations=200).cost <= 1.01 * 50778
 
 
-@every("name, percent", [("pcb442", 1.0), ("pcb3038", 1.5), ("rl11849", 2.5)])
+@pytest.mark.parametrize("name, percent", [("pcb442", 1.0), ("pcb3038", 1.5), ("rl11849", 2.5)])
 def test_kicks_come_near_the_optimum_of_large_boards(name: str, percent: float, data: Path) -> None:
     part = leafcut.read_part(data / "tsplib" / f"{name}.tsp")
     found = solve_part(part, algorithm="kicks", iterations=60)

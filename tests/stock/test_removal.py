@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import shapely
 
-from every import every
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import as_polyline
 from leafcut.model.machine import Machine
@@ -114,7 +113,7 @@ def test_a_slot_engages_half_of_the_edge_and_going_back_through_it_is_air() -> N
     assert m.mean_engagement == pytest.approx(math.pi / 2)
 
 
-@every("width", [0.5, 2.0, 6.0, 9.0])
+@pytest.mark.parametrize("width", [0.5, 2.0, 6.0, 9.0])
 def test_the_width_of_a_cut_is_what_the_tool_takes_off_sideways_and_its_diameter_in_a_slot(width: float) -> None:
     path = path_of([(0, 0), (60, 0)], [(10, width), (50, width)])
     way = way_of(path, RULES)
@@ -127,15 +126,15 @@ def test_the_width_of_a_cut_is_what_the_tool_takes_off_sideways_and_its_diameter
     assert m.wide_mm == pytest.approx(100.0 if width > 8.0 else 60.0, abs=1.1)
 
 
-@every("width", [0.5, 1.5, 2.0, 5.0, 6.0, 9.0])
+@pytest.mark.parametrize("width", [0.5, 1.5, 2.0, 5.0, 6.0, 9.0])
 def test_side_milling_engages_the_angle_whose_cosine_is_one_less_the_width_over_the_radius(width: float) -> None:
     _, angles = engaged([(0, 0), (60, 0)], [(10, width), (50, width)])
     expected = math.degrees(math.acos(1.0 - width / 5.0))
     assert angles[2:] == pytest.approx(np.full(len(angles) - 2, expected), abs=0.3)
 
 
-@every("clockwise", [False, True])
-@every("outwards", [False, True])
+@pytest.mark.parametrize("clockwise", [False, True])
+@pytest.mark.parametrize("outwards", [False, True])
 def test_along_a_circle_the_engagement_is_that_of_two_circles(outwards: bool, clockwise: bool) -> None:
     first, second = (20.0, 22.0) if outwards else (22.0, 20.0)
     _, angles = engaged(Polyline.circle(0, 0, first), Polyline.circle(0, 0, second, clockwise=clockwise))

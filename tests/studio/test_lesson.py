@@ -6,7 +6,6 @@ from xml.etree import ElementTree
 
 import pytest
 
-from every import every
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import SearchStep
 from leafcut.options import LITERATURE, SolveOptions
@@ -33,7 +32,7 @@ def tree(html: str) -> ElementTree.Element:
     return ElementTree.fromstring(f"<div>{html}</div>")
 
 
-@every("algorithm", LITERATURE)
+@pytest.mark.parametrize("algorithm", LITERATURE)
 def test_every_step_is_told_in_every_language(algorithm: str) -> None:
     steps = steps_of(algorithm)
     assert steps

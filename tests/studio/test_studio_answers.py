@@ -10,7 +10,6 @@ from typing import Any
 
 import pytest
 
-from every import every
 from leafcut import cli
 from leafcut.studio.jobs.nest_request import WantedPart
 from leafcut.studio.jobs.run_job import Made, run
@@ -27,7 +26,7 @@ def made(command: str, *names: str, process: str = "auto", parts: tuple[WantedPa
     return run(call, names, lambda *_: None, threading.Event())
 
 
-@every(
+@pytest.mark.parametrize(
     "command, names, more",
     [
         ("optimize", ["plate_10.dxf"], {"thickness": "6", **LITTLE}),

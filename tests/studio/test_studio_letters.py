@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from every import every
+import pytest
+
 from leafcut.options import AcoOptions, FireflyOptions
 from leafcut.processes.settings import group_of
 from leafcut.studio.wording import LANGUAGES, words
@@ -28,7 +29,7 @@ LETTERS = {
 GLOSSARY = (Path(__file__).parents[2] / "docs" / "glossary.md").read_text(encoding="utf-8")
 
 
-@every("name, letter", LETTERS.items())
+@pytest.mark.parametrize("name, letter", LETTERS.items())
 def test_the_page_and_the_help_name_a_parameter_by_the_same_letter(name: str, letter: str) -> None:
     english = group_of(name).specs()[name].help
     for language in LANGUAGES:

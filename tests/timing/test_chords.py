@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.kernels.chords import MOST_POINTS, merge_chords
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Arc, ToolpathBuilder
@@ -62,7 +61,7 @@ def test_a_way_there_and_back_is_not_one_chord() -> None:
     assert merged(point, np.ones(2, dtype=bool), 5.0) == [True, True]
 
 
-@every("tolerance, one", [(0.06, True), (0.02, False)])
+@pytest.mark.parametrize("tolerance, one", [(0.06, True), (0.02, False)])
 def test_a_bend_within_the_tolerance_is_cut_off(tolerance: float, one: bool) -> None:
     """20 mm to a point 0.05 mm off the line and 20 mm on: under P0.06 one move of 40 mm, with half the acceleration as
     the last one under G64."""

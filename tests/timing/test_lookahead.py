@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import SPEED_ALONE, Arc, DrillCycle, Kind, Toolpath, ToolpathBuilder
@@ -53,7 +52,7 @@ def between(distance: float, begin: float, top: float, end: float, acceleration:
     return (2 * top - begin - end) / acceleration + (distance - ramps) / top
 
 
-@every("machine, mode", [(MILL, 610), (KINKED, 610), (GRBL, 640), (HAAS, 640)])
+@pytest.mark.parametrize("machine, mode", [(MILL, 610), (KINKED, 610), (GRBL, 640), (HAAS, 640)])
 def test_two_moves_in_line_are_one_long_move(machine: Machine, mode: int) -> None:
     whole = seconds(lines([(30, 40)], mode), machine)
     assert seconds(lines([(12, 16), (30, 40)], mode), machine) == pytest.approx(whole, rel=1e-12)
@@ -150,7 +149,7 @@ def test_grbl_runs_an_arc_as_chords_with_corners_between() -> None:
     assert seconds(builder.build(), GRBL) == pytest.approx(trapezoid_time(10 * math.pi, speed, 500.0), rel=0.02)
 
 
-@every("between_moves", ["spindle", "dwell", "coolant", "tool", "offset"])
+@pytest.mark.parametrize("between_moves", ["spindle", "dwell", "coolant", "tool", "offset"])
 def test_whatever_is_done_between_moves_stops_them(between_moves: str) -> None:
     builder = ToolpathBuilder()
     builder.rapid(0.0, 0.0, 0.0)

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.model.machine import Machine
 from leafcut.timing.profile import move_time, trapezoid_time
 
@@ -66,7 +65,7 @@ def test_no_way_takes_no_time() -> None:
     assert move_time((0.0, 0.0, 0.0), mill(), feed=10.0) == 0.0
 
 
-@every("case", [(3.0, 20.0, 100.0), (10.0, 20.0, 100.0), (0.5, 20.0, 300.0)])
+@pytest.mark.parametrize("case", [(3.0, 20.0, 100.0), (10.0, 20.0, 100.0), (0.5, 20.0, 300.0)])
 def test_a_point_pushed_along_in_small_steps_takes_as_long(case: tuple[float, float, float]) -> None:
     assert trapezoid_time(*case) == pytest.approx(simulated(*case), rel=1e-2)
 

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import PlanError
 from leafcut.kernels.cost import edge_costs, way_heights
 from leafcut.model.machine import Machine
@@ -53,7 +52,7 @@ def test_the_published_optimal_tour_of_ulysses_has_its_published_length() -> Non
     assert length == 6859
 
 
-@every(
+@pytest.mark.parametrize(
     "name, b, cost",
     [
         ("euclidean", (3.0, 4.0), 5.0),
@@ -88,7 +87,7 @@ def test_a_lift_is_two_rapids_of_z_from_rest_to_rest() -> None:
     assert travel_metric(machine("linear"), "time").lift == 0
 
 
-@every("name", sorted(set(METRICS) - {"EXPLICIT"}))
+@pytest.mark.parametrize("name", sorted(set(METRICS) - {"EXPLICIT"}))
 def test_only_moves_over_a_zone_cost_a_lift_and_only_one(name: str) -> None:
     zones = np.array([[20.0, 20.0, 10.0, 10.0], [30.0, 10.0, 40.0, 20.0]])
     metric, plain = Metric(name, zones=zones, lift=100.0), Metric(name)
@@ -130,7 +129,7 @@ RELIEF = Relief(
 )  # fmt: skip
 
 
-@every(
+@pytest.mark.parametrize(
     "a, b, height",
     [
         ((5.0, 5.0), (15.0, 5.0), 4.0),  # over two low tiles: no higher than the higher of its ends

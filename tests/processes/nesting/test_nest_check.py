@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from every import every
+import pytest
+
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, NestPart, Placement, Stock
@@ -34,7 +35,7 @@ def test_a_right_nest_has_no_faults() -> None:
     assert check_nest(RIGHT, 9.98, 10.0) == []
 
 
-@every(
+@pytest.mark.parametrize(
     "nest, words",
     [
         (moved(Placement(1, 0.0, 60.05, 60), 1), "apart"),
@@ -58,7 +59,7 @@ def test_two_straight_parts_may_be_just_the_spacing_apart() -> None:
         assert len(check_nest(Nest((part,), (Stock(200, 60),), (Layout(both),), (0,)), 5.0, 10.0)) == faults
 
 
-@every("gap, faults", [(0.2, 0), (0.21, 1), (0.19, 1), (5.0, 0)])
+@pytest.mark.parametrize("gap, faults", [(0.2, 0), (0.21, 1), (0.19, 1), (5.0, 0)])
 def test_parts_may_be_as_near_as_the_kerf_only_along_a_common_edge(gap: float, faults: int) -> None:
     part = NestPart("plate", (square(40),), quantity=3)
     places = (Placement(0, 0.0, 10, 10), Placement(0, 0.0, 50 + gap, 10), Placement(0, 0.0, 150, 10))

@@ -12,7 +12,6 @@ import ezdxf
 import pytest
 import shapely
 
-from every import every
 from leafcut import api
 from leafcut.cli import run
 from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError
@@ -168,7 +167,7 @@ def test_what_cannot_be_nested_is_refused_in_one_line(
     assert not out.exists()
 
 
-@every("machine, size", [(None, (2500, 1250)), ("laser-table", (3000, 1500))])
+@pytest.mark.parametrize("machine, size", [(None, (2500, 1250)), ("laser-table", (3000, 1500))])
 def test_without_a_size_the_sheet_is_as_large_as_the_table_that_cuts_it(
     machine: str | None, size: tuple[float, float], drawings: Path
 ) -> None:

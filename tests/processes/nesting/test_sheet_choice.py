@@ -14,7 +14,6 @@ import ezdxf
 import pytest
 import shapely
 
-from every import every
 from leafcut import api
 from leafcut.cli import run
 from leafcut.errors import LeafcutError
@@ -73,7 +72,7 @@ def taken(found: NestOutcome) -> list[int]:
     return [sum(one.count for one in best.layouts if one.stock == k) for k in range(len(best.stocks))]
 
 
-@every("seed", range(12))
+@pytest.mark.parametrize("seed", range(12))
 def test_the_sheets_taken_cost_no_more_than_the_best_of_all_choices(seed: int, plate: Path) -> None:
     """Brute force over every number of every kind of sheet; with prices, and by area without."""
     made = random.Random(seed)

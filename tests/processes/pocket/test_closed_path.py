@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 import shapely
 
-from every import every
 from leafcut import api
 from leafcut.errors import OptionError, PlanError
 from leafcut.gcode.dialects import dialect
@@ -62,7 +61,7 @@ def check_closed(path: Toolpath, regions: int) -> None:
     assert count == regions
 
 
-@every(
+@pytest.mark.parametrize(
     "strategy, entry", [("connected", "ramp"), ("connected", "plunge"), ("firefly", "helix"), ("ants", "predrilled")]
 )
 def test_no_rapid_lies_between_the_levels(tmp_path: Path, strategy: str, entry: str) -> None:
@@ -151,7 +150,7 @@ def two_levels(second: list[tuple[float, float]], lifts: bool = False) -> Toolpa
     return builder.build()
 
 
-@every(
+@pytest.mark.parametrize(
     "second, lifts, levels, what",
     [
         ([(9, 0), (9, 9), (0, 9), (0, 0)], False, (-1.0, -2.0), []),

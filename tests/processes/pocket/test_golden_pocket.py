@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.pocket import Pocket, PocketLevels, PocketPath, PocketPiece, PocketRules
@@ -56,7 +55,7 @@ def program(name: str, units: str) -> str:
     return write_program(path(), dialect(name), PostOptions(output_units=units), ["pocket"])
 
 
-@every("name, units", CASES)
+@pytest.mark.parametrize("name, units", CASES)
 def test_a_pocket_is_the_golden_program(name: str, units: str) -> None:
     file = GOLDEN / f"pocket_{name}_{units}{dialect(name).extension}"
     text = program(name, units)
@@ -65,7 +64,7 @@ def test_a_pocket_is_the_golden_program(name: str, units: str) -> None:
     assert file.read_bytes() == text.encode("ascii")
 
 
-@every("name, units", CASES)
+@pytest.mark.parametrize("name, units", CASES)
 def test_a_golden_pocket_reads_back_and_hurts_no_wall(name: str, units: str) -> None:
     words = dialect(name)
     written = read_back(program(name, units), words)

@@ -15,7 +15,6 @@ import pytest
 import shapely
 from rich.console import Console
 
-from every import every
 from leafcut import api
 from leafcut.cli import run
 from leafcut.errors import LeafcutError, OptionError, PlanError, VerifyError
@@ -350,7 +349,7 @@ def test_a_strategy_that_is_asked_for_is_the_only_one_that_is_tried(drawing: Pat
     assert not {"zigzag", "connected", "firefly", "ants", "adaptive"} & set(told)
 
 
-@every("strategy", ["best", "connected"])
+@pytest.mark.parametrize("strategy", ["best", "connected"])
 def test_a_run_stopped_while_it_makes_the_connected_way_writes_what_is_there(drawing: Path, strategy: str) -> None:
     """The connected way clears all even so; what was not begun is not tried."""
     cancelled = threading.Event()
@@ -442,7 +441,7 @@ def test_the_connected_way_as_it_is_written_keeps_the_step_over_and_is_shorter_t
     assert found.feed_mm + found.rapid_mm <= 4704.0
 
 
-@every(
+@pytest.mark.parametrize(
     "strategy, algorithm, taken",
     [
         ("ants", "kicks", "auto, colony, as, eas, asrank, mmas or acs"),
@@ -459,7 +458,9 @@ def test_an_algorithm_that_a_strategy_would_not_use_is_refused(
     assert str(refused.value) == f"--algorithm: {said}"
 
 
-@every("strategy, algorithm", [("ants", "mmas"), ("firefly", "firefly"), ("best", "kicks"), ("contour", "2opt")])
+@pytest.mark.parametrize(
+    "strategy, algorithm", [("ants", "mmas"), ("firefly", "firefly"), ("best", "kicks"), ("contour", "2opt")]
+)
 def test_an_algorithm_that_a_strategy_or_the_order_of_pockets_uses_is_taken(strategy: str, algorithm: str) -> None:
     room.check_algorithm(collect({"strategy": strategy, "algorithm": algorithm}))
 

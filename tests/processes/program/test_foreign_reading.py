@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 import leafcut
-from every import every
 from leafcut.errors import OptionError, ReadError
 
 #: As EstlCAM writes it: no word of units.
@@ -115,7 +114,7 @@ def test_what_a_machine_nobody_named_does_not_read_says_so(tmp_path: Path) -> No
 STYLES = Path(__file__).parents[2] / "styles"
 
 
-@every("name", ["lightburn_vector.gc", "lightburn_m3_switched.gc", "inkscape_laser_switched.gcode"])
+@pytest.mark.parametrize("name", ["lightburn_vector.gc", "lightburn_m3_switched.gc", "inkscape_laser_switched.gcode"])
 def test_a_program_for_a_laser_is_read_for_one_where_no_machine_is_named(name: str) -> None:
     """Nothing has to run up at M3, M4 or M5, on a 3018 neither; it is told which machine was taken."""
     for machine, taken, said in (

@@ -8,7 +8,6 @@ from typing import Any
 import ezdxf
 import pytest
 
-from every import every
 from leafcut import api
 from leafcut.errors import OptionError
 from leafcut.read.machine import load_machine
@@ -52,7 +51,7 @@ def test_a_process_without_a_machine_is_cut_on_a_table_that_can(
         assert "PROBE" not in said
 
 
-@every(
+@pytest.mark.parametrize(
     "how, machine, material",
     [
         ("laser_co2_60W", "grbl-laser-co2", "acrylic"),
@@ -70,8 +69,8 @@ def test_a_laser_named_by_its_kind_cuts_on_the_table_of_such_a_laser(
     assert outcome.verified
 
 
-@every("how", TABLES)
-@every("other", TABLES)
+@pytest.mark.parametrize("how", TABLES)
+@pytest.mark.parametrize("other", TABLES)
 def test_a_table_or_a_dialect_that_cuts_in_another_way_is_refused_with_one_that_can(
     how: str, other: str, plate: Path
 ) -> None:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from every import every
 from leafcut.errors import PostError
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.gcode.interpreter import interpret
@@ -151,7 +150,7 @@ M30
 """
 
 
-@every("words, text", [("qtplasmac", QTPLASMAC), ("grbl-laser", GRBL)])
+@pytest.mark.parametrize("words, text", [("qtplasmac", QTPLASMAC), ("grbl-laser", GRBL)])
 def test_a_controller_is_told_in_its_own_words(words: str, text: str) -> None:
     assert written(words, two_cuts(dark=True, mark=True, scribe=words == "qtplasmac")) == text
 
@@ -168,8 +167,8 @@ def test_a_fanuc_laser_is_to_be_checked_on_the_machine() -> None:
     assert "G0 X20. Y10.\nM3 S900\nG4 P500\nG1 X25. F720.\n" in text
 
 
-@every("words", dialects(torch=True))
-@every("units", ["mm", "inch"])
+@pytest.mark.parametrize("words", dialects(torch=True))
+@pytest.mark.parametrize("units", ["mm", "inch"])
 def test_no_line_is_longer_than_the_controller_takes(words: str, units: str) -> None:
     post = PostOptions(output_units=units, line_numbers=True, repeat_words=True)
     text = written(words, two_cuts(), post, ("a sheet with a name " * 8,))
@@ -183,7 +182,7 @@ def test_the_controllers_own_material_has_the_feed() -> None:
     assert re.findall(r"F\S+", text) == ["F#<_hal[plasmac.cut-feed-rate]>"]
 
 
-@every(
+@pytest.mark.parametrize(
     "words, path, post, message",
     [
         ("plasma", two_cuts(mark=True), PostOptions(), "no words for marking"),
@@ -270,7 +269,7 @@ def test_marks_are_made_with_the_scribe_by_its_own_offset(rs274: str, qtplasmac_
     assert re.findall("t[01]m6|g43h0|m3..s1", passed.text) == ["m3$0s1", *mark, *back, "m3$0s1", *mark, *back]
 
 
-@every(
+@pytest.mark.parametrize(
     "was, now",
     [
         ("T1 M6\n", ""),

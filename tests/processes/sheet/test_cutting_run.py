@@ -13,7 +13,6 @@ import ezdxf
 import pytest
 
 from cut_sheets import assert_leads_in_scrap, assert_nothing_is_gouged
-from every import every
 from leafcut import api
 from leafcut.cli import run
 from leafcut.errors import OptionError, PlanError, PostError, VerifyError
@@ -456,7 +455,7 @@ def test_a_laser_table_cuts_by_the_lasers_rules(drawing: Path) -> None:
     assert {len(c.joints) for c in found.detail.plan.cuts if c.kind == "cut"} == {0, 2}
 
 
-@every(
+@pytest.mark.parametrize(
     "options, error, words",
     [
         ({"thickness": None}, OptionError, "--thickness"),

@@ -11,7 +11,6 @@ from typing import Any
 import ezdxf
 import pytest
 
-from every import every
 from leafcut import api
 from leafcut.cli import run
 from leafcut.errors import VerifyError
@@ -52,7 +51,7 @@ def feeds_of_marks(text: str, lit: str) -> set[str]:
     return found
 
 
-@every(
+@pytest.mark.parametrize(
     "options, feed",
     [
         ({}, "2500"),

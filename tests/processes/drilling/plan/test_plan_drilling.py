@@ -9,7 +9,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.errors import OptionError, PlanError
 from leafcut.kinds import Head
 from leafcut.model import Hole, Kind, Machine, Metric, Part, Recipe, Severity, Slot, Tool, ToolKind, ToolLibrary
@@ -49,7 +48,7 @@ def test_a_drill_goes_through_with_its_full_diameter() -> None:
     assert cycle.name == "G81"
 
 
-@every("depth_to, tip", [("tip", 4.0), ("shoulder", 4.0 + 2.5 / math.tan(math.radians(59)))])
+@pytest.mark.parametrize("depth_to, tip", [("tip", 4.0), ("shoulder", 4.0 + 2.5 / math.tan(math.radians(59)))])
 def test_a_blind_hole_is_deep_to_the_tip_or_to_the_shoulder(depth_to: str, tip: float) -> None:
     blind = plan(thickness=None, depth=4.0, depth_to=depth_to)
     assert blind.operations[0].cycle.bottom == pytest.approx(-tip)
@@ -326,7 +325,7 @@ def test_the_end_point_is_reached_high_up_and_last() -> None:
     assert moves[-2][2] == 10.0
 
 
-@every("flag", ["start_point", "end_point"])
+@pytest.mark.parametrize("flag", ["start_point", "end_point"])
 def test_start_and_end_are_places_in_the_plane(flag: str) -> None:
     with pytest.raises(OptionError, match="needs two numbers"):
         plan(**{flag: "1,2,3"})

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import pytest
 
-from every import every
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import Layout, Nest, NestPart, Placement, Stock
@@ -62,7 +61,7 @@ def taken(nest: Nest, kinds: int) -> list[int]:
     return [sum(one.count for one in nest.layouts if one.stock == k) for k in range(kinds)]
 
 
-@every("seed", range(30))
+@pytest.mark.parametrize("seed", range(30))
 def test_no_choice_of_sheets_that_holds_all_is_cheaper(seed: int) -> None:
     """Brute force over every number of every kind of sheet."""
     dice = random.Random(seed)
@@ -81,7 +80,7 @@ def test_no_choice_of_sheets_that_holds_all_is_cheaper(seed: int) -> None:
     assert all(n <= there for n, (there, _) in zip(taken(found, 3), sheets, strict=True))
 
 
-@every("seed", range(30))
+@pytest.mark.parametrize("seed", range(30))
 def test_the_plans_looked_at_are_all_that_cost_less_and_have_area_enough_the_cheapest_first(seed: int) -> None:
     dice = random.Random(seed)
     sizes = [dice.randint(1, 9) for _ in range(3)]

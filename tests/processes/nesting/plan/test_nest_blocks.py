@@ -8,7 +8,6 @@ import math
 import pytest
 import shapely
 
-from every import every
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart, Placement
@@ -35,8 +34,8 @@ def polygons(path: Polyline, members: tuple[Placement, ...]) -> list[shapely.Pol
     return [shapely.Polygon(m.placed(path).vertices[:, :2]) for m in members]
 
 
-@every("kind", ["pairs", "rows", "grids"])
-@every("shape", list(SHAPES))
+@pytest.mark.parametrize("kind", ["pairs", "rows", "grids"])
+@pytest.mark.parametrize("shape", list(SHAPES))
 def test_blocks_hold_every_part_once_and_neighbours_a_kerf_apart(shape: str, kind: str) -> None:
     path, blocks, counts = blocks_of(shape, kind, 17)
     assert sum(len(b.members) * n for b, n in zip(blocks, counts, strict=True)) == 17

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import shapely
 
-from every import every
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
@@ -32,7 +31,7 @@ def shapes(pieces: list[NestPiece], laid: list[PlacedPiece]) -> list[shapely.Pol
     return [shapely.Polygon(pieces[a.piece].path.turned(a.angle).moved(a.x, a.y).flattened(0.001)) for a in laid]
 
 
-@every("rule", range(len(RULES)))
+@pytest.mark.parametrize("rule", range(len(RULES)))
 def test_by_every_rule_pieces_lie_inside_the_margin_and_the_spacing_apart(rule: int) -> None:
     dice = np.random.default_rng(rule)
     paths = [box(*dice.uniform(20, 90, 2), *dice.uniform(-50, 50, 2)) for _ in range(8)] + [Polyline.circle(9, 9, 25)]
@@ -89,7 +88,7 @@ def test_round_pieces_stay_apart_by_the_spacing_and_what_their_chords_lose() -> 
     assert abs(laid[0].x - laid[1].x) == pytest.approx(52.0, abs=0.002)
 
 
-@every("rule", range(len(RULES)))
+@pytest.mark.parametrize("rule", range(len(RULES)))
 def test_by_every_rule_the_last_pieces_stand_in_no_more_columns_than_they_need(rule: int) -> None:
     """Two of 40 × 40 fit beside each other across a sheet of 82: all four take 82 mm, in two columns."""
     pieces = some([box(40, 40)], (0.0,))
@@ -99,8 +98,8 @@ def test_by_every_rule_the_last_pieces_stand_in_no_more_columns_than_they_need(r
     assert max(shape.bounds[2] for shape in last) <= 83.0
 
 
-@every("rule", range(len(RULES)))
-@every("columns", [8, 40])
+@pytest.mark.parametrize("rule", range(len(RULES)))
+@pytest.mark.parametrize("columns", [8, 40])
 def test_the_last_pieces_end_within_a_thousandth_of_the_sheet_of_where_they_could(rule: int, columns: int) -> None:
     """Three slats lie on each other: their columns of 10 mm on a sheet of 10 m, and no further column is begun.
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import shapely
 
-from every import every
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
@@ -80,7 +79,7 @@ def corner(angle: float) -> Polyline:
     return Polyline.of_points([(0, 0), (30, 0), (0, 20)], closed=True).turned(angle)
 
 
-@every("turn", [0.3, 1.1, 2.0, 4.4])
+@pytest.mark.parametrize("turn", [0.3, 1.1, 2.0, 4.4])
 def test_in_a_room_that_is_its_own_shape_a_piece_lies_upon_it(turn: float) -> None:
     """Two crumbs make the box around the room larger, so that no place of a grid is that one: only its corners are."""
     path = corner(turn).moved(13.0, 7.0)
@@ -92,7 +91,7 @@ def test_in_a_room_that_is_its_own_shape_a_piece_lies_upon_it(turn: float) -> No
     assert place(piece(path), room, [0.0], quick=True) is None
 
 
-@every("turn", [0.3, 1.1, 2.0, 4.4])
+@pytest.mark.parametrize("turn", [0.3, 1.1, 2.0, 4.4])
 def test_any_corner_of_a_piece_may_be_the_one_that_lies_in_a_corner(turn: float) -> None:
     """The room is larger at the corner with which the outline of the square begins: the other three hold it."""
     whole = Polyline.of_points([(-3, -3), (20, 0), (20, 20), (0, 20)], closed=True).turned(turn)

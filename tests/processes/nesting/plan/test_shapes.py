@@ -11,7 +11,6 @@ from typing import Any
 import pytest
 import shapely
 
-from every import every
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestPart
@@ -44,7 +43,7 @@ def fine(path: Polyline) -> shapely.Polygon:
     return shapely.Polygon(path.flattened(0.0005))
 
 
-@every("path", OUTLINES.values(), ids=OUTLINES)
+@pytest.mark.parametrize("path", OUTLINES.values(), ids=OUTLINES)
 def test_the_outline_that_the_nester_gets_encloses_all_that_is_nearer_than_half_the_spacing(path: Polyline) -> None:
     points, (x, y), area = packer(path).shape(0)
     given = shapely.Polygon([(px + x, py + y) for px, py in points])
@@ -76,7 +75,7 @@ def test_the_least_length_of_strip_is_that_of_the_angle_at_which_a_piece_fits_ac
     assert packer(OUTLINES["box"], angles=quarters, width=9.0).extent(0) == (math.inf, math.inf)
 
 
-@every("angles", [(0.0,), (0.0, 0.5 * math.pi), None])
+@pytest.mark.parametrize("angles", [(0.0,), (0.0, 0.5 * math.pi), None])
 def test_what_a_short_search_lays_is_inside_the_margin_and_the_spacing_apart(
     angles: tuple[float, ...] | None,
 ) -> None:

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import shapely
 
-from every import every
 from leafcut.processes.pocket.plan.fronts import Fronts
 
 TOOL = 5.0
@@ -31,8 +30,8 @@ def some(seed: int, n: int = 12) -> list[tuple[float, float, float]]:
     return [(x, y, r) for x, y, r in np.column_stack([dice.uniform(-20, 20, (n, 2)), dice.uniform(2, 9, n)]).tolist()]
 
 
-@every("turn", [1, -1])
-@every("seed", range(10))
+@pytest.mark.parametrize("turn", [1, -1])
+@pytest.mark.parametrize("seed", range(10))
 def test_the_arcs_of_a_circle_outside_of_all_discs_are_as_long_as_shapely_says(turn: int, seed: int) -> None:
     ground = fronts(*some(seed), turn=turn)
     arcs = ground.arcs(1.0, 2.0, 8.0)
@@ -46,7 +45,7 @@ def test_the_arcs_of_a_circle_outside_of_all_discs_are_as_long_as_shapely_says(t
             assert ground.beyond(place)[0] > -1e-9
 
 
-@every("seed", range(10))
+@pytest.mark.parametrize("seed", range(10))
 def test_how_far_places_lie_outside_is_their_distance_to_what_is_cleared(seed: int) -> None:
     ground, dice = fronts(*some(seed, 300)[:290]), np.random.default_rng(seed)
     places = dice.uniform(-60, 60, (50, 2))
@@ -55,7 +54,7 @@ def test_how_far_places_lie_outside_is_their_distance_to_what_is_cleared(seed: i
         assert max(gap, 0.0) == pytest.approx(shapely.distance(whole, shapely.Point(place)), abs=0.01)
 
 
-@every("seed", range(40))
+@pytest.mark.parametrize("seed", range(40))
 def test_a_straight_way_is_clear_where_the_discs_together_cover_it(seed: int) -> None:
     ground, dice = fronts(*some(seed, 25)), np.random.default_rng(seed)
     whole = cleared(ground.discs)
@@ -98,7 +97,7 @@ def test_where_all_is_cleared_nothing_is_engaged_and_in_solid_ground_half_of_the
     assert fronts((500, 0, 1)).engagement(0.0, 0.0, 10.0) == pytest.approx(math.pi)
 
 
-@every("seed", range(15))
+@pytest.mark.parametrize("seed", range(15))
 def test_the_engagement_is_the_share_of_the_leading_edge_in_uncleared_ground(seed: int) -> None:
     """Counted: of 3,600 places of the edge ahead those that lie in no cleared ground."""
     turn = 1 if seed % 2 else -1

@@ -10,7 +10,6 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import as_polyline
@@ -49,7 +48,7 @@ def keeps_its_limit(pocket: Pocket, degrees: float, climb: bool = True) -> Pocke
     return path
 
 
-@every("degrees, climb", [(45.0, True), (80.0, False)])
+@pytest.mark.parametrize("degrees, climb", [(45.0, True), (80.0, False)])
 def test_a_rectangle_with_sharp_corners_is_cleared_within_the_limit(degrees: float, climb: bool) -> None:
     keeps_its_limit(Pocket(box(0, 0, 40, 30)), degrees, climb)
 

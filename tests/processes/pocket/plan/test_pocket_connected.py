@@ -10,7 +10,6 @@ import pytest
 import shapely
 from pocket_shapes import RULES, box, l_shape, leaves, only_region, plate, uncovered_share
 
-from every import every
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Points
 from leafcut.model.pocket import Pocket
@@ -21,8 +20,8 @@ from leafcut.processes.pocket.plan.track import Track
 from leafcut.stock.too_wide import TooWide
 
 
-@every("name", ["plate", "l_shape"])
-@every("asked", [0, 40, 150])
+@pytest.mark.parametrize("name", ["plate", "l_shape"])
+@pytest.mark.parametrize("asked", [0, 40, 150])
 def test_a_connected_way_that_is_stopped_at_any_time_is_one_and_clears_all_ground(name: str, asked: int) -> None:
     region, count = only_region({"plate": plate, "l_shape": l_shape}[name]()), itertools.count()
     path = best(region, TooWide(region.polygon, RULES), lambda: next(count) >= asked)

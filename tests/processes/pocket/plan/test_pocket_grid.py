@@ -12,7 +12,6 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import PlanError
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketRules
 from leafcut.processes.course import Run, machine_of
@@ -34,13 +33,13 @@ def region(shape: object, rules: PocketRules = RULES) -> CentreRegion:
     return CentreRegion(shape, rules)
 
 
-@every("pitch, why", [(5.0, "crowd"), (4.0, "crowd"), (7.0, "stays uncut"), (9.0, "stays uncut")])
+@pytest.mark.parametrize("pitch, why", [(5.0, "crowd"), (4.0, "crowd"), (7.0, "stays uncut"), (9.0, "stays uncut")])
 def test_points_too_near_or_too_far_apart_are_refused_with_the_reason(pitch: float, why: str) -> None:
     with pytest.raises(PlanError, match=why):
         grid_points(region(RING, replace(RULES, pitch=pitch)))
 
 
-@every(
+@pytest.mark.parametrize(
     "rules, why",
     [
         ({"pitch": 6.5}, "points 6.5 mm apart for a tool of 10 mm are further from each other than the step-over of 6"),
@@ -169,7 +168,7 @@ def test_the_path_along_the_rows_costs_what_the_problem_says_and_has_no_retract(
     assert path.retracts == 0 and len(path.pieces) == 1
 
 
-@every("climb", [True, False])
+@pytest.mark.parametrize("climb", [True, False])
 def test_walls_are_on_the_right_in_climb_milling_and_on_the_left_in_conventional(climb: bool) -> None:
     shape = region(RING, replace(RULES, climb=climb))
     problem, context = grid_problem(shape)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import shapely
 
-from every import every
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import as_polyline
@@ -61,7 +60,7 @@ def test_a_slot_as_wide_as_the_tool_that_leads_out_of_a_pocket_belongs_to_its_re
     assert all(issue.severity is Severity.NOTE for issue in issues)  # corners only
 
 
-@every("width", [9.98, 9.5])
+@pytest.mark.parametrize("width", [9.98, 9.5])
 def test_a_slot_narrower_than_the_tool_is_refused(width: float) -> None:
     with pytest.raises(PlanError, match="does not fit anywhere"):
         centre_regions(Pocket(box(0, 0, 60, width)), RULES)
@@ -101,7 +100,7 @@ def test_a_passage_that_is_too_narrow_parts_the_region_and_is_told() -> None:
     assert "8 corners" in corners.message
 
 
-@every("wide, deep, off", [(8.0, 30.0, True), (9.98, 30.0, True), (8.0, 1.0, False)])
+@pytest.mark.parametrize("wide, deep, off", [(8.0, 30.0, True), (9.98, 30.0, True), (8.0, 1.0, False)])
 def test_a_slot_narrower_than_the_tool_is_cut_off_and_a_shallow_notch_is_as_a_corner(
     wide: float, deep: float, off: bool
 ) -> None:
@@ -110,7 +109,7 @@ def test_a_slot_narrower_than_the_tool_is_cut_off_and_a_shallow_notch_is_as_a_co
     assert ["is cut off" in issue.message for issue in issues] == ([True, False] if off else [False])
 
 
-@every("degrees", [30.0, 60.0, 120.0])
+@pytest.mark.parametrize("degrees", [30.0, 60.0, 120.0])
 def test_the_tip_of_a_wedge_is_a_corner_with_the_area_between_its_walls_and_the_tool(degrees: float) -> None:
     """Between two walls at 2α a disc of radius r leaves r² (cot α − (π/2 − α))."""
     half = math.radians(0.5 * degrees)

@@ -13,7 +13,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pocket_shapes import RULES, box, floor_mm, l_shape, leaves, only_region, plate, uncovered_share
 
-from every import every
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.pocket import Pocket, PocketPath
 from leafcut.processes.pocket.measures import measure_path
@@ -28,8 +27,8 @@ STRATEGIES = [best, contour, zigzag]
 POCKETS = {"plate": plate(), "l_shape": l_shape(), "disc": Pocket(Polyline.circle(0, 0, 31))}
 
 
-@every("name", POCKETS)
-@every("strategy", STRATEGIES, ids=lambda strategy: strategy.__name__)
+@pytest.mark.parametrize("name", POCKETS)
+@pytest.mark.parametrize("strategy", STRATEGIES, ids=lambda strategy: strategy.__name__)
 def test_every_strategy_clears_all_ground_and_hurts_no_wall(
     strategy: Callable[[CentreRegion], PocketPath], name: str
 ) -> None:
@@ -39,7 +38,7 @@ def test_every_strategy_clears_all_ground_and_hurts_no_wall(
     assert uncovered_share(region, path) < 1e-4
 
 
-@every("name", POCKETS)
+@pytest.mark.parametrize("name", POCKETS)
 def test_the_best_way_is_one_and_but_for_a_percent_no_longer_than_other_strategies_with_their_air(name: str) -> None:
     region = only_region(POCKETS[name])
     path, others = best(region), [contour(region), zigzag(region)]
@@ -62,7 +61,7 @@ def test_contour_links_the_rings_of_a_rectangle_by_one_step_over_each() -> None:
     assert all(6.0 <= round(link, 3) <= 8.49 for link in links)
 
 
-@every("climb", [True, False])
+@pytest.mark.parametrize("climb", [True, False])
 def test_walls_are_passed_with_the_material_on_the_right_when_climbing(climb: bool) -> None:
     region = only_region(plate(), dataclasses.replace(RULES, climb=climb))
     for ring in rings(region):
@@ -151,7 +150,7 @@ def test_a_slot_as_wide_as_the_tool_is_cleared_by_one_line_there_and_back() -> N
     assert path.feed_mm < 2.2 * 50.0
 
 
-@every("width", [10.0045, 10.008, 10.05])
+@pytest.mark.parametrize("width", [10.0045, 10.008, 10.05])
 def test_a_slot_a_few_hundredths_wider_than_the_tool_has_lines_without_a_finishing_pass(width: float) -> None:
     region = only_region(Pocket(box(0, 0, 60, width)))
     path = zigzag(region, finishing_pass=False)
@@ -192,7 +191,7 @@ def test_any_pocket_is_cleared_without_hurting_a_wall_one_way_per_region(pocket:
         assert uncovered_share(region, path) < 1e-3
 
 
-@every("islands", [(), (Polyline.circle(9, -7, 8, clockwise=True),)])
+@pytest.mark.parametrize("islands", [(), (Polyline.circle(9, -7, 8, clockwise=True),)])
 def test_a_zigzag_leaves_its_pass_along_round_walls_no_more_than_the_step_over(islands: tuple[Polyline, ...]) -> None:
     """From the wall into the pocket, square to it, ground that no line has cleared is no wider than the step-over."""
     region = only_region(Pocket(Polyline.circle(0, 0, 40), islands))

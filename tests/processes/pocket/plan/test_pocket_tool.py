@@ -6,7 +6,6 @@ import math
 
 import pytest
 
-from every import every
 from leafcut.errors import LeafcutError
 from leafcut.model.issue import Severity
 from leafcut.model.pocket import PocketRules
@@ -37,7 +36,7 @@ def test_the_mill_is_that_of_the_number_or_of_the_diameter_or_the_only_one() -> 
     assert mill(ToolLibrary((DRILL, LARGE))) == LARGE
 
 
-@every(
+@pytest.mark.parametrize(
     "library, options, depth, words",
     [
         (SHOP, {"tool_number": 3}, 4.0, "T3 drill Ø6 is a drill, and a pocket needs an end mill"),
@@ -67,7 +66,7 @@ def test_an_option_counts_before_the_library_and_the_library_before_what_is_assu
     assert (data.tool.feed, data.tool.spindle_rpm, issues) == (12.0, 5000, [])
 
 
-@every(
+@pytest.mark.parametrize(
     "diameter, teeth, material, rpm, feed",
     [
         # v / (π D): 20 m/min at 10 mm are 637 rpm; 0.05 mm a tooth, two teeth.

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import shapely
 
-from every import every
 from leafcut.errors import OptionError, PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.part import Part
@@ -88,7 +87,7 @@ def test_finishing_passes_are_two_diameters_deep_at_most() -> None:
     assert finishing_levels(PocketLevels(0.0, (-50.0,)), 10.0) == pytest.approx([-50 / 3, -100 / 3, -50.0])
 
 
-@every(
+@pytest.mark.parametrize(
     "options, words",
     [
         ({}, "--tool-diameter"),
@@ -323,7 +322,7 @@ def test_every_run_that_begins_with_a_loop_is_entered_along_it() -> None:
         assert np.hypot(down[:, 0] - x, down[:, 1] - 30.0) == pytest.approx(4.5)
 
 
-@every("climb", [True, False])
+@pytest.mark.parametrize("climb", [True, False])
 def test_a_wall_pass_goes_once_along_every_wall_on_the_side_that_is_asked_for(climb: bool) -> None:
     pocket = Pocket(box(0, 0, 80, 60), (Polyline.circle(40, 30, 8, clockwise=True),))
     rules = replace(RULES, climb=climb)

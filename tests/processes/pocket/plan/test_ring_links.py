@@ -10,7 +10,6 @@ import pytest
 import shapely
 from pocket_shapes import RULES, l_shape, only_region, plate
 
-from every import every
 from leafcut.processes.pocket.plan.ring_links import RingLinks, children_of, tree_of
 from leafcut.processes.pocket.plan.rings import Ring, rings
 
@@ -32,7 +31,7 @@ def weight(a: Ring, b: Ring) -> float:
     return a.line.distance(b.line) + STEP * (0.5 * (a.level == b.level) + (a.level == b.level == 0))
 
 
-@every("seed", range(6))
+@pytest.mark.parametrize("seed", range(6))
 def test_the_rings_are_joined_by_the_cheapest_tree_of_all(seed: int) -> None:
     cut = some(seed)
     tree = tree_of(cut, STEP)
@@ -64,7 +63,7 @@ def test_rings_of_concentric_circles_are_joined_each_to_the_next() -> None:
     assert {tuple(sorted(edge)) for edge in tree_of(cut, STEP)} == {(k, k + 1) for k in range(4)}
 
 
-@every("pocket", [plate(), l_shape()], ids=["plate", "l-shape"])
+@pytest.mark.parametrize("pocket", [plate(), l_shape()], ids=["plate", "l-shape"])
 def test_one_way_goes_through_all_rings_at_depth_and_leaves_neither_the_region_nor_a_wall_out(pocket) -> None:
     region = only_region(pocket)
     cut = rings(region)

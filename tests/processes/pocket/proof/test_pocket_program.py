@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
@@ -52,7 +51,7 @@ def test_a_path_that_keeps_its_distance_is_free_of_faults() -> None:
     assert found(laid(*RING)) == []
 
 
-@every(
+@pytest.mark.parametrize(
     "move, what",
     [
         ((4.98, 25.0, -2.0), "gouge"),  # 0.02 mm into the left wall
@@ -96,7 +95,7 @@ def test_a_rapid_below_the_r_plane_is_found_but_the_rise_is_not() -> None:
     assert found(builder.build()) == ["rapid in the material"] * 2
 
 
-@every(
+@pytest.mark.parametrize(
     "at, z, free",
     [
         ((20.0, 5.0), -1.5, True),  # the tool's centre has been here
@@ -179,7 +178,7 @@ def test_levels_that_are_alike_are_simulated_once(monkeypatch: pytest.MonkeyPatc
     assert np.isclose(rows[0].removal.swept.area, rows[1].removal.swept.area)
 
 
-@every("apart, said", [(5.9, []), (6.0, []), (6.1, ["step-over"])])
+@pytest.mark.parametrize("apart, said", [(5.9, []), (6.0, []), (6.1, ["step-over"])])
 def test_lines_further_apart_than_the_stated_step_over_are_found_in_the_text(apart: float, said: list[str]) -> None:
     """Three lines over a field without walls nearby, to and fro."""
     field = (Pocket(Polyline.of_points([(-90, -90), (90, -90), (90, 90), (-90, 90)], closed=True), name="1"),)
@@ -210,7 +209,7 @@ def test_a_finishing_pass_half_way_down_lies_beside_the_passes_of_the_level_belo
     assert [(level.z, level.step_over) for level in levels] == [(-2.0, pytest.approx(0.0)), (-1.0, pytest.approx(5.0))]
 
 
-@every(
+@pytest.mark.parametrize(
     "back, said",
     [
         ((5.0, 5.0, -2.0), []),  # along the ring that is cleared
@@ -249,7 +248,7 @@ def levels_at(*heights: float, ways: dict[float, tuple[tuple[float, float], ...]
 ELSEWHERE = ((10.0, 7.5), (30.0, 7.5))
 
 
-@every(
+@pytest.mark.parametrize(
     "heights, ways, lines",
     [
         ((-2.0, -4.0, -6.0), {}, 0),

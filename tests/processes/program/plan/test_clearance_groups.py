@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import random
 
-from every import every
+import pytest
+
 from leafcut.processes.program.plan.sections.clearance_groups import group_by_height
 
 APART = [(10.0 * k, 0.0) for k in range(40)]
@@ -32,7 +33,7 @@ def test_passes_at_one_place_between_high_crossings_move_as_one() -> None:
     assert group_by_height([5, 5, 20, 5, 5, 20, 5, 5], places) == [([0, 3, 6], 9, 20.0)]
 
 
-@every("seed", range(60))
+@pytest.mark.parametrize("seed", range(60))
 def test_whatever_the_heights_none_of_the_pieces_is_lost_and_no_member_crosses_as_high_within(seed: int) -> None:
     dice = random.Random(seed)
     n = dice.randint(2, 25)

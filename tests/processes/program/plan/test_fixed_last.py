@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from every import every
+import pytest
+
 from leafcut.processes.program.plan.resequencing import find_sequence
 from rewriting import program_of
 
@@ -16,7 +17,7 @@ def pieces(text: str, process: str = "auto") -> list[int]:
     return [len(s.pieces) for s in find_sequence(program_of(text), process=process).sections]
 
 
-@every(
+@pytest.mark.parametrize(
     "behind, free",
     [
         ("G0 X90 Y0", 3),
@@ -32,7 +33,7 @@ def test_a_cut_that_goes_on_from_the_last_piece_holds_it(behind: str, free: int)
     assert pieces(text) == [free]
 
 
-@every(
+@pytest.mark.parametrize(
     "behind, free",
     [
         ("G0 Z15 / X90 Y0 / G1 Z-1", 2),

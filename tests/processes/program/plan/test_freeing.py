@@ -5,8 +5,9 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 
+import pytest
+
 from cut_free import BORES, OUTLINES, PARTS, SKINS, SLOTS, TABBED, bore, outline, slot, text_of
-from every import every
 from leafcut.model.sequence import Sequence
 from leafcut.processes.program.plan.resequencing import find_sequence
 from leafcut.processes.program.post.rewriter import rewrite
@@ -37,7 +38,7 @@ def broken(cuts: list[str], frees: Callable[[str], bool], text: str) -> list[tup
     ]
 
 
-@every("name", SHEETS)
+@pytest.mark.parametrize("name", SHEETS)
 def test_no_part_comes_free_before_work_that_was_before_it(name: str) -> None:
     """In ten random orders that the planner allows, each of which the proof finds to be the same work."""
     cuts, frees = SHEETS[name]
@@ -108,7 +109,7 @@ def random_sheet(rng: random.Random) -> list[str]:
     return cuts
 
 
-@every("seed", range(25))
+@pytest.mark.parametrize("seed", range(25))
 def test_whatever_the_planner_allows_the_proof_finds_to_be_the_same(seed: int) -> None:
     program = program_of(text_of(random_sheet(random.Random(seed))))
     sequence = find_sequence(program, process="mill")

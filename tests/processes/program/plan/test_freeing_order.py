@@ -6,7 +6,6 @@ import random
 
 import pytest
 
-from every import every
 from leafcut.model.sequence import PieceOfWork
 from leafcut.processes.program.plan.precedence import freeing
 from leafcut.processes.program.plan.precedence.freeing import freeing_stages, work_before_freeing
@@ -61,7 +60,7 @@ def random_work(dice: random.Random) -> list[PieceOfWork]:
     return [piece(*dice.choice(kinds), bottom=dice.choice((-6.0, -6.2, -5.0))) for _ in range(dice.randint(1, 12))]
 
 
-@every("seed", range(80))
+@pytest.mark.parametrize("seed", range(80))
 def test_all_work_is_before_every_later_piece_that_may_free_a_part_but_for_parts_as_deep(seed: int) -> None:
     pieces = random_work(random.Random(seed))
     for b, later in enumerate(pieces):
@@ -71,7 +70,7 @@ def test_all_work_is_before_every_later_piece_that_may_free_a_part_but_for_parts
                 assert held(pieces, a, b), (a, b)
 
 
-@every("seed", range(40))
+@pytest.mark.parametrize("seed", range(40))
 def test_where_pairs_would_be_too_many_parts_come_free_in_their_old_order_and_nothing_else_is_lost(seed: int) -> None:
     pieces = random_work(random.Random(seed))
     with pytest.MonkeyPatch.context() as patch:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from every import every
+import pytest
+
 from leafcut.processes.program.plan.resequencing import find_sequence
 from rewriting import program_of, rewritten
 
@@ -42,7 +43,7 @@ MARKED = {
 }  # fmt: skip
 
 
-@every("name", MARKED)
+@pytest.mark.parametrize("name", MARKED)
 def test_operations_are_kept_apart_and_pieces_with_names_are_not(name: str) -> None:
     body, expected = MARKED[name]
     assert sizes(body) == expected

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.gcode.tool_comments import tool_width
@@ -60,7 +59,7 @@ def test_rows_that_clear_a_surface_keep_their_order() -> None:
     assert ordered(rows, 0, 3)
 
 
-@every("places", [(0, 40, 20, 55), (0, 20), (0, 20, 60)])
+@pytest.mark.parametrize("places", [(0, 40, 20, 55), (0, 20), (0, 20, 60)])
 def test_slots_that_do_not_advance_evenly_are_free(places: tuple[int, ...]) -> None:
     slots = [line(y) for y in places]
     assert not ordered(slots, 0, len(slots) - 1)
@@ -76,7 +75,7 @@ def test_carving_that_follows_a_surface_is_free_at_all_depths() -> None:
     assert not ordered(carved, 0, 1)
 
 
-@every("process, gap", [("mill", 6.0), ("laser", 1.0)])
+@pytest.mark.parametrize("process, gap", [("mill", 6.0), ("laser", 1.0)])
 def test_what_lies_inside_an_outline_that_tabs_hold_comes_before_it(process: str, gap: float) -> None:
     h = gap / 2
     places = (
@@ -98,7 +97,7 @@ def test_what_lies_inside_an_outline_that_tabs_hold_comes_before_it(process: str
             assert (begins[inner], begins[outer]) in found
 
 
-@every(
+@pytest.mark.parametrize(
     "comment, width",
     [
         ("(T1 D=10. CR=0. - ZMIN=-8. - FLAT END MILL) / (T5 D=6.8 CR=0. - DRILL)", 10.0),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.errors import PlanError
 from leafcut.model.problem import Metric
 from leafcut.model.sequence import Kept, Section, Sequence
@@ -96,7 +95,7 @@ BARRIERS = {
 }
 
 
-@every("block", BARRIERS)
+@pytest.mark.parametrize("block", BARRIERS)
 def test_what_has_a_meaning_of_its_own_parts_sections(block: str) -> None:
     holes = "G0 X{} Y0 / G1 Z-1 F100 / G0 Z5 / X{} / G1 Z-1 / G0 Z5"
     sequence = sequence_of(f"{holes.format(0, 9)} / {block} / {holes.format(20, 30)}")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from every import every
+import pytest
+
 from leafcut.processes.program.plan.resequencing import find_sequence
 from leafcut.processes.program.post.rewriter import rewrite
 from rewriting import program_of, some_orders, work_of
@@ -61,7 +62,7 @@ FORBIDDEN = {
 }
 
 
-@every("why", FORBIDDEN)
+@pytest.mark.parametrize("why", FORBIDDEN)
 def test_sections_are_not_joined_over(why: str) -> None:
     program = program_of(text_of(*FORBIDDEN[why]))
     sequence = find_sequence(program, merge_tools=True)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from every import every
 from leafcut.model.problem import Metric
 from leafcut.processes.program.plan.resequencing import build_problem, find_sequence, piece_order
 from rewriting import program_of
@@ -57,12 +57,12 @@ STAYS = {
 }
 
 
-@every("body", OPEN.values(), ids=OPEN.keys())
+@pytest.mark.parametrize("body", OPEN.values(), ids=OPEN.keys())
 def test_an_open_cut_at_one_depth_may_be_turned(body: str) -> None:
     assert turns(MILL.format(body)) == [True, True]
 
 
-@every("body", STAYS.values(), ids=STAYS.keys())
+@pytest.mark.parametrize("body", STAYS.values(), ids=STAYS.keys())
 def test_a_cut_that_shows_a_direction_stays(body: str) -> None:
     assert [*turns(MILL.format(body)), False][0] is False
 
@@ -72,7 +72,7 @@ def test_without_the_option_nothing_is_turned() -> None:
     assert not any(c.reversible for s in find_sequence(program).sections for c in s.pieces)
 
 
-@every(
+@pytest.mark.parametrize(
     "body, expected",
     [
         ("G0 X0 Y0 / M3 S500 / G1 X9 F600", True),

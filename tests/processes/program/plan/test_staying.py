@@ -8,8 +8,8 @@ from itertools import permutations
 from typing import NamedTuple
 
 import numpy as np
+import pytest
 
-from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.sequence import Staying
@@ -99,7 +99,7 @@ def staying(case: Case, body: str) -> tuple[tuple[Staying, ...], int]:
     return grouped(sequence, {}, False), count_pieces(sequence)
 
 
-@every("case", CASES, ids=lambda c: c.reason)
+@pytest.mark.parametrize("case", CASES, ids=lambda c: c.reason)
 def test_the_reason_that_is_given_is_the_one_cause_and_without_it_all_pieces_are_free(case: Case) -> None:
     groups, pieces = staying(case, case.program)
     assert [(g.reason, g.count, g.first_line, g.word) for g in groups] == [case[:4]]

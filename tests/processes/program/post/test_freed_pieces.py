@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
@@ -59,7 +58,7 @@ def read(name: str) -> tuple[str, Program, Sequence, bool]:
     return text, program, find_sequence(program, allow_reverse=either_way), either_way
 
 
-@every("name", PROGRAMS)
+@pytest.mark.parametrize("name", PROGRAMS)
 def test_all_pieces_are_free_and_every_order_of_them_is_proved(name: str) -> None:
     """Each at its own S, F and dwell."""
     _, program, sequence, either_way = read(name)
@@ -116,7 +115,7 @@ def test_a_stroke_from_its_other_end_waits_behind_the_plunge_as_before() -> None
         assert not certify(program, interpret_program(said, dialect("linuxcnc")), allow_reverse=True).same
 
 
-@every(
+@pytest.mark.parametrize(
     "body, reason",
     [
         (strokes("G0 X{x} Y{y}\n{s}M3\nG1 Z-1. F100.\nX{end}\nG0 Z5.\n"), "the spindle is switched"),

@@ -12,7 +12,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import PostError
 from leafcut.gcode.program import Program
 from leafcut.model.sequence import Sequence
@@ -33,7 +32,7 @@ def turned(body: str) -> str:
     return text.removeprefix(HEAD).removesuffix(FOOT)
 
 
-@every(
+@pytest.mark.parametrize(
     "body, expected",
     [
         ("G0 X0 Y0 / G1 Z-1 F50 / X5 F200", "G0 X5 Y0 / G1 Z-1 F50 / X0 F200"),

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
@@ -47,13 +46,13 @@ def read(name: str) -> tuple[str, Program, Sequence]:
     return text, program, find_sequence(program)
 
 
-@every("name", FILES)
+@pytest.mark.parametrize("name", FILES)
 def test_the_order_of_the_program_gives_its_own_bytes(name: str) -> None:
     text, program, sequence = read(name)
     assert rewrite(program, sequence, [np.arange(len(s.pieces)) for s in sequence.sections]) == text
 
 
-@every("name", FILES)
+@pytest.mark.parametrize("name", FILES)
 def test_another_order_does_the_same_work_and_crosses_no_lower(name: str) -> None:
     _, program, sequence = read(name)
     work, lowest = work_of(program), lowest_way(program)
@@ -65,7 +64,7 @@ def test_another_order_does_the_same_work_and_crosses_no_lower(name: str) -> Non
         assert lowest_way(new) >= lowest or np.isnan(lowest)
 
 
-@every("name", FIXED)
+@pytest.mark.parametrize("name", FIXED)
 def test_where_nothing_may_change_places_it_is_said_why(data: Path, name: str) -> None:
     _, _, sequence = read(name)
     assert sequence.sections == ()

@@ -13,7 +13,6 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import ReadError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
@@ -43,7 +42,7 @@ def program(text: str) -> Program:
     return interpret_program(text, dialect("linuxcnc"), units="mm")
 
 
-@every("name", FILES)
+@pytest.mark.parametrize("name", FILES)
 def test_every_real_program_is_the_same_as_itself(data: Path, name: str) -> None:
     text = text_of(data, name)
     certificate = certify(program(text), program(text), tolerance_mm=0.0)
@@ -55,7 +54,7 @@ DRILLED = r"(?:G0 X\S+ Y\S+\nG1 Z-\S+\nG1 Z\S+\n)+"
 PLACES = r"(?:X\S+ Y\S+ ?\n)+"
 
 
-@every(
+@pytest.mark.parametrize(
     "name, run, piece",
     [
         ("pcb2gcode_easysdr_drill.ngc", DRILLED, r"G0.*\nG1.*\nG1.*\n"),
@@ -155,7 +154,7 @@ def test_a_changed_digit_that_changes_the_cuts_is_always_caught(
         assert not certificate.same
 
 
-@every(
+@pytest.mark.parametrize(
     "name",
     ["camotics_buildbotics.gcode", "pcb2gcode_slots_drill_metric.ngc", "ugs_enclosure_cambam.nc", "gsender_kb35.nc"],
 )

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import pytest
+
 from cut_free import BORES, OUTLINES, SKINS, SLOTS, TABBED, bore, outline, text_of
-from every import every
 from leafcut.processes.program.proof.certificate import certify
 from rewriting import program_of
 
@@ -17,7 +18,7 @@ WORK = [*BORES[:2], *SLOTS[:2]]
 FREES = "part free too early"
 
 
-@every("other", [BORES[4], SLOTS[2], bore(120, 20, 6)])
+@pytest.mark.parametrize("other", [BORES[4], SLOTS[2], bore(120, 20, 6)])
 def test_work_on_another_part_made_after_a_part_is_free_is_caught(other: str) -> None:
     rest = [*OUTLINES[:1], *OUTLINES[2:]]
     assert differences([other, OUTLINES[1], *rest], [OUTLINES[1], other, *rest]) == [FREES]

@@ -7,7 +7,6 @@ import random
 import numpy as np
 import pytest
 
-from every import every
 from leafcut.processes.program.plan.resequencing import find_sequence
 from leafcut.processes.program.proof.certificate import certify
 from leafcut.processes.program.proof.passes import told_width
@@ -38,7 +37,7 @@ LEVELS = [line(0, -1), line(20, -1), line(2, -2), line(22, -2)]
 ROWS = [line(y) for y in (0, 20, 40, 55)]
 
 
-@every(
+@pytest.mark.parametrize(
     "cuts, order",
     [
         (FINISHING, [2, 3, 0, 1]),
@@ -62,7 +61,7 @@ HOLES = ["G0 X0 Y0 / G1 Z-1 F50 / G0 Z5", "G0 X6 Y0 / G1 Z-2 F50 / G0 Z5", "G99 
 ENGRAVED = ["G0 X0 Y0 / G1 Z-0.1 F50 / X3 Y5 / X6 Y0 / G0 Z5", "G0 X1.5 Y3.2 / G1 Z-0.1 F50 / X4.5 / G0 Z5"]
 
 
-@every(
+@pytest.mark.parametrize(
     "cuts, order",
     [
         (FINISHING, [1, 0, 2, 3]),
@@ -89,12 +88,12 @@ def test_a_tool_that_a_comment_says_to_be_narrow_reaches_no_farther() -> None:
     assert not same(levels, [1, 0], comment="(T1 D=6 - flat end mill) / ")
 
 
-@every("cut", ["G0 X0 Y{y} / M3 S300 / G1 X60 F900 / M5", "G0 X0 Y{y} S0 / M4 S300 / G1 X60 F900"])
+@pytest.mark.parametrize("cut", ["G0 X0 Y{y} / M3 S300 / G1 X60 F900 / M5", "G0 X0 Y{y} S0 / M4 S300 / G1 X60 F900"])
 def test_lines_of_a_laser_beside_each_other_are_free(cut: str) -> None:
     assert same([cut.format(y=y / 5) for y in range(4)], [2, 0, 3, 1], head=LASER, foot=" / M5 / M2")
 
 
-@every(
+@pytest.mark.parametrize(
     "text, width",
     [
         ("(T1 D=10. CR=0. - ZMIN=-8. - FLAT END MILL) / (T5 D=6.8 CR=0. - DRILL)", 6.8),
@@ -114,7 +113,7 @@ def test_the_narrowest_tool_is_what_comments_about_tools_say(text: str, width: f
     assert told_width(program_of(text + " / G21 G90 / G0 X0")) == pytest.approx(width)
 
 
-@every("seed", range(25))
+@pytest.mark.parametrize("seed", range(25))
 def test_every_order_that_keeps_what_the_planner_keeps_is_the_same_work(seed: int) -> None:
     """Lines, rings, hooks and holes anywhere at three depths, in random orders that keep the pairs of the planner."""
     rng = random.Random(seed)

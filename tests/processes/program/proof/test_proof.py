@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
@@ -180,7 +179,7 @@ MUTATIONS = [
 ]
 
 
-@every("name, old, new, words", MUTATIONS)
+@pytest.mark.parametrize("name, old, new, words", MUTATIONS)
 def test_every_single_change_is_caught_and_said(name: str, old: str, new: str, words: str) -> None:
     original = written(PROGRAMS[name])
     mutated, n = re.subn(old, new, original, count=1)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from every import every
+import pytest
+
 from leafcut.processes.program.proof.certificate import certify
 from rewriting import program_of
 
@@ -33,7 +34,7 @@ def changed(parts: Parts, number: int, old: str, new: str) -> Parts:
     return [part.replace(old, new, 1) if k == number else part for k, part in enumerate(parts)]
 
 
-@every(
+@pytest.mark.parametrize(
     "original, new",
     [
         ([SHALLOW, OTHER, DEEP], [SHALLOW, DEEP, OTHER]),
@@ -50,7 +51,7 @@ def test_an_order_that_harms_nothing_is_the_same_work(original: Parts, new: Part
     assert what_differs(original, new) == []
 
 
-@every(
+@pytest.mark.parametrize(
     "number, old, new, what",
     [
         (1, "G0 Z2", "G0 Z1", "changed cut"),
@@ -74,7 +75,7 @@ def test_a_rapid_into_a_hole_stays_allowed_where_it_is_made_elsewhere_after_it()
         assert what_differs(original, [deep.format(z), HOLES[1], "G0 X0 Y0", "G4 P1", HOLES[2]]) == found
 
 
-@every("old, new", [("G41 D1", "G42 D1"), ("G41 D1", "G41 D2"), ("G41 D1 / ", ""), ("X30", "X31")])
+@pytest.mark.parametrize("old, new", [("G41 D1", "G42 D1"), ("G41 D1", "G41 D2"), ("G41 D1 / ", ""), ("X30", "X31")])
 def test_another_compensation_behind_holes_is_caught(old: str, new: str) -> None:
     order = [HOLES[2], HOLES[0], HOLES[1], "G0 X20 Y0", SIDE]
     assert what_differs([*HOLES, SIDE], changed(order, 4, old, new)) != []
@@ -97,7 +98,7 @@ def test_a_cut_that_went_on_under_compensation_from_a_hole_is_caught_behind_anot
     assert what_differs([*HOLES, side], [HOLES[2], HOLES[0], HOLES[1], side]) != []
 
 
-@every(
+@pytest.mark.parametrize(
     "new",
     [
         [CYCLES[1], "G4 P1", CYCLES[0], CYCLES[2], "G80", "M8"],

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from every import every
+import pytest
+
 from leafcut.model.certificate import Certificate
 from leafcut.processes.program.proof.certificate import certify, proof_lines
 from rewriting import program_of
@@ -43,7 +44,7 @@ def test_the_same_direction_is_no_reversal() -> None:
         assert len(proof_lines(found)) == 2
 
 
-@every(
+@pytest.mark.parametrize(
     "was, becomes, what",
     [
         ("F200", "F210", "changed cut"),
@@ -70,7 +71,7 @@ def test_any_other_change_of_a_cut_that_is_turned_is_found(was: str, becomes: st
     assert what in " ".join(map(str, found.differences))
 
 
-@every(
+@pytest.mark.parametrize(
     "old, new",
     [
         # Closed: the way round is climb milling or the other one.

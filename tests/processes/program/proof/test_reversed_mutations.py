@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterator
 
 import numpy as np
+import pytest
 
-from every import every
 from leafcut.errors import LeafcutError
 from leafcut.gcode.program import Program
 from leafcut.processes.program.plan.resequencing import find_sequence
@@ -79,7 +79,7 @@ MUTATIONS = {
 }
 
 
-@every("tool", [MILL, LASER], ids=["mill", "laser"])
+@pytest.mark.parametrize("tool", [MILL, LASER], ids=["mill", "laser"])
 def test_cuts_turned_round_are_the_same_work_with_the_option_only(tool: tuple[str, str, str, str]) -> None:
     original = original_of(*tool)
     new = program_of(turned(original))
@@ -89,7 +89,7 @@ def test_cuts_turned_round_are_the_same_work_with_the_option_only(tool: tuple[st
     assert not certify(original, new).same
 
 
-@every("tool", [MILL, LASER], ids=["mill", "laser"])
+@pytest.mark.parametrize("tool", [MILL, LASER], ids=["mill", "laser"])
 def test_one_cut_turned_without_the_option_is_found(tool: tuple[str, str, str, str]) -> None:
     original = original_of(*tool)
     sequence = find_sequence(original, allow_reverse=True)
@@ -100,8 +100,8 @@ def test_one_cut_turned_without_the_option_is_found(tool: tuple[str, str, str, s
         assert not certify(original, new).same
 
 
-@every("mutation", MUTATIONS.values(), ids=MUTATIONS.keys())
-@every("tool", [MILL, LASER], ids=["mill", "laser"])
+@pytest.mark.parametrize("mutation", MUTATIONS.values(), ids=MUTATIONS.keys())
+@pytest.mark.parametrize("tool", [MILL, LASER], ids=["mill", "laser"])
 def test_what_turning_may_get_wrong_is_found(tool: tuple[str, str, str, str], mutation: object) -> None:
     original = original_of(*tool)
     spoilt = list(mutation(turned(original)))  # type: ignore[operator]

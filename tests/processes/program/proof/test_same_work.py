@@ -7,10 +7,10 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.processes.program.proof.same_work import same_work
@@ -64,7 +64,7 @@ MUTATIONS: dict[str, tuple[Toolpath, str]] = {
 }
 
 
-@every("what", MUTATIONS)
+@pytest.mark.parametrize("what", MUTATIONS)
 def test_every_change_of_the_work_is_seen_and_said(what: str) -> None:
     new, words = MUTATIONS[what]
     found = [str(d) for d in same_work(drill(HOLES), new)]
@@ -72,7 +72,7 @@ def test_every_change_of_the_work_is_seen_and_said(what: str) -> None:
     assert all("\n" not in text for text in found)
 
 
-@every("what", MUTATIONS)
+@pytest.mark.parametrize("what", MUTATIONS)
 def test_every_change_is_seen_when_one_program_has_no_cycles(what: str) -> None:
     new, _ = MUTATIONS[what]
     if what != "another cycle":  # feeding up instead of a rapid is a cut more, below

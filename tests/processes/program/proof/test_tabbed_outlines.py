@@ -5,7 +5,8 @@ from __future__ import annotations
 import random
 from itertools import pairwise
 
-from every import every
+import pytest
+
 from leafcut.processes.program.plan.resequencing import find_sequence
 from leafcut.processes.program.proof.certificate import certify
 from rewriting import program_of, some_order
@@ -43,7 +44,7 @@ def differences(cuts: list[str], order: list[int], head: str = MILL) -> list[str
     return [d.what for d in certify(*map(program_of, texts)).differences]
 
 
-@every("outer", [square(8), square(11.9), square(6, (-1, -2)), [HOOK]])
+@pytest.mark.parametrize("outer", [square(8), square(11.9), square(6, (-1, -2)), [HOOK]])
 def test_a_hole_moved_behind_the_last_part_of_its_outline_is_caught(outer: list[str]) -> None:
     n = len(outer)
     assert differences([HOLE, OUTSIDE, *outer], [1, *range(2, n + 2), 0]) == ["inner after outer"]
@@ -63,19 +64,19 @@ def test_a_part_cut_from_its_other_end_closes_the_outline_all_the_same() -> None
     assert differences([HOLE, *parts], [4, 2, 3, 1, 0]) == ["inner after outer"]
 
 
-@every("outer", [square(12.5), square(8)[:3], [cut([(12, 0), (40, 0), (40, 40), (0, 40), (0, 9)])]])
+@pytest.mark.parametrize("outer", [square(12.5), square(8)[:3], [cut([(12, 0), (40, 0), (40, 40), (0, 40), (0, 9)])]])
 def test_cuts_that_leave_more_than_tabs_enclose_nothing(outer: list[str]) -> None:
     assert differences([HOLE, *outer], [*range(1, len(outer) + 1), 0]) == []
 
 
-@every("gap, found", [(1.0, ["inner after outer"]), (4.0, [])])
+@pytest.mark.parametrize("gap, found", [(1.0, ["inner after outer"]), (4.0, [])])
 def test_tabs_of_a_beam_are_narrower(gap: float, found: list[str]) -> None:
     inner = cut([(18, 20), (22, 20)], beam=True)
     cuts = [inner, *square(gap, beam=True)]
     assert differences(cuts, [1, 2, 3, 4, 0], BEAM) == found
 
 
-@every("beam", [False, True])
+@pytest.mark.parametrize("beam", [False, True])
 def test_what_is_caught_the_planner_keeps_as_well(beam: bool) -> None:
     cuts = [cut([(18, 20), (22, 20)], beam=beam), *square(2, beam=beam)]
     program = program_of((BEAM if beam else MILL) + " / ".join(cuts) + FOOT)
@@ -83,7 +84,7 @@ def test_what_is_caught_the_planner_keeps_as_well(beam: bool) -> None:
     assert {(0, k) for k in range(1, 5)} <= {(a, b) for a, b in pairs}
 
 
-@every("seed", range(20))
+@pytest.mark.parametrize("seed", range(20))
 def test_every_order_that_keeps_what_the_planner_keeps_is_the_same_work(seed: int) -> None:
     """Squares in parts of any length, gaps of any width, some at two depths or turned, and holes anywhere."""
     rng = random.Random(seed)
@@ -106,7 +107,7 @@ def test_every_order_that_keeps_what_the_planner_keeps_is_the_same_work(seed: in
     assert differences(cuts, order) == []
 
 
-@every("number, found", [(10, ["inner after outer"]), (80, [])])
+@pytest.mark.parametrize("number, found", [(10, ["inner after outer"]), (80, [])])
 def test_many_strokes_that_hang_together_with_an_outline_are_a_filling(number: int, found: list[str]) -> None:
     strokes = [cut([(5, -0.02), (5, -12)])]
     strokes += [cut([(5 + k / 10, -12), (5.07 + k / 10, -12)]) for k in range(number)]

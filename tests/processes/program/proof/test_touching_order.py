@@ -6,8 +6,8 @@ import itertools
 import math
 
 import numpy as np
+import pytest
 
-from every import every
 from leafcut.model.toolpath import Arc, Kind, Toolpath, ToolpathBuilder, arc_sweep, plane_axes, position_before
 from leafcut.processes.program.proof.features import Features, features_of, states_of_path
 from leafcut.processes.program.proof.inner_first import exchanged
@@ -79,7 +79,7 @@ def apart(one: np.ndarray, other: np.ndarray) -> float:
     return 0.0 if crossing.any() else float(nearest)
 
 
-@every("seed", range(3))
+@pytest.mark.parametrize("seed", range(3))
 def test_touching_pairs_are_those_that_finely_divided_lines_show(seed: int) -> None:
     """The corners of lines of 150 parts are at most 0.6 mm apart here: pairs nearer than that are left out."""
     path = scribble(seed, n=40)
@@ -98,7 +98,7 @@ def test_touching_pairs_are_those_that_finely_divided_lines_show(seed: int) -> N
     assert checked > 500
 
 
-@every("seed", range(8))
+@pytest.mark.parametrize("seed", range(8))
 def test_inverted_pairs_are_all_those_that_touch_and_have_changed_places(seed: int) -> None:
     path = scribble(seed, n=150, size=60.0)
     traces = traces_of(cuts_of(path))

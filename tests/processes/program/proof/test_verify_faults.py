@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import pytest
 
-from every import every
 from leafcut.errors import LeafcutError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
@@ -215,7 +214,7 @@ def certified(dialect_name: str, original: str, new: str) -> Certificate:
     return certify(interpret_program(original, words), interpret_program(new, words))
 
 
-@every("fault", VERIFY_FAULTS, ids=lambda fault: fault.name)
+@pytest.mark.parametrize("fault", VERIFY_FAULTS, ids=lambda fault: fault.name)
 def test_what_is_not_the_same_work_is_never_called_so(fault: Fault) -> None:
     original = fault.text.replace(" / ", "\n") + "\n"
     assert certified(fault.dialect, original, original).same

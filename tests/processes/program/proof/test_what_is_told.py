@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
@@ -51,14 +50,14 @@ def test_a_hole_added_before_a_mode_is_stated_late_is_all_that_is_told() -> None
     assert whats(late, changed(late, ("X10", ADDED))) == ["extra hole"]
 
 
-@every("word", ["G90", "G17", "G40"])
+@pytest.mark.parametrize("word", ["G90", "G17", "G40"])
 def test_a_mode_that_is_no_longer_stated_is_told_beside_a_hole_that_was_added(word: str) -> None:
     both = told(DRILLING, changed(DRILLING, (f" {word}", ""), ("X10", ADDED)))
     assert sorted(one.what for one in both) == ["extra hole", "not stated"]
     assert any(word in one.text for one in both)
 
 
-@every("work", [HOLES, "G0 X0 Y0 / G1 Z-1 F100 / X9 / G0 Z5 / G0 X0 Y5 / G1 Z-1 / X9 / G0 Z5"])
+@pytest.mark.parametrize("work", [HOLES, "G0 X0 Y0 / G1 Z-1 F100 / X9 / G0 Z5 / G0 X0 Y5 / G1 Z-1 / X9 / G0 Z5"])
 def test_a_mode_that_is_stated_after_more_of_the_same_cuts_is_told_also_beside_one_that_was_added(work: str) -> None:
     """The word moves behind cuts that both programs make."""
     first, rest = work.split(" / ", 2)[:2], work.split(" / ", 2)[2]
@@ -99,7 +98,7 @@ def test_one_hole_of_a_real_program_that_is_left_out_added_or_moved_is_told_with
     assert place in moved.text and "X123.456 Y7.890 Z-1.000" in moved.text
 
 
-@every(
+@pytest.mark.parametrize(
     "old, new, line, holes, words",
     [
         ("F150.", "F160.", 10, 121, "feed in mm/min 150 became 160"),
@@ -131,7 +130,9 @@ def test_coolant_left_out_is_one_difference_in_the_words_of_the_program() -> Non
     assert len(found.also) == 120
 
 
-@every("line, old, new, what", [(136, "T2", "T3", "changed tool"), (138, "G54", "G55", "extra work offset")])
+@pytest.mark.parametrize(
+    "line, old, new, what", [(136, "T2", "T3", "changed tool"), (138, "G54", "G55", "extra work offset")]
+)
 def test_a_tool_or_work_offset_is_told_at_its_block_and_not_of_every_hole_behind_it(
     line: int, old: str, new: str, what: str
 ) -> None:
@@ -158,8 +159,8 @@ TWICE = f"{HEAD} / {CONTOUR} / {CONTOUR} / {FOOT}"
 PASSES = ((8, 9), (16, 17))
 
 
-@every("side", [0, 1])
-@every("number", [0, 1])
+@pytest.mark.parametrize("side", [0, 1])
+@pytest.mark.parametrize("number", [0, 1])
 def test_a_corner_of_one_of_two_equal_passes_is_told_in_its_own_pass_and_alone(number: int, side: int) -> None:
     """The cut behind it begins elsewhere, too; and the other pass has a cut that is its equal."""
     lines = TWICE.split(" / ")

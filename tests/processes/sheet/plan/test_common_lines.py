@@ -13,7 +13,6 @@ import shapely
 
 from cut_sheets import FINE, LASER, PLASMA, materials, rectangle, sheet_of, split_rectangle, swept
 from cut_sheets import cutting_of as every_cutting_of
-from every import every
 from leafcut.errors import OptionError, PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Cut, CutData
@@ -166,7 +165,7 @@ def test_round_corners_stay_arcs_around_a_group() -> None:
     assert_parts_are_cut_out(cutting, [line, around])
 
 
-@every("off, lines", [(0.015, 1), (-0.015, 1), (0.03, 0), (1.5, 0)])
+@pytest.mark.parametrize("off, lines", [(0.015, 1), (-0.015, 1), (0.03, 0), (1.5, 0)])
 def test_parts_share_a_line_when_they_are_a_kerf_apart_within_a_fiftieth_of_a_millimetre(
     off: float, lines: int
 ) -> None:
@@ -227,7 +226,7 @@ def test_scrap_that_a_group_encloses_makes_no_group_of_all() -> None:
     assert any(i.code == "L617" for i in cutting.issues)
 
 
-@every(
+@pytest.mark.parametrize(
     "options",
     [
         {"chains": True},
@@ -245,8 +244,8 @@ def test_what_common_lines_do_not_go_with_is_refused(options: dict[str, Any]) ->
         cutting_of(grid(2, 1, PLASMA.kerf), **options)
 
 
-@every("process", ["laser_fiber_3kW", "plasma"])
-@every("seed", range(10))
+@pytest.mark.parametrize("process", ["laser_fiber_3kW", "plasma"])
+@pytest.mark.parametrize("seed", range(10))
 def test_whatever_a_rectangle_is_split_into_is_cut_out_or_refused(process: str, seed: int) -> None:
     boxes = split_rectangle(seed, LASER.kerf)
     try:

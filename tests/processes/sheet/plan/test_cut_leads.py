@@ -27,7 +27,6 @@ from cut_sheets import (
     square,
     two_squares,
 )
-from every import every
 from leafcut.errors import OptionError, PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Lead
@@ -55,9 +54,9 @@ def test_a_lead_out_is_the_lead_in_seen_in_a_mirror() -> None:
     assert out.end == pytest.approx((1.0 + 2.5, 2.0 - 5.0 * math.sin(math.radians(60.0))))
 
 
-@every("style", ["line", "arc"])
-@every("left", [True, False])
-@every("out", [True, False])
+@pytest.mark.parametrize("style", ["line", "arc"])
+@pytest.mark.parametrize("left", [True, False])
+@pytest.mark.parametrize("out", [True, False])
 def test_the_path_of_a_lead_runs_through_the_points_that_were_checked(style: str, left: bool, out: bool) -> None:
     lead, travel = Lead(style, 7.0, 1.2), (0.6, 0.8)
     path = lead_path(lead, (3.0, -2.0), travel, left, out)
@@ -76,8 +75,10 @@ def test_shorter_leads_come_before_other_angles_and_none_is_below_a_kerf() -> No
     assert min(w.length for w in ways) >= 1.5
 
 
-@every("sheet", [two_squares(), two_squares(4.0), ring(), part_in_hole()])
-@every("options", [{}, {"lead_in": "line", "lead_out": "line"}, {"direction": "free"}, {"corner_loops": True}])
+@pytest.mark.parametrize("sheet", [two_squares(), two_squares(4.0), ring(), part_in_hole()])
+@pytest.mark.parametrize(
+    "options", [{}, {"lead_in": "line", "lead_out": "line"}, {"direction": "free"}, {"corner_loops": True}]
+)
 def test_every_start_of_every_contour_keeps_to_the_scrap(sheet, options) -> None:
     cuts = all_cuts(cutting_of(sheet, **options))
     assert_nothing_is_gouged(sheet, cuts, PLASMA.kerf)
@@ -186,8 +187,8 @@ def test_the_margin_keeps_leads_further_from_the_edge() -> None:
     assert lowest >= 8.0 + 0.75 - 0.04
 
 
-@every("radius", [0.7, 0.76, 1.0, 1.45])
-@every("lead_in", ["auto", "none"])
+@pytest.mark.parametrize("radius", [0.7, 0.76, 1.0, 1.45])
+@pytest.mark.parametrize("lead_in", ["auto", "none"])
 def test_a_hole_narrower_than_two_kerfs_is_reported_and_not_cut(radius, lead_in) -> None:
     """A pierce is a kerf wide and half a kerf away from the path, which is half a kerf beside the part."""
     sheet = sheet_of((square(0, 0, 50), 0, -1, 1), (Polyline.circle(25, 25, radius), 1, 0, 1))
@@ -296,7 +297,7 @@ def test_no_lead_is_not_a_lead_without_room() -> None:
     assert not [i for i in cutting_of(part_in_hole(), lead_in="none", lead_out="none").issues if i.code == "L613"]
 
 
-@every("loops", [False, True])
+@pytest.mark.parametrize("loops", [False, True])
 def test_no_joint_lies_in_a_corner_or_where_the_cut_begins(loops: bool) -> None:
     """Four joints of a square that is begun in the middle of a side would lie in its corners."""
     sheet, many = two_squares(), 0
@@ -363,7 +364,7 @@ def test_a_hole_barely_wider_than_two_kerfs_of_a_laser_is_begun_in_its_middle() 
     assert hole.path.start == pytest.approx((25.0, 25.0), abs=1e-3)
 
 
-@every("off, free", [(0.0, True), (0.015, True), (0.026, False)])
+@pytest.mark.parametrize("off, free", [(0.0, True), (0.015, True), (0.026, False)])
 def test_no_lead_is_taken_that_the_proof_would_refuse(off: float, free: bool) -> None:
     """The proof lets a kerf be 0.025 mm too near to a part; the edge of this one is at x = 70, the kerf 1.5 mm wide."""
     sheet = two_squares()

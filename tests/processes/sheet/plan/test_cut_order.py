@@ -24,7 +24,6 @@ from cut_sheets import (
     square,
     two_squares,
 )
-from every import every
 from leafcut.errors import OptionError, PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
@@ -347,7 +346,7 @@ def fixed_plan(cutting: Cutting, *words: str, **changes: Any) -> PlanFile:
     return replace(plan, cuts=(replace(plan.cuts[0], fixed=words, **changes), *plan.cuts[1:]))
 
 
-@every("words", [("start",), ("start", "direction", "lead")])
+@pytest.mark.parametrize("words", [("start",), ("start", "direction", "lead")])
 def test_a_plan_pierces_nothing_above_the_pierce_capacity(words) -> None:
     thick = replace(PLASMA, thickness=20.0, pierce_delay=0.0, can_pierce=False)
     cutting = cutting_of(sheet_of((square(20, 20, 60), 0, -1, 1), size=100), thick)

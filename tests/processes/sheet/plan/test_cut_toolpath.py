@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from cut_sheets import LASER, PLASMA, cutting_of, part_in_hole, sheet_of, square, two_squares
-from every import every
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import CutTimes
@@ -153,7 +152,7 @@ def test_parts_add_up_to_the_sheet_and_sheets_to_the_batch() -> None:
     assert CutTimes().total_s == 0.0
 
 
-@every("turn", [0.02, math.radians(90.0), -math.radians(200.0), 2.0 * math.pi - 1e-4])
+@pytest.mark.parametrize("turn", [0.02, math.radians(90.0), -math.radians(200.0), 2.0 * math.pi - 1e-4])
 def test_no_arc_has_ends_that_the_decimals_of_a_program_cannot_tell_apart(turn) -> None:
     """An arc with ends 0.001 mm apart, as a start beside a corner leaves it, is a line; nearly a circle, two arcs."""
     chord = 0.001
@@ -170,8 +169,8 @@ def test_no_arc_has_ends_that_the_decimals_of_a_program_cannot_tell_apart(turn) 
     assert len(arcs) == (2 if turn > 6.0 else 0)
 
 
-@every("bulge", [0.0, 0.4])
-@every("steps", [(5.0, 0.001, 5.0), (0.001, 5.0), (5.0, 0.001), (5.0, *[0.001] * 40, 5.0)])
+@pytest.mark.parametrize("bulge", [0.0, 0.4])
+@pytest.mark.parametrize("steps", [(5.0, 0.001, 5.0), (0.001, 5.0), (5.0, 0.001), (5.0, *[0.001] * 40, 5.0)])
 def test_no_step_is_so_short_that_a_program_takes_its_ends_for_one_place(steps, bulge) -> None:
     """A program in inches with four decimals has steps of 0.00254 mm; nothing of the way gets lost."""
     x = np.concatenate([[0.0], np.cumsum(steps)])

@@ -9,7 +9,6 @@ import pytest
 import shapely
 
 from cut_sheets import PLASMA, rectangle, rules_of, sheet_of, split_rectangle, square
-from every import every
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.plan.common_cuts.edges import EdgeGap, facing_edges
@@ -63,7 +62,7 @@ def test_round_edges_and_edges_at_an_angle_have_none() -> None:
     assert found(square(0, 0, 50), tilted) == []
 
 
-@every("seed", range(25))
+@pytest.mark.parametrize("seed", range(25))
 def test_of_a_rectangle_split_by_kerfs_the_rooms_are_all_that_lie_a_kerf_wide_between_two_boxes(seed: int) -> None:
     boxes = split_rectangle(seed, KERF)
     random.Random(seed).shuffle(boxes)

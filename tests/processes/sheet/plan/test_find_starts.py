@@ -9,7 +9,6 @@ import pytest
 import shapely
 
 from cut_sheets import LASER, PLASMA, part_in_hole, rectangle, ring, rules_of, sheet_of, square
-from every import every
 from leafcut.errors import PlanError
 from leafcut.model.cutting import CutData
 from leafcut.model.sheet import Sheet
@@ -50,7 +49,7 @@ def test_the_torch_comes_down_in_the_scrap_on_the_side_that_is_thrown_away() -> 
         assert min(shape.exterior.distance(point) for shape in shapes) >= HALF - 0.01
 
 
-@every(
+@pytest.mark.parametrize(
     "width, height, least, most",
     [
         (200.0, 200.0, 16, 20),  # a sixteenth of 0.8 m between two places, and the four corners
@@ -77,7 +76,7 @@ def test_a_cut_can_begin_at_every_corner_and_with_that_option_nowhere_else() -> 
         assert all(near) == only
 
 
-@every("contours, most", [(1, 32), (625, 32), (1000, 20), (10_000, 4)])
+@pytest.mark.parametrize("contours, most", [(1, 32), (625, 32), (1000, 20), (10_000, 4)])
 def test_the_more_contours_there_are_the_fewer_places_each_has(contours: int, most: int) -> None:
     """All together have twenty thousand at most, and each four at least."""
     asked = []

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 import shapely
 
-from every import every
 from leafcut import api
 from leafcut.gcode.dialects import dialect
 from leafcut.geometry.polyline import Polyline
@@ -87,7 +86,7 @@ def nearest(ways: list[list[tuple[float, float]]], free: list[object], radius: f
     return least
 
 
-@every("radius", [1.5, 2.4, 4.0])
+@pytest.mark.parametrize("radius", [1.5, 2.4, 4.0])
 def test_a_nozzle_keeps_its_radius_from_free_parts_where_there_is_room(radius: float) -> None:
     """From a cut just above the middle square, which is free, along its upper edge to beyond its corner, and down on
     the right of it. By hand: the gap is 5 mm, so a radius of 1.5 and 2.4 fits between two free squares, 4 does not."""

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from cut_sheets import sheet_of, square
-from every import every
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.plan.slots import on_their_middle
@@ -35,8 +34,8 @@ def middle_of(slot: Polyline, kerf: float = KERF) -> Polyline | None:
     return None if path.closed else path
 
 
-@every("shape", [plain, round_ended])
-@every("degrees", [0, 30, 90, 133])
+@pytest.mark.parametrize("shape", [plain, round_ended])
+@pytest.mark.parametrize("degrees", [0, 30, 90, 133])
 def test_a_slot_is_cut_on_its_middle_half_a_kerf_short_of_either_end(shape, degrees: int) -> None:
     turn = math.radians(degrees)
     path = middle_of(shape(20.0, 2.0).turned(turn).moved(90, 80))

@@ -13,7 +13,6 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from every import every
 from leafcut.errors import LeafcutError, PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Part, Sheet
@@ -118,7 +117,7 @@ def test_a_part_that_crosses_a_layer_named_as_a_sheet_lies_beyond_its_edge() -> 
     assert sheet(notched, box(40, 40, 30, 30)).outline is None  # beside it, not across
 
 
-@every(
+@pytest.mark.parametrize(
     "beyond",
     [
         [box(150, 5, 10, 10)],
@@ -145,7 +144,7 @@ def test_a_drawing_with_nothing_but_marks_by_name_is_cut() -> None:
     assert [c.contour.kind for c in sheet(box(0, 0, 9, 9, "MARK")).contours] == ["cut"]
 
 
-@every(
+@pytest.mark.parametrize(
     "code, contours, options",
     [
         ("L211", [box(0, 0, 9, 9), box(20, 0, 9, 9, "x")], {"ignore_layers": "x"}),
@@ -173,7 +172,7 @@ def test_what_was_mended_or_assumed_is_said(code: str, contours: list[Contour], 
     assert code in codes(sheet(*contours, **options))
 
 
-@every("contours, words", [
+@pytest.mark.parametrize("contours, words", [
         ([line((0, 0), (9, 0), (9, 9))], "1 open path on layers that are cut: from (0, 0) to (9, 9)"),
         ([line((0, 0), (9, 0), (9, 9), (0, 0.2), layer="A")], "0.2 mm apart on layer A"),
         ([Contour(Polyline.of_points([(0, 0), (10, 10), (10, 0), (0, 10)], True))], "itself, at (5, 5)"),
@@ -344,7 +343,7 @@ REAL = {
 }
 
 
-@every("name", REAL)
+@pytest.mark.parametrize("name", REAL)
 def test_real_drawings_are_sheets_or_refused_with_their_reason(data: Path, name: str) -> None:
     expected = REAL[name]
     try:
@@ -359,7 +358,7 @@ def test_every_real_drawing_is_in_the_table(data: Path) -> None:
     assert {p.stem for p in (data / "dxf").glob("*.dxf")} == set(REAL)
 
 
-@every(
+@pytest.mark.parametrize(
     "name, counts, size",
     [
         ("8877_01.DBS.JSON", (16, 15), 8000 * 2000),

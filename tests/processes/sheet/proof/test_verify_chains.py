@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from proved_sheets import CLEARANCE, STEEL, machine_for, square
 
-from every import every
 from leafcut.gcode.dialects import dialect
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.contour import Contour
@@ -110,7 +110,7 @@ def test_a_bridge_through_a_part_is_found() -> None:
     assert any(p.what == "cuts into a part" for p in problems)
 
 
-@every("words", ["qtplasmac"])
+@pytest.mark.parametrize("words", ["qtplasmac"])
 def test_the_direction_of_every_contour_of_a_chain_is_checked(words: str) -> None:
     cut = chain()
     asked = replace(cut, chained=(replace(cut.chained[0], direction="counter-clockwise"),))

@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
+import pytest
 from proved_sheets import CLEARANCE, STEEL, laid, machine_for
 
 from cut_sheets import rectangle, sheet_of, split_rectangle, square
-from every import every
 from leafcut.errors import PlanError
 from leafcut.gcode.dialects import dialect
 from leafcut.geometry.polyline import Polyline, joined
@@ -104,7 +104,7 @@ def turned(cuts: Cuts) -> Cuts:
     return (*cuts[:4], replace(cuts[4], path=path))
 
 
-@every(
+@pytest.mark.parametrize(
     "fault, word",
     [
         (late_line, "out of order"),
@@ -133,7 +133,7 @@ def test_a_kerf_along_the_edge_of_a_part_does_not_let_the_part_go() -> None:
     assert "out of order" in found
 
 
-@every("seed", range(24))
+@pytest.mark.parametrize("seed", range(24))
 def test_whatever_a_rectangle_is_split_into_is_proved_or_refused(seed: int) -> None:
     """Also where not all parts are in one group: what is around one follows edges of another, a kerf away."""
     rules = resolve_rules(STEEL, CutOptions(common_lines=True), switches=True)

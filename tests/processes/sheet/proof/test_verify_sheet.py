@@ -8,10 +8,10 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from proved_sheets import checked, laid, planned, program
 
 from cut_sheets import sheet_of, square
-from every import every
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.cutting import Cut, CutPlan
@@ -35,8 +35,8 @@ def with_cut(cuts: Cuts, k: int, **changes: object) -> Cuts:
     return (*cuts[:k], replace(cuts[k], **changes), *cuts[k + 1 :])  # type: ignore[arg-type]
 
 
-@every("words", [*dialects(torch=True), "linuxcnc"])
-@every("units", ["mm", "inch"])
+@pytest.mark.parametrize("words", [*dialects(torch=True), "linuxcnc"])
+@pytest.mark.parametrize("units", ["mm", "inch"])
 def test_a_right_program_is_accepted_for_every_controller(words: str, units: str) -> None:
     plan, rules = planned(words)
     text = program(plan.cuts, words, PostOptions(output_units=units))
@@ -45,7 +45,7 @@ def test_a_right_program_is_accepted_for_every_controller(words: str, units: str
     assert checked(text, plan, rules, words) == []
 
 
-@every(
+@pytest.mark.parametrize(
     "options",
     [
         CutOptions(direction="counter-clockwise", lead_in="line", lead_out="none"),
@@ -189,7 +189,7 @@ MUTATIONS: list[tuple[Callable[[Cuts], Cuts], set[str]]] = [
 ]
 
 
-@every("mutate, whats", MUTATIONS, ids=[m.__name__ for m, _ in MUTATIONS])
+@pytest.mark.parametrize("mutate, whats", MUTATIONS, ids=[m.__name__ for m, _ in MUTATIONS])
 def test_a_wrong_cut_is_caught(mutate: Callable[[Cuts], Cuts], whats: set[str]) -> None:
     """The program is that of wrong cuts; the plan that it is compared with is the right one."""
     plan, rules = planned()
@@ -197,7 +197,7 @@ def test_a_wrong_cut_is_caught(mutate: Callable[[Cuts], Cuts], whats: set[str]) 
     assert whats <= {d.what for d in found}
 
 
-@every("mutate, whats", MUTATIONS, ids=[m.__name__ for m, _ in MUTATIONS])
+@pytest.mark.parametrize("mutate, whats", MUTATIONS, ids=[m.__name__ for m, _ in MUTATIONS])
 def test_a_wrong_plan_is_caught(mutate: Callable[[Cuts], Cuts], whats: set[str]) -> None:
     """A plan that is wrong itself helps nothing: what counts is the drawing."""
     plan, rules = planned()
@@ -226,7 +226,7 @@ TEXTS = [
 ]
 
 
-@every("words, old, new, what", TEXTS, ids=[f"{w}: {o} → {n}" for w, o, n, _ in TEXTS])
+@pytest.mark.parametrize("words, old, new, what", TEXTS, ids=[f"{w}: {o} → {n}" for w, o, n, _ in TEXTS])
 def test_a_wrong_word_is_caught(words: str, old: str, new: str, what: str) -> None:
     plan, rules = planned(words)
     text = program(plan.cuts, words)
@@ -238,7 +238,7 @@ def test_a_wrong_word_is_caught(words: str, old: str, new: str, what: str) -> No
 PROBE = Probe(feed=2000 / 60, depth=20.0, switch_offset=3.0)
 
 
-@every("units", ["mm", "inch"])
+@pytest.mark.parametrize("units", ["mm", "inch"])
 def test_a_program_that_finds_the_sheet_before_every_pierce_is_accepted(units: str) -> None:
     plan, rules = planned("plasma")
     text = program(plan.cuts, "plasma", PostOptions(output_units=units), PROBE)
@@ -248,7 +248,7 @@ def test_a_program_that_finds_the_sheet_before_every_pierce_is_accepted(units: s
     assert checked(text, plan, rules, "plasma", PROBE) == []
 
 
-@every(
+@pytest.mark.parametrize(
     "before, after, words",
     [
         ("G38.2 Z-20 F2000\nG92 Z-3\n", "", "lit where the sheet was not probed"),
@@ -283,7 +283,7 @@ def test_a_probe_that_nobody_asked_for_is_a_difference() -> None:
     assert {d.what for d in checked(text, plan, rules, "plasma")} == {"probe"}
 
 
-@every("radius, wanted", [(1.47, False), (1.49, None), (1.5, None), (1.52, None), (1.53, True)])
+@pytest.mark.parametrize("radius, wanted", [(1.47, False), (1.49, None), (1.5, None), (1.52, None), (1.53, True)])
 def test_a_hole_wider_than_two_kerfs_must_be_cut_and_one_of_just_that_width_may(radius, wanted) -> None:
     hole = Polyline.circle(25, 25, radius)
     shapes = shapes_of(sheet_of((square(0, 0, 50), 0, -1, 1), (hole, 1, 0, 1)), 0.75)
@@ -309,7 +309,7 @@ def test_what_does_not_pierce_begins_beside_the_sheet() -> None:
     assert "not pierced" in {d.what for d in found}
 
 
-@every("words", ["grbl-laser", "fanuc-laser"])
+@pytest.mark.parametrize("words", ["grbl-laser", "fanuc-laser"])
 def test_a_sheet_that_is_only_marked_is_marked_by_the_power_of_marks(words: str) -> None:
     plan, rules = planned(words)
     k = of_contour(plan.cuts, 3)

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from every import every
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model import OperationOutcome, Outcome, Solution, Tool, ToolKind
 from leafcut.model.contour import Contour
@@ -249,7 +248,7 @@ def test_pointing_at_a_cut_says_part_contour_length_and_seconds(sheet_outcome):
     assert "<title>part 1 · 2 contours · 6 min 23 s</title>" in html
 
 
-@every("cuts, every", [(40, 1), (100, 2), (130, 5)])
+@pytest.mark.parametrize("cuts, every", [(40, 1), (100, 2), (130, 5)])
 def test_of_many_cuts_every_so_manieth_has_its_number(cuts, every):
     squares = [cut_of([3], box(9.0 * (k % 15), 9.0 * (k // 15), 4, 4), 0.0) for k in range(cuts)]
     plan = plan_of(squares, 1.0)
