@@ -1,4 +1,4 @@
-# leafcut: `make demo` runs the main job, `make test` runs the tests; each sets up all it needs.
+# leafcut: `make demo` runs the main job, `make test` the fast tests; each sets up all it needs.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -19,15 +19,27 @@ SMOKE := tests/test_extras.py tests/test_files.py tests/geometry/test_curves.py 
 STUDIO := $(addprefix tests/studio/test_studio_,api.py forms.py jobs.py library.py safety.py)
 SMOKE_FLAGS := -n 2 --dist worksteal -p no:cacheprovider -o filterwarnings= --disable-warnings
 
-.PHONY: demo test test-lowest test-core check coverage docs wheels wheel-check format clean
+#: Cases that need an outside program, or more than 3 s of processor.
+MORE := slow or browser or external
+#: Further flags for pytest: `make test PYTEST_FLAGS='-k drill'`.
+PYTEST_FLAGS ?=
+
+.PHONY: demo test test-more test-lowest test-core check coverage docs wheels wheel-check format clean
 
 demo: $(READY)
 	@mkdir -p demo
 	$(BIN)/leafcut optimize examples/plate_70.dxf -o demo/plate_70.ngc --report demo/plate_70.html \
 	    --machine linuxcnc-mill --thickness 0.25in
 
+# The fast tests: no outside program, at most 3 s of processor each. Kernels are compiled once, before the workers start.
 test: $(READY_DEV)
-	$(BIN)/pytest -n 2 --dist worksteal
+	$(BIN)/leafcut warm-up
+	$(BIN)/pytest -n 2 --dist worksteal -m 'not ($(MORE))' $(PYTEST_FLAGS)
+
+# All other tests, and the rules of Hypothesis with ten times as many examples.
+test-more: $(READY_DEV)
+	$(BIN)/leafcut warm-up
+	$(BIN)/pytest -n 2 --dist worksteal -m '$(MORE) or hypothesis' --hypothesis-profile=thorough $(PYTEST_FLAGS)
 
 test-lowest: $(LOWEST)/.ready
 	$(LOWEST)/bin/pytest $(SMOKE_FLAGS) $(SMOKE) $(STUDIO) tests/processes/nesting/plan/test_nest_blocks.py
@@ -42,7 +54,7 @@ check: $(READY_DEV)
 	$(BIN)/mypy
 	$(BIN)/pytest -q tests/test_imports.py
 
-# Like `test`, and tells which lines no test has run (htmlcov/index.html).
+# All tests, with the lines that none of them runs (htmlcov/index.html).
 coverage: $(READY_DEV)
 	$(BIN)/pytest -n 2 --dist worksteal --cov --cov-report=term:skip-covered --cov-report=html
 

@@ -1,84 +1,52 @@
-"""What several rooms' tests share."""
+"""Settings and fixtures for all tests."""
 
 from __future__ import annotations
 
 import os
-import shutil
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
+from outside_programs import program_path
 from packages import Installer, lay
 from shared_data import DATA
 from solid_reader import SolidReader
 
-# Compiling and a busy machine make times noisy, and no test asserts a duration; the same cases in every run.
-settings.register_profile("leafcut", deadline=None, derandomize=True)
-settings.load_profile("leafcut")
+pytest_plugins = ["case_times"]
 
-# Byte code is kept, whatever is said: without it what tests start takes half as long again, and collecting them thrice.
+# Each run tries the same examples, and no time is checked: the load of the machine decides nothing.
+settings.register_profile(
+    "fast",
+    deadline=None,
+    derandomize=True,
+    max_examples=20,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.function_scoped_fixture],
+)
+settings.register_profile("thorough", settings.get_profile("fast"), max_examples=200)
+settings.load_profile("fast")
+
+# Keep byte code even if the environment forbids it: without it, every Python process of the tests starts more slowly.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
-# Nobody's own defaults are read, and nothing is remembered from run to run: what is told does not hang on that.
+# Ignore the defaults of the user, and store no state between runs.
 os.environ["LEAFCUT_DEFAULTS"] = ""
 os.environ["XDG_STATE_HOME"] = os.environ["LOCALAPPDATA"] = os.devnull
 
 
-def pytest_configure(config: pytest.Config) -> None:
-    """Have one worker compile a kernel and the others wait for its file: to compile twice takes twice as long."""
-    own = config.getoption("basetemp")
-    if own and "PYTEST_XDIST_WORKER" in os.environ:
-        # Beside the temporary folders of all workers of this run: pytest removes them with those of earlier runs.
-        _compile_once(Path(own).parent / "compile-locks")
-
-
-def _compile_once(locks: Path) -> None:
-    try:
-        import fcntl
-    except ImportError:  # not on this system: every worker compiles for itself
-        return
-    from leafcut.kernels.calling import Kernel
-
-    locks.mkdir(exist_ok=True)
-    compile_now = Kernel._compiled
-
-    def compile_alone(self: Kernel, kinds: Any, arguments: Any, kept: Any) -> Any:
-        with (locks / kept.name).open("w") as file:
-            fcntl.flock(file, fcntl.LOCK_EX)
-            return kept.load() or compile_now(self, kinds, arguments, kept)
-
-    Kernel._compiled = compile_alone  # type: ignore[method-assign]
-
-
 @pytest.fixture(scope="session")
 def rs274() -> str:
-    """Return the path of LinuxCNC's interpreter; skip without it, or fail where it is required."""
-    return _of_linuxcnc("rs274")
+    """Return the path of LinuxCNC's interpreter."""
+    return program_path("rs274", "linuxcnc-uspace")
 
 
 @pytest.fixture(scope="session")
 def qtplasmac_gcode() -> str:
-    """Return the path of the filter of LinuxCNC's QtPlasmaC screen; skip without it, or fail where it is required."""
-    return _of_linuxcnc("qtplasmac_gcode")
-
-
-def _of_linuxcnc(name: str) -> str:
-    return program_of(name, "linuxcnc-uspace")
-
-
-def program_of(name: str, package: str) -> str:
-    """Return the path of a program from outside; skip without it, or fail where it is required."""
-    program = shutil.which(name)
-    if program is None:
-        if os.environ.get("LEAFCUT_REQUIRE_EXTERNAL") == "1":
-            pytest.fail(f"{name} is required here: apt-get install {package}")
-        pytest.skip(f"{name} is not installed")
-    return program
+    """Return the path of the filter of LinuxCNC's QtPlasmaC screen."""
+    return program_path("qtplasmac_gcode", "linuxcnc-uspace")
 
 
 @pytest.fixture(scope="session")
@@ -91,13 +59,19 @@ def mypy_cache(pytestconfig: pytest.Config) -> Path:
 @pytest.fixture(scope="session")
 def inkscape() -> str:
     """Return the path of Inkscape."""
-    return program_of("inkscape", "inkscape")
+    return program_path("inkscape", "inkscape")
 
 
 @pytest.fixture(scope="session")
 def freecadcmd() -> str:
     """Return the path of FreeCAD without its window."""
-    return program_of("freecadcmd", "freecad")
+    return program_path("freecadcmd", "freecad")
+
+
+@pytest.fixture(scope="session")
+def bash() -> str:
+    """Return the path of the shell bash."""
+    return program_path("bash", "bash")
 
 
 @pytest.fixture(scope="session")

@@ -16,6 +16,7 @@ import pytest
 from benchmarked import benchmark
 from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.port import SerialPort
+from outside_programs import missing
 
 grbl_time = benchmark("grbl_time")
 
@@ -51,10 +52,8 @@ def needed_board() -> None:
     """Skip without the firmware, and without its compiler fail where that is required."""
     if not (grbl_time.BOARD / grbl_time.FIRMWARE).exists():
         pytest.skip("the simulated GRBL board is not here; set LEAFCUT_GRBL")
-    if grbl_time.missing():
-        if os.environ.get("LEAFCUT_REQUIRE_EXTERNAL") == "1":
-            pytest.fail(f"{grbl_time.missing()} are required here")
-        pytest.skip(f"{grbl_time.missing()} are not installed")
+    if packages := grbl_time.missing():
+        missing("the simulator of the GRBL board", " ".join(packages))
 
 
 class Board:

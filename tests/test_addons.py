@@ -20,6 +20,7 @@ from leafcut.addons import ADDONS, write_addon
 from leafcut.cli import run
 from leafcut.errors import OptionError
 from leafcut.files import OutputError
+from outside_programs import missing
 
 HERE = Path(__file__).parent
 PROGRAM = "G21 G90 G17\nT1 M6\nS1200 M3\nG0 Z10\nG98 G81 X5 Y5 Z-5 R2 F120\nX90 Y5\nX9 Y7\nX80\nG80\nG0 Z50\nM5\nM30\n"
@@ -227,13 +228,19 @@ def recipe(program: str) -> str:
     return str(command)
 
 
-def test_the_drill_files_of_kicad_become_one_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    python = "/usr/bin/python3"  # the one that Debian's KiCad gives its module to
+@pytest.fixture
+def kicad_python(tmp_path: Path) -> str:
+    """Return the path of the Python that has KiCad's module."""
+    python = "/usr/bin/python3"  # Debian installs the module for this one
     if called([python, "-c", "import pcbnew"], tmp_path).returncode:
-        if os.environ.get("LEAFCUT_REQUIRE_EXTERNAL") == "1":
-            pytest.fail("KiCad's module is required here: apt-get install kicad")
-        pytest.skip("there is no KiCad")
-    done = called([python, str(HERE / "kicad_board.py"), "."], tmp_path)
+        missing("KiCad's Python module", "kicad")
+    return python
+
+
+def test_the_drill_files_of_kicad_become_one_program(
+    kicad_python: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done = called([kicad_python, str(HERE / "kicad_board.py"), "."], tmp_path)
     assert done.returncode == 0, done.stderr
     monkeypatch.chdir(tmp_path)
     for kind in ("PTH", "NPTH"):

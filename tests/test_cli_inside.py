@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -14,6 +12,7 @@ from leafcut.cli import run
 from leafcut.processes import registry
 from leafcut.processes.settings import collect
 from leafcut.shop_defaults import TEMPLATE
+from outside_programs import program_path
 
 
 @pytest.fixture
@@ -137,31 +136,34 @@ TYPED = [
 ]
 
 
-def _shell(name: str) -> str:
-    program = shutil.which(name)
-    if program is None:
-        if os.environ.get("LEAFCUT_REQUIRE_EXTERNAL") == "1":
-            pytest.fail(f"{name} is required here: apt-get install {name}")
-        pytest.skip(f"there is no {name}")
-    return program
+@pytest.fixture
+def fish() -> str:
+    """Return the path of the shell fish."""
+    return program_path("fish", "fish")
 
 
-def test_bash_completes_commands_options_choices_and_files(folder: Path, script: dict[str, Path]) -> None:
+@pytest.fixture
+def zsh() -> str:
+    """Return the path of the shell zsh."""
+    return program_path("zsh", "zsh")
+
+
+def test_bash_completes_commands_options_choices_and_files(bash: str, folder: Path, script: dict[str, Path]) -> None:
     asked = "\n".join(
         f"COMP_WORDS=({words}); COMP_CWORD={len(words.split()) - 1}; COMPREPLY=(); _leafcut; echo ${{COMPREPLY[@]}}"
         for words, _ in TYPED
     )
     text = f"source {script['bash']}\ncomplete -p leafcut\n{asked}\n"
-    command = [_shell("bash"), "--norc", "-c", text]
+    command = [bash, "--norc", "-c", text]
     done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=folder)
     registered, *lines = done.stdout.splitlines()
     assert registered == "complete -o default -F _leafcut leafcut"
     assert [" ".join(sorted(line.split())) for line in lines] == [found for _, found in TYPED]
 
 
-def test_fish_completes_commands_options_choices_and_files(folder: Path, script: dict[str, Path]) -> None:
+def test_fish_completes_commands_options_choices_and_files(fish: str, folder: Path, script: dict[str, Path]) -> None:
     asked = "\n".join(f"echo (complete -C '{words}' | string split -f 1 \\t)" for words, _ in TYPED)
-    command = [_shell("fish"), "--no-config", "-c", f"source {script['fish']}\n{asked}\n"]
+    command = [fish, "--no-config", "-c", f"source {script['fish']}\n{asked}\n"]
     done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=folder)
     assert [" ".join(sorted(line.split())) for line in done.stdout.splitlines()] == [found for _, found in TYPED]
 
@@ -188,11 +190,11 @@ zpty -d shell
     ],
     ids=["of-fpath", "sourced"],
 )
-def test_zsh_completes_choices_and_files(setup: str, folder: Path, script: dict[str, Path]) -> None:
+def test_zsh_completes_choices_and_files(setup: str, zsh: str, folder: Path, script: dict[str, Path]) -> None:
     """As a file of its path of functions, and read by a start file."""
     (folder / "_leafcut").write_text(script["zsh"].read_text())
     text = _ZSH.replace("{setup}", setup.replace("$", "\\$")).replace("{folder}", str(folder))
-    done = subprocess.run([_shell("zsh"), "-f", "-c", text], capture_output=True, text=True, check=True, timeout=240)
+    done = subprocess.run([zsh, "-f", "-c", text], capture_output=True, text=True, check=True, timeout=240)
     assert done.stdout.split() == ["option", "file"], done.stderr
 
 

@@ -80,7 +80,6 @@ def test_every_hole_of_real_boards_is_drilled_once_on_a_quarter_of_the_machines(
         assert outcome.after.time_s <= outcome.before.time_s + 1e-9
 
 
-@pytest.mark.external
 @pytest.mark.parametrize("name", [*BOARDS, *DRAWINGS])
 def test_linuxcnc_accepts_the_program_and_makes_the_same_moves(
     name: str, data: Path, rs274: str, tmp_path: Path

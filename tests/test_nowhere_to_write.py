@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from outside_programs import program_path
+
 PACKAGE = Path(__file__).parents[1] / "src" / "leafcut"
 #: Root is let in everywhere: what is left of it is another user, who may read all, for Python may lie in root's home.
 READS_ONLY = "-all,+dac_read_search"
@@ -20,11 +22,7 @@ def another_user() -> list[str]:
     """Return how a command begins that is to run as somebody who may write nowhere: nothing where one is that."""
     if os.geteuid():
         return []
-    setpriv = shutil.which("setpriv")
-    if setpriv is None:
-        if os.environ.get("LEAFCUT_REQUIRE_EXTERNAL") == "1":
-            pytest.fail("setpriv is required here: apt-get install util-linux")
-        pytest.skip("root may write everywhere, and setpriv is not installed")
+    setpriv = program_path("setpriv", "util-linux")
     rights = [f"--{of}={READS_ONLY}" for of in ("inh-caps", "ambient-caps", "bounding-set")]
     return [setpriv, "--reuid", "65534", "--regid", "65534", "--clear-groups", *rights]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -195,11 +194,8 @@ def test_a_run_without_output_says_that_nothing_was_written(
     assert line.split() == ["program", "plate.nc"]
 
 
-def test_completion_of_bash_is_installed_and_read(tmp_path: Path) -> None:
+def test_completion_of_bash_is_installed_and_read(bash: str, tmp_path: Path) -> None:
     """In a home of its own; bash then knows the commands and the flags."""
-    bash = shutil.which("bash")
-    if bash is None:
-        pytest.skip("there is no bash")
     environment = {**os.environ, "HOME": str(tmp_path), "SHELL": bash}
     command = [sys.executable, "-m", "leafcut.cli", "--install-completion", "--shell", "bash"]
     subprocess.run(command, env=environment, capture_output=True, check=True)

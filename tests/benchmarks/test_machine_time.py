@@ -29,7 +29,6 @@ def test_the_program_of_a_sheet_is_timed_as_it_was_planned() -> None:
     assert benchmark("machine_time").estimated_seconds(text) == pytest.approx(seconds, abs=2.0)
 
 
-@pytest.mark.external
 def test_linuxcnc_takes_as_long_as_estimated_within_two_percent() -> None:
     script = benchmark("machine_time")
     need_simulation(script)

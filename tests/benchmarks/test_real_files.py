@@ -23,7 +23,6 @@ def real_files() -> Any:
     return benchmark("real_files")
 
 
-@pytest.mark.external
 def test_a_plasma_program_whose_feed_stands_on_the_line_of_the_tool_takes_no_longer_in_linuxcnc(
     real_files: Any, tmp_path: Path
 ) -> None:

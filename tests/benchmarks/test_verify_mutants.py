@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import pytest
-
 from benchmarked import benchmark
 
 mutants = benchmark("verify_mutants")
 
 
-@pytest.mark.external
 def test_no_mutant_is_called_the_same_that_rs274_tells_apart(rs274: str) -> None:
     found = mutants.judge_all(80, 5, rs274, every=5)
     assert found.missed == []
@@ -18,7 +15,6 @@ def test_no_mutant_is_called_the_same_that_rs274_tells_apart(rs274: str) -> None
     assert found.became["seen"] > 40 and found.became["same"] > 3
 
 
-@pytest.mark.external
 def test_the_judge_tells_other_work_apart_and_another_order_not(rs274: str) -> None:
     judge = mutants.Judge(rs274)
     holes = [f"G0 X{x} Y0\nG0 Z2\nG1 Z-1 F100\nG0 Z20\n" for x in (1, 9)]

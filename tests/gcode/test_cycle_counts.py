@@ -45,7 +45,6 @@ def test_every_hole_counts_whatever_words_the_first_one_has(cycle: str, name: st
         assert sum(z == -5.0 for z in moves.end[down, 2]) == holes
 
 
-@pytest.mark.external
 def test_what_linuxcnc_takes_is_drilled_as_there(rs274: str, tmp_path: Path) -> None:
     """Every cycle with every set of words that rs274 does not refuse."""
     taken = 0

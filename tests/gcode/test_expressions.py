@@ -190,7 +190,6 @@ def _random_expression(chance: random.Random, depth: int = 0) -> str:
     return inner + (f"/[{_random_expression(chance, depth + 1)}]" if name == "ATAN" else "")
 
 
-@pytest.mark.external
 def test_random_expressions_have_the_values_of_linuxcnc(rs274: str, tmp_path: Path) -> None:
     """Flat and nested, with all operators and functions, to the four decimals that rs274 prints."""
     chance = random.Random(5)

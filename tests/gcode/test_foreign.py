@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.errors import ReadError
@@ -372,7 +372,6 @@ ODD = st.sampled_from(
 )
 
 
-@settings(max_examples=300)
 @given(st.lists(PLAIN | ROUND | ODD, max_size=30), st.sampled_from(["linuxcnc", "grbl-laser", "haas", "fagor8055"]))
 def test_plain_lines_give_the_same_by_the_quick_way_and_by_the_full_one(body: list[str], words: str) -> None:
     """Rows, blocks, states and reasons are equal bit for bit, and so are refusals."""

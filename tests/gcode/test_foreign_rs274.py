@@ -70,7 +70,6 @@ PROGRAMS = {
 }
 
 
-@pytest.mark.external
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_every_construct_makes_the_same_moves_as_in_linuxcnc(rs274: str, tmp_path: Path, name: str) -> None:
     """Ends, centres, turns, feeds and dwells are those of rs274, to the decimals that it prints."""
@@ -103,7 +102,6 @@ FILES = [
 ]
 
 
-@pytest.mark.external
 @pytest.mark.parametrize("name", FILES)
 def test_real_programs_make_the_same_moves_as_in_linuxcnc(rs274: str, tmp_path: Path, data: Path, name: str) -> None:
     """Programs of other CAMs: every move ends where rs274 ends it; those without an end get one for rs274."""

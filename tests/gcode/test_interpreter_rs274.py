@@ -38,7 +38,6 @@ PROGRAMS = {
 }
 
 
-@pytest.mark.external
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_little_programs_make_the_same_moves_as_in_linuxcnc(rs274: str, tmp_path: Path, name: str) -> None:
     """Ends, centres, turns, feeds and dwells are those of rs274, to the decimals that it prints."""
@@ -66,7 +65,6 @@ FILES = [
 ]
 
 
-@pytest.mark.external
 @pytest.mark.skipif(not GCODE.is_dir(), reason="the shared data folder is not there")
 @pytest.mark.parametrize("name", FILES)
 def test_real_programs_make_the_same_moves_as_in_linuxcnc(rs274: str, tmp_path: Path, name: str) -> None:
@@ -78,7 +76,6 @@ def test_real_programs_make_the_same_moves_as_in_linuxcnc(rs274: str, tmp_path: 
     assert_same_moves(ours, moves_of_rs274(output), PRINTED["inch" if "CANON_UNITS_INCHES" in output else "mm"])
 
 
-@pytest.mark.external
 def test_what_linuxcnc_refuses_we_refuse(rs274: str, tmp_path: Path) -> None:
     """Blocks that rs274 stops at are errors here, too."""
     from leafcut.errors import ReadError

@@ -57,7 +57,6 @@ def test_no_program_of_a_cam_is_refused(path: Path) -> None:
     assert not plasma or known_process(program) == "plasma"
 
 
-@pytest.mark.external
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
 def test_programs_of_cams_do_what_linuxcnc_makes_of_them(rs274: str, tmp_path: Path, path: Path) -> None:
     """Move by move, of every program that it takes, but for its program number."""

@@ -159,7 +159,6 @@ def test_a_controller_that_cannot_darken_the_torch_puts_it_out_at_the_end() -> N
     assert arcs[0].center == (5.0, 0.0, 1.5)
 
 
-@pytest.mark.external
 def test_linuxcnc_hears_the_same_words(rs274: str, tmp_path: Path) -> None:
     """Every output and spindle word in its order, as rs274 prints it; alone it has one spindle, and no M190."""
     text = (

@@ -7,7 +7,7 @@ import random
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.errors import PlanError
@@ -33,7 +33,6 @@ def areas(strokes: list[Polyline]) -> list[float]:
     return sorted(round(abs(made.path.area), 6) for made in tidy(strokes, 0.05).paths)
 
 
-@settings(max_examples=40)
 @given(st.lists(st.floats(1, 20), min_size=3, max_size=12), st.randoms(use_true_random=False))
 def test_the_sides_of_a_polygon_in_any_order_and_direction_become_it_again(
     radii: list[float], draw: random.Random

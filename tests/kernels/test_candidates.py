@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.kernels.candidates import fill_candidates
@@ -27,7 +27,6 @@ def instance_of(places: object, name: str = "euclidean", k: int = 8) -> Instance
 
 
 @given(PLACES, METRICS, st.integers(4, 9))
-@settings(deadline=None)
 def test_a_list_holds_the_nearest_by_quadrant_and_then_the_nearest(
     places: list[tuple[int, int]], name: str, k: int
 ) -> None:
@@ -49,7 +48,6 @@ def test_a_list_holds_the_nearest_by_quadrant_and_then_the_nearest(
 
 
 @given(st.lists(st.tuples(st.integers(0, 5), st.integers(0, 5)), min_size=6, max_size=90), METRICS, st.integers(1, 12))
-@settings(deadline=None)
 def test_lists_are_sorted_by_cost_and_say_what_the_costs_are(places: list[tuple[int, int]], name: str, k: int) -> None:
     """With many points on one place, too; every list is full, or holds all that may be of use."""
     instance = instance_of(places, name, k)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.kernels.greedy import join, join_edges, list_edges, walk_path
@@ -34,7 +34,6 @@ def sorted_edges(lists: np.ndarray, lengths: np.ndarray, tail: np.ndarray, limit
 
 
 @given(st.integers(2, 20), st.integers(1, 8), SEEDS, st.sampled_from([0.25, np.inf]))
-@settings(deadline=None)
 def test_every_edge_up_to_a_limit_is_listed_once_and_in_the_order_of_costs(
     n: int, k: int, seed: int, limit: float
 ) -> None:
@@ -57,7 +56,6 @@ def test_every_edge_up_to_a_limit_is_listed_once_and_in_the_order_of_costs(
 
 
 @given(st.integers(3, 25), SEEDS)
-@settings(deadline=None)
 def test_joining_keeps_fragments_and_knows_their_ends(n: int, seed: int) -> None:
     """After any joins every node has at most two neighbours, there is no circle, and `tail` is the other end."""
     rng = np.random.default_rng(seed)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.kernels.cost import tour_cost
@@ -23,7 +23,6 @@ def edges(tour: np.ndarray) -> set[frozenset[int]]:
 
 
 @given(SIZES, SEEDS)
-@settings(deadline=None)
 def test_an_exchange_replaces_two_edges_and_no_other(n: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     tour = rng.permutation(n).astype(np.int32)
@@ -39,7 +38,6 @@ def test_an_exchange_replaces_two_edges_and_no_other(n: int, seed: int) -> None:
 
 
 @given(SIZES, SEEDS, st.sampled_from(["euclidean", "linear", "dogleg", "EUC_2D"]), st.booleans())
-@settings(deadline=None)
 def test_improvement_keeps_a_permutation_and_lowers_the_cost_by_every_move(
     n: int, seed: int, metric: str, or_opt: bool
 ) -> None:
@@ -62,7 +60,6 @@ def test_improvement_keeps_a_permutation_and_lowers_the_cost_by_every_move(
 
 
 @given(SIZES, SEEDS)
-@settings(deadline=None)
 def test_a_tied_edge_survives_local_search(n: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     xy = rng.uniform(0, 30, (n, 2))

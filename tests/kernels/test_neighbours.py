@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.kernels.neighbours import LEAF_SIZE, MOST_TWINS, REST, TWINS, Tree, find_nearby, nearest_unvisited, remove
@@ -36,7 +36,6 @@ def in_numbers(tree: Tree) -> np.ndarray:
 
 
 @given(PLACES, st.integers(0, 2))
-@settings(deadline=None)
 def test_a_tree_holds_every_point_once_and_tight_boxes_round_them(places: list[tuple[int, int]], apart: int) -> None:
     xy = np.array(places, dtype=np.float64)
     n = len(xy)
@@ -61,7 +60,6 @@ def test_a_tree_holds_every_point_once_and_tight_boxes_round_them(places: list[t
 
 
 @given(st.one_of(GRIDDY, COARSE, IN_LINE))
-@settings(deadline=None)
 def test_points_on_one_place_have_numbers_in_a_row(places: list[tuple[int, int]]) -> None:
     tree, _ = plant_tree(np.array(places, dtype=np.float64))
     xy = in_numbers(tree)
@@ -70,7 +68,6 @@ def test_points_on_one_place_have_numbers_in_a_row(places: list[tuple[int, int]]
 
 
 @given(PLACES, st.integers(1, 3), st.integers(0, 9))
-@settings(deadline=None)
 def test_what_is_found_is_as_near_as_by_looking_at_all(
     places: list[tuple[int, int]], per_quadrant: int, more: int
 ) -> None:

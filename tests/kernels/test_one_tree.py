@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.kernels.one_tree import Graph, Sets, TreeScratch, close_tree, join_sets, shifts, sparse_tree, two_spokes
@@ -87,7 +87,6 @@ def test_the_sparse_tree_weighs_what_kruskals_does(n: int, seed: int) -> None:
 
 
 @given(st.integers(4, 40), st.integers(0, len(METRICS) - 1), st.integers(0, 10**6), st.booleans())
-@settings(max_examples=120)
 def test_the_smallest_tree_of_all_pairs_weighs_what_kruskals_does(n: int, kind: int, seed: int, griddy: bool) -> None:
     """By the k-d tree or by looking at all pairs, with twins, with a hub that is left out; costs by the reference."""
     rng = np.random.default_rng(seed)

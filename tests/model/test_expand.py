@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.errors import PlanError
@@ -72,7 +72,6 @@ def one_by_one(path: Toolpath) -> list[Motion]:
     return rows
 
 
-@settings(max_examples=200)
 @given(st.lists(STEP, max_size=8))
 def test_all_holes_at_once_are_the_same_moves_as_one_by_one(steps) -> None:
     path = build(steps)
@@ -142,7 +141,6 @@ def without_still(moves: list[tuple]) -> list[tuple]:
     return [m for before, m in zip([None, *placed], placed, strict=False) if before is None or m[1:] != before[1:]]
 
 
-@pytest.mark.external
 def test_linuxcnc_makes_the_same_moves_of_the_same_cycles(tmp_path: Path, rs274: str) -> None:
     program, tools = tmp_path / "part.ngc", tmp_path / "tool.tbl"
     program.write_text(PROGRAM)

@@ -64,7 +64,6 @@ def test_a_golden_program_reads_back_as_its_toolpath(name: str, units: str) -> N
     assert tools == [1, 2] and list(dict.fromkeys(offsets)) == ([1, 2] if profile.length_offset else [])
 
 
-@pytest.mark.external
 @pytest.mark.parametrize("units", ["mm", "inch"])
 @pytest.mark.parametrize("name", ["linuxcnc", "grbl", "mach3"])
 def test_linuxcnc_runs_a_golden_program_as_meant(rs274: str, tmp_path: Path, name: str, units: str) -> None:

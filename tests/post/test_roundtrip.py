@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from toolpaths import MILLING, assert_same_rows, planned, units_of
 
@@ -19,11 +19,9 @@ from leafcut.post.writer import write_program
 from rs274_moves import assert_same_moves, moves_of_rs274, moves_of_toolpath, run_rs274
 
 CYCLES = ("G81", "G82", "G83", "G73", "G85")
-_SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.function_scoped_fixture]
 
 
 @pytest.mark.parametrize("name", MILLING)
-@settings(max_examples=60, deadline=None, suppress_health_check=_SLOW)
 @given(data=st.data(), inch=st.booleans(), repeat=st.booleans(), numbered=st.booleans())
 def test_a_program_reads_back_as_its_toolpath(
     name: str, data: st.DataObject, inch: bool, repeat: bool, numbered: bool
@@ -60,8 +58,6 @@ def test_a_hole_where_the_tool_stands_already_reads_back(name: str) -> None:
     assert_same_rows(expand(read), expand(path), 0.001)
 
 
-@pytest.mark.external
-@settings(max_examples=25, deadline=None, suppress_health_check=_SLOW)
 @given(path=planned((*CYCLES, "G84")), inch=st.booleans())
 def test_linuxcnc_reads_any_program_as_we_do(rs274: str, tmp_path: Path, path: Toolpath, inch: bool) -> None:
     """Any planned toolpath in LinuxCNC's words: rs274 accepts it, and its moves are ours."""

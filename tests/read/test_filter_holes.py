@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.model import Hole
@@ -35,7 +35,6 @@ near_borders = st.integers(-6, 6).map(lambda i: i * 0.005) | st.floats(-0.03, 0.
 
 
 @given(st.lists(st.tuples(near_borders, near_borders, near_borders), max_size=25), st.sampled_from([0.0, 0.004, 0.01]))
-@settings(max_examples=200)
 def test_anchors_are_those_of_brute_force_whatever_the_cells(points, tolerance):
     assert anchors(np.array(points).reshape(-1, 3), tolerance) == brute(points, tolerance)
 
@@ -52,7 +51,6 @@ def test_merging_does_not_depend_on_where_the_grid_lies(shift):
     st.lists(st.tuples(near_borders, near_borders, st.sampled_from([0.0, 1.0, 1.005, 2.0])), min_size=1, max_size=20),
     st.sampled_from(["smallest", "largest", "all"]),
 )
-@settings(max_examples=150)
 def test_what_is_kept_is_a_part_of_the_drawing_in_its_order_without_doubles(rows, rule):
     holes = [Hole(x, y, d, handle=str(i)) for i, (x, y, d) in enumerate(rows)]
     options = ReadOptions(concentric=rule)
@@ -81,7 +79,6 @@ def test_layer_patterns_know_wildcards_and_no_other_magic():
 
 
 @given(st.floats(-100, 100), st.floats(-100, 100), st.floats(0.05, 5), st.booleans())
-@settings(max_examples=100)
 def test_a_bulged_segment_is_an_arc_through_both_ends_that_rises_by_bulge_times_half_the_chord(dx, dy, size, clockwise):
     """The definition of bulge: sagitta over half chord."""
     chord = math.hypot(dx, dy)
@@ -102,7 +99,6 @@ def test_a_bulged_segment_is_an_arc_through_both_ends_that_rises_by_bulge_times_
     st.floats(-360, 360),
     st.randoms(use_true_random=False),
 )
-@settings(max_examples=100)
 def test_pieces_that_cut_a_circle_anywhere_close_it_and_one_less_does_not(cuts, turn, draw):
     cuts = sorted({round(math.radians(c), 2) % math.tau for c in cuts})
     spans = [(a, (b - a) % math.tau or math.tau) for a, b in zip(cuts, cuts[1:] + cuts[:1], strict=True)]

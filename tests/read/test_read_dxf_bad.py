@@ -6,7 +6,7 @@ import logging
 import struct
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.errors import ReadError
@@ -197,7 +197,6 @@ def test_macintosh_line_ends_are_read(hand_drawn):
 
 
 @given(st.data())
-@settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow])
 def test_any_damage_to_a_drawing_ends_in_a_part_or_a_read_error(data):
     """Bytes of a small valid drawing are cut out, doubled or replaced."""
     text = "0\nSECTION\n2\nENTITIES\n" + CIRCLE.format(1, 2, 3) + INSERT.format("B", 2) + "0\nENDSEC\n0\nEOF\n"
@@ -214,7 +213,6 @@ def test_any_damage_to_a_drawing_ends_in_a_part_or_a_read_error(data):
 
 
 @given(st.binary(max_size=200))
-@settings(max_examples=60)
 def test_any_bytes_after_the_mark_of_a_binary_drawing_end_in_a_read_error(tail):
     end = b"\0" + struct.pack("<B", 0) + b"EOF\0"
     with pytest.raises(ReadError):

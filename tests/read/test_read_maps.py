@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.errors import ReadError
@@ -174,7 +174,6 @@ points = st.lists(st.tuples(coordinates, coordinates), min_size=1, max_size=20, 
 
 
 @given(points)
-@settings(max_examples=50)
 def test_points_written_as_a_table_or_a_map_come_back_exactly(xy):
     table = "\n".join(f"{x!r};{y!r}" for x, y in xy)
     cities = "".join(f'<city x="{x!r}" y="{y!r}"/>' for x, y in xy)

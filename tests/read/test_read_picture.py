@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from PIL import Image
@@ -294,7 +294,6 @@ for _name, _file in _FILES.items():
 _TEXT = b"POLYGON ((0 0, 50 0, 50 40, 0 40, 0 0), (10 10, 10 20, 20 20, 20 10, 10 10))"
 
 
-@settings(max_examples=120, deadline=None)
 @given(st.sampled_from([*_FILES, "WKT"]), st.integers(0, 2**32), st.integers(0, 12), st.booleans())
 def test_whatever_is_in_a_file_there_are_pockets_or_one_line(name: str, seed: int, flips: int, cut: bool) -> None:
     from leafcut.options import SheetOptions

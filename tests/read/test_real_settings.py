@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from leafcut.errors import ReadError
 from leafcut.kinds import Head
 from leafcut.read.controllers.importing import ImportedMachine, imported, read_settings
 from leafcut.read.machine import load_machine
+from outside_programs import missing
 
 HERE = Path(__file__).parent / "settings" / "real"
 #: Where Debian's package has the samples of LinuxCNC.
@@ -147,25 +147,24 @@ def test_a_profile_of_mach3_without_units_asks_for_them_and_takes_them() -> None
 
 
 @pytest.fixture
-def samples() -> Path:
+def linuxcnc_samples() -> Path:
+    """Return the folder of the sample configurations that LinuxCNC ships."""
     if not LINUXCNC.is_dir():
-        if os.environ.get("LEAFCUT_REQUIRE_EXTERNAL") == "1":
-            pytest.fail(f"there is no {LINUXCNC}; linuxcnc-uspace has it")
-        pytest.skip("needs the samples of LinuxCNC")
+        missing(f"the folder {LINUXCNC}", "linuxcnc-uspace")
     return LINUXCNC
 
 
-def test_samples_of_linuxcnc_are_read_as_written(samples: Path, tmp_path: Path) -> None:
+def test_samples_of_linuxcnc_are_read_as_written(linuxcnc_samples: Path, tmp_path: Path) -> None:
     for name, values in SAMPLES.items():
-        found = of_file(samples / name)
+        found = of_file(linuxcnc_samples / name)
         assert found.kind == "linuxcnc"
         check(found, *values)
         is_read_again(found, tmp_path)
 
 
-def test_every_sample_of_linuxcnc_is_read_or_lacks_what_a_machine_needs(samples: Path) -> None:
+def test_every_sample_of_linuxcnc_is_read_or_lacks_what_a_machine_needs(linuxcnc_samples: Path) -> None:
     """Lathes have no y, etching machines no z; the others are demonstrations of one thing."""
-    files = sorted(samples.rglob("*.ini"))
+    files = sorted(linuxcnc_samples.rglob("*.ini"))
     refused = []
     for file in files:
         try:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from fake_marlin import FakeMarlin, MarlinOnACable, xor
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.cli import run as leafcut
@@ -105,7 +105,6 @@ def test_a_checksum_is_that_of_marlins_own_example() -> None:
     assert NumberedLine(0, "M110 N0").data == b"N0 M110 N0*125\n"
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     faults=st.dictionaries(
         st.integers(1, 30), st.sampled_from(["noise", "split", "dropped", "deaf", "slow"]), max_size=6

@@ -28,8 +28,6 @@ from leafcut.sender.run import Ending, Request, RunView, SendRun
 #: Above the last hole, in machine coordinates.
 END = [ZERO[0] + 13.5, ZERO[1] + 9.0, ZERO[2] + 4.0]
 
-pytestmark = pytest.mark.external
-
 
 def prepared(board: Board, program: Path, machine: str) -> tuple[GrblConversation, Facts, SendJob]:
     job = read_job(str(program), machine)

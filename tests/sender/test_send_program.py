@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.errors import LeafcutError, OptionError, ReadError
@@ -155,7 +155,6 @@ def test_a_hole_that_is_not_there_is_refused() -> None:
 _PLACES = st.tuples(st.integers(0, 40), st.integers(0, 40), st.integers(-8, 4))
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     moves=st.lists(st.tuples(st.sampled_from(["G0", "G1", "", "G91", "G90", "M8", "M9", "F200"]), _PLACES), min_size=3),
     at=st.integers(0, 200),

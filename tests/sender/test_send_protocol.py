@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 from fake_grbl import BUFFER, FakeGrbl
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.errors import OptionError, SendError
@@ -51,7 +51,6 @@ def sent(
     return run.run()
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     decimals=st.lists(st.integers(0, 12), min_size=1, max_size=60),
     paces=st.lists(st.integers(0, 12), min_size=1, max_size=7),
@@ -187,7 +186,6 @@ def test_whatever_is_left_active_in_a_board_the_program_begins_in_the_state_in_w
     assert board.taken[:OPENING] == ["G17G90G94G40G49G80", "G54", "G21", "M5", "M9"]
 
 
-@settings(max_examples=40, deadline=None)
 @given(
     faults=st.dictionaries(
         st.integers(1, 60),

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import leafcut
@@ -94,7 +94,6 @@ def metric_of(name: str, zones: bool, n: int, rng: np.random.Generator) -> Metri
 @given(
     places=PLACES, zones=st.booleans(), ends=st.sampled_from(ENDS), factor=st.sampled_from([0.0, 0.5, 1.0, 1.3, 9.0])
 )
-@settings(max_examples=40)
 def test_the_bound_is_never_above_the_optimum(
     name: str, places: list[tuple[float, float]], zones: bool, ends: object, factor: float
 ) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import leafcut
@@ -75,7 +75,6 @@ def test_with_full_lists_it_is_the_greedy_tour_by_sorting_all_pairs(n: int, seed
     seed=st.integers(0, 2**31),
     k=st.sampled_from([0, 2, 5, 8]),
 )
-@settings(deadline=None, max_examples=60)
 def test_a_greedy_tour_visits_each_node_once_and_keeps_the_tied_edge(
     n: int, grid: int, seed: int, k: int, ends: object
 ) -> None:
@@ -92,7 +91,6 @@ def test_a_greedy_tour_visits_each_node_once_and_keeps_the_tied_edge(
 
 
 @given(st.integers(5, 40), st.integers(0, 2**31), st.sampled_from([0, 3]))
-@settings(deadline=None, max_examples=40)
 def test_a_greedy_tour_of_a_matrix_visits_each_node_once(n: int, seed: int, k: int) -> None:
     matrix = np.random.default_rng(seed).integers(0, 50, (n, n)).astype(np.float64)
     metric = Metric("EXPLICIT", matrix=matrix + matrix.T)
@@ -132,7 +130,6 @@ def test_greedy_is_better_than_nearest_neighbour(name: str, data: Path) -> None:
 
 
 @given(st.integers(5, 40), st.integers(0, 2**31), st.sampled_from(ENDS))
-@settings(deadline=None)
 def test_the_nearest_neighbours_of_few_nodes_are_those_of_the_tree(n: int, seed: int, ends: object) -> None:
     xy = np.random.default_rng(seed).integers(0, 40, (n, 2)).astype(float) + np.arange(n)[:, None] * 1e-3
     instance = build_instance(problem_of(xy, ends), 8)

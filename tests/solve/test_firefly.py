@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.errors import SolveError
@@ -71,7 +71,6 @@ def test_a_firefly_flies_to_the_near_one_of_two_that_are_as_bright() -> None:
     assert SIMPLE.target(np.array([1.0, 10.0, 12.0]), 2, {0: 8, 1: 4}, 10) == 0
 
 
-@settings(max_examples=40, deadline=None)
 @given(st.integers(5, 40), st.integers(0, 99), st.integers(2, 38), st.integers(1, 300))
 def test_flying_keeps_a_tour_whole_and_never_makes_it_longer(n: int, seed: int, longest: int, moves: int) -> None:
     instance = instance_of(n, closed=seed % 2 == 0, seed=seed)
@@ -86,7 +85,6 @@ def test_flying_keeps_a_tour_whole_and_never_makes_it_longer(n: int, seed: int, 
     assert tour_cost(instance.cost, tour) == pytest.approx(before - gained, abs=1e-3)
 
 
-@settings(max_examples=40, deadline=None)
 @given(st.integers(8, 40), st.integers(0, 99), st.integers(2, 38), st.integers(1, 30))
 def test_mended_moves_keep_a_tour_whole_and_never_make_it_longer(n: int, seed: int, longest: int, moves: int) -> None:
     instance = instance_of(n, closed=seed % 2 == 0, seed=seed)

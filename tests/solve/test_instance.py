@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.kernels.cost import tour_cost
@@ -36,7 +36,6 @@ def random_tour(instance: Instance, seed: int) -> np.ndarray:
 
 @pytest.mark.parametrize("ends", ENDS, ids=str)
 @given(n=st.integers(5, 60), seed=st.integers(0, 2**31), metric=st.sampled_from(["euclidean", "linear", "EUC_2D"]))
-@settings(deadline=None, max_examples=40)
 def test_a_tour_costs_what_its_path_costs(n: int, seed: int, metric: str, ends: object) -> None:
     """So the path visits the right clusters in the right order, from the right end."""
     instance = instance_of(n, seed, ends, metric)
@@ -103,7 +102,6 @@ def test_the_same_points_always_get_the_same_numbers_and_lists() -> None:
 
 
 @given(st.integers(1, 24), st.integers(1, 30), st.integers(0, 10_000))
-@settings(deadline=None)
 def test_lists_of_a_matrix_are_those_of_sorting_all(n: int, k: int, seed: int) -> None:
     """Of equal costs the lower number first; rows and columns that nothing belongs to stay empty.
 

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import leafcut
@@ -35,7 +35,6 @@ def instance_of(n: int, seed: int = 1, **ends: tuple[float, float] | bool) -> In
     return build_instance(RoutingProblem.of_points(places, **ends), 5)
 
 
-@settings(max_examples=60, deadline=None)
 @given(st.integers(1, 60), st.integers(0, 999))
 def test_the_distance_is_that_of_hamming_place_by_place(h: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -95,7 +94,6 @@ def test_one_step_worked_by_hand() -> None:
     assert [swarm.aim(f) for f in range(3)] == [(14, 4), (17, 2), (14, 4)]
 
 
-@settings(max_examples=40, deadline=None)
 @given(st.integers(6, 30), st.integers(0, 99), st.integers(1, 40), st.integers(2, 28))
 def test_a_move_has_the_best_of_its_inversions_and_adds_what_it_says(n: int, seed: int, tries: int, most: int) -> None:
     """Of one inversion it is that; of very many, the best of all runs there are, tried one by one."""

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.errors import SolveError
@@ -164,7 +164,6 @@ def test_the_default_preset_finds_the_optimum_of_up_to_eight_clusters(kind: str)
     st.sampled_from(ENDS),
     st.sampled_from([0, 1, 9, 60]),
 )
-@settings(max_examples=80)
 def test_every_answer_keeps_precedence_visits_every_cluster_and_states_its_cost(
     seed: int, m: int, kind: str, ends: object, pairs: int
 ) -> None:

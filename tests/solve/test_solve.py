@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.errors import SolveError
@@ -203,7 +203,6 @@ def test_an_algorithm_that_cannot_keep_precedence_refuses_it(algorithm: str) -> 
 
 
 @given(st.integers(5, 30), st.integers(0, 10_000))
-@settings(deadline=None, max_examples=25)
 def test_ants_are_never_worse_than_nearest_neighbour(n: int, seed: int) -> None:
     problem = problem_of(np.random.default_rng(seed).integers(0, 15, (n, 2)).astype(float), Metric(), "closed")
     ants = solve(problem, SolveOptions(iterations=1))

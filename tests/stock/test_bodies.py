@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.model.cutter import Body, BodyPart, ball_mill, body_of, flat_mill
@@ -126,7 +126,6 @@ def test_a_body_is_its_shaft_then_its_shank_up_to_the_holder() -> None:
     )
 
 
-@settings(max_examples=25, deadline=None)
 @given(
     places=st.lists(st.tuples(st.floats(12, 48), st.floats(12, 28), st.floats(-9, 1)), min_size=2, max_size=4),
     stickout=st.floats(3, 8),

@@ -162,7 +162,7 @@ def test_width_and_side_of_a_cut_are_what_the_step_over_leaves() -> None:
 
 
 @pytest.mark.parametrize("name", CUTTERS)
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     begin=st.tuples(st.floats(8, 32), st.floats(8, 22), st.floats(-5, 1)),
     end=st.tuples(st.floats(8, 32), st.floats(8, 22), st.floats(-5, 1)),

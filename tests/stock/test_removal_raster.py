@@ -6,7 +6,7 @@ import math
 
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from removal_raster import raster_areas
 
@@ -66,7 +66,6 @@ numbers = st.floats(-30.0, 30.0).map(lambda v: round(v, 3))
 points = st.tuples(numbers, numbers)
 
 
-@settings(max_examples=25, deadline=None)
 @given(
     corners=st.lists(points, min_size=3, max_size=7),
     lines=st.lists(st.lists(points, min_size=2, max_size=5), max_size=4),
@@ -81,7 +80,6 @@ def test_random_paths_in_random_pockets_have_the_same_areas_by_both(
     )
 
 
-@settings(max_examples=20, deadline=None)
 @given(line=st.lists(points, min_size=2, max_size=8, unique=True))
 def test_of_any_path_the_measures_keep_their_bounds(line: list[tuple[float, float]]) -> None:
     pocket = Pocket(Polyline.of_points([(-40, -40), (40, -40), (40, 40), (-40, 40)], closed=True))

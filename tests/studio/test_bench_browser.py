@@ -16,8 +16,6 @@ from test_live_browser import make_map
 
 from leafcut import api
 
-pytestmark = pytest.mark.external
-
 COMMAND = "#command"
 
 

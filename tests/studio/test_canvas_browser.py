@@ -16,8 +16,6 @@ from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.report.playback import playback
 from leafcut.studio.drawing.scene import part_scene, pheromone_scene, toolpath_scene
 
-pytestmark = pytest.mark.external
-
 PIXEL = """([x, y, dx = 0, dy = 0]) => {
   const pane = drawing.panes[1], ratio = pane.ratio(), { view } = drawing;
   const px = Math.round((view.toX(x) + dx) * ratio), py = Math.round((view.toY(y) + dy) * ratio);

@@ -14,8 +14,6 @@ from typing import Any
 import pytest
 from canvas_server import until
 
-pytestmark = pytest.mark.external
-
 HERE = Path(__file__).parent
 INK = """() => {
   const canvas = [...document.querySelectorAll(".lc-canvas")].pop();

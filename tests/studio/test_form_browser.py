@@ -9,8 +9,6 @@ from playwright.sync_api import Browser, Page, expect
 from studio_page import LONG, PLATE, choose_work, opened
 from studio_server import Server
 
-pytestmark = pytest.mark.external
-
 CHART = "process,material,thickness_mm,cut_speed_mm_min,amps\nplasma,hardox,7,2000,85\nplasma,hardox,11,1200,105\n"
 
 

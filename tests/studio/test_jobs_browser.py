@@ -11,8 +11,6 @@ from playwright.sync_api import Browser, Page, expect
 from studio_page import LONG, PLATE, opened, run, serious, sure, typed, wait_for
 from studio_server import running
 
-pytestmark = pytest.mark.external
-
 
 @pytest.fixture
 def own(browser: Browser, tmp_path: Path) -> Iterator[Page]:

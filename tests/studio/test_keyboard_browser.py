@@ -5,11 +5,8 @@ from __future__ import annotations
 import re
 from typing import Any
 
-import pytest
 from playwright.sync_api import Page, expect
 from studio_page import LONG, PLATE, opened, said_by, typed, wait_for
-
-pytestmark = pytest.mark.external
 
 
 def focused(page: Page) -> Any:

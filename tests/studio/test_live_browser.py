@@ -12,8 +12,6 @@ from studio_page import LONG, ROOT, choose_work, downloaded, opened, run, said_b
 
 from leafcut import cli
 
-pytestmark = pytest.mark.external
-
 PICTURE = "[...document.querySelectorAll('.lc-canvas')].pop().toDataURL()"
 #: Pixels of the pheromone: clearly green.
 GREEN = """() => {

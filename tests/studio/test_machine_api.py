@@ -14,8 +14,6 @@ from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.port import SerialPort
 from leafcut.studio.studio import Studio
 
-pytestmark = pytest.mark.external
-
 State = dict[str, Any]
 
 #: Holes of a plate that is drilled for some seconds, in which it can be held.

@@ -18,8 +18,6 @@ from grbl_board import PROFILE, ZERO, Board, plate
 from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.port import SerialPort
 
-pytestmark = pytest.mark.external
-
 
 @pytest.fixture(scope="module")
 def started(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:

@@ -5,13 +5,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import pytest
 from playwright.sync_api import Browser, Page, expect
 from studio_page import LONG, PLATE, choose_machine, opened, run, said_by, sure, typed
 from studio_server import Server, running
 from test_stale_browser import select_hole
 
-pytestmark = pytest.mark.external
 OTHER = PLATE.with_name("plate_27.dxf")
 
 

@@ -11,8 +11,6 @@ from studio_page import LONG, choose_work, downloaded, typed, work_is
 
 from leafcut import cli
 
-pytestmark = pytest.mark.external
-
 
 def test_parts_are_nested_compared_cut_and_downloaded_as_the_command_line_writes_them(
     page: Page, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import re
 
-import pytest
 from playwright.sync_api import Page, expect
 from studio_page import choose_machine, typed
-
-pytestmark = pytest.mark.external
 
 
 def copied(page: Page, view: str, name: str) -> None:

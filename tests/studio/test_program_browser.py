@@ -5,12 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 from studio_page import LONG, ROOT, choose_work, opened, serious
 from studio_server import Server
-
-pytestmark = pytest.mark.external
 
 CAM = ROOT / "examples" / "cam_121.nc"
 TEXT = CAM.read_text().splitlines()

@@ -10,8 +10,6 @@ from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
 from studio_page import LONG, PLATE, choose_work, opened, run, steady, typed
 from studio_server import Server
 
-pytestmark = pytest.mark.external
-
 #: What is wider than its window, and cannot be scrolled by itself: the first elements that stick out.
 STICKS_OUT = """() => {
   const wide = document.documentElement.scrollWidth > innerWidth + 1;

@@ -7,12 +7,9 @@ from typing import Any
 
 import ezdxf
 import httpx2
-import pytest
 from playwright.sync_api import Page, Route, expect
 from studio_page import LONG, PLATE, ROOT, choose_work, opened, run, said_by, typed, wait_for, work_is
 from studio_server import Server
-
-pytestmark = pytest.mark.external
 
 
 def many_holes(folder: Path) -> Path:

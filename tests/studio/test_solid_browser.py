@@ -24,8 +24,6 @@ from solid_scenes import (
 
 from leafcut.stock.solid import solid_of
 
-pytestmark = pytest.mark.external
-
 #: How many pixels of the picture are drawn on, and the mean of their colours.
 INK = """() => {
   const { picture } = drawing.solid, copy = document.createElement("canvas");

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
 from playwright.sync_api import Browser, Page, expect
 from studio_page import LONG, PLATE, ROOT, opened, run, serious
 from studio_server import Server
-
-pytestmark = pytest.mark.external
 
 #: A slot whose tool the program describes.
 SLOT = "(T1 D=8. CR=0. - flat end mill)\nG21 G90 G94\nT1 M6\nS3000 M3\nG0 X0 Y0 Z5\nG1 Z-3 F200\nX60 F600\nG0 Z5\nM30\n"

@@ -5,12 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import pytest
 from playwright.sync_api import Page, expect
 from studio_page import LONG, PLATE, choose_machine, choose_work, downloaded, opened, run, serious, typed
 from studio_server import Server
-
-pytestmark = pytest.mark.external
 
 
 def quick(page: Page) -> None:

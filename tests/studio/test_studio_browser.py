@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 from typing import Any
 
-import pytest
 from parts_to_nest import PLATE as PART
 from playwright.sync_api import Browser, Page, expect
 from studio_page import (
@@ -28,8 +27,6 @@ from studio_server import Server, running
 
 import leafcut
 from leafcut import cli
-
-pytestmark = pytest.mark.external
 
 
 def test_a_drawing_is_opened_run_and_downloaded_as_the_command_line_writes_it(page: Page, tmp_path: Path) -> None:

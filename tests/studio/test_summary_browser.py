@@ -7,12 +7,9 @@ import html
 import io
 from pathlib import Path
 
-import pytest
 from parts_to_nest import ANGLE, PLATE
 from playwright.sync_api import Page, expect
 from studio_page import LONG, ROOT, choose_work, downloaded, opened, typed
-
-pytestmark = pytest.mark.external
 
 DRAWN = """async () => {
     const { whenThere } = await import("leafcut-canvas/registry.js");

@@ -15,8 +15,6 @@ from leafcut.model.contour import Contour
 from leafcut.model.part import Hole, Part
 from leafcut.studio.drawing.scene import part_scene
 
-pytestmark = pytest.mark.external
-
 PIXEL = """([x, y]) => {
   const pane = drawing.panes[1], ratio = pane.ratio(), { view } = drawing;
   return [...pane.ctx.getImageData(Math.round(view.toX(x) * ratio), Math.round(view.toY(y) * ratio), 1, 1).data];

@@ -9,8 +9,6 @@ from playwright.sync_api import Browser, Page, expect
 from studio_page import PLATE, ROOT, choose_work, opened, run, serious, typed, wait_for, work_is
 from studio_server import Server
 
-pytestmark = pytest.mark.external
-
 EXAMPLES = ROOT / "examples"
 #: What a script finds in the drawing of the page.
 IN_DRAWING = """async (place) => {

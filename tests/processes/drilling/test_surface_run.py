@@ -78,7 +78,6 @@ def test_every_hole_begins_at_its_height_and_goes_through_the_part(folder: Path)
         assert bottom == pytest.approx(-20.0 - 0.5 - point, abs=1e-5)
 
 
-@pytest.mark.external
 @pytest.mark.parametrize("machine", ["linuxcnc-mill", "haas-vf2"])
 def test_no_rapid_that_linuxcnc_makes_comes_near_to_what_stands(
     folder: Path, machine: str, rs274: str, tmp_path: Path

@@ -73,7 +73,6 @@ def test_no_rapid_lies_between_the_levels(tmp_path: Path, strategy: str, entry: 
     assert rapids[0] < rapids[1]
 
 
-@pytest.mark.external
 def test_linuxcnc_sees_no_lift_between_the_levels(rs274: str, tmp_path: Path) -> None:
     """From the first feed below the surface to the last there is no rapid, and each height ends where it began."""
     status, said = run_rs274(rs274, milled(tmp_path, ISLAND, strategy="firefly").text, tmp_path)

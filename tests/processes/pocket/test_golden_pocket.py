@@ -76,7 +76,6 @@ def test_a_round_pocket_is_written_in_arcs() -> None:
     assert len(program("linuxcnc", "mm").splitlines()) < 60
 
 
-@pytest.mark.external
 @pytest.mark.parametrize(("name", "units"), [case for case in CASES if case[0] in ("linuxcnc", "grbl")])
 def test_linuxcnc_accepts_a_golden_pocket(rs274: str, tmp_path: Path, name: str, units: str) -> None:
     status, said = run_rs274(rs274, program(name, units), tmp_path)

@@ -124,7 +124,6 @@ def test_the_strategy_that_is_asked_for_is_written(drawing: Path, monkeypatch: p
 
 
 @pytest.mark.usefixtures("contour_only")
-@pytest.mark.external
 @pytest.mark.parametrize("entry", ["ramp", "helix", "plunge", "predrilled"])
 def test_linuxcnc_accepts_the_program(rs274: str, drawing: Path, tmp_path: Path, entry: str) -> None:
     outcome = api.optimize(drawing, strategy="contour", entry=entry, stock=0.3, **FAST)

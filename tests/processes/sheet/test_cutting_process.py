@@ -33,7 +33,6 @@ def plate(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return file
 
 
-@pytest.mark.external
 @pytest.mark.parametrize("how", TABLES)
 def test_a_process_without_a_machine_is_cut_on_a_table_that_can(
     how: str, plate: Path, rs274: str, tmp_path: Path

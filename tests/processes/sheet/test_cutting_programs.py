@@ -202,7 +202,6 @@ def test_what_a_controller_cannot_do_is_refused(words: str, path: Toolpath, post
         written(words, path, post)
 
 
-@pytest.mark.external
 @pytest.mark.parametrize("words", ["qtplasmac", "plasma"])
 @pytest.mark.parametrize("units", ["mm", "inch"])
 def test_linuxcnc_makes_the_same_moves(words: str, units: str, rs274: str, tmp_path: Path) -> None:
@@ -247,7 +246,6 @@ def marks_among_cuts() -> Toolpath:
     return b.build()
 
 
-@pytest.mark.external
 def test_marks_are_made_with_the_scribe_by_its_own_offset(rs274: str, qtplasmac_gcode: str, tmp_path: Path) -> None:
     """LinuxCNC changes to tool 1 and takes up its offset before every mark, to tool 0 before every cut and the end, and
     then goes to where it begins in both axes; QtPlasmaC's filter lets all that through and says nothing."""

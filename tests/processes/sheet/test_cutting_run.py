@@ -211,7 +211,6 @@ def test_the_sheet_is_found_before_every_pierce_where_the_machine_can(drawing: P
     assert floating.text.count("\nG92 Z-3.5\nG0 Z3.8\n") == 12
 
 
-@pytest.mark.external
 def test_linuxcnc_takes_the_program(outcome, moving_z, rs274: str, tmp_path: Path) -> None:
     for found, runs, dwells in ((outcome, 16, 0), (moving_z, 12, 12)):
         status, canon = run_rs274(rs274, found.text, tmp_path)
@@ -220,7 +219,6 @@ def test_linuxcnc_takes_the_program(outcome, moving_z, rs274: str, tmp_path: Pat
         assert canon.count("DWELL(0.2") == canon.count("STRAIGHT_PROBE") == dwells
 
 
-@pytest.mark.external
 def test_a_kerf_that_the_controller_compensates_goes_to_linuxcnc_with_its_slow_holes(
     drawing: Path, rs274: str, tmp_path: Path
 ) -> None:
@@ -327,7 +325,6 @@ def test_a_plan_is_saved_and_kept_with_its_fixed_choices(drawing: Path, tmp_path
     assert load_plan(plan).cuts
 
 
-@pytest.mark.external
 def test_linuxcnc_takes_a_program_with_chains(drawing: Path, rs274: str, tmp_path: Path) -> None:
     joined = api.optimize(drawing, chains=True, **{**FAST, "pierce_delay": "3 s"})
     status, canon = run_rs274(rs274, joined.text, tmp_path)

@@ -128,7 +128,7 @@ def test_a_path_that_begins_with_a_loop_is_entered_round_and_round_it_no_steeper
 numbers = st.floats(-15.0, 15.0).map(lambda v: round(v, 2))
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=4)
 @given(
     corners=st.lists(st.tuples(numbers, numbers), min_size=3, max_size=6, unique=True),
     degrees=st.sampled_from([50.0, 75.0, 110.0]),

@@ -87,7 +87,7 @@ def test_too_many_points_are_refused_in_one_line(monkeypatch: pytest.MonkeyPatch
             grid_points(region(shapely.box(0, 0, 60, 60)))
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.sets(st.integers(0, 15), min_size=2, max_size=6))
 def test_no_path_is_shorter_than_the_bound_of_colours_and_spurs(cells: set[int]) -> None:
     """All orders of some points of a 4 × 4 grid, tried; the points are taken by a region of spots."""
@@ -139,7 +139,7 @@ def check(path: PocketPath, shape: CentreRegion) -> None:
     assert shape.polygon.buffer(4.99, quad_segs=16).difference(cut).area < 1e-6
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 @given(st.randoms(use_true_random=False), st.sampled_from([DEAR, CHEAP, Retract()]))
 def test_whatever_the_order_no_feed_crosses_an_island_and_nothing_stays_uncut(order: object, retract: Retract) -> None:
     shape = region(RING)

@@ -181,7 +181,7 @@ def polygons_with_islands(draw: st.DrawFn) -> Pocket:
     return Pocket(Polyline.of_points(points, closed=True), tuple(islands))
 
 
-@settings(max_examples=8, deadline=None, derandomize=True)
+@settings(max_examples=8)
 @given(polygons_with_islands())
 def test_any_pocket_is_cleared_without_hurting_a_wall_one_way_per_region(pocket: Pocket) -> None:
     for region in centre_regions(pocket, RULES)[0]:

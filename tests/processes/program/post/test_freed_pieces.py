@@ -72,7 +72,6 @@ def test_all_pieces_are_free_and_every_order_of_them_is_proved(name: str) -> Non
         assert work_of(new) == work_of(program)
 
 
-@pytest.mark.external
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_linuxcnc_makes_the_same_cuts_at_the_same_speeds(rs274: str, tmp_path: Path, name: str) -> None:
     text, program, sequence, _ = read(name)

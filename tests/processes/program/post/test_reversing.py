@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.errors import PostError
@@ -150,7 +150,6 @@ def text_of(cuts: list[dict], inch: bool, beam: bool) -> str:
 PROGRAMS = st.builds(text_of, st.lists(CUT, min_size=2, max_size=7), st.booleans(), st.booleans())
 
 
-@settings(max_examples=60)
 @given(PROGRAMS, st.integers(0, 9))
 def test_any_directions_of_any_program_do_the_same_work(text: str, seed: int) -> None:
     """The certificate counts what was turned, and without the option it does not let it pass."""
@@ -192,7 +191,6 @@ def undirected(program: str, folder: object, text: str) -> Counter:
 GCODE = DATA / "gcode"
 
 
-@pytest.mark.external
 def test_linuxcnc_finds_the_same_cuts_of_a_real_engraving_with_strokes_turned(rs274: str, tmp_path: Path) -> None:
     file = GCODE / "gsender_kb35.nc"
     if not file.exists():
@@ -209,8 +207,6 @@ def read(text: str) -> tuple[Program, Sequence]:
     return program, find_sequence(program, allow_reverse=True)
 
 
-@pytest.mark.external
-@settings(max_examples=25)
 @given(text=PROGRAMS)
 def test_linuxcnc_finds_the_same_cuts_whichever_way_they_go(
     rs274: str, tmp_path_factory: pytest.TempPathFactory, text: str

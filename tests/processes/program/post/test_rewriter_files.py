@@ -73,7 +73,6 @@ def test_where_nothing_may_change_places_it_is_said_why(data: Path, name: str) -
     assert any(FIXED[name] in text for text in said)
 
 
-@pytest.mark.external
 @pytest.mark.parametrize("name", FREE)
 def test_linuxcnc_makes_the_same_cuts_of_another_order(rs274: str, tmp_path: Path, name: str) -> None:
     """The ends and feeds of all cutting moves that rs274 prints are the same multiset."""

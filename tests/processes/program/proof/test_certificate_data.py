@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.errors import ReadError
@@ -126,9 +126,7 @@ def cuts_of(data: Path, rs274: str, tmp_path_factory: pytest.TempPathFactory) ->
     return cuts
 
 
-@pytest.mark.external
 @pytest.mark.parametrize("name", JUDGED)
-@settings(max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(choice=st.data())
 def test_a_changed_digit_that_changes_the_cuts_is_always_caught(
     data: Path, rs274: str, tmp_path: Path, cuts_of: Callable[[str], Counter[tuple]], name: str, choice: st.DataObject

@@ -227,7 +227,6 @@ def test_what_is_not_the_same_work_is_never_called_so(fault: Fault) -> None:
     assert not found.same
 
 
-@pytest.mark.external
 @pytest.mark.parametrize("fault", REFUSED, ids=lambda fault: fault.name)
 def test_linuxcnc_refuses_what_is_said_to_be_refused(rs274: str, tmp_path: Path, fault: Fault) -> None:
     """And runs the program that it was made from."""

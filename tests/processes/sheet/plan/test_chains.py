@@ -171,7 +171,7 @@ def test_rules_that_do_not_go_with_chains_are_refused() -> None:
             rules_of(chains=True, **options)
 
 
-@settings(max_examples=6, deadline=None, phases=(Phase.explicit, Phase.generate))
+@settings(max_examples=6, phases=(Phase.explicit, Phase.generate))
 @given(
     columns=st.integers(2, 3),
     rows=st.integers(1, 2),

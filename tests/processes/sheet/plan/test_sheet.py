@@ -10,7 +10,7 @@ import ezdxf
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.errors import LeafcutError, PlanError
@@ -281,7 +281,6 @@ strokes = st.lists(
 )
 
 
-@settings(max_examples=60)
 @given(strokes, st.sampled_from(["refuse", "cut", "mark", "drop"]))
 def test_whatever_is_drawn_outlines_are_simple_and_apart_or_one_line_says_why_not(
     rows: list[tuple[list[tuple[float, float, float]], bool, str]], open_paths: str
