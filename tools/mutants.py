@@ -1,0 +1,149 @@
+"""Measures how many small faults in the source the fast tests find: `python tools/mutants.py --count 100`.
+
+Draws mutants of mutmut evenly from solver, proof, readers and posts. The seed is the commit, so that nobody chooses them.
+For each mutant, the tool changes one source file, runs the fast tests until the first failure, and restores the file. It
+prints a table of survivors. Run it in a clean clone; nothing else may use that clone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from mutmut.mutation.file_mutation import create_mutations
+
+ROOT = Path(__file__).parents[1]
+SOURCE = ROOT / "src" / "leafcut"
+
+#: Group → patterns of its files below the package.
+GROUPS = {
+    "solver": ("solve/*.py", "kernels/*.py"),
+    "proof": ("proof/*.py", "processes/*/proof/*.py"),
+    "readers": ("read/**/*.py", "gcode/*.py"),
+    "posts": ("post/*.py", "processes/*/post/*.py", "processes/*/post.py"),
+}
+
+#: Cases of the fast tier, as in the Makefile.
+FAST = "not (slow or browser or external)"
+
+#: A run of the tests is ended after this time, s; the mutant then counts as killed (an endless loop).
+LONGEST = 1200.0
+
+
+class Mutant(NamedTuple):
+    """One change of one file."""
+
+    group: str
+    file: Path
+    #: Line of the change, counted from 1.
+    line: int
+    text: str
+
+    def diff(self) -> str:
+        """Return the changed lines."""
+        old = self.file.read_text(encoding="utf-8").splitlines()
+        lines = difflib.unified_diff(old, self.text.splitlines(), lineterm="", n=0)
+        return "\n".join(line for line in lines if line[:1] in "+-" and line[:3] not in ("+++", "---"))
+
+
+@cache
+def mutations_of(file: Path) -> tuple[Any, list[Any]]:
+    """Return the syntax tree of a file and its mutations, as mutmut makes them."""
+    module, mutations, _, _ = create_mutations(str(file), file.read_text(encoding="utf-8"))
+    return module, mutations
+
+
+def draw(count: int, seed: str) -> list[Mutant]:
+    """Return mutants, as many of each group; a file is drawn in proportion to its length."""
+    random_state = random.Random(seed)
+    chosen: list[Mutant] = []
+    for group, patterns in GROUPS.items():
+        files = sorted({file for pattern in patterns for file in SOURCE.glob(pattern)})
+        sizes = [file.stat().st_size for file in files]
+        seen: set[str] = set()
+        while len(seen) < -(-count // len(GROUPS)):
+            (file,) = random_state.choices(files, sizes)
+            module, mutations = mutations_of(file)
+            if not mutations:
+                continue
+            mutation = random_state.choice(mutations)
+            text = module.deep_replace(mutation.original_node, mutation.mutated_node).code
+            if text in seen or text == module.code:
+                continue
+            seen.add(text)
+            pairs = enumerate(zip(module.code.splitlines(), text.splitlines(), strict=False), 1)
+            line = next((number for number, (old, new) in pairs if old != new), 1)
+            chosen.append(Mutant(group, file, line, text))
+    return chosen
+
+
+def tests_near(file: Path) -> list[str]:
+    """Return the folders of tests that mirror a source file, the nearest first."""
+    folder = ROOT / "tests" / file.relative_to(SOURCE).parent
+    while not folder.is_dir():
+        folder = folder.parent
+    return [str(folder)] if folder != ROOT / "tests" else []
+
+
+def killed(mutant: Mutant) -> bool:
+    """Apply a mutant, run the tests near it, then all fast tests; return whether any test fails."""
+    original = mutant.file.read_bytes()
+    try:
+        mutant.file.write_text(mutant.text, encoding="utf-8")
+        near = tests_near(mutant.file)
+        return (bool(near) and not passes(near)) or not passes([])
+    finally:
+        mutant.file.write_bytes(original)
+
+
+def passes(paths: list[str]) -> bool:
+    """Run fast tests until the first failure; return whether all pass in time."""
+    command = [sys.executable, "-m", "pytest", "-x", "-n", "2", "--dist", "worksteal", "-m", FAST, *paths]
+    run = subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+    )
+    try:
+        return run.wait(LONGEST) in (0, 5)  # 5: no fast test lies there
+    except subprocess.TimeoutExpired:
+        os.killpg(run.pid, signal.SIGKILL)
+        run.wait()
+        return False
+
+
+def main() -> None:
+    """Draw mutants, run the tests on each, and print the survivors."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=100, help="number of mutants")
+    parser.add_argument("--seed", default="", help="default: the hash of the commit")
+    parser.add_argument("--part", default="1/1", help="run every N-th mutant from the K-th on: K/N")
+    given = parser.parse_args()
+    if subprocess.run(["git", "status", "--porcelain"], cwd=ROOT, capture_output=True, check=True).stdout:
+        sys.exit("the clone has changes; commit them or use a fresh clone")
+    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True)
+    seed = given.seed or commit.stdout.strip()
+    part, parts = map(int, given.part.split("/"))
+    mutants = draw(given.count, seed)[part - 1 :: parts]
+    print(f"{len(mutants)} mutants of seed {seed}", flush=True)
+    survivors = 0
+    for number, mutant in enumerate(mutants, 1):
+        start, diff = time.monotonic(), mutant.diff()
+        dead = killed(mutant)
+        survivors += not dead
+        place = f"{mutant.file.relative_to(ROOT)}:{mutant.line}"
+        seconds = time.monotonic() - start
+        result = "killed" if dead else "SURVIVED"
+        print(f"{number}. {mutant.group}: {place}: {result} ({seconds:.0f} s)\n{diff}", flush=True)
+    print(f"{len(mutants) - survivors} of {len(mutants)} killed ({1 - survivors / len(mutants):.0%})")
+
+
+if __name__ == "__main__":
+    main()
