@@ -1,8 +1,8 @@
 """Measures how many small faults in the source the fast tests find: `python tools/mutants.py --count 100`.
 
-Draws mutants of mutmut evenly from solver, proof, readers and posts. The seed is the commit, so that nobody chooses them.
-For each mutant, the tool changes one source file, runs the fast tests until the first failure, and restores the file. It
-prints a table of survivors. Run it in a clean clone; nothing else may use that clone.
+Draws mutants of mutmut evenly from solver, proof, readers and posts. The seed is the commit, so that nobody chooses
+them. For each mutant, the tool changes one source file, runs the fast tests until the first failure, and restores the
+file. It prints each mutant with its result. Run it in a clean clone; nothing else may use that clone.
 """
 
 from __future__ import annotations
