@@ -90,9 +90,9 @@ $(READY_DOCS): $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
 	@touch $@
 
-$(LOWEST)/.ready: pyproject.toml .ci/lowest_versions.py
+$(LOWEST)/.ready: pyproject.toml tools/lowest_versions.py
 	$(PYTHON) -m venv $(LOWEST)
-	$(LOWEST)/bin/python .ci/lowest_versions.py > $(LOWEST)/constraints.txt
+	$(LOWEST)/bin/python tools/lowest_versions.py > $(LOWEST)/constraints.txt
 	$(LOWEST)/bin/python -m pip install --quiet --disable-pip-version-check -c $(LOWEST)/constraints.txt \
 	    -e '.[all]' pytest pytest-xdist hypothesis 'httpx2>=2'
 	@touch $@

@@ -23,7 +23,7 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def test_the_reference_is_what_the_program_says() -> None:
-    made = runpy.run_path(str(ROOT / "docs" / "make_reference.py"))["reference"]()
+    made = runpy.run_path(str(ROOT / "tools" / "make_reference.py"))["reference"]()
     assert (ROOT / "docs" / "reference.md").read_text(encoding="utf-8") == made
 
 

@@ -41,9 +41,9 @@ def keywords_of(function: Callable[..., Any]) -> dict[str, Any]:
 
 
 def test_the_module_is_what_the_options_say() -> None:
-    made = runpy.run_path(str(ROOT / ".ci" / "make_keywords.py"))["keywords"]()
+    made = runpy.run_path(str(ROOT / "tools" / "make_keywords.py"))["keywords"]()
     there = (ROOT / "src" / "leafcut" / "keywords.py").read_text(encoding="utf-8")
-    assert there == made, "options have changed: run .ci/make_keywords.py"
+    assert there == made, "options have changed: run tools/make_keywords.py"
 
 
 @pytest.mark.parametrize("function, works", list(FUNCTIONS.items()))

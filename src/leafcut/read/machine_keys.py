@@ -1,6 +1,6 @@
-"""The keys of a machine profile: what each means, and its default.
+"""The keys of a machine profile, with meaning and default.
 
-From this one table profiles are checked, completed, written as templates and documented (`docs/make_reference.py`).
+This table checks and completes profiles, writes templates and the reference page (`tools/make_reference.py`).
 """
 
 from __future__ import annotations

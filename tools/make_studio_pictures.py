@@ -1,9 +1,9 @@
-"""Makes the pictures of the page on the studio from the running program, in a headless Chromium.
+"""Take the screenshots of the studio for the docs, in headless Chromium.
 
-    python docs/make_studio_pictures.py [solid | machine]
+    python tools/make_studio_pictures.py [solid | machine]
 
-With ``solid`` only those of the solid view are made, with ``machine`` only those of the machine's page: with the real
-firmware of GRBL on the simulated board of the tests.
+``solid`` selects the solid view. ``machine`` selects the Control page, with the GRBL firmware on the simulated board of
+the tests.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from pathlib import Path
 from curved_part import FIXTURES, holes_csv, part_stl
 from playwright.sync_api import Page, sync_playwright
 
-HERE = Path(__file__).parent
-PICTURES = HERE / "pictures"
-EXAMPLES = HERE.parent / "examples"
+ROOT = Path(__file__).parents[1]
+PICTURES = ROOT / "docs" / "pictures"
+EXAMPLES = ROOT / "examples"
 #: Parts to be nested: name → width, height and what is drawn, mm.
 PARTS = {
     "bracket.svg": (
@@ -36,7 +36,7 @@ PARTS = {
     "ring.svg": (240, 240, '<circle cx="120" cy="120" r="118"/><circle cx="120" cy="120" r="75"/>'),
     "gusset.svg": (90, 90, '<path d="M0 0H90L0 90Z"/><circle cx="25" cy="25" r="8"/>'),
 }
-#: Tools of a shop, with what holds them.
+#: A tool library with holders.
 HELD = """
 [[tool]]
 number = 1
@@ -69,14 +69,14 @@ rapid.acceleration = "1000 mm/s2"
 travel.min = ["-400 mm", "-400 mm", "-90 mm"]
 travel.max = ["0 mm", "0 mm", "0 mm"]
 """
-#: And what its board is set to.
+#: Settings of its board: number → value.
 STORED = {110: 6000, 111: 6000, 112: 3000, 120: 1000, 121: 1000, 122: 1000, 130: 400, 131: 400, 132: 90}
 #: A run, ms.
 LONG = 120_000
 
 
 def main() -> None:
-    """Write docs/pictures/studio_empty.png, and so on: result, nest, program, dark, and those of the solid view."""
+    """Write docs/pictures/studio_*.png."""
     with tempfile.TemporaryDirectory() as home:
         machines = Path(home) / "leafcut" / "studio" / "machines"
         machines.mkdir(parents=True)
@@ -95,7 +95,7 @@ def main() -> None:
 
 
 def take(address: str) -> None:
-    """Go through the states and take their pictures."""
+    """Open each state and take its screenshot."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path="/usr/bin/chromium", args=["--no-sandbox", "--disable-gpu"]
@@ -129,7 +129,7 @@ def take(address: str) -> None:
 @contextmanager
 def router() -> Iterator[str]:
     """Yield the port of the simulated board, set up as a router."""
-    sys.path.append(str(HERE.parent / "tests"))
+    sys.path.append(str(ROOT / "tests"))
     from grbl_board import SETTINGS, set_up
 
     # Soft limits at the end: they need homing, which is among the rest.
@@ -287,7 +287,7 @@ def put(page: Page, label: str, name: str, data: bytes) -> None:
 
 
 def pockets(depth: float, end: float) -> str:
-    """Return a program that mills four pockets, the last one to a depth, and a slot up to an end, mm."""
+    """Return a program with three pockets 6 mm deep, one of `depth`, and a slot to X `end`, mm."""
     rows = ["(T1 D=10. CR=0. - flat end mill)", "(T2 D=6. CR=3. - ball end mill)", "G21 G90 G94 G17", "G0 Z10"]
     rows += ["T1 M6", "S9000 M3"]
     for x, y, z in ((20, 20, 6.0), (82, 20, 6.0), (20, 58, 6.0), (82, 58, depth)):

@@ -1,8 +1,8 @@
-"""Makes pictures of six journeys through the studio, at the sizes of a laptop, a desk and a phone.
+"""Take screenshots of six journeys through the studio on laptop, desktop and phone screens.
 
-    python docs/make_journeys.py [JOURNEY …] [--to docs/pictures/journeys] [--dark]
+    python tools/make_journeys.py [JOURNEY …] [--to docs/pictures/journeys] [--dark]
 
-Where axe finds something serious, or a page is wider than its window, it is told and the status is 1.
+The exit status is 1 if axe reports a serious problem or a page is wider than its window.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from journeys import JOURNEYS
 from studio_page import LONG, at_rest, serious, steady
 from studio_server import Server, running
 
-HERE = Path(__file__).parent
-#: Width, height and scale of the window; at a zoom of 200 % a window of 1280 pixels is one of 640.
+JOURNEY_PICTURES = Path(__file__).parents[1] / "docs" / "pictures" / "journeys"
+#: Name → width, height and scale of the window. A zoom of 200 % turns 1280 pixels into 640.
 SIZES = {"1280": (1280, 720, 1), "1920": (1920, 1080, 1), "390": (390, 844, 2), "zoomed": (640, 360, 2)}
-#: Kept as pictures; at the others the page is looked at by axe alone.
+#: Sizes with screenshots; axe checks all sizes.
 KEPT = ("1280", "1920", "390")
 REST = "() => document.querySelector('.studio').innerText.length + ' ' + document.querySelectorAll('.studio *').length"
 WIDTH = "() => document.documentElement.scrollWidth - innerWidth"
 
 
 def main() -> int:
-    """Go through the journeys; return 1 where something keeps somebody out."""
+    """Run the journeys; return 1 if a page has an accessibility problem."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("journeys", nargs="*", default=list(JOURNEYS))
-    parser.add_argument("--to", type=Path, default=HERE / "pictures" / "journeys")
+    parser.add_argument("--to", type=Path, default=JOURNEY_PICTURES)
     parser.add_argument("--sizes", default=",".join(SIZES))
     parser.add_argument("--dark", action="store_true")
     parser.add_argument("--no-axe", action="store_true", help="pictures alone")
@@ -53,7 +53,7 @@ def main() -> int:
 
 
 def go(browser: Browser, server: Server, name: str, size: str, asked: argparse.Namespace) -> list[object]:
-    """Go one journey at one size; return what keeps somebody out."""
+    """Run one journey at one size; return the accessibility problems."""
     width, height, scale = SIZES[size]
     context = browser.new_context(
         viewport={"width": width, "height": height}, device_scale_factor=scale, locale="en-US", bypass_csp=True,
@@ -75,7 +75,7 @@ def go(browser: Browser, server: Server, name: str, size: str, asked: argparse.N
         if size in KEPT:
             page.screenshot(path=asked.to / f"{where}.png")
         if not asked.no_axe:
-            faults.extend(serious(page, where))  # in the light and in the dark
+            faults.extend(serious(page, where))  # light and dark
             page.emulate_media(color_scheme="dark" if asked.dark else "light")
         if page.evaluate(WIDTH) > 0:
             faults.append((where, "wider than its window", page.evaluate(WIDTH)))

@@ -1,4 +1,4 @@
-"""Print what pip needs to install the lowest versions that pyproject.toml allows: `pip install -c` this."""
+"""Print the lowest versions that pyproject.toml allows, as a constraints file for pip."""
 
 from __future__ import annotations
 

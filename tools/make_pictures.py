@@ -1,4 +1,4 @@
-"""Makes the pictures of the README, and of the pages on sheets, on cutting data and on parts that are not flat."""
+"""Write the pictures of the README and of the pages on sheets, cutting data and curved parts."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ import leafcut
 from leafcut.report.page import path_svg
 from leafcut.report.stock_pictures import stock_pictures
 
-HERE = Path(__file__).parent
+ROOT = Path(__file__).parents[1]
+PICTURES = ROOT / "docs" / "pictures"
 
 
 def main() -> None:
-    """Write docs/pictures/before.svg and after.svg, sheet_before.svg and sheet_after.svg, front.svg and surface.png."""
+    """Write before.svg, after.svg, sheet_before.svg, sheet_after.svg, front.svg and surface.png to docs/pictures."""
     plate = leafcut.optimize("example:plate-70", thickness="0.25in")
     with tempfile.TemporaryDirectory() as folder:
         drawing = draw_sheet(Path(folder) / "brackets.dxf")
@@ -30,18 +31,18 @@ def main() -> None:
         sheet = leafcut.optimize(drawing, process="cut", machine="plasma-table", thickness="6mm", threads=1)
     for prefix, outcome in (("", plate), ("sheet_", sheet)):
         for which in ("before", "after"):
-            (HERE / "pictures" / f"{prefix}{which}.svg").write_text(path_svg(outcome, which), encoding="utf-8")
+            (PICTURES / f"{prefix}{which}.svg").write_text(path_svg(outcome, which), encoding="utf-8")
     shown = stock_pictures(curved, curved.shown)
     assert shown is not None
     (_, picture, _), *_ = shown["pictures"]
-    (HERE / "pictures" / "surface.png").write_bytes(base64.b64decode(picture.partition(",")[2]))
+    (PICTURES / "surface.png").write_bytes(base64.b64decode(picture.partition(",")[2]))
     leafcut.cutting_data(
-        HERE.parent / "examples" / "plate_70.dxf",
+        ROOT / "examples" / "plate_70.dxf",
         material="c45",
-        tools=HERE.parent / "examples" / "tools.toml",
+        tools=ROOT / "examples" / "tools.toml",
         thickness="0.25in",
         machine="haas-vf2",
-        plot=HERE / "pictures" / "front.svg",
+        plot=PICTURES / "front.svg",
     )
 
 
