@@ -16,10 +16,23 @@ def text(name: str) -> str:
     return (ROOT / name).read_text(encoding="utf-8")
 
 
-def test_every_file_that_tells_the_version_tells_the_same() -> None:
-    assert re.findall(r"^version: (.+)$", text("CITATION.cff"), re.MULTILINE) == [__version__]
-    heads = re.findall(r"^## (\S+?),", text("CHANGELOG.md"), re.MULTILINE)
-    assert heads[0] == __version__
+def test_changelog_and_citation_agree_with_the_version() -> None:
+    """A release heads the changelog; before it, `Unreleased` does. The citation names the last release."""
+    heads = re.findall(r"^## (\S+)", text("CHANGELOG.md"), re.MULTILINE)
+    released = [head for head in heads if head != "Unreleased"]
+    number, development, _ = __version__.partition(".dev")
+    if development:
+        assert heads[0] == "Unreleased"
+        assert numbers(released[0]) < numbers(number)
+    else:
+        assert heads == released
+        assert heads[0] == number
+    assert sorted(released, key=numbers, reverse=True) == released
+    assert re.findall(r"^version: (.+)$", text("CITATION.cff"), re.MULTILINE) == [released[0]]
+
+
+def numbers(version: str) -> list[int]:
+    return [int(number) for number in version.split(".")]
 
 
 def test_the_package_says_that_it_has_types() -> None:

@@ -1,3 +1,3 @@
-"""The version, in a module of its own: rooms tell it without importing the package above them."""
+"""The version, in a module without imports: every package may read it."""
 
-__version__ = "0.2.0"
+__version__ = "0.3.0.dev0"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import random
 import re
@@ -10,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from leafcut import __version__
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
@@ -406,12 +408,11 @@ def test_a_certificate_is_plain_data_and_two_lines_that_any_controller_takes() -
     answer = json.loads(json.dumps(certificate_as_json(certificate)))
     assert answer["same"] is True and answer["differences"] == []
     assert answer["before"] == {"holes": 4, "cuts": 0, "dwells": 0, "stages": 1, "tool_changes": 1}
-    import hashlib
-
     digest = hashlib.sha256(written(CYCLES).encode()).hexdigest()
     assert answer["sha256"] == digest
     lines = proof_lines(certificate, "a (very) odd; name\n%" + "x" * 200 + ".nc")
     assert len(lines) == 2
+    assert lines[0].startswith(f"leafcut {__version__}: same work as ")
     assert all(re.fullmatch(r"[A-Za-z0-9 :._+=,-]{1,80}", line) for line in lines)
     assert digest[:12] in lines[1] and "4 holes" in lines[1]
 

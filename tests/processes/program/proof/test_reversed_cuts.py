@@ -24,7 +24,7 @@ def test_a_cut_from_its_other_end_is_the_same_only_where_that_is_allowed() -> No
     found = proof(CUT, BACK)
     assert found.same
     assert (found.reversed_cuts, found.allow_reverse) == (1, True)
-    assert proof_lines(found)[2] == "leafcut: 1 of the cuts from their other end, --allow-reverse"
+    assert proof_lines(found)[2] == "leafcut: reversed cuts: 1, --allow-reverse"
     assert not proof(CUT, BACK, allow_reverse=False).same
     assert proof(BACK, CUT).same
 

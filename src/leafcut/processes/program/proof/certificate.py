@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from leafcut._version import __version__
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Indices
 from leafcut.model.certificate import Certificate, Counts
@@ -62,7 +63,7 @@ Bounds = tuple[tuple[float, ...], tuple[float, ...]]
 _FEED_PART, _FEED, _DWELL, _SPEED_PART, _SPEED = 5e-5, 1e-4, 1e-4, 1e-6, 1e-3
 
 _NOT_IN_COMMENT = re.compile(r"[^A-Za-z0-9 ._+=,-]")
-#: GRBL takes at most 80 characters a line; the parentheses and a line number need some of them.
+#: Longest comment, characters: the 80 of a GRBL line, less parentheses and line number.
 _LONGEST_COMMENT = 66
 _LINES_AT_ONCE = 10_000
 
@@ -125,20 +126,20 @@ def certify(
 
 
 def proof_lines(certificate: Certificate, name: str = "the original") -> list[str]:
-    """Return a few short lines for the top of the new program, without the signs that make them a comment.
+    """Return the comment lines for the top of the new program, without comment signs.
 
-    `name` is that of the original, without characters that end a comment and cut to what a controller can read.
+    Characters of `name` that could end a comment are replaced. Its end is kept if the line would be too long.
     """
     clean = " ".join(_NOT_IN_COMMENT.sub("_", name).split()) or "the original"
     if not certificate.same:
-        return ["leafcut: NOT the same work as", clean[-_LONGEST_COMMENT:]]
+        return [f"leafcut {__version__}: NOT the same work as", clean[-_LONGEST_COMMENT:]]
     before = certificate.before
     work = f"sha256 {certificate.sha256[:12]}, {before.holes} holes, {before.cuts} cuts, verified"
-    head = "leafcut: same work as "
-    said = [head + clean[-(_LONGEST_COMMENT - len(head)) :], f"leafcut: {work}"]
+    head = f"leafcut {__version__}: same work as "
+    lines = [head + clean[-(_LONGEST_COMMENT - len(head)) :], f"leafcut: {work}"]
     if certificate.reversed_cuts:
-        said.append(f"leafcut: {certificate.reversed_cuts} of the cuts from their other end, --allow-reverse")
-    return said
+        lines.append(f"leafcut: reversed cuts: {certificate.reversed_cuts}, --allow-reverse")
+    return lines
 
 
 def _digest(program: Program) -> str:
