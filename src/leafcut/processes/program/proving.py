@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut._version import __version__
 from leafcut.errors import PostError, ReadError, VerifyError
 from leafcut.model.issue import Issue
 from leafcut.model.obstacles import Obstacles
@@ -175,7 +176,7 @@ class _OrderWriter:
             except VerifyError as problem:
                 raise _Refused(str(problem), set()) from None
         if settings.post.header and text != "".join(self.original.lines):
-            text = with_comments(text, proof_lines(certificate, Path(self.source).name), self.words)
+            text = with_comments(text, proof_lines(certificate, __version__, Path(self.source).name), self.words)
             new = read_new(self.run, self.words, text)
         return Proved(text, new, certificate)
 

@@ -13,7 +13,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from leafcut._version import __version__
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Indices
 from leafcut.model.certificate import Certificate, Counts
@@ -125,17 +124,18 @@ def certify(
     )
 
 
-def proof_lines(certificate: Certificate, name: str = "the original") -> list[str]:
+def proof_lines(certificate: Certificate, version: str, name: str = "the original") -> list[str]:
     """Return the comment lines for the top of the new program, without comment signs.
 
-    Characters of `name` that could end a comment are replaced. Its end is kept if the line would be too long.
+    `name` is the file name of the original. Characters that could end a comment are replaced, and only the end of a
+    long name is written.
     """
     clean = " ".join(_NOT_IN_COMMENT.sub("_", name).split()) or "the original"
     if not certificate.same:
-        return [f"leafcut {__version__}: NOT the same work as", clean[-_LONGEST_COMMENT:]]
+        return [f"leafcut {version}: NOT the same work as", clean[-_LONGEST_COMMENT:]]
     before = certificate.before
     work = f"sha256 {certificate.sha256[:12]}, {before.holes} holes, {before.cuts} cuts, verified"
-    head = f"leafcut {__version__}: same work as "
+    head = f"leafcut {version}: same work as "
     lines = [head + clean[-(_LONGEST_COMMENT - len(head)) :], f"leafcut: {work}"]
     if certificate.reversed_cuts:
         lines.append(f"leafcut: reversed cuts: {certificate.reversed_cuts}, --allow-reverse")
