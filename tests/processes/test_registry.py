@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import pkgutil
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import Any
 
 import pytest
 
+from leafcut import processes
 from leafcut.errors import OptionError
 from leafcut.model import Outcome, Part
 from leafcut.option_spec import OptionGroup, option
@@ -68,6 +71,13 @@ def test_what_nothing_does_is_refused_in_one_line(asked: str, names: tuple[str, 
     with pytest.raises(OptionError) as refused:
         chosen(asked, *names)
     assert str(refused.value).endswith(words)
+
+
+def test_the_registry_has_every_process_of_the_package() -> None:
+    modules = pkgutil.iter_modules(processes.__path__)
+    packages = {m.name for m in modules if m.ispkg and find_spec(f"{processes.__name__}.{m.name}.process")}
+    assert {home.split(".")[2] for home in registry.BUILT_IN.values()} == packages
+    assert [process.name for process in registry.processes()] == list(registry.BUILT_IN)
 
 
 class Engraving(Process):

@@ -1,0 +1,81 @@
+"""A start loads only the packages that its command needs."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from leafcut.cli import run
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+HEAVY = {"ezdxf", "gerbonara", "jinja2", "numba", "numpy", "optuna", "rich", "shapely"}
+#: Steps of one process, lightest first.
+STEPS = f"""
+import runpy
+sys.argv = ["leafcut", "--version"]
+try:
+    runpy.run_module("leafcut", run_name="__main__")
+except SystemExit:
+    pass
+step("version")
+
+import leafcut
+step("import")
+
+from leafcut.cli import run
+run(["--version"])
+step("command line")
+
+run(["--help"])
+step("help")
+
+run(["simulate", {str(EXAMPLES / "cam_121.nc")!r}])
+step("simulate")
+
+from leafcut.processes.drilling.plan.drilling import plan_drilling
+leafcut.read_part("example:plate-70")
+step("plan")
+"""
+RECORD = """
+import json, sys
+loaded = {}
+def step(name):
+    loaded[name] = sorted({module for name in sys.modules for module in (name, name.partition(".")[0])})
+"""
+
+
+@pytest.fixture(scope="module")
+def process() -> tuple[str, dict[str, set[str]]]:
+    """Return the output of a process, and the modules that are loaded after each of its steps."""
+    code = f"{RECORD}{STEPS}print()\nprint(json.dumps(loaded))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    *output, last = done.stdout.splitlines()
+    return output[0], {step: set(modules) for step, modules in json.loads(last).items()}
+
+
+@pytest.mark.parametrize(
+    "step, unneeded",
+    [
+        ("version", {"leafcut.cli", "cyclopts", "dataclasses"}),
+        ("import", HEAVY),
+        ("command line", HEAVY - {"rich"} | {"importlib.metadata"}),  # entry points: no package here has any of ours
+        ("help", HEAVY - {"rich"}),
+        ("simulate", HEAVY - {"rich", "numpy"}),
+        ("plan", {"numba"}),
+    ],
+)
+def test_a_start_loads_no_package_that_it_does_not_need(
+    step: str, unneeded: set[str], process: tuple[str, dict[str, set[str]]]
+) -> None:
+    assert process[1][step] & unneeded == set()
+
+
+def test_the_version_is_the_same_without_the_command_line(
+    process: tuple[str, dict[str, set[str]]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(["--version"]) == 0
+    assert capsys.readouterr().out == f"{process[0]}\n"

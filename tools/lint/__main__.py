@@ -1,0 +1,26 @@
+"""Compare sources with each other.
+
+``python tools/lint`` runs all checks, ``python tools/lint modules`` runs one of them. Each fault is one line on
+standard output; the exit status is 1 after a fault.
+"""
+
+from __future__ import annotations
+
+import gc
+import sys
+from importlib import import_module
+
+CHECKS = ("modules",)
+
+
+def main(names: list[str]) -> int:
+    """Run checks by name, or all of them, and return the exit status."""
+    gc.disable()  # the syntax trees of all files stay to the end; scanning them again and again doubles the time
+    faults = [fault for name in names or CHECKS for fault in import_module(name).faults()]
+    for fault in faults:
+        print(fault)
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,59 @@
+"""Rules for modules that neither Ruff nor import-linter knows."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from graphlib import CycleError, TopologicalSorter
+
+import grimp
+import sources
+
+
+def faults() -> Iterator[str]:
+    """Yield every fault."""
+    yield from circular_imports(_imports())
+    yield from repeated_names()
+    yield from late_imports_of_shapely()
+
+
+def _imports() -> dict[str, set[str]]:
+    """Return the modules that each module imports, also in functions and for types alone."""
+    graph = grimp.build_graph("leafcut", cache_dir=None)
+    return {module: set(graph.find_modules_directly_imported_by(module)) for module in graph.modules}
+
+
+def circular_imports(imports: dict[str, set[str]]) -> Iterator[str]:
+    """Yield a circle of modules, ``__init__`` included; import-linter sees packages only."""
+    try:
+        TopologicalSorter(imports).prepare()
+    except CycleError as error:
+        yield f"circular import: {' <- '.join(error.args[1])}"
+
+
+def repeated_names() -> Iterator[str]:
+    """Yield public classes and types whose name is defined twice."""
+    homes: dict[str, list[str]] = {}
+    for file in sources.modules():
+        for node in sources.tree_of(file).body:
+            for name in _defined(node):
+                if name[0].isupper() and not name.isupper():
+                    homes.setdefault(name, []).append(sources.place(file, node.lineno))
+    for name, places in homes.items():
+        if len(places) > 1:
+            yield f"{places[1]}: {name} is already defined in {places[0]}; rename one of them"
+
+
+def _defined(node: ast.stmt) -> list[str]:
+    if isinstance(node, ast.ClassDef):
+        return [node.name]
+    return (
+        [target.id for target in node.targets if isinstance(target, ast.Name)] if isinstance(node, ast.Assign) else []
+    )
+
+
+def late_imports_of_shapely() -> Iterator[str]:
+    """Yield imports of shapely in functions without a comment that gives the reason."""
+    for file in sources.modules():
+        for place, match in sources.matches(r"^ +(import shapely|from shapely\S* import [^#\n]*)$", file):
+            yield f"{place}: '{match[1]}' in a function; move it to the top or add the reason as a comment"
