@@ -168,6 +168,7 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         api.verify_programs(at["plasma.ngc"], at["plasma.ngc"], machine="plasma-table")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("work", WORKS)
 def test_the_options_that_a_kind_of_work_names_are_those_that_its_runs_read(
     work: str, files: dict[str, Path], reads: set[str], tmp_path: Path

@@ -18,15 +18,6 @@ from leafcut.processes.nesting.options import NestOptions
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.settings import all_options, collect, group_of
 
-SOURCES = sorted((Path(__file__).parents[1] / "src" / "leafcut").rglob("*.py"))
-
-
-def test_every_option_is_read_by_the_program() -> None:
-    """An option that nothing reads promises what is not done."""
-    readers = [p for p in SOURCES if p.parent.name != "options" and p.name not in ("options.py", "cli.py")]
-    code = "\n".join(p.read_text(encoding="utf-8") for p in readers)
-    assert [name for _, name, _ in all_options() if f".{name}" not in code] == []
-
 
 def test_a_name_belongs_to_one_group_only() -> None:
     names = [name for _, name, _ in all_options()]

@@ -15,8 +15,6 @@ from own_loop import awaited
 
 from leafcut import api, cli
 from leafcut.errors import OptionError, ReadError
-from leafcut.model.issue import CODES
-from leafcut.model.toolpath import Toolpath
 from leafcut.option_spec import flag_name
 from leafcut.options import ALGORITHMS, SpeedOptions
 from leafcut.processes import registry
@@ -30,10 +28,8 @@ from leafcut.studio.page import forms
 from leafcut.studio.page.fitting_machines import offered
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_input import InputPanel, work_of
-from leafcut.studio.page.panel_live import PACES
 from leafcut.studio.studio import Studio
 from leafcut.studio.wording import words
-from leafcut.timing.toolpath import measure
 from packages import Installer, shop
 
 ROOT = Path(__file__).parents[2]
@@ -382,46 +378,6 @@ def test_values_of_json_mean_what_they_mean_in_a_toml_file(studio: Studio) -> No
     settings = collect(prepare(task, studio.folder).options)
     assert (settings.job.thickness, settings.read.layers, settings.job.start_point) == (3.0, ("A", "B"), (1.0, 2.0))
     assert "--layers A,B" in command_line(task, studio.folder)
-
-
-def test_both_languages_have_the_same_words_and_none_is_unused() -> None:
-    keys = words("en").table.keys()
-    assert keys == words("es").table.keys()
-    fields = re.compile(r"\{(\w+)\}")
-    for key in keys:
-        assert sorted(fields.findall(words("en").table[key])) == sorted(fields.findall(words("es").table[key])), key
-    assert {k.removeprefix("option.") for k in keys if k.startswith("option.")} == {n for _, n, _ in all_options()}
-    texts = [p for kind in ("*.py", "*.jinja") for p in (ROOT / "src" / "leafcut" / "studio").rglob(kind)]
-    code = "".join(p.read_text(encoding="utf-8") for p in texts)
-    written = set(re.findall(r'"([a-z]+\.[a-z_-]+)"', code))
-    stems = set(re.findall(r'f"([a-z]+\.)\{', code))
-    sections = {f"{name}." for name in re.findall(r'\b(?:section|named)\("([a-z]+)"', code)}
-    unused = [k for k in keys if k not in written and not k.startswith((*stems, *sections, "option."))]
-    assert unused == []
-    for kind, english in (("help", "help"), ("default", "default_words")):
-        said = {n: getattr(s, english) for _, n, s in all_options() if getattr(s, english)}
-        translated = {key.removeprefix(f"{kind}.") for key in words("es").translated if key.startswith(f"{kind}.")}
-        assert translated == said.keys()
-        assert all(words("es").help(n, "") != text for n, text in said.items())
-    assert {key.removeprefix("issue.") for key in words("es").translated if key.startswith("issue.")} == CODES.keys()
-    groups = {f"group.{key}" for work in forms.works().values() for key, _ in work.groups} | {
-        "group.aco",
-        "group.firefly",
-        "group.cuts",
-    }
-    for stem, wanted in (
-        ("group.", groups),
-        ("work.", {f"work.{work}" for work in forms.works()}),
-        ("state.", {f"state.{state.value}" for state in JobState}),
-        ("kind.", {f"kind.{kind}" for kind in measure(Toolpath.of_motions([]), load_machine("haas-vf2")).by_kind}),
-        ("process.", {f"process.{process}" for process in forms.program_processes()}),
-        ("pace.", {f"pace.{pace}" for pace in PACES}),
-    ):
-        assert {k for k in keys if k.startswith(stem)} == wanted
-    every = "|".join(sorted({k.partition(".")[0] for k in keys}))
-    assert set(re.findall(rf'\b(?:w|words)\(\s*"((?:{every})\.[^"]+)"', code)) <= keys
-    drawing = (ROOT / "src" / "leafcut" / "studio" / "static" / "words.js").read_text(encoding="utf-8")
-    assert dict(re.findall(r'^  (\w+): "(.*)",$', drawing, flags=re.MULTILINE)) == words("en").section("canvas")
 
 
 def test_the_drawing_before_a_run_lies_as_the_run_will_place_it() -> None:

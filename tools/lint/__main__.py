@@ -1,6 +1,6 @@
-"""Compare sources with each other.
+"""Compare sources, options, documents, texts and generated files with each other.
 
-``python tools/lint`` runs all checks, ``python tools/lint modules`` runs one of them. Each fault is one line on
+``python tools/lint`` runs all checks, ``python tools/lint docs codes`` runs two of them. Each fault is one line on
 standard output; the exit status is 1 after a fault.
 """
 
@@ -10,7 +10,7 @@ import gc
 import sys
 from importlib import import_module
 
-CHECKS = ("modules",)
+CHECKS = ("modules", "options", "codes", "generated", "docs", "texts", "messages", "kernels", "release")
 
 
 def main(names: list[str]) -> int:

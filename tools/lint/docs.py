@@ -1,0 +1,117 @@
+"""Documents: links, navigation, names of functions and options."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+from collections.abc import Iterator
+from importlib import import_module
+from types import FunctionType
+from typing import Any
+
+import sources
+
+import leafcut
+from leafcut.cli import run
+from leafcut.option_spec import flag_name
+from leafcut.processes.settings import all_options
+
+PAGES = tuple(sorted(sources.DOCS.rglob("*.md")))
+README = sources.ROOT / "README.md"
+#: Commands with flags that are no options; the README shows some.
+COMMANDS = ("optimize", "solve", "cutting-data", "machines", "send")
+
+
+def faults() -> Iterator[str]:
+    """Yield every fault."""
+    yield from broken_links()
+    yield from faults_of_site()
+    yield from unknown_names()
+    yield from unknown_flags()
+    yield from undocumented_options()
+    yield from undocumented_names()
+
+
+def broken_links() -> Iterator[str]:
+    """Yield links to files that do not exist."""
+    for page in (*sorted(sources.ROOT.glob("*.md")), *PAGES):
+        for place, match in sources.matches(r"\]\(([^)#:]+)\)", page):
+            if not (page.parent / match[1]).exists():
+                yield f"{place}: the link {match[1]} leads nowhere"
+
+
+def faults_of_site() -> Iterator[str]:
+    """Yield pages that are not in the navigation once, and settings that load files from elsewhere."""
+    config, style = sources.ROOT / "mkdocs.yml", sources.DOCS / "site.css"
+    listed = [match[1] for _, match in sources.matches(r"^ +- .+: (\S+\.md)$", config)]
+    pages = [page.relative_to(sources.DOCS).as_posix() for page in PAGES]
+    for page in sorted({*listed, *pages}):
+        if listed.count(page) != 1 or page not in pages:
+            yield f"{sources.place(config)}: {page} must be in `nav` once, and in docs/"
+    if "font: false" not in sources.text_of(config):
+        yield f"{sources.place(config)}: `font: false` is missing; the site would load fonts from elsewhere"
+    for place, _ in sources.matches("//", style):
+        yield f"{place}: the site would load a file from elsewhere"
+
+
+def unknown_names() -> Iterator[str]:
+    """Yield names such as `solve.solve` that are no part of leafcut."""
+    packages = {file.name.removesuffix(".py") for file in sources.PACKAGE.iterdir()}
+    for page in PAGES:
+        for place, match in sources.matches(r"`([a-z_]+(?:\.\w+)+)(?:\(.*?\))?`", page):
+            parts = match[1].split(".")
+            if parts[0] in packages and parts[-1] not in ("py", "md", "toml", "html") and not _exists(parts):
+                yield f"{place}: leafcut has no {match[1]}"
+
+
+def _exists(parts: list[str]) -> bool:
+    """Return whether leafcut has a module, or an attribute of a module or class, of this name."""
+    for end in range(len(parts), 0, -1):
+        try:
+            found: Any = import_module("leafcut." + ".".join(parts[:end]))
+        except ModuleNotFoundError:
+            continue
+        for attribute in parts[end:]:
+            found = getattr(found, attribute, None)
+        return found is not None
+    return False
+
+
+def unknown_flags() -> Iterator[str]:
+    """Yield flags in the README that no command has."""
+    output = io.StringIO()
+    with contextlib.redirect_stdout(output):
+        for command in COMMANDS:
+            run([command, "--help"])
+    known = set(re.findall(r"--[a-z][a-z-]+", output.getvalue())) | {flag_name(name) for _, name, _ in all_options()}
+    for place, match in sources.matches(r"--[a-z][a-z-]+", README):
+        if match[0] not in known | {"--help"}:
+            yield f"{place}: no command has {match[0]}"
+
+
+def undocumented_options() -> Iterator[str]:
+    """Yield options that the reference does not name."""
+    text = sources.text_of(sources.DOCS / "reference.md")
+    for _, name, _ in all_options():
+        if f"`{flag_name(name)}`" not in text:
+            yield f"docs/reference.md: {flag_name(name)} is missing"
+
+
+def undocumented_names() -> Iterator[str]:
+    """Yield public names without a docstring (`:::`) or, for other objects, a title in docs/library.md."""
+    page = sources.DOCS / "library.md"
+    text = sources.text_of(page)
+    shown = set(re.findall(r"^::: (\S+)$", text, flags=re.MULTILINE))
+    for errors in re.findall(r"members: \[(.*)\]", text):
+        shown |= {f"leafcut.errors.{name}" for name in errors.split(", ")}
+    for name in leafcut.__all__:
+        if name == "__version__":
+            continue
+        found = getattr(leafcut, name)
+        if isinstance(found, type | FunctionType):
+            homes = {f"{found.__module__}.{found.__qualname__}", f"leafcut.options.{name}"}
+            if not homes & shown:
+                yield f"{sources.place(page)}: {name} is missing"
+        elif f"`{name}`" not in text:
+            yield f"{sources.place(page)}: {name} is missing"

@@ -1,0 +1,27 @@
+"""Kernels that Python calls are kept on disk."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+
+import sources
+
+
+def faults() -> Iterator[str]:
+    """Yield imports of a ``part`` outside the kernels: called by Python, each run would compile it again."""
+    parts = {
+        (file.stem, node.name)
+        for file in sources.modules("kernels")
+        for node in sources.tree_of(file).body
+        if isinstance(node, ast.FunctionDef)
+        and any(isinstance(name, ast.Name) and name.id == "part" for name in node.decorator_list)
+    }
+    for file in sources.modules():
+        if file.parent.name == "kernels":
+            continue
+        for node in sources.nodes_of(file):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("leafcut.kernels."):
+                for alias in node.names:
+                    if (str(node.module).rpartition(".")[2], alias.name) in parts:
+                        yield f"{sources.place(file, node.lineno)}: {alias.name} is a `part`; make it a `kernel`"

@@ -1,0 +1,29 @@
+"""Options: each is read by the program."""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import sources
+
+from leafcut.option_spec import flag_name
+from leafcut.processes.settings import all_options
+
+
+def faults() -> Iterator[str]:
+    """Yield every option that no code reads: it promises an effect that does not exist."""
+    read = {
+        node.attr
+        for file in sources.modules()
+        if file.parent.name != "options" and file.name not in ("options.py", "cli.py")
+        for node in sources.nodes_of(file)
+        if isinstance(node, ast.Attribute)
+    }
+    for group, name, _ in all_options():
+        if name not in read:
+            file = Path(str(sys.modules[group.__module__].__file__)).resolve()
+            place = next((place for place, _ in sources.matches(rf"^    {name}:", file)), sources.place(file))
+            yield f"{place}: no code reads {flag_name(name)}"
