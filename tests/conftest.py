@@ -50,13 +50,6 @@ def qtplasmac_gcode() -> str:
 
 
 @pytest.fixture(scope="session")
-def mypy_cache(pytestconfig: pytest.Config) -> Path:
-    """Return where a type checker keeps what it knows of leafcut and its packages, from run to run."""
-    assert pytestconfig.cache is not None
-    return pytestconfig.cache.mkdir("mypy")
-
-
-@pytest.fixture(scope="session")
 def inkscape() -> str:
     """Return the path of Inkscape."""
     return program_path("inkscape", "inkscape")

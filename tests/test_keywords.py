@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import inspect
 import re
-import runpy
-import subprocess
-import sys
 import typing
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -20,7 +17,6 @@ from leafcut.option_spec import OptionSpec
 from leafcut.processes import registry
 from leafcut.processes.settings import collect, used_by
 
-ROOT = Path(__file__).parents[1]
 #: Function → the kinds of work that it does.
 FUNCTIONS: dict[Callable[..., Any], tuple[str, ...]] = {
     leafcut.optimize: ("drill", "cut", "pocket", "program"),
@@ -38,12 +34,6 @@ def keywords_of(function: Callable[..., Any]) -> dict[str, Any]:
     """Return the typed keywords of a function: name → type."""
     (unpacked,) = typing.get_args(typing.get_type_hints(function)["options"])
     return typing.get_type_hints(unpacked)
-
-
-def test_the_module_is_what_the_options_say() -> None:
-    made = runpy.run_path(str(ROOT / "tools" / "make_keywords.py"))["keywords"]()
-    there = (ROOT / "src" / "leafcut" / "keywords.py").read_text(encoding="utf-8")
-    assert there == made, "options have changed: run tools/make_keywords.py"
 
 
 @pytest.mark.parametrize("function, works", list(FUNCTIONS.items()))
@@ -74,33 +64,3 @@ def test_the_options_take_what_the_types_allow(function: Callable[..., Any], wor
                 collect({name: value})
             except OptionError as problem:
                 assert re.search("is (below|above) the", str(problem)), problem
-
-
-RIGHT = """
-import leafcut
-from pathlib import Path
-leafcut.optimize("a.dxf", thickness="0.25in", machine="haas-vf2", seed=7, preset="fast", strict=True)
-leafcut.optimize("a.dxf", thickness=6, origin=(0.0, 5.0), layers=["A", "B"], tools=Path("tools.toml"), peck=None)
-leafcut.nest(["a.dxf:2"], sheet="3000x1500", kerf=1.5, gap="5mm")
-leafcut.solve_file("a.tsp", algorithm="mmas", iterations=3)
-leafcut.simulate("a.nc", machine="grbl-3018", units="in", dialect="grbl")
-leafcut.verify_programs("a.nc", "b.nc", allow_reverse=True)
-"""
-WRONG = """
-leafcut.optimize("a.dxf", thicknes=6)
-leafcut.optimize("a.dxf", seed="seven")
-leafcut.optimize("a.dxf", preset="quick")
-leafcut.nest(["a.dxf"], peck=1)
-leafcut.simulate("a.nc", thickness=[6])
-"""
-
-
-def test_a_type_checker_refuses_unknown_options_and_wrong_values(tmp_path: Path, mypy_cache: Path) -> None:
-    """And takes what is right; with these, an editor completes names and choices."""
-    file = tmp_path / "uses.py"
-    file.write_text(RIGHT.lstrip() + WRONG.lstrip(), encoding="utf-8")
-    words = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(mypy_cache), str(file)]
-    said = subprocess.run(words, capture_output=True, text=True, check=False, cwd=tmp_path).stdout
-    lines = sorted({int(line) for line in re.findall(r"uses\.py:(\d+): error", said)})
-    first = len(RIGHT.lstrip().splitlines()) + 1
-    assert lines == list(range(first, first + len(WRONG.lstrip().splitlines()))), said
