@@ -45,9 +45,8 @@ def faults_of_site() -> Iterator[str]:
     """Yield pages that are not in the navigation once, and settings that load files from elsewhere."""
     config, style = sources.ROOT / "mkdocs.yml", sources.DOCS / "site.css"
     listed = [match[1] for _, match in sources.matches(r"^ +- .+: (\S+\.md)$", config)]
-    pages = [page.relative_to(sources.DOCS).as_posix() for page in PAGES]
-    for page in sorted({*listed, *pages}):
-        if listed.count(page) != 1 or page not in pages:
+    for page in sorted({*listed, *(page.name for page in sources.DOCS.glob("*.md"))}):
+        if listed.count(page) != 1 or not (sources.DOCS / page).is_file():
             yield f"{sources.place(config)}: {page} must be in `nav` once, and in docs/"
     if "font: false" not in sources.text_of(config):
         yield f"{sources.place(config)}: `font: false` is missing; the site would load fonts from elsewhere"
