@@ -1,28 +1,28 @@
-"""The boards that are measured, and a judge of tours that shares no code with leafcut.
+"""Measured boards, and a judge of tours that shares no code with leafcut.
 
-A tour is checked to visit every node once, and its length is added up again with NumPy alone, rounded as the report of
-TSPLIB says (G. Reinelt, TSPLIB 95, section 2).
+The judge checks that a tour visits every node once. It adds up the length with NumPy alone, rounded by the rules of
+TSPLIB (G. Reinelt, TSPLIB 95, section 2).
 """
 
 from __future__ import annotations
 
 import csv
 import math
-import os
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-#: The boards of the tables unless others are named: drilled boards, then large ones.
+from benchmarks import data_folder
+
+#: Default boards: drilled boards, then large maps.
 BOARDS = (
     "pcb442", "d1291", "fl1577", "u1817", "d2103", "u2319", "pcb3038", "fl3795", "rl5915", "rl11849", "pla85900",
     "mona-lisa100K", "uniform:1000000",
 )  # fmt: skip
 
-#: Best known lengths that are not proven, and who found them; the lower bound there is 5,757,084 (Concorde, 2012).
+#: Best known lengths without a proof, and their source; the lower bound is 5,757,084 (Concorde, 2012).
 #: Source: https://www.math.uwaterloo.ca/tsp/data/ml/monalisa.html
 BEST_KNOWN = {"mona-lisa100K": (5_757_191.0, "best known, Nagata 2009")}
 
@@ -34,13 +34,13 @@ UNIFORM_CONSTANT = 0.7124
 #: Side of the square of the random points.
 SIDE = 1e6
 
-#: What of a sum of a million rounded square roots may differ when it is added up in another order.
+#: Relative rounding error of a sum of a million square roots in any order.
 TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Board:
-    """Points float64[n, 2], TSPLIB's rule of distance (or ``euclidean``), and the length to compare with."""
+    """Points float64[n, 2], the distance rule of TSPLIB (or ``euclidean``), and the reference length."""
 
     name: str
     xy: NDArray[np.float64]
@@ -54,14 +54,8 @@ class Board:
         return len(self.xy)
 
     def gap_percent(self, length: float) -> float:
-        """Return how far a length is above the reference, percent."""
+        """Return the gap between a length and the reference, percent."""
         return 100.0 * (length / self.reference - 1.0)
-
-
-def data_folder() -> Path:
-    """Return the folder of the TSPLIB files: ``tsplib`` in LEAFCUT_DATA, or in ../shared/data beside the checkout."""
-    root = os.environ.get("LEAFCUT_DATA") or Path(__file__).parents[2] / "shared" / "data"
-    return Path(root) / "tsplib"
 
 
 def load(name: str) -> Board:
@@ -70,11 +64,12 @@ def load(name: str) -> Board:
     Raises
     ------
     ValueError, OSError
-        There is no such board, or nothing that its tours can be compared with.
+        The board or its reference length is unknown.
     """
     if name.startswith("uniform:"):
         return uniform(*(int(word) for word in name.split(":")[1:]))
-    keys, _, rest = (data_folder() / f"{name}.tsp").read_text(encoding="latin-1").partition("NODE_COORD_SECTION")
+    text = (data_folder() / "tsplib" / f"{name}.tsp").read_text(encoding="latin-1")
+    keys, _, rest = text.partition("NODE_COORD_SECTION")
     rule = next(line.split(":")[1].strip() for line in keys.splitlines() if line.startswith("EDGE_WEIGHT_TYPE"))
     numbers = np.array(rest.replace("EOF", "").split(), dtype=np.float64).reshape(-1, 3)
     order = np.argsort(numbers[:, 0], kind="stable")
@@ -83,16 +78,16 @@ def load(name: str) -> Board:
 
 
 def optimum(name: str) -> float:
-    """Return the optimal length that the list beside the files gives."""
-    with (data_folder() / "optima.csv").open(encoding="utf-8", newline="") as file:
+    """Return the optimal length from the list in the data folder."""
+    with (data_folder() / "tsplib" / "optima.csv").open(encoding="utf-8", newline="") as file:
         lengths = {row["name"]: float(row["optimal_length"]) for row in csv.DictReader(file)}
     if name not in lengths:
-        raise ValueError(f"{name}: no optimum is known to compare with")
+        raise ValueError(f"{name}: optima.csv has no optimal length")
     return lengths[name]
 
 
 def uniform(n: int, seed: int = 1) -> Board:
-    """Return n random points, uniform in a square, compared with what the shortest tour's length tends to."""
+    """Return n random points, uniform in a square; the reference is the asymptotic length of the shortest tour."""
     xy = np.random.default_rng(seed).uniform(0.0, SIDE, (n, 2))
     words = f"{UNIFORM_CONSTANT}·√(nA)"
     return Board(f"uniform:{n}" + (f":{seed}" if seed != 1 else ""), xy, "euclidean",
@@ -100,12 +95,12 @@ def uniform(n: int, seed: int = 1) -> Board:
 
 
 def rounded(rule: str, distance: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return Euclidean distances as a rule of TSPLIB rounds them.
+    """Return Euclidean distances, rounded by a rule of TSPLIB.
 
     Raises
     ------
     ValueError
-        The rule is not one of EUC_2D, CEIL_2D and ``euclidean`` (no rounding).
+        The rule is neither EUC_2D, CEIL_2D nor ``euclidean`` (no rounding).
     """
     if rule == "EUC_2D":
         return np.floor(distance + 0.5)
@@ -113,11 +108,11 @@ def rounded(rule: str, distance: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.ceil(distance)
     if rule == "euclidean":
         return distance
-    raise ValueError(f"EDGE_WEIGHT_TYPE {rule} is not measured here; only EUC_2D and CEIL_2D")
+    raise ValueError(f"EDGE_WEIGHT_TYPE {rule} is not supported; use EUC_2D or CEIL_2D")
 
 
 def matrix(board: Board, dtype: str) -> NDArray[Any]:
-    """Return all distances, [n, n] of a whole-number type; row by row, so that no larger one is needed on the way."""
+    """Return all distances, [n, n] of an integer type; computed row by row to save memory."""
     whole: NDArray[Any] = np.empty((board.n, board.n), dtype=dtype)
     for row, place in zip(whole, board.xy, strict=True):
         row[:] = rounded(board.rule, np.hypot(*(board.xy - place).T))
@@ -125,12 +120,12 @@ def matrix(board: Board, dtype: str) -> NDArray[Any]:
 
 
 def checked_length(board: Board, tour: ArrayLike, stated: float | None = None) -> float:
-    """Return the length of a tour, added up here; `stated` is what its maker says it is.
+    """Return the length of a tour, added up here; `stated` is the length that the solver reports.
 
     Raises
     ------
     AssertionError
-        The tour leaves out a node or visits one twice, or is not as long as stated.
+        The tour misses or repeats a node, or its length differs from `stated`.
     """
     order = np.asarray(tour, dtype=np.int64)
     if order.shape != (board.n,) or not np.array_equal(np.sort(order), np.arange(board.n)):
@@ -138,5 +133,5 @@ def checked_length(board: Board, tour: ArrayLike, stated: float | None = None) -
     steps = board.xy[np.roll(order, -1)] - board.xy[order]
     length = float(rounded(board.rule, np.sqrt(steps[:, 0] ** 2 + steps[:, 1] ** 2)).sum())
     if stated is not None and not math.isclose(length, stated, rel_tol=TOLERANCE):
-        raise AssertionError(f"{board.name}: the tour is said to be {stated:.10g} long and is {length:.10g}")
+        raise AssertionError(f"{board.name}: the tour is {length:.10g} long, the solver reports {stated:.10g}")
     return length

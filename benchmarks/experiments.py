@@ -1,18 +1,20 @@
-"""The experiments of `leafcut lab` in full: their findings into docs/experiments.md, from a file of results.
+"""Report of the full experiments of `leafcut lab`, from a file of results.
 
-    leafcut lab run machining_time --results all.sqlite          and every other of `leafcut lab list`
-    python benchmarks/experiments.py --results all.sqlite --write docs/experiments.md
+    leafcut lab run machining_time --results all.sqlite          and so on, for the names in `leafcut lab list`
+    python -m benchmarks experiments --results all.sqlite
 
-Each section says how many of its runs are done, on what machine and under what load.
+Each section states the number of finished runs, the machine and its load. `--write` replaces the sections of the
+experiments with results, and keeps the other sections.
 """
 
 from __future__ import annotations
 
-import argparse
+import re
+import sys
+from collections.abc import Sequence
 from pathlib import Path
 
-from page import write_section
-
+from benchmarks import page
 from leafcut.lab.description import Description
 from leafcut.lab.judging import judged
 from leafcut.lab.loading import load, shipped
@@ -22,21 +24,22 @@ from leafcut.lab.results import ReportBlock, Results, Table
 from leafcut.lab.running import can_run, rows_of
 from leafcut.lab.store import Row, Store
 
-#: Tables of more rows are in the CSV alone.
+#: Most rows of a table; `leafcut lab report` writes all rows to a CSV file.
 MOST_ROWS = 36
-#: What says whether every two levels differ is in the page of the report.
+#: Last column of the tables of pairs, which only `leafcut lab report` shows.
 _PAIRS = "Differ"
 
 
-def section(of: Description, rows: list[Row]) -> str:
+def section(experiment: Description, rows: list[Row]) -> str:
     """Return the section of an experiment."""
-    results = Results.of(of, rows)
-    able = sum(can_run(of, plan) for plan in of.runs())
+    results = Results.of(experiment, rows)
+    able = sum(can_run(experiment, plan) for plan in experiment.runs())
     state = f"{len(results.rows)} of {able} runs"
-    if able < of.n_runs:
-        state += f"; {of.n_runs - able} of more threads than the machine has cores are left out"
-    lines = [f"## {of.title}", "", f"`leafcut lab run {of.name}`: {state}. {of.about}", "", f"After {of.source}.", ""]
-    for note in of.notes:
+    if able < experiment.n_runs:
+        state += f"; {experiment.n_runs - able} with more threads than cores are left out"
+    about = f"`leafcut lab run {experiment.name}`: {state}. {experiment.about}"
+    lines = [f"## {experiment.title}", "", about, "", f"After {experiment.source}.", ""]
+    for note in experiment.notes:
         lines += [f"* {note}"]
     lines += [""]
     blocks = judged(results)
@@ -44,15 +47,15 @@ def section(of: Description, rows: list[Row]) -> str:
         blocks.append(overview(results))
     for block in blocks:
         lines += shown(block)
-    for one in of.published:
-        head = (f"**Published**, figures of {one.source}: {one.title}.", "")
-        lines += [*head, *markdown(Table(one.columns, one.rows)), "", " ".join(one.note.split()), ""]
+    for figures in experiment.published:
+        head = (f"**Published**, figures of {figures.source}: {figures.title}.", "")
+        lines += [*head, *markdown(Table(figures.columns, figures.rows)), "", " ".join(figures.note.split()), ""]
     lines += [f"* {line}" for line in circumstances(results.rows)]
     return "\n".join(lines)
 
 
 def shown(block: ReportBlock) -> list[str]:
-    """Return a part of a report without its charts."""
+    """Return a block of a report without its charts."""
     lines = [f"### {block.title}", ""]
     for words in block.words:
         lines += [f"* {words}"]
@@ -72,25 +75,32 @@ def markdown(table: Table) -> list[str]:
     ]
 
 
-def main() -> None:
-    """Print the sections of the experiments that have results; write them into the page where asked."""
-    made = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    made.add_argument("names", nargs="*", default=list(shipped()))
-    made.add_argument("--results", type=Path, required=True)
-    made.add_argument("--write", type=Path, help="the page whose sections are replaced")
-    given = made.parse_args()
+def replaced(text: str, sections: Sequence[str]) -> str:
+    """Return a page with new sections in place of the sections with the same headings, or at its end."""
+    head, *old = re.split(r"^(?=## )", text, flags=re.MULTILINE)
+    by_heading = {part.partition("\n")[0]: part.strip() for part in (*old, *sections)}
+    return "\n\n".join([head.strip(), *by_heading.values()])
+
+
+def main(argv: Sequence[str]) -> int:
+    """Publish the sections of all experiments with results."""
+    parser = page.parser("experiments", __doc__)
+    parser.add_argument("names", nargs="*", default=list(shipped()), help="names of experiments (default: all)")
+    parser.add_argument("--results", type=Path, required=True, help="file of `leafcut lab run --results`")
+    given = parser.parse_args(argv)
+    sections = []
     with Store(given.results, read_only=True) as store:
         for name in given.names:
-            of = load(name)
-            rows = rows_of(of, store)
-            if not rows:
-                continue
-            text = section(of, rows)
-            if given.write:
-                write_section(given.write, f"experiment_{name}", text)
-            else:
-                print(text)
-
-
-if __name__ == "__main__":
-    main()
+            experiment = load(name)
+            rows = rows_of(experiment, store)
+            if rows:
+                sections.append(section(experiment, rows))
+    if not sections:
+        print(f"{given.results} has no full results of these experiments", file=sys.stderr)
+        return 2
+    if given.write:
+        before = (page.RESULTS / "experiments.md").read_text(encoding="utf-8")
+        page.publish("experiments", replaced(before, sections), write=True)
+    else:
+        print("\n\n".join(sections))
+    return 0

@@ -1,18 +1,17 @@
-"""Mutated inputs through every reader, both interpreters, `verify`, the posts and whole runs: what breaks or hangs.
+"""Mutated inputs for every reader, both interpreters, `verify`, the posts and whole runs: crashes and hangs.
 
-    python benchmarks/fuzz.py --inputs 500000 --state /tmp/fuzz
+    python -m benchmarks fuzz --inputs 500000 --state /tmp/fuzz
 
-Input number k of a target is the same whenever it is made, so a sweep that was ended goes on where it was (`--state`),
-and any input can be made again (``--again gcode:1234``). One process does the work and another one looks after it: an
-input may use `MOST_SECONDS` of processor time and `MOST_MEMORY`; what it raises is an error of leafcut's own, of one
-short line. Everything else is a finding, kept in the folder of the state with how it came about.
+Input k of a target is always the same, so an interrupted sweep continues from its state (`--state`), and any input can
+be repeated (``--again gcode:1234``). A second process watches the worker: an input may use `MOST_SECONDS` of processor
+time and `MOST_MEMORY`, and may only raise an error of leafcut with a short message of one line. Everything else is a
+fault; the folder of the state keeps its input and traceback.
 
-The cases of ``data/fuzz`` (see `conftest.data`) are among the seeds, by the target that their names begin with.
+The cases in ``data/fuzz`` are seeds of the target at the start of their names.
 """
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import hashlib
 import json
@@ -30,26 +29,26 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from benchmarks import ROOT, data_folder, page
 from leafcut.errors import LONGEST_MESSAGE, LONGEST_QUOTE, LeafcutError
 
-#: Processor seconds and bytes (resident) that one input may use.
+#: Most processor seconds and resident bytes of an input.
 MOST_SECONDS, MOST_MEMORY = 10.0, 1_500_000_000
-#: Seeds are no larger than this, so that thousands of them are tried in a minute.
+#: Largest seed, bytes: thousands of inputs run in a minute.
 LARGEST_SEED = 12_000
-#: And no input is larger, bytes.
+#: Largest input, bytes.
 LARGEST = 400_000
 
-ROOT = Path(__file__).parents[1]
-DATA = Path(os.environ.get("LEAFCUT_DATA") or ROOT.parent / "shared" / "data")
+DATA = data_folder()
 
 Target = Callable[[bytes, Path], None]
 
 
-# -- what is tried ---------------------------------------------------------------------------------------------------
+# -- targets ---------------------------------------------------------------------------------------------------------
 
 
 def _reader(module: str, function: str, *more: str) -> Target:
-    """Return a target that calls a reader as it stands, without the net that `registry.run` spans below it."""
+    """Return a target that calls a reader directly, without the error handling of `registry.run`."""
 
     def read(data: bytes, place: Path) -> None:
         from importlib import import_module
@@ -100,7 +99,7 @@ def _picture(data: bytes, place: Path) -> None:
 
 
 def _any(data: bytes, place: Path) -> None:
-    """Choose the format by the content, as every command does, then read it."""
+    """Choose the format by the content, as every command does, then read the input."""
     from leafcut.options import ReadOptions
     from leafcut.read.format import Source
     from leafcut.read.registry import BUILT_IN, choose, run
@@ -134,7 +133,7 @@ def _own(data: bytes, _: Path) -> None:
 
 
 def _verify(data: bytes, _: Path) -> None:
-    """Compare a program with one that is the same but for a line here and there."""
+    """Compare a program with a copy that differs in a few lines."""
     from leafcut.gcode.dialects import dialect
     from leafcut.gcode.program_interpreter import interpret_program
     from leafcut.processes.program.proof.certificate import certify
@@ -151,7 +150,7 @@ def _verify(data: bytes, _: Path) -> None:
 
 
 def _posts(data: bytes, _: Path) -> None:
-    """Write in every dialect what a program says, and read that back."""
+    """Write a program in every dialect, and read the result back."""
     from leafcut.errors import PostError
     from leafcut.gcode.dialects import dialect, dialects
     from leafcut.gcode.interpreter import interpret
@@ -166,7 +165,7 @@ def _posts(data: bytes, _: Path) -> None:
         options = PostOptions(output_units="inch" if inch else "mm", line_numbers=numbers)
         with contextlib.suppress(PostError):
             text = write_program(path, dialect(name), options, header=["fuzz", "a (b) ; %"])
-            with contextlib.suppress(LeafcutError):  # foreign words cannot be read back, and are refused by `verify`
+            with contextlib.suppress(LeafcutError):  # foreign words: `verify` refuses them
                 interpret(text, dialect(name))
 
 
@@ -181,7 +180,7 @@ def _whole(process: str, extension: str) -> Target:
     return work
 
 
-#: Name → (what is done, endings of the files that are its seeds, how often it is tried beside the others).
+#: Name → (function, extensions of its seeds, relative frequency).
 TARGETS: dict[str, tuple[Target, tuple[str, ...], float]] = {
     "gcode": (_foreign("linuxcnc"), (".ngc", ".nc", ".gcode"), 8),
     "gcode_haas": (_foreign("haas"), (".nc",), 3),
@@ -221,10 +220,10 @@ TARGETS: dict[str, tuple[Target, tuple[str, ...], float]] = {
 }
 
 
-#: These search with threads, after which no process can be forked.
+#: Targets that start threads; their process cannot fork afterwards.
 WHOLE = ("reorder", "drill", "cut")
 
-#: What nobody has a file of; several of a target with a line of dashes between.
+#: Seeds without a file; a line of dashes separates several seeds of a target.
 OWN_SEEDS: dict[str, str] = {
     "xml": """<?xml version="1.0" encoding="UTF-8"?>
 <map units="mm"><city name="A" x="1" y="2" d="3"/><hole><x>4</x><y>5.5</y><diameter>2</diameter></hole></map>
@@ -446,8 +445,8 @@ M2
 """,
 }
 _BLANKS, _MANY, _ENDLESS = b" " * 40_000, b"9" * 400, b"9" * 5000
-#: What hung or broke leafcut before: patterns that look at a run of blanks again from each of its places, numbers of
-#: more digits than a float or a Python integer takes, words that a message repeated as they stood.
+#: Inputs of former faults: quadratic patterns on long runs of blanks, numbers with too many digits for a float or a
+#: Python integer, long words repeated in a message.
 BROKE_BEFORE: dict[str, tuple[bytes, ...]] = {
     "wkt": (
         b"x" + _BLANKS + b"POLYGON ((0 0, 9 0, 9 9, 0 0))", b"POLYGON" + _BLANKS + b"x",
@@ -473,10 +472,10 @@ BROKE_BEFORE: dict[str, tuple[bytes, ...]] = {
     "cutchart": (b"process,material,thickness_mm,cut_speed_mm_min\nplasma,steel," + _MANY + b",1\n",),
     "nestlist": (b"a.dxf;" + _ENDLESS + b";0 90\n",),
 }  # fmt: skip
-#: Targets that take the seeds of another one.
+#: Targets with the seeds of another target.
 _LIKE = {"cut": "svg", "drill": "csv", "any": "csv", "verify": "gcode", "posts": "gcode", "reorder": "gcode"}
 
-#: What a mutation puts in: numbers that are none, too large or too many, and marks that open without a close.
+#: Insertions: invalid, huge and long numbers, unbalanced brackets, control characters.
 _WORDS = (
     b"1e9", b"-1e9", b"1e309", b"nan", b"inf", b"-0", b"0", b"1", b"999999999999", b"0.000000001", b"1" * 400,
     b"9" * 5000, b"(", b")", b"[", b"]", b"[" * 50, b"[" * 2000, b"<", b">", b'"', b"'", b"#", b"%", b"/", b"*", b"=",
@@ -486,7 +485,7 @@ _WORDS = (
 
 
 def mutated(seeds: Sequence[bytes], chance: random.Random) -> bytes:
-    """Return one of the seeds with some changes, or (one in fifty) as it is."""
+    """Return a seed with some mutations, or (one in fifty) unchanged."""
     data = bytearray(chance.choice(seeds))
     for _ in range(chance.choice((0, *[1] * 16, *[2] * 12, *[4] * 10, *[12] * 8, 60, 300, 1000))):
         at = chance.randrange(len(data) + 1)
@@ -529,7 +528,7 @@ def mutated(seeds: Sequence[bytes], chance: random.Random) -> bytes:
 
 
 def seeds_of(name: str) -> list[bytes]:
-    """Return the seeds of a target, always in the same order: files of the project, of the data, and its own."""
+    """Return the seeds of a target in a fixed order: files of the project, files of the data, texts above."""
     _, endings, _ = TARGETS[name]
     folders = [ROOT / "examples", ROOT / "tests" / "golden", ROOT / "src" / "leafcut" / "machines", DATA]
     files = [f for folder in folders if folder.is_dir() for f in sorted(folder.rglob("*")) if f.suffix in endings]
@@ -548,7 +547,7 @@ def seeds_of(name: str) -> list[bytes]:
 
 
 def fault_of(name: str, data: bytes, place: Path) -> str:
-    """Try one input; return what is wrong with how it was taken, or nothing."""
+    """Run a target on an input; return the fault, or an empty text."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -564,18 +563,18 @@ def fault_of(name: str, data: bytes, place: Path) -> str:
 
 
 def input_of(name: str, seeds: Sequence[bytes], seed: int, number: int) -> bytes:
-    """Return input `number` of a target: the seeds themselves come first."""
+    """Return input `number` of a target; the first inputs are the seeds."""
     return seeds[number] if number < len(seeds) else mutated(seeds, random.Random(f"{seed}/{name}/{number}"))
 
 
-# -- the worker and who looks after it -------------------------------------------------------------------------------
+# -- worker and watcher ----------------------------------------------------------------------------------------------
 
 _STATE = struct.Struct("=q")
 
 
 @dataclass
 class Sweep:
-    """Where a sweep is: the next input of every target, and what was found."""
+    """State of a sweep: next input of every target, and all faults."""
 
     seed: int
     folder: Path
@@ -585,31 +584,31 @@ class Sweep:
 
     @property
     def file(self) -> Path:
-        """Where it is kept."""
+        """File of the state."""
         return self.folder / "state.json"
 
     @property
     def tried(self) -> int:
-        """How many inputs were tried."""
+        """Number of inputs so far."""
         return sum(self.next.values())
 
     def load(self) -> None:
-        """Go on where the sweep was, if it was begun."""
+        """Load the state of an earlier sweep."""
         if self.file.is_file():
             kept = json.loads(self.file.read_text())
             if kept["seed"] != self.seed:
-                sys.exit(f"{self.file} is of the seed {kept['seed']}; choose another folder")
+                sys.exit(f"{self.file} belongs to seed {kept['seed']}; choose another folder")
             self.next, self.found, self.seconds = kept["next"], kept["found"], kept["seconds"]
 
     def save(self) -> None:
-        """Keep it."""
+        """Write the state."""
         kept = {"seed": self.seed, "next": self.next, "found": self.found, "seconds": round(self.seconds, 1)}
         part = self.file.with_suffix(".part")
         part.write_text(json.dumps(kept, indent=1))
         part.replace(self.file)
 
     def keep(self, name: str, number: int, data: bytes, fault: str) -> None:
-        """Keep a finding, once for each way that it came about."""
+        """Keep a fault, once for each place in the code."""
         last = next((line for line in reversed(fault.splitlines()) if "File " in line), fault[:60])
         kind = f"{name}: {last.strip()} {fault.strip().splitlines()[-1][:100]}"
         if kind in self.found:
@@ -618,30 +617,30 @@ class Sweep:
         case = self.folder / f"{name}-{hashlib.sha256(data).hexdigest()[:8]}"
         case.write_bytes(data)
         case.with_suffix(".txt").write_text(f"{name}:{number}\n{fault}\n")
-        print(f"FOUND {name}:{number} {fault.strip().splitlines()[-1][:160]}", flush=True)
+        print(f"FAULT {name}:{number} {fault.strip().splitlines()[-1][:160]}", flush=True)
 
 
 def _work(name: str, seeds: list[bytes], sweep: Sweep, count: int, place: Path, shared: mmap.mmap) -> None:
-    """Try inputs one after the other, in a process of its own; what is wrong with any is told in a file."""
+    """Run inputs one after the other in a worker process; write the faults to a file."""
     first = sweep.next.get(name, 0)
-    with _told_in(place).open("w", encoding="utf-8") as told:
+    with _faults_file(place).open("w", encoding="utf-8") as faults:
         for number in range(first, first + count):
             shared[: _STATE.size] = _STATE.pack(number)
             data = input_of(name, seeds, sweep.seed, number)
-            Path("/proc/self/clear_refs").write_text("5")  # the peak is that of this input
+            Path("/proc/self/clear_refs").write_text("5")  # resets the peak for this input
             fault = fault_of(name, data, place)
             peak, resident = _memory(os.getpid())
             if not fault and peak > MOST_MEMORY:
                 fault = f"memory: {peak / 1e6:.0f} MB"
             if fault:
-                told.write(json.dumps([number, fault]) + "\n")
-                told.flush()
+                faults.write(json.dumps([number, fault]) + "\n")
+                faults.flush()
             if resident > 0.4 * MOST_MEMORY:
-                return  # what one input has left must not be counted for the next
+                return  # the next input starts in a new worker
 
 
 def _memory(process: int) -> tuple[float, float]:
-    """Return the peak and the present of a process's resident memory, bytes; none of one that is over."""
+    """Return peak and current resident memory of a process, bytes; zeros after its end."""
     try:
         lines = Path(f"/proc/{process}/status").read_text().splitlines()
     except OSError:
@@ -650,12 +649,12 @@ def _memory(process: int) -> tuple[float, float]:
     return 1024.0 * float(found.get("VmHWM", 0)), 1024.0 * float(found.get("VmRSS", 0))
 
 
-def _told_in(place: Path) -> Path:
-    return place.with_name("told.jsonl")
+def _faults_file(place: Path) -> Path:
+    return place.with_name("faults.jsonl")
 
 
 def _spent(process: int) -> float:
-    """Return the processor seconds of a process; none of one that is over."""
+    """Return the processor seconds of a process; zero after its end."""
     try:
         fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
     except OSError:
@@ -664,14 +663,14 @@ def _spent(process: int) -> float:
 
 
 def run_batch(name: str, sweep: Sweep, count: int, place: Path) -> None:
-    """Try `count` more inputs of a target; what hangs or bloats is ended, and the rest goes on after it."""
+    """Run `count` more inputs of a target; kill a worker that hangs or grows, and continue after its input."""
     seeds = seeds_of(name)
     end = sweep.next.get(name, 0) + count
     while sweep.next.get(name, 0) < end:
         first = sweep.next.get(name, 0)
         shared = mmap.mmap(-1, _STATE.size)
         shared[: _STATE.size] = _STATE.pack(first)
-        _told_in(place).unlink(missing_ok=True)
+        _faults_file(place).unlink(missing_ok=True)
         sys.stdout.flush()
         worker = os.fork()
         if worker == 0:
@@ -680,8 +679,8 @@ def run_batch(name: str, sweep: Sweep, count: int, place: Path) -> None:
                 _work(name, seeds, sweep, end - first, place, shared)
                 code = 0
             os._exit(code)
-        number, why = _look_after(worker, shared)
-        for line in _told_in(place).read_text(encoding="utf-8").splitlines():
+        number, why = _watch(worker, shared)
+        for line in _faults_file(place).read_text(encoding="utf-8").splitlines():
             at, fault = json.loads(line)
             sweep.keep(name, at, input_of(name, seeds, sweep.seed, at), fault)
         if why:
@@ -689,8 +688,8 @@ def run_batch(name: str, sweep: Sweep, count: int, place: Path) -> None:
         sweep.next[name] = min(number + 1, end)
 
 
-def _look_after(worker: int, shared: mmap.mmap) -> tuple[int, str]:
-    """Wait for a worker, and end one that hangs or bloats; return its last input, and what was wrong with it."""
+def _watch(worker: int, shared: mmap.mmap) -> tuple[int, str]:
+    """Wait for a worker, and kill it if it hangs or grows; return its last input and the fault."""
     last, since, why = -1, 0.0, ""
     while True:
         done, status = os.waitpid(worker, os.WNOHANG)
@@ -711,7 +710,7 @@ def _look_after(worker: int, shared: mmap.mmap) -> tuple[int, str]:
 
 
 def warm_up() -> None:
-    """Load what the targets load, once, before workers are forked; whole runs only have their kernels compiled."""
+    """Import all modules of the targets before the first fork; a child process compiles the kernels of whole runs."""
     with tempfile.TemporaryDirectory() as folder:
         child = os.fork()
         for name in TARGETS:
@@ -724,7 +723,7 @@ def warm_up() -> None:
 
 
 def _compile_searches() -> None:
-    """Have the searches compiled that a changed program may need although its seed does not: those with an order."""
+    """Compile the searches with precedence, which a mutated program may need."""
     import numpy as np
 
     from leafcut.model.problem import RoutingProblem
@@ -736,22 +735,22 @@ def _compile_searches() -> None:
         warm_up_in_order(RoutingProblem(entry=entry, exit=entry + away, cluster=cluster, service=np.zeros(8)))
 
 
-def main() -> None:
-    """Run the sweep that the command line asks for."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", maxsplit=1)[0])
-    parser.add_argument("--inputs", type=int, default=10_000, help="how many in all, those tried before among them")
+def main(argv: Sequence[str]) -> int:
+    """Run a sweep, or repeat an input; return 1 if the sweep has faults."""
+    parser = page.parser("fuzz", __doc__, writes=False)
+    parser.add_argument("--inputs", type=int, default=10_000, help="total number, inputs of earlier sweeps included")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--state", type=Path, default=Path(tempfile.gettempdir()) / "leafcut-fuzz")
-    parser.add_argument("--targets", default=",".join(TARGETS))
-    parser.add_argument("--batch", type=int, default=200, help="inputs of a target of weight 1 before the next one")
-    parser.add_argument("--again", help="TARGET:NUMBER: try this input alone, with all its errors shown")
-    given = parser.parse_args()
+    parser.add_argument("--state", type=Path, default=Path(tempfile.gettempdir()) / "leafcut-fuzz", help="folder")
+    parser.add_argument("--targets", default=",".join(TARGETS), help="names with commas (default: all)")
+    parser.add_argument("--batch", type=int, default=200, help="inputs of a target of frequency 1 in each round")
+    parser.add_argument("--again", help="TARGET:NUMBER: repeat this input and show its errors")
+    given = parser.parse_args(argv)
     if given.again:
         name, _, number = given.again.partition(":")
         data = input_of(name, seeds_of(name), given.seed, int(number))
         with tempfile.TemporaryDirectory() as folder:
             TARGETS[name][0](data, Path(folder) / "input")
-        return
+        return 0
     given.state.mkdir(parents=True, exist_ok=True)
     sweep = Sweep(given.seed, given.state)
     sweep.load()
@@ -765,10 +764,6 @@ def main() -> None:
                 ended = os.times()
                 sweep.seconds += sum(ended[:4]) - sum(began[:4])
                 sweep.save()
-            print(f"{sweep.tried:,} inputs, {len(sweep.found)} findings, {sweep.seconds:.0f} s", flush=True)
-    print(f"{sweep.tried:,} inputs, {len(sweep.found)} findings")
-    sys.exit(bool(sweep.found))
-
-
-if __name__ == "__main__":
-    main()
+            print(f"{sweep.tried:,} inputs, {len(sweep.found)} faults, {sweep.seconds:.0f} s", flush=True)
+    print(f"{sweep.tried:,} inputs, {len(sweep.found)} faults")
+    return int(bool(sweep.found))

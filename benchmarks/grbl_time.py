@@ -1,20 +1,18 @@
-"""Estimated machine time against GRBL 1.1h itself, on a simulated board that runs the same programs.
+"""Estimated machine time compared with the firmware GRBL 1.1h on a simulated board.
 
-    python benchmarks/grbl_time.py --write docs/machine_time.md
-    python benchmarks/grbl_time.py drill arcs
-    python benchmarks/grbl_time.py --recorded --write docs/machine_time.md
+    python -m benchmarks grbl_time
+    python -m benchmarks grbl_time drill arcs
+    python -m benchmarks grbl_time --recorded
 
-The board's clock counts from the first step of a motor to the last. It runs at about the speed of life, so all programs
-take some ten minutes; what it said once is kept in `grbl_recorded.toml` and compared with ``--recorded``. The board
-(``grblrun.c`` and the firmware) is looked for in LEAFCUT_GRBL, or in ../shared/grbl.
+The board's clock runs from the first motor step to the last, about as fast as real time: all programs take ten minutes.
+`--recorded` compares with the recorded times in `grbl_recorded.toml`. LEAFCUT_GRBL names the folder of the board
+(``grblrun.c`` and the firmware), by default ../shared/grbl.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
-import os
 import random
 import shutil
 import subprocess
@@ -26,8 +24,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from page import table, write_section
 
+from benchmarks import ROOT, data_folder, page, shared
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.kinds import Head
@@ -39,18 +37,16 @@ from leafcut.read.machine import load_machine
 from leafcut.timing.grbl import sent_lines
 from leafcut.timing.toolpath import clock, measure
 
-ROOT = Path(__file__).parents[1]
-BOARD = Path(os.environ.get("LEAFCUT_GRBL") or ROOT.parent / "shared" / "grbl")
-DATA = Path(os.environ.get("LEAFCUT_DATA") or ROOT.parent / "shared" / "data") / "gcode"
+BOARD = shared("LEAFCUT_GRBL", "grbl")
+DATA = data_folder() / "gcode"
 STYLES = ROOT / "tests" / "styles"
 RECORDED = Path(__file__).parent / "grbl_recorded.toml"
 FIRMWARE = "grbl-1.1h-uno.elf"
 
-#: No program may be farther off; those in which the processor does nothing but read lines of the shortest moves, not
-#: farther than the second.
+#: Most relative error of a program, and of a program that only waits for the next line.
 WORST, WORST_STARVED = 0.01, 0.04
 
-#: Begins the name of every program of which that is said.
+#: Prefix of the programs that only wait for the next line.
 STARVED = "starved"
 
 
@@ -78,7 +74,7 @@ HEAD = ["G21 G90 G94 G17"]
 
 
 def holes(count: int) -> list[tuple[float, float]]:
-    """Return places of holes, mm."""
+    """Return random positions of holes, mm."""
     rng = random.Random(7)
     return [(round(rng.uniform(2, 60), 3), round(rng.uniform(2, 60), 3)) for _ in range(count)]
 
@@ -92,7 +88,7 @@ def drilling(count: int, feed: int) -> list[str]:
 
 
 def posted() -> list[str]:
-    """Return 8 holes with pecks as leafcut's own post writes them for GRBL."""
+    """Return 8 holes with pecks from leafcut's post for GRBL."""
     builder = ToolpathBuilder()
     builder.rapid(z=5.0)
     for x, y in holes(8):
@@ -102,7 +98,7 @@ def posted() -> list[str]:
 
 
 def pecks() -> list[str]:
-    """Return 8 holes with pecks and a dwell each."""
+    """Return 8 holes, each with pecks and a dwell."""
     lines = [*HEAD, "G0 Z5"]
     for x, y in holes(8):
         lines += [f"G0 X{x} Y{y}", "G0 Z1"]
@@ -134,7 +130,7 @@ def wave(step: float, feed: int, count: int) -> list[str]:
 
 
 def raster() -> list[str]:
-    """Return an engraving of a laser: a power in every block."""
+    """Return a laser engraving with a power in every block."""
     lines = [*HEAD, "G0 X0 Y0", "M4 S0"]
     for j in range(12):
         lines.append(f"G0 X{-3 if j % 2 == 0 else 43} Y{j * 0.2:.1f}")
@@ -144,7 +140,7 @@ def raster() -> list[str]:
 
 
 def outlines() -> list[str]:
-    """Return outlines that a laser cuts."""
+    """Return outlines cut by laser."""
     lines = [*HEAD, "M4 S500"]
     for k in range(10):
         x, y = (k % 4) * 15, (k // 4) * 15
@@ -184,12 +180,12 @@ def zigzag() -> list[str]:
 
 
 def short(form: str, count: int, step: float) -> list[str]:
-    """Return moves along a line, so short and fast that they wait for lines."""
+    """Return moves that are too short and fast for the serial line."""
     return ["G21G90G94G17", "G1F6000", *(form.format(step * (i + 1)) for i in range(count))]
 
 
 def rings() -> list[str]:
-    """Return circles so small and fast that they wait for their chords."""
+    """Return circles that are too small and fast for the processor."""
     lines = ["G21G90G94G17", "G0X0Y0", "G1F6000"]
     for r in (1, 2, 4):
         lines += [f"G2X0Y0I{r}J0", f"G3X0Y0I0J{r}"] * 2
@@ -197,7 +193,7 @@ def rings() -> list[str]:
 
 
 def part_of(file: Path, count: int | None = None) -> Callable[[], list[str]]:
-    """Return what reads the first lines of a file."""
+    """Return a function that reads the first lines of a file."""
     return lambda: file.read_text(encoding="utf-8", errors="replace").splitlines()[:count]
 
 
@@ -241,20 +237,20 @@ PROGRAMS: dict[str, tuple[Machine, Callable[[], list[str]]]] = {
 
 
 def settings_of(machine: Machine) -> list[str]:
-    """Return a machine's profile as settings of GRBL."""
-    found = [f"$1={min(round(1000 * machine.motor_lock_s), 254) or 255}", f"$32={int(machine.head is Head.LASER)}"]
-    found += [f"$11={machine.corner_deviation:.3f}", f"$12={machine.arc_tolerance:.3f}"]
+    """Return the GRBL settings of a machine."""
+    settings = [f"$1={min(round(1000 * machine.motor_lock_s), 254) or 255}", f"$32={int(machine.head is Head.LASER)}"]
+    settings += [f"$11={machine.corner_deviation:.3f}", f"$12={machine.arc_tolerance:.3f}"]
     for first, values in (
         (100, machine.steps_per_mm),
         (110, [60.0 * v for v in machine.rapid_velocity]),
         (120, machine.acceleration),
     ):
-        found += [f"${first + axis}={value:.3f}" for axis, value in enumerate(values)]
-    return found
+        settings += [f"${first + axis}={value:.3f}" for axis, value in enumerate(values)]
+    return settings
 
 
 def missing() -> str:
-    """Return what the board needs and is not here, in words; empty if nothing."""
+    """Return the missing requirements of the board in words, or an empty text."""
     if not (BOARD / "grblrun.c").exists() or not (BOARD / FIRMWARE).exists():
         return f"{BOARD}/grblrun.c and {FIRMWARE} (LEAFCUT_GRBL)"
     if shutil.which("cc") is None or not Path("/usr/include/simavr/sim_avr.h").exists():
@@ -263,12 +259,12 @@ def missing() -> str:
 
 
 def build_board(folder: Path) -> Path:
-    """Return the simulated board's program, compiled into a folder.
+    """Compile the program of the simulated board into a folder, and return its path.
 
     Raises
     ------
     AssertionError
-        What it needs is missing, or it cannot be compiled.
+        A requirement is missing, or the compiler refused the source.
     """
     assert not missing(), f"the simulated board needs {missing()}"
     program = folder / "grblrun"
@@ -279,12 +275,12 @@ def build_board(folder: Path) -> Path:
 
 
 def board_seconds(board: Path, lines: Sequence[str], machine: Machine) -> float:
-    """Return the seconds from the first step to the last of a program, by the board's own clock.
+    """Return the seconds from the first step to the last, by the board's clock.
 
     Raises
     ------
     AssertionError
-        The board refused a line, or gave an alarm.
+        The board refused a line or reported an alarm.
     """
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "part.nc"
@@ -299,13 +295,13 @@ def board_seconds(board: Path, lines: Sequence[str], machine: Machine) -> float:
 
 
 def our_seconds(lines: Sequence[str], machine: Machine) -> float:
-    """Return leafcut's estimate of the same: what the machine stands before the first move or after the last is out."""
+    """Return leafcut's estimate, without the stops before the first move and after the last move."""
     path = interpret_program("\n".join(lines), dialect(machine.controller), units="mm").path
     sent = sent_lines(lines)
     whole = measure(path, machine, start=(0.0, 0.0), lines=sent)
     timed = clock(path, machine, sent)
     moving = timed.path.kind <= Kind.ARC_CCW
-    # The first move that is known has a length where it begins at zero.
+    # Only a move away from zero has a known length at the start.
     away = np.abs(np.nan_to_num(timed.path.end)).max(axis=1) > 0.0
     moves = np.flatnonzero(moving & (away | (timed.seconds > 0.0)))
     outside = np.ones(len(timed.path), dtype=np.bool_)
@@ -314,45 +310,43 @@ def our_seconds(lines: Sequence[str], machine: Machine) -> float:
 
 
 def recorded() -> dict[str, float]:
-    """Return what the board has said once, s, by program."""
-    found: dict[str, float] = tomllib.loads(RECORDED.read_text(encoding="utf-8"))["seconds"]
-    return found
+    """Return the recorded seconds of the board, by program."""
+    seconds: dict[str, float] = tomllib.loads(RECORDED.read_text(encoding="utf-8"))["seconds"]
+    return seconds
 
 
-def main() -> None:
-    """Compare, print the table, and write it if asked."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("names", nargs="*", help="parts of names of programs; all by default")
-    parser.add_argument("--recorded", action="store_true", help="compare with what the board has said once")
-    parser.add_argument("--write", type=Path, metavar="FILE", help="write the section of this page")
-    arguments = parser.parse_args()
+def main(argv: Sequence[str]) -> int:
+    """Compare both times of every program and publish the table."""
+    parser = page.parser("grbl_time", __doc__)
+    parser.add_argument("names", nargs="*", help="only programs with one of these texts in their name")
+    parser.add_argument("--recorded", action="store_true", help="compare with the recorded times of the board")
+    given = parser.parse_args(argv)
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        board = None if arguments.recorded else build_board(Path(folder))
+        board = None if given.recorded else build_board(Path(folder))
         for name, (machine, lines_of) in PROGRAMS.items():
-            if arguments.names and not any(part in name for part in arguments.names):
+            if given.names and not any(part in name for part in given.names):
                 continue
             if board is None and name not in recorded():
                 continue
             lines = lines_of()
             truth = recorded()[name] if board is None else board_seconds(board, lines, machine)
             ours = our_seconds(lines, machine)
-            off = ours / truth - 1.0
-            rows.append([name, f"{truth:.3f}", f"{ours:.3f}", f"{100 * off:+.2f}"])
+            error = ours / truth - 1.0
+            rows.append([name, f"{truth:.3f}", f"{ours:.3f}", f"{100 * error:+.2f}"])
             print("  ".join(rows[-1]), file=sys.stderr, flush=True)
             worst = WORST_STARVED if name.startswith(STARVED) else WORST
-            assert abs(off) <= worst, f"{name}: {100 * off:.2f} % off"
+            assert abs(error) <= worst, f"{name}: {100 * error:.2f} % off"
     if not rows:
         parser.error("no program has such a name")
-    text = """Seconds of GRBL 1.1h (the released firmware, on a simulated ATmega328P) from its first step to its last,
-by its own clock, and leafcut's estimate for the same program and settings. The programs that begin with "starved" do
-nothing but wait for lines.
+    text = f"""# Machine time compared with GRBL
 
-""" + table(["program", "GRBL, s", "leafcut, s", "off, %"], rows)
-    print(text)
-    if arguments.write:
-        write_section(arguments.write, "grbl_time", text)
+Seconds of GRBL 1.1h (the released firmware on a simulated ATmega328P) from its first motor step to its last, by its own
+clock, and leafcut's estimate for the same program and settings. The programs named "{STARVED}" only wait for the next
+line.
 
+{page.facts("grbl_time", argv, ["leafcut", "numpy", "numba"])}
 
-if __name__ == "__main__":
-    main()
+{page.table(["program", "GRBL, s", "leafcut, s", "error, %"], rows)}"""
+    page.publish("grbl_time", text, given.write)
+    return 0

@@ -1,17 +1,15 @@
-"""Time and memory by the size of the work: every process at n, 2 n and 4 n, and how fast both grow.
+"""Growth of time and memory with the size of the work: every process at n, 2 n and 4 n.
 
-    python benchmarks/growth.py --write docs/benchmarks.md
-    python benchmarks/growth.py cut reorder --part 0.25
+    python -m benchmarks growth
+    python -m benchmarks growth cut reorder --part 0.25
 
-A process of its own does each run; what is told is its processor seconds and its peak of resident memory, the
-interpreter and the libraries included. The largest is run once before, uncounted, so that nothing compiles in those
-that count. Where t = a + b nᵖ, then p is the base-two logarithm of (t(4n) - t(2n)) / (t(2n) - t(n)), whatever the start
-took: 1 is linear, 2 is quadratic.
+Each run is a separate process: processor seconds and peak resident memory include the interpreter and the libraries. An
+uncounted run of the largest size compiles all kernels first. For t = a + b nᵖ, the power p is the base-two logarithm of
+(t(4n) - t(2n)) / (t(2n) - t(n)), whatever the start takes: 1 is linear, 2 is quadratic.
 """
 
 from __future__ import annotations
 
-import argparse
 import math
 import random
 import sys
@@ -22,13 +20,16 @@ from pathlib import Path
 
 import ezdxf
 import ezdxf.units
-from large_programs import waves
-from page import facts, one_of, table, write_section
-from verify_large import END, HEAD, contours, run
+
+from benchmarks import page
+from benchmarks.verify_large import END, HEAD, contours, run
+
+#: Lines of a wave, and the distances between waves and between columns of waves, mm.
+_LINES, _APART, _COLUMN = 19, 0.5, 12.0
 
 
 def holes(count: int, file: Path) -> None:
-    """Draw so many holes of two sizes on a plate, apart and at random."""
+    """Draw holes of two sizes on a plate, with random gaps."""
     drawing, chance, side = ezdxf.new(units=ezdxf.units.MM), random.Random(1), math.ceil(math.sqrt(count))
     model = drawing.modelspace()
     for k in range(count):
@@ -38,7 +39,7 @@ def holes(count: int, file: Path) -> None:
 
 
 def panel(count: int, file: Path) -> None:
-    """Draw one part with so many round holes in it."""
+    """Draw one part with round holes."""
     holes(count, file)
     drawing = ezdxf.readfile(file)
     wide = 5.0 * math.ceil(math.sqrt(count)) + 10.0
@@ -47,7 +48,7 @@ def panel(count: int, file: Path) -> None:
 
 
 def sheet(count: int, file: Path) -> None:
-    """Draw so many contours on a sheet: stars with two holes each."""
+    """Draw contours on a sheet: stars with two holes each."""
     drawing, chance = ezdxf.new(units=ezdxf.units.MM), random.Random(1)
     model, parts = drawing.modelspace(), max(count // 3, 1)
     side = math.ceil(math.sqrt(parts))
@@ -55,13 +56,13 @@ def sheet(count: int, file: Path) -> None:
         x, y, turn = 45.0 * (k % side) + 25.0, 45.0 * (k // side) + 25.0, chance.uniform(0, 6)
         corners = [(r, turn + math.pi * j / 8) for j in range(16) for r in (20.0 - 4.0 * (j % 2),)]
         model.add_lwpolyline([(x + r * math.cos(a), y + r * math.sin(a)) for r, a in corners], close=True)
-        for way in (-6.0, 6.0):
-            model.add_circle((x + way, y), radius=3.0)
+        for offset in (-6.0, 6.0):
+            model.add_circle((x + offset, y), radius=3.0)
     drawing.saveas(file)
 
 
 def strokes(count: int, file: Path) -> None:
-    """Draw so many open strokes to engrave, each a bent line, and one part around them."""
+    """Draw open strokes to engrave, each a bent line, and one part around all strokes."""
     drawing, chance, side = ezdxf.new(units=ezdxf.units.MM), random.Random(1), math.ceil(math.sqrt(count))
     model = drawing.modelspace()
     for k in range(count):
@@ -74,7 +75,7 @@ def strokes(count: int, file: Path) -> None:
 
 
 def islands(count: int, file: Path) -> None:
-    """Draw a pocket with so many round islands: its rings part and meet around each."""
+    """Draw a pocket with round islands: its rings divide and join at each island."""
     drawing, side = ezdxf.new(units=ezdxf.units.MM), math.ceil(math.sqrt(count))
     model, wide = drawing.modelspace(), 40.0 * side + 20.0
     model.add_lwpolyline([(0, 0), (wide, 0), (wide, wide), (0, wide)], close=True)
@@ -84,7 +85,7 @@ def islands(count: int, file: Path) -> None:
 
 
 def pockets(count: int, file: Path) -> None:
-    """Draw so many pockets apart from each other."""
+    """Draw pockets apart from each other."""
     drawing, side = ezdxf.new(units=ezdxf.units.MM), math.ceil(math.sqrt(count))
     model = drawing.modelspace()
     for k in range(count):
@@ -95,20 +96,26 @@ def pockets(count: int, file: Path) -> None:
 
 
 def program(lines: int, file: Path) -> None:
-    """Write a program of so many lines: short cuts side by side."""
-    file.write_text(waves(max(lines // 21, 1), 1))
+    """Write a program of short cuts in 100 columns, close together as in an engraving."""
+    text = ["G21 G90 G17 G94", "S12000 M3", "G0 Z5"]
+    for number in range(max(lines // (_LINES + 2), 1)):
+        x, y = (number % 100) * _COLUMN, (number // 100) * _APART
+        text += [f"G0 X{x:g} Y{y:g}", "G1 Z-1 F600"]
+        text += [f"X{x + 10 * k / (_LINES - 1):.3f} Y{y + 0.2 * math.sin(k):.3f}" for k in range(1, _LINES)]
+        text.append("G0 Z5")
+    file.write_text("\n".join([*text, "M5", "M2", ""]))
 
 
 def shuffled(lines: int, file: Path) -> None:
-    """Write a program of contours, and beside it the same in another order."""
-    made = contours(lines)
-    file.write_text(HEAD + "".join(made) + END)
-    random.Random(1).shuffle(made)
-    file.with_name("other.nc").write_text(HEAD + "".join(made) + END)
+    """Write a program of contours, and other.nc with the contours in another order."""
+    cuts = contours(lines)
+    file.write_text(HEAD + "".join(cuts) + END)
+    random.Random(1).shuffle(cuts)
+    file.with_name("other.nc").write_text(HEAD + "".join(cuts) + END)
 
 
 def parts(count: int, file: Path) -> None:
-    """Draw a part, of which so many are nested."""
+    """Draw one part; the command nests `count` copies."""
     drawing = ezdxf.new(units=ezdxf.units.MM)
     corners = [(0, 0), (60, 0), (60, 20), (25, 25), (20, 70), (0, 70)]
     drawing.modelspace().add_lwpolyline(corners, close=True)
@@ -117,7 +124,7 @@ def parts(count: int, file: Path) -> None:
 
 @dataclass(frozen=True)
 class Work:
-    """Work of a size: what it counts, the largest, what draws it, and the command with FILE and COUNT in it."""
+    """Work of any size: its unit, largest size, input file, writer of the input, and command with FILE and COUNT."""
 
     counts: str
     most: int
@@ -130,7 +137,7 @@ class Work:
         return [w.replace("FILE", self.file).replace("COUNT", str(count)) for w in self.words.split()]
 
 
-#: How sheets are cut.
+#: Command for sheets.
 _LASER = "cut FILE -o out.nc --machine laser-table --cut-process laser --thickness 2"
 
 WORKS = {
@@ -150,21 +157,21 @@ WORKS = {
 
 
 def exponent(three: Sequence[float]) -> str:
-    """Return by what power of the size something grows; a dash where it does not grow with it."""
+    """Return the power of the growth over three doubled sizes, or a dash without growth."""
     first, second = three[1] - three[0], three[2] - three[1]
     return f"{math.log2(second / first):.1f}" if first > 0.05 * three[1] and second > 0 else "–"
 
 
 def measured(name: str, work: Work, most: int, compiled: bool) -> Iterator[list[str]]:
-    """Yield a row of the table for each size; the largest is run before, unless all is compiled."""
+    """Yield a row for each size; unless `compiled`, an uncounted run of the largest size comes first."""
     times, peaks = list[float](), list[float]()
     sizes = [most // 4, most // 2, most]
     for number, count in enumerate(sizes if compiled else [most, *sizes]):
         with tempfile.TemporaryDirectory() as folder:
             work.make(count, Path(folder) / work.file)
-            seconds, peak, said = run(work.command(count), folder)
-        if said != "status 0":
-            raise AssertionError(f"{name}, {count} {work.counts}: {said}")
+            seconds, peak, status = run(work.command(count), folder)
+        if status:
+            raise AssertionError(f"{name}, {count} {work.counts}: status {status}")
         if number == 0 and not compiled:
             continue
         times, peaks = [*times, seconds], [*peaks, peak / 1e6]
@@ -172,38 +179,27 @@ def measured(name: str, work: Work, most: int, compiled: bool) -> Iterator[list[
         yield [name, f"{count:,} {work.counts}", f"{seconds:.1f} s", ends[0], f"{peak / 1e6:.0f} MB", ends[1]]
 
 
-def main() -> None:
-    """Measure, print the table, write it into the page where asked."""
-    made = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    made.add_argument("names", nargs="*", type=one_of(WORKS), help=f"only these of {', '.join(WORKS)}")
-    made.add_argument("--part", type=float, default=1.0, help="this part of the largest size (default 1)")
-    made.add_argument("--compiled", action="store_true", help="all kernels are compiled: no run before the counted")
-    made.add_argument("--write", type=Path, help="write the table into this page")
-    given = made.parse_args()
+def main(argv: Sequence[str]) -> int:
+    """Measure all work and publish the table."""
+    parser = page.parser("growth", __doc__)
+    parser.add_argument("names", nargs="*", type=page.one_of(WORKS), help=f"of {', '.join(WORKS)} (default: all)")
+    parser.add_argument("--part", type=float, default=1.0, help="share of the largest size (default: 1)")
+    parser.add_argument("--compiled", action="store_true", help="all kernels are compiled: skip the uncounted runs")
+    given = parser.parse_args(argv)
     rows: list[list[str]] = []
     for name in given.names or WORKS:
         for row in measured(name, WORKS[name], int(given.part * WORKS[name].most), given.compiled):
             print("  ".join(row), file=sys.stderr, flush=True)
             rows.append(row)
-        if given.write:
-            write_section(given.write, "growth", text_of(rows))
-    print(text_of(rows))
+    text = f"""# Growth of time and memory
 
+Every process at n, 2 n and 4 n with the default preset, whose effort follows the size. Each run is a separate process:
+processor seconds of all threads and peak resident memory, start and libraries included, kernels compiled before. The
+power p comes from the differences, so it does not include the start: 1 is linear, 2 is quadratic, – is no growth. Three
+sizes show little if a search chooses its own effort, as the search of *nest* does.
 
-def text_of(rows: Sequence[Sequence[str]]) -> str:
-    """Return the section with some rows."""
-    return f"""## Time and memory by size
+{page.facts("growth", argv, ["leafcut", "numpy", "numba"])}
 
-Every process at n, 2 n and 4 n on the default preset, whose effort follows the size; each in a process of its own:
-processor seconds of all threads, and the peak of resident memory, start and libraries included. Kernels were compiled
-before. The power p of the size is from the differences, so the start is not in it: 1 is linear, 2 quadratic, – does
-not grow with it. Three sizes tell little of a power where a search decides itself how long it goes on, as that of
-*nest* does.
-
-{facts("growth", sys.argv[1:], ["leafcut", "numpy", "numba"])}
-
-{table(["work", "size", "processor", "power p", "memory at most", "power p"], rows)}"""
-
-
-if __name__ == "__main__":
-    main()
+{page.table(["work", "size", "processor", "power p", "peak memory", "power p"], rows)}"""
+    page.publish("growth", text, given.write)
+    return 0

@@ -1,10 +1,9 @@
-"""Time limits beside the time that was taken: every process, several limits, on an idle and on a loaded machine.
+"""Time limits and the time taken: every process, several limits, on an idle or loaded machine.
 
-    python benchmarks/limits.py --write docs/benchmarks.md
-    python benchmarks/limits.py drill cut --limits 1 5 --load 4
+    python -m benchmarks limits
+    python -m benchmarks limits drill cut --limits 1 5 --load 4
 
-Each run is a process of its own, which measures by the clock what is spent in its searches, and the whole. `--load`
-keeps so many other processes busy.
+Each run is a separate process; it measures its searches and the whole run by the clock. `--load` adds busy processes.
 """
 
 from __future__ import annotations
@@ -12,21 +11,22 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from inspect import isgeneratorfunction
 from pathlib import Path
 from typing import Any
 
-from growth import WORKS, Work
-from page import facts, one_of, table, write_section
+from benchmarks import ROOT, page
+from benchmarks.growth import WORKS, Work
 
-#: How large each work is: so that no search ends before 20 s by itself, where it can.
+#: Sizes of the work: large enough that most searches do not end within 20 s.
 SIZES = {
     "drill": 2000,
     "panel": 200,
@@ -37,18 +37,18 @@ SIZES = {
     "pockets": 9,
     "nest": 60,
 }
-#: Where the searches are: modules and their functions. What one does within another is counted once.
+#: Modules and functions of the searches. A search within a search counts once.
 SEARCHES = (
     ("leafcut.solve.solve", "solve"),
     ("leafcut.processes.pocket.plan.connected", "best"),
     ("leafcut.processes.nesting.plan.nesting", "variants"),
 )
-#: More than this over its limit, or over what any answer needs, is late: a tenth, or a tenth of a second.
+#: A run is late if it exceeds its limit, or the time of any answer, by 10 % and 0.1 s.
 LATE, LEAST = 0.1, 0.1
 
 
 class Watch:
-    """A stop-watch that runs while anything is in it."""
+    """A stopwatch that runs inside its context."""
 
     def __init__(self) -> None:
         self.seconds, self._inside, self._began = 0.0, 0, 0.0
@@ -65,7 +65,7 @@ class Watch:
 
 
 def run_watched(words: list[str]) -> None:
-    """Do what a command line says, and print the seconds of its searches and of all, as JSON."""
+    """Run a leafcut command; print the seconds of its searches and of the whole run, as JSON."""
     from leafcut.cli import run
 
     watch, began = Watch(), time.monotonic()
@@ -82,17 +82,17 @@ def run_watched(words: list[str]) -> None:
 
 
 def watched(function: Callable[..., Any], watch: Watch) -> Callable[..., Any]:
-    """Return a function, or a generator, with a watch that runs in it."""
+    """Return a function or generator that runs the watch."""
 
     def yielding(*given: Any, **named: Any) -> Iterator[Any]:
-        made = function(*given, **named)
+        values = function(*given, **named)
         while True:
             try:
                 with watch:
-                    one = next(made)
+                    value = next(values)
             except StopIteration:
                 return
-            yield one
+            yield value
 
     def plain(*given: Any, **named: Any) -> Any:
         with watch:
@@ -102,17 +102,17 @@ def watched(function: Callable[..., Any], watch: Watch) -> Callable[..., Any]:
 
 
 def seconds(work: Work, count: int, limit: float, folder: str) -> tuple[float, float]:
-    """Return the seconds of one run by the clock: in its searches, and in all.
+    """Return the seconds of a run by the clock: searches and whole run.
 
     Raises
     ------
     AssertionError
-        It ended with an error.
+        The run ended with an error.
     """
     words = [*work.command(count), "--time-limit", f"{limit:g}", "--quiet"]
     done = subprocess.run(
-        [sys.executable, __file__, "--run", json.dumps(words)],
-        cwd=folder, capture_output=True, text=True, check=False,
+        [sys.executable, "-m", "benchmarks", "limits", "--run", json.dumps(words)],
+        cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False,
     )  # fmt: skip
     if done.returncode:
         raise AssertionError(f"{' '.join(words)}: {done.stderr.strip()}")
@@ -122,18 +122,18 @@ def seconds(work: Work, count: int, limit: float, folder: str) -> tuple[float, f
 
 @contextmanager
 def loaded(count: int) -> Iterator[None]:
-    """Keep so many processes busy meanwhile."""
+    """Keep `count` processes busy."""
     busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
     try:
         yield
     finally:
-        for one in busy:
-            one.kill()
-            one.wait()
+        for process in busy:
+            process.kill()
+            process.wait()
 
 
 def above_zero(limit: str) -> float:
-    """Return a time limit of the command line, s, and say what one is where it is none: 0 ends nothing."""
+    """Return a time limit from the command line, s; refuse limits that never end a search."""
     try:
         taken = float(limit)
     except ValueError:
@@ -147,27 +147,26 @@ def measured(name: str, limits: list[float], folder: str) -> Iterator[list[str]]
     """Yield a row for each limit."""
     work, count = WORKS[name], SIZES[name]
     work.make(count, Path(folder) / work.file)
-    seconds(work, count, 0.001, folder)  # compiles what is not compiled yet
+    seconds(work, count, 0.001, folder)  # compiles the kernels
     for limit in limits:
-        # Beside each run, as the load of a machine changes.
+        # Measured for each run, since the load of a machine changes.
         least = seconds(work, count, 0.001, folder)[1]
         search, whole = seconds(work, count, limit, folder)
         allowed = max(limit, least)
         over = whole - allowed
         note = "late" if over > max(LATE * allowed, LEAST) else "needs more" if least > limit else ""
-        what = [name, f"{count:,} {work.counts}", f"{limit:g} s", f"{least:.1f} s", f"{search:.1f} s", f"{whole:.1f} s"]
-        yield [*what, f"{100.0 * over / allowed:+.0f} %", note]
+        times = [f"{limit:g} s", f"{least:.1f} s", f"{search:.1f} s", f"{whole:.1f} s"]
+        yield [name, f"{count:,} {work.counts}", *times, f"{100.0 * over / allowed:+.0f} %", note]
 
 
-def main() -> None:
-    """Measure, print the table, write it into the page where asked."""
-    made = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    made.add_argument("names", nargs="*", type=one_of(SIZES), help=f"only these of {', '.join(SIZES)}")
-    made.add_argument("--limits", nargs="*", type=above_zero, default=[1.0, 5.0, 20.0])
-    made.add_argument("--load", type=int, default=0, help="so many other processes are busy")
-    made.add_argument("--write", type=Path, help="write the table into this page")
-    made.add_argument("--run", type=json.loads, help=argparse.SUPPRESS)
-    given = made.parse_args()
+def main(argv: Sequence[str]) -> int:
+    """Measure all work and publish the table."""
+    parser = page.parser("limits", __doc__)
+    parser.add_argument("names", nargs="*", type=page.one_of(SIZES), help=f"of {', '.join(SIZES)} (default: all)")
+    parser.add_argument("--limits", nargs="*", type=above_zero, default=[1.0, 5.0, 20.0], help="seconds")
+    parser.add_argument("--load", type=int, default=0, help="number of other busy processes")
+    parser.add_argument("--run", type=json.loads, help=argparse.SUPPRESS)
+    given = parser.parse_args(argv)
     if given.run:
         run_watched(given.run)
     rows: list[list[str]] = []
@@ -176,24 +175,15 @@ def main() -> None:
             for row in measured(name, given.limits, folder):
                 print("  ".join(row), file=sys.stderr, flush=True)
                 rows.append(row)
-            if given.write:
-                write_section(given.write, "limits", text_of(rows, given.load))
-    print(text_of(rows, given.load))
+    text = f"""# Time limits
 
+Seconds by the clock, with {given.load} other busy processes. *Search*: all searches of a run. *Whole*: the run with
+reading, planning, bounds and proof. *Least*: the whole run with a limit of a millisecond, the time of any answer.
+*Over*: the whole run compared with its limit, or with the least time if that is longer. A run is late if it exceeds
+this by more than a tenth. A run ends before its limit if its search cannot improve the answer.
 
-def text_of(rows: list[list[str]], load: int) -> str:
-    """Return the section with some rows."""
-    return f"""## Time limits
+{page.facts("limits", argv, ["leafcut", "numpy", "numba"])}
 
-Seconds by the clock, with {load} other processes kept busy by the script: *search* in all searches of a run,
-*whole* with reading, planning, bounds and proof; *least* is the whole with a limit of a millisecond: what any answer
-needs. *Over* is the whole beside its limit, or beside the least where that is more: late above a tenth. A run ends
-before its limit where nothing more is to be found.
-
-{facts("limits", sys.argv[1:], ["leafcut", "numpy", "numba"])}
-
-{table(["work", "size", "limit", "least", "search", "whole", "over", "note"], rows)}"""
-
-
-if __name__ == "__main__":
-    main()
+{page.table(["work", "size", "limit", "least", "search", "whole", "over", "note"], rows)}"""
+    page.publish("limits", text, given.write)
+    return 0

@@ -1,91 +1,105 @@
-"""Estimated machine time against a simulated LinuxCNC that runs the same programs.
+"""Estimated machine time compared with a simulated LinuxCNC that runs the same programs.
 
-    python benchmarks/machine_time.py --write docs/benchmarks.md
-    python benchmarks/machine_time.py plasma relief
-    python benchmarks/machine_time.py --sheets --write docs/benchmarks.md
-    python benchmarks/machine_time.py --pockets --write docs/benchmarks.md
+    python -m benchmarks machine_time
+    python -m benchmarks machine_time plasma relief
 
-LinuxCNC's time is counted in its own servo cycles, so it does not depend on the host. The simulation (``simrun.py``) is
-looked for in LEAFCUT_LINUXCNC, or in ../shared/linuxcnc.
+LinuxCNC counts its own servo cycles, so its time does not depend on the host. LEAFCUT_LINUXCNC names the folder of the
+simulation (``simrun.py``), by default ../shared/linuxcnc.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
-import os
 import re
 import shutil
 import subprocess
 import sys
 import tempfile
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import median
 from typing import Any
 
 import numpy as np
-from page import facts, table, write_section
-from timed_programs import SLOW, pockets, programs, sheets
 
+from benchmarks import page, shared
+from benchmarks.timed_programs import SLOW, pockets, programs, sheets
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.read.machine import load_machine
 from leafcut.timing.toolpath import measure
 
-SIMULATION = Path(os.environ.get("LEAFCUT_LINUXCNC") or Path(__file__).parents[2] / "shared" / "linuxcnc")
+SIMULATION = shared("LEAFCUT_LINUXCNC", "linuxcnc")
 
-#: The simulation's Python: LinuxCNC's own modules belong to the system's.
+#: Python of the simulation: LinuxCNC's modules belong to the system's Python.
 PYTHON = "/usr/bin/python3"
 
-#: What it needs: program → Debian package.
+#: Required programs and their Debian packages.
 TOOLS = {"linuxcnc": "linuxcnc-uspace", "faketime": "faketime"}
 
-#: How many times faster than life the simulated machine runs; M words and dwells stretch when it is faster.
+#: Tool table of the simulation.
+TOOL_TABLE = "".join(f"T{tool} P{tool} D3.0 Z0 ;\n" for tool in range(1, 100))
+
+#: Speed of the simulation, as a factor of real time; a faster simulation stretches M words and dwells.
 SPEED, SPEED_WITH_DWELLS = 20, 5
 
-#: No program may be farther off, and none that leafcut has written itself.
+#: Most relative error of any program, and of a program that leafcut wrote.
 WORST, WORST_OWN = 0.05, 0.02
 
 
 def check_tools() -> None:
-    """Say in one line what the simulated machine needs and is not here.
+    """Refuse to run without LinuxCNC, faketime and the simulation.
 
     Raises
     ------
     AssertionError
-        LinuxCNC, faketime or the simulation is missing.
+        A program or the simulation is missing.
     """
     missing = [f"Debian's {package}" for tool, package in TOOLS.items() if shutil.which(tool) is None]
     missing += [] if (SIMULATION / "simrun.py").exists() else [f"{SIMULATION}/simrun.py (LEAFCUT_LINUXCNC)"]
     assert not missing, f"the simulated LinuxCNC needs {' and '.join(missing)}"
 
 
+def run_simulation(text: str, speed: int, limit: float = 3600.0) -> dict[str, Any]:
+    """Run a program in the simulated LinuxCNC for at most `limit` seconds of the machine; return its answer."""
+    with tempfile.TemporaryDirectory() as folder:
+        # A copy of the simulation, with a table of all tools that programs call.
+        for part in SIMULATION.iterdir():
+            shutil.copy(part, folder)
+        program, tools = Path(folder, "part.ngc"), Path(folder, "tool.tbl")
+        program.write_text(text, encoding="latin-1", errors="replace")
+        tools.chmod(0o644)
+        tools.write_text(TOOL_TABLE)
+        command = [PYTHON, str(Path(folder, "simrun.py")), str(program), "--speed", str(speed), "--limit", f"{limit:g}"]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+    try:
+        answer: dict[str, Any] = json.loads(done.stdout)
+    except json.JSONDecodeError:
+        return {"ok": False, "errors": [[0, done.stderr[-300:]]]}
+    return answer
+
+
 def simulated_seconds(text: str, slow: bool = False) -> float:
-    """Return the seconds from the first to the last change of the commanded position on the simulated LinuxCNC.
+    """Return the seconds from the first to the last change of the commanded position in the simulated LinuxCNC.
 
     Raises
     ------
     AssertionError
-        LinuxCNC refused the program or did not run it to its end.
+        LinuxCNC refused the program or stopped before its end.
     """
     check_tools()
     slow = slow or re.search(r"G4 ?P|G82|M3", text) is not None
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "part.ngc"
-        file.write_text(text, encoding="utf-8")
-        for speed in (SPEED_WITH_DWELLS if slow else SPEED, SPEED_WITH_DWELLS):
-            command = [PYTHON, str(SIMULATION / "simrun.py"), str(file), "--speed", str(speed)]
-            done = subprocess.run(command, capture_output=True, text=True, check=False)
-            answer: dict[str, Any] = json.loads(done.stdout or "{}")
-            if answer.get("ok"):
-                return float(answer["motion_s"])
-    raise AssertionError(f"LinuxCNC did not run it: {answer.get('errors') or done.stderr[-300:]}")
+    for speed in (SPEED_WITH_DWELLS if slow else SPEED, SPEED_WITH_DWELLS):
+        answer = run_simulation(text, speed)
+        if answer.get("ok"):
+            return float(answer["motion_s"])
+    raise AssertionError(f"LinuxCNC did not run the program: {answer.get('errors')}")
 
 
 def estimated_seconds(text: str) -> float:
-    """Return leafcut's seconds on the same machine, from its zero, where the simulation stands at first."""
+    """Return leafcut's seconds on the same machine; the path starts at machine zero as the simulation does."""
     path = interpret_program(text, dialect("linuxcnc")).path
     return measure(_from_zero(path), load_machine("linuxcnc-sim")).time_s
 
@@ -101,74 +115,83 @@ def _from_zero(path: Toolpath) -> Toolpath:
     )
 
 
-def main() -> None:
-    """Run both on every program and print the ratios; write them into the page where asked."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("names", nargs="*", help="only programs with one of these in their name")
-    parser.add_argument("--sheets", action="store_true", help="sheets that leafcut cuts, in a section of their own")
-    parser.add_argument("--pockets", action="store_true", help="pockets that leafcut clears, in a section of their own")
-    parser.add_argument("--write", type=Path, help="page whose section is to be renewed")
-    arguments = parser.parse_args()
-    own = arguments.sheets or arguments.pockets
-    made = sheets() if arguments.sheets else pockets() if arguments.pockets else programs()
-    worst = WORST_OWN if own else WORST
-    rows, off = [], []
-    for name, text_of in made.items():
-        if arguments.names and not any(part in name for part in arguments.names):
-            continue
-        text = text_of()
-        # What else a host does can only lengthen the many standstills of a sheet: of two runs the shorter counts.
-        runs = [simulated_seconds(text, slow=name == SLOW) for _ in range(2 if own else 1)]
-        truth, ours = min(runs), estimated_seconds(text)
-        off.append(abs(ours / truth - 1.0))
-        rows.append([name, f"{truth:.3f}", f"{ours:.3f}", f"{ours / truth:.4f}"])
-        print("  ".join(rows[-1]), file=sys.stderr, flush=True)
-        assert off[-1] <= worst, f"{name}: {100 * off[-1]:.1f} % off"
-    if not rows:
-        parser.error("no program has such a name")
-    said = (
-        words_of_sheets() if arguments.sheets else words_of_pockets() if arguments.pockets else words_of_programs(off)
-    )
-    text = f"""{said}
+@dataclass(frozen=True)
+class Group:
+    """A table: introduction, programs, simulated runs of each, and most relative error.
 
-{facts("machine_time", sys.argv[1:], ["leafcut", "numpy", "numba"])}
+    Other load of the host only lengthens the many stops of a sheet, so the shortest run counts.
+    """
 
-{table(["program", "LinuxCNC, s", "leafcut, s", "ratio"], rows)}"""
-    print(text)
-    if arguments.write:
-        kind = "_sheets" if arguments.sheets else "_pockets" if arguments.pockets else ""
-        write_section(arguments.write, f"machine_time{kind}", text)
+    words: str
+    programs: Callable[[], dict[str, Callable[[], str]]]
+    runs: int
+    worst: float
 
 
-def words_of_programs(off: list[float]) -> str:
-    """Return what stands over the table of programs, of which each is so far off."""
-    return f"""## Machine time beside LinuxCNC
+GROUPS = (
+    Group(
+        """## Programs
 
 Seconds of LinuxCNC 2.9 by its own servo clock, on a simulated machine of 100/100/50 mm/s and 500/500/300 mm/s², and
-leafcut's estimate for the same program (profile `linuxcnc-sim`). {len(off)} programs: {sum(o <= 0.02 for o in off)} \
-within 2 %, the
-worst {100 * max(off):.1f} % off, median {100 * median(off):.2f} %. Both begin at machine zero. A real file that does
-not say G61 or G64 was given G64, with which LinuxCNC begins. The planner's formulas are LinuxCNC's own; half a cycle at
-every stop, and the radius of helices, were chosen after first comparisons with programs of this table."""
+leafcut's estimate for the same program (profile `linuxcnc-sim`). Both start at machine zero. A real file without G61
+and G64 was given G64, LinuxCNC's initial mode. The formulas are LinuxCNC's; half a cycle at every stop, and the radius
+of helices, were chosen after first comparisons with these programs.""",
+        programs, 1, WORST,
+    ),
+    Group(
+        """## Sheets
+
+Programs that leafcut wrote from a drawing of mild steel, for plasma with G64 P0.1. Each cut: down to the pierce height,
+torch on, pierce delay, down to the cut height, leads, contour, slower small holes, torch off, up. The shorter of two
+simulated runs counts, since a busy host lengthens M words and dwells.""",
+        sheets, 2, WORST_OWN,
+    ),
+    Group(
+        """## Pockets
+
+Programs that leafcut wrote for pockets, with a mill of 10 mm at 1200 mm/min: levels, ramps, helices, arcs, finished
+walls.""",
+        pockets, 2, WORST_OWN,
+    ),
+)  # fmt: skip
 
 
-def words_of_sheets() -> str:
-    """Return what stands over the table of sheets."""
-    return """### Sheets beside LinuxCNC
+def main(argv: Sequence[str]) -> int:
+    """Compare both times of every program and publish the tables."""
+    parser = page.parser("machine_time", __doc__)
+    parser.add_argument("names", nargs="*", help="only programs with one of these texts in their name")
+    given = parser.parse_args(argv)
+    check_tools()
+    sections = []
+    for group in GROUPS:
+        chosen = {
+            name: text_of
+            for name, text_of in group.programs().items()
+            if not given.names or any(part in name for part in given.names)
+        }
+        if chosen:
+            sections.append(f"{group.words}\n\n{compared(group, chosen)}")
+    if not sections:
+        parser.error("no program has such a name")
+    facts = page.facts("machine_time", argv, ["leafcut", "numpy", "numba"])
+    text = "\n\n".join(["# Machine time compared with LinuxCNC", facts, *sections])
+    page.publish("machine_time", text, given.write)
+    return 0
 
-The same comparison for programs that leafcut wrote itself, drawing in, program out (`--process cut --dialect plasma`,
-mild steel by plasma, G64 P0.1): at every cut down to the pierce height, torch on, pierce delay, down to the cut height,
-leads, the contour, small holes slower, torch off and up. Of two runs of the simulation the shorter counts: when its
-host is busy it stands longer at M words and dwells."""
 
-
-def words_of_pockets() -> str:
-    """Return what stands over the table of pockets."""
-    return """### Pockets beside LinuxCNC
-
-The same comparison for programs that leafcut wrote itself for pockets (`--process pocket`, a mill of 10 mm at
-1200 mm/min): levels, ramps, helices, arcs, finished walls."""
-
-
-if __name__ == "__main__":
-    main()
+def compared(group: Group, chosen: dict[str, Callable[[], str]]) -> str:
+    """Return the table of some programs of a group, and a summary of the errors."""
+    rows, errors = [], []
+    for name, text_of in chosen.items():
+        text = text_of()
+        truth = min(simulated_seconds(text, slow=name == SLOW) for _ in range(group.runs))
+        ours = estimated_seconds(text)
+        errors.append(abs(ours / truth - 1.0))
+        rows.append([name, f"{truth:.3f}", f"{ours:.3f}", f"{ours / truth:.4f}"])
+        print("  ".join(rows[-1]), file=sys.stderr, flush=True)
+        assert errors[-1] <= group.worst, f"{name}: {100 * errors[-1]:.1f} % off"
+    summary = (
+        f"{len(rows)} programs, {sum(error <= 0.02 for error in errors)} of them within 2 %; largest error "
+        f"{100 * max(errors):.1f} %, median {100 * median(errors):.2f} %."
+    )
+    return f"{page.table(['program', 'LinuxCNC, s', 'leafcut, s', 'ratio'], rows)}\n\n{summary}"

@@ -1,36 +1,44 @@
-"""Sections of docs/benchmarks.md: each script writes its own, between marks, and leaves the others as they are."""
+"""Pages of results: each benchmark writes docs/results/NAME.md when it runs with `--write`."""
 
 from __future__ import annotations
 
 import argparse
 import os
 import platform
+import re
 import shlex
 import subprocess
 from collections.abc import Callable, Collection, Iterable, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
+from itertools import takewhile
 from pathlib import Path
 
-from history import DOCS, keep
-
+from benchmarks import ROOT
 from leafcut.files import write_whole
 
-HEAD = """# Benchmarks
+RESULTS = ROOT / "docs" / "results"
 
-Every section is written by the script that it names, with `--write docs/benchmarks.md`. Every tour was checked to
-visit each node once, and its length added up again by code that shares nothing with its maker.
-"""
+#: Columns of text, aligned left; all others hold figures and are aligned right.
+TEXT_COLUMNS = (
+    "answer", "board", "budget", "chip", "judged", "note", "program", "run", "solver", "state", "what runs", "work",
+)  # fmt: skip
 
 
-#: Columns of words, to the left; the others are figures, to the right.
-WORDS = ("board", "shape", "solver", "note", "program", "work", "judged", "what stays and why", "instance")
+def parser(name: str, doc: str | None, *, writes: bool = True) -> argparse.ArgumentParser:
+    """Return the parser of a benchmark; `doc` is its docstring. `writes`: the benchmark has a page of results."""
+    made = argparse.ArgumentParser(
+        prog=f"python -m benchmarks {name}", description=doc, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    if writes:
+        made.add_argument("--write", action="store_true", help=f"write the results to docs/results/{name}.md")
+    return made
 
 
 def one_of(names: Collection[str]) -> Callable[[str], str]:
-    """Return what takes one of these names from a command line, and says which there are where it is none of them.
+    """Return an argument type that accepts only these names.
 
-    Before Python 3.12 `choices` of argparse refuses a list of names that is empty.
+    Before Python 3.12 `choices` of argparse refuses an empty list of names.
     """
 
     def taken(name: str) -> str:
@@ -43,40 +51,37 @@ def one_of(names: Collection[str]) -> Callable[[str], str]:
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Return a table in Markdown."""
-    rules = ["---" if title in WORDS else "---:" for title in head]
+    rules = ["---" if title in TEXT_COLUMNS else "---:" for title in head]
     lines = ["| " + " | ".join(line) + " |" for line in (head, rules)]
     return "\n".join([*lines, *("| " + " | ".join(cell.replace("|", "/") for cell in row) + " |" for row in rows)])
 
 
-def facts(script: str, arguments: Sequence[str], packages: Sequence[str]) -> str:
-    """Return when, on what machine, with which versions and by which command the figures were made."""
+def rows_of(text: str) -> list[list[str]]:
+    """Return the rows of the first table in a page, without its head."""
+    lines = text[text.index("| ") :].splitlines() if "| " in text else []
+    rows = [re.split(r" \| ", line[2:-2]) for line in takewhile(lambda line: line.startswith("| "), lines)]
+    return rows[2:]
+
+
+def facts(name: str, argv: Sequence[str], packages: Sequence[str]) -> str:
+    """Return date, machine, versions and command of a run."""
     load = f", load average {os.getloadavg()[0]:.1f} at the end" if hasattr(os, "getloadavg") else ""
-    versions = [f"Python {platform.python_version()}", *(f"{name} {_version(name)}" for name in packages)]
+    versions = [f"Python {platform.python_version()}", *(f"{package} {_version(package)}" for package in packages)]
     lines = [
         f"* Date: {datetime.now(UTC):%Y-%m-%d}",
         f"* Machine: {_processor()}, {os.cpu_count()} cores, {platform.system()} {platform.machine()}{load}",
         f"* Versions: {', '.join(versions)}{_commit()}",
-        f"* Command: `{shlex.join(['python', f'benchmarks/{script}.py', *arguments])}`",
+        f"* Command: `{shlex.join(['python', '-m', 'benchmarks', name, *argv])}`",
     ]
     return "\n".join(lines)
 
 
-def write_section(page: Path, name: str, text: str) -> None:
-    """Put `text` in place of the section `name` of a page, or at its end; make the page where there is none.
-
-    What goes into the pages of docs/ is kept in benchmarks/history.jsonl, too.
-    """
-    begin, end = f"<!-- {name}: begin -->", f"<!-- {name}: end -->"
-    whole = page.read_text(encoding="utf-8") if page.exists() else HEAD
-    section = f"{begin}\n{text.strip()}\n{end}"
-    before, found, rest = whole.partition(begin)
-    _, closed, after = rest.partition(end)
-    if found and not closed:
-        raise ValueError(f"{page}: the section {name} begins and does not end")
-    whole = before + section + after if found else f"{whole.rstrip()}\n\n{section}\n"
-    write_whole(page, whole)
-    if page.resolve().parent == DOCS:
-        keep(name, text)
+def publish(name: str, text: str, write: bool) -> None:
+    """Print the results, and write them to docs/results/NAME.md if asked."""
+    print(text)
+    if write:
+        RESULTS.mkdir(exist_ok=True)
+        write_whole(RESULTS / f"{name}.md", f"{text.strip()}\n")
 
 
 def _processor() -> str:
@@ -85,7 +90,7 @@ def _processor() -> str:
     except OSError:
         lines = []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor() or "processor not known"
+    return names[0] if names else platform.processor() or "unknown processor"
 
 
 def _version(package: str) -> str:
@@ -96,10 +101,10 @@ def _version(package: str) -> str:
 
 
 def _commit() -> str:
-    """Return the commit that was measured, where it is known."""
+    """Return the measured commit, or an empty text outside a repository."""
     command = ["git", "describe", "--always", "--dirty", "--exclude", "*"]
     try:
-        done = subprocess.run(command, cwd=Path(__file__).parent, capture_output=True, text=True, check=True)
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     except (OSError, subprocess.CalledProcessError):
         return ""
     return f", commit {done.stdout.strip()}"

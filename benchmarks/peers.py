@@ -1,15 +1,13 @@
-"""leafcut beside other solvers, in one run on one machine and by one clock.
+"""leafcut compared with other solvers, on one machine, in one run, by one clock.
 
-    python benchmarks/peers.py pcb442 pcb3038 --times 1,10 --seeds 3 --write docs/benchmarks.md
+    python -m benchmarks peers pcb442 pcb3038 --times 1,10 --seeds 3
 
-Peers are in the extra `bench` (`pip install -e '.[bench]'`). One that is not installed, or cannot take a board, has a
-line that says so. Every run is a process of its own; solvers take turns, so that what else the machine does meets all
-of them.
+The extra `bench` installs the peers (`pip install -e '.[bench]'`). The table names the peers that are not installed or
+cannot solve a board. Each run is a separate process. Solvers take turns, so that other load affects all of them.
 """
 
 from __future__ import annotations
 
-import argparse
 import importlib.util
 import math
 import multiprocessing
@@ -22,25 +20,24 @@ from multiprocessing.connection import Connection
 from statistics import median
 from typing import Any
 
-import boards
-from boards import Board
 from numpy.typing import ArrayLike
-from page import facts, table, write_section
-from tsplib import NO_TOUR, parser, problem_of, warm_up
 
+from benchmarks import boards, page
+from benchmarks.boards import Board
+from benchmarks.tsplib import NO_TOUR, problem_of, search_parser, warm_up
 from leafcut.options import SolveOptions
 from leafcut.solve.solve import solve
 
-#: Seconds that a process may take to import, read and build its matrix, and to come to an end after its time.
+#: Most time for imports, file and matrix, and for the end of a run after its time limit, s.
 PATIENCE = 120.0
 
-#: What a solver found: the tour, and how long it says that it is, where it says so.
+#: Tour, and its length if the solver reports it.
 Answer = tuple[ArrayLike, float | None]
 
 
 @dataclass(frozen=True)
 class Task:
-    """One run: seconds that the solver is given, its seed, and its threads, as far as it takes them."""
+    """One run: time limit in seconds, seed and threads, as far as the solver supports them."""
 
     seconds: float
     seed: int
@@ -49,10 +46,10 @@ class Task:
 
 @dataclass(frozen=True)
 class Peer:
-    """A solver: what it is called, the package it needs, why it cannot take a board, and how it is run.
+    """A solver: name, required package, reason to refuse a board, and preparation.
 
-    `prepare` does what is not measured (import, matrix) and returns what is. `anytime` solvers stop after the seconds
-    given; the others return when they are done, and are run once.
+    `prepare` does the unmeasured work (import, matrix) and returns the measured function. `anytime` solvers stop at the
+    time limit. The others run once, until they finish.
     """
 
     name: str
@@ -64,7 +61,7 @@ class Peer:
 
 @dataclass(frozen=True)
 class Result:
-    """One run's gap in percent, and seconds by the clock and of processors; or why there is none."""
+    """Gap in percent, and time by the clock and by the processors, s; or the reason of a failure."""
 
     gap: float = math.inf
     wall: float = 0.0
@@ -73,7 +70,7 @@ class Result:
 
 
 def prepare_leafcut(board: Board, task: Task, algorithm: str = "auto") -> Callable[[], Answer]:
-    """Return leafcut's search, kernels loaded; neighbour lists are made inside."""
+    """Return leafcut's search with loaded kernels; it builds the neighbour lists itself."""
     options = SolveOptions(
         algorithm=algorithm, time_limit=task.seconds, seed=task.seed, threads=task.threads, bound=False
     )
@@ -88,12 +85,12 @@ def prepare_leafcut(board: Board, task: Task, algorithm: str = "auto") -> Callab
 
 
 def prepare_2opt(board: Board, task: Task) -> Callable[[], Answer]:
-    """Return leafcut's own nearest neighbour with 2-opt and Or-opt to a local optimum."""
+    """Return leafcut's nearest neighbour with 2-opt and Or-opt to a local optimum."""
     return prepare_leafcut(board, task, "2opt")
 
 
 def prepare_fast_tsp(board: Board, task: Task) -> Callable[[], Answer]:
-    """Return fast-tsp's search; its matrix is made before."""
+    """Return fast-tsp's search with its matrix."""
     fast_tsp = import_module("fast_tsp")
     distances = boards.matrix(board, "uint16")
 
@@ -105,7 +102,7 @@ def prepare_fast_tsp(board: Board, task: Task) -> Callable[[], Answer]:
 
 
 def prepare_elkai(board: Board, task: Task) -> Callable[[], Answer]:
-    """Return one run of LKH with its defaults, which has neither time limit nor seed here."""
+    """Return one run of LKH with its defaults, without time limit and seed."""
     cities = import_module("elkai").Coordinates2D({str(i): (x, y) for i, (x, y) in enumerate(board.xy.tolist())})
 
     def run() -> Answer:
@@ -115,7 +112,7 @@ def prepare_elkai(board: Board, task: Task) -> Callable[[], Answer]:
 
 
 def prepare_ortools(board: Board, task: Task) -> Callable[[], Answer]:
-    """Return guided local search of OR-Tools' routing from its cheapest-arc start; model and matrix are made before."""
+    """Return guided local search of OR-Tools from its cheapest-arc start, with model and matrix."""
     routing: Any = import_module("ortools.constraint_solver.pywrapcp")
     enums: Any = import_module("ortools.constraint_solver.routing_enums_pb2")
     manager = routing.RoutingIndexManager(board.n, 1, 0)
@@ -140,26 +137,26 @@ def prepare_ortools(board: Board, task: Task) -> Callable[[], Answer]:
 
 
 def _whole(board: Board) -> str:
-    return "" if board.rule in ("EUC_2D", "CEIL_2D") else "needs whole distances"
+    return "" if board.rule in ("EUC_2D", "CEIL_2D") else "requires integer distances"
 
 
 def _small(board: Board, most: int, bytes_each: int) -> str:
-    """Return why a matrix is too large, from `most` nodes up."""
+    """Return the reason to refuse a matrix of more than `most` nodes."""
     return "" if board.n <= most else f"its matrix of n² distances would take {board.n**2 * bytes_each / 1e9:,.1f} GB"
 
 
 def _refused_by_fast_tsp(board: Board) -> str:
     reach = float(max(board.xy.max(axis=0) - board.xy.min(axis=0)))
-    far = "needs distances of at most 65,535" if math.hypot(reach, reach) > 65_535 else ""
+    far = "supports distances up to 65,535" if math.hypot(reach, reach) > 65_535 else ""
     return _whole(board) or far or _small(board, 12_000, 2)
 
 
 def _refused_by_elkai(board: Board) -> str:
-    return "" if board.rule == "EUC_2D" else "takes EUC_2D only"
+    return "" if board.rule == "EUC_2D" else "supports EUC_2D only"
 
 
 def _refused_by_ortools(board: Board) -> str:
-    # A list of lists of Python's numbers: some 40 bytes a distance.
+    # A list of lists of Python numbers: about 40 bytes for each distance.
     return _whole(board) or _small(board, 6_000, 40)
 
 
@@ -173,7 +170,7 @@ PEERS = (
 
 
 def work(connection: Connection, peer: int, name: str, task: Task) -> None:
-    """Run one peer in this process; send ``ready`` when the clock begins, then a `Result`, or what is wrong with it."""
+    """Run one peer in this process; send ``ready`` when the clock starts, then a `Result` or the failed check."""
     try:
         board = boards.load(name)
         run = PEERS[peer].prepare(board, task)
@@ -190,12 +187,12 @@ def work(connection: Connection, peer: int, name: str, task: Task) -> None:
 
 
 def measure(peer: int, name: str, task: Task, limit: float) -> Result:
-    """Return what one peer did in a process of its own, ended when it overruns `limit` seconds.
+    """Return the result of one peer in a separate process, killed after `limit` seconds.
 
     Raises
     ------
     AssertionError
-        The tour was wrong, or of another length than stated.
+        The tour is wrong, or its length differs from the reported length.
     """
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe(duplex=False)
@@ -211,7 +208,7 @@ def measure(peer: int, name: str, task: Task, limit: float) -> Result:
                 raise AssertionError(f"{PEERS[peer].name}: {message}")
             if isinstance(message, Result):
                 return message
-        raise AssertionError(f"{PEERS[peer].name} said twice that it is ready")
+        raise AssertionError(f"{PEERS[peer].name} sent 'ready' twice")
     except EOFError:
         return Result(why="its process died")
     finally:
@@ -220,7 +217,7 @@ def measure(peer: int, name: str, task: Task, limit: float) -> Result:
 
 
 def refusal(peer: Peer, board: Board) -> str:
-    """Return why a peer is not run on a board, or an empty text."""
+    """Return the reason to skip a peer on a board, or an empty text."""
     if peer.package and importlib.util.find_spec(peer.package) is None:
         return "not installed (pip install -e '.[bench]')"
     return peer.refusal(board)
@@ -229,20 +226,20 @@ def refusal(peer: Peer, board: Board) -> str:
 def results_of(
     board: Board, times: Sequence[float], seeds: int, threads: int, patience: float
 ) -> dict[tuple[int, float], list[Result]]:
-    """Return the results of all peers on a board, by peer and time; 0 is the time of those that return when done."""
+    """Return the results of all peers on a board, by peer and time; peers without time limit have time 0."""
     found: dict[tuple[int, float], list[Result]] = {}
     able = [k for k, peer in enumerate(PEERS) if not refusal(peer, board)]
     for seed, seconds, peer in _turns(able, times, seeds):
         limit = seconds + PATIENCE if seconds else patience
         result = measure(peer, board.name, Task(seconds, seed, threads), limit)
         found.setdefault((peer, seconds), []).append(result)
-        said = result.why or f"{result.gap:.3f} % in {result.wall:.2f} s"
-        print(f"{board.name}, {PEERS[peer].name}, seed {seed}: {said}", file=sys.stderr, flush=True)
+        line = result.why or f"{result.gap:.3f} % in {result.wall:.2f} s"
+        print(f"{board.name}, {PEERS[peer].name}, seed {seed}: {line}", file=sys.stderr, flush=True)
     return found
 
 
 def _turns(able: Sequence[int], times: Sequence[float], seeds: int) -> Iterator[tuple[int, float, int]]:
-    """Yield (seed, seconds, peer): all peers in turn for each seed and time; once those that return when done."""
+    """Yield (seed, seconds, peer): all peers in turn for each seed and time; once the peers without time limit."""
     for seed in range(1, seeds + 1):
         for seconds in times:
             yield from ((seed, seconds, k) for k in able if PEERS[k].anytime)
@@ -250,7 +247,7 @@ def _turns(able: Sequence[int], times: Sequence[float], seeds: int) -> Iterator[
 
 
 def cell(results: Sequence[Result]) -> str:
-    """Return the median gap and the median seconds by the clock and of processors: ``0.120 (1.0 / 1.0)``."""
+    """Return the median gap, and the median seconds by clock and processors: ``0.120 (1.0 / 1.0)``."""
     good = [r for r in results if not r.why]
     if 2 * len(good) <= len(results):
         return NO_TOUR
@@ -259,12 +256,12 @@ def cell(results: Sequence[Result]) -> str:
 
 
 def rows_of(board: Board, times: Sequence[float], found: dict[tuple[int, float], list[Result]]) -> Iterator[list[str]]:
-    """Yield a row for every peer, those that were not run among them."""
+    """Yield a row for every peer, skipped peers included."""
     for k, peer in enumerate(PEERS):
         note = refusal(peer, board)
         mine = [r for (number, _), results in found.items() if number == k for r in results]
         if note:
-            yield [f"{board.name} ({board.n:,})", peer.name, *(NO_TOUR for _ in times), f"not run: {note}"]
+            yield [f"{board.name} ({board.n:,})", peer.name, *(NO_TOUR for _ in times), f"skipped: {note}"]
             continue
         if peer.anytime:
             cells = [cell(found[k, t]) for t in times]
@@ -275,26 +272,27 @@ def rows_of(board: Board, times: Sequence[float], found: dict[tuple[int, float],
         yield [f"{board.name} ({board.n:,})", peer.name, *cells, "; ".join(failures) or note]
 
 
-def section(rows: Sequence[Sequence[str]], times: Sequence[float], words: str, made: str) -> str:
-    """Return the section of the page."""
+def results(rows: Sequence[Sequence[str]], times: Sequence[float], words: str, facts: str) -> str:
+    """Return the page of results."""
     head = ["board", "solver", *(f"{t:g} s" for t in times), "note"]
-    return f"""## leafcut beside other solvers
+    return f"""# leafcut and other solvers
 
-Gap in percent and, in brackets, seconds by the clock / seconds of processors, {words}. Every run was a process of its
-own, solvers taking turns. Import and file reading are outside the time, and so is the matrix of all distances for the
-solvers that need one; leafcut's neighbour lists are inside. fast-tsp and OR-Tools take no seed. LKH takes no time limit
-here: it is run once, with its defaults, until it is done; it is licensed for research only, and leafcut neither holds
-nor needs it. Gaps are to the optimum, to the best known length of mona-lisa100K (5,757,191), or of n uniform points on
-an area A to {boards.UNIFORM_CONSTANT}·√(nA).
+Gap in percent and, in brackets, seconds by the clock / seconds of the processors, {words}. Each run was a separate
+process; the solvers took turns. The time excludes import, file reading and the matrix of all distances; it includes
+leafcut's neighbour lists. fast-tsp and OR-Tools have no seed. LKH ran once without a time limit, with its defaults; its
+licence is for research only, and leafcut does not use it. Gaps are to the optimum, to the best known length of
+mona-lisa100K (5,757,191), or to {boards.UNIFORM_CONSTANT}·√(nA) for n uniform points on an area A.
 
-{made}
+{facts}
 
-{table(head, rows)}"""
+{page.table(head, rows)}"""
 
 
-def main() -> None:
-    """Measure and print the table; write it into the page where asked."""
-    arguments = _arguments()
+def main(argv: Sequence[str]) -> int:
+    """Measure all peers and publish the table."""
+    parser = search_parser("peers", __doc__, "1,10", 3)
+    parser.add_argument("--patience", type=float, default=60.0, help="most seconds for solvers without a time limit")
+    arguments = parser.parse_args(argv)
     rows: list[list[str]] = []
     for name in arguments.boards:
         board = boards.load(name)
@@ -303,17 +301,6 @@ def main() -> None:
     packages = ["leafcut", "numpy", "numba", "fast-tsp", "elkai", "ortools"]
     seeds = f"medians of {arguments.seeds} runs" if arguments.seeds > 1 else "one run"
     threads = f"{arguments.threads} thread{'s' if arguments.threads != 1 else ''}"
-    text = section(rows, arguments.times, f"{seeds}, {threads}", facts("peers", sys.argv[1:], packages))
-    print(text)
-    if arguments.write:
-        write_section(arguments.write, "peers", text)
-
-
-def _arguments() -> argparse.Namespace:
-    made = parser((__doc__ or "").splitlines()[0], "1,10", 3)
-    made.add_argument("--patience", type=float, default=60.0, help="seconds for solvers that take no time limit")
-    return made.parse_args()
-
-
-if __name__ == "__main__":
-    main()
+    text = results(rows, arguments.times, f"{seeds}, {threads}", page.facts("peers", argv, packages))
+    page.publish("peers", text, arguments.write)
+    return 0

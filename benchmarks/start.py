@@ -1,16 +1,14 @@
-"""What a start takes: a drawing of 70 holes to its program, in processor seconds and by the clock.
+"""Start time: a drawing of 70 holes to its program, in processor seconds and by the clock.
 
-    python benchmarks/start.py [--runs N] [--beside CHECKOUT] [--wheel WHEEL] [--write docs/benchmarks.md]
+    python -m benchmarks start [--runs N] [--beside CHECKOUT] [--wheel WHEEL]
 
-Cold is the first run of a new installation, with an empty folder for compiled code; warm is every run after it. Byte
-code is kept before both, as it is where pip installs leafcut, whatever `PYTHONDONTWRITEBYTECODE` says here. The other
-checkout's runs take turns with this one's, so that a busy machine is busy for both; its programs must be equal, and so
-must those of the wheel, one with machine code as `make wheels` builds it, which is installed in a new environment.
+Cold is the first run of a new installation, with an empty folder for compiled code; warm is any later run. Byte code
+exists before both, as after an installation by pip. `--beside` alternates with the runs of another checkout, and
+`--wheel` with a wheel with machine code (`make wheels`) in a new environment. All must write the same program.
 """
 
 from __future__ import annotations
 
-import argparse
 import compileall
 import os
 import resource
@@ -23,10 +21,9 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from page import facts, table, write_section
+from benchmarks import ROOT, page
 
-ROOT = Path(__file__).parents[1]
-#: Runs leafcut as its command does; an older checkout has its command elsewhere.
+#: Runs the command; an older checkout has it in another module.
 _CODE = """
 try:
     from leafcut.__main__ import main
@@ -34,7 +31,7 @@ except ImportError:
     from leafcut.cli import main
 main()
 """
-#: What is run: name → words after the name of the command.
+#: Measured commands: name → arguments.
 WORK = {
     "`--version`": ("--version",),
     "70 holes to a program": ("optimize", str(ROOT / "examples" / "plate_70.dxf"), "-o", "-", "--machine", "haas-vf2"),
@@ -42,7 +39,7 @@ WORK = {
 
 
 def run(python: Path, source: Path | None, words: Sequence[str], cache: Path) -> tuple[float, float, bytes]:
-    """Return (processor seconds, seconds by the clock, standard output) of one run; of what is installed: no source."""
+    """Return processor seconds, clock seconds and output of a run; without `source`, of the installed leafcut."""
     environment = {key: text for key, text in os.environ.items() if not key.startswith("PYTHON")}
     environment |= {"NUMBA_CACHE_DIR": str(cache)} | ({"PYTHONPATH": str(source / "src")} if source else {})
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
@@ -53,7 +50,7 @@ def run(python: Path, source: Path | None, words: Sequence[str], cache: Path) ->
 
 
 def figures(sources: dict[str, tuple[Path, Path | None]], runs: int, caches: dict[str, Path]) -> list[list[str]]:
-    """Return the rows of the table, of every (Python, source); what they write is compared."""
+    """Return the rows of the table for every (Python, source), and compare the written programs."""
     rows = []
     for title, words in WORK.items():
         took: dict[tuple[str, str], list[tuple[float, float]]] = {}
@@ -64,23 +61,22 @@ def figures(sources: dict[str, tuple[Path, Path | None]], runs: int, caches: dic
                 took.setdefault((name, "warm" if number else "cold"), []).append((processor, clock))
                 written.add(text)
             if len(written) > 1 and "--version" not in words:
-                raise SystemExit(f"{title}: they write different programs")
+                raise SystemExit(f"{title}: the programs differ")
         for (name, state), figures_of in sorted(took.items()):
             if state == "cold" and "--version" in words:
                 continue
-            middle = [statistics.median(one) for one in zip(*figures_of, strict=True)]
+            middle = [statistics.median(column) for column in zip(*figures_of, strict=True)]
             rows.append([title, state, name, f"{middle[0]:.2f}", f"{middle[1]:.2f}", str(len(figures_of))])
     return rows
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Measure, print and write the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--runs", type=int, default=5, help="warm runs of each (default 5)")
+def main(argv: Sequence[str]) -> int:
+    """Measure all commands and publish the table."""
+    parser = page.parser("start", __doc__)
+    parser.add_argument("--runs", type=int, default=5, help="warm runs of each (default: 5)")
     parser.add_argument("--beside", type=Path, help="another checkout, run by the same Python")
-    parser.add_argument("--wheel", type=Path, help="a wheel with machine code, as `make wheels` builds it")
-    parser.add_argument("--write", type=Path, help="the page whose section is replaced")
-    given = parser.parse_args(arguments)
+    parser.add_argument("--wheel", type=Path, help="a wheel with machine code, built by `make wheels`")
+    given = parser.parse_args(argv)
     own = Path(sys.executable)
     sources: dict[str, tuple[Path, Path | None]] = {"this": (own, ROOT)}
     if given.beside:
@@ -96,19 +92,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
             if source:
                 compileall.compile_dir(source / "src" / "leafcut", quiet=2)
         rows = figures(sources, given.runs, caches)
-    made = table(("work", "state", "what runs", "processor s", "clock s", "runs"), rows)
-    told = [f"--runs {given.runs}", *(["--beside CHECKOUT"] if given.beside else [])]
-    told += [*(["--wheel WHEEL"] if given.wheel else []), "--write docs/benchmarks.md"]
-    head = facts("start", " ".join(told).split(), ("leafcut", "numpy", "numba"))
-    note = (
-        "Medians. Cold: the first run, with no machine code but what a wheel brings. Warm: every later run. Byte code "
-        "is there, as pip puts it. The programs were equal, byte for byte."
-    )
-    text = f"## The start\n\n{note}\n\n{head}\n\n{made}"
-    print(text)
-    if given.write:
-        write_section(given.write, "start", text)
+    words = ["--runs", str(given.runs), *(["--beside", "CHECKOUT"] if given.beside else [])]
+    words += [*(["--wheel", "WHEEL"] if given.wheel else []), *(["--write"] if given.write else [])]
+    text = f"""# Start time
 
+Medians. Cold: the first run, without machine code except in a wheel. Warm: any later run. Byte code exists before, as
+after an installation by pip. All wrote the same program, byte for byte.
 
-if __name__ == "__main__":
-    main()
+{page.facts("start", words, ["leafcut", "numpy", "numba"])}
+
+{page.table(["work", "state", "what runs", "processor s", "clock s", "runs"], rows)}"""
+    page.publish("start", text, given.write)
+    return 0

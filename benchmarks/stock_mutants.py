@@ -1,26 +1,25 @@
-"""Programs spoilt in one place each, and whether what they leave of the stock shows it, with nothing else looked at.
+"""Mutated programs judged by the stock model: changed parts that it misses, and false alarms.
 
-    python benchmarks/stock_mutants.py --mutants 500 --seed 1 --reorder
+    python -m benchmarks stock_mutants --mutants 500 --seed 1 --reorder
 
-Every program cuts some features, each by itself, so that what a change does to the part is known from how it was made:
-a depth, a place, a length, a tool that changed, or a feature that is gone, leaves another part; another order, another
-feed or speed, the same cut twice, does not. *Missed* is a changed part that is called the same, a *false alarm* the
-other way round. With ``--reorder`` the judge is that of `leafcut reorder`, whose cells are larger: a place or a length
-changes by more than one of them then.
+Every program cuts features apart from each other, so the effect of a mutation is known. Another depth, place, length or
+tool, or a missing feature, changes the part. Another order, feed or speed, or a repeated cut, does not. *Missed* is a
+changed part with the verdict "same"; a *false alarm* is the opposite. `--reorder` selects the judge of `leafcut
+reorder`; its cells are larger, so places and lengths change by more.
 """
 
 from __future__ import annotations
 
-import argparse
 import random
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import leafcut
+from benchmarks import page
 from leafcut.errors import VerifyError
 from leafcut.gcode.dialects import dialect
 from leafcut.processes.course import Run, machine_of
@@ -28,13 +27,13 @@ from leafcut.processes.program.reading import read_foreign
 from leafcut.processes.program.stock_proof import stock_judge
 from leafcut.processes.settings import collect
 
-#: Diameter and shape of every tool, as its comment says them.
+#: Comment of every tool, with its diameter and shape.
 TOOLS = {1: "D=6. CR=0. - flat end mill", 2: "D=4. CR=2. - ball end mill", 3: "D=5. TAPER=118deg - drill"}
-#: Cells, mm, and how far apart features are: no cut of one reaches another one.
+#: Cell and pitch of the features, mm: no cut reaches the next feature.
 CELL, PITCH = 0.1, 24.0
-#: The least change of a depth and of a place that counts: the tolerance is 0.01 mm, and a wall may move by a cell.
+#: Least change of a depth and of a place, mm: the tolerance is 0.01 mm, and a wall may move by a cell.
 LEAST_DEPTH, LEAST_PLACE = 0.02, 0.25
-#: The cells of `leafcut reorder` are a twentieth of the smallest tool.
+#: Least change of a place for `leafcut reorder`, mm: its cells are a twentieth of the smallest tool.
 LEAST_REORDERED = 0.45
 
 
@@ -50,7 +49,7 @@ class Feature(NamedTuple):
     feed: int = 300
 
     def text(self) -> str:
-        """Return its blocks, from the safe height and back."""
+        """Return the blocks, from the safe height and back."""
         x, y, end, depth = self.x, self.y, self.x + self.length, -self.depth
         over = f"G0 X{x:.3f} Y{y:.3f}\nG0 Z2.\n"
         down = f"G1 Z{depth:.3f} F{self.feed}\n"
@@ -65,48 +64,48 @@ class Feature(NamedTuple):
 
 
 def features(chance: random.Random) -> list[Feature]:
-    """Return some features in a grid, the same tools one after the other."""
-    found = []
+    """Return some features in a grid, sorted by tool."""
+    cuts = []
     for place in range(chance.randint(4, 9)):
         kind = chance.choice(("hole", "slot", "arc", "ramp", "helix"))
         tool = 3 if kind == "hole" else chance.choice((1, 2))
         x, y = PITCH * (place % 3) + chance.uniform(0, 2), PITCH * (place // 3) + chance.uniform(0, 2)
-        found.append(Feature(kind, tool, x, y, chance.uniform(3, 9), chance.uniform(0.5, 4)))
-    return sorted(found, key=lambda one: one.tool)
+        cuts.append(Feature(kind, tool, x, y, chance.uniform(3, 9), chance.uniform(0.5, 4)))
+    return sorted(cuts, key=lambda cut: cut.tool)
 
 
 def program(cuts: list[Feature], speed: int = 900) -> str:
-    """Return the program of features in their order."""
+    """Return the program of the features in this order."""
     lines, tool = ["G21 G90 G17 G40 G94\n"], 0
-    for one in cuts:
-        if one.tool != tool:
-            tool = one.tool
+    for cut in cuts:
+        if cut.tool != tool:
+            tool = cut.tool
             lines.append(f"T{tool} M6 ({TOOLS[tool]})\nS{speed} M3\nG0 X0. Y0. Z20.\n")
-        lines.append(one.text())
+        lines.append(cut.text())
     return "".join([*lines, "M5\nM30\n"])
 
 
 def mutant(cuts: list[Feature], chance: random.Random, least: float = LEAST_PLACE) -> tuple[str, str, bool]:
-    """Return how a program was changed, its text, and whether another part comes of it.
+    """Return the kind of the mutation, the new program, and whether the part changes.
 
     `least` is the least change of a place, mm.
     """
     at = chance.randrange(len(cuts))
-    one, others = cuts[at], [*cuts[:at], *cuts[at + 1 :]]
+    cut, others = cuts[at], [*cuts[:at], *cuts[at + 1 :]]
     how = chance.choice(("depth", "place", "length", "tool", "gone", "order", "feed", "speed", "twice"))
-    sign, changed = chance.choice((-1, 1)), one
+    sign, changed = chance.choice((-1, 1)), cut
     if how == "depth":
-        changed = one._replace(depth=one.depth + sign * chance.uniform(LEAST_DEPTH, 0.4))
+        changed = cut._replace(depth=cut.depth + sign * chance.uniform(LEAST_DEPTH, 0.4))
     elif how == "place":
         step = sign * chance.uniform(least, 2)
-        changed = one._replace(x=one.x + step) if chance.random() < 0.5 else one._replace(y=one.y + step)
+        changed = cut._replace(x=cut.x + step) if chance.random() < 0.5 else cut._replace(y=cut.y + step)
     elif how == "length":
-        # Of a hole nothing is long.
-        changed = one._replace(length=one.length + chance.uniform(2 * least, 2))
+        # A hole has no length, so its part stays the same.
+        changed = cut._replace(length=cut.length + chance.uniform(2 * least, 2))
     elif how == "tool":
-        changed = one._replace(tool={1: 2, 2: 1, 3: 1}[one.tool])
+        changed = cut._replace(tool={1: 2, 2: 1, 3: 1}[cut.tool])
     elif how == "feed":
-        changed = one._replace(feed=chance.randint(301, 900))
+        changed = cut._replace(feed=chance.randint(301, 900))
     order = list(cuts)
     order[at] = changed
     if how == "gone":
@@ -114,28 +113,28 @@ def mutant(cuts: list[Feature], chance: random.Random, least: float = LEAST_PLAC
     elif how == "order":
         chance.shuffle(order)
     elif how == "twice":
-        order = [*order, one]
-    part = how in ("depth", "place", "tool", "gone") or (how == "length" and one.kind != "hole")
+        order = [*order, cut]
+    part = how in ("depth", "place", "tool", "gone") or (how == "length" and cut.kind != "hole")
     return how, program(order, 1200 if how == "speed" else 900), part
 
 
 def differ(original: Path, new: Path) -> bool:
-    """Return whether `leafcut stock` finds that two programs leave something else."""
+    """Return whether `leafcut stock` reports different parts for two programs."""
     return bool(leafcut.cut_stock(new, same_as=original, cell=CELL).differences)
 
 
 def reordered(original: Path, new: Path) -> bool:
-    """Return whether the judge of `leafcut reorder` would refuse a program in place of another one."""
+    """Return whether the judge of `leafcut reorder` refuses the new program."""
     settings = collect({})
-    made = Run(settings, machine_of(settings))
+    job = Run(settings, machine_of(settings))
     words = dialect("linuxcnc")
-    one, other = (
-        read_foreign(file.read_text(), str(file), settings, made.machine, words).program for file in (original, new)
+    before, after = (
+        read_foreign(file.read_text(), str(file), settings, job.machine, words).program for file in (original, new)
     )
-    judge = stock_judge(made, one, str(original), "mill").judge
+    judge = stock_judge(job, before, str(original), "mill").judge
     assert judge is not None
     try:
-        judge.check(other)
+        judge.check(after)
     except VerifyError:
         return True
     return False
@@ -144,7 +143,7 @@ def reordered(original: Path, new: Path) -> bool:
 def run(
     mutants: int, seed: int, judge: Callable[[Path, Path], bool] = differ, least: float = LEAST_PLACE
 ) -> tuple[Counter[str], list[str]]:
-    """Return how many were seen, the same, missed and false alarms, and the ways in which the last two were made."""
+    """Return the number of mutants by verdict, and the kinds of the missed mutants and false alarms."""
     chance, counts, wrong = random.Random(seed), Counter[str](), []
     with tempfile.TemporaryDirectory() as folder:
         original, new = Path(folder, "original.nc"), Path(folder, "new.nc")
@@ -153,29 +152,26 @@ def run(
             how, text, part = mutant(cuts, chance, least)
             original.write_text(program(cuts))
             new.write_text(text)
-            found = judge(original, new)
-            result = ("seen" if part else "false alarm") if found else ("missed" if part else "the same")
+            different = judge(original, new)
+            result = ("seen" if part else "false alarm") if different else ("missed" if part else "the same")
             counts[result] += 1
             if result in ("missed", "false alarm"):
                 wrong.append(how)
     return counts, wrong
 
 
-def main() -> None:
-    """Run it and print what came of it; exit status 1 where a mutant was missed."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def main(argv: Sequence[str]) -> int:
+    """Judge all mutants and print the verdicts; return 1 after a missed mutant or a false alarm."""
+    parser = page.parser("stock_mutants", __doc__, writes=False)
     parser.add_argument("--mutants", type=int, default=500)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--reorder", action="store_true", help="the judge of `leafcut reorder`")
-    given = parser.parse_args()
+    given = parser.parse_args(argv)
     began = time.process_time()
     judge = (reordered, LEAST_REORDERED) if given.reorder else (differ, LEAST_PLACE)
     counts, wrong = run(given.mutants, given.seed, *judge)
     print(", ".join(f"{name} {counts[name]}" for name in ("seen", "the same", "missed", "false alarm")))
-    print(f"{time.process_time() - began:.0f} s of processor time for {given.mutants}")
+    print(f"{given.mutants} mutants, {time.process_time() - began:.0f} s of processor time")
     if wrong:
-        raise SystemExit(f"wrong: {', '.join(sorted(set(wrong)))}")
-
-
-if __name__ == "__main__":
-    main()
+        print(f"wrong: {', '.join(sorted(set(wrong)))}")
+    return int(bool(wrong))

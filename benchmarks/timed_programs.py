@@ -1,18 +1,19 @@
-"""The programs whose machine time is measured: small generators, and real files from the shared data."""
+"""Programs for the comparison of machine times: small generators, and real files from the shared data."""
 
 from __future__ import annotations
 
 import math
-import os
 import random
 import re
 import tempfile
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
-from nests import make, rounded
+import numpy as np
 
+from benchmarks import ROOT, data_folder
 from leafcut.api import optimize
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
@@ -21,7 +22,7 @@ from leafcut.processes.nesting.post import write_layout
 
 HEAD = "G21 G90 G17 G40 G49 G80 G94 {mode}\nF600\nG0 Z5\nG0 X0 Y0\n"
 
-#: Real files that the simulated machine can run: none waits for a person or leaves the machine's travel.
+#: Real files without stops, within the travel of the simulated machine.
 FILES = (
     "camotics_buildbotics.gcode",
     "camotics_scorpion.nc",
@@ -31,15 +32,12 @@ FILES = (
     "ugs_enclosure_cambam.nc",
 )
 
-#: So many blocks a second that a simulation in a hurry would not read them in time.
+#: Too many blocks per second for a fast simulation.
 SLOW = "3000 segments of 0.05 mm, 5000 mm/min, G64"
-
-#: The folder of the shared data: LEAFCUT_DATA, or beside the checkout.
-DATA = Path(os.environ.get("LEAFCUT_DATA") or Path(__file__).parents[2] / "shared" / "data")
 
 
 def drilling(cycle: str, words: str, count: int, seed: int) -> str:
-    """Return a program of holes at random places with one canned cycle."""
+    """Return a program of holes at random positions with one canned cycle."""
     places = random.Random(seed)
     at = [f"X{places.uniform(0, 160):.2f} Y{places.uniform(0, 100):.2f}" for _ in range(count)]
     return f"{HEAD.format(mode='G64')}G99 {cycle} {at[0]} R2 {words} F300\n" + "\n".join(at[1:]) + "\nG80\nG0 Z20\nM2\n"
@@ -52,7 +50,7 @@ def pocket(feed: int, mode: str, passes: int = 20) -> str:
 
 
 def arcs(feed: int, mode: str, count: int = 30) -> str:
-    """Return half circles of 2 to 30 mm radius that go on smoothly, to and fro."""
+    """Return tangent half circles of 2 to 30 mm radius, alternately G2 and G3."""
     lines, x, up = ["G1 Z-1 F300"], 0.0, True
     for i in range(count):
         radius = 2 + (i * 7) % 29
@@ -73,7 +71,7 @@ def segments(feed: int, mode: str, count: int = 1500, length: float = 0.3) -> st
 
 
 def spiral(feed: int, mode: str, turns: int = 12, step: float = 3.0) -> str:
-    """Return a spiral outwards as half circles, each wider than the last."""
+    """Return an outward spiral of half circles."""
     lines, x, side = ["G1 Z-1 F300"], 0.0, 1
     for i in range(2 * turns):
         across = step * (i + 1)
@@ -84,7 +82,7 @@ def spiral(feed: int, mode: str, turns: int = 12, step: float = 3.0) -> str:
 
 
 def sheet(mode: str, count: int = 12) -> str:
-    """Return plasma parts: pierce, lead-in, a rectangle with round corners; the torch on and off at each."""
+    """Return plasma parts: pierce, lead-in, rectangle with round corners, torch on and off at each."""
     lines = []
     for i in range(count):
         x, y = 70 * (i % 4), 60 * (i // 4)
@@ -97,7 +95,7 @@ def sheet(mode: str, count: int = 12) -> str:
 
 
 def contour(feed: int, mode: str, layers: int = 4) -> str:
-    """Return a slot with round ends in layers, with lead-in and lead-out on arcs that touch it."""
+    """Return a slot with round ends in layers, with tangent arcs as lead-in and lead-out."""
     lines = [
         f"G0 X50 Y-8\nG0 Z1\nG1 Z{-1 - layer} F200\nG3 X58 Y0 I0 J8 F{feed}\nG1 X100\nG3 X100 Y30 I0 J15\nG1 X20\n"
         "G3 X20 Y0 I0 J-15\nG1 X58\nG3 X66 Y8 I0 J8\nG0 Z5"
@@ -107,14 +105,14 @@ def contour(feed: int, mode: str, layers: int = 4) -> str:
 
 
 def polygon(feed: int, mode: str, corners: int = 24, rounds: int = 3) -> str:
-    """Return rounds about a regular polygon: corners of 15 degrees."""
+    """Return rounds along a regular polygon: corners of 15 degrees."""
     at = [(40 * math.cos(math.tau * i / corners), 40 * math.sin(math.tau * i / corners)) for i in range(corners)]
     lines = [f"G1 X{x:.4f} Y{y:.4f} F{feed}" for _ in range(rounds) for x, y in at]
     return HEAD.format(mode=mode) + "G0 X40 Y0\nG1 Z-1 F300\n" + "\n".join(lines) + "\nG0 Z20\nM2\n"
 
 
 def helix(feed: int, mode: str, holes: int = 10) -> str:
-    """Return holes milled by helices, the first turn of each steeper than the others."""
+    """Return holes milled by helices; the first turn of each is the steepest."""
     lines = []
     for i in range(holes):
         turns = [f"G3 X{20 * i + 4} Y0 I-4 J0 Z{-0.5 * k:.2f} F{feed}" for k in range(8)]
@@ -123,7 +121,7 @@ def helix(feed: int, mode: str, holes: int = 10) -> str:
 
 
 def corners(feed: int, mode: str, count: int = 60, seed: int = 3) -> str:
-    """Return lines and arcs that meet at all angles, in no order."""
+    """Return lines and arcs that meet at random angles."""
     chance = random.Random(seed)
     lines, x, y = [], 0.0, 0.0
     for _ in range(count):
@@ -146,36 +144,43 @@ def relief(feed: int, mode: str, lines: int = 8) -> str:
     return HEAD.format(mode=mode) + "\n".join(out) + "\nG0 Z20\nM2\n"
 
 
-#: The simulated machine as a table for plasma: the file of its profile says the rest.
-TABLE = Path(__file__).parents[1] / "src" / "leafcut" / "machines" / "linuxcnc-sim.toml"
-
-
-def nested(n_parts: int, thickness: float) -> str:
-    """Return leafcut's own program, heights and all, for a nest of its own: arcs, holes, slots and windows."""
-    return cut_program(make(n_parts), thickness)
+#: Profile of the simulated machine.
+PROFILE = ROOT / "src" / "leafcut" / "machines" / "linuxcnc-sim.toml"
+#: A nest of 18 parts with arcs, holes, slots and windows.
+NEST = ROOT / "src" / "leafcut" / "lab" / "parts" / "nests" / "nest_018.dxf"
 
 
 def perforated(thickness: float, columns: int = 4, rows: int = 3, holes: int = 9) -> str:
-    """Return leafcut's own program for plates in a grid, each with small holes of four sizes in rows."""
-    width, height = 120.0, 90.0
-    outline = rounded([(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)], 6.0)
+    """Return leafcut's program for plates in a grid, each with small holes of four sizes in rows."""
+    outline = rounded_rectangle(120.0, 90.0, 6.0)
     places = [(20.0 + 40.0 * (k % 3), 15.0 + 30.0 * (k // 3), 3.0 + k % 4) for k in range(holes)]
     paths = [outline, *(Polyline.circle(*place) for place in places)]
     plate = NestPart("plate", tuple(Contour(path) for path in paths), columns * rows)
     placements = [Placement(0, 0.0, 15.0 + 140.0 * i, 15.0 + 110.0 * j) for j in range(rows) for i in range(columns)]
     length, sheet_width = 10.0 + 140.0 * columns, 10.0 + 110.0 * rows
-    return cut_program(Nest((plate,), (Stock(length, sheet_width),), (Layout(tuple(placements)),), (0,)), thickness)
+    nest = Nest((plate,), (Stock(length, sheet_width),), (Layout(tuple(placements)),), (0,))
+    return cut_program(write_layout(nest, nest.layouts[0]), thickness)
 
 
-def cut_program(sheet: Nest, thickness: float) -> str:
-    """Return the program of a nested sheet as `leafcut optimize --process cut` writes it for a plasma table with Z."""
+def rounded_rectangle(width: float, height: float, radius: float) -> Polyline:
+    """Return a counter-clockwise rectangle with round corners."""
+    quarter, r = math.tan(math.pi / 8.0), radius
+    points = [
+        (r, 0.0, 0.0), (width - r, 0.0, quarter), (width, r, 0.0), (width, height - r, quarter),
+        (width - r, height, 0.0), (r, height, quarter), (0.0, height - r, 0.0), (0.0, r, quarter),
+    ]  # fmt: skip
+    return Polyline(np.array(points), closed=True)
+
+
+def cut_program(drawing: str, thickness: float) -> str:
+    """Return the program that `leafcut cut` writes for a drawing (DXF) on a plasma table with a Z axis."""
     with tempfile.TemporaryDirectory() as folder:
-        drawing, table = Path(folder) / "sheet.dxf", Path(folder) / "table.toml"
-        drawing.write_text(write_layout(sheet, sheet.layouts[0]), encoding="utf-8")
-        profile = TABLE.read_text(encoding="utf-8")
+        file, table = Path(folder) / "sheet.dxf", Path(folder) / "table.toml"
+        file.write_text(drawing, encoding="utf-8")
+        profile = PROFILE.read_text(encoding="utf-8")
         table.write_text(profile.replace('process = "spindle"', 'process = "torch"'), encoding="utf-8")
         return optimize(
-            drawing,
+            file,
             process="cut",
             machine=str(table),
             dialect="plasma",
@@ -187,8 +192,8 @@ def cut_program(sheet: Nest, thickness: float) -> str:
 
 
 def programs() -> dict[str, Callable[[], str]]:
-    """Return name → what makes the text of a program."""
-    made: dict[str, Callable[[], str]] = {
+    """Return the writers of the programs by name."""
+    found: dict[str, Callable[[], str]] = {
         "100 holes, G81": partial(drilling, "G81", "Z-5", 100, 1),
         "40 holes, G83 Q1.5": partial(drilling, "G83", "Z-8 Q1.5", 40, 2),
         "40 holes, G73 Q1.5": partial(drilling, "G73", "Z-8 Q1.5", 40, 3),
@@ -196,7 +201,7 @@ def programs() -> dict[str, Callable[[], str]]:
     }
     for mode in ("G61", "G64 P0.02", "G64"):
         for feed in (1200, 3000):
-            made[f"zigzag pocket, {feed} mm/min, {mode}"] = partial(pocket, feed, mode)
+            found[f"zigzag pocket, {feed} mm/min, {mode}"] = partial(pocket, feed, mode)
         for name, write, feed in (
             ("half circles", arcs, 1500),
             ("1500 short segments", segments, 3000),
@@ -207,24 +212,24 @@ def programs() -> dict[str, Callable[[], str]]:
             ("random corners, lines and arcs", corners, 3000),
             ("helices", helix, 3000),
         ):
-            made[f"{name}, {feed} mm/min, {mode}"] = partial(write, feed, mode)
-        made[f"12 plasma parts, {mode}"] = partial(sheet, mode)
-    made[SLOW] = partial(segments, 5000, "G64", 3000, 0.05)
-    if DATA.is_dir():
-        made.update({name: partial(real_program, name) for name in FILES})
-    return made
+            found[f"{name}, {feed} mm/min, {mode}"] = partial(write, feed, mode)
+        found[f"12 plasma parts, {mode}"] = partial(sheet, mode)
+    found[SLOW] = partial(segments, 5000, "G64", 3000, 0.05)
+    if data_folder().is_dir():
+        found.update({name: partial(real_program, name) for name in FILES})
+    return found
 
 
 def sheets() -> dict[str, Callable[[], str]]:
-    """Return name → what makes the program of a sheet of mild steel, as leafcut cuts it."""
+    """Return the writers of leafcut's programs for sheets of mild steel, by name."""
     return {
-        "nest of 18 parts with arcs, holes and slots, 2 mm": partial(nested, 18, 2.0),
+        "nest of 18 parts with arcs, holes and slots, 2 mm": lambda: cut_program(NEST.read_text(encoding="utf-8"), 2.0),
         "12 plates with 108 small holes, 2 mm": partial(perforated, 2.0),
     }
 
 
-def milled(text: str, **options: object) -> str:
-    """Return the program of a pocket, as well-known text, that leafcut writes for the simulated machine."""
+def milled(text: str, **options: Any) -> str:
+    """Return leafcut's program for a pocket (well-known text) on the simulated machine."""
     with tempfile.TemporaryDirectory() as folder:
         drawing = Path(folder) / "pocket.wkt"
         drawing.write_text(text, encoding="utf-8")
@@ -240,7 +245,7 @@ def milled(text: str, **options: object) -> str:
 
 
 def pockets() -> dict[str, Callable[[], str]]:
-    """Return name → what makes the program of a pocket, as leafcut clears it with a mill of 10 mm."""
+    """Return the writers of leafcut's programs for pockets with a mill of 10 mm, by name."""
     import shapely
 
     plate = shapely.box(12, 12, 108, 68).buffer(12, quad_segs=64)
@@ -254,9 +259,9 @@ def pockets() -> dict[str, Callable[[], str]]:
 
 
 def real_program(name: str) -> str:
-    """Return the text of a real file, with G64 in front where it says nothing about corners.
+    """Return the text of a real file; a file without G61 and G64 gets G64 as its first line.
 
-    LinuxCNC begins with G64; when the simulation runs fast, the first moves may be planned before it does.
+    LinuxCNC starts in G64. A fast simulation may plan the first moves before it sets that mode.
     """
-    text = (DATA / "gcode" / name).read_text(encoding="utf-8", errors="replace")
+    text = (data_folder() / "gcode" / name).read_text(encoding="utf-8", errors="replace")
     return text if re.search(r"G6[14]", text) else f"G64\n{text}"

@@ -1,10 +1,9 @@
-"""How near the optimum leafcut is after 0.1, 1, 10 and 60 seconds: median and spread over seeds, per board.
+"""Gap to the optimum after 0.1, 1, 10 and 60 seconds: median and spread over seeds, for each board.
 
-    python benchmarks/tsplib.py pcb442 pcb3038 --times 1,10 --seeds 5 --write docs/benchmarks.md
+    python -m benchmarks tsplib pcb442 pcb3038 --times 1,10 --seeds 5
 
-One run per seed and time, with that time as its limit, which a user would give: the colony plans by it. A tour that
-came later than the limit does not count. The clock begins with the search: neighbour lists and start tour are inside;
-import, compiling and the reading of the file are not.
+Each seed and time is one run with that time limit, since the colony plans by the limit. A tour after the limit does not
+count. The clock covers the search with neighbour lists and start tour, not import, compiling and file reading.
 """
 
 from __future__ import annotations
@@ -16,28 +15,26 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from statistics import median
 
-import boards
 import numpy as np
-from boards import Board
 from numpy.typing import NDArray
-from page import facts, table, write_section
 
+from benchmarks import boards, page
+from benchmarks.boards import Board
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import ALGORITHMS, AcoOptions, SolveOptions
-from leafcut.solve import solve as room
 from leafcut.solve.solve import solve
+from leafcut.solve.solve import warm_up as compile_kernels
 
 NO_TOUR = "–"
-#: A warm-up has so many nodes, or as many as the board has: enough for what `auto` does with large ones.
+#: Most nodes of a warm-up: enough to compile all code that `auto` runs on large boards.
 WARM_NODES = 3000
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One search: its history (seconds, length), its tour, what it took by the clock and of processors, seconds."""
+    """One search: history (seconds, length), tour, and its time by the clock and by the processors, s."""
 
     history: tuple[tuple[float, float], ...]
     tour: NDArray[np.int32]
@@ -46,21 +43,21 @@ class Run:
     processor: float
 
     def length_at(self, seconds: float) -> float:
-        """Return the length of the best tour that there was then; inf for none."""
+        """Return the length of the best tour at that time; inf without a tour."""
         return min((length for t, length in self.history if t <= seconds), default=math.inf)
 
 
 def problem_of(board: Board) -> RoutingProblem:
-    """Return the board as the closed problem that leafcut solves."""
+    """Return the closed problem of a board."""
     return RoutingProblem.of_points(board.xy, Metric(board.rule), closed=True, name=board.name)
 
 
 def warm_up(board: Board, options: SolveOptions) -> None:
-    """Have every kernel loaded or compiled, and the threads' memory there, before anything is measured."""
+    """Load or compile every kernel, and allocate the memory of all threads, before the measurement."""
     few = boards.uniform(min(board.n, WARM_NODES))
     problem = RoutingProblem.of_points(few.xy, Metric(board.rule), closed=True)
     solve(problem, replace(options, iterations=1, time_limit=0.5, bound=False))
-    room.warm_up(options, AcoOptions(), board.n)
+    compile_kernels(options, AcoOptions(), board.n)
 
 
 def run_leafcut(board: Board, options: SolveOptions) -> Run:
@@ -74,31 +71,31 @@ def run_leafcut(board: Board, options: SolveOptions) -> Run:
 
 
 def gap_words(board: Board, lengths: Sequence[float]) -> str:
-    """Return the median gap and, of several, the lowest and the highest: ``0.120 (0.080 to 0.210)``, percent."""
+    """Return the median gap with the lowest and the highest: ``0.120 (0.080 to 0.210)``, percent."""
     gaps = [board.gap_percent(length) for length in lengths]
     words = [f"{gap:.3f}" if math.isfinite(gap) else NO_TOUR for gap in (median(gaps), min(gaps), max(gaps))]
     return words[0] if len(gaps) == 1 else f"{words[0]} ({words[1]} to {words[2]})"
 
 
 def row(board: Board, runs: Mapping[float, Sequence[Run]]) -> list[str]:
-    """Return a board's row of the table, from its runs at every time limit."""
-    gaps = [gap_words(board, [run.length_at(t) for run in made]) for t, made in runs.items()]
+    """Return the row of a board from its runs at every time limit."""
+    gaps = [gap_words(board, [run.length_at(t) for run in repeated]) for t, repeated in runs.items()]
     longest = runs[max(runs)]
     spent = [f"{median(run.wall for run in longest):.1f}", f"{median(run.processor for run in longest):.1f}"]
     return [board.name, f"{board.n:,}", f"{board.reference:,.0f} ({board.reference_words})", *gaps, *spent]
 
 
-def section(rows: Sequence[Sequence[str]], times: Sequence[float], words: str, made: str) -> str:
-    """Return the section of the page."""
+def results(rows: Sequence[Sequence[str]], times: Sequence[float], words: str, facts: str) -> str:
+    """Return the page of results."""
     head = ["board", "nodes", "compared with", *(f"{t:g} s" for t in times), "clock, s", "processor, s"]
-    return f"""## leafcut against the optimum
+    return f"""# Gap to the optimum
 
-Gap in percent, {words}. One run per seed and time limit; neighbour lists and start tour are in the time; import,
-compiling and file reading are not. The last columns are medians of the longest runs.
+Gap in percent, {words}. One run per seed and time limit. The time includes neighbour lists and start tour, not import,
+compiling and file reading. The last columns are medians of the longest runs.
 
-{made}
+{facts}
 
-{table(head, rows)}"""
+{page.table(head, rows)}"""
 
 
 def numbers(text: str) -> list[float]:
@@ -109,20 +106,21 @@ def numbers(text: str) -> list[float]:
     return found
 
 
-def parser(description: str, times: str, seeds: int) -> argparse.ArgumentParser:
-    """Return the parser of what the benchmarks have in common."""
-    made = argparse.ArgumentParser(description=description)
-    made.add_argument("boards", nargs="*", default=list(boards.BOARDS), help="TSPLIB names, or uniform:N[:SEED]")
-    made.add_argument("--times", type=numbers, default=numbers(times), help="seconds by the clock, with commas")
-    made.add_argument("--seeds", type=int, default=seeds, help="runs of each, with the seeds 1, 2, …")
-    made.add_argument("--threads", type=int, default=1, help="threads of leafcut, and of peers that have any")
-    made.add_argument("--write", type=Path, help="the page whose section is replaced")
-    return made
+def search_parser(name: str, doc: str | None, times: str, seeds: int) -> argparse.ArgumentParser:
+    """Return the parser of a benchmark of searches."""
+    parser = page.parser(name, doc)
+    parser.add_argument("boards", nargs="*", default=list(boards.BOARDS), help="TSPLIB names, or uniform:N[:SEED]")
+    parser.add_argument("--times", type=numbers, default=numbers(times), help="seconds by the clock, with commas")
+    parser.add_argument("--seeds", type=int, default=seeds, help="runs of each, with the seeds 1, 2, …")
+    parser.add_argument("--threads", type=int, default=1, help="threads of leafcut, and of peers with threads")
+    return parser
 
 
-def main() -> None:
-    """Measure and print the table; write it into the page where asked."""
-    arguments = _arguments()
+def main(argv: Sequence[str]) -> int:
+    """Measure all boards and publish the table."""
+    parser = search_parser("tsplib", __doc__, "0.1,1,10,60", 5)
+    parser.add_argument("--algorithm", choices=ALGORITHMS, default="auto")
+    arguments = parser.parse_args(argv)
     times: list[float] = arguments.times
     options = SolveOptions(algorithm=arguments.algorithm, time_limit=times[-1], threads=arguments.threads)
     rows = []
@@ -137,18 +135,7 @@ def main() -> None:
         rows.append(row(board, runs))
     seeds = f"median of {arguments.seeds} seeds (lowest to highest)" if arguments.seeds > 1 else "one seed"
     threads = f"{arguments.threads} thread{'s' if arguments.threads != 1 else ''}"
-    made = facts("tsplib", sys.argv[1:], ["leafcut", "numpy", "numba"])
-    text = section(rows, times, f"{seeds}, {threads}, algorithm {arguments.algorithm}", made)
-    print(text)
-    if arguments.write:
-        write_section(arguments.write, "tsplib", text)
-
-
-def _arguments() -> argparse.Namespace:
-    made = parser((__doc__ or "").splitlines()[0], "0.1,1,10,60", 5)
-    made.add_argument("--algorithm", choices=ALGORITHMS, default="auto")
-    return made.parse_args()
-
-
-if __name__ == "__main__":
-    main()
+    facts = page.facts("tsplib", argv, ["leafcut", "numpy", "numba"])
+    text = results(rows, times, f"{seeds}, {threads}, algorithm {arguments.algorithm}", facts)
+    page.publish("tsplib", text, arguments.write)
+    return 0

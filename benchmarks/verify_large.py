@@ -1,32 +1,31 @@
-"""Memory and time of `verify` and `simulate` for programs of a million lines.
+"""Time and memory of `verify` and `simulate` for programs of a million lines.
 
-    python benchmarks/verify_large.py --lines 1000000 --write docs/benchmarks.md
+    python -m benchmarks verify_large --lines 1000000
 
-Contours of forty lines on a grid, the new program with them in another order; and the lines of a laser's picture, each
-with a power of its own. A process of its own does each run; what is told is its peak of resident memory.
+The programs are contours of forty lines on a grid, the same contours in another order, and a laser engraving with a
+power in every line. Each run is a separate process.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import random
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from page import facts, table, write_section
+from benchmarks import page
 
-#: Lines of a contour, of which all but three cut.
+#: Lines of a contour; all but three cut.
 LINES = 40
 HEAD, END = "G21 G90 G17 G40 G94 G54\nT1 M6\nS9000 M3\nG0 Z5\n", "G0 Z5\nM5\nM30\n"
 
 
 def contours(lines: int) -> list[str]:
-    """Return open contours of forty lines, each in a square of its own."""
+    """Return open contours of forty lines, each in its own square."""
     count = max(lines // LINES, 1)
     side = math.ceil(math.sqrt(count))
     return [_contour(12.0 * (k % side), 12.0 * (k // side), random.Random(k)) for k in range(count)]
@@ -41,7 +40,7 @@ def _contour(x: float, y: float, chance: random.Random) -> str:
 
 
 def picture(lines: int) -> Iterator[str]:
-    """Yield rows of a laser's picture, the power in every line."""
+    """Yield the rows of a laser engraving with a power in every line."""
     chance = random.Random(1)
     for row in range(max(lines // 500, 1)):
         yield f"G0 X0 Y{0.1 * row:.1f}\n"
@@ -50,44 +49,42 @@ def picture(lines: int) -> Iterator[str]:
 
 def write_programs(folder: Path, lines: int) -> dict[str, list[str]]:
     """Write the programs; return the arguments of each run."""
-    made = contours(lines)
-    (folder / "a.nc").write_text(HEAD + "".join(made) + END)
-    random.Random(1).shuffle(made)
-    (folder / "b.nc").write_text(HEAD + "".join(made) + END)
+    cuts = contours(lines)
+    (folder / "a.nc").write_text(HEAD + "".join(cuts) + END)
+    random.Random(1).shuffle(cuts)
+    (folder / "b.nc").write_text(HEAD + "".join(cuts) + END)
     (folder / "c.nc").write_text("G21 G90 G17 G94\nM4 S0\nF3000\n" + "".join(picture(lines)) + "M5\nM2\n")
     mill, laser = (["--machine", name] for name in ("linuxcnc-mill", "grbl-laser-5w"))
     return {
         "simulate": ["simulate", "a.nc", *mill],
         "verify, contours in another order": ["verify", "a.nc", "b.nc", *mill],
-        "verify, a picture and itself": ["verify", "c.nc", "c.nc", *laser],
+        "verify, an engraving with itself": ["verify", "c.nc", "c.nc", *laser],
     }
 
 
-def main() -> None:
-    """Measure, print the table, write it into the page where asked."""
-    made = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    made.add_argument("--lines", type=int, default=1_000_000)
-    made.add_argument("--write", type=Path, help="write the table into this page")
-    arguments = made.parse_args()
+def main(argv: Sequence[str]) -> int:
+    """Measure all runs and publish the table."""
+    parser = page.parser("verify_large", __doc__)
+    parser.add_argument("--lines", type=int, default=1_000_000, help="lines of each program (default: %(default)s)")
+    arguments = parser.parse_args(argv)
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for name, words in write_programs(Path(folder), arguments.lines).items():
-            seconds, peak, said = run(words, folder)
-            rows.append([name, f"{seconds:.0f} s", f"{peak / 1e6:.0f} MB", said])
+            seconds, peak, status = run(words, folder)
+            rows.append([name, f"{seconds:.0f} s", f"{peak / 1e6:.0f} MB", f"status {status}"])
             print("  ".join(rows[-1]), file=sys.stderr, flush=True)
-    text = f"""## Programs of {arguments.lines:,} lines
+    text = f"""# Programs of {arguments.lines:,} lines
 
-Processor seconds and peak of resident memory of one run, interpreter and libraries included.
+Processor time and peak resident memory of each process, interpreter and libraries included.
 
-{facts("verify_large", sys.argv[1:], ["leafcut", "numpy"])}
+{page.facts("verify_large", argv, ["leafcut", "numpy"])}
 
-{table(["run", "processor time", "memory at most", "answer"], rows)}"""
-    print(text)
-    if arguments.write:
-        write_section(arguments.write, "verify_large", text)
+{page.table(["run", "processor time", "peak memory", "answer"], rows)}"""
+    page.publish("verify_large", text, arguments.write)
+    return 0
 
 
-#: Starts a program, waits for it, and prints the processor seconds it took, its peak in bytes and its exit status.
+#: Starts a program, waits for it, and prints its processor seconds, its peak memory in bytes and its exit status.
 _LAUNCHER = """
 import json, os, subprocess, sys
 child = subprocess.Popen(sys.argv[1:], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -97,18 +94,14 @@ print(json.dumps([used.ru_utime + used.ru_stime, 1024.0 * used.ru_maxrss, child.
 """
 
 
-def run(words: list[str], folder: str) -> tuple[float, float, str]:
-    """Return the processor seconds, the peak in bytes and the exit status of one run of leafcut.
+def run(words: list[str], folder: str) -> tuple[float, float, int]:
+    """Return processor seconds, peak memory in bytes and exit status of a leafcut command.
 
-    A small process starts it: on Linux the peak of a process is at least that of the one that started it.
+    A small process starts the command: on Linux a process inherits the peak memory of its parent.
     """
     leafcut = [sys.executable, "-c", "from leafcut.cli import main; main()", *words]
     done = subprocess.run(
         [sys.executable, "-S", "-c", _LAUNCHER, *leafcut], cwd=folder, stdout=subprocess.PIPE, check=True
     )
     seconds, peak, status = json.loads(done.stdout)
-    return seconds, peak, f"status {status}"
-
-
-if __name__ == "__main__":
-    main()
+    return seconds, peak, status

@@ -1,16 +1,15 @@
-"""Programs spoilt in one place each, and whether the proof sees it, with LinuxCNC's interpreter as the judge.
+"""Mutated programs judged by the proof of equal work, with LinuxCNC's interpreter as the reference.
 
-    python benchmarks/verify_mutants.py --mutants 6000 --seed 1
+    python -m benchmarks verify_mutants --mutants 6000 --seed 1
 
-Programs are made of pieces with parameters, rotary axes, macros, offsets and cycles, in every dialect that shares
-enough words with RS274/NGC for `rs274` to run them; what only other controls know is judged by the rule that every
-digit of it counts. A mutant is *missed* when the proof calls it the same work and the judge does not; it is a *false
-alarm* when `rs274` prints the very same for both and the proof says that they differ.
+Programs consist of pieces with parameters, rotary axes, macros, offsets and cycles, in every dialect that is close
+enough to RS274/NGC for `rs274`. For words of other controls, every changed digit counts as other work. A mutant is
+*missed* if the proof accepts it and the reference does not. It is a *false alarm* if the proof refuses it and `rs274`
+prints the same output for both programs.
 """
 
 from __future__ import annotations
 
-import argparse
 import difflib
 import math
 import os
@@ -22,10 +21,11 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from benchmarks import page
 from leafcut.errors import LeafcutError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
@@ -34,9 +34,9 @@ from leafcut.processes.program.proof.certificate import certify
 
 HEAD = "G21 G90 G17 G40 G94 G54 G49 G80\nT1 M6\nS900 M3\nG0 X0. Y0. Z20.\n"
 END = "G0 Z20.\nM5\nM30\n"
-#: {x} and {y} are another place in every piece, {a} … {c} numbers.
+#: {x} and {y} are a new position in every piece, {a} … {c} numbers.
 HOLE = "G0 X{x} Y{y}\nG0 Z2.\nG1 Z-{a} F100.\nG0 Z20.\n"
-#: Pieces that `rs274` runs and all dialects below understand, or keep.
+#: Pieces that `rs274` runs and all dialects below read.
 COMMON = (
     HOLE,
     "G0 X{x} Y{y}\nG0 Z2.\nG1 Z-{a} F100.\nG1 X{x2} F300.\nG2 X{x} I-2.5 J0.\nG0 Z20.\n",
@@ -57,7 +57,7 @@ COMMON = (
     "G53 G0 Z0.\nG0 Z20.\n",
     "M1\n" + HOLE,
 )
-#: Such as need numbers without a point, or are LinuxCNC's own.
+#: Pieces with integers, or with words of LinuxCNC alone.
 LINUXCNC = (
     "#1={b}\nG92 X#1\n" + HOLE + "G92.1\n",
     "#3={n}\nG0 A[#3+90]\n" + HOLE + "G0 A0\n",
@@ -91,7 +91,7 @@ LINUXCNC = (
     "G41.1 D3\nG0 X{x} Y{y}\nG1 X{x2} Y{y2} F200\nG1 Y90\nG40\nG0 X0 Y0\n",
 )
 SUB = "O7{o}\nG91\nG0 X1.5\nG90\nG0 Z2\nG1 Z-{a} F100\nG0 Z20\nM99\n"
-#: Lines that only Fanuc and Haas know: every digit of them counts.
+#: Lines of Fanuc and Haas alone: every digit counts.
 FANUC = (
     "G68 X0. Y0. R{b}\n", "G51 X0. Y0. P{b}\n", "G51.1 X{b}\n", "G65 P9{n} A{a} B{b}\n", "G12 I{a} F100. Z-{a} D{n}\n",
     "G150 P1 X{x} Y{y} Z-{a} R1. Q1.5 I2. D{n} G41 F100.\n", "G70 I{a} J{b} L6\n", "G10 L12 P{n} R{a}\n",
@@ -104,7 +104,7 @@ RUN_BY_RS274 = ("linuxcnc", "mach3", "haas", "fanuc", "mach4")
 
 
 class Mutant(NamedTuple):
-    """Two programs, and how one was made from the other; `judged`: `rs274` runs the original."""
+    """Original and new program, and the mutation; `judged`: `rs274` runs the original."""
 
     dialect: str
     original: str
@@ -114,7 +114,7 @@ class Mutant(NamedTuple):
 
 
 def piece(pattern: str, chance: random.Random, number: int, point: bool) -> str:
-    """Return a piece with its numbers."""
+    """Return a piece with random numbers."""
 
     def length(low: float, high: float) -> str:
         text = f"{chance.uniform(low, high):.2f}"
@@ -128,7 +128,7 @@ def piece(pattern: str, chance: random.Random, number: int, point: bool) -> str:
 
 
 def program(name: str, chance: random.Random, number: int, foreign: bool) -> str:
-    """Return a program of a few pieces; `foreign`: with one that `rs274` cannot run."""
+    """Return a program of a few pieces; `foreign`: with a piece that `rs274` cannot run."""
     patterns = COMMON + (LINUXCNC if name == "linuxcnc" else ())
     pieces = [chance.choice(patterns) for _ in range(chance.randint(2, 4))]
     if name == "linuxcnc":
@@ -142,7 +142,7 @@ def program(name: str, chance: random.Random, number: int, foreign: bool) -> str
 
 
 def mutations(text: str, chance: random.Random) -> Iterator[tuple[str, str]]:
-    """Yield (how, text): changes of one place, without end."""
+    """Yield mutations in one place, endlessly: description and text."""
     lines = text.splitlines(keepends=True)
     digits = [m.start() for m in re.finditer(r"(?<![NO])[0-9]", text)]
     words = list(re.finditer(r"[A-Z][-+]?[0-9.]+|[A-Z#]?\[[^\]\n]*\]|#[0-9]+", text))
@@ -178,10 +178,10 @@ def mutations(text: str, chance: random.Random) -> Iterator[tuple[str, str]]:
 
 
 def mutants(count: int, seed: int) -> Iterator[Mutant]:
-    """Yield mutants, eight of every program; every fifth is one that only its own control knows."""
+    """Yield mutants, eight of every program; every fifth mutates a line of another control."""
     chance = random.Random(seed)
     name, text = "", ""
-    made: Iterator[tuple[str, str]] = iter(())
+    mutated: Iterator[tuple[str, str]] = iter(())
     for number in range(count):
         if number % 5 == 4:
             other = chance.choice(("haas", "fanuc"))
@@ -190,13 +190,13 @@ def mutants(count: int, seed: int) -> Iterator[Mutant]:
         if number % 8 == 0:
             name = RUN_BY_RS274[chance.randrange(5)] if number % 16 else "linuxcnc"
             text = program(name, chance, number, False)
-            made = mutations(text, chance)
-        how, new = next(pair for pair in made if pair[1] != text)
+            mutated = mutations(text, chance)
+        how, new = next(pair for pair in mutated if pair[1] != text)
         yield Mutant(name, text, new, how, True)
 
 
 def _digit_of_foreign(name: str, text: str, chance: random.Random) -> Mutant:
-    """Return a program with another digit in a line that only its control knows."""
+    """Return a mutant with another digit in a line of Fanuc or Haas alone."""
     known = {line for p in (HEAD, END, *COMMON) for line in re.sub(r"\{.*?\}", "", p).splitlines()}
     own = re.compile(r"(?m)^(?:G68|G51|G65|G12|G150|G70|G10 L1|G154|G31|M1\d|G76|G47|G0 A|G1 X\S+ A|#|G66).*$")
     lines = [m for m in own.finditer(text) if re.sub(r"[0-9.]", "", m[0]) not in known]
@@ -206,7 +206,7 @@ def _digit_of_foreign(name: str, text: str, chance: random.Random) -> Mutant:
     return Mutant(name, text, text[:at] + digit + text[at + 1 :], f"digit of '{line[0]}' to {digit}", False)
 
 
-#: How high the machine's zero is above the program's, mm: nothing is in the way there.
+#: Height of machine zero above program zero, mm: far above the work.
 MACHINE_ZERO = 203.2
 
 
@@ -220,14 +220,14 @@ class Judge:
         (self.folder / "tool.tbl").write_text(table, encoding="ascii")
 
     def prints(self, text: str, name: str = "linuxcnc") -> list[str] | None:
-        """Return the canonical commands of a program, or None where it is refused or never ends."""
-        if dialect(name).groups == "fanuc":  # these begin with G98, LinuxCNC with G99
+        """Return the canonical commands of a program; None after a refusal or without an end."""
+        if dialect(name).groups == "fanuc":  # these start in G98, LinuxCNC in G99
             text = f"G98\n{text}"
         (self.folder / "part.ngc").write_text(text, encoding="ascii", newline="")
         for left in self.folder.glob("*.var*"):
             left.unlink()
         home = dict(os.environ, HOME=str(self.folder))
-        # Machine zero is far above the work, as on a mill; in the interpreter's units at its start, inches.
+        # Machine zero is far above the work, as on a mill; the interpreter starts in inches.
         (self.folder / "part.var").write_text(f"5220\t1\n5223\t{-MACHINE_ZERO / 25.4}\n", encoding="ascii")
         command = [self.command, "-g", "-t", "tool.tbl", "-v", "part.var", "part.ngc"]
         try:
@@ -242,7 +242,7 @@ class Judge:
         return [c for c in called if not c.startswith("COMMENT")]
 
     def close(self) -> None:
-        """Remove its folder."""
+        """Remove the folder of the judge."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
@@ -250,7 +250,7 @@ _STATES = ("SET_FEED_RATE", "SET_FEED_MODE", "SELECT_PLANE", "SET_SPINDLE_SPEED"
            "FLOOD_OFF", "MIST_ON", "MIST_OFF", "SET_MOTION_CONTROL_MODE", "SET_NAIVECAM_TOLERANCE",
            "STOP_SPINDLE_TURNING", "START_SPINDLE_CLOCKWISE", "START_SPINDLE_COUNTERCLOCKWISE", "SELECT_TOOL",
            "SET_FEED_REFERENCE", "START_SPEED_FEED_SYNCH", "STOP_SPEED_FEED_SYNCH")  # fmt: skip
-#: Calls that change an origin: barriers, but only where they change it.
+#: Calls that set an origin: barriers if they change it.
 _ORIGINS = ("SET_G5X_OFFSET", "SET_G92_OFFSET", "SET_XY_ROTATION", "USE_TOOL_LENGTH_OFFSET")
 _WORK = ("STRAIGHT_FEED", "ARC_FEED", "DWELL")
 
@@ -260,13 +260,13 @@ def _numbers(name: str, values: str, unit: float) -> list[float]:
     numbers = [float(v) for v in re.findall(r"-?\d+\.?\d*", values)]
     if name not in ("STRAIGHT_FEED", "ARC_FEED", "STRAIGHT_TRAVERSE", "STRAIGHT_PROBE"):
         return numbers
-    # All but the turns of an arc, and the rotary axes, are lengths.
+    # Turns of an arc and rotary axes are no lengths.
     lengths = {0, 1, 2} if name != "ARC_FEED" else {0, 1, 2, 3, 5}
     return [round(v * unit, 4) if k in lengths else v for k, v in enumerate(numbers)]
 
 
 def _after_arc(place: list[float], numbers: list[float], plane: str) -> list[float]:
-    """Return where an arc ends."""
+    """Return the end of an arc."""
     first, second = {"CANON_PLANE_XZ": (2, 0), "CANON_PLANE_YZ": (1, 2)}.get(plane, (0, 1))
     place = list(place)
     place[first], place[second], place[3 - first - second] = numbers[0], numbers[1], numbers[5]
@@ -274,16 +274,16 @@ def _after_arc(place: list[float], numbers: list[float], plane: str) -> list[flo
 
 
 def work_of(prints: list[str]) -> tuple[list[object], list[dict[object, float]]]:
-    """Return what is made: barriers in order, and between them the cuts with all that is active, and rapids' heights.
+    """Return the work: barriers in order, the cuts between them with their modes, and the heights of the rapids.
 
-    The heights are the lowest place of the rapids across, between two barriers.
+    The heights are the lowest rapids across and the lowest ends of rapids, between two barriers.
     """
-    made: list[object] = []
+    work: list[object] = []
     group: Counter[object] = Counter()
     heights: list[dict[object, float]] = [{}]
     active = {"SELECT_PLANE": "SELECT_PLANECANON_PLANE_XY", "SET_FEED_MODE": "SET_FEED_MODE0, 0"}
     unit = 1.0
-    # Where the tool is at the start nobody knows; nor how high it is when the origin has moved.
+    # The start is unknown, and so is the height after a change of the origin.
     place: list[float] = [math.nan] * 3 + [0.0] * 3
     moved = True
     for call in prints:
@@ -324,20 +324,20 @@ def work_of(prints: list[str]) -> tuple[list[object], list[dict[object, float]]]
             continue
         moves = name.startswith(("STRAIGHT", "ARC", "RIGID"))
         read = [item for item in sorted(active.items()) if moves or item[0].startswith(("START_SPIN", "FLOOD", "MIST"))]
-        made += [group, (call, () if name in ("PROGRAM_END", "ON_RESET", "PALLET_SHUTTLE") else tuple(read))]
+        work += [group, (call, () if name in ("PROGRAM_END", "ON_RESET", "PALLET_SHUTTLE") else tuple(read))]
         group = Counter()
         heights.append({})
         if numbers and name in ("STRAIGHT_TRAVERSE", "STRAIGHT_FEED", "STRAIGHT_PROBE"):
             place = numbers[:6]
-    return [*made, group], heights
+    return [*work, group], heights
 
 
-def differ(one: list[str], other: list[str]) -> bool:
-    """Return whether two programs, as they were printed, do other work, or rapids go lower in the second one."""
-    if one == other:
+def differ(before: list[str], after: list[str]) -> bool:
+    """Return whether two outputs differ in their work, or the second has lower rapids."""
+    if before == after:
         return False
-    (made, heights), (also, lower) = work_of(one), work_of(other)
-    if made != also:
+    (work, heights), (new_work, lower) = work_of(before), work_of(after)
+    if work != new_work:
         return True
     return any(
         h.get(k, math.inf) > low.get(k, math.inf) + 1e-4
@@ -347,7 +347,7 @@ def differ(one: list[str], other: list[str]) -> bool:
 
 
 class Count(NamedTuple):
-    """What became of the mutants, and those that were missed, false alarms, and not the same as themselves."""
+    """Mutants by verdict; missed mutants, false alarms, and programs that differ from themselves."""
 
     became: Counter[str]
     missed: list[Mutant]
@@ -356,7 +356,7 @@ class Count(NamedTuple):
 
 
 def judge_all(count: int, seed: int, command: str, every: int = 10) -> Count:
-    """Return what became of the mutants; one in `every` that is told apart is looked at for a false alarm."""
+    """Judge mutants; check one in `every` refused mutants for a false alarm."""
     judge = Judge(command)
     became: Counter[str] = Counter()
     shown: dict[str, list[Mutant]] = {"missed": [], "alarm": [], "unequal": []}
@@ -379,8 +379,8 @@ def judge_all(count: int, seed: int, command: str, every: int = 10) -> Count:
         elif verdict == "same" and not mutant.judged:
             shown["missed"].append(mutant)
         elif verdict == "seen" and prints is not None and became["seen"] % every == 0 and mutant.judged:
-            became["looked at for a false alarm"] += 1
-            # Modes that are stated no more print the same, and are not.
+            became["checked for a false alarm"] += 1
+            # Without a mode word the output is the same, but the program is not.
             if judge.prints(mutant.new, mutant.dialect) == prints and mutant.new.startswith(HEAD.partition("\n")[0]):
                 shown["alarm"].append(mutant)
     judge.close()
@@ -401,29 +401,26 @@ def _verdict(mutant: Mutant, original: Program | None) -> str:
     return "same" if certify(original, new, tolerance_mm=0.0).same else "seen"
 
 
-def main() -> int:
-    """Run the mutants and print the table; 1 where one was missed."""
-    parser = argparse.ArgumentParser(description=__doc__)
+def main(argv: Sequence[str]) -> int:
+    """Judge all mutants and print the verdicts; return 1 after a missed mutant."""
+    parser = page.parser("verify_mutants", __doc__, writes=False)
     parser.add_argument("--mutants", type=int, default=6000)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--show", type=int, default=10, help="how many of the missed and of the false alarms are shown")
-    options = parser.parse_args()
+    parser.add_argument("--show", type=int, default=10, help="most missed mutants and false alarms to show")
+    options = parser.parse_args(argv)
     command = shutil.which("rs274")
     if command is None:
-        sys.exit("rs274 is required: apt-get install linuxcnc-uspace")
+        print("rs274 is required: apt-get install linuxcnc-uspace", file=sys.stderr)
+        return 2
     start = time.process_time()
     found = judge_all(options.mutants, options.seed, command)
     print(f"{options.mutants} mutants, seed {options.seed}, {time.process_time() - start:.0f} s of processor time")
-    print(", ".join(f"{what} {number}" for what, number in sorted(found.became.items())))
+    print(", ".join(f"{verdict} {number}" for verdict, number in sorted(found.became.items())))
     counts = [len(some) for some in (found.missed, found.alarms, found.unequal)]
-    print("missed {}, false alarms {}, not the same as themselves {}".format(*counts))
-    for what, some in (("missed", found.missed), ("false alarm", found.alarms), ("itself", found.unequal)):
+    print("missed {}, false alarms {}, different from themselves {}".format(*counts))
+    for title, some in (("missed", found.missed), ("false alarm", found.alarms), ("itself", found.unequal)):
         for mutant in some[: options.show]:
             lines = [text.splitlines() for text in (mutant.original, mutant.new)]
-            print(f"\n{what}: {mutant.dialect}, {mutant.how}")
+            print(f"\n{title}: {mutant.dialect}, {mutant.how}")
             print("\n".join(difflib.unified_diff(*lines, n=30, lineterm="")))
     return 1 if found.missed else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -13,12 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from benchmarked import benchmark
+from benchmarks import grbl_time
 from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.port import SerialPort
 from outside_programs import missing
-
-grbl_time = benchmark("grbl_time")
 
 #: A quick machine, so that the board, which runs at the speed of life, has done soon: mm/min, mm/s², steps/mm.
 SETTINGS = {

@@ -1,26 +1,28 @@
-"""Two states of the code are compared byte for byte: what one clock measured is left out, nothing else."""
+"""Two folders of outputs are compared byte for byte; only measured seconds are left out."""
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
-from benchmarked import benchmark
-
-golden = benchmark("golden")
+from benchmarks import golden
 
 
-def test_every_byte_of_two_runs_is_the_same_and_a_changed_a_missing_and_a_new_file_are_named(tmp_path: Path) -> None:
-    one, other = tmp_path / "one", tmp_path / "other"
-    for folder in (one, other):
-        golden.write(folder, "drill/plate_10.dxf/haas")
-    place = Path("drill/plate_10.dxf/haas-vf2")
-    made = sorted(file.name for file in (one / place).iterdir())
-    assert made == ["after.scene", "answer.json", "before.scene", "part.scene", "program.nc", "report.html"]
-    assert golden.compare(one, other) == []
+def test_changed_missing_and_new_files_are_named(tmp_path: Path) -> None:
+    before, after = tmp_path / "before", tmp_path / "after"
+    (before / "drill").mkdir(parents=True)
+    for name in ("program.nc", "report.html", "answer.json"):
+        (before / "drill" / name).write_text(f"{name}\nG81\n")
+    shutil.copytree(before, after)
+    assert golden.compare(before, after) == []
+    (after / "drill" / "program.nc").write_text("program.nc\nG82\n")
+    (after / "drill" / "report.html").unlink()
+    (after / "more.txt").write_text("new")
+    names = [str(Path("drill") / name) for name in ("program.nc", "report.html")]
+    assert golden.compare(before, after) == sorted([*names, "more.txt"])
 
-    program = other / place / "program.nc"
-    program.write_bytes(program.read_bytes().replace(b"G81", b"G82", 1))
-    (other / place / "report.html").unlink()
-    (other / "more.txt").write_text("new")
-    names = [str(place / "program.nc"), str(place / "report.html"), "more.txt"]
-    assert golden.compare(one, other) == sorted(names)
+
+def test_every_job_has_a_name_of_its_own_and_an_input() -> None:
+    jobs = list(golden.jobs())
+    assert len({name for name, *_ in jobs}) == len(jobs) > 100
+    assert all((golden.ROOT / source).exists() for _, source, *_ in jobs)

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -412,14 +409,6 @@ def test_the_lines_of_a_lasers_picture_are_plain(monkeypatch: pytest.MonkeyPatch
     assert [program.modal(b + 1).rpm for b in range(3, 53)] == [float((k * 37) % 1000) for k in range(50)]
     assert np.array_equal(program.path.value[cuts][-2:] * 60.0, [900.0, 800.0])
     assert program.modal(55).rpm == 3.5 and program.modal(56).rpm == 7.0
-
-
-def test_the_benchmark_counts_the_motions_that_it_times() -> None:
-    """Every kind of program has its line, and none comes to another number of motions."""
-    script = Path(__file__).parents[2] / "benchmarks" / "interpret.py"
-    command = [sys.executable, str(script), "--lines", "200", "--runs", "1"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert done.stdout.count("\n| ") == 2 + 4
 
 
 def test_the_lines_of_a_program_are_those_of_its_text() -> None:

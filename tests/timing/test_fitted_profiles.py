@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from benchmarked import benchmark
+from benchmarks import page, timed_programs
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.machine import Machine
@@ -130,22 +129,19 @@ def test_the_least_squares_are_the_least_of_a_grid() -> None:
 
 
 def recorded() -> dict[str, float]:
-    """Return LinuxCNC's seconds of the programs of docs/benchmarks.md, by its own clock."""
-    page = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
-    section = page.partition("## Machine time beside LinuxCNC")[2].partition("\n## ")[0]
-    return {
-        row[1]: float(row[2]) for row in re.finditer(r"^\| (.+?) \| ([0-9.]+) \| [0-9.]+ \| [0-9.]+ \|$", section, re.M)
-    }
+    """Return LinuxCNC's seconds of the programs in docs/results/machine_time.md, by its own clock."""
+    text = (page.RESULTS / "machine_time.md").read_text(encoding="utf-8")
+    return {name: float(seconds) for name, seconds, *_ in page.rows_of(text)}
 
 
 def test_recorded_times_of_linuxcnc_give_the_accelerations_it_had() -> None:
     """Its machine had 500, 500 and 300 mm/s²: a third of that, or twice, is put right within a percent."""
-    made = benchmark("timed_programs").programs()
+    writers = timed_programs.programs()
     names = ["40 holes, G82 P0.2", "zigzag pocket, 3000 mm/min, G61", "slot contours, 3000 mm/min, G61",
              "polygon of 24 corners, 3000 mm/min, G61"]  # fmt: skip
     truth, sim = recorded(), load_machine("linuxcnc-sim")
     # Its clock runs from machine zero on, where it stands at first.
-    texts = {name: f"G0 X0 Y0 Z0\n{made[name]()}" for name in names}
+    texts = {name: f"G0 X0 Y0 Z0\n{writers[name]()}" for name in names}
     paths = {name: interpret_program(text, dialect("linuxcnc")).path for name, text in texts.items()}
     measured = [Measured(name, paths[name], truth[name]) for name in names]
     for wrong in (1 / 3, 2.0):

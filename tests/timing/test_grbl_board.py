@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarked import benchmark
+from benchmarks import grbl_time
 from grbl_board import needed_board
 from leafcut.api import simulate
 from leafcut.errors import OptionError
@@ -23,7 +23,6 @@ from leafcut.timing.grbl import sent_lines
 from leafcut.timing.profile import trapezoid_time
 from leafcut.timing.toolpath import measure, starved_rows
 
-grbl_time = benchmark("grbl_time")
 RECORDED = grbl_time.recorded()
 
 MILL = Machine(

@@ -7,7 +7,7 @@ to be read, or when something waits for the machine to stand. What is planned la
 planner, because lines come too slowly, the machine goes no faster than it can stop within them.
 
 Facts from the source of GRBL 1.1h (gnea/grbl: planner.c, stepper.c, motion_control.c, protocol.c, config.h), measured
-against that firmware on a simulated board (`benchmarks/grbl_time.py`). mm, s.
+against that firmware on a simulated board (`python -m benchmarks grbl_time`). mm, s.
 """
 
 from __future__ import annotations

@@ -22,10 +22,9 @@ from leafcut.solve.running import PRESETS, SearchResult, set_budget, until_inter
 from leafcut.solve.statistics import Best
 from leafcut.solve.stop import Stop
 
-#: Before the first kick of a small problem Ant Colony System makes so many generations at most, and stops when so many
-#: brought nothing. Kicks alone stay near the greedy path where they begin: on contours around holes they were 0 to
-#: 2.4 % longer than what the ants of the literature find in the same time; after ants, 0 to 0.03 %
-#: (benchmarks/students.py).
+#: Most generations of Ant Colony System before the first kick on a small problem, and most generations without a gain.
+#: Kicks alone stay near their greedy start: on contours around holes their paths were 0 to 2.4 % longer than the paths
+#: of the ants of the literature in the same time; after ants, 0 to 0.03 % (tests/solve/test_students.py).
 GENERATIONS, PATIENCE = 20, 10
 
 #: They take this part of a time limit at most.

@@ -21,9 +21,8 @@ from leafcut.model.toolpath import Toolpath
 from leafcut.quick_dataclass import dataclass
 from leafcut.timing.toolpath import corner_style, measure
 
-#: A hand on a stop-watch is so far off, s, and the model, of the time of a program. Sources: hands differ from
-#: electronic timing by about 0.2 s (R. K. Hetzler and others, J. Strength Cond. Res. 22, 2008); docs/benchmarks.md for
-#: the model.
+#: Error of a stopwatch, s, and of the model, as a fraction of the time. Sources: a hand differs from electronic timing
+#: by about 0.2 s (R. K. Hetzler and others, J. Strength Cond. Res. 22, 2008); the model: docs/results/machine_time.md.
 HAND_S, MODEL_SHARE = 0.3, 0.005
 #: The accelerations may be so many times those of the profile, or that part of them.
 _WIDEST = 20.0

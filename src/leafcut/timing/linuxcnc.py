@@ -2,7 +2,7 @@
 
 Facts from its documentation (G61, G61.1, G64; [TRAJ]ARC_BLEND_* in the INI reference) and its source (emc/tp/tp.c,
 blendmath.c, tc.c of the 2.9 branch), said as formulas; checked against the simulated machine
-(`benchmarks/machine_time.py`).
+(`python -m benchmarks machine_time`).
 
 A bend of unit vectors u → w asks, in one servo cycle, for the acceleration (w - u) v / cycle. As long as that is no
 more than the kink ratio (0.1) of every axis, the bend counts as tangent: it is passed at full speed, and both moves
