@@ -26,7 +26,6 @@ def test_the_stock_model_misses_no_mutant_and_raises_no_false_alarm(
     assert min(counts["seen"], counts["the same"]) > 3
 
 
-@pytest.mark.external
 def test_the_proof_misses_no_mutant_and_raises_no_false_alarm(rs274: str) -> None:
     found = verify_mutants.judge_all(80, 5, rs274, every=5)
     assert found.missed == []
@@ -41,7 +40,6 @@ def test_a_mutant_differs_from_its_program_in_one_place() -> None:
         assert abs(mutant.new.count("\n") - mutant.original.count("\n")) <= 1
 
 
-@pytest.mark.external
 def test_the_reference_sees_other_work_and_accepts_another_order(rs274: str) -> None:
     judge = Judge(rs274)
     holes = [f"G0 X{x} Y0\nG0 Z2\nG1 Z-1 F100\nG0 Z20\n" for x in (1, 9)]

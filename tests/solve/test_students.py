@@ -43,6 +43,7 @@ def costs_of_literature(problem: RoutingProblem) -> Iterator[float]:
             continue
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("drawing", "process", "objective"),
     [("sheet.dxf", "cut", "distance"), ("board_97.dxf", "cut", "distance"), ("plate_27.dxf", "drill", "time")],
