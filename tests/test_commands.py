@@ -64,26 +64,6 @@ def test_the_help_of_all_commands_tells_what_each_does(capsys: pytest.CaptureFix
 
 
 @pytest.mark.parametrize(
-    "command, source, options",
-    [
-        ("drill", "plate_10.dxf", "--thickness 6 --seed 3"),
-        ("cut", "bracket.dxf", "--thickness 6 --machine laser-table --preset fast"),
-        ("pocket", "pocket.dxf", "--depth 3 --tool-diameter 6 --strategy contour"),
-        ("reorder", "cam_121.nc", "--preset fast"),
-    ],
-)
-def test_a_command_writes_what_optimize_writes(
-    command: str, source: str, options: str, examples: Path, capsysbinary: pytest.CaptureFixture[bytes]
-) -> None:
-    given = [str(examples / source), "-q", "-o", "-", *options.split()]
-    asked = [] if command == "reorder" else ["--process", command]
-    assert run([command, *given]) == 0
-    written = capsysbinary.readouterr().out
-    assert run(["optimize", *asked, *given]) == 0
-    assert written == capsysbinary.readouterr().out != b""
-
-
-@pytest.mark.parametrize(
     "words, told",
     [
         ("drill plate_10.dxf --kerf-width 2", "--kerf-width: not used for drilling; it applies to cutting a sheet; "),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import re
-import shlex
 import threading
 from pathlib import Path
 from types import SimpleNamespace
@@ -209,64 +208,6 @@ def test_programs_are_never_called_as_their_source() -> None:
     assert program_name("example:plate-70", ".nc") == "plate-70.nc"
     assert program_name("random:50:2", ".ngc") == "random-50-2.ngc"
     assert program_name("plate", ".ngc") == "plate.ngc"
-
-
-SHEET = b"""<svg xmlns="http://www.w3.org/2000/svg" width="100mm" height="60mm" viewBox="0 0 100 60">
-<path fill="none" stroke="black" d="M5 5H45V45H5Z"/><circle fill="none" stroke="black" cx="25" cy="25" r="8"/></svg>"""
-LIBRARY = ROOT / "examples" / "tools.toml"
-
-
-def runs(studio: Studio) -> list[tuple[Task, dict[str, bytes]]]:
-    """Return tasks with the files they need, as a person has them in a folder."""
-    folder = studio.folder
-    plate = (ROOT / "examples" / "plate_10.dxf").read_bytes()
-    cam = (ROOT / "examples" / "cam_121.nc").read_bytes()
-    tools = LIBRARY.read_bytes()
-    folder.save_own("machines", "my-mill", (ROOT / "src/leafcut/machines/haas-vf2.toml").read_text())
-    odd = "a 'b' $(x); plate.dxf"
-    return [
-        (
-            Task(
-                "optimize",
-                (folder.add_input(odd, plate),),
-                options={
-                    "thickness": "0.25in", "machine": "mine:my-mill", "tools": folder.add_input("my tools.toml", tools),
-                    "line_numbers": True, "header": True, "bound": False, "start_point": "-5,3", "preset": "fast",
-                    "keep_out": "0 0 1 1,2 2 3 3",
-                },
-            ),
-            {odd: plate, "my tools.toml": tools, "my-mill.toml": folder.own_path("machines", "my-mill").read_bytes()},
-        ),
-        (
-            Task("optimize", (folder.add_input("sheet.svg", SHEET),), "cut", {"thickness": "6", "preset": "fast"}),
-            {"sheet.svg": SHEET},
-        ),
-        (
-            Task("optimize", (folder.add_input("cam_121.nc", cam),), "auto", {"machine": "haas-vf2", "preset": "fast"}),
-            {"cam_121.nc": cam},
-        ),
-    ]  # fmt: skip
-
-
-def test_the_command_line_shown_is_the_same_run_byte_for_byte(
-    studio: Studio, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    for number, (task, files) in enumerate(runs(studio)):
-        place = tmp_path / str(number)
-        place.mkdir()
-        for name, data in files.items():
-            (place / name).write_bytes(data)
-        job = studio.jobs.start(task)
-        record = studio.jobs.wait(job) and studio.jobs.record(job)
-        assert record is not None
-        assert record.state is JobState.DONE, record.line
-        program = studio.history.artefact(job, "program")
-        assert program is not None
-        words = shlex.split(command_line(task, studio.folder, "out.nc"))
-        assert words[0] == "leafcut"
-        monkeypatch.chdir(place)
-        assert cli.run([*words[1:], "--quiet"]) == 0, capsys.readouterr().err
-        assert (place / "out.nc").read_bytes() == program.data
 
 
 def test_a_page_shows_the_command_line_of_its_choices(studio: Studio) -> None:

@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 from waiting import until
 
-import leafcut
 from leafcut.errors import OptionError
 from leafcut.files import OutputError
 from leafcut.model.heartbeat import trial
@@ -27,12 +26,11 @@ LONG = Task("solve", ("random:300:1",), options={"time_limit": "120s", "bound": 
 SHORT = Task("optimize", ("example:plate-10",), options={"preset": "fast"})
 
 
-def test_a_job_gives_what_the_call_gives(studio: Studio) -> None:
+def test_a_job_keeps_program_report_pictures_and_scenes(studio: Studio) -> None:
     job = studio.jobs.start(SHORT)
     assert studio.jobs.wait(job) is JobState.DONE
     made = studio.history.artefact(job, "program")
     assert made is not None
-    assert made.data.decode() == leafcut.optimize("example:plate-10", preset="fast").text
     assert made.file_name == "plate-10.ngc"
     answer = studio.history.answer(job)
     assert answer is not None

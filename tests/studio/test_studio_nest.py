@@ -1,10 +1,9 @@
-"""Parts are nested, their sheets cut and compared: the files are those of the command line, byte for byte."""
+"""Nests of the studio: their sheets, and the comparison of their cuts."""
 
 from __future__ import annotations
 
 import io
 import json
-import shlex
 from pathlib import Path
 from typing import Any
 
@@ -13,63 +12,41 @@ import pytest
 from parts_to_nest import ANGLE, PLATE
 from starlette.testclient import TestClient
 
-import leafcut
-from leafcut import cli
 from leafcut.errors import OptionError
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.nest_request import WantedPart, list_text, listed_parts, wanted_parts
 from leafcut.studio.jobs.sheets import comparison, nest_of, plan_cuts
-from leafcut.studio.jobs.task import Task, command_line, prepare, title_of
+from leafcut.studio.jobs.task import Task, prepare, title_of
 from leafcut.studio.studio import Studio, open_studio
 
-#: Two plates beside each other fill a sheet, so that six parts take several.
+#: Two plates fill a sheet.
 OPTIONS = {"sheet": "200x90", "margin": "2", "gap": "2", "preset": "fast", "nester": "rectangles"}
+#: Options of a cut with little search.
+CUT = {"thickness": "6", "iterations": 1, "bound": False}
 
 
-def nested(studio: Studio, rotations: str = "", **options: Any) -> tuple[str, Task]:
-    """Nest four plates and two angles; return the job and its task."""
+def nested(studio: Studio, plates: int = 4, **options: Any) -> str:
+    """Nest plates and two angles and return the job."""
     plate, angle = studio.folder.add_input("plate.svg", PLATE), studio.folder.add_input("angle.svg", ANGLE)
-    task = Task("nest", (f"{plate}:4", WantedPart(angle, 2, rotations).word), options={**OPTIONS, **options})
+    task = Task("nest", (f"{plate}:{plates}", f"{angle}:2"), options={**OPTIONS, **options})
     job = studio.jobs.start(task)
     state, record = studio.jobs.wait(job, 60), studio.jobs.record(job)
     assert record is not None
     assert state is JobState.DONE, record.line
-    return job, task
+    return job
 
 
-@pytest.mark.parametrize("rotations", ["", "0 180"])
-def test_the_sheets_of_a_nest_are_those_of_the_command_line_shown(
-    studio: Studio, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rotations: str
-) -> None:
-    job, task = nested(studio, rotations)
-    (tmp_path / "plate.svg").write_bytes(PLATE)
-    (tmp_path / "angle.svg").write_bytes(ANGLE)
-    made = studio.history.artefact(job, "list")
-    assert (made is not None) is bool(rotations)
-    if made is not None:
-        (tmp_path / made.file_name).write_bytes(made.data)
-    monkeypatch.chdir(tmp_path)
-    words = shlex.split(command_line(task, studio.folder))
-    assert ("parts.csv" in words) is bool(rotations)
-    assert cli.run([*words[1:], "--quiet"]) == 0
+def test_the_cuts_of_all_nests_are_planned_and_compared(studio: Studio) -> None:
+    """The time of a variant is the sum over its sheets, times the number of equal sheets."""
+    job = nested(studio, plates=2, variants=2)
     sheets = nest_of(studio.history, job)
-    assert {sheet.file for sheet in sheets} == {file.name for file in tmp_path.glob("*.dxf")}
     assert len(sheets) > 1
     for sheet in sheets:
-        drawing = studio.history.artefact(job, sheet.drawing)
-        assert drawing is not None
-        assert drawing.data == (tmp_path / sheet.file).read_bytes()
         scene = studio.history.artefact(job, f"scene-{sheet.variant}-{sheet.number}")
         assert scene is not None
         assert scene.data.startswith(b"LCSCENE1")
-
-
-def test_the_cuts_of_all_nests_are_planned_compared_and_written_as_the_command_line_does(
-    studio: Studio, tmp_path: Path
-) -> None:
-    job, _ = nested(studio)
     assert [row["state"] for row in comparison(studio.jobs, job)] == ["none"] * len(comparison(studio.jobs, job))
-    for begun in plan_cuts(studio.jobs, job, {"thickness": "6", "preset": "fast"}):
+    for begun in plan_cuts(studio.jobs, job, CUT):
         assert studio.jobs.wait(begun, 90) is JobState.DONE, studio.jobs.record(begun)
     rows = comparison(studio.jobs, job)
     answer = studio.history.answer(job)
@@ -77,23 +54,20 @@ def test_the_cuts_of_all_nests_are_planned_compared_and_written_as_the_command_l
     for row, variant in zip(rows, answer["variants"], strict=True):
         assert row["state"] == "done"
         expected = 0.0
-        for sheet, layout in zip(row["jobs"], variant["layouts"], strict=True):
-            drawing = tmp_path / layout["file"]
-            source = studio.history.artefact(job, f"sheet-{row['variant']}-{row['jobs'].index(sheet) + 1}")
-            assert source is not None
-            drawing.write_bytes(source.data)
-            quantity = {"quantity": layout["sheets"]} if layout["sheets"] > 1 else {}
-            outcome = leafcut.optimize(drawing, process="cut", thickness="6", preset="fast", **quantity)
-            program = studio.history.artefact(sheet, "program")
-            assert program is not None
-            assert program.data.decode() == outcome.text
-            expected += layout["sheets"] * outcome.after.time_s
+        for number, (cut, layout) in enumerate(zip(row["jobs"], variant["layouts"], strict=True), 1):
+            drawing, record = studio.history.artefact(job, f"sheet-{row['variant']}-{number}"), studio.history.get(cut)
+            outcome = studio.history.answer(cut)
+            assert drawing is not None and record is not None and outcome is not None
+            assert studio.folder.input_path(record.task.inputs[0]).read_bytes() == drawing.data
+            assert record.task.options.get("quantity", 1) == layout["sheets"]
+            assert outcome["verified"] is True
+            expected += layout["sheets"] * outcome["after"]["time_s"]
         assert row["time_s"] == pytest.approx(expected)
-        assert row["pierces"] == 10  # four plates with a hole each, and two angles
+        assert row["pierces"] == 6  # two plates with a hole each, and two angles
     best = [row for row in rows if row["quickest"]]
     assert len(rows) == 1 or min(row["time_s"] for row in rows) == best[0]["time_s"]
     used = {record.task.inputs for record in studio.history.of_sheets(job)}
-    again = plan_cuts(studio.jobs, job, {"thickness": "8", "preset": "fast"})
+    again = plan_cuts(studio.jobs, job, {**CUT, "thickness": "8"})
     assert {studio.history.get(begun).task.inputs for begun in again} == used  # type: ignore[union-attr]
     for begun in again:
         studio.jobs.cancel(begun)
@@ -102,7 +76,7 @@ def test_the_cuts_of_all_nests_are_planned_compared_and_written_as_the_command_l
 def test_cuts_that_are_being_planned_are_not_begun_again_and_of_a_wrong_option_none_are(
     studio: Studio, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    job, _ = nested(studio)
+    job = nested(studio)
     monkeypatch.setattr(studio.jobs._threads, "submit", lambda _: None)  # all wait
     last = nest_of(studio.history, job)[-1]
 
@@ -125,31 +99,15 @@ def test_cuts_that_are_being_planned_are_not_begun_again_and_of_a_wrong_option_n
     assert not {*plan_cuts(studio.jobs, job, {"thickness": "8"})} & {*begun}
 
 
-def test_programs_nest_and_compare_through_the_api(
-    client: TestClient, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_programs_nest_and_compare_through_the_api(client: TestClient) -> None:
     files = [("files", ("plate.svg", PLATE)), ("files", ("angle.svg", ANGLE))]
-    parts = json.dumps([{"quantity": 4}, {"quantity": "2", "rotations": "0/90"}])
-    answer = client.post("/api/nest", files=files, data={"parts": parts, "options": json.dumps(OPTIONS)}).json()
-    for name, data in (("plate.svg", PLATE), ("angle.svg", ANGLE)):
-        (tmp_path / name).write_bytes(data)
-    wanted = tmp_path / "parts.csv"
-    wanted.write_text("plate.svg,4\nangle.svg,2,0 90\n")
-    flags = [word for name, value in OPTIONS.items() for word in (f"--{name}", value)]
-    capsys.readouterr()
-    sheet = str(tmp_path / "nest.dxf")
-    assert cli.run(["nest", str(wanted), "-o", sheet, "--all-variants", *flags, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    for variant in told["variants"]:
-        for layout in variant["layouts"]:
-            layout["file"] = Path(layout["file"]).name
-            assert answer["texts"][layout["file"]] == (tmp_path / layout["file"]).read_text()
-    for key in told.keys() - {"seconds"}:
-        assert answer[key] == told[key], key
+    parts = json.dumps([{"quantity": 2}, {"quantity": "2", "rotations": "0/90"}])
+    options = json.dumps({**OPTIONS, "variants": 1})
+    answer = client.post("/api/nest", files=files, data={"parts": parts, "options": options}).json()
+    layouts = [layout for variant in answer["variants"] for layout in variant["layouts"]]
+    assert layouts and all("LWPOLYLINE" in answer["texts"][layout["file"]] for layout in layouts)
     assert client.get(f"/api/jobs/{answer['job']}/answer").json()["variants"] == answer["variants"]
-    rows = client.post(
-        f"/api/jobs/{answer['job']}/cuts", data={"options": '{"thickness": 6, "preset": "fast", "iterations": 1}'}
-    ).json()
+    rows = client.post(f"/api/jobs/{answer['job']}/cuts", data={"options": json.dumps(CUT)}).json()
     assert [row["variant"] for row in rows] == list(range(1, len(answer["variants"]) + 1))
     assert all(row["time_s"] > 0 for row in rows)
     assert client.get(f"/api/jobs/{answer['job']}/cuts").json() == rows
@@ -228,8 +186,8 @@ def test_a_part_is_one_word_and_a_list_is_read_as_it_was_written(tmp_path: Path)
 
 def test_nests_and_their_cuts_outlive_a_restart_with_what_they_said(tmp_path: Path) -> None:
     first = open_studio(tmp_path)
-    job, _ = nested(first)
-    begun = plan_cuts(first.jobs, job, {"thickness": "6", "preset": "fast"})
+    job = nested(first, plates=1, variants=1)
+    begun = plan_cuts(first.jobs, job, CUT)
     for each in begun:
         first.jobs.wait(each, 90)
     rows, said = comparison(first.jobs, job), first.jobs.messages(job)
@@ -242,7 +200,7 @@ def test_nests_and_their_cuts_outlive_a_restart_with_what_they_said(tmp_path: Pa
     assert second.jobs.messages(job) == said
     record = second.history.get(job)
     assert record is not None
-    assert title_of(record.task, second.folder) == "plate.svg × 4 · angle.svg × 2"
+    assert title_of(record.task, second.folder) == "plate.svg × 1 · angle.svg × 2"
     second.jobs.delete(job)
     assert second.jobs.messages(job) == []
     second.jobs.close()
