@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import re
+import runpy
 import shlex
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -37,6 +36,7 @@ def test_the_figures_of_the_readme_are_those_of_the_plate() -> None:
     assert f"by leafcut: {outcome.after.travel_mm / 1000:.2f} m" in README
 
 
+@pytest.mark.slow
 def test_the_commands_of_the_page_on_sheets_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every program is verified and written."""
     commands = commands_of("sheets.md")
@@ -85,6 +85,7 @@ def test_the_commands_of_the_page_on_machines_run(tmp_path: Path, monkeypatch: p
     assert load_machine("four.toml").rapid_velocity == (50.0, 50.0, 50.0)
 
 
+@pytest.mark.slow
 def test_the_commands_of_the_page_on_nesting_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     nest, cut, *more = commands_of("nesting.md")
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
@@ -96,6 +97,7 @@ def test_the_commands_of_the_page_on_nesting_run(tmp_path: Path, monkeypatch: py
     assert [run([*shlex.split(command), "--preset", "fast", "-q"]) for command in more] == [0] * len(more)
 
 
+@pytest.mark.slow
 def test_the_sheet_that_the_readme_cuts_is_cut(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (command,) = re.findall(r"leafcut (cut examples/sheet\.dxf .+)$", README, flags=re.MULTILINE)
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
@@ -105,6 +107,7 @@ def test_the_sheet_that_the_readme_cuts_is_cut(tmp_path: Path, monkeypatch: pyte
     assert (tmp_path / "sheet.html").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_the_commands_of_the_page_on_pockets_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With one strategy, as the others have tests of their own; every program is verified and written."""
     from leafcut.processes.pocket import strategies as pocket_strategies
@@ -149,13 +152,18 @@ def commands_of(page: str) -> list[str]:
     return re.findall(r"^    leafcut (.+)$", (ROOT / "docs" / page).read_text(encoding="utf-8"), flags=re.MULTILINE)
 
 
-@pytest.mark.parametrize("script", sorted(p.name for p in (ROOT / "examples").glob("*.py")))
-def test_example_scripts_run(script: str, tmp_path: Path) -> None:
+#: Scripts among the examples, without the script of the plates: tests/read/test_read_examples.py runs it.
+SCRIPTS = [
+    pytest.param(name, marks=pytest.mark.slow if name in ("compare_algorithms.py", "make_stepped_plate.py") else ())
+    for name in sorted(p.name for p in (ROOT / "examples").glob("*.py"))
+    if name != "make_plates.py"
+]
+
+
+@pytest.mark.parametrize("script", SCRIPTS)
+def test_an_example_script_runs_and_draws_the_shipped_files(script: str, tmp_path: Path) -> None:
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
-    done = subprocess.run(
-        [sys.executable, f"examples/{script}"], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
+    runpy.run_path(str(tmp_path / "examples" / script), run_name="__main__")
     for drawn in (ROOT / "examples").iterdir():
         if drawn.suffix in (".dxf", ".svg", ".nc"):
             assert (tmp_path / "examples" / drawn.name).read_bytes() == drawn.read_bytes(), drawn.name
