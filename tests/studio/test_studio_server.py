@@ -1,10 +1,9 @@
-"""The server as a person starts it: one address, one line when it cannot, a clean end."""
+"""The studio as a process: its address, its refusals, and its end."""
 
 from __future__ import annotations
 
 import re
 import socket
-import subprocess
 import sys
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -17,6 +16,7 @@ from waiting import until
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
+from leafcut.cli import run
 from leafcut.errors import OptionError
 from leafcut.files import OutputError
 from leafcut.studio.jobs.history import JobState
@@ -33,13 +33,11 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
         yield started
 
 
-def test_the_page_is_served_to_who_has_the_address(tmp_path: Path) -> None:
-    with (
-        running(tmp_path) as server,
-        httpx2.Client(base_url=server.origin, follow_redirects=True, timeout=60) as client,
-    ):
+def test_the_page_is_served_to_the_browser_that_opens_the_address(server: Server) -> None:
+    with httpx2.Client(base_url=server.origin, follow_redirects=True, timeout=60) as client:
         assert client.get("/").status_code == 401
-        page = client.get("/", params={"token": server.key})
+        client.cookies.update(server.cookies())
+        page = client.get("/")
         assert page.status_code == 200
         assert page.url.path == "/"
         assert not [key for key in (server.key, server.token) if key in str(page.url) + page.text]
@@ -53,7 +51,7 @@ def test_the_page_is_served_to_who_has_the_address(tmp_path: Path) -> None:
             assert client.get(address).status_code == 200, address
 
 
-def test_no_path_of_the_page_and_no_websocket_is_open_to_strangers(server: Server) -> None:
+def test_pages_and_websockets_are_closed_to_strangers(server: Server) -> None:
     address = f"ws://127.0.0.1:{server.port}/_nicegui_ws/socket.io/?EIO=4&transport=websocket"
     for origin in (server.origin, "http://evil.example", None):
         with pytest.raises(InvalidStatus):
@@ -67,8 +65,9 @@ def test_no_path_of_the_page_and_no_websocket_is_open_to_strangers(server: Serve
         assert httpx2.get(server.origin + path).status_code == 401
 
 
-def test_no_key_stands_where_another_person_of_this_machine_can_read_it(tmp_path: Path) -> None:
-    """The browser is told a file of this person alone; what an address opens, it opens once."""
+@pytest.mark.slow
+def test_no_other_user_of_the_machine_can_read_a_key(tmp_path: Path) -> None:
+    """The browser opens a file that only this user can read, and an address works once."""
     seen = tmp_path / "told"
     browser = tmp_path / "browser"
     browser.write_text(f'#!/bin/sh\necho "$1" > {seen}.part && mv {seen}.part {seen}\n')
@@ -91,8 +90,9 @@ def test_no_key_stands_where_another_person_of_this_machine_can_read_it(tmp_path
     assert not (page.parent / "token").exists()
 
 
-def test_pages_that_nobody_shows_do_not_fill_the_memory(tmp_path: Path) -> None:
-    """In a studio of its own: where a page is shown, the studio loads what files are read with."""
+@pytest.mark.slow
+def test_pages_without_a_browser_do_not_fill_the_memory(tmp_path: Path) -> None:
+    """In a studio of its own: a page in a browser makes the studio load its readers."""
     if not Path("/proc/self/status").is_file():
         pytest.skip("this system does not tell the memory of a process")
     with (
@@ -104,15 +104,15 @@ def test_pages_that_nobody_shows_do_not_fill_the_memory(tmp_path: Path) -> None:
             status = Path(f"/proc/{alone.process.pid}/status").read_text()
             return int(status.partition("VmRSS:")[2].split()[0]) / 1024
 
-        for _ in range(60):  # as many are kept for a while as may still come, and garbage waits for a quiet moment
+        for _ in range(60):  # NiceGUI keeps recent pages for a while, and garbage is collected later
             client.get("/")
         before = resident()
         for _ in range(60):
             client.get("/")
-        assert resident() - before < 15  # MiB; they would take some 40
+        assert resident() - before < 15  # MiB; 60 pages take about 40
 
 
-def test_it_listens_on_this_machine_alone(server: Server) -> None:
+def test_the_studio_listens_on_the_loopback_address_alone(server: Server) -> None:
     others = {info[4][0] for info in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)} - {"127.0.0.1"}
     for address in others | {"127.0.0.2"}:
         with socket.socket() as caller:
@@ -120,21 +120,18 @@ def test_it_listens_on_this_machine_alone(server: Server) -> None:
             assert caller.connect_ex((address, server.port)) != 0
 
 
-def test_a_port_that_is_taken_is_one_line(server: Server) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "leafcut.cli", "studio", "--no-open", "--port", str(server.port)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 1
-    assert done.stdout == ""
-    assert re.fullmatch(
-        rf"leafcut: port {server.port} cannot be used \(.+\); choose another with --port\n", done.stderr
-    )
+def test_a_port_in_use_is_refused_in_one_line(
+    server: Server, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    monkeypatch.setenv("LOCALAPPDATA", str(tmp_path))
+    assert run(["studio", "--no-open", "--port", str(server.port)]) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert re.fullmatch(rf"leafcut: port {server.port} cannot be used \(.+\); choose another with --port\n", err)
 
 
-def test_without_a_port_the_next_free_one_is_taken(server: Server) -> None:
+def test_without_port_the_studio_uses_the_next_free_one(server: Server) -> None:
     with _listen(None) as first, _listen(None) as second:
         assert first.getsockname()[0] == second.getsockname()[0] == "127.0.0.1"
         assert first.getsockname()[1] < second.getsockname()[1]
@@ -143,33 +140,35 @@ def test_without_a_port_the_next_free_one_is_taken(server: Server) -> None:
 
 
 @pytest.mark.parametrize("word", ["0", "65536", "x", "-1", "80.5", ""])
-def test_what_is_no_port_is_refused(word: str) -> None:
+def test_a_wrong_port_is_refused(word: str) -> None:
     with pytest.raises(OptionError, match="--port"):
         parse_port(word)
 
 
-def test_ctrl_c_ends_it_cleanly_also_while_something_runs_and_waits(tmp_path: Path) -> None:
+def test_ctrl_c_ends_the_studio_and_marks_its_jobs_as_interrupted(tmp_path: Path) -> None:
+    """Two jobs run and one waits when Ctrl-C comes."""
     with running(tmp_path) as started:
         headers = {"authorization": f"Bearer {started.token}"}
         client = httpx2.Client(base_url=started.origin, headers=headers, timeout=60)
-        body = {"source": "random:2000:1", "options": '{"time_limit": "300s"}'}
+        body = {"source": "random:300:1", "options": '{"time_limit": "300s", "bound": false}'}
         with ThreadPoolExecutor(3) as asking:
             for _ in range(3):
                 asking.submit(client.post, "/api/solve", data=body, timeout=90)
-            stand = ["running", "running", "waiting"]
-            until(lambda: sorted(job["state"] for job in client.get("/api/jobs").json()) == stand)
+            states = ["running", "running", "waiting"]
+            until(lambda: sorted(job["state"] for job in client.get("/api/jobs").json()) == states)
             status, out, error = started.end()
         client.close()
     assert status == 0
     assert out == ""
     assert error == "leafcut: Ctrl-C ends it\n"
-    again = Server(tmp_path)
-    with httpx2.Client(base_url=again.origin, headers={"authorization": f"Bearer {again.token}"}, timeout=60) as client:
-        assert {job["state"] for job in client.get("/api/jobs").json()} == {"interrupted"}
-    assert again.end()[0] == 0
+    again = open_studio(started.folder)
+    assert {job.state for job in again.history.newest()} == {JobState.INTERRUPTED}
+    again.jobs.close()
+    again.history.close()
 
 
-def test_what_lies_damaged_in_the_folder_ends_in_one_line_or_is_made_anew(tmp_path: Path) -> None:
+@pytest.mark.slow
+def test_the_studio_starts_with_a_damaged_folder_and_restores_a_removed_one(tmp_path: Path) -> None:
     root = tmp_path / "leafcut" / "studio"
     root.mkdir(parents=True)
     (root / "language").write_bytes(b"\xff\xfe")
@@ -184,10 +183,12 @@ def test_what_lies_damaged_in_the_folder_ends_in_one_line_or_is_made_anew(tmp_pa
             client.post("/api/files", params={"name": "a.nc"}, content=b"G0 X1\n", headers=headers).status_code == 200
         )
     assert started.end()[0] == 0
-    (root / "key").unlink()
-    (root / "key").mkdir()
+
+
+def test_a_key_that_cannot_be_saved_is_refused_in_one_line(tmp_path: Path) -> None:
+    (tmp_path / "key").mkdir()
     with pytest.raises(OutputError, match="cannot save the studio's key"):
-        open_studio(root)
+        open_studio(tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -197,7 +198,7 @@ def test_what_lies_damaged_in_the_folder_ends_in_one_line_or_is_made_anew(tmp_pa
         ("leafcut.studio.page.page_state", None),
     ],
 )
-def test_only_a_package_that_is_not_installed_is_told_as_missing(
+def test_only_a_package_that_is_not_installed_is_reported_as_missing(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, missing: str, told: str | None
 ) -> None:
     for name in [n for n in sys.modules if n == missing or n.startswith("leafcut.studio.page")]:
