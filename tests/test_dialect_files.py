@@ -133,19 +133,20 @@ def test_a_program_is_simulated_and_verified_by_a_file(ours: Path, examples: Pat
     assert run(["verify", program, program, "--dialect", str(ours)]) == 0
 
 
-def test_a_reordered_program_is_read_by_a_file(ours: Path, examples: Path) -> None:
+def test_a_dialect_file_reads_a_reordered_program(ours: Path) -> None:
     ours.write_text('base = "linuxcnc"\n')
-    outcome = leafcut.optimize(examples / "cam_121.nc", dialect=str(ours), **FAST)
-    shipped = leafcut.optimize(examples / "cam_121.nc", dialect="linuxcnc", **FAST)
+    program = Path(__file__).parent / "styles" / "cambam_drill.nc"
+    outcome = leafcut.optimize(program, dialect=str(ours), **FAST)
+    shipped = leafcut.optimize(program, dialect="linuxcnc", **FAST)
     assert outcome.verified
     assert outcome.text.replace("ours.toml", "linuxcnc") == shipped.text
 
 
-def test_a_sheet_is_cut_by_a_file(ours: Path, examples: Path) -> None:
+def test_a_dialect_file_writes_a_cutting_program(ours: Path, examples: Path) -> None:
     ours.write_text('base = "plasma"\n[torch]\nprobe = ""\n')
     given = {"process": "cut", "thickness": "6mm", "probe": "off", "header": False, **FAST}
-    outcome = leafcut.optimize(examples / "sheet.dxf", dialect=str(ours), ignore_layers="MARK", **given)
-    shipped = leafcut.optimize(examples / "sheet.dxf", dialect="plasma", ignore_layers="MARK", **given)
+    outcome = leafcut.optimize(examples / "gusset.svg", dialect=str(ours), **given)
+    shipped = leafcut.optimize(examples / "gusset.svg", dialect="plasma", **given)
     assert outcome.text == shipped.text
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -97,15 +96,7 @@ def test_what_names_no_executor_is_refused(spec: str) -> None:
         check_executor(spec)
 
 
-def test_a_cluster_that_is_not_there_is_one_line() -> None:
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        address = f"127.0.0.1:{free.getsockname()[1]}"
-    client = client_of(f"dask://{address}", "abs", "range(3)")
-    out, _ = client.communicate(timeout=100)
-    assert out.startswith(f"dask://{address}: no Dask scheduler answers there") and out.count("\n") == 1
-
-
+@pytest.mark.slow
 def test_a_worker_of_two_that_is_killed_in_the_middle_costs_no_task(cluster: Cluster) -> None:
     with client_of(cluster.spec, "__import__('time').sleep", "[0.05 + k / 1000 for k in range(40)]") as client:
         assert client.stdout is not None
@@ -116,6 +107,7 @@ def test_a_worker_of_two_that_is_killed_in_the_middle_costs_no_task(cluster: Clu
     assert {line.split()[1] for line in lines} == {"None"}, lines
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_dies_in_the_middle_is_one_line(cluster: Cluster) -> None:
     with client_of(cluster.spec, "__import__('time').sleep", "[0.1] + [60.0] * 9") as client:
         assert client.stdout is not None

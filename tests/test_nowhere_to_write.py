@@ -40,6 +40,7 @@ def package(tmp_path: Path) -> Iterator[Path]:
             path.chmod(0o755)  # pytest removes it
 
 
+@pytest.mark.slow
 def test_where_nothing_can_be_written_leafcut_compiles_in_memory_and_says_so_in_one_line(package: Path) -> None:
     """Before, Numba found no folder and every command ended in its error."""
     words = ["optimize", "example:plate-10", "--thickness", "6", "--algorithm", "none", "--no-bound"]

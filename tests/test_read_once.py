@@ -1,7 +1,8 @@
-"""An input is read once: what was looked at to see what it is, is what is worked on."""
+"""Each input file is opened once per run, and a run works on the content that it read first."""
 
 from __future__ import annotations
 
+import io
 import os
 import shutil
 import sys
@@ -10,10 +11,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image
 
 import leafcut
-from leafcut import api
+from leafcut import Outcome, api
 from leafcut.read import Source
 from leafcut.studio.page.preview import look
 
@@ -21,13 +24,46 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 STYLES = Path(__file__).parent / "styles"
 LITTLE = {"iterations": 1, "bound": False, "threads": 1}
 
-#: Kind of work → input, what else is put in its place, process and options.
-WORK: dict[str, tuple[Path, Path, str, dict[str, Any]]] = {
-    "drill": (EXAMPLES / "plate_10.dxf", EXAMPLES / "plate_27.dxf", "auto", {"thickness": 6}),
-    "cut": (EXAMPLES / "bracket.dxf", EXAMPLES / "sheet.dxf", "cut", {"thickness": 6}),
-    "pocket": (EXAMPLES / "pocket.dxf", EXAMPLES / "bracket.dxf", "pocket", {"depth": 2, "tool_diameter": 6}),
-    "picture": (EXAMPLES / "pocket.png", EXAMPLES / "bracket.dxf", "pocket", {"depth": 2, "tool_diameter": 6}),
-    "program": (STYLES / "lightburn_vector.gc", STYLES / "cambam_drill.nc", "auto", {}),
+
+def picture() -> bytes:
+    """Return a PNG picture of a rectangular pocket, 60 by 40 pixels."""
+    pixels, file = np.full((40, 60), 255, np.uint8), io.BytesIO()
+    pixels[10:30, 10:50] = 0
+    Image.fromarray(pixels).save(file, "PNG")
+    return file.getvalue()
+
+
+POCKET = (
+    b'<svg xmlns="http://www.w3.org/2000/svg" width="30mm" height="20mm" viewBox="0 0 30 20">'
+    b'<path fill="none" stroke="black" d="M5 5H25V15H5Z"/></svg>'
+)
+BRACKET = (EXAMPLES / "bracket.dxf").read_bytes()
+
+#: Kind of work → file name, its content, another content, process and options.
+WORK: dict[str, tuple[str, bytes, bytes, str, dict[str, Any]]] = {
+    "drill": (
+        "plate.dxf",
+        (EXAMPLES / "plate_10.dxf").read_bytes(),
+        (EXAMPLES / "plate_27.dxf").read_bytes(),
+        "auto",
+        {"thickness": 6, **LITTLE},
+    ),
+    "cut": ("part.dxf", BRACKET, (EXAMPLES / "pocket.dxf").read_bytes(), "cut", {"thickness": 6, **LITTLE}),
+    "pocket": ("part.svg", POCKET, BRACKET, "pocket", {"depth": 2, "tool_diameter": 6, "strategy": "contour"}),
+    "picture": (
+        "part.png",
+        picture(),
+        BRACKET,
+        "pocket",
+        {"depth": 2, "tool_diameter": 6, "strategy": "contour", "pixel_size": 0.5},
+    ),
+    "program": (
+        "part.nc",
+        (STYLES / "lightburn_vector.gc").read_bytes(),
+        (STYLES / "cambam_drill.nc").read_bytes(),
+        "auto",
+        LITTLE,
+    ),
 }
 
 
@@ -36,14 +72,14 @@ def _noted(event: str, arguments: tuple[Any, ...]) -> None:
         _opened[-1].append(os.fsdecode(os.fspath(arguments[0])))
 
 
-#: For every test that listens, the paths of the files that Python has opened since.
+#: For each running `listening`, the paths of the files that Python opened since.
 _opened: list[list[str]] = []
 sys.addaudithook(_noted)
 
 
 @contextmanager
 def listening() -> Iterator[list[str]]:
-    """Collect the paths of all files that are opened, by Python's own account."""
+    """Collect the paths of all files that Python opens."""
     _opened.append([])
     try:
         yield _opened[-1]
@@ -56,12 +92,17 @@ def times_opened(paths: list[str], file: Path) -> int:
     return sum(os.path.realpath(path) == os.path.realpath(file) for path in paths)
 
 
-def options_of(work: str) -> dict[str, Any]:
-    """Return the process and the options of a kind of work, with little to search."""
-    _, _, process, options = WORK[work]
-    search = {"strategy": "contour"} if process == "pocket" else LITTLE
-    scale = {"pixel_size": 0.2} if work == "picture" else {}
-    return {"process": process, **options, **search, **scale}
+def written(work: str, folder: Path) -> Path:
+    """Write the input of a kind of work."""
+    file = folder / WORK[work][0]
+    file.write_bytes(WORK[work][1])
+    return file
+
+
+def optimized(work: str, source: Path, **more: Any) -> Outcome:
+    """Return the outcome of a kind of work."""
+    *_, process, options = WORK[work]
+    return leafcut.optimize(source, process=process, **options, **more)
 
 
 def test_the_account_counts_what_is_opened(tmp_path: Path) -> None:
@@ -74,34 +115,24 @@ def test_the_account_counts_what_is_opened(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("work", list(WORK))
-def test_an_input_is_opened_once(work: str, tmp_path: Path) -> None:
-    source = tmp_path / WORK[work][0].name
-    shutil.copy(WORK[work][0], source)
+def test_an_input_is_opened_once_and_a_later_change_of_the_file_changes_nothing(work: str, tmp_path: Path) -> None:
+    """Another file replaces the input at the first call of the progress callback."""
+    source = written(work, tmp_path)
     with listening() as paths:
-        leafcut.optimize(source, tmp_path / "out.nc", **options_of(work))
+        expected = optimized(work, source)
     assert times_opened(paths, source) == 1
 
+    def replace(*_: Any) -> None:
+        if source.read_bytes() == WORK[work][1]:
+            source.write_bytes(WORK[work][2])
 
-@pytest.mark.parametrize("work", list(WORK))
-def test_a_file_that_changes_while_work_goes_on_changes_nothing(work: str, tmp_path: Path) -> None:
-    """As soon as anything is told, another file stands in its place: the answer is that of the first."""
-    source = tmp_path / WORK[work][0].name
-    shutil.copy(WORK[work][0], source)
-    expected = leafcut.optimize(source, **options_of(work))
-    told = 0
-
-    def exchange(*_: Any) -> None:
-        nonlocal told
-        told += 1
-        shutil.copy(WORK[work][1], source)
-
-    found = leafcut.optimize(source, progress=exchange, **options_of(work))
-    assert told and source.read_bytes() == WORK[work][1].read_bytes()
+    found = optimized(work, source, progress=replace)
+    assert source.read_bytes() == WORK[work][2]
     assert found.text == expected.text
 
 
-def test_parts_and_sheets_of_a_nest_are_opened_once_however_often_they_are_named(tmp_path: Path) -> None:
-    """In lists, with other quantities and angles, and as words."""
+def test_each_part_of_a_nest_is_opened_once(tmp_path: Path) -> None:
+    """The parts list and the command name the same drawing, with different quantities and rotations."""
     for name in ("bracket.dxf", "gusset.svg"):
         shutil.copy(EXAMPLES / name, tmp_path / name)
     parts = tmp_path / "parts.csv"
@@ -130,16 +161,15 @@ def test_programs_and_maps_are_opened_once(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("work", list(WORK))
 def test_a_preview_opens_its_input_once(work: str, tmp_path: Path) -> None:
-    source = tmp_path / WORK[work][0].name
-    shutil.copy(WORK[work][0], source)
+    source = written(work, tmp_path)
     with listening() as paths:
-        seen = look(str(source), options={"pixel_size": 0.2} if work == "picture" else {})
+        seen = look(str(source), options={"pixel_size": 0.5} if work == "picture" else {})
     assert seen.scenes and not seen.error
     assert times_opened(paths, source) == 1
 
 
-def test_what_was_read_already_is_an_input(tmp_path: Path) -> None:
-    """A `Source` stands for its file wherever one is taken: the file may be gone."""
+def test_a_source_in_memory_is_an_input(tmp_path: Path) -> None:
+    """The file of a `Source` may be deleted."""
     program, drawing = tmp_path / "a.nc", tmp_path / "plate_10.dxf"
     shutil.copy(STYLES / "cambam_drill.nc", program)
     shutil.copy(EXAMPLES / "plate_10.dxf", drawing)
@@ -152,7 +182,7 @@ def test_what_was_read_already_is_an_input(tmp_path: Path) -> None:
     assert api.verify_programs(loaded[0], loaded[0]).same
 
 
-def test_nothing_is_written_over_an_input_that_was_read_already(tmp_path: Path) -> None:
+def test_the_file_of_a_source_in_memory_is_never_overwritten(tmp_path: Path) -> None:
     drawing = tmp_path / "plate_10.dxf"
     shutil.copy(EXAMPLES / "plate_10.dxf", drawing)
     with pytest.raises(leafcut.LeafcutError, match="never overwritten"):

@@ -40,6 +40,7 @@ def _named_by(file: Path) -> Iterator[tuple[str, str]]:
             yield modules[node.value.id], node.attr
 
 
+@pytest.mark.slow
 def test_every_kernel_is_ready_after_a_warm_up() -> None:
     warmed = warming.warm_all()
     kernels = called_by_python()

@@ -22,6 +22,7 @@ from leafcut.studio.studio import Studio
 SHORT = "machining_time"
 
 
+@pytest.mark.slow
 def test_an_experiment_runs_once_and_its_report_and_runs_can_be_had(studio: Studio, client: TestClient) -> None:
     lab, of = studio.lab, in_short(load(SHORT))
     lab.start(of)
