@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import socket
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -123,22 +124,47 @@ def test_a_request_that_stops_in_its_middle_is_given_up(monkeypatch: pytest.Monk
     assert not list(studio.folder.inputs.iterdir())
 
 
-def test_a_connection_that_sends_no_whole_head_is_closed_and_one_that_is_answered_is_not() -> None:
-    async def slow(scope, receive, send) -> None:
+def test_a_connection_without_a_whole_head_is_closed_and_a_connection_with_an_answer_is_not() -> None:
+    """The test runs the timers of the connections itself."""
+    seconds = 987.0
+    timers: list[asyncio.TimerHandle] = []
+    asked, answer = asyncio.Event(), asyncio.Event()
+
+    async def app(scope, receive, send) -> None:
         assert scope["type"] == "http"
-        await asyncio.sleep(1.5)
+        asked.set()
+        await answer.wait()
         await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", b"4")]})
         await send({"type": "http.response.body", "body": b"done"})
 
-    async def spoken(port: int, said: bytes) -> bytes:
-        reader, writer = await asyncio.open_connection("127.0.0.1", port)
-        writer.write(said)
-        answer = await asyncio.wait_for(reader.read(), 60)
-        writer.close()
-        return answer
+    def time_out() -> None:
+        for timer in timers:
+            if not timer.cancelled():
+                timer._run()
+        timers.clear()
 
-    async def asked() -> list[bytes]:
-        config = uvicorn.Config(slow, http=patient_protocol(1.0), log_level="critical", lifespan="off", ws="none")
+    async def received(port: int, request: bytes) -> bytes:
+        """Return the bytes up to the end of the answer or of the connection."""
+        reader, writer = await asyncio.open_connection("127.0.0.1", port)
+        writer.write(request)
+        data = b""
+        while not data.endswith(b"done") and (more := await asyncio.wait_for(reader.read(1000), 60)):
+            data += more
+        writer.close()
+        return data
+
+    async def answers() -> list[bytes]:
+        loop = asyncio.get_running_loop()
+        call_later = loop.call_later
+
+        def later(delay: float, callback: Callable[..., object], *arguments: Any) -> asyncio.TimerHandle:
+            timer = call_later(delay, callback, *arguments)
+            if delay == seconds:
+                timers.append(timer)
+            return timer
+
+        loop.call_later = later  # type: ignore[method-assign]
+        config = uvicorn.Config(app, http=patient_protocol(seconds), log_level="critical", lifespan="off", ws="none")
         server = uvicorn.Server(config)
         with socket.socket() as listening:
             listening.bind(("127.0.0.1", 0))
@@ -146,17 +172,25 @@ def test_a_connection_that_sends_no_whole_head_is_closed_and_one_that_is_answere
             while not server.started:
                 await asyncio.sleep(0.01)
             port = listening.getsockname()[1]
-            whole = b"GET / HTTP/1.1\r\nHost: x\r\n"
-            heads = (b"", whole, whole + b"\r\n" + whole)
-            answers = list(await asyncio.gather(*(spoken(port, said) for said in heads)))
+            head = b"GET / HTTP/1.1\r\nHost: x\r\n"
+            without = [asyncio.create_task(received(port, request)) for request in (b"", head)]
+            whole = asyncio.create_task(received(port, head + b"\r\n" + head))
+            await asked.wait()
+            while len(timers) < 3:
+                await asyncio.sleep(0.01)
+            time_out()
+            closed = await asyncio.gather(*without)
+            assert not whole.done()
+            answer.set()
+            response = await whole
             server.should_exit = True
             await task
-        return answers
+        return [*closed, response]
 
-    nothing, half, then_half = awaited(asked())
+    nothing, half, response = awaited(answers())
     assert nothing == half == b""
-    assert then_half.startswith(b"HTTP/1.1 200")
-    assert then_half.endswith(b"done")
+    assert response.startswith(b"HTTP/1.1 200")
+    assert response.endswith(b"done")
 
 
 @pytest.mark.parametrize("host", ["evil.example", f"evil.example:{PORT}", f"127.0.0.1:{PORT + 1}", "127.0.0.1", ""])

@@ -5,13 +5,15 @@ from __future__ import annotations
 import csv
 import io
 import json
+from collections.abc import Callable
+from typing import Any
 
 import pytest
-from waiting import until
 
 from leafcut import api
 from leafcut.errors import OptionError
 from leafcut.studio.jobs.history import JobState
+from leafcut.studio.jobs.jobs import Live
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.studio import Studio
 
@@ -41,21 +43,30 @@ def test_a_study_is_a_job_whose_runs_are_those_of_the_command_line(studio: Studi
     assert Task.from_json(STUDY.as_json()) == STUDY == record.task
 
 
-def test_a_study_can_be_cancelled_and_a_stopped_one_keeps_what_was_finished(studio: Studio) -> None:
-    long = Task("study", ("random:30:1",), options={"iterations": "40"}, algorithms=("mmas",), runs=1000)
+def test_a_study_can_be_cancelled_and_a_stopped_study_keeps_its_finished_runs(
+    studio: Studio, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The studio stops the study when the third run starts, and cancels it when the first run starts."""
+    long = Task("study", ("random:30:1",), options=OPTIONS, algorithms=("mmas",), runs=1000)
+    tell = Live.tell
+
+    def end_at(words: str, end: Callable[[str], None]) -> None:
+        def observed(live: Live, what: str, *more: Any) -> None:
+            tell(live, what, *more)
+            if words in what:
+                end(live.id)
+
+        monkeypatch.setattr(Live, "tell", observed)
+
+    end_at("seed 3", studio.jobs.stop)
     job = studio.jobs.start(long)
-    live = studio.jobs.live(job)
-    assert live is not None
-    until(lambda: "seed 3" in live.latest.what)
-    studio.jobs.stop(job)
     assert studio.jobs.wait(job, 120) is JobState.STOPPED
     answer = studio.history.answer(job)
     assert answer is not None
     assert answer["stopped_early"]
-    assert 2 <= len(answer["runs"]) < 1000
+    assert 2 <= len(answer["runs"]) <= 3
+    end_at("seed 1", studio.jobs.cancel)
     job = studio.jobs.start(long)
-    until(lambda: (found := studio.jobs.live(job)) is not None and "seed 1" in found.latest.what)
-    studio.jobs.cancel(job)
     assert studio.jobs.wait(job, 120) is JobState.CANCELLED
     assert studio.history.answer(job) is None
 
