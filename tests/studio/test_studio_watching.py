@@ -1,10 +1,10 @@
-"""A job's search is looked at only while somebody looks, and held only while somebody studies it."""
+"""A watch takes snapshots of a search only for a page, and holds the search only while a page studies it."""
 
 from __future__ import annotations
 
 import threading
-import time
-from collections.abc import Iterator
+from collections.abc import Callable
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,81 +21,100 @@ from leafcut.studio.studio import Studio
 MMAS = {"algorithm": "mmas", "iterations": "12", "threads": "1"}
 
 
-class Search(threading.Thread):
-    """Steps without end, each telling a watch, until it is to stop."""
+class Clock:
+    """The time of a `Watch`: it advances when the search waits, and then `on_wait` is called."""
 
-    def __init__(self, watch: Watch) -> None:
-        super().__init__(daemon=True)
-        self.watch, self.steps, self.taken, self.over = watch, 0, 0, False
+    def __init__(self) -> None:
+        self.now, self.waits = 1000.0, 0
+        self.on_wait: Callable[[], object] = lambda: None
 
-    def take(self) -> Snapshot:
-        self.taken += 1
-        return Snapshot(np.zeros((2, 2)), float(self.steps), None, self.steps, 0.0)
+    def perf_counter(self) -> float:
+        return self.now
 
-    def run(self) -> None:
-        while not self.over:
-            self.watch(self.take, True)
-            self.steps += 1
-            time.sleep(0.001)
-
-    def rests(self) -> bool:
-        """Return whether it makes no step in a while."""
-        before = self.steps
-        time.sleep(0.25)
-        return self.steps == before
+    def wait(self, seconds: float) -> None:
+        self.now += seconds
+        self.waits += 1
+        self.on_wait()
 
 
 @pytest.fixture
-def search() -> Iterator[Search]:
-    made = Search(Watch(paused=True))
-    made.start()
-    yield made
-    made.over = True
-    made.watch.release()
-    made.join(10)
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    """Replace the clock of `Watch` and its waiting."""
+    made = Clock()
+
+    class Condition:
+        wait = staticmethod(made.wait)
+
+        def __enter__(self) -> None: ...
+
+        def __exit__(self, *_: object) -> None: ...
+
+        def notify_all(self) -> None: ...
+
+    monkeypatch.setattr(watching, "time", made)
+    monkeypatch.setattr(watching, "threading", SimpleNamespace(Condition=Condition))
+    return made
 
 
-def test_a_held_search_makes_a_step_when_told_and_no_other(search: Search) -> None:
-    until(lambda: search.watch.can_hold)
-    for wanted in (1, 2):
-        assert search.rests()
-        search.watch.look()
-        search.watch.step()
-        until(lambda wanted=wanted: search.steps == wanted)
-    assert search.rests()
-    assert search.watch.look()[1] is not None
-    search.watch.pause(False)
-    until(lambda: search.steps > 20)
+class Pictures:
+    """Takes snapshots and counts them."""
+
+    def __init__(self) -> None:
+        self.taken = 0
+
+    def __call__(self) -> Snapshot:
+        self.taken += 1
+        return Snapshot(np.zeros((2, 2)), 1.0, None, 0, 0.0)
 
 
-def test_a_search_at_a_pace_makes_so_many_steps_a_second(search: Search) -> None:
-    search.watch.go(20.0)
-    search.watch.pause(False)
-    began, before = time.perf_counter(), search.steps
-    while time.perf_counter() < began + 1.0 or search.steps == before:
-        search.watch.look()
-        time.sleep(0.02)
-    # A slow machine makes fewer.
-    assert search.steps - before <= 20.0 * (time.perf_counter() - began) + 2
-    search.watch.go(None)
-    until(lambda: search.steps > 100)
+def test_a_paused_search_makes_one_step_per_request(clock: Clock) -> None:
+    """A page looks at each wait and requests a step at each fifth."""
+    watch = Watch(paused=True)
+
+    def page() -> None:
+        watch.look()
+        if clock.waits % 5 == 0:
+            watch.step()
+
+    clock.on_wait = page
+    for step in (1, 2, 3):
+        watch(Pictures(), True)
+        assert clock.waits == 5 * step
+    assert watch.can_hold
+    assert watch.look()[1] is not None
+    watch.pause(False)
+    watch(Pictures(), True)
+    assert clock.waits == 15
 
 
-def test_a_search_that_nobody_looks_at_is_neither_held_nor_seen(
-    search: Search, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(watching, "LEFT_ALONE", 0.3)
-    monkeypatch.setattr(watching, "LOOKS_AWAY", 0.2)
-    until(lambda: search.steps > 20)  # it was held, and everybody went away
-    taken = search.taken
-    time.sleep(0.3)
-    assert search.taken == taken
-    search.watch.look()
-    until(lambda: search.taken > taken)
+def test_a_search_with_a_speed_makes_that_many_steps_per_second(clock: Clock) -> None:
+    watch = Watch(speed=20.0)
+    clock.on_wait = watch.look
+    start = clock.now
+    for _ in range(41):
+        watch(Pictures(), True)
+    assert clock.now - start == pytest.approx(40 / 20.0)
+    watch.go(None)
+    waits = clock.waits
+    for _ in range(100):
+        watch(Pictures(), True)
+    assert clock.waits == waits
 
 
-def test_who_holds_a_search_does_not_wait_for_its_picture() -> None:
-    """While a picture is taken of a search that is held, its buttons are answered: they are pressed by the server."""
+def test_a_search_without_a_page_is_neither_held_nor_seen(clock: Clock) -> None:
+    watch, take = Watch(paused=True), Pictures()
+    start = clock.now
+    watch(take, True)
+    assert watching.LEFT_ALONE <= clock.now - start < watching.LEFT_ALONE + 2 * watching.EVERY
+    taken, waits = take.taken, clock.waits
+    watch(take, True)
+    assert (take.taken, clock.waits) == (taken, waits)
+    watch.look()
+    watch(take, False)
+    assert take.taken == taken + 1
+
+
+def test_the_buttons_of_a_held_search_are_answered_while_a_snapshot_is_taken() -> None:
     watch, taking, release, pressed = Watch(paused=True), threading.Event(), threading.Event(), threading.Event()
 
     def take() -> Snapshot:
@@ -120,26 +139,36 @@ def test_who_holds_a_search_does_not_wait_for_its_picture() -> None:
     assert not held.is_alive()
 
 
-def test_a_search_that_is_to_end_is_held_no_more(search: Search) -> None:
-    until(lambda: search.watch.can_hold)
-    assert search.rests()
-    search.watch.release()
-    until(lambda: search.steps > 20)
+def test_a_released_search_is_held_no_more(clock: Clock) -> None:
+    watch = Watch(paused=True)
 
-
-def test_snapshots_are_not_taken_more_often_than_ten_times_a_second() -> None:
-    watch, taken = Watch(), 0
-
-    def take() -> Snapshot:
-        nonlocal taken
-        taken += 1
-        return Snapshot(np.zeros((2, 2)), 1.0, None, 0, 0.0)
-
-    began = time.perf_counter()
-    while time.perf_counter() < began + 0.5:
+    def page() -> None:
         watch.look()
-        watch(take, False)
-    assert 1 <= taken <= 1 + (time.perf_counter() - began) / watching.EVERY
+        if clock.waits == 3:
+            watch.release()
+
+    clock.on_wait = page
+    for _ in range(20):
+        watch(Pictures(), True)
+    assert clock.waits == 3
+
+
+def test_snapshots_are_at_least_a_tenth_of_a_second_apart(clock: Clock) -> None:
+    """A snapshot that takes 0.05 s is taken every 0.5 s only."""
+    watch, take = Watch(), Pictures()
+
+    def slow() -> Snapshot:
+        clock.now += 0.05
+        return take()
+
+    for picture, expected in ((take, 10), (slow, 2)):
+        take.taken = 0
+        end = clock.now + 1.0
+        while clock.now < end:
+            watch.look()
+            watch(picture, False)
+            clock.now += 0.001
+        assert take.taken == pytest.approx(expected, abs=1)
 
 
 def test_a_job_studied_step_by_step_gives_what_the_command_line_gives(studio: Studio) -> None:
