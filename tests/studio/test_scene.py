@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 from canvas_scenes import ARC_LINE, CUT_LINE, MACHINE, PART, PLACES, TEXT, grid_of_holes, grid_path, grid_program
+from parts_to_nest import svg
 
 from leafcut import api
 from leafcut.geometry.polyline import Polyline
@@ -162,9 +163,9 @@ def test_what_a_search_costs_is_told_in_the_unit_of_what_is_made_small() -> None
     assert ReadyTask("optimize", ("a.dxf",), "auto", {"objective": "distance"}).unit == "mm"
 
 
-def test_of_a_pocket_it_is_told_how_wide_the_mill_clears() -> None:
-    example = str(Path(__file__).parents[2] / "examples" / "pocket.dxf")
-    options = {"tool_diameter": "16", "depth": "2", "strategy": "zigzag"}
-    outcome = api.optimize(example, process="pocket", **options)
+def test_the_scene_of_a_pocket_holds_the_width_that_the_mill_clears(tmp_path: Path) -> None:
+    drawing = tmp_path / "pocket.svg"
+    drawing.write_bytes(svg(40, 30, '<path d="M5 5H35V25H5Z"/>'))
+    outcome = api.optimize(str(drawing), process="pocket", tool_diameter="16", depth="2", strategy="contour")
     assert unpacked(outcome_scene(outcome, "after"))[0]["cleared"] == 16.0
     assert unpacked(grid_program())[0].get("cleared", 0.0) == 0.0

@@ -7,7 +7,7 @@ import html
 import io
 from pathlib import Path
 
-from parts_to_nest import ANGLE, PLATE
+from parts_to_nest import ANGLE, PLATE, svg
 from playwright.sync_api import Page, expect
 from studio_page import LONG, ROOT, choose_work, downloaded, opened, typed
 
@@ -64,8 +64,10 @@ def test_a_sheet_tells_its_cost_its_batch_its_parts_and_its_time_as_the_report_d
     expect(norms).to_contain_text("Perímetro total")
 
 
-def test_the_strategies_of_a_pocket_are_looked_at_one_by_one(page: Page) -> None:
-    opened(page, ROOT / "examples" / "pocket.dxf")
+def test_each_strategy_of_a_pocket_is_shown_on_its_own(page: Page, tmp_path: Path) -> None:
+    drawing = tmp_path / "pocket.svg"
+    drawing.write_bytes(svg(50, 40, '<path d="M5 5H45V35H5Z"/>'))
+    opened(page, drawing)
     choose_work(page, "pocket")
     typed(page, "Tool diameter", "10")
     typed(page, "Depth", "3")
@@ -79,7 +81,7 @@ def test_the_strategies_of_a_pocket_are_looked_at_one_by_one(page: Page) -> None
     zigzag.click()
     expect(contour).to_have_attribute("aria-pressed", "false")
     page.wait_for_function(f"({DRAWN})().then((found) => found[0] === 'zigzag')")
-    zigzag.click()  # once more: what is written, and what it is compared with
+    zigzag.click()  # a second click shows the written program again
     page.wait_for_function(f"({DRAWN})().then((found) => found[0] === 'pocket' && found[1] === 4)")
     contour.click()
     page.get_by_role("tab", name="Issues").click()
