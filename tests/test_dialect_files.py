@@ -1,4 +1,4 @@
-"""A dialect given as a file is written, read back, timed and told as a shipped one is."""
+"""A dialect in a file behaves like a shipped dialect."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Drawing in, program out: what comes out drills every hole of the drawing once, by judges that are not ours."""
+"""Whole drilling runs: independent readers find each hole of the drawing once in the program."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PLATES = ["plate_10", "plate_27", "plate_45", "plate_65", "plate_70", "plate_8x8
 
 
 def drilled(text: str, dialect_name: str) -> np.ndarray:
-    """Return where a program drills, sorted, float64[n, 2]: the lowest point of every plunge that is no slot."""
+    """Return the drilled places of a program, sorted, float64[n, 2]."""
     path = interpret(text, dialect(dialect_name))
     places = [m.end[:2] for m in path if m.kind is Kind.DRILL]
     return np.array(sorted((round(x, 3), round(y, 3)) for x, y in places)).reshape(-1, 2)

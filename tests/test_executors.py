@@ -1,4 +1,4 @@
-"""Each task is done once wherever it is; a dead worker costs time alone, and a missing cluster is one line."""
+"""Threads, processes and clusters run each task once; a dead worker loses no task."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run of the studio takes plans, sheets and tours from the library's answers: what the command line would write."""
+"""Plans and tours of a studio job equal the files of the command line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Forms are made of the options; what they say is what the command line would be told."""
+"""The forms of the studio: their fields come from the options, and a task equals its command line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Jobs run outside the server, can be stopped and cancelled, and are never lost."""
+"""Jobs run beside the server, can be stopped and cancelled, and survive a restart."""
 
 from __future__ import annotations
 
