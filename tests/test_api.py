@@ -37,10 +37,12 @@ def programs(tmp_path: Path) -> dict[str, str]:
     return {name: str(tmp_path / f"{name}.nc") for name in texts}
 
 
-def printed(capsys: pytest.CaptureFixture[str], *words: str) -> Any:
-    """Return what a command prints with ``--json``."""
+def printed(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, Any]:
+    """Return the answer of a command with ``--json``, without its schema number."""
     cli.run([*words, "--json"])
-    return json.loads(capsys.readouterr().out)
+    answer: dict[str, Any] = json.loads(capsys.readouterr().out)
+    assert answer.pop("schema") == 1
+    return answer
 
 
 def test_a_simulation_has_measure_dangers_and_both_paths(programs: dict[str, str]) -> None:

@@ -48,8 +48,9 @@ def test_solve_answers_with_the_keys_of_the_contract(capsys: pytest.CaptureFixtu
     points.write_text("x,y\n0,0\n1,0\n1,1\n0,1\n0.5,0.5\n")
     text, _ = answer(capsys, "solve", str(points), "--tour", str(tour), "--json")
     found = json.loads(text)
-    assert found.keys() == {"instance", "n", "algorithm", "seed", "length", "optimum", "gap_percent", "lower_bound",
-                            "seconds", "iterations", "history", "workers", "stopped_early", "issues"}  # fmt: skip
+    assert found.keys() == {"schema", "instance", "n", "algorithm", "seed", "length", "optimum", "gap_percent",
+                            "lower_bound", "seconds", "iterations", "history", "workers", "stopped_early",
+                            "issues"}  # fmt: skip
     assert found["length"] == pytest.approx(3 + 2 * 0.5**0.5)
     numbers = tour.read_text().split("TOUR_SECTION")[1].split()[:-2]
     assert sorted(int(v) for v in numbers) == [1, 2, 3, 4, 5]
@@ -105,7 +106,7 @@ def test_a_program_can_be_simulated_and_compared(
 def test_what_there_is_can_be_listed(capsys: pytest.CaptureFixture[str]) -> None:
     for command, name in (("machines", "haas-vf2"), ("algorithms", "mmas"), ("formats", "dxf")):
         assert name in answer(capsys, command)[0]
-        assert name in [row["name"] for row in json.loads(answer(capsys, command, "--json")[0])]
+        assert name in [row["name"] for row in json.loads(answer(capsys, command, "--json")[0])[command]]
 
 
 def test_a_machine_shown_can_be_saved_and_used_again(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

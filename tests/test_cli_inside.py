@@ -79,7 +79,11 @@ def test_without_a_file_it_is_told_where_one_would_be(
     file.parent.mkdir()
     file.write_text(said(capsys, "defaults", "--template"))
     assert said(capsys, "defaults") == f"your defaults file: {file}\n"
-    wanted = [line.removeprefix("# ") for line in TEMPLATE.splitlines() if "=" in line or line.startswith("# [")]
+    wanted = [
+        line.removeprefix("# ")
+        for line in TEMPLATE.splitlines()
+        if line.startswith("# ") and ("=" in line or line.startswith("# ["))
+    ]
     file.write_text("\n".join(wanted))
     assert len(collect({}, None, file).defaults) == sum("=" in line for line in wanted) > 8
 

@@ -46,7 +46,7 @@ def circle(tmp_path: Path) -> str:
 def listed(capsys: pytest.CaptureFixture[str], command: str) -> dict[str, str]:
     """Return what a command lists; in words it lists the same."""
     assert run([command, "--json"]) == 0
-    rows = {row["name"]: row["description"] for row in json.loads(capsys.readouterr().out)}
+    rows = {row["name"]: row["description"] for row in json.loads(capsys.readouterr().out)[command]}
     assert run([command]) == 0
     words = capsys.readouterr().out
     assert all(name in words and text in words for name, text in rows.items())
@@ -171,6 +171,6 @@ def test_a_shipped_dialect_is_printed(capsys: pytest.CaptureFixture[str]) -> Non
     text = capsys.readouterr().out
     assert 'base = "haas"\n' in text
     assert run(["dialects", "--show", "haas", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == {"name": "haas", "dialect": text}
+    assert json.loads(capsys.readouterr().out) == {"schema": 1, "name": "haas", "dialect": text}
     assert run(["dialects", "--show", "hass"]) == 2
     assert "no dialect 'hass' is shipped; did you mean 'haas'?" in capsys.readouterr().err

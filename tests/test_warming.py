@@ -54,7 +54,7 @@ def test_nothing_is_said_where_all_is_there(capsys: pytest.CaptureFixture[str]) 
     assert run(["warm-up"]) == 0
     assert capsys.readouterr() == ("", "")
     assert run(["warm-up", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == {"compiled": 0, "seconds": 0.0, "kept": True}
+    assert json.loads(capsys.readouterr().out) == {"schema": 1, "compiled": 0, "seconds": 0.0, "kept": True}
 
 
 def test_what_was_compiled_is_said_and_where_it_could_not_be_kept(

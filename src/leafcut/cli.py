@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import io
-import json
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -17,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from leafcut._version import __version__
 from leafcut.errors import DataError, LeafcutError, OptionError
 from leafcut.files import StandardInput
+from leafcut.json_output import print_json
 from leafcut.option_spec import PLACES, flag_name
 from leafcut.options import Settings
 from leafcut.plain_line import Parameter, own_parameters, read_plain_line
@@ -397,7 +397,7 @@ def _optimize(
     if as_json:
         from leafcut.report.json_answer import as_json as answer
 
-        _print_json(answer(outcome))
+        print_json(answer(outcome))
     elif quiet:
         _warn(outcome.issues)
     else:
@@ -456,7 +456,7 @@ def _optimize_each(
     if as_json:
         from leafcut.report.several import several_as_json
 
-        _print_json(several_as_json(rows, status))
+        print_json(several_as_json(rows, status))
     elif not quiet:
         from rich.console import Console
 
@@ -539,7 +539,7 @@ def _batch(
     if as_json:
         from dataclasses import asdict
 
-        _print_json({"runs": [asdict(row) for row in rows], "status": status})
+        print_json({"runs": [asdict(row) for row in rows], "status": status})
     elif not quiet:
         print_batch([row.state for row in rows], str(Path(output) / PAGE))
     return status
@@ -684,7 +684,7 @@ def _solve(
     if as_json:
         from leafcut.report.json_answer import solved_as_json
 
-        _print_json(solved_as_json(solved))
+        print_json(solved_as_json(solved))
         return DONE
     sets = "" if part.grouping is None else f" in {count(part.grouping.n_clusters, 'set')}"
     print(f"{part.name}: {count(len(part.holes), 'point')}{sets}, {found.algorithm}, seed {found.seed}")
@@ -740,7 +740,7 @@ def _nest(
         _write_out(drawings[0].encode())
         outcome = replace(outcome, files=(("standard output",),))
     if as_json:
-        _print_json(registry.command("nest_answer")(outcome))
+        print_json(registry.command("nest_answer")(outcome))
     elif quiet:
         _warn(outcome.issues)
     else:
@@ -784,7 +784,7 @@ def _simulate(
         if as_json:
             from leafcut.report.several import several_as_json
 
-            _print_json(several_as_json(rows, status))
+            print_json(several_as_json(rows, status))
         else:
             from rich.console import Console
 
@@ -794,7 +794,7 @@ def _simulate(
         return status
     found, status = simulated(inputs[0])
     if as_json:
-        _print_json(simulation_as_json(found))
+        print_json(simulation_as_json(found))
     else:
         _print_simulated(found)
     return status
@@ -864,7 +864,7 @@ def _stock(
     if output:
         write_bytes(output, as_file(found, output))
     if as_json:
-        _print_json(stock_as_json(found, output))
+        print_json(stock_as_json(found, output))
     else:
         from rich.console import Console
 
@@ -913,7 +913,7 @@ def _cutting_data(
             **_given(options),
         )
     if as_json:
-        _print_json(cutting_data_as_json(found, save, plot))
+        print_json(cutting_data_as_json(found, save, plot))
     else:
         from rich.console import Console
 
@@ -967,7 +967,7 @@ def _verify(
     if as_json:
         from leafcut.report.json_answer import verification_as_json
 
-        _print_json(verification_as_json(proof))
+        print_json(verification_as_json(proof))
     else:
         turned = proof.reversed_cuts
         if proof.same:
@@ -993,11 +993,11 @@ def _machines(
     if show is not None:
         text = machine_template(show)
         if as_json:
-            _print_json({"name": load_machine(show).name, "profile": text})
+            print_json({"name": load_machine(show).name, "profile": text})
         else:
             print(text, end="")
         return DONE
-    return _list(machine_list(), as_json)
+    return _list("machines", machine_list(), as_json)
 
 
 def _materials(
@@ -1012,10 +1012,10 @@ def _materials(
     from leafcut.read.work_materials import load_material, material_list, material_text
 
     if show is None:
-        return _list(material_list(), as_json)
+        return _list("materials", material_list(), as_json)
     text = material_text(show)
     if as_json:
-        _print_json({"name": load_material(show).name, "material": text})
+        print_json({"name": load_material(show).name, "material": text})
     else:
         print(text, end="")
     return DONE
@@ -1033,10 +1033,10 @@ def _dialects(
     from leafcut.gcode.dialects import dialect_list, dialect_template
 
     if show is None:
-        return _list(dialect_list(), as_json)
+        return _list("dialects", dialect_list(), as_json)
     text = dialect_template(show)
     if as_json:
-        _print_json({"name": show, "dialect": text})
+        print_json({"name": show, "dialect": text})
     else:
         print(text, end="")
     return DONE
@@ -1046,14 +1046,14 @@ def _algorithms(*, as_json: Json = False) -> int:
     """List the search algorithms."""
     from leafcut import api
 
-    return _list(list(api.algorithms().items()), as_json)
+    return _list("algorithms", list(api.algorithms().items()), as_json)
 
 
 def _formats(*, as_json: Json = False) -> int:
     """List the file formats that leafcut reads."""
     from leafcut.read import formats
 
-    return _list([(f.name, f"{' '.join(f.extensions)}  {f.help}".strip()) for f in formats()], as_json)
+    return _list("formats", [(f.name, f"{' '.join(f.extensions)}  {f.help}".strip()) for f in formats()], as_json)
 
 
 def _plugins(*, as_json: Json = False) -> int:
@@ -1064,7 +1064,7 @@ def _plugins(*, as_json: Json = False) -> int:
     if not rows and not as_json:
         print("no plug-ins installed")
         return DONE
-    return _list(rows, as_json)
+    return _list("plugins", rows, as_json)
 
 
 def _studio(
@@ -1083,9 +1083,10 @@ def _studio(
     return DONE
 
 
-def _list(rows: list[tuple[str, str]], as_json: bool) -> int:
+def _list(noun: str, rows: list[tuple[str, str]], as_json: bool) -> int:
+    """Print the names and descriptions of some things; `noun` is their key in the JSON answer."""
     if as_json:
-        _print_json([{"name": name, "description": text} for name, text in rows])
+        print_json({noun: [{"name": name, "description": text} for name, text in rows]})
         return DONE
     width = max(len(name) for name, _ in rows)
     for name, text in rows:
@@ -1118,19 +1119,6 @@ def _write_out(data: bytes) -> None:
     sys.stdout.flush()
     sys.stdout.buffer.write(data)
     sys.stdout.buffer.flush()
-
-
-def _print_json(answer: Any) -> None:
-    text = json.dumps(answer, allow_nan=False, indent=2, ensure_ascii=False)
-    with suppress(UnicodeError):
-        # Where the locale is not that of the names of files, their letters come as bytes that stand for others.
-        text = text.encode("utf-8", "surrogateescape").decode("utf-8")
-    try:
-        text.encode(sys.stdout.encoding or "ascii")
-    except (UnicodeError, LookupError):
-        # Standard output does not have all letters: as escapes they come through whole.
-        text = json.dumps(json.loads(text), indent=2)
-    print(text)
 
 
 #: What adds commands that are no work on an input, by their names.

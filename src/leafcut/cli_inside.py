@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import json
 import types
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from cyclopts import App, Parameter
 
 from leafcut.errors import LeafcutError, OptionError, count_of, nearest
+from leafcut.json_output import print_json
 from leafcut.usage import refuse_dash
 from leafcut.user_files import DEFAULTS_VARIABLE, defaults_file, usual_defaults_file
 
@@ -75,7 +75,7 @@ def _defaults(
     file = defaults_file()
     rows = shop_defaults(command, given, file)
     if as_json:
-        print(json.dumps(as_answer(rows, file), indent=2, ensure_ascii=False))
+        print_json(as_answer(rows, file))
         return 0
     print(_file_words(str(file) if file else "", str(usual_defaults_file() or "")))
     widths = [max((len(cell) for cell in column), default=0) for column in zip(*map(_cells, rows), strict=True)]
@@ -103,7 +103,7 @@ def _addon(
         if to is not None:
             raise OptionError("--to: name the add-on, too: leafcut addon inkscape --to FOLDER")
         if as_json:
-            print(json.dumps([{"name": one.name, "description": one.help} for one in ADDONS.values()], indent=2))
+            print_json({"addons": [{"name": one.name, "description": one.help} for one in ADDONS.values()]})
         else:
             for one in ADDONS.values():
                 print(f"{one.name:10}{one.help}")
@@ -112,7 +112,7 @@ def _addon(
         raise OptionError(f"addon needs a folder: leafcut addon {name} --to FOLDER")
     files = write_addon(name, to)
     if as_json:
-        print(json.dumps({"name": name, "files": [str(file) for file in files]}, indent=2))
+        print_json({"name": name, "files": [str(file) for file in files]})
     else:
         print(f"wrote {', '.join(map(str, files))}; {ADDONS[name].then}")
     return 0
@@ -126,7 +126,7 @@ def _warm_up(*, as_json: _Json = False) -> int:
     with Reporter() as reporter:
         warmed = warm_all(lambda words: reporter(words, None, 0.0, None))
     if as_json:
-        print(json.dumps({"compiled": warmed.compiled, "seconds": round(warmed.seconds, 1), "kept": warmed.kept}))
+        print_json({"compiled": warmed.compiled, "seconds": round(warmed.seconds, 1), "kept": warmed.kept})
     elif warmed.compiled:
         print(f"{count_of(warmed.compiled, 'kernel')} compiled in {warmed.seconds:.0f} s")
     if not warmed.kept:

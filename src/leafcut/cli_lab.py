@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import App, Parameter
 
 from leafcut.errors import OptionError
+from leafcut.json_output import print_json
 from leafcut.option_spec import OptionSpec, converted
 from leafcut.progress import Reporter
 
@@ -69,7 +70,7 @@ def _list(*, results: _Results = RESULTS, as_json: _Json = False) -> int:
         rows.append((name, title, whole.n_runs, done.get(whole.key, 0), done.get(in_short(whole).key, 0)))
     if as_json:
         names = ("name", "title", "runs", "done", "reduced_done")
-        _print_json([dict(zip(names, row, strict=True)) for row in rows])
+        print_json({"experiments": [dict(zip(names, row, strict=True)) for row in rows]})
         return 0
     from rich.console import Console
     from rich.table import Table
@@ -102,7 +103,7 @@ def _run(
     with _at_work(results, executor, workers) as (store, how):
         ran = run(description, store, mixed=mixed, **how)
     if as_json:
-        _print_json(
+        print_json(
             {"experiment": description.key, "runs": ran.runs, "finished": ran.finished, "done": ran.done,
              "left_out": ran.left_out, "failed": list(ran.failed), "results": results}
         )  # fmt: skip
@@ -145,7 +146,7 @@ def _report(
         check_output(file, [results, name if name.endswith(".toml") else None])
     write_together(files)
     if as_json:
-        _print_json({"experiment": description.key, "rows": len(rows), "files": list(files)})
+        print_json({"experiment": description.key, "rows": len(rows), "files": list(files)})
     else:
         print(f"{description.title}: {' and '.join(files)}")
     return 0
@@ -213,7 +214,7 @@ def _tune(
     texts = (options_text(tuned), page, rows_as_csv(tuned.judging, tuned.rows))
     write_together(dict(zip(files, texts, strict=True)))
     if as_json:
-        _print_json(
+        print_json(
             {"algorithm": algorithm, "trials": len(tuned.trials), "parameters": dict(tuned.parameters),
              "learnt_on": [one.name for one in task.split()[0]], "judged_on": [one.name for one in task.split()[1]],
              "change_percent": None if tuned.change is None else 100.0 * tuned.change, "files": files}
@@ -253,9 +254,3 @@ def _described(name: str, reduced: bool) -> Any:
 
     found = load(name)
     return in_short(found) if reduced else found
-
-
-def _print_json(answer: Any) -> None:
-    import json
-
-    print(json.dumps(answer, indent=2))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import App, Parameter
 
 from leafcut.errors import OptionError, count_of
+from leafcut.json_output import print_json
 from leafcut.usage import DASH, HELD, refuse_dash
 
 if TYPE_CHECKING:
@@ -225,7 +226,7 @@ def _check(
         write_whole(output, _fitted_profile(machine, fitted, len(pairs), output))
         written = output
     if as_json:
-        _print_json(fit_as_json(fitted, found, [seconds for _, seconds in pairs], written))
+        print_json(fit_as_json(fitted, found, [seconds for _, seconds in pairs], written))
     else:
         from rich.console import Console
 
@@ -314,7 +315,7 @@ def _import_tools(
         write_whole(output, text)
     if as_json:
         answer = {"tools": len(library.tools), "left_out": list(library.left_out), "output": output or ""}
-        _print_json(answer if output else {**answer, "library": text})
+        print_json(answer if output else {**answer, "library": text})
         return 0
     if not output:
         print(text, end="")
@@ -342,7 +343,7 @@ def _write_or_print(made: ImportedMachine, output: str | None, *, as_json: bool)
     if output:
         write_whole(output, made.text)
     if as_json:
-        _print_json(_as_answer(made, output))
+        print_json(_as_answer(made, output))
         return
     if not output:
         print(made.text, end="")
@@ -367,9 +368,3 @@ def _as_answer(made: ImportedMachine, output: str | None) -> Mapping[str, Any]:
         "notes": [*made.notes],
     }
     return {**answer, "output": output} if output else {**answer, "output": "", "profile": made.text}
-
-
-def _print_json(answer: Any) -> None:
-    import json
-
-    print(json.dumps(answer, indent=2, ensure_ascii=False, allow_nan=False))

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TextIO
 from cyclopts import Parameter
 
 from leafcut.errors import OptionError, SendError
+from leafcut.json_output import print_json
 from leafcut.terminal_keys import Keys
 from leafcut.usage import DASH, HELD
 
@@ -272,11 +273,11 @@ def _finish(ending: Ending | None, job: SendJob, port: str, *, as_json: bool, qu
 
     if ending is None:
         if as_json:
-            _print_json({"program": job.file, "port": port, "complete": False, "dry_run": True})
+            print_json({"program": job.file, "port": port, "complete": False, "dry_run": True})
         return 0
     words = ending_in_words(ending, job)
     if as_json:
-        _print_json({"port": port, "machine": job.machine.name, **ending_as_json(ending, job)})
+        print_json({"port": port, "machine": job.machine.name, **ending_as_json(ending, job)})
     elif ending.complete:
         _tell(words, quiet=quiet)
     if not ending.complete:
@@ -287,12 +288,6 @@ def _finish(ending: Ending | None, job: SendJob, port: str, *, as_json: bool, qu
 def _tell(line: str, *, quiet: bool) -> None:
     if not quiet:
         print(line)
-
-
-def _print_json(answer: Any) -> None:
-    import json
-
-    print(json.dumps(answer, indent=2, ensure_ascii=False, allow_nan=False))
 
 
 @contextmanager

@@ -3,7 +3,7 @@
     LeafcutError
     ├── ReadError      a file cannot be read, or what it says cannot be meant
     ├── OptionError    an option is wrong (also a ValueError)
-    │   └── DataError  the file of a tool library, a material, a machine or a dialect says what cannot be
+    │   └── DataError  a tool library, material, machine or dialect is invalid, or a document has an unknown schema
     ├── PlanError      the part cannot be made as asked
     ├── SolveError     a routing problem cannot be solved as asked
     ├── PostError      the toolpath cannot be said in this controller's words
@@ -89,9 +89,9 @@ class OptionError(LeafcutError, ValueError):
 
 
 class DataError(OptionError):
-    """A file of tools, of a material, of a machine or of a dialect cannot be read, or says what cannot be.
+    """A file of tools, of a material, of a machine or of a dialect is invalid, or a document has an unknown schema.
 
-    The command line that names it is right: as for any other input, its exit status is 1.
+    The command line that names the file is valid, so the exit status is 1, as for any other input.
     """
 
 

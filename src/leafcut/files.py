@@ -13,6 +13,7 @@ from typing import Any, Protocol
 
 from leafcut.errors import DataError, LeafcutError, OptionError, ReadError, shown
 from leafcut.quick_dataclass import dataclass
+from leafcut.schemas import Schema, check_schema
 
 #: Programs larger than this are refused: the largest seen in the field are a tenth of it.
 LARGEST_PROGRAM = 512 * 1024 * 1024
@@ -137,17 +138,17 @@ def check_is_there(flag: str, path: Path | None) -> None:
         raise OptionError(f"{flag} {path}: {why}")
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Return the tables of a TOML file.
+def read_toml(path: Path, schema: Schema) -> dict[str, Any]:
+    """Return the tables of a TOML file, without its schema number.
 
     Raises
     ------
     OptionError
         There is no such file.
     DataError
-        It cannot be read, is too large, or is not TOML.
+        The file cannot be read, is too large, is not TOML, or has a schema that this leafcut does not read.
     """
-    return parse_toml(toml_bytes(path), str(path))
+    return parse_toml(toml_bytes(path), str(path), schema)
 
 
 def toml_bytes(path: Path) -> bytes:
@@ -174,20 +175,27 @@ def toml_bytes(path: Path) -> bytes:
     return content
 
 
-def parse_toml(content: bytes, source: str) -> dict[str, Any]:
-    """Return the tables of TOML text; `source` names it in an error."""
+def parse_toml(content: bytes, source: str, schema: Schema) -> dict[str, Any]:
+    """Return the tables of TOML text, without its schema number; `source` names the text in an error.
+
+    Raises
+    ------
+    DataError
+        The text is not TOML, or has a schema that this leafcut does not read.
+    """
     import tomllib
 
     try:
         tables = tomllib.loads(content.decode("utf-8"))
         _check_wholes(tables)
-        return tables
     except UnicodeDecodeError:
         raise DataError(f"{source}: not a TOML file (not UTF-8 text)") from None
     except RecursionError:
         raise DataError(f"{source}: not a TOML file (nested too deep)") from None
     except ValueError as problem:  # TOMLDecodeError, and numbers of thousands of digits
         raise DataError(f"{source}: not a TOML file ({shown(str(problem), 200)})") from None
+    check_schema(schema, tables.pop(schema.key, schema.current), source)
+    return tables
 
 
 def line_of(toml: str, section: str, name: str = "") -> int | None:

@@ -13,12 +13,14 @@ from leafcut.processes import registry
 from leafcut.processes.base import Work
 from leafcut.processes.settings import PlacedOption, collect, placed_options, used_by
 from leafcut.quick_dataclass import dataclass
+from leafcut.schemas import OPTIONS
 
 #: A file of defaults to begin with: what a shop says once. Each line is an example, and a comment until it is wanted.
-TEMPLATE = """\
+TEMPLATE = f"""\
 # Defaults of this shop. Remove the # in front of a line, and write your own value.
 # The command line goes before --options, and that before this file. Paths are relative to its folder.
 # leafcut defaults drill tells all options of drilling, and where the value of each comes from.
+{OPTIONS.line}
 
 # machine = "haas-vf2"          # a name of `leafcut machines`, or a profile: "my.toml"
 # work_offset = "-400,-200,-300"

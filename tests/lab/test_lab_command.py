@@ -50,7 +50,7 @@ def test_the_list_tells_what_is_done(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert lab(capsys, "list", "--results", file)[0] == 0
     assert not Path(file).exists()
     lab(capsys, "run", "machining_time", "--reduced", "--results", file)
-    rows = {row["name"]: row for row in json.loads(lab(capsys, "list", "--results", file, "--json")[1])}
+    rows = {row["name"]: row for row in json.loads(lab(capsys, "list", "--results", file, "--json")[1])["experiments"]}
     assert rows.keys() == shipped().keys()
     assert rows["machining_time"]["done"] == 0  # the short form is another experiment
     assert rows["machining_time"]["reduced_done"] == 8

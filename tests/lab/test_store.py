@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from leafcut.errors import LeafcutError
-from leafcut.lab.store import LAYOUT, Row, Store
+from leafcut.lab.store import Row, Store
 
 ROW = Row(
     "k1", "small", "ten", {"algorithm": "as"}, 1, {"iterations": 5, "seed": 1}, "ab" * 32, "",
@@ -72,7 +72,7 @@ def test_files_that_are_none_of_ours_are_refused_and_left_as_they_are(tmp_path: 
     with Store(newer) as store:
         store.add(ROW)
     with sqlite3.connect(newer) as data:
-        data.execute(f"pragma user_version = {LAYOUT + 1}")
+        data.execute("pragma user_version = 2")
     data.close()
     with Store(broken) as store:
         store.add(ROW)
@@ -87,7 +87,7 @@ def test_files_that_are_none_of_ours_are_refused_and_left_as_they_are(tmp_path: 
         said[file.name] = str(refused.value)
     assert "no file of results" in said["a.txt"]
     assert "another program" in said["b.sqlite"]
-    assert f"layout {LAYOUT + 1}" in said["c.sqlite"]
+    assert "'schema' is 2, but the newest results file that this leafcut reads has 1; upgrade" in said["c.sqlite"]
     assert "damaged" in said["d.sqlite"]
 
 

@@ -128,7 +128,7 @@ def test_where_nothing_is_better_the_defaults_stay_and_nothing_is_judged(tmp_pat
         found = tune(task(), store, performer=Formula(lambda o: 2.0 if "candidates" in o else 1.0))
     assert (found.parameters, found.rows, found.change) == ({}, (), None)
     assert "no set of 8 trials was better than the defaults on 4 inputs" in found.words()
-    assert tomllib.loads(options_text(found)) == {"solve": {"algorithm": "mmas"}}
+    assert tomllib.loads(options_text(found)) == {"schema": 1, "solve": {"algorithm": "mmas"}}
 
 
 @pytest.mark.parametrize("algorithm", sorted(RANGES))

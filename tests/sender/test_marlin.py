@@ -424,7 +424,7 @@ def test_the_command_sends_to_a_marlin_behind_a_port_and_logs_it(
     finally:
         cable.close()
     answer = json.loads(capsys.readouterr().out)
-    assert answer["complete"] and answer["place"] == [20.0, 10.0, 5.0]
+    assert answer["schema"] == 1 and answer["complete"] and answer["place"] == [20.0, 10.0, 5.0]
     assert cable.board.bad and obeyed(cable.board) == [*OPENING, *bare(HEAD), *bare(drilled(3)), "M5"]
     text = log.read_text()
     assert re.search(r" > N\d+ G28\*\d+", text) and " < Resend: " in text

@@ -163,12 +163,12 @@ def test_what_is_wrong_with_a_tool_is_marked_in_that_tool(key: ProfileKey) -> No
 @pytest.mark.parametrize(
     ("text", "line"),
     [
-        (GRBL.replace("[rapid]", "[rapid"), 8),
-        (GRBL.replace('style = "linear"', 'stile = "linear"'), 9),
+        (GRBL.replace("[rapid]", "[rapid"), 9),
+        (GRBL.replace('style = "linear"', 'stile = "linear"'), 10),
         (GRBL.replace('controller = "grbl"\n', ""), 1),
-        (GRBL.replace('velocity = "800 mm/min"\n', ""), 8),
-        (GRBL.replace('controller = "grbl"', 'controler = "grbl"', 1), 3),
-        (GRBL.replace('controller = "grbl"', 'controller = ""', 1), 3),
+        (GRBL.replace('velocity = "800 mm/min"\n', ""), 9),
+        (GRBL.replace('controller = "grbl"', 'controler = "grbl"', 1), 4),
+        (GRBL.replace('controller = "grbl"', 'controller = ""', 1), 4),
     ],
 )
 def test_a_file_that_cannot_be_read_is_marked_where_it_breaks(text: str, line: int) -> None:

@@ -179,11 +179,19 @@ def test_however_many_wait_for_their_answers_the_others_are_answered(
 
 def test_jobs_are_listed_and_forgotten(studio: Studio, client: TestClient) -> None:
     made = client.post("/api/solve", data={"source": "random:9:1"}).json()["job"]
-    listed = client.get("/api/jobs").json()
+    listed = client.get("/api/jobs").json()["jobs"]
     assert [(job["id"], job["title"], job["state"]) for job in listed] == [(made, "random:9:1", "done")]
     assert client.post(f"/api/jobs/{made}/stop").json()["state"] == "done"
-    assert client.delete(f"/api/jobs/{made}").json() == {"deleted": made}
-    assert client.get("/api/jobs").json() == []
+    assert client.delete(f"/api/jobs/{made}").json() == {"schema": 1, "deleted": made}
+    assert client.get("/api/jobs").json() == {"schema": 1, "jobs": []}
+
+
+@pytest.mark.parametrize(
+    "address", ["jobs", "machines", "algorithms", "formats", "options", "machine", "machine/ports"]
+)
+def test_an_answer_is_an_object_that_begins_with_its_schema(address: str, client: TestClient) -> None:
+    answer = client.get(f"/api/{address}").json()
+    assert next(iter(answer.items())) == ("schema", 1)
 
 
 def test_the_description_names_every_way_in_and_loads_nothing_from_elsewhere(client: TestClient) -> None:
@@ -211,6 +219,6 @@ def test_what_there_is_is_listed_as_the_command_line_does(
         capsys.readouterr()
         cli.run([what, "--json"])
         assert client.get(f"/api/{what}").json() == json.loads(capsys.readouterr().out)
-    options = {option["name"]: option for option in client.get("/api/options").json()}
+    options = {option["name"]: option for option in client.get("/api/options").json()["options"]}
     assert options["thickness"]["flag"] == "--thickness"
     assert options["preset"]["choices"] == ["fast", "default", "thorough"]

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import sqlite3
 import threading
 import time
+import zlib
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -265,13 +268,30 @@ def test_forgetting_a_job_removes_the_file_that_only_it_used(studio: Studio) -> 
     assert studio.history.artefacts(first) == {}
 
 
+def test_a_history_of_leafcut_0_2_which_has_no_numbers_is_read_and_numbered(tmp_path: Path) -> None:
+    file = tmp_path / "h.sqlite"
+    history = History(file)
+    history.add("a", "x", SHORT, 1.0)
+    history.finish("a", JobState.DONE, answer={"n": 1})
+    history.close()
+    with closing(sqlite3.connect(file, isolation_level=None)) as data:
+        data.execute("UPDATE job SET answer = ?", (zlib.compress(b'{"n": 1}'),))
+        data.execute("PRAGMA user_version = 0")
+    history = History(file)
+    (job,) = history.newest()
+    assert (job.task, job.state, history.answer("a")) == (SHORT, JobState.DONE, {"schema": 1, "n": 1})
+    history.close()
+    with closing(sqlite3.connect(file)) as data:
+        assert data.execute("PRAGMA user_version").fetchone() == (1,)
+
+
 def test_a_damaged_history_is_set_aside(tmp_path: Path) -> None:
     file = tmp_path / "h.sqlite"
     file.write_bytes(b"no database at all" * 100)
     history = History(file)
     history.add("a", "x", SHORT, 1.0)
     history.finish("a", JobState.DONE, answer={"n": 1}, artefacts={"p": Artefact("p.nc", "text/plain", b"M2\n")})
-    assert history.answer("a") == {"n": 1}
+    assert history.answer("a") == {"schema": 1, "n": 1}
     assert history.artefact("a", "p") == Artefact("p.nc", "text/plain", b"M2\n")
     history.close()
     assert len(list(tmp_path.glob("h.sqlite.damaged-*"))) == 1

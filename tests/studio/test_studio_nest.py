@@ -107,10 +107,11 @@ def test_programs_nest_and_compare_through_the_api(client: TestClient) -> None:
     layouts = [layout for variant in answer["variants"] for layout in variant["layouts"]]
     assert layouts and all("LWPOLYLINE" in answer["texts"][layout["file"]] for layout in layouts)
     assert client.get(f"/api/jobs/{answer['job']}/answer").json()["variants"] == answer["variants"]
-    rows = client.post(f"/api/jobs/{answer['job']}/cuts", data={"options": json.dumps(CUT)}).json()
+    planned = client.post(f"/api/jobs/{answer['job']}/cuts", data={"options": json.dumps(CUT)}).json()
+    rows = planned["variants"]
     assert [row["variant"] for row in rows] == list(range(1, len(answer["variants"]) + 1))
     assert all(row["time_s"] > 0 for row in rows)
-    assert client.get(f"/api/jobs/{answer['job']}/cuts").json() == rows
+    assert client.get(f"/api/jobs/{answer['job']}/cuts").json() == planned
 
 
 def test_a_drawing_that_is_named_as_a_sheet_is_one_and_no_part(client: TestClient) -> None:

@@ -155,7 +155,7 @@ def test_ctrl_c_ends_the_studio_and_marks_its_jobs_as_interrupted(tmp_path: Path
             for _ in range(3):
                 asking.submit(client.post, "/api/solve", data=body, timeout=90)
             states = ["running", "running", "waiting"]
-            until(lambda: sorted(job["state"] for job in client.get("/api/jobs").json()) == states)
+            until(lambda: sorted(job["state"] for job in client.get("/api/jobs").json()["jobs"]) == states)
             status, out, error = started.end()
         client.close()
     assert status == 0

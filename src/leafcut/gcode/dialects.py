@@ -9,7 +9,6 @@ dialect("haas").cycles        ('G81', 'G82', 'G83', 'G73', 'G84', 'G85')
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Callable
 from dataclasses import MISSING, field, fields, replace
 from functools import cache, cached_property
@@ -23,6 +22,7 @@ from leafcut.files import line_of, parse_toml, toml_bytes
 from leafcut.gcode.dialect_checks import fault_of, faults_of_words
 from leafcut.plugins import PluginKind, file_of
 from leafcut.quick_dataclass import dataclass
+from leafcut.schemas import DIALECT
 
 
 @dataclass(frozen=True)
@@ -363,7 +363,7 @@ def parse_dialect(content: bytes, name: str, place: str = "") -> Dialect:
         The text is not TOML, a key is unknown or missing, or a value is none that a dialect can have.
     """
     place = place or f"dialect {name}"
-    said = parse_toml(content, place)
+    said = parse_toml(content, place, DIALECT)
 
     def refused(key: str, words: str) -> DataError:
         section, _, bare = key.rpartition(".")
@@ -400,7 +400,7 @@ def _on_base(said: dict[str, Any], base: str | None) -> dict[str, Any]:
     """Return the table with all that it does not say from the shipped dialect `base`."""
     if base is None:
         return said
-    below = tomllib.loads(_content(base).decode("utf-8"))
+    below = parse_toml(_content(base), base, DIALECT)
     below = _on_base(below, below.pop("base", None))
     tables = {key: {**below.get(key, {}), **said.get(key, {})} for key in _TABLES if key in below or key in said}
     return {**below, **said, **tables}

@@ -30,6 +30,7 @@ from leafcut.processes import registry
 from leafcut.processes.base import Work
 from leafcut.processes.course import machine_of
 from leafcut.processes.settings import collect, placed_in, why_unused
+from leafcut.schemas import EXPERIMENT
 
 #: What comes with leafcut.
 _SHIPPED = resources.files("leafcut.lab") / "shipped"
@@ -64,7 +65,7 @@ def load(name: str | Path) -> Description:
         except OSError as problem:
             raise ReadError(path, f"cannot be read ({problem.strerror})") from None
         try:
-            return described(parse_toml(content, str(path)), path.stem, path.parent)
+            return described(parse_toml(content, str(path), EXPERIMENT), path.stem, path.parent)
         except DataError:
             raise
         except OptionError as problem:  # the command line is right, the file is not
@@ -72,7 +73,7 @@ def load(name: str | Path) -> Description:
     file = _SHIPPED / f"{name}.toml"
     if not re.fullmatch(r"[A-Za-z0-9_-]+", str(name)) or not file.is_file():
         raise OptionError(f"unknown experiment '{name}'{nearest(str(name), shipped_names())}; or give a TOML file")
-    return described(parse_toml(file.read_bytes(), str(name)), str(name), None)
+    return described(parse_toml(file.read_bytes(), str(name), EXPERIMENT), str(name), None)
 
 
 def described(content: Mapping[str, Any], name: str, folder: Path | None) -> Description:

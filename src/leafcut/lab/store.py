@@ -14,9 +14,8 @@ from typing import Any, Self
 from leafcut.errors import LeafcutError, ReadError, shown
 from leafcut.files import OutputError
 from leafcut.quick_dataclass import dataclass
+from leafcut.schemas import RESULTS, check_schema
 
-#: The layout of the tables. A file with another one is refused.
-LAYOUT = 1
 #: What tells that a file is one of results: an SQLite file says to whom it belongs ("leaf").
 _OWNER = 0x6C656166
 #: So long another program that writes the file is waited for, s.
@@ -89,8 +88,8 @@ class Store:
 
     Raises
     ------
-    ReadError
-        The file is no results file, damaged, or of another layout. Nothing is changed in it then.
+    ReadError, DataError
+        The file is not a results file, is damaged, or has a schema that this leafcut does not read. It stays unchanged.
     OutputError
         It cannot be written, or another program writes it; what it holds stays.
     """
@@ -127,24 +126,20 @@ class Store:
         with self._refused():
             if not self._read_only:
                 self._data.execute("begin immediate")
-            owner, layout = (
+            owner, schema = (
                 self._data.execute(f"pragma {word}").fetchone()[0] for word in ("application_id", "user_version")
             )
             empty = not self._data.execute("select count(*) from sqlite_master").fetchone()[0]
-            if owner == layout == 0 and empty and not self._read_only:
+            if owner == schema == 0 and empty and not self._read_only:
                 self._data.execute(_TABLE)
                 self._data.execute(f"pragma application_id = {_OWNER}")
-                self._data.execute(f"pragma user_version = {LAYOUT}")
+                self._data.execute(f"pragma user_version = {RESULTS.current}")
             elif owner != _OWNER:
                 raise ReadError(self.path, "an SQLite file of another program; give another --results")
-            elif layout != LAYOUT:
-                raise ReadError(
-                    self.path,
-                    f"results of another version of leafcut (layout {layout}, this one reads {LAYOUT}); "
-                    "give another --results",
-                )
-            elif (found := self._data.execute("pragma quick_check(1)").fetchone()[0]) != "ok":
-                raise ReadError(self.path, f"damaged results ({shown(found, 120)}); give another --results")
+            else:
+                check_schema(RESULTS, schema, str(self.path))
+                if (found := self._data.execute("pragma quick_check(1)").fetchone()[0]) != "ok":
+                    raise ReadError(self.path, f"damaged results ({shown(found, 120)}); give another --results")
             if not self._read_only:
                 self._data.execute("commit")
 

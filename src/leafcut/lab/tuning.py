@@ -30,6 +30,7 @@ from leafcut.options.search import ANT_ALGORITHMS
 from leafcut.processes import registry
 from leafcut.processes.settings import group_of
 from leafcut.quick_dataclass import dataclass
+from leafcut.schemas import OPTIONS
 
 if TYPE_CHECKING:
     from optuna.trial import Trial
@@ -371,7 +372,7 @@ def search_block(tuned: Tuned) -> ReportBlock:
 
 def options_text(tuned: Tuned) -> str:
     """Return the set as a file for ``--options``, which says what it was measured to be worth."""
-    lines = [f"# Parameters of {tuned.task.algorithm}, tuned by leafcut {__version__}: {tuned.words()}."]
+    lines = [f"# Parameters of {tuned.task.algorithm}, tuned by leafcut {__version__}: {tuned.words()}.", OPTIONS.line]
     tables: dict[str, list[str]] = {"solve": [f'algorithm = "{tuned.task.algorithm}"']}
     for name, value in tuned.parameters.items():
         tables.setdefault(group_of(name).section, []).append(f"{name} = {value:g}")

@@ -19,6 +19,7 @@ from leafcut.options.settings import Settings, without
 from leafcut.processes import registry
 from leafcut.processes.base import Work
 from leafcut.quick_dataclass import dataclass
+from leafcut.schemas import OPTIONS
 
 
 def collect(values: Mapping[str, Any], file: Path | None = None, defaults: Path | None = None) -> Settings:
@@ -226,7 +227,7 @@ def placed_options(file: Path) -> list[PlacedOption]:
     """
     try:
         content = toml_bytes(file)
-        data = parse_toml(content, str(file))
+        data = parse_toml(content, str(file), OPTIONS)
     except DataError as problem:  # what a file of options says is as if it were typed
         raise OptionError(str(problem)) from None
     text = content.decode("utf-8")

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import DataError, OptionError, nearest, shown
+from leafcut.files import parse_toml, read_toml
 from leafcut.gcode.dialects import DIALECTS, dialect, dialects
 from leafcut.kinds import Head
 from leafcut.model.machine import XYZ, Machine, Probe
@@ -27,7 +28,8 @@ from leafcut.read.machine_keys import (
     profile_template,
     with_defaults,
 )
-from leafcut.read.toml_table import TomlTable, parse_toml, read_toml
+from leafcut.read.toml_table import TomlTable
+from leafcut.schemas import MACHINE
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: LinuxCNC and others check the limits of an axis to about this, mm.
@@ -105,15 +107,15 @@ def machine_template(name_or_path: str) -> str:
     return profile_template(data, machine.name)
 
 
-def machine_of_profile(data: dict[str, Any], place: str) -> Machine:
-    """Return the machine of a profile that stands in no file yet; `place` is what messages begin with.
+def machine_of_profile(text: str, place: str) -> Machine:
+    """Return the machine of a profile that is not written to a file yet; `place` starts its messages.
 
     Raises
     ------
     DataError
         A key is unknown, missing, of the wrong kind or out of range.
     """
-    return _machine_of(data, place)
+    return _machine_of(parse_toml(text.encode(), place, MACHINE), place)
 
 
 def profile_of(name_or_path: str) -> dict[str, Any]:
@@ -132,14 +134,14 @@ def profile_of(name_or_path: str) -> dict[str, Any]:
 def _profile(name_or_path: str) -> tuple[dict[str, Any], str]:
     """Return the contents of a profile, and the name of its file for messages."""
     if name_or_path.lower().endswith(".toml"):
-        return read_toml(Path(name_or_path)), name_or_path
+        return read_toml(Path(name_or_path), MACHINE), name_or_path
     if name_or_path not in shipped_machines():
         if name_or_path in MACHINES.names():
             path = MACHINES.load(name_or_path)
-            return {**read_toml(path), "name": name_or_path}, str(path)
+            return {**read_toml(path, MACHINE), "name": name_or_path}, str(path)
         raise OptionError(f"unknown machine '{name_or_path}'{nearest(name_or_path, machine_names())}")
     file = resources.files("leafcut.machines") / f"{name_or_path}.toml"
-    return parse_toml(file.read_bytes(), file.name), file.name
+    return parse_toml(file.read_bytes(), file.name, MACHINE), file.name
 
 
 def _work_offset(value: Sequence[float]) -> XYZ:

@@ -11,6 +11,7 @@ from typing import Any
 
 from leafcut.kinds import Head
 from leafcut.quick_dataclass import dataclass
+from leafcut.schemas import MACHINE
 
 RAPID_STYLES = ("linear", "dogleg")
 CORNERS = ("linuxcnc", "grbl", "round")
@@ -369,6 +370,7 @@ def profile_template(data: Mapping[str, Any], name: str) -> str:
         f"# Machine profile {name}: save it as my.toml, change it, and run with --machine my.toml.",
         "# Lengths, speeds, accelerations and times are texts with a unit; lists are x, y and z.",
         "# A line such as '# key = value' is a key that is not set: the value is its default, or an example.",
+        MACHINE.line,
     ]
     for table, keys in _by_table().items():
         there = data.get(table, {}) if table else data

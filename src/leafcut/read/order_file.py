@@ -22,9 +22,8 @@ from typing import Any
 from leafcut.errors import ReadError, shown
 from leafcut.quick_dataclass import dataclass
 from leafcut.read.format import load_json
+from leafcut.schemas import ORDER, check_schema
 
-#: The version of the format; another one is refused.
-VERSION = 1
 #: Holes that are nearer to each other are in one place, mm: no drawing is more exact after another export.
 _CELL = 0.01
 #: Where the cells begin, in cells: nowhere near a length that people draw, which noise would put to either side.
@@ -69,7 +68,7 @@ def order_text(operations: dict[int, tuple[int, ...]], drawing: Drawing | None =
         for number, holes in sorted(operations.items())
     ]
     of = f'"drawing": {{"holes": {drawing.holes}, "print": "{drawing.print}"}}, ' if drawing else ""
-    return f'{{"leafcut_order": {VERSION}, {of}"operations": [\n' + ",\n".join(rows) + "\n]}\n"
+    return f'{{"{ORDER.key}": {ORDER.current}, {of}"operations": [\n' + ",\n".join(rows) + "\n]}\n"
 
 
 def load_order(path: Path) -> Order:
@@ -78,12 +77,15 @@ def load_order(path: Path) -> Order:
     Raises
     ------
     ReadError
-        It is no order file; says what is wrong, and in which operation.
+        The file is not an order file; names the operation and its fault.
+    DataError
+        The file has a schema that this leafcut does not read.
     """
     place = str(path)
     data = load_json(path)
-    if not isinstance(data, dict) or data.get("leafcut_order") != VERSION:
-        raise ReadError(place, f"is not an order file of this version of leafcut: 'leafcut_order' must be {VERSION}")
+    if not isinstance(data, dict) or ORDER.key not in data:
+        raise ReadError(place, f"is not an order file: '{ORDER.key}' is missing")
+    check_schema(ORDER, data[ORDER.key], place)
     rows = data.get("operations")
     if not isinstance(rows, list):
         raise ReadError(place, "'operations' must be a list")

@@ -18,9 +18,8 @@ from typing import Any
 from leafcut.errors import ReadError, nearest, shown
 from leafcut.model.cutting import DIRECTIONS, FIXABLE, LEAD_STYLES, ContourPrint, CutChoice, Lead, PlanFile
 from leafcut.read.format import load_json
+from leafcut.schemas import PLAN, check_schema
 
-#: The version of the format; another one is refused.
-VERSION = 1
 _LEAD_KEYS = ("style", "length", "angle", "run_in")
 _CUT_KEYS = ("contours", "start", "direction", "lead_in", "lead_out", "bridge", "fixed")
 
@@ -50,7 +49,7 @@ def plan_text(plan: PlanFile) -> str:
         for c in plan.cuts
     ]
     head = {
-        "leafcut_plan": VERSION,
+        PLAN.key: PLAN.current,
         "sheet": plan.sheet,
         "process": plan.process,
         "material": plan.material,
@@ -76,14 +75,16 @@ def load_plan(path: Path) -> PlanFile:
     Raises
     ------
     ReadError
-        It is no plan file; says what is wrong, and in which cut.
+        The file is not a plan file; names the cut and its fault.
+    DataError
+        The file has a schema that this leafcut does not read.
     """
     place = str(path)
     data = load_json(path)
     reader = _PlanReader(place)
+    reader.table(data, "the file", (PLAN.key,))
+    check_schema(PLAN, data[PLAN.key], place)
     reader.table(data, "the file", ("contours", "cuts"))
-    if data.get("leafcut_plan") != VERSION:
-        raise ReadError(place, f"is not a plan file of this version of leafcut: 'leafcut_plan' must be {VERSION}")
     contours = reader.rows(data["contours"], "contours")
     cuts = reader.rows(data["cuts"], "cuts")
     return PlanFile(

@@ -7,12 +7,9 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar
 
 from leafcut.errors import DataError, OptionError, nearest, shown
-from leafcut.files import parse_toml, read_toml
 from leafcut.units import BARE_UNIT, parse_quantity
 
 T = TypeVar("T")
-
-__all__ = ["TomlTable", "parse_toml", "read_toml"]
 
 
 class TomlTable:

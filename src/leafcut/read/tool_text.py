@@ -12,6 +12,7 @@ from leafcut.read.machine_keys import toml_value
 from leafcut.read.tool_formats import READERS
 from leafcut.read.tool_keys import TOOL_KEYS
 from leafcut.read.tools import foreign_rows
+from leafcut.schemas import TOOLS
 
 
 def imported_tools(file: str, units: str = "mm") -> tuple[str, ToolLibrary]:
@@ -37,6 +38,7 @@ def imported_tools(file: str, units: str = "mm") -> tuple[str, ToolLibrary]:
     ]
     if library.without_feeds:
         lines.append("# The file has no feeds and speeds: add 'feed' and 'spindle_speed', else leafcut assumes them.")
+    lines.append(TOOLS.line)
     for row in rows:
         lines += ["", "[[tool]]", *_lines(row)]
     return "\n".join(lines) + "\n", library

@@ -8,13 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import DataError, OptionError, shown
+from leafcut.files import read_toml
 from leafcut.kinds import ToolMaterial
 from leafcut.model.tool import CONES, MILLS, BodySegment, Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.options import CYCLES
-from leafcut.read.toml_table import TomlTable, read_toml
+from leafcut.read.toml_table import TomlTable
 from leafcut.read.tool_formats import rows_of
 from leafcut.read.tool_keys import HOLE_KEYS, NO_TOOLS, TOOL_KEYS
 from leafcut.read.tool_kinds import ToolRow
+from leafcut.schemas import TOOLS
 from leafcut.units import parse_quantity
 
 _TOOL_KEYS, _HOLE_KEYS = (tuple(key.name for key in keys) for keys in (TOOL_KEYS, HOLE_KEYS))
@@ -55,7 +57,7 @@ def load_tools(path: str | Path, units: str = "mm") -> ToolLibrary:
     foreign = rows_of(Path(path), units)
     if foreign is not None:
         return _foreign_library(*foreign, place)[1]
-    top = TomlTable(read_toml(Path(path)), place, ("tool", "hole"))
+    top = TomlTable(read_toml(Path(path), TOOLS), place, ("tool", "hole"))
     tools: dict[int, Tool] = {}
     for count, values in enumerate(_tables(top, "tool"), start=1):
         table = TomlTable(values, f"{place}: [[tool]] {count}", _TOOL_KEYS)

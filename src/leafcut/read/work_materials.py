@@ -10,9 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import DataError, OptionError, nearest
+from leafcut.files import parse_toml, read_toml
 from leafcut.kinds import CuttingWork, ToolMaterial
 from leafcut.model.work_material import ToolLife, WorkMaterial
-from leafcut.read.toml_table import TomlTable, parse_toml, read_toml
+from leafcut.read.toml_table import TomlTable
+from leafcut.schemas import MATERIAL
 from leafcut.units import SECONDS_PER_MINUTE
 
 _EXPONENTS = ("diameter", "feed", "width", "depth", "teeth")
@@ -51,7 +53,7 @@ def load_material(name_or_path: str) -> WorkMaterial:
         The file cannot be read; or a key of it is unknown, missing, of the wrong kind or out of range.
     """
     if name_or_path.lower().endswith(".toml"):
-        return _material(read_toml(Path(name_or_path)), name_or_path)
+        return _material(read_toml(Path(name_or_path), MATERIAL), name_or_path)
     wanted = name_or_path.strip().lower().replace("_", "-").replace(" ", "-")
     if wanted in material_names():
         return _shipped(wanted)
@@ -84,7 +86,7 @@ def material_text(name_or_path: str) -> str:
 
 def _shipped(name: str) -> WorkMaterial:
     file = resources.files("leafcut.materials") / f"{name}.toml"
-    return _material(parse_toml(file.read_bytes(), file.name), file.name)
+    return _material(parse_toml(file.read_bytes(), file.name, MATERIAL), file.name)
 
 
 def _material(data: dict[str, Any], place: str) -> WorkMaterial:

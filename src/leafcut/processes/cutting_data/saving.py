@@ -11,11 +11,12 @@ from leafcut.errors import OptionError
 from leafcut.model.cutting_front import CuttingData, CuttingPoint
 from leafcut.model.tool import CONES, Tool, ToolKind
 from leafcut.options import Settings
+from leafcut.schemas import TOOLS
 from leafcut.units import SECONDS_PER_MINUTE
 
 
 def library_text(found: CuttingData, settings: Settings, file: str | Path) -> str:
-    """Return the library as TOML. Comments, order and all else of the user's own TOML stay as they are.
+    """Return the library as TOML. The user's own TOML keeps its comments and order; it gets the chosen speeds.
 
     Raises
     ------
@@ -41,7 +42,10 @@ def library_text(found: CuttingData, settings: Settings, file: str | Path) -> st
 def _changed(library: Path, chosen: dict[int, CuttingPoint]) -> str:
     import tomlkit
 
-    document = tomlkit.parse(library.read_text(encoding="utf-8-sig"))
+    text = library.read_text(encoding="utf-8-sig")
+    document = tomlkit.parse(text)
+    if TOOLS.key not in document:
+        document = tomlkit.parse(f"{TOOLS.line}\n{text}")
     for table in document.get("tool", []):
         point = chosen.get(int(table["number"]))
         if point is not None:
@@ -61,6 +65,7 @@ def _written(tools: list[Tool], chosen: dict[int, CuttingPoint]) -> str:
         for key, value in _speeds(chosen[tool.number]).items() if tool.number in chosen else ():
             row[key] = value
         rows.append(row)
+    document.add(TOOLS.key, TOOLS.current)
     document.add("tool", rows)
     return tomlkit.dumps(document)
 

@@ -7,7 +7,6 @@ it is.
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from leafcut.read.controllers import fluidnc, grbl, linuxcnc, mach, reprap
 from leafcut.read.controllers.values import How, Value, Values
 from leafcut.read.machine import machine_of_profile, profile_of
 from leafcut.read.machine_keys import PROFILE_KEYS, toml_value
+from leafcut.schemas import MACHINE
 
 #: A file of settings larger than this is none, bytes: the largest seen are a tenth of it.
 MOST_BYTES = 4 * 1024 * 1024
@@ -221,7 +221,7 @@ def _made(kind: str, values: Values, origin: str) -> ImportedMachine:
     order = {key.name: place for place, key in enumerate(PROFILE_KEYS)}
     each = tuple(sorted(values.found.values(), key=lambda value: order[value.key]))
     text = profile_text(each, f"Machine profile from {origin}.")
-    machine = machine_of_profile(tomllib.loads(text), values.file)
+    machine = machine_of_profile(text, values.file)
     return ImportedMachine(kind, values.title, machine, each, tuple(values.notes), text)
 
 
@@ -231,6 +231,7 @@ def profile_text(values: tuple[Value, ...], title: str) -> str:
         f"# {title}",
         "# taken: it was said so; derived: it follows from that, or from how the controller works;",
         "# assumed: not known, and only likely; check it.",
+        MACHINE.line,
     ]
     tables = dict.fromkeys(value.key.rpartition(".")[0] for value in values)
     for table in sorted(tables, key=bool):  # what stands in no table comes first
@@ -283,5 +284,5 @@ def changed_profile(name_or_path: str, changes: Mapping[str, tuple[Any, str]], p
     order = {key.name: number for number, key in enumerate(PROFILE_KEYS)}
     each = tuple(sorted(values.values(), key=lambda value: order[value.key]))
     text = profile_text(each, f"Machine profile {data.get('name', name_or_path)}, fitted by leafcut machine check.")
-    machine_of_profile(tomllib.loads(text), place)
+    machine_of_profile(text, place)
     return text

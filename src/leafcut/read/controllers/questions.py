@@ -8,7 +8,6 @@ asked.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ from leafcut.read.controllers.importing import ImportedMachine, profile_text, va
 from leafcut.read.controllers.values import FASTEST, HARDEST, LONGEST, How, Value, Values, texts
 from leafcut.read.machine import machine_of_profile, profile_of
 from leafcut.read.machine_keys import PROFILE_KEYS, UNKNOWN
+from leafcut.schemas import MACHINE_ANSWERS
 from leafcut.units import parse_quantity, with_unit
 
 #: A controller → the machine whose values are its likely answers.
@@ -104,7 +104,7 @@ def answers_of(file: Path) -> tuple[dict[str, Any], dict[str, str]]:
         It cannot be read, or is not TOML.
     """
     content = toml_bytes(file)
-    given = parse_toml(content, str(file))
+    given = parse_toml(content, str(file), MACHINE_ANSWERS)
     places = {}
     for name in given:
         line = line_of(content.decode("utf-8"), "", name)
@@ -298,7 +298,7 @@ class _Answers:
         order = {key.name: place for place, key in enumerate(PROFILE_KEYS)}
         each = tuple(sorted(found.values(), key=lambda value: order[value.key]))
         text = profile_text(each, "Machine profile by answers (leafcut machine new).")
-        machine = machine_of_profile(tomllib.loads(text), "machine new")
+        machine = machine_of_profile(text, "machine new")
         return ImportedMachine("new", "answers", machine, each, tuple(self.values.notes), text)
 
 

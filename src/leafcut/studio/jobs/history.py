@@ -13,11 +13,13 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from leafcut.errors import DataError
 from leafcut.files import OutputError
 from leafcut.quick_dataclass import dataclass
+from leafcut.schemas import ANSWER, HISTORY, check_schema, numbered
 from leafcut.studio.jobs.task import Task
 
-_SCHEMA = """
+_TABLES = """
 CREATE TABLE IF NOT EXISTS job (
     id TEXT PRIMARY KEY, title TEXT NOT NULL, task TEXT NOT NULL, state TEXT NOT NULL, created REAL NOT NULL,
     finished REAL, line TEXT NOT NULL DEFAULT '', figures TEXT NOT NULL DEFAULT '{}', answer BLOB
@@ -106,7 +108,9 @@ class History:
     Raises
     ------
     OutputError
-        The file cannot be opened or written. A damaged one is set aside and a new one begun.
+        The file cannot be opened or written. A damaged file is renamed, and a new one is created.
+    DataError
+        A newer leafcut wrote the file. It stays unchanged.
     """
 
     def __init__(self, path: Path) -> None:
@@ -123,13 +127,16 @@ class History:
     def _open(self) -> sqlite3.Connection:
         connection = sqlite3.connect(self._path, check_same_thread=False, isolation_level=None, timeout=10.0)
         try:
+            (schema,) = connection.execute("PRAGMA user_version").fetchone()
+            # leafcut 0.2 wrote schema 1 without a number.
+            check_schema(HISTORY, schema or 1, str(self._path))
             connection.execute("PRAGMA journal_mode = WAL")
             connection.execute("PRAGMA foreign_keys = ON")
             found = connection.execute("PRAGMA quick_check(1)").fetchone()
             if found != ("ok",):
                 raise sqlite3.DatabaseError(str(found))
-            connection.executescript(_SCHEMA)
-        except sqlite3.Error:
+            connection.executescript(f"{_TABLES} PRAGMA user_version = {HISTORY.current};")
+        except (sqlite3.Error, DataError):
             connection.close()
             raise
         self._path.chmod(0o600)
@@ -185,8 +192,8 @@ class History:
         artefacts: dict[str, Artefact] | None = None,
         messages: Sequence[tuple[float, str]] = (),
     ) -> None:
-        """Note how a job ended, with all that it made and said: `messages` are (seconds, words)."""
-        packed = None if answer is None else zlib.compress(json.dumps(answer).encode(), _LEVEL)
+        """Store the result of a job: its answer with a schema number, its files, and `messages` (seconds, words)."""
+        packed = None if answer is None else zlib.compress(json.dumps(numbered(ANSWER, answer)).encode(), _LEVEL)
         files = [
             (job, name, made.file_name, made.media_type, zlib.compress(made.data, _LEVEL))
             for name, made in (artefacts or {}).items()
@@ -244,10 +251,10 @@ class History:
         ]
 
     def answer(self, job: str) -> dict[str, Any] | None:
-        """Return the answer of a run as its JSON, or None where there is none."""
+        """Return the answer of a job with the schema number that it was stored with; None without an answer."""
         found = self._read("SELECT answer FROM job WHERE id = ? AND answer IS NOT NULL", (job,))
-        answer: dict[str, Any] | None = json.loads(zlib.decompress(found[0][0])) if found else None
-        return answer
+        # leafcut 0.2 stored schema 1 without a number.
+        return {ANSWER.key: 1, **json.loads(zlib.decompress(found[0][0]))} if found else None
 
     def artefact(self, job: str, name: str) -> Artefact | None:
         """Return a file that a run made, or None."""

@@ -117,8 +117,8 @@ def _add_connection(made: APIRouter, studio: Studio) -> None:
         return _state(studio)
 
     @made.get("/machine/ports", summary="The serial ports of this computer")
-    def serial_ports() -> list[dict[str, str]]:
-        return [{"name": name, "description": words} for name, words in ports()]
+    def serial_ports() -> dict[str, Any]:
+        return {"ports": [{"name": name, "description": words} for name, words in ports()]}
 
     @made.post("/machine/connect", summary="Connect a GRBL board")
     async def connect(body: ConnectBody) -> dict[str, Any]:

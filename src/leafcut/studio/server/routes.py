@@ -1,7 +1,8 @@
 """The JSON API: optimise, solve, simulate and verify for other programs, and what the page itself loads and sends.
 
 Documented by ``/api/openapi.json``. Other programs send the token from the studio's folder as
-``Authorization: Bearer TOKEN``. An error is a JSON object with one key, ``error``, and one line in it.
+``Authorization: Bearer TOKEN``. An answer is a JSON object with the number of its format as ``schema``. A refusal is a
+JSON object with one key, ``error``, and one line in it.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from starlette.staticfiles import StaticFiles
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.option_spec import flag_name
 from leafcut.processes import registry
+from leafcut.schemas import ANSWER, numbered
 from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.history import JobRecord, files_of
 from leafcut.studio.jobs.jobs import Jobs, line_of
@@ -79,8 +81,15 @@ def colours_css() -> str:
     )
 
 
+class _Answer(JSONResponse):
+    """A JSON object with its schema number."""
+
+    def render(self, content: Any) -> bytes:
+        return super().render(numbered(ANSWER, content))
+
+
 class Refusal(BaseModel):
-    """What every refusal is."""
+    """The one key of every refusal."""
 
     error: str
 
@@ -105,7 +114,7 @@ _BODY = {"required": True, "content": {"application/octet-stream": {"schema": _B
 def router(studio: Studio) -> APIRouter:
     """Return the routes under ``/api`` of a studio."""
     token = HTTPBearer(auto_error=False, description="the token in the studio's folder")  # the guard has looked
-    made = APIRouter(prefix="/api", responses=_REFUSED, dependencies=[Security(token)])
+    made = APIRouter(prefix="/api", responses=_REFUSED, dependencies=[Security(token)], default_response_class=_Answer)
     _add_commands(made, studio.folder, studio.jobs)
     _add_files(made, studio.folder)
     _add_jobs(made, studio.jobs)
@@ -197,20 +206,20 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
     @made.post("/optimize", summary="A verified program from a drawing, or from another CAM's program")
     async def optimize(
         file: Upload = None, source: Named = "", process: Annotated[str, Form()] = "auto", options: Options = "{}"
-    ) -> JSONResponse:
+    ) -> _Answer:
         """Return the answer of ``leafcut optimize --json``, the program as ``text``, and the job's id as ``job``."""
         given = _options(options)
         task = Task("optimize", (await _input(folder, file, source),), process, given)
         record, answer = await _done(jobs, task, "" if file is not None else source)
-        return JSONResponse({**answer, "text": _text(jobs, record.id, "program"), "job": record.id})
+        return _Answer({**answer, "text": _text(jobs, record.id, "program"), "job": record.id})
 
     @made.post("/solve", summary="A short closed tour through the points of a map")
-    async def solve(file: Upload = None, source: Named = "", options: Options = "{}") -> JSONResponse:
+    async def solve(file: Upload = None, source: Named = "", options: Options = "{}") -> _Answer:
         """Return the answer of ``leafcut solve --json``, the tour in TSPLIB's form as ``text``, and ``job``."""
         given = _options(options)
         task = Task("solve", (await _input(folder, file, source),), "auto", given)
         record, answer = await _done(jobs, task, "" if file is not None else source)
-        return JSONResponse({**answer, "text": _text(jobs, record.id, "tour"), "job": record.id})
+        return _Answer({**answer, "text": _text(jobs, record.id, "tour"), "job": record.id})
 
     @made.post("/nest", summary="Parts with quantities laid on sheets, in several variants")
     async def nest(
@@ -219,7 +228,7 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
             str, Form(description='how often each, in their order: [{"quantity": 10, "rotations": "0 90"}]')
         ] = "[]",
         options: Options = "{}",
-    ) -> JSONResponse:
+    ) -> _Answer:
         """Return the answer of ``leafcut nest --json``, the drawings as ``texts`` by their names, and ``job``."""
         given, wanted = _options(options), wanted_parts([""] * len(files), parts)
         words = [replace(one, input=await _keep(folder, file)).word for one, file in zip(wanted, files, strict=True)]
@@ -227,27 +236,27 @@ def _add_commands(made: APIRouter, folder: Folder, jobs: Jobs) -> None:
         record, answer = await _done(jobs, task)
         sheets = sheets_of(record.id, answer)
         texts = {sheet.file: _text(jobs, record.id, sheet.drawing) for sheet in sheets}
-        return JSONResponse({**answer, "texts": texts, "job": record.id})
+        return _Answer({**answer, "texts": texts, "job": record.id})
 
     @made.post("/simulate", summary="What a program costs on a machine, and what is dangerous in it")
-    async def simulate(file: Upload = None, options: Options = "{}") -> JSONResponse:
+    async def simulate(file: Upload = None, options: Options = "{}") -> _Answer:
         """Return the answer of ``leafcut simulate --json``, and the job's id as ``job``."""
         given = _options(options)
         task = Task("simulate", (await _input(folder, file, ""),), "auto", given)
         record, answer = await _done(jobs, task)
-        return JSONResponse({**answer, "job": record.id})
+        return _Answer({**answer, "job": record.id})
 
     @made.post("/verify", summary="Whether two programs do the same work, or where they differ")
     async def verify(
         original: Annotated[UploadFile, File(description="the program that is right")],
         new: Annotated[UploadFile, File(description="the program that must do the same work")],
         options: Options = "{}",
-    ) -> JSONResponse:
+    ) -> _Answer:
         """Return the answer of ``leafcut verify --json``, and the job's id as ``job``."""
         given = _options(options)
         files = (await _keep(folder, original), await _keep(folder, new))
         record, answer = await _done(jobs, Task("verify", files, "auto", given))
-        return JSONResponse({**answer, "job": record.id})
+        return _Answer({**answer, "job": record.id})
 
 
 def _add_files(made: APIRouter, folder: Folder) -> None:
@@ -312,8 +321,8 @@ def _found(jobs: Jobs, job: str) -> JobRecord:
 
 def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
     @made.get("/jobs", summary="The last jobs, the newest first")
-    def every(most: Annotated[int, Query(ge=1, le=1000)] = 100) -> list[dict[str, Any]]:
-        return [_job_answer(jobs, record) for record in jobs.newest(most)]
+    def every(most: Annotated[int, Query(ge=1, le=1000)] = 100) -> dict[str, Any]:
+        return {"jobs": [_job_answer(jobs, record) for record in jobs.newest(most)]}
 
     @made.get("/jobs/{job}", summary="A job: how it stands, and its answer where it is done")
     def one(job: Job) -> dict[str, Any]:
@@ -334,24 +343,24 @@ def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
     @made.get(
         "/jobs/{job}/answer", summary="The answer of a job that is done, as the command line gives it with --json"
     )
-    def answer(job: Job) -> JSONResponse:
+    def answer(job: Job) -> _Answer:
         found = jobs.history.answer(_found(jobs, job).id)
         if found is None:
             raise HTTPException(404, "this job has no answer")
-        return JSONResponse(found)
+        return _Answer(found)
 
     @made.post("/jobs/{job}/cuts", summary="Plan the cuts of all sheets of a nest, and compare its variants")
-    async def plan(job: Job, options: Options = "{}") -> list[dict[str, Any]]:
-        """Return, when all are planned, what the cuts of every variant come to; the jobs have the programs."""
+    async def plan(job: Job, options: Options = "{}") -> dict[str, Any]:
+        """Return time and cost of the cuts of every variant after planning; their jobs have the programs."""
         _found(jobs, job)
         for begun in plan_cuts(jobs, job, _options(options)):
             await jobs.over(begun)
-        return comparison(jobs, job)
+        return {"variants": comparison(jobs, job)}
 
     @made.get("/jobs/{job}/cuts", summary="What the cuts of a nest's variants come to, as far as they are planned")
-    def cuts(job: Job) -> list[dict[str, Any]]:
+    def cuts(job: Job) -> dict[str, Any]:
         _found(jobs, job)
-        return comparison(jobs, job)
+        return {"variants": comparison(jobs, job)}
 
     @made.delete("/jobs/{job}", summary="Forget a job and the files that only it used")
     def delete(job: Job) -> dict[str, str]:
@@ -398,26 +407,27 @@ def _add_lab(made: APIRouter, lab: LabRuns) -> None:
 
 def _add_lists(made: APIRouter) -> None:
     @made.get("/machines", summary="The machines that leafcut knows")
-    def machines() -> list[dict[str, str]]:
+    def machines() -> dict[str, Any]:
         from leafcut.read.machine import machine_list
 
-        return [{"name": name, "description": words} for name, words in machine_list()]
+        return {"machines": [{"name": name, "description": words} for name, words in machine_list()]}
 
     @made.get("/algorithms", summary="The algorithms that order the work")
-    def algorithms() -> list[dict[str, str]]:
+    def algorithms() -> dict[str, Any]:
         from leafcut import api
 
-        return [{"name": name, "description": words} for name, words in api.algorithms().items()]
+        return {"algorithms": [{"name": name, "description": words} for name, words in api.algorithms().items()]}
 
     @made.get("/formats", summary="The kinds of file that leafcut reads")
-    def formats() -> list[dict[str, str]]:
+    def formats() -> dict[str, Any]:
         from leafcut.read import formats
 
-        return [{"name": f.name, "description": f"{' '.join(f.extensions)}  {f.help}".strip()} for f in formats()]
+        rows = [{"name": f.name, "description": f"{' '.join(f.extensions)}  {f.help}".strip()} for f in formats()]
+        return {"formats": rows}
 
     @made.get("/options", summary="Every option: its kind, unit, bounds, choices and help")
-    def options() -> list[dict[str, Any]]:
-        return [
+    def options() -> dict[str, Any]:
+        rows = [
             {
                 "name": name,
                 "flag": flag_name(name),
@@ -433,3 +443,4 @@ def _add_lists(made: APIRouter) -> None:
             for group in registry.groups()
             for name, spec in group.specs().items()
         ]
+        return {"options": rows}

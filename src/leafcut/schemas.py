@@ -1,0 +1,103 @@
+"""Schema numbers: which version of its format a document has, and which versions this leafcut reads.
+
+docs/schemas.md lists the documents and states how long an old schema is read.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+from leafcut.errors import DataError, shown
+from leafcut.quick_dataclass import dataclass
+
+
+@dataclass(frozen=True)
+class Schema:
+    """Current and oldest schema of one kind of document.
+
+    Attributes
+    ----------
+    title
+        The name of the kind in messages.
+    current
+        The schema that leafcut writes. A document without a number has it.
+    oldest
+        The oldest schema that leafcut still reads.
+    key
+        The key of the number in a document.
+    """
+
+    title: str
+    current: int = 1
+    oldest: int = 1
+    key: str = "schema"
+
+    @property
+    def line(self) -> str:
+        """The line of a TOML file that states the current schema."""
+        return f"{self.key} = {self.current}"
+
+
+#: The answer of a command with --json, and an answer of the studio's JSON interface.
+ANSWER = Schema("JSON answer")
+OPTIONS = Schema("file of options")
+MACHINE = Schema("machine profile")
+#: The file of `leafcut machine new --answers`.
+MACHINE_ANSWERS = Schema("file of answers")
+TOOLS = Schema("tool library")
+MATERIAL = Schema("material")
+DIALECT = Schema("dialect")
+EXPERIMENT = Schema("experiment")
+PLAN = Schema("plan file", key="leafcut_plan")
+ORDER = Schema("order file", key="leafcut_order")
+#: The runs of experiments (SQLite; the number is its user_version).
+RESULTS = Schema("results file")
+#: The stored jobs of the studio (SQLite; the number is its user_version).
+HISTORY = Schema("job history")
+
+SCHEMAS = (
+    ANSWER, OPTIONS, MACHINE, MACHINE_ANSWERS, TOOLS, MATERIAL, DIALECT, EXPERIMENT, PLAN, ORDER, RESULTS, HISTORY,
+)  # fmt: skip
+
+
+def numbered(schema: Schema, document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a document with its schema number first. A number that it has already stays."""
+    return {schema.key: schema.current, **document}
+
+
+def check_schema(schema: Schema, number: Any, place: str) -> None:
+    """Check that this leafcut reads the schema of a document; warn if the schema is old.
+
+    Parameters
+    ----------
+    number
+        The schema number of the document.
+    place
+        The file, for messages.
+
+    Raises
+    ------
+    DataError
+        The number is not a whole number of 1 or more, too new or too old.
+    """
+    if type(number) is not int or number < 1:
+        raise DataError(f"{place}: '{schema.key}' is {shown(repr(number))}, but must be a whole number of 1 or more")
+    if number > schema.current:
+        raise DataError(
+            f"{place}: '{schema.key}' is {number}, but the newest {schema.title} that this leafcut reads has "
+            f"{schema.current}; upgrade leafcut"
+        )
+    if number < schema.oldest:
+        raise DataError(
+            f"{place}: '{schema.key}' is {number}, but the oldest {schema.title} that this leafcut reads has "
+            f"{schema.oldest}; write the file again, or use an older leafcut"
+        )
+    if number < schema.current:
+        warnings.warn(
+            f"{place}: '{schema.key}' is {number}, but a current {schema.title} has {schema.current}; "
+            "a later leafcut will refuse this file",
+            FutureWarning,
+            stacklevel=2,
+        )

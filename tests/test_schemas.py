@@ -1,0 +1,251 @@
+"""Schema numbers: leafcut writes them in every document, and refuses a document of a schema that it does not read."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+import sqlite3
+import tomllib
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from importlib import resources
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from cyclopts import App
+
+import leafcut
+from leafcut import schemas, warming
+from leafcut.cli import app, run
+from leafcut.errors import DataError, LeafcutError
+from leafcut.gcode.dialects import dialect, dialect_template
+from leafcut.lab.loading import load
+from leafcut.lab.store import Store
+from leafcut.processes.settings import all_options, options_of_file
+from leafcut.read.controllers.importing import changed_profile, imported
+from leafcut.read.controllers.questions import answers_of, questioned
+from leafcut.read.machine import load_machine, machine_template
+from leafcut.read.order_file import load_order, order_text
+from leafcut.read.plan_file import load_plan
+from leafcut.read.tool_text import imported_tools
+from leafcut.read.tools import load_tools
+from leafcut.read.work_materials import load_material, material_text
+from leafcut.schemas import SCHEMAS, Schema, check_schema
+from leafcut.shop_defaults import TEMPLATE
+from leafcut.studio.jobs.history import History
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = ROOT / "examples"
+PLATE, CAM, MAP = "example:plate-10", str(EXAMPLES / "cam_121.nc"), "random:9:1"
+TOOL = '[[tool]]\nnumber = 1\ndiameter = "6 mm"\n'
+EXPERIMENT = """
+command = "solve"
+options = {iterations = 1, algorithm = "mmas"}
+[[instance]]
+name = "nine"
+input = "random:9:1"
+[response.length]
+path = "length"
+"""
+
+
+def database(file: Path, read: Callable[[Path], Any], number: int) -> None:
+    """Create an SQLite file of leafcut, with another schema number."""
+    read(file)
+    with closing(sqlite3.connect(file)) as data:
+        data.execute(f"pragma user_version = {number}")
+
+
+def read_results(file: Path) -> None:
+    with Store(file):
+        pass
+
+
+def read_history(file: Path) -> None:
+    History(file).close()
+
+
+#: Documents of the kinds that leafcut reads as text, without a number where a person may omit it; and their readers.
+TEXTS: dict[Schema, tuple[str, str, Callable[[Path], Any]]] = {
+    schemas.OPTIONS: ("a.toml", "thickness = 6\n", options_of_file),
+    schemas.MACHINE: ("a.toml", machine_template("haas-vf2"), lambda file: load_machine(str(file))),
+    schemas.MACHINE_ANSWERS: ("a.toml", 'controller = "haas"\n', answers_of),
+    schemas.TOOLS: ("a.toml", TOOL, load_tools),
+    schemas.MATERIAL: ("a.toml", material_text("copper"), lambda file: load_material(str(file))),
+    schemas.DIALECT: ("a.toml", 'base = "haas"\n', lambda file: dialect(str(file))),
+    schemas.EXPERIMENT: ("a.toml", EXPERIMENT, load),
+    schemas.PLAN: ("a.json", '{"leafcut_plan": 1, "contours": [], "cuts": []}', load_plan),
+    schemas.ORDER: ("a.json", order_text({0: (0, 1)}), load_order),
+}
+DATABASES = {schemas.RESULTS: read_results, schemas.HISTORY: read_history}
+
+
+def test_every_kind_of_document_is_tested() -> None:
+    assert {*TEXTS, *DATABASES, schemas.ANSWER} == {*SCHEMAS}
+
+
+def with_number(schema: Schema, text: str, number: int) -> str:
+    """Return a document with another schema number."""
+    if text.startswith("{"):
+        return json.dumps({**json.loads(text), schema.key: number})
+    return f"{schema.key} = {number}\n" + re.sub(rf"(?m)^{schema.key} = \d+\n", "", text)
+
+
+@pytest.mark.parametrize("schema", TEXTS, ids=lambda schema: schema.title)
+def test_a_newer_file_is_refused_in_one_line_that_names_it(schema: Schema, tmp_path: Path) -> None:
+    name, text, read = TEXTS[schema]
+    file = tmp_path / name
+    file.write_text(with_number(schema, text, schema.current), encoding="utf-8")
+    read(file)
+    file.write_text(with_number(schema, text, schema.current + 1), encoding="utf-8")
+    with pytest.raises(LeafcutError) as refused:
+        read(file)
+    number = (
+        f"{file}: '{schema.key}' is {schema.current + 1}, but the newest {schema.title} that this leafcut reads has"
+    )
+    assert str(refused.value) == f"{number} {schema.current}; upgrade leafcut"
+
+
+@pytest.mark.parametrize("schema", DATABASES, ids=lambda schema: schema.title)
+def test_a_newer_database_is_refused_and_stays_unchanged(schema: Schema, tmp_path: Path) -> None:
+    file, read = tmp_path / "a.sqlite", DATABASES[schema]
+    database(file, read, schema.current + 1)
+    before = file.read_bytes()
+    with pytest.raises(DataError, match=re.escape(f"{file}: 'schema' is {schema.current + 1}, but ")):
+        read(file)
+    assert file.read_bytes() == before
+    database(file, lambda _: None, schema.current)
+    read(file)
+
+
+@pytest.mark.parametrize("schema", [schema for schema in TEXTS if schema.key == "schema"], ids=lambda s: s.title)
+def test_a_file_without_a_number_has_the_current_schema(schema: Schema, tmp_path: Path) -> None:
+    name, text, read = TEXTS[schema]
+    file = tmp_path / name
+    file.write_text(re.sub(r"(?m)^schema = 1\n", "", text), encoding="utf-8")
+    assert "schema =" not in file.read_text(encoding="utf-8")
+    without = read(file)
+    file.write_text(with_number(schema, text, schema.current), encoding="utf-8")
+    if schema != schemas.MACHINE_ANSWERS:  # these come with their line numbers
+        assert read(file) == without
+
+
+def test_an_old_schema_is_read_with_a_warning_until_it_is_refused(recwarn: pytest.WarningsRecorder) -> None:
+    thing = Schema("thing", current=3, oldest=2)
+    check_schema(thing, 3, "a.toml")
+    assert not recwarn.list
+    with pytest.warns(FutureWarning, match="a.toml: 'schema' is 2, but a current thing has 3"):
+        check_schema(thing, 2, "a.toml")
+    with pytest.raises(DataError, match=r"a\.toml: 'schema' is 1, but the oldest thing that this leafcut reads has 2"):
+        check_schema(thing, 1, "a.toml")
+    for number in (0, -1, 1.0, True, "3", None, [3]):
+        with pytest.raises(DataError, match=r"a\.toml: 'schema' is .*, but must be a whole number of 1 or more"):
+            check_schema(thing, number, "a.toml")
+
+
+def written(tmp_path: Path) -> Iterator[tuple[str, str]]:
+    """Yield the name and the text of each TOML file that leafcut writes."""
+    settings = (ROOT / "tests" / "read" / "settings" / "grbl_3018.txt").read_text(encoding="utf-8")
+    table = tmp_path / "tools.csv"
+    table.write_text("number,kind,diameter\n1,drill,6\n", encoding="utf-8")
+    library = tmp_path / "tools.toml"
+    library.write_text(f'# Ours\n{TOOL}feed = "100 mm/min"\nspindle_speed = "900 rpm"\n', encoding="utf-8")
+    saved = tmp_path / "saved.toml"
+    given: dict[str, Any] = {"depth": 3, "holes": 1, "material": "steel-c45", "save": saved}
+    yield "machines --show", machine_template("haas-vf2")
+    yield "machine import", imported(settings, "grbl.txt").text
+    answers = {"name": "mill", "controller": "haas", "rapid": "20 m/min"}
+    yield "machine new", questioned(answers).text
+    yield "machine check", changed_profile("haas-vf2", {}, "a.toml")
+    yield "materials --show", material_text("copper")
+    yield "dialects --show", dialect_template("haas")
+    yield "tools import", imported_tools(str(table))[0]
+    yield "defaults --template", TEMPLATE
+    leafcut.cutting_data(**given, tools=library)
+    yield "cutting-data --save, with a library", saved.read_text(encoding="utf-8")
+    leafcut.cutting_data(**given, drill_diameter=6)
+    yield "cutting-data --save", saved.read_text(encoding="utf-8")
+
+
+def test_every_file_that_leafcut_writes_states_its_schema(tmp_path: Path) -> None:
+    for name, text in written(tmp_path):
+        assert tomllib.loads(text)["schema"] == 1, name
+
+
+def test_every_file_that_comes_with_leafcut_states_its_schema() -> None:
+    folders = ("machines", "materials", "gcode/dialects", "lab/shipped", "lab/parts")
+    files = [file for folder in folders for file in (resources.files("leafcut") / folder).iterdir()]
+    texts = {file.name: file.read_text(encoding="utf-8") for file in files if file.name.endswith(".toml")}
+    texts |= {str(file): file.read_text(encoding="utf-8") for file in EXAMPLES.glob("*.toml")}
+    assert len(texts) > 70
+    assert [name for name, text in texts.items() if tomllib.loads(text).get("schema") != 1] == []
+
+
+def test_the_page_of_schemas_lists_every_document_with_its_numbers() -> None:
+    page = (ROOT / "docs" / "schemas.md").read_text(encoding="utf-8")
+    rows = re.findall(r"(?m)^\| ([\w ]+) \| .* \| `(\w+)` \| (\d+) \| (\d+) \|$", page)
+    keys = {schema: "user_version" if schema in DATABASES else schema.key for schema in SCHEMAS}
+    assert rows == [(one.title, keys[one], str(one.current), str(one.oldest)) for one in SCHEMAS]
+
+
+def test_no_option_is_called_schema() -> None:
+    assert "schema" not in {name for _, name, _ in all_options()}
+
+
+#: A short run of every command that answers in JSON, in a folder with the files that it names.
+RUNS = [
+    "machines", "machines --show haas-vf2", "materials", "materials --show copper", "dialects", "dialects --show haas",
+    "algorithms", "formats", "plugins", "defaults", "addon", "addon inkscape --to .", "warm-up", "lab list",
+    "lab run nine.toml", "lab report nine.toml",
+    f"lab tune {MAP} random:9:2 random:9:3 --algorithm mmas --process solve --trials 1 --seeds 1 --iterations 1",
+    "machine import settings.txt", "machine new --name m --controller haas --rapid 20m/min",
+    f"machine check {CAM} --measured 5:00 --machine haas-vf2", "tools import tools.csv",
+    f"optimize {PLATE} --depth 3 --algorithm none", f"drill {PLATE} --depth 3 --algorithm none",
+    f"optimize {PLATE} example:plate-27 --depth 3 --algorithm none",
+    f"cut {EXAMPLES}/bracket.dxf --thickness 6 --preset fast", f"reorder {CAM} --algorithm none",
+    f"pocket {EXAMPLES}/pocket.dxf --depth 1 --tool-diameter 10 --strategy contour",
+    f"nest {EXAMPLES}/bracket.dxf:1 --sheet 600x400 --nester rectangles --variants 1",
+    f"batch {CAM} -o out --algorithm none -q --executor threads", f"solve {MAP} --preset fast",
+    f"simulate {CAM}", f"simulate {CAM} {CAM}", f"stock {CAM} --mill-diameter 6", f"verify {CAM} {CAM}",
+    "cutting-data --holes 1 --depth 3 --drill-diameter 6 --material steel-c45",
+]  # fmt: skip
+#: It needs a board: tests/sender/test_marlin.py.
+WITH_A_BOARD = {"send"}
+
+
+def answering(application: App, place: str = "") -> Iterator[str]:
+    """Yield the commands that have --json."""
+    for name in application:
+        if name.startswith("-"):
+            continue
+        command = application[name].default_command
+        if command is None:
+            yield from answering(application[name], f"{name} ")
+        elif "as_json" in inspect.signature(command).parameters:
+            yield place + name
+
+
+def test_every_command_that_answers_in_json_is_tested() -> None:
+    commands = {*answering(app())}
+    run_here = {command for words in RUNS for command in commands if f"{words} ".startswith(f"{command} ")}
+    assert run_here == commands - WITH_A_BOARD
+
+
+@pytest.mark.parametrize("words", RUNS, ids=lambda words: words[:24])
+def test_a_json_answer_is_one_object_that_begins_with_its_schema(
+    words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(warming, "warm_all", lambda _: SimpleNamespace(compiled=0, seconds=0.0, kept=True))
+    Path("settings.txt").write_bytes((ROOT / "tests" / "read" / "settings" / "grbl_3018.txt").read_bytes())
+    Path("out").mkdir()
+    Path("tools.csv").write_text("number,kind,diameter\n1,drill,6\n")
+    Path("nine.toml").write_text(EXPERIMENT)
+    if words.startswith("lab report"):
+        read_results(Path("leafcut_lab.sqlite"))
+    assert run([*words.split(), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert next(iter(answer.items())) == ("schema", 1)
