@@ -177,6 +177,7 @@ def test_a_saved_library_is_the_users_own_but_for_the_chosen_speeds_and_a_progra
     point = chosen(found).best
     assert library.read_text(encoding="utf-8") == LIBRARY
     changed = {
+        "# my tools\n": "# my tools\nschema = 1\n",
         'feed = "100 mm/min"': f'feed = "{point.feed * 60:g} mm/min"',
         'spindle_speed = "900 rpm"': f'spindle_speed = "{point.rpm:g} rpm"',
         'feed = "300 mm/min"': f'feed = "{chosen(found, 2).best.feed * 60:g} mm/min"',

@@ -113,7 +113,7 @@ def test_an_order_is_that_of_one_drawing(tmp_path: Path, places: list[tuple[floa
 @pytest.mark.parametrize(
     ("text", "line"),
     [
-        ("{}", "'leafcut_order' must be 1"),
+        ("{}", "'leafcut_order' is missing"),
         ("[", "is not JSON"),
         ('{"leafcut_order": 1}', "'operations' must be a list"),
         ('{"leafcut_order": 1, "operations": [{"operation": 0, "holes": []}]}', "0 is not a whole number of 1 or more"),

@@ -16,7 +16,7 @@ from leafcut.units import SECONDS_PER_MINUTE
 
 
 def library_text(found: CuttingData, settings: Settings, file: str | Path) -> str:
-    """Return the library as TOML. The user's own TOML keeps its comments and order; it gets the chosen speeds.
+    """Return the library as TOML. The user's own TOML keeps its comments and order; only speeds and schema change.
 
     Raises
     ------
@@ -42,10 +42,8 @@ def library_text(found: CuttingData, settings: Settings, file: str | Path) -> st
 def _changed(library: Path, chosen: dict[int, CuttingPoint]) -> str:
     import tomlkit
 
-    text = library.read_text(encoding="utf-8-sig")
-    document = tomlkit.parse(text)
-    if TOOLS.key not in document:
-        document = tomlkit.parse(f"{TOOLS.line}\n{text}")
+    document = tomlkit.parse(library.read_text(encoding="utf-8-sig"))
+    document.setdefault(TOOLS.key, TOOLS.current)
     for table in document.get("tool", []):
         point = chosen.get(int(table["number"]))
         if point is not None:
