@@ -9,7 +9,6 @@ import sqlite3
 import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import closing
-from importlib import resources
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -24,7 +23,7 @@ from leafcut.errors import DataError, LeafcutError
 from leafcut.gcode.dialects import dialect, dialect_template
 from leafcut.lab.loading import load
 from leafcut.lab.store import Store
-from leafcut.processes.settings import all_options, options_of_file
+from leafcut.processes.settings import options_of_file
 from leafcut.read.controllers.importing import changed_profile, imported
 from leafcut.read.controllers.questions import answers_of, questioned
 from leafcut.read.machine import load_machine, machine_template
@@ -173,26 +172,6 @@ def written(tmp_path: Path) -> Iterator[tuple[str, str]]:
 def test_every_file_that_leafcut_writes_states_its_schema(tmp_path: Path) -> None:
     for name, text in written(tmp_path):
         assert tomllib.loads(text)["schema"] == 1, name
-
-
-def test_every_file_that_comes_with_leafcut_states_its_schema() -> None:
-    folders = ("machines", "materials", "gcode/dialects", "lab/shipped", "lab/parts")
-    files = [file for folder in folders for file in (resources.files("leafcut") / folder).iterdir()]
-    texts = {file.name: file.read_text(encoding="utf-8") for file in files if file.name.endswith(".toml")}
-    texts |= {str(file): file.read_text(encoding="utf-8") for file in EXAMPLES.glob("*.toml")}
-    assert len(texts) > 70
-    assert [name for name, text in texts.items() if tomllib.loads(text).get("schema") != 1] == []
-
-
-def test_the_page_of_schemas_lists_every_document_with_its_numbers() -> None:
-    page = (ROOT / "docs" / "schemas.md").read_text(encoding="utf-8")
-    rows = re.findall(r"(?m)^\| ([\w ]+) \| .* \| `(\w+)` \| (\d+) \| (\d+) \|$", page)
-    keys = {schema: "user_version" if schema in DATABASES else schema.key for schema in SCHEMAS}
-    assert rows == [(one.title, keys[one], str(one.current), str(one.oldest)) for one in SCHEMAS]
-
-
-def test_no_option_is_called_schema() -> None:
-    assert "schema" not in {name for _, name, _ in all_options()}
 
 
 #: A short run of every command that answers in JSON, in a folder with the files that it names.

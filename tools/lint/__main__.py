@@ -10,7 +10,7 @@ import gc
 import sys
 from importlib import import_module
 
-CHECKS = ("modules", "options", "codes", "generated", "docs", "texts", "messages", "kernels", "release")
+CHECKS = ("modules", "options", "codes", "generated", "docs", "texts", "messages", "kernels", "schemas", "release")
 
 
 def main(names: list[str]) -> int:
