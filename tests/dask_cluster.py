@@ -1,4 +1,4 @@
-"""A Dask cluster on this machine, for tests: each of its processes is ended by its number."""
+"""A Dask cluster on this machine for tests: one scheduler and two workers with one thread each."""
 
 from __future__ import annotations
 
@@ -6,22 +6,52 @@ import json
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
-import psutil
+#: Kills a worker with SIGKILL when it starts its first task, so that it dies between receiving and finishing one.
+DIES_AT_FIRST_TASK = """
+import os
+import signal
+
+from distributed.diagnostics.plugin import WorkerPlugin
+
+
+class DiesAtFirstTask(WorkerPlugin):
+    def transition(self, key, start, finish, **kwargs):
+        if finish == "executing":
+            os.kill(os.getpid(), signal.SIGKILL)
+
+
+async def dask_setup(worker):
+    await worker.plugin_add(plugin=DiesAtFirstTask())
+"""
+
+#: Ends as soon as the scheduler has two workers.
+WAIT_FOR_WORKERS = "import sys; from distributed import Client; Client(scheduler_file=sys.argv[1]).wait_for_workers(2)"
 
 
 class Cluster:
-    """A scheduler and two workers of Dask on this machine, each a process that is ended by its number."""
+    """A scheduler and two workers of Dask; both workers are registered.
 
-    def __init__(self, folder: Path) -> None:
+    The first worker dies at its first task if `mortal` is set.
+    """
+
+    def __init__(self, folder: Path, mortal: bool = False) -> None:
         self.file = folder / "scheduler.json"
         self.processes: list[subprocess.Popen[bytes]] = []
         self.scheduler = self._start("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--no-show")
-        until(self.file.exists)
-        until(lambda: self.file.read_text().endswith("}"))
+        until(lambda: self.file.exists() and self.file.read_text().endswith("}"))
         self.spec = json.loads(self.file.read_text())["address"].replace("tcp://", "dask://")
-        self.workers = [self._start("worker", "--no-nanny", "--nthreads", "1", "--no-dashboard") for _ in range(2)]
+        preload = folder / "dies_at_first_task.py"
+        preload.write_text(DIES_AT_FIRST_TASK)
+        worker = ["worker", "--no-nanny", "--nthreads", "1", "--no-dashboard"]
+        self.workers = [
+            self._start(*worker, *(["--preload", str(preload)] if mortal else [])),
+            self._start(*worker),
+        ]
+        # In a process of its own: Dask's client keeps threads and sockets until Python ends.
+        subprocess.run([sys.executable, "-c", WAIT_FOR_WORKERS, str(self.file)], check=True, stderr=subprocess.DEVNULL)
 
     def _start(self, kind: str, *words: str) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", "dask", kind, "--scheduler-file", str(self.file), *words]
@@ -29,26 +59,17 @@ class Cluster:
         self.processes.append(subprocess.Popen(command, cwd=self.file.parent, **quiet))
         return self.processes[-1]
 
-    def until_busy(self, seconds: float = 0.5) -> None:
-        """Wait until the first worker has worked for so long since now, by the processor."""
-        began = self._worked()
-        until(lambda: self._worked() > began + seconds)
-
-    def _worked(self) -> float:
-        times = psutil.Process(self.workers[0].pid).cpu_times()
-        return float(times.user + times.system)
-
     def end(self) -> None:
-        """End all of them."""
+        """End all processes."""
         for process in reversed(self.processes):
             process.kill()
             process.wait()
 
 
-def until(there: object) -> None:
-    """Wait for something that comes soon; a machine may be busy."""
-    for _ in range(600):
-        if there():  # type: ignore[operator]
+def until(reached: Callable[[], bool]) -> None:
+    """Wait until a condition holds; the limit of five minutes only guards against a hang."""
+    for _ in range(3000):
+        if reached():
             return
         time.sleep(0.1)
-    raise AssertionError("it did not come in a minute")
+    raise AssertionError("the condition did not hold within five minutes")

@@ -7,23 +7,35 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError, Future
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from dask_cluster import Cluster
 from leafcut.errors import OptionError, ReadError
-from leafcut.executors import ExecutorError, check_executor, open_executor, run_tasks
+from leafcut.executors import (
+    ExecutorError,
+    WatchedExecutor,
+    _check_workers,
+    check_executor,
+    open_executor,
+    run_tasks,
+)
 
-#: Runs in a process of its own: Dask's client leaves threads and sockets to Python's end.
+#: Runs in a process of its own: Dask's client keeps threads and sockets until Python ends.
 SUMS = """
 import sys
+from leafcut import executors
 from leafcut.cli import _failure
-from leafcut.executors import open_executor, run_tasks
+executors.CONNECT_SECONDS = 300.0  # a busy machine is no missing cluster
 try:
-    with open_executor(sys.argv[1], 2) as executor:
-        for task, found in run_tasks(executor, {work}, {tasks}):
+    with executors.open_executor(sys.argv[1], 2) as executor:
+        for task, found in executors.run_tasks(executor, {work}, {tasks}):
             print(task, found, flush=True)
 except Exception as problem:
     print(_failure(problem)[0], flush=True)
@@ -31,20 +43,22 @@ except Exception as problem:
 
 
 @pytest.fixture
-def cluster(tmp_path: Path) -> Iterator[Cluster]:
+def cluster(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Cluster]:
+    """Yield a cluster; its first worker dies at its first task if the parameter is true."""
     pytest.importorskip("distributed")
-    made = Cluster(tmp_path)
-    yield made
-    made.end()
+    created = Cluster(tmp_path, mortal=getattr(request, "param", False))
+    yield created
+    created.end()
 
 
 def client_of(spec: str, work: str, tasks: str) -> subprocess.Popen[str]:
+    """Start a process that runs tasks on an executor and prints their results."""
     command = [sys.executable, "-c", SUMS.format(work=work, tasks=tasks), spec]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
 
 
 @pytest.mark.parametrize("spec", ["threads", "processes"])
-def test_every_task_is_done_once_and_an_error_is_the_answer_of_its_own_task(spec: str) -> None:
+def test_every_task_runs_once_and_an_error_is_the_result_of_its_own_task(spec: str) -> None:
     with open_executor(spec, 2) as executor:
         found = dict(run_tasks(executor, int, ["1", "x", *map(str, range(2, 30))]))
     assert isinstance(found.pop("x"), ValueError)
@@ -52,11 +66,11 @@ def test_every_task_is_done_once_and_an_error_is_the_answer_of_its_own_task(spec
 
 
 def _refuse(kind: str) -> None:
-    """Raise an error that is made of more than its message."""
+    """Raise an error that has more arguments than its message."""
     raise ReadError("plate.dxf", kind, 7) if kind == "read" else OptionError("--feed: too high")
 
 
-def test_an_error_of_leafcut_comes_from_a_process_as_it_was() -> None:
+def test_an_error_of_leafcut_arrives_from_a_process_unchanged() -> None:
     with open_executor("processes", 1) as executor:
         found = dict(run_tasks(executor, _refuse, ["read", "option"]))
     read, option = found["read"], found["option"]
@@ -64,8 +78,57 @@ def test_an_error_of_leafcut_comes_from_a_process_as_it_was() -> None:
     assert (type(option), str(option)) == (OptionError, "--feed: too high")
 
 
-def test_a_task_that_ends_its_workers_is_given_up_and_harms_no_other(tmp_path: Path) -> None:
-    """Each of the others has its own answer, though the pool was broken under it."""
+class DyingWorkers(WatchedExecutor):
+    """Two workers without threads; chosen tasks lose their worker a number of times.
+
+    As in a pool of processes, a dead worker also loses the task that runs beside it.
+    """
+
+    def __init__(self, deaths: dict[str, int], loss: Callable[[], BaseException]) -> None:
+        super().__init__(2)
+        self.deaths, self.loss = dict(deaths), loss
+        self.started: list[str] = []
+        self.pending: list[tuple[Future[Any], Callable[[str], str], str]] = []
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        self.started.append(args[0])
+        self.pending.append((future, fn, args[0]))
+        return future
+
+    def check(self) -> None:
+        """Finish all pending tasks, or lose all of them: called while nothing is finished."""
+        pending, self.pending = self.pending, []
+        dead = [task for _, _, task in pending if self.deaths.get(task, 0) > 0]
+        for task in dead:
+            self.deaths[task] -= 1
+        for future, fn, task in pending:
+            if dead:
+                future.set_exception(self.loss())
+            else:
+                future.set_result(fn(task))
+
+
+@pytest.mark.parametrize("loss", [CancelledError, lambda: BrokenProcessPool("gone")], ids=["cluster", "processes"])
+def test_tasks_of_dead_workers_run_again_alone_and_a_task_that_always_kills_is_given_up(
+    loss: Callable[[], BaseException], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each task has its own result, though `bad` kills its workers always and `weak` kills two of them."""
+    monkeypatch.setattr("leafcut.executors.LOOK_SECONDS", 0.0)
+    executor = DyingWorkers({"bad": 99, "weak": 2}, loss)
+    tasks = ["a", "bad", "b", "c", "d", "weak", "e"]
+    results = list(run_tasks(executor, str.upper, tasks))
+    assert sorted(task for task, _ in results) == sorted(tasks)
+    found = dict(results)
+    given_up = found.pop("bad")
+    assert isinstance(given_up, ExecutorError) and "its worker died 3 times" in str(given_up)
+    assert found == {task: task.upper() for task in tasks if task != "bad"}
+    assert executor.started.count("bad") == 4, "once beside others, three times alone"
+
+
+@pytest.mark.slow
+def test_a_task_that_ends_its_process_is_given_up_and_harms_no_other(tmp_path: Path) -> None:
+    """Each other task has its own result, though the pool breaks under it."""
     tasks = ["", *(str(tmp_path / str(k)) for k in range(6))]
     with open_executor("processes", 2) as executor:
         found = dict(run_tasks(executor, _leave_or_name, tasks))
@@ -75,13 +138,13 @@ def test_a_task_that_ends_its_workers_is_given_up_and_harms_no_other(tmp_path: P
 
 
 def _leave_or_name(path: str) -> str:
-    """End this process where there is no path."""
+    """Return the name of a path; end this process if the path is empty."""
     if not path:
         os._exit(9)
     return Path(path).name
 
 
-def test_when_it_is_to_end_no_more_is_given_and_no_process_is_left() -> None:
+def test_a_run_that_is_to_end_submits_no_more_and_leaves_no_process() -> None:
     with open_executor("processes", 2) as executor:
         asked = iter([False, False, True])
         assert list(run_tasks(executor, time.sleep, [3600.0] * 5, ended=lambda: next(asked))) == []
@@ -91,25 +154,43 @@ def test_when_it_is_to_end_no_more_is_given_and_no_process_is_left() -> None:
 
 
 @pytest.mark.parametrize("spec", ["", "thread", "dask://", "dask://host", "tcp://host:1", "dask://host:1/x"])
-def test_what_names_no_executor_is_refused(spec: str) -> None:
+def test_a_name_of_no_executor_is_refused(spec: str) -> None:
     with pytest.raises(OptionError, match="use threads, processes or dask://host:port"):
         check_executor(spec)
 
 
-@pytest.mark.slow
-def test_a_worker_of_two_that_is_killed_in_the_middle_costs_no_task(cluster: Cluster) -> None:
-    with client_of(cluster.spec, "__import__('time').sleep", "[0.05 + k / 1000 for k in range(40)]") as client:
-        assert client.stdout is not None
-        first = client.stdout.readline()
-        cluster.workers[0].send_signal(signal.SIGKILL)
-        lines = [first, *client.stdout]  # and not communicate: what was read ahead with the first line would be lost
-    assert sorted(float(line.split()[0]) for line in lines) == [0.05 + k / 1000 for k in range(40)]
-    assert {line.split()[1] for line in lines} == {"None"}, lines
+@pytest.mark.parametrize(
+    ("answer", "message"),
+    [
+        (ExecutorError("a worker has leafcut 0.1"), "a worker has leafcut 0.1"),
+        (ModuleNotFoundError("numba"), "dask://here:1: a worker cannot run leafcut .*numba.*; install it there"),
+    ],
+)
+def test_a_worker_that_cannot_run_leafcut_is_refused_and_one_that_dies_is_not(answer: Exception, message: str) -> None:
+    def client(*answers: Exception | None) -> Any:
+        """Return a client of a cluster whose workers give these answers to the version check."""
+        return SimpleNamespace(
+            wait_for_workers=lambda count, timeout: None,
+            run=lambda *args, on_error: dict(enumerate(answers)),
+        )
+
+    with pytest.raises(ExecutorError, match=message):
+        _check_workers(client(None, answer), "dask://here:1")
+    _check_workers(client(None, OSError("connection lost")), "dask://here:1")
 
 
 @pytest.mark.slow
-def test_a_scheduler_that_dies_in_the_middle_is_one_line(cluster: Cluster) -> None:
-    with client_of(cluster.spec, "__import__('time').sleep", "[0.1] + [60.0] * 9") as client:
+@pytest.mark.parametrize("cluster", [True], indirect=True)
+def test_a_worker_of_two_that_dies_during_a_task_costs_no_task(cluster: Cluster) -> None:
+    client = client_of(cluster.spec, "abs", "range(40)")
+    out, _ = client.communicate()
+    assert cluster.workers[0].wait() == -signal.SIGKILL
+    assert sorted(out.splitlines()) == sorted(f"{k} {k}" for k in range(40))
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_dies_during_a_task_is_one_line(cluster: Cluster) -> None:
+    with client_of(cluster.spec, "__import__('time').sleep", "[0.1] + [3600.0] * 9") as client:
         assert client.stdout is not None
         assert client.stdout.readline() == "0.1 None\n"
         cluster.scheduler.send_signal(signal.SIGKILL)

@@ -290,13 +290,13 @@ def _check_workers(client: Any, spec: str) -> None:
         raise ExecutorError(
             f"{spec}: the cluster has no worker; start one with dask worker {spec.removeprefix(DASK)}"
         ) from None
-    try:
-        client.run(_check_version, __version__)
-    except LeafcutError:
-        raise
-    except Exception as problem:
-        why = f"{type(problem).__name__}: {problem}"
-        raise ExecutorError(f"{spec}: a worker cannot run leafcut {__version__} ({why}); install it there") from None
+    for problem in client.run(_check_version, __version__, on_error="return").values():
+        if isinstance(problem, LeafcutError):
+            raise problem
+        # A lost connection: the worker has died since, and others do its tasks.
+        if isinstance(problem, Exception) and not isinstance(problem, OSError):
+            why = f"{type(problem).__name__}: {problem}"
+            raise ExecutorError(f"{spec}: a worker cannot run leafcut {__version__} ({why}); install it there")
 
 
 def run_tasks(
