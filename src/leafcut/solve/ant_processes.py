@@ -42,8 +42,11 @@ from leafcut.solve.statistics import Best, WorkerLog
 from leafcut.solve.steps import branching_of, choices_of, step_of_ants
 from leafcut.solve.stop import Stop
 
-#: So often the master looks whether it is told to stop, s; and so long it waits for a worker to end by itself.
+#: Interval at which the master checks whether it is to stop, s; time that a worker has to end by itself, s.
 LOOK, PATIENCE = 0.05, 1.0
+
+#: Maximum wait for the exit status of a worker whose connection is closed, s.
+EXIT_SECONDS = 10.0
 
 
 class SharedAnts(Protocol):
@@ -212,7 +215,7 @@ class AntProcesses:
         return answer
 
     def _ended(self, k: int) -> SolveError:
-        self.processes[k].join(PATIENCE)
+        self.processes[k].join(EXIT_SECONDS)
         return SolveError(
             f"worker process {k + 1} of {len(self.lines)} ended with status {self.processes[k].exitcode}; run again, "
             "or use --parallel threads; a script must do its work under if __name__ == '__main__'"
