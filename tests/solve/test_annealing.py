@@ -93,7 +93,7 @@ def test_service_that_outweighs_all_travel_does_not_keep_the_search_from_the_sho
 
 
 def test_several_threads_with_a_clock_give_one_true_answer_and_a_budget_does_not_depend_on_them() -> None:
-    """They are ended when the third cost is told, however late that is where others are at work."""
+    """The search is cancelled at its third report, however late a busy machine makes it."""
     problem, stopped = random_problem(3, 40, "ways", (None, None), pairs=9), threading.Event()
     told: list[float] = []
 
@@ -102,7 +102,7 @@ def test_several_threads_with_a_clock_give_one_true_answer_and_a_budget_does_not
         if len(told) == 3:
             stopped.set()
 
-    options = SolveOptions(time_limit=60.0, threads=3, bound=False)
+    options = SolveOptions(time_limit=3600.0, threads=3, bound=False)
     found = solve(problem, options, progress=tell, cancelled=stopped)
     check(problem, found.nodes, found.cost)
     assert len(found.workers) == 3
@@ -115,8 +115,7 @@ def test_several_threads_with_a_clock_give_one_true_answer_and_a_budget_does_not
 
 def test_stopping_from_outside_ends_all_threads_with_the_best_so_far() -> None:
     problem, stopped = random_problem(3, 40, "ways", (None, None), pairs=9), threading.Event()
-    options = SolveOptions(time_limit=60.0, threads=2, bound=False)
+    options = SolveOptions(time_limit=3600.0, threads=2, bound=False)
     found = solve(problem, options, progress=lambda *_: stopped.set(), cancelled=stopped)
     check(problem, found.nodes, found.cost)
     assert found.stopped_early
-    assert found.seconds < 60.0

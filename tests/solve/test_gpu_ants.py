@@ -1,4 +1,4 @@
-"""Ants on a GPU: in CUDA's simulator, where threads of CUDA are threads of Python, they build the CPU's tours."""
+"""Ants on a GPU build the tours of the CPU. CUDA's simulator runs each CUDA thread as a Python thread."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.options import AcoOptions, SolveOptions
 from leafcut.solve.solve import solve
 
-#: Three iterations of 40 ants, more than one block, on random places, on a grid where all is tied, with a free end.
+#: Three iterations of 40 ants (more than one block) on random places, on a grid with many ties, and with a free end.
 COMPARED = """
 import json
 import numpy as np
@@ -60,7 +60,7 @@ for name, (problem, candidates) in problems.items():
 print(json.dumps(found))
 """
 
-#: The same with room for seven ants at once, so that an iteration takes several shares.
+#: The same with memory for seven ants at once, so that an iteration takes several shares.
 IN_SHARES = COMPARED.replace(
     "found = {}",
     """found = {}
@@ -73,7 +73,7 @@ gpu_ants._Builder.__init__ = few""",
 
 
 def simulated(code: str) -> dict[str, Any]:
-    """Return what a program says as JSON that runs with CUDA simulated."""
+    """Run a program with simulated CUDA and return the JSON that it prints."""
     environment = dict(os.environ, NUMBA_ENABLE_CUDASIM="1")
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, env=environment, timeout=300, check=False
@@ -83,16 +83,17 @@ def simulated(code: str) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("code", [COMPARED, IN_SHARES], ids=["at once", "in shares"])
-def test_every_ant_builds_the_tour_that_it_builds_on_the_cpu(code: str) -> None:
+def test_every_ant_builds_the_same_tour_as_on_the_cpu(code: str) -> None:
     found = simulated(code)
     assert len(found) == 6
     for name, (same, tours) in found.items():
         assert same, name
-        assert tours > 30, name  # ants differ, so that equal tours say something
+        assert tours > 30, name  # ants differ: equal tours are no coincidence
 
 
-def test_a_whole_search_answers_as_on_the_cpu_with_local_search_too() -> None:
+def test_a_whole_search_with_local_search_equals_that_on_the_cpu() -> None:
     code = """
 import json
 from leafcut import api
@@ -108,10 +109,10 @@ print(json.dumps(found))
     assert simulated(code) == {"eas": True, "asrank": True}
 
 
-def test_without_a_gpu_one_line_says_so_before_anything_is_compiled(tmp_path: Path) -> None:
+def test_a_missing_gpu_is_reported_in_one_line_before_anything_is_compiled(tmp_path: Path) -> None:
     words = ["solve", "random:12", "--algorithm", "as", "--device", "gpu"]
     environment = {k: v for k, v in os.environ.items() if k != "NUMBA_ENABLE_CUDASIM"}
-    environment |= {"CUDA_VISIBLE_DEVICES": "-1", "NUMBA_CACHE_DIR": str(tmp_path)}  # where no kernel is kept yet
+    environment |= {"CUDA_VISIBLE_DEVICES": "-1", "NUMBA_CACHE_DIR": str(tmp_path)}  # an empty cache of kernels
     done = subprocess.run(
         [sys.executable, "-c", f"from leafcut.cli import run; raise SystemExit(run({words!r}))"],
         capture_output=True,
@@ -126,12 +127,12 @@ def test_without_a_gpu_one_line_says_so_before_anything_is_compiled(tmp_path: Pa
 @pytest.mark.parametrize(
     "words", [{"algorithm": "acs"}, {"algorithm": "auto"}, {"algorithm": "as", "parallel": "processes"}]
 )
-def test_what_cannot_go_to_a_gpu_is_refused(words: dict[str, str]) -> None:
+def test_searches_that_cannot_use_a_gpu_are_refused(words: dict[str, str]) -> None:
     with pytest.raises(OptionError, match=r"^--device: only used with --(algorithm|parallel)"):
         api.solve_file("random:12", device="gpu", iterations=1, **words)
 
 
-def test_paths_with_a_direction_are_refused() -> None:
+def test_directed_paths_are_refused() -> None:
     places = np.random.default_rng(1).uniform(0, 100, (12, 2))
     several = RoutingProblem(
         entry=places, exit=places + 1.0, cluster=np.arange(12, dtype=np.int32), service=np.zeros(12),

@@ -141,19 +141,24 @@ def check(problem: RoutingProblem, nodes: np.ndarray, cost: float) -> None:
     assert cost == pytest.approx(path_cost(problem, nodes))
 
 
+@pytest.mark.parametrize(
+    ("problems", "clusters", "most_missed"), [(5, 5, 0), pytest.param(12, 8, 1, marks=pytest.mark.slow)]
+)
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_default_preset_finds_the_optimum_of_up_to_eight_clusters(kind: str) -> None:
-    """A dozen random problems of each kind, by dynamic programming: all but one at most are solved to the optimum."""
+def test_the_default_preset_finds_the_optimum_of_few_clusters(
+    kind: str, problems: int, clusters: int, most_missed: int
+) -> None:
+    """Random problems with 5 to `clusters` clusters, compared with dynamic programming."""
     missed = []
-    for seed in range(12):
-        problem = random_problem(seed, 5 + seed % 4, kind, ENDS[seed % 5], pairs=seed % 6)
+    for seed in range(problems):
+        problem = random_problem(seed, min(5 + seed % 4, clusters), kind, ENDS[seed % 5], pairs=seed % 6)
         found = solve(problem, SolveOptions("colony", bound=False))
         check(problem, found.nodes, found.cost)
         best = least(problem)
         assert found.cost >= best - 1e-9
         if found.cost > best * (1 + 1e-9):
             missed.append((seed, found.cost / best))
-    assert len(missed) <= 1, missed
+    assert len(missed) <= most_missed, missed
     assert all(ratio < 1.1 for _, ratio in missed), missed
 
 
@@ -269,8 +274,8 @@ def test_a_table_of_costs_with_a_place_to_start_from_is_refused() -> None:
 
 
 def test_the_bound_leaves_precedence_out_and_is_never_above_the_optimum() -> None:
-    for seed in range(25):
-        problem = random_problem(seed, 7, KINDS[seed % 5], ENDS[seed // 5], pairs=4)
+    for seed in range(0, 25, 3):  # every kind, and all ends
+        problem = random_problem(seed, 6, KINDS[seed % 5], ENDS[seed // 5], pairs=4)
         found = solve(problem, SolveOptions("colony", preset="fast"))
         assert found.lower_bound is not None
         assert found.lower_bound <= least(problem) + 1e-9
@@ -294,7 +299,7 @@ def test_a_target_gap_ends_the_search_at_the_first_path_that_is_good_enough() ->
 
 
 def test_a_search_that_is_stopped_or_interrupted_keeps_the_best_that_it_has() -> None:
-    problem, seen = random_problem(2, 300, "cuts", ENDS[1], pairs=100), []
+    problem, seen = random_problem(2, 80, "cuts", ENDS[1], pairs=30), []
     cancelled = threading.Event()
 
     def press(_: str, cost: float, *__: object) -> None:

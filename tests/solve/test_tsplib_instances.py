@@ -1,4 +1,4 @@
-"""The ants on instances whose optimum is known."""
+"""Algorithms on instances with a published optimum."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ANTS = ("as", "eas", "asrank", "mmas", "acs")
 
 
 def test_the_published_optimal_tour_has_the_published_length(data: Path) -> None:
-    """Reader, TSPLIB's rounding and the adding up of costs agree with the file's own optimum."""
+    """Reader, TSPLIB's rounding and the sum of costs agree with the optimum in the file."""
     import numpy as np
 
     from leafcut.model import Metric, RoutingProblem
@@ -36,7 +36,9 @@ def test_each_algorithm_comes_within_three_percent_on_kroa100(algorithm: str, da
 
 
 @pytest.mark.parametrize("algorithm", ANTS)
-@pytest.mark.parametrize("name", ["d198", "fl417", "pcb442", "u724", "rl1304"])
+@pytest.mark.parametrize(
+    "name", ["d198", "pcb442", *(pytest.param(name, marks=pytest.mark.slow) for name in ("fl417", "u724", "rl1304"))]
+)
 def test_each_algorithm_improves_on_nearest_neighbour(algorithm: str, name: str, data: Path) -> None:
     part = leafcut.read_part(data / "tsplib" / f"{name}.tsp")
     nearest = solve_part(part, algorithm="nn")
@@ -44,22 +46,32 @@ def test_each_algorithm_improves_on_nearest_neighbour(algorithm: str, name: str,
     assert part.optimum <= found.cost < nearest.cost
 
 
-@pytest.mark.parametrize("algorithm", ANTS)
-def test_without_local_search_the_ants_still_learn(algorithm: str, data: Path) -> None:
-    """The tours of pure ants get better than nearest neighbour; MAX–MIN slowest: it forgets least (ρ = 0.02)."""
-    iterations = 800 if algorithm == "mmas" else 60
+@pytest.mark.parametrize(
+    ("algorithm", "iterations"),
+    [("as", 60), ("eas", 60), ("asrank", 60), pytest.param("mmas", 800, marks=pytest.mark.slow), ("acs", 60)],
+)
+def test_ants_without_local_search_learn(algorithm: str, iterations: int, data: Path) -> None:
+    """Tours of ants alone improve on nearest neighbour; MAX–MIN is the slowest, with the least evaporation (0.02)."""
     part = leafcut.read_part(data / "tsplib" / "kroA100.tsp")
     nearest = solve_part(part, algorithm="nn")
     found = solve_part(part, algorithm=algorithm, local_search=False, iterations=iterations, n_ants=50)
     assert 21282 <= found.cost < 0.92 * nearest.cost
 
 
+@pytest.mark.slow
 def test_mmas_comes_within_one_percent_on_pcb442(data: Path) -> None:
     part = leafcut.read_part(data / "tsplib" / "pcb442.tsp")
     assert solve_part(part, algorithm="mmas", iterations=200).cost <= 1.01 * 50778
 
 
-@pytest.mark.parametrize("name, percent", [("pcb442", 1.0), ("pcb3038", 1.5), ("rl11849", 2.5)])
+@pytest.mark.parametrize(
+    "name, percent",
+    [
+        ("pcb442", 1.0),
+        pytest.param("pcb3038", 1.5, marks=pytest.mark.slow),
+        pytest.param("rl11849", 2.5, marks=pytest.mark.slow),
+    ],
+)
 def test_kicks_come_near_the_optimum_of_large_boards(name: str, percent: float, data: Path) -> None:
     part = leafcut.read_part(data / "tsplib" / f"{name}.tsp")
     found = solve_part(part, algorithm="kicks", iterations=60)
