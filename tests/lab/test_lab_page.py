@@ -1,4 +1,4 @@
-"""The page of an experiment says what its runs prove, and stands alone."""
+"""The page of an experiment states the results of its runs, and needs no other file."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from leafcut.lab.page import rows_as_csv, write_page
 from leafcut.lab.store import Row
 from page_parser import Page
 
-#: Two factors, analysed in every way that there is; figures from a formula, so that what is true is known.
-EVERY = SMALL.replace(
+#: Two factors, every kind of analysis, and markup in the title.
+EVERY = SMALL.replace('"Two algorithms"', '"Two <script>alert(1)</script>"').replace(
     "[[analysis]]",
     """[factor.ants]
 option = "n_ants"
@@ -48,7 +48,7 @@ rows = [["one", 7.25]]
 
 
 def rows_of(folder: Path, text: str = EVERY, seeds: int = 3) -> tuple[object, list[Row]]:
-    """Return a description and runs of it: acs is always 10 shorter than as, 5 ants take half as long as 10."""
+    """Return a description and its runs by formula: acs is 10 shorter than as; 5 ants take half as long as 10."""
     found = load(written(folder, text))
     rows = []
     for plan in found.runs():
@@ -62,9 +62,13 @@ def rows_of(folder: Path, text: str = EVERY, seeds: int = 3) -> tuple[object, li
     return found, [row for row in rows if row.seed <= seeds]
 
 
-def test_the_page_stands_alone_and_escapes_what_is_written_in_files(tmp_path: Path) -> None:
-    found, rows = rows_of(tmp_path, EVERY.replace('"Two algorithms"', '"Two <script>alert(1)</script>"'))
-    html = write_page(found, rows, 24)
+@pytest.fixture(scope="module")
+def html(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Return the page of all runs."""
+    return write_page(*rows_of(tmp_path_factory.mktemp("page")), 24)
+
+
+def test_the_page_needs_no_other_file_and_escapes_text_from_files(html: str) -> None:
     page = Page(html)
     assert "script" not in page.tags
     assert "Time <b>" in page.words
@@ -74,38 +78,37 @@ def test_the_page_stands_alone_and_escapes_what_is_written_in_files(tmp_path: Pa
     assert set(re.findall(r'(?:href="|url\()#([\w-]+)', html)) <= set(ids)
 
 
-def test_the_page_says_what_is_true_of_the_figures(tmp_path: Path) -> None:
-    found, rows = rows_of(tmp_path)
-    text = Page(write_page(found, rows, 24)).words
+def test_the_page_states_the_differences_of_the_formula(html: str) -> None:
+    text = Page(html).words
     assert "24 of 24 runs done" in text
     # as – acs is 10 in every run, of which the mean square within is (1² + 0² + 1²) · 2 / 4 = 1.
     assert "-10.000" in text or "10.000" in text
     assert "algorithm makes a difference" in text
     assert "as against acs: acs is better" in text
-    # 10 of 102 and 10 of 302, with either number of ants.
+    # 10 of 102 and 10 of 302, with both numbers of ants.
     assert f"acs over as: mean gain {50 * (10 / 102 + 10 / 302):.2f} %" in text
     assert "as printed there; not measured by leafcut" in text
 
 
-def test_a_page_of_no_runs_says_how_to_do_them(tmp_path: Path) -> None:
+def test_a_page_without_runs_shows_the_command(tmp_path: Path) -> None:
     found, _ = rows_of(tmp_path)
     text = Page(write_page(found, [], 24)).words
     assert "0 of 24 runs done" in text
     assert "leafcut lab run small" in text
 
 
-def test_what_cannot_be_analysed_yet_is_said_beside_what_can(tmp_path: Path) -> None:
+def test_an_analysis_without_enough_runs_is_explained(tmp_path: Path) -> None:
     found, rows = rows_of(tmp_path, seeds=1)
     text = Page(write_page(found, rows, 24)).words
     assert "Not done: an analysis of variance needs 2 figures of each level" in text
     assert "8 of 24 runs done" in text
 
 
-def test_a_run_that_failed_and_one_of_an_older_description_count_for_nothing(tmp_path: Path) -> None:
-    found, rows = rows_of(tmp_path)
+def test_a_failed_run_and_a_run_of_an_older_description_are_not_counted(tmp_path: Path) -> None:
+    found, rows = rows_of(tmp_path, seeds=1)
     odd = [replace(rows[0], failed="no such <tool>"), replace(rows[1], instance="gone"), *rows[2:]]
     text = Page(write_page(found, odd, 24)).words
-    assert "22 of 24 runs done" in text
+    assert "6 of 24 runs done" in text
     assert "no such <tool>" in text
 
 
@@ -118,18 +121,21 @@ def test_the_table_has_a_row_for_every_run(tmp_path: Path) -> None:
 
 
 def test_speed_up_is_the_ratio_of_means(tmp_path: Path) -> None:
-    text = EVERY.replace("threads = 1, ", "").replace(
-        'option = "n_ants"\nlevels = [5, 10]', 'option = "threads"\nlevels = [1, 2]'
+    text = SMALL.replace("threads = 1, ", "")
+    text = text.replace('option = "algorithm"\nlevels = ["as", "acs"]', 'option = "threads"\nlevels = [1, 2]')
+    text = text.replace('levels = {algorithm = ["acs"]}', "levels = {algorithm = [1]}")
+    text = text.replace(
+        '[[analysis]]\nkind = "compare"', '[response.time]\npath = "wall_s"\n[[analysis]]\nkind = "speedup"'
     )
-    text = text.replace('kind = "pareto"', 'kind = "speedup"\nresponse = "time"\nfactors = ["ants"]')
+    text = text.replace('kind = "speedup"', 'kind = "speedup"\nresponse = "time"')
     found = load(written(tmp_path, text))
     rows = [
-        replace(ROW, key=f"{plan.seed}{plan.instance.name}{plan.levels}", instance=plan.instance.name, seed=plan.seed,
+        replace(ROW, key=plan.label, instance=plan.instance.name, seed=plan.seed,
                 levels={name: level.name for name, level in plan.levels.items()},
-                responses={"length": 1.0 + plan.seed, "time": 6.0 if plan.levels["ants"].name == "1" else 4.0})
+                responses={"length": 1.0, "time": 6.0 if plan.levels["algorithm"].name == "1" else 4.0})
         for plan in found.runs()
     ]  # fmt: skip
-    shown = Page(write_page(found, rows, 24)).words
+    shown = Page(write_page(found, rows, 12)).words
     assert "1.50" in shown
     assert "75 %" in shown
 
@@ -137,13 +143,13 @@ def test_speed_up_is_the_ratio_of_means(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("value", "words"), [(0.0, "0"), (12345.678, "12,346"), (1122.26, "1,122.3"), (0.012345, "0.012345")]
 )
-def test_figures_have_five_digits_that_count(value: float, words: str) -> None:
+def test_figures_have_five_significant_digits(value: float, words: str) -> None:
     from leafcut.lab.results import number
 
     assert number(value) == words
 
 
-def test_a_comparison_with_a_base_tells_each_instance_in_percent_of_it(tmp_path: Path) -> None:
+def test_a_comparison_with_a_base_shows_each_instance_in_percent_of_the_base(tmp_path: Path) -> None:
     text = SMALL.replace('kind = "compare"', 'kind = "compare"\nbase = "as"')
     of = load(written(tmp_path, text))
     lengths = {("ten", "as"): 200.0, ("ten", "acs"): 150.0, ("thirty", "as"): 400.0, ("thirty", "acs"): 420.0}

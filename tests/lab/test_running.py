@@ -199,7 +199,8 @@ def test_a_file_that_an_option_names_counts_by_its_content_wherever_it_lies(tmp_
     assert not set(keys[0]) & set(keys[2])
 
 
-def test_processes_find_what_is_found_here(tmp_path: Path) -> None:
+@pytest.mark.slow
+def test_runs_in_processes_give_the_results_of_runs_in_this_process(tmp_path: Path) -> None:
     of = load(written(tmp_path))
     with Store(tmp_path / "here.sqlite") as store:
         run(of, store)
