@@ -71,6 +71,7 @@ def assembled(instance: Instance, one: np.ndarray, two: np.ndarray, seed: int) -
     return mine[0], float(gains[0])
 
 
+@pytest.mark.slow
 @given(st.integers(5, 60), SEEDS)
 def test_the_cycles_take_every_edge_that_one_tour_has_alone_once_and_in_turn(n: int, seed: int) -> None:
     one, two = two_tours(n, seed)
@@ -85,6 +86,7 @@ def test_the_cycles_take_every_edge_that_one_tour_has_alone_once_and_in_turn(n: 
     assert taken == (edges(one) - edges(two), edges(two) - edges(one))
 
 
+@pytest.mark.slow
 @given(st.integers(8, 60), SEEDS, METRICS)
 def test_a_child_gains_what_it_says_and_undo_restores_the_links(n: int, seed: int, metric: str) -> None:
     instance = instance_of(n, seed, metric, **CLOSED)

@@ -209,6 +209,7 @@ def two(x):
 """
 
 
+@pytest.mark.slow
 def test_values_reach_machine_code_as_they_are(compiled: object) -> None:
     """Layouts of arrays, read-only and empty ones, named tuples, widths of numbers: as the function in Python."""
     weigh, pair = compiled.weigh, compiled.Pair  # type: ignore[attr-defined]

@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 SCRIPT = Path(__file__).with_name("ten_nodes.py")
 
 
@@ -18,6 +20,7 @@ def answers(disable_jit: str) -> dict[str, object]:
     return json.loads(done.stdout)
 
 
+@pytest.mark.slow
 def test_compiled_kernels_and_plain_python_give_equal_answers() -> None:
     compiled, plain = answers("0"), answers("1")
     assert compiled.keys() == plain.keys()

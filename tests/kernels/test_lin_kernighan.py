@@ -119,6 +119,7 @@ def test_a_key_tells_whether_a_move_leaves_one_tour(k: int, table: list[int]) ->
     assert len(seen) == math.factorial(k - 1) * 2 ** (k - 1)
 
 
+@pytest.mark.slow
 @given(st.integers(8, 60), SEEDS, METRICS)
 def test_every_move_gains_what_it_says(n: int, seed: int, metric: str) -> None:
     instance, lengths = random_instance(n, seed, metric)
@@ -152,6 +153,7 @@ def test_kicks_never_make_a_tour_longer_and_count_their_gains_right(n: int, seed
     assert np.array_equal(tour.node[tour.place], np.arange(n))
 
 
+@pytest.mark.slow
 @given(st.integers(8, 60), SEEDS)
 def test_a_kick_that_is_taken_back_leaves_no_trace(n: int, seed: int) -> None:
     instance, _ = random_instance(n, seed)

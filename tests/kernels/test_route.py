@@ -14,6 +14,9 @@ from leafcut.solve.instance import costs_of_edges
 from leafcut.solve.precedence import keeps
 from leafcut.solve.sequential import greedy_path, route_of
 
+# Slow: compiles parts of kernels that no cache keeps. `tests/solve/test_sequential.py` checks the sums of all gains.
+pytestmark = pytest.mark.slow
+
 BREADTH = np.array([10, 10], dtype=np.int64)
 
 

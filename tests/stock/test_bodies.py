@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.model.cutter import Body, BodyPart, ball_mill, body_of, flat_mill
@@ -126,15 +126,16 @@ def test_a_body_is_its_shaft_then_its_shank_up_to_the_holder() -> None:
     )
 
 
+@settings(max_examples=settings().max_examples // 3)  # an example takes 0.1 s
 @given(
     places=st.lists(st.tuples(st.floats(12, 48), st.floats(12, 28), st.floats(-9, 1)), min_size=2, max_size=4),
     stickout=st.floats(3, 8),
     upper=st.floats(10, 20),
 )
-def test_a_holder_is_as_deep_as_one_that_is_put_at_many_places(
+def test_a_moving_holder_is_as_deep_as_a_holder_at_many_places(
     places: list[tuple[float, float, float]], stickout: float, upper: float
 ) -> None:
-    """Against a ball mill with a conical holder, put every 0.05 mm: first the holder is looked at, then it cuts."""
+    """A ball mill with a conical holder every 0.05 mm: the holder is checked before the tool cuts."""
     cell, cutter = 0.5, ball_mill(6.0)
     tool = Tool(1, 6.0, ToolKind.BALL_MILL, stickout=stickout, holder=(BodySegment(4.0, 9.0, upper),))
     field = HeightField.of_block(BLOCK, cell)
@@ -144,23 +145,25 @@ def test_a_holder_is_as_deep_as_one_that_is_put_at_many_places(
         builder.feed(*place, feed=10.0)
     moves = straight_moves(builder.build(), 0.001, math.inf)
     found = cut(field, moves, {0: cutter}, 1, bodies={0: body_of(tool)}).holder.max()
-    rows, columns = field.heights.shape
-    x, y = field.x + cell * np.arange(columns), field.y + cell * np.arange(rows)[:, None]
+    rows, columns = np.indices(field.heights.shape)
+    wide = math.ceil(0.5 * upper / cell) + 1
     slope = 4.0 / (0.5 * (upper - 9.0))
 
     def deepest(radius: float) -> float:
-        """Return how deep a holder is that is so much smaller all round."""
-        heights, worst = np.zeros((rows, columns)), 0.0
+        """Return the depth of a holder that is smaller by a radius on all sides."""
+        heights, worst = np.zeros(field.heights.shape), 0.0
         for begin, end in zip([(*places[0][:2], 30.0), *places], places, strict=False):
             steps = max(math.ceil(math.dist(begin, end) / 0.05), 1)
             for share in np.linspace(0.0, 1.0, steps + 1):
                 px, py, pz = (a + share * (b - a) for a, b in zip(begin, end, strict=True))
-                r = np.hypot(x - px, y - py)
+                column, row = round((px - field.x) / cell), round((py - field.y) / cell)
+                near = np.s_[max(row - wide, 0) : row + wide + 1, max(column - wide, 0) : column + wide + 1]
+                r = np.hypot(field.x + cell * columns[near] - px, field.y + cell * rows[near] - py)
                 under = np.where(r + radius <= 4.5, 0.0, slope * (r + radius - 4.5))
                 meets = (r > 3.0) & (r + radius <= 0.5 * upper)
-                worst = max(worst, float((heights - pz - stickout - under)[meets].max(initial=0.0)))
-                ball = r <= 3.0
-                heights[ball] = np.minimum(heights[ball], pz + 3.0 - np.sqrt(9.0 - r[ball] ** 2))
+                worst = max(worst, float((heights[near] - pz - stickout - under)[meets].max(initial=0.0)))
+                ball = pz + 3.0 - np.sqrt(np.maximum(9.0 - r**2, 0.0))
+                heights[near] = np.where(r <= 3.0, np.minimum(heights[near], ball), heights[near])
         return worst
 
     step = 0.05 * (1.0 + slope + 6.0)

@@ -1,4 +1,4 @@
-"""How near a way comes to the material, and the most material that a program leaves room for."""
+"""The distance of a path to the material, and the largest stock that a program allows."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ BLOCK = StockBlock((0.0, 0.0, -10.0), (20.0, 15.0, 0.0))
 CUTTERS = [flat_mill(4.0), ball_mill(4.0), pointed(6.0, math.radians(90))]
 
 
-def ways(chance: random.Random, cutter: int, count: int = 12) -> StraightMoves:
-    """Return rapids and cuts to random places."""
+def ways(chance: random.Random, cutter: int, count: int = 6) -> StraightMoves:
+    """Return `count` rapids and cuts to random places."""
     builder = ToolpathBuilder()
     builder.tool(cutter)
     builder.rapid(0.0, 0.0, 5.0)
@@ -52,7 +52,7 @@ def highest_by_places(field: HeightField, way: np.ndarray, cutter: Cutter, margi
 
 
 @pytest.mark.parametrize("number", range(3))
-def test_how_high_material_stands_over_a_wider_tool_is_what_many_places_of_it_find(number: int) -> None:
+def test_the_height_of_material_over_a_wider_tool_equals_that_at_many_places(number: int) -> None:
     cutter, margin = CUTTERS[number], 0.7
     moves = ways(random.Random(number), number)
     field = HeightField.of_block(BLOCK, 0.25)

@@ -1,4 +1,4 @@
-"""GRBL's clock: rules worked by hand, what the real firmware has said once, and what it says now."""
+"""GRBL's clock: rules by hand, recorded times of the real firmware, and its times on a simulated board."""
 
 from __future__ import annotations
 
@@ -54,8 +54,9 @@ def board(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return grbl_time.build_board(tmp_path_factory.mktemp("board"))
 
 
+@pytest.mark.external
 @pytest.mark.parametrize("name", ["dwells", "starved: small circles"])
-def test_the_firmware_needs_what_leafcut_says_and_what_it_needed_before(board: Path, name: str) -> None:
+def test_the_firmware_agrees_with_leafcut_and_with_its_recorded_time(board: Path, name: str) -> None:
     machine, lines_of = grbl_time.PROGRAMS[name]
     lines = lines_of()
     truth = grbl_time.board_seconds(board, lines, machine)
@@ -63,8 +64,9 @@ def test_the_firmware_needs_what_leafcut_says_and_what_it_needed_before(board: P
     assert grbl_time.our_seconds(lines, machine) == pytest.approx(truth, rel=0.01)
 
 
-def test_the_firmware_needs_what_leafcut_says_for_short_moves_that_it_joins(board: Path) -> None:
-    """A quarter of the program that is recorded: the board takes twice the time of its moves."""
+@pytest.mark.external
+def test_the_firmware_agrees_for_short_moves_that_it_joins(board: Path) -> None:
+    """A quarter of the recorded program; the board takes twice the time of its moves."""
     machine, _ = grbl_time.PROGRAMS["moves of 1 mm at 4000 mm/min"]
     lines = grbl_time.wave(1, 4000, 100)
     truth = grbl_time.board_seconds(board, lines, machine)
