@@ -137,7 +137,7 @@ def empty_outcome(outcome_of: Callable[..., Outcome]) -> Outcome:
 def every_outcome(outcome_of: Callable[..., Outcome], empty_outcome: Outcome) -> dict[str, Outcome]:
     """Return outcomes of all shapes, by name."""
     random = np.random.default_rng(3)
-    many = [tuple(p) for p in random.uniform(0, 300, (400, 2)).tolist()]
+    many = [tuple(p) for p in random.uniform(0, 300, (200, 2)).tolist()]
     return {
         "empty": empty_outcome,
         "one hole": outcome_of([(10.0, 20.0)], solution={"history": (), "workers": (), "lower_bound": None}),

@@ -1,4 +1,4 @@
-"""Candidate lists against looking at all nodes."""
+"""Candidate lists against a search of all nodes."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.kernels.candidates import fill_candidates
-from leafcut.kernels.cost import travel
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.solve.instance import Instance, build_instance, nearby_buffers
+from leafcut.solve.instance import Instance, build_instance, costs_of_edges, nearby_buffers
 
 PLACES = st.lists(st.tuples(st.integers(0, 15), st.integers(0, 15)), min_size=12, max_size=90, unique=True)
 METRICS = st.sampled_from(["euclidean", "linear", "dogleg", "EUC_2D", "chebyshev"])
@@ -24,6 +23,11 @@ def metric_of(name: str) -> Metric:
 def instance_of(places: object, name: str = "euclidean", k: int = 8) -> Instance:
     """Return the instance of a closed tour."""
     return build_instance(RoutingProblem.of_points(places, metric_of(name), closed=True), k)
+
+
+def costs_to(instance: Instance, i: int, others: list[int]) -> list[float]:
+    """Return the cost of travel from a node to each of several others."""
+    return costs_of_edges(instance.cost, np.full(len(others), i, np.int32), np.array(others, np.int32)).tolist()
 
 
 @given(PLACES, METRICS, st.integers(4, 9))
@@ -48,14 +52,14 @@ def test_a_list_holds_the_nearest_by_quadrant_and_then_the_nearest(
 
 
 @given(st.lists(st.tuples(st.integers(0, 5), st.integers(0, 5)), min_size=6, max_size=90), METRICS, st.integers(1, 12))
-def test_lists_are_sorted_by_cost_and_say_what_the_costs_are(places: list[tuple[int, int]], name: str, k: int) -> None:
-    """With many points on one place, too; every list is full, or holds all that may be of use."""
+def test_lists_are_sorted_by_cost_and_store_the_costs(places: list[tuple[int, int]], name: str, k: int) -> None:
+    """Also with many points at one place; every list is full, or holds all useful nodes."""
     instance = instance_of(places, name, k)
     lengths = instance.lengths
     assert (np.diff(np.where(np.isinf(lengths), 1e300, lengths), axis=1) >= 0).all()
     for i, row in enumerate(instance.candidates.tolist()):
         listed = [j for j in row if j >= 0]
-        costs = [travel(instance.cost, i, j) for j in listed]
+        costs = costs_to(instance, i, listed)
         assert lengths[i].tolist() == costs + [np.inf] * (len(row) - len(listed))
         assert row[len(listed) :] == [-1] * (len(row) - len(listed))
         assert i not in listed
@@ -103,4 +107,4 @@ def test_points_on_one_place_are_joined() -> None:
 def test_points_that_all_stand_on_one_place_have_lists(n: int) -> None:
     instance = instance_of(np.zeros((n, 2)))
     assert ((instance.candidates >= 0).sum(axis=1) == 2).all()
-    assert travel(instance.cost, 0, int(instance.candidates[0, 0])) == 0.0
+    assert costs_to(instance, 0, [int(instance.candidates[0, 0])]) == [0.0]

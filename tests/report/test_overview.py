@@ -17,6 +17,13 @@ from leafcut.studio.wording import words
 ROOT = Path(__file__).parents[2]
 
 
+@pytest.fixture(autouse=True)
+def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw small pictures of the stock, since large ones take half a second each."""
+    monkeypatch.setattr("leafcut.report.stock_picture.LONGER", 100)
+    monkeypatch.setattr("leafcut.report.stock_picture._MOST", 200)
+
+
 @pytest.fixture(scope="module", params=["sheet", "pocket", "holes", "program"])
 def outcome(request: pytest.FixtureRequest) -> Outcome[Any]:
     """Return an outcome of each kind of work."""

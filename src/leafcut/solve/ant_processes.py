@@ -19,7 +19,7 @@ import math
 import signal
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
@@ -130,16 +130,17 @@ class AntWorker:
 
 
 def serve(line: Connection, start: WorkerStart) -> None:
-    """Do tasks as they come over the line, until it ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the master, who ends its workers
+    """Run tasks from a connection until the master closes it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the master, which ends its workers
     try:
         worker = AntWorker(start)
         while True:
             line.send(worker.do(line.recv()))
     except (EOFError, OSError):
         return
-    except Exception as problem:  # whatever it is, the master tells it
-        line.send(f"{type(problem).__name__}: {problem}")
+    except Exception as problem:  # whatever it is, the master reports it
+        with suppress(OSError):  # the master has closed the connection, since another worker failed
+            line.send(f"{type(problem).__name__}: {problem}")
 
 
 class AntProcesses:
