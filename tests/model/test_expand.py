@@ -147,7 +147,7 @@ def test_linuxcnc_makes_the_same_moves_of_the_same_cycles(tmp_path: Path, rs274:
     tools.write_text("T1 P1 D3.0 Z0\n")
     home = dict(os.environ, HOME=str(tmp_path))  # rs274 keeps a file in its home, one run at a time
     run = subprocess.run(
-        [rs274, "-g", "-t", tools, program], capture_output=True, text=True, timeout=60, check=True, env=home
+        [rs274, "-g", "-t", tools, program], capture_output=True, text=True, timeout=600, check=True, env=home
     )
     words = {"STRAIGHT_TRAVERSE": "rapid", "STRAIGHT_FEED": "feed", "DWELL": "dwell"}
     theirs = []

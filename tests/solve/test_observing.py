@@ -167,7 +167,7 @@ def test_the_clock_stands_still_while_an_observer_holds_the_search(monkeypatch: 
 
 
 def test_searches_in_threads_are_not_held_but_seen() -> None:
-    """The clock is that of a search that would go on for a minute: it ends when it was seen three times."""
+    """A search with an hour of time ends when it was observed three times."""
 
     class Enough(Exception):
         pass
@@ -180,7 +180,7 @@ def test_searches_in_threads_are_not_held_but_seen() -> None:
 
     eye = Glance()
     with pytest.raises(Enough):
-        solve(in_order(30), SolveOptions(algorithm="colony", time_limit=60.0, threads=2, bound=False), observe=eye)
+        solve(in_order(30), SolveOptions(algorithm="colony", time_limit=3600.0, threads=2, bound=False), observe=eye)
     assert not any(eye.alone)
     assert len(eye.seen[-1].workers) == 2
 
