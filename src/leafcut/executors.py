@@ -38,7 +38,7 @@ TaskT = TypeVar("TaskT")
 
 THREADS, PROCESSES, DASK = "threads", "processes", "dask://"
 
-#: What a cluster may take to answer, and its first worker to be there, s.
+#: Maximum wait for the answer of a cluster, and for its first worker, s.
 CONNECT_SECONDS, FIRST_WORKER_SECONDS = 5.0, 10.0
 
 #: How long a cluster may be without any worker while tasks wait: queues of batch systems give new ones after minutes.
@@ -263,7 +263,7 @@ def _connected(spec: str) -> Iterator[Any]:
         raise ExecutorError(f"{spec} needs the package distributed: pip install 'leafcut[cluster]'") from None
     log = logging.getLogger("distributed")
     level = log.level
-    log.setLevel(logging.CRITICAL + 1)  # what goes wrong is told in one line, by us
+    log.setLevel(logging.CRITICAL + 1)  # leafcut reports each failure in one line
     try:
         # A large map is a large task, and is meant to be.
         with dask.config.set({"admin.large-graph-warning-threshold": "10GB"}):
@@ -293,7 +293,7 @@ def _check_workers(client: Any, spec: str) -> None:
     for problem in client.run(_check_version, __version__, on_error="return").values():
         if isinstance(problem, LeafcutError):
             raise problem
-        # A lost connection: the worker has died since, and others do its tasks.
+        # `OSError`: the worker has died meanwhile, and other workers take its tasks.
         if isinstance(problem, Exception) and not isinstance(problem, OSError):
             why = f"{type(problem).__name__}: {problem}"
             raise ExecutorError(f"{spec}: a worker cannot run leafcut {__version__} ({why}); install it there")

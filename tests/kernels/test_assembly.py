@@ -1,4 +1,4 @@
-"""Edge assembly: cycles are made of what two tours do not share, children cost what is said, undo leaves no trace."""
+"""Edge assembly: cycles contain the edges that two tours do not share, gains are true, and undo is exact."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def edges(tour: np.ndarray) -> Counter:
 
 
 def prepared(one: np.ndarray, two: np.ndarray) -> tuple[Tour, Assembly]:
-    """Return what the kernels need for two tours."""
+    """Return the work tour and the assembly of two tours."""
     tour, a = work_tour(one, queued=False), assembly_for(len(one))
     fill_links(a.links, one, 0)
     fill_links(a.links, two, 2)
@@ -62,7 +62,7 @@ def two_tours(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def assembled(instance: Instance, one: np.ndarray, two: np.ndarray, seed: int) -> tuple[np.ndarray, float]:
-    """Return the child of two tours and what it is said to gain."""
+    """Return the child of two tours and its reported gain."""
     mine, gains = one.copy()[None], np.zeros(1)
     assemble(
         instance.cost, work_tour(one, queued=False), assembly_for(len(one)), instance.candidates, instance.lengths,
@@ -73,7 +73,7 @@ def assembled(instance: Instance, one: np.ndarray, two: np.ndarray, seed: int) -
 
 @pytest.mark.slow
 @given(st.integers(5, 60), SEEDS)
-def test_the_cycles_take_every_edge_that_one_tour_has_alone_once_and_in_turn(n: int, seed: int) -> None:
+def test_the_cycles_alternate_and_contain_every_unshared_edge_once(n: int, seed: int) -> None:
     one, two = two_tours(n, seed)
     _, a = prepared(one, two)
     count = find_cycles(a, np.array([seed + 1], dtype=np.uint64), 0)
@@ -88,7 +88,7 @@ def test_the_cycles_take_every_edge_that_one_tour_has_alone_once_and_in_turn(n: 
 
 @pytest.mark.slow
 @given(st.integers(8, 60), SEEDS, METRICS)
-def test_a_child_gains_what_it_says_and_undo_restores_the_links(n: int, seed: int, metric: str) -> None:
+def test_the_gain_of_a_child_is_true_and_undo_restores_the_links(n: int, seed: int, metric: str) -> None:
     instance = instance_of(n, seed, metric, **CLOSED)
     one, two = two_tours(n, seed)
     tour, a = prepared(one, two)
@@ -121,7 +121,7 @@ def test_assembling_never_makes_a_tour_longer_and_counts_its_gain_right(n: int, 
 
 
 @given(st.integers(8, 60), SEEDS)
-def test_a_tour_that_meets_itself_stays_as_it_is(n: int, seed: int) -> None:
+def test_a_tour_assembled_with_itself_stays_unchanged(n: int, seed: int) -> None:
     instance = instance_of(n, seed, **CLOSED)
     tour = work_tour(np.random.default_rng(seed).permutation(n).astype(np.int32))
     descend(instance, tour, BREADTH, None)
@@ -140,7 +140,7 @@ def test_a_tied_edge_is_never_given_up(n: int, seed: int) -> None:
 
 
 @given(st.lists(st.integers(-1000, 1000), max_size=200))
-def test_a_few_values_are_sorted_and_the_rest_stays(values: list[int]) -> None:
+def test_only_the_first_values_are_sorted(values: list[int]) -> None:
     array = np.array([*values, -7, -8], dtype=np.int32)
     sort_few(array, len(values))
     assert array.tolist() == [*sorted(values), -7, -8]

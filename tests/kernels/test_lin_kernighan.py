@@ -1,4 +1,4 @@
-"""Moves of up to five edges, and kicks: what they claim to gain they gain, and what is taken back is as it was."""
+"""Moves of up to five edges, and kicks: reported gains are true, and undone moves leave no trace."""
 
 from __future__ import annotations
 
@@ -74,8 +74,8 @@ def joined_in_one(n: int, old: list[tuple[int, int]], ends: list[int]) -> bool:
 
 
 @given(st.integers(8, 24), SEEDS, st.integers(2, 5))
-def test_feasibility_by_sorted_places_is_that_of_walking_the_tour(n: int, seed: int, k: int) -> None:
-    """Random removed edges, each end first or second at random: both ways of looking agree, and so does the move."""
+def test_feasibility_by_sorted_places_agrees_with_a_walk_along_the_tour(n: int, seed: int, k: int) -> None:
+    """Random removed edges in random direction: both tests of feasibility agree, and so does the move."""
     rng = np.random.default_rng(seed)
     tour = work_tour(rng.permutation(n).astype(np.int32), log=LOG)
     cuts = rng.choice(n, k, replace=False)
@@ -121,7 +121,7 @@ def test_a_key_tells_whether_a_move_leaves_one_tour(k: int, table: list[int]) ->
 
 @pytest.mark.slow
 @given(st.integers(8, 60), SEEDS, METRICS)
-def test_every_move_gains_what_it_says(n: int, seed: int, metric: str) -> None:
+def test_the_gain_of_every_move_is_true(n: int, seed: int, metric: str) -> None:
     instance, lengths = random_instance(n, seed, metric)
     tour = work_tour(np.random.default_rng(seed).permutation(n).astype(np.int32), log=LOG)
     breadth = breadth_for(instance)
@@ -155,7 +155,7 @@ def test_kicks_never_make_a_tour_longer_and_count_their_gains_right(n: int, seed
 
 @pytest.mark.slow
 @given(st.integers(8, 60), SEEDS)
-def test_a_kick_that_is_taken_back_leaves_no_trace(n: int, seed: int) -> None:
+def test_an_undone_kick_leaves_no_trace(n: int, seed: int) -> None:
     instance, _ = random_instance(n, seed)
     tour = work_tour(np.random.default_rng(seed).permutation(n).astype(np.int32), log=LOG)
     before, place = tour.node.copy(), tour.place.copy()

@@ -1,4 +1,4 @@
-"""Exchanges of paths with a direction: each gains what it says, keeps precedence, and can be taken back exactly."""
+"""Exchanges in directed paths: reported gains are true, precedence is kept, and undo is exact."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ BREADTH = np.array([10, 10], dtype=np.int64)
 
 
 def instance_of(kind: str, n: int, pairs: int, closed: bool, seed: int = 2) -> DirectedInstance:
-    """Return n holes, cuts, or cuts that may be worked in two ways, with some pairs."""
+    """Return n holes, cuts, or cuts with two choices each, and some pairs of precedence."""
     rng = np.random.default_rng(seed)
     ways = 2 if kind == "ways" else 1
     entry = rng.uniform(0, 90, (ways * n, 2))
@@ -42,7 +42,7 @@ def instance_of(kind: str, n: int, pairs: int, closed: bool, seed: int = 2) -> D
 
 
 def started(instance: DirectedInstance) -> Route:
-    """Return the greedy path of an instance, with a log and its sums made."""
+    """Return the greedy path of an instance with an empty log and its sums."""
     first = greedy_path(instance)
     route = route_of(instance, first.node, first.enter, log=50_000)
     begin_bias(instance.cost, route)
@@ -50,12 +50,12 @@ def started(instance: DirectedInstance) -> Route:
 
 
 def cost_of(instance: DirectedInstance, route: Route) -> float:
-    """Return the cost of the path, added up."""
+    """Return the cost of the path by adding its arcs."""
     return instance.length(route.node, route.enter, route.leave)
 
 
 def check(instance: DirectedInstance, route: Route) -> None:
-    """Check that the path is one, that it keeps the pairs, and that its sums are those of its ways."""
+    """Check that the path is complete, that it keeps the pairs, and that its sums are true."""
     n = instance.n
     assert sorted(route.node.tolist()) == list(range(n))
     assert np.array_equal(route.place[route.node], np.arange(n))
@@ -74,8 +74,8 @@ def check(instance: DirectedInstance, route: Route) -> None:
 @pytest.mark.parametrize(
     "kind, n, pairs", [("holes", 200, 0), ("holes", 60, 20), ("cuts", 60, 0), ("cuts", 600, 90), ("ways", 70, 20)]
 )
-def test_every_exchange_gains_what_it_says_and_keeps_precedence(kind: str, n: int, pairs: int, closed: bool) -> None:
-    """From a path that many kicks have made bad, so that there is something to gain in every way."""
+def test_the_gain_of_every_exchange_is_true_and_precedence_is_kept(kind: str, n: int, pairs: int, closed: bool) -> None:
+    """Start from a path that many kicks made worse, so that each kind of exchange has a gain."""
     instance = instance_of(kind, n, pairs, closed)
     route, rules, words = started(instance), instance.rules, random_words(1, 0, count=1)
     for _ in range(5):
@@ -100,7 +100,7 @@ def test_every_exchange_gains_what_it_says_and_keeps_precedence(kind: str, n: in
 
 @pytest.mark.parametrize("closed", [False, True])
 @pytest.mark.parametrize("kind, n, pairs", [("holes", 60, 20), ("cuts", 600, 90), ("ways", 70, 20)])
-def test_what_kicks_and_exchanges_did_is_taken_back_exactly(kind: str, n: int, pairs: int, closed: bool) -> None:
+def test_kicks_and_exchanges_are_undone_exactly(kind: str, n: int, pairs: int, closed: bool) -> None:
     instance = instance_of(kind, n, pairs, closed)
     route, words = started(instance), random_words(1, 0, count=1)
     for _ in range(40):
@@ -119,7 +119,7 @@ def test_what_kicks_and_exchanges_did_is_taken_back_exactly(kind: str, n: int, p
         check(instance, route)
 
 
-def test_an_exchange_that_the_log_has_no_room_for_is_not_made() -> None:
+def test_an_exchange_that_does_not_fit_in_the_log_is_not_applied() -> None:
     instance = instance_of("holes", 60, 0, closed=True)
     first = greedy_path(instance)
     route = route_of(instance, first.node, first.enter, log=4)
@@ -132,7 +132,7 @@ def test_an_exchange_that_the_log_has_no_room_for_is_not_made() -> None:
     assert route.counts[3] == 1
 
 
-def test_a_node_is_queued_once_and_the_queue_runs_round() -> None:
+def test_a_node_is_queued_once_and_the_queue_is_circular() -> None:
     instance = instance_of("holes", 8, 0, closed=True)
     route = started(instance)
     route.counts[0] = 6

@@ -1,4 +1,4 @@
-"""An experiment goes on where it ended: no finished run is repeated, none is lost; each is what its command answers."""
+"""An interrupted experiment continues: it repeats and loses no finished run; each run equals its command."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from leafcut.read.machine import machine_template
 
 
 def counted(done: list[str], most: int = 1000) -> running.Performer:
-    """Return what does tasks and notes them, and stops after some, as a program that is killed."""
+    """Return a performer that records its tasks and stops after `most` of them, like a killed program."""
 
     def perform_some(tasks: Iterable[RunTask]) -> Iterator[tuple[RunTask, Answer]]:
         for task in list(tasks)[:most]:

@@ -1,4 +1,4 @@
-"""Lower bounds, target gaps and histories: what a solution says of itself is so, and stopping early keeps the best."""
+"""Lower bounds, target gaps and histories are true, and a search that stops early keeps the best solution."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ def test_the_search_is_shorter_for_sheets_and_programs_too(problem: RoutingProbl
     """Contours with several starts, cuts with two ends, and cuts with precedence."""
     found = solve(problem, SolveOptions(bound=False))
     assert found.spared and was_spared(found)
-    nodes = 200 + 1  # with the one that joins the ends
+    nodes = 200 + 1  # with the node that joins the ends
     assert FIRST_STRETCH / (SECONDS_PER_KICK * nodes**0.5) <= kicks(found) < 0.5 * budget("default", 200)
 
 

@@ -1,4 +1,4 @@
-"""What is above the flutes of a tool in the material: against cases worked by hand, and a tool put at many places."""
+"""Shank and holder in the material: against cases by hand, and against a tool at many places."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MILL = Tool(1, 6.0, ToolKind.END_MILL, flute_length=5.0, shank_diameter=6.0, sti
 def run(
     tool: Tool, *places: tuple[float, float, float], field: HeightField | None = None, longest: float = math.inf
 ) -> Removed:
-    """Return what feed along places meets, from high above the first."""
+    """Return the removal of a feed move along places, which starts high above the first place."""
     builder = ToolpathBuilder()
     builder.rapid(places[0][0], places[0][1], 30.0)
     for place in places:

@@ -26,7 +26,7 @@ def room_for(*shapes: object) -> float:
 
 
 def agree(pocket: Pocket, path: PocketPath) -> None:
-    """Compare the areas of both ways."""
+    """Compare the areas of both methods."""
     found, raster = removal(pocket, path, RULES), raster_areas(pocket, path, RULES, PIXEL)
     assert raster.pixel == PIXEL
     assert raster.pocket_mm2 == pytest.approx(found.pocket.area, abs=room_for(found.pocket))

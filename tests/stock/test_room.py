@@ -35,7 +35,7 @@ def ways(chance: random.Random, cutter: int, count: int = 6) -> StraightMoves:
 
 
 def highest_by_places(field: HeightField, way: np.ndarray, cutter: Cutter, margin: float) -> float:
-    """Return how high material stands over a tool that is at many places of a way, at the way's lowest height."""
+    """Return the height of material over a tool at many places along a move, at the lowest height of the move."""
     rows, columns = field.heights.shape
     x = field.x + np.arange(columns) * field.cell
     y = field.y + np.arange(rows) * field.cell
