@@ -1,4 +1,4 @@
-"""Damaged programs, from end to end: refused in one line, or put in order and proved; never a crash, never a hang."""
+"""Reorder damaged programs: leafcut refuses each in one line, or orders and proves it."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.processes.program.proof.certificate import certify
 
-#: Lines of each file that are damaged, and how often.
+#: Lines used of each file, and damaged copies of each file.
 LINES, TIMES = 120, 8
 
 
 def damaged(lines: list[str], rng: random.Random) -> str:
-    """Return a program with a few characters changed, dropped or doubled, or lines swapped, dropped or doubled."""
+    """Return a program with one to four faults: characters or lines changed, swapped, dropped or doubled."""
     lines = list(lines)
     for _ in range(rng.randint(1, 4)):
         at = rng.randrange(len(lines))
@@ -44,17 +44,20 @@ def damaged(lines: list[str], rng: random.Random) -> str:
     return "".join(lines)
 
 
-def test_damaged_programs_are_refused_or_proved(data: Path, tmp_path: Path) -> None:
-    """What comes out is interpreted once more here, and certified again."""
+@pytest.mark.parametrize(
+    ("every", "times", "least"), [(4, 2, 1), pytest.param(1, TIMES, 20, marks=pytest.mark.slow)], ids=["short", "all"]
+)
+def test_damaged_programs_are_refused_or_proved(data: Path, tmp_path: Path, every: int, times: int, least: int) -> None:
+    """The test interprets and certifies each result again."""
     words, done, refused = dialect("linuxcnc"), 0, 0
-    for file in sorted((data / "gcode").glob("*.[ng]*")):
+    for file in sorted((data / "gcode").glob("*.[ng]*"))[::every]:
         lines = file.read_text(encoding="latin-1").splitlines(keepends=True)[:LINES]
-        for seed in range(TIMES):
+        for seed in range(times):
             text = damaged(lines, random.Random(f"{file.name} {seed}"))
             path = tmp_path / f"{seed}.nc"
             path.write_text(text, encoding="utf-8", newline="")
             try:
-                found = leafcut.optimize(path, preset="fast", bound=False, threads=1)
+                found = leafcut.optimize(path, preset="fast", iterations=2, bound=False, threads=1)
             except LeafcutError as problem:
                 assert "\n" not in str(problem)
                 refused += 1
@@ -63,8 +66,7 @@ def test_damaged_programs_are_refused_or_proved(data: Path, tmp_path: Path) -> N
             original, new = interpret_program(text, words), interpret_program(found.text, words)
             assert certify(original, new).same
             assert found.after.time_s <= found.before.time_s * (1 + 1e-9)
-    assert done > 20
-    assert refused > 20
+    assert min(done, refused) >= least
 
 
 @pytest.mark.parametrize("seed", range(3))
