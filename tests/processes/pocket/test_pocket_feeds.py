@@ -25,8 +25,8 @@ from leafcut.report.json_answer import as_json
 from leafcut.stock.height_field import HeightField, StockBlock
 from leafcut.stock.loads import StockBefore, loads_of
 
-#: A pocket of 32 × 24 mm with round corners.
-POCKET = shapely.box(5, 5, 27, 19).buffer(5, quad_segs=32)
+#: A pocket of 28 × 20 mm with round corners.
+POCKET = shapely.box(5, 5, 23, 15).buffer(5, quad_segs=32)
 GIVEN: dict[str, Any] = {
     "process": "pocket",
     "strategy": "contour",
@@ -96,7 +96,7 @@ def test_no_feed_is_above_what_was_given_and_ways_down_keep_theirs(drawing: Path
 
 def test_chips_are_no_thicker_by_another_model_of_the_stock(even, fed) -> None:
     """The height field knows nothing of circles and angles: cells of 0.05 mm, each a cell nearer than it is."""
-    block = StockBlock((-3.0, -3.0, -5.0), (35.0, 27.0, 0.0))
+    block = StockBlock((-3.0, -3.0, -5.0), (31.0, 23.0, 0.0))
     for outcome in (even, fed):
         stock = StockBefore(HeightField.of_block(block, 0.05), -5.0, True)
         loads = loads_of(outcome.written, {1: flat_mill(6.0)}, stock, 0.5)
@@ -145,25 +145,40 @@ def test_what_goes_down_faster_than_the_tool_or_cuts_above_the_highest_feed_is_r
     assert found.tool.chip_before == pytest.approx(0.1)
 
 
-@pytest.mark.parametrize("machine", ["grbl-3018", "mach3-router"])
-def test_no_program_takes_longer_whatever_the_machine(machine: str, drawing: Path) -> None:
+@pytest.mark.parametrize("machine", ["grbl-3018", pytest.param("mach3-router", marks=pytest.mark.slow)])
+def test_no_program_takes_longer_on_any_machine(machine: str, drawing: Path) -> None:
     before = api.optimize(drawing, machine=machine, **GIVEN)
     after = api.optimize(drawing, machine=machine, feeds=True, **GIVEN)
     assert after.after.time_s <= before.after.time_s + 1e-9
 
 
-def test_a_weak_spindle_makes_slots_slower_and_that_is_told(drawing: Path, even, tmp_path: Path) -> None:
+@pytest.fixture
+def library_tool(tmp_path: Path) -> dict[str, Any]:
+    """Return options with feed and speed from a tool library, and steel."""
     (tmp_path / "shop.toml").write_text(TOOL)
-    given = {**GIVEN, "milling_feed": None, "spindle_speed": None, "tools": tmp_path / "shop.toml", "material": "c45"}
-    slow = api.optimize(drawing, feeds=True, max_power="0.15 kW", drive_efficiency=0.8, **given)
+    return {**GIVEN, "milling_feed": None, "spindle_speed": None, "tools": tmp_path / "shop.toml", "material": "c45"}
+
+
+def test_a_weak_spindle_lowers_the_feed_in_slots(drawing: Path, library_tool: dict[str, Any]) -> None:
+    slow = api.optimize(drawing, feeds=True, max_power="0.15 kW", drive_efficiency=0.8, **library_tool)
     low, high = slow.detail.pace.tools[0].feed_after
     assert low < 9.7
     assert high > 10.0
+
+
+def test_a_spindle_too_weak_for_any_feed_is_refused(drawing: Path, library_tool: dict[str, Any]) -> None:
     with pytest.raises(PlanError, match=r"the spindle gives 0\.04 kW to it; give a smaller --step-down"):
-        api.optimize(drawing, feeds=True, max_power="0.05 kW", drive_efficiency=0.8, **given)
-    slot = api.optimize(drawing, feeds=True, slot_chip=60, **given)
+        api.optimize(drawing, feeds=True, max_power="0.05 kW", drive_efficiency=0.8, **library_tool)
+
+
+def test_slot_chip_lowers_the_feed_in_slots(drawing: Path, library_tool: dict[str, Any]) -> None:
+    slot = api.optimize(drawing, feeds=True, slot_chip=60, **library_tool)
     assert slot.detail.pace.tools[0].feed_after[0] < 0.62 * 10.0
-    unknown = api.optimize(drawing, feeds=True, machine="haas-vf2", **{**given, "material": "plastic"})
+
+
+def test_a_material_of_unknown_force_gives_a_warning(drawing: Path, library_tool: dict[str, Any]) -> None:
+    given = {**library_tool, "material": "plastic", "depth": 1.5}
+    unknown = api.optimize(drawing, feeds=True, machine="haas-vf2", **given)
     assert [issue.message for issue in unknown.issues if issue.code == "L705"] == [
         "power and torque do not limit feeds: the force that 'plastic' needs is not known; name a material of "
         "`leafcut materials`"
@@ -188,16 +203,15 @@ def test_feeds_are_refused_where_their_data_are_missing(options: dict[str, Any],
         api.optimize(drawing, **{**GIVEN, "feeds": True, **options})
 
 
-@pytest.mark.parametrize(("entry", "angle"), [("ramp", 3.0), ("helix", 3.0), ("helix", 8.0)])
-def test_the_way_down_keeps_the_power_by_another_model_of_the_stock(
-    entry: str, angle: float, drawing: Path, tmp_path: Path
+@pytest.mark.parametrize(
+    ("entry", "angle"),
+    [("helix", 3.0), *(pytest.param(*entry, marks=pytest.mark.slow) for entry in [("ramp", 3.0), ("helix", 8.0)])],
+)
+def test_a_ramp_or_helix_keeps_the_power_limit_by_a_height_field(
+    entry: str, angle: float, drawing: Path, library_tool: dict[str, Any]
 ) -> None:
-    """What each piece of the way down takes off is measured on cells; without the limit it needs more."""
-    (tmp_path / "shop.toml").write_text(TOOL)
-    given = {
-        **GIVEN, "milling_feed": None, "spindle_speed": None, "tools": tmp_path / "shop.toml", "material": "c45",
-        "entry": entry, "entry_angle": f"{angle} deg", "plunge_feed": "400 mm/min",
-    }  # fmt: skip
+    """Cells measure the volume that each descending move removes; without the limit it needs more power."""
+    given = {**library_tool, "entry": entry, "entry_angle": f"{angle} deg", "plunge_feed": "400 mm/min"}
     weak = api.optimize(drawing, feeds=True, max_power="0.2 kW", drive_efficiency=1.0, **given)
     limit = weak.detail.pace.tools[0].limits[0]
     assert (limit.name, limit.limit) == ("power", pytest.approx(200.0))
@@ -209,9 +223,9 @@ def test_the_way_down_keeps_the_power_by_another_model_of_the_stock(
 
 
 def _power_down(text: str) -> float:
-    """Return the most power of what goes down on a slope, W: kc Q of the side and of the end, by volumes on cells."""
+    """Return the maximum power of sloped moves, W: kc Q of side and end of the tool, by volumes on cells."""
     path = interpret(text, dialect("linuxcnc"))
-    block = StockBlock((-2, -2, -5), (34, 26, 0))
+    block = StockBlock((-2, -2, -5), (30, 22, 0))
     found = loads_of(path, {1: flat_mill(6)}, StockBefore(HeightField.of_block(block, 0.05), 0.0, True), 1.0)
     sinks = found.sinks & (found.length > 0.2)
     steel = load_material("c45")
@@ -222,7 +236,7 @@ def _power_down(text: str) -> float:
     return float((((found.rate[sinks] - end) * force[0] + end * force[1]) / 1000.0).max())
 
 
-def test_a_plunge_keeps_the_power_by_hand_and_is_refused_above_it(drawing: Path, tmp_path: Path) -> None:
+def test_a_plunge_keeps_the_power_by_hand_and_is_refused_above_it(drawing: Path, library_tool: dict[str, Any]) -> None:
     """9π mm² × feed × kc of what a tooth sinks, 300 of them in a second: that is within 100 W, and 400 mm/min are not.
 
     The proof finds a plunge that needs more in the full, and lets one pass where a slot as deep has been.
@@ -232,11 +246,7 @@ def test_a_plunge_keeps_the_power_by_hand_and_is_refused_above_it(drawing: Path,
     def power(feed: float) -> float:
         return 9.0 * math.pi * feed / 60.0 * steel.kc11 * (feed / 60.0 / 300.0) ** -steel.mc / 1000.0
 
-    (tmp_path / "shop.toml").write_text(TOOL)
-    given = {
-        **GIVEN, "milling_feed": None, "spindle_speed": None, "tools": tmp_path / "shop.toml", "material": "c45",
-        "entry": "plunge", "plunge_feed": "400 mm/min",
-    }  # fmt: skip
+    given = {**library_tool, "entry": "plunge", "plunge_feed": "400 mm/min"}
     found = api.optimize(drawing, feeds=True, max_power="0.2 kW", drive_efficiency=1.0, **given)
     path = found.written
     before = path.before

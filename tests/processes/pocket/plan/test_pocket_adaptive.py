@@ -1,4 +1,4 @@
-"""Clearing with a limit: the engagement is measured by circles of its own, and never above what was asked for."""
+"""Adaptive clearing: the measured engagement never exceeds its limit."""
 
 from __future__ import annotations
 
@@ -50,16 +50,16 @@ def keeps_its_limit(pocket: Pocket, degrees: float, climb: bool = True) -> Pocke
 
 @pytest.mark.parametrize("degrees, climb", [(45.0, True), (80.0, False)])
 def test_a_rectangle_with_sharp_corners_is_cleared_within_the_limit(degrees: float, climb: bool) -> None:
-    keeps_its_limit(Pocket(box(0, 0, 40, 30)), degrees, climb)
+    keeps_its_limit(Pocket(box(0, 0, 24, 20)), degrees, climb)
 
 
-def test_the_ways_round_an_island_are_cleared_within_the_limit() -> None:
-    keeps_its_limit(Pocket(box(0, 0, 42, 38), (box(18, 17, 24, 21).reversed(),)), 60.0)
+def test_a_ring_around_an_island_is_cleared_within_the_limit() -> None:
+    keeps_its_limit(Pocket(box(0, 0, 32, 28), (box(14, 13, 18, 15).reversed(),)), 70.0)
 
 
 def test_a_passage_a_little_wider_than_the_tool_is_cleared_within_the_limit() -> None:
-    outline = [(0, 0), (20, 0), (20, 4), (34, 4), (34, 0), (54, 0), (54, 20), (34, 20), (34, 17), (20, 17), (20, 20)]
-    keeps_its_limit(Pocket(Polyline.of_points([*outline, (0, 20)], closed=True)), 70.0)
+    outline = [(0, 0), (16, 0), (16, 2), (26, 2), (26, 0), (42, 0), (42, 16), (26, 16), (26, 15), (16, 15), (16, 16)]
+    keeps_its_limit(Pocket(Polyline.of_points([*outline, (0, 16)], closed=True)), 70.0)
 
 
 def test_a_circle_is_a_helix_a_spiral_and_once_round_the_wall() -> None:
@@ -70,10 +70,10 @@ def test_a_circle_is_a_helix_a_spiral_and_once_round_the_wall() -> None:
     assert path.feed_mm > (math.pi * 15.0**2) / bite
 
 
-def test_climb_milling_turns_left_and_conventional_right_and_walls_are_passed_accordingly() -> None:
-    pocket = Pocket(box(0, 0, 36, 30), (box(17, 14, 19, 16).reversed(),))
+def test_climb_milling_turns_left_and_conventional_milling_right_along_walls_too() -> None:
+    pocket = Pocket(box(0, 0, 28, 26), (box(13, 12, 15, 14).reversed(),))
     for climb in (True, False):
-        path, _ = cleared(pocket, 90.0, climb)
+        path, _ = cleared(pocket, 120.0, climb)
         walls = [shapely.Polygon(p.path.flattened()).exterior.is_ccw for p in path.pieces if p.kind == "finish"]
         assert sorted(walls) == [False, True]
         outer = max((p for p in path.pieces if p.kind == "finish"), key=lambda p: p.path.length)
@@ -81,8 +81,8 @@ def test_climb_milling_turns_left_and_conventional_right_and_walls_are_passed_ac
         assert all((p.path.bulges * (1 if climb else -1) >= 0.0).all() for p in path.pieces if p.kind == "rough")
 
 
-def test_links_lie_in_cleared_ground_and_every_piece_begins_where_the_last_one_ended() -> None:
-    path, m = cleared(Pocket(box(0, 0, 40, 30)), 60.0)
+def test_links_lie_in_cleared_area_and_every_piece_starts_at_the_end_of_the_last_one() -> None:
+    path, m = cleared(Pocket(box(0, 0, 28, 22)), 60.0)
     links = sum(piece.path.length for piece in path.pieces if piece.kind == "link")
     assert m.air_mm >= 0.98 * links
     assert all(
@@ -125,14 +125,14 @@ def test_a_path_that_begins_with_a_loop_is_entered_round_and_round_it_no_steeper
     assert {d.kind for d in down} == {"helix"} and [d.bottom for d in down] == [-2.0, -4.0]
 
 
-numbers = st.floats(-15.0, 15.0).map(lambda v: round(v, 2))
+numbers = st.floats(-10.0, 10.0).map(lambda v: round(v, 2))
 
 
-@settings(max_examples=4)
+@settings(max_examples=settings().max_examples // 5)
 @given(
     corners=st.lists(st.tuples(numbers, numbers), min_size=3, max_size=6, unique=True),
     degrees=st.sampled_from([50.0, 75.0, 110.0]),
 )
 def test_random_pockets_are_cleared_within_the_limit(corners: list[tuple[float, float]], degrees: float) -> None:
-    hull = shapely.MultiPoint(corners).convex_hull.buffer(9.0, quad_segs=4)
+    hull = shapely.MultiPoint(corners).convex_hull.buffer(7.5, quad_segs=4)
     keeps_its_limit(Pocket(as_polyline(hull.exterior.coords, True)), degrees)

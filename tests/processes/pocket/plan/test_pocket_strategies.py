@@ -1,4 +1,4 @@
-"""Strategies that clear pockets: by hand calculation, with shapely as the judge of what they clear and hurt."""
+"""Pocket strategies, by hand calculation; shapely judges coverage and gouges."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from leafcut.processes.pocket.plan.zigzag import zigzag
 from leafcut.stock.too_wide import TooWide
 
 STRATEGIES = [best, contour, zigzag]
-POCKETS = {"plate": plate(), "l_shape": l_shape(), "disc": Pocket(Polyline.circle(0, 0, 31))}
+POCKETS = {"plate": plate(), "l_shape": l_shape(), "disc": Pocket(Polyline.circle(0, 0, 24))}
 
 
 @pytest.mark.parametrize("name", POCKETS)
 @pytest.mark.parametrize("strategy", STRATEGIES, ids=lambda strategy: strategy.__name__)
-def test_every_strategy_clears_all_ground_and_hurts_no_wall(
+def test_every_strategy_clears_the_whole_floor_and_gouges_no_wall(
     strategy: Callable[[CentreRegion], PocketPath], name: str
 ) -> None:
     region = only_region(POCKETS[name])
@@ -39,7 +39,7 @@ def test_every_strategy_clears_all_ground_and_hurts_no_wall(
 
 
 @pytest.mark.parametrize("name", POCKETS)
-def test_the_best_way_is_one_and_but_for_a_percent_no_longer_than_other_strategies_with_their_air(name: str) -> None:
+def test_the_connected_path_has_no_retract_and_is_at_most_a_percent_longer_than_other_strategies(name: str) -> None:
     region = only_region(POCKETS[name])
     path, others = best(region), [contour(region), zigzag(region)]
     assert path.retracts == 0 and path.rapid_mm == 0.0
@@ -73,9 +73,10 @@ def test_walls_are_passed_with_the_material_on_the_right_when_climbing(climb: bo
             assert not region.polygon.buffer(5.0).contains(shapely.Point(beside))
 
 
-def test_no_pass_of_the_best_way_over_a_rectangle_is_further_than_the_step_over_from_its_nearer_neighbour() -> None:
-    """Where it came out wider it is left as rings; the core, where two fronts meet, is no wider than the tool."""
-    pocket = Pocket(box(0, 0, 140, 100))
+@pytest.mark.parametrize("size", [(80, 60), pytest.param((140, 100), marks=pytest.mark.slow)])
+def test_no_pass_of_the_connected_path_is_further_than_the_step_over_from_its_neighbour(size: tuple[int, int]) -> None:
+    """Wider passes stay rings. The core between two fronts is at most as wide as the tool."""
+    pocket = Pocket(box(0, 0, *size))
     region = only_region(pocket)
     found = measure_path(pocket, best(region, TooWide(region.polygon, RULES)), RULES)
     assert 0.97 * RULES.step_over < found.max_step_over <= RULES.step_over
@@ -158,9 +159,9 @@ def test_a_slot_a_few_hundredths_wider_than_the_tool_has_lines_without_a_finishi
     assert leaves(region, path) < 1e-6
 
 
-def test_the_best_way_over_a_disc_is_near_the_ideal_of_constant_pitch() -> None:
-    """A way along the wall has half a step-over of its strip beyond the region: floor + half the wall is the ideal."""
-    region = only_region(Pocket(Polyline.circle(0, 0, 60)))
+def test_the_connected_path_over_a_disc_is_near_the_ideal_of_constant_pitch() -> None:
+    """The ideal is floor + half the wall: half of the strip along the wall lies outside the region."""
+    region = only_region(Pocket(Polyline.circle(0, 0, 45)))
     assert best(region).feed_mm < 1.03 * (floor_mm(region) + 0.5 * region.polygon.length)
 
 
@@ -168,12 +169,12 @@ def test_the_best_way_over_a_disc_is_near_the_ideal_of_constant_pitch() -> None:
 def polygons_with_islands(draw: st.DrawFn) -> Pocket:
     """A star-shaped outline with up to two round islands, not always apart from each other."""
     n = draw(st.integers(5, 9))
-    radii = draw(st.lists(st.floats(22.0, 48.0), min_size=n, max_size=n))
+    radii = draw(st.lists(st.floats(18.0, 36.0), min_size=n, max_size=n))
     points = [(r * math.cos(2 * math.pi * k / n), r * math.sin(2 * math.pi * k / n)) for k, r in enumerate(radii)]
     shape = shapely.Polygon(points)
     islands: list[Polyline] = []
     for _ in range(draw(st.integers(0, 2))):
-        x, y, r = draw(st.floats(-20, 20)), draw(st.floats(-20, 20)), draw(st.floats(2.0, 6.0))
+        x, y, r = draw(st.floats(-15, 15)), draw(st.floats(-15, 15)), draw(st.floats(2.0, 6.0))
         disc = shapely.Point(x, y).buffer(r + 0.5)
         if shape.contains(disc):
             shape = shape.difference(disc)
@@ -181,9 +182,9 @@ def polygons_with_islands(draw: st.DrawFn) -> Pocket:
     return Pocket(Polyline.of_points(points, closed=True), tuple(islands))
 
 
-@settings(max_examples=8)
+@settings(max_examples=settings().max_examples // 5)
 @given(polygons_with_islands())
-def test_any_pocket_is_cleared_without_hurting_a_wall_one_way_per_region(pocket: Pocket) -> None:
+def test_any_pocket_is_cleared_without_gouges_by_one_path_per_region(pocket: Pocket) -> None:
     for region in centre_regions(pocket, RULES)[0]:
         path = best(region)
         assert path.retracts == 0
@@ -191,15 +192,14 @@ def test_any_pocket_is_cleared_without_hurting_a_wall_one_way_per_region(pocket:
         assert uncovered_share(region, path) < 1e-3
 
 
-@pytest.mark.parametrize("islands", [(), (Polyline.circle(9, -7, 8, clockwise=True),)])
-def test_a_zigzag_leaves_its_pass_along_round_walls_no_more_than_the_step_over(islands: tuple[Polyline, ...]) -> None:
-    """From the wall into the pocket, square to it, ground that no line has cleared is no wider than the step-over."""
-    region = only_region(Pocket(Polyline.circle(0, 0, 40), islands))
+def test_a_zigzag_leaves_at_most_the_step_over_to_its_pass_along_round_walls() -> None:
+    """Rays square to the walls measure the width that the lines leave uncut."""
+    region = only_region(Pocket(Polyline.circle(0, 0, 40), (Polyline.circle(9, -7, 8, clockwise=True),)))
     path, radius = zigzag(region, too_wide=TooWide(region.polygon, RULES)), 0.5 * RULES.tool_diameter
     rough = [shapely.LineString(piece.path.flattened(0.01)) for piece in path.pieces if piece.kind == "rough"]
     cleared = shapely.union_all(rough).buffer(radius, 64)
     widest = 0.0
-    for middle, radii in ((np.zeros(2), 40.0), *((np.array([9.0, -7.0]), -8.0) for _ in islands)):
+    for middle, radii in ((np.zeros(2), 40.0), (np.array([9.0, -7.0]), -8.0)):
         for angle in np.linspace(0.0, math.tau, 720, endpoint=False):
             out = np.array([math.cos(angle), math.sin(angle)]) * math.copysign(1.0, radii)
             wall = middle + abs(radii) * np.array([math.cos(angle), math.sin(angle)])
