@@ -170,16 +170,16 @@ def test_what_is_left_out_of_a_sheet_does_not_say_where_its_corner_is(tmp_path: 
 
 @pytest.mark.parametrize(("milling", "left"), [("climb", True), ("conventional", False)])
 def test_milling_of_a_mirrored_pocket_keeps_its_side(milling: str, left: bool, drawing: Path) -> None:
-    """Climb milling has the material on its right: round the pocket's wall the tool goes counter-clockwise."""
-    given = {"process": "pocket", "depth": 1, "tool_diameter": 4, "strategy": "contour", "threads": 1}
-    ways = []
+    """Climb milling has the material on its right: the tool moves counter-clockwise along the wall."""
+    given = {"process": "pocket", "depth": 1, "tool_diameter": 8, "strategy": "contour", "threads": 1}
+    passes = []
     for mirror in ({}, {"mirror": "x"}):
         outcome = leafcut.optimize(drawing, milling=milling, **given, **mirror)
         pieces = [p for plan in outcome.detail.plans for p in plan.result.path.pieces]  # type: ignore[union-attr]
         areas = [Polyline(p.path.vertices, closed=True).area for p in pieces if p.kind == "finish"]
         largest = max(areas, key=abs)
-        ways.append((len(areas), largest > 0, round(abs(largest), 3)))
-    assert ways[0] == ways[1] and ways[0][1] == left
+        passes.append((len(areas), largest > 0, round(abs(largest), 3)))
+    assert passes[0] == passes[1] and passes[0][1] == left
 
 
 def test_the_holes_of_a_board_are_drilled_from_the_back(tmp_path: Path) -> None:

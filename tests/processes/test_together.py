@@ -1,4 +1,4 @@
-"""Paths that follow each other are ordered together: what is first and last in each counts for its neighbours."""
+"""Consecutive paths are ordered together: the ends of each count for its neighbours."""
 
 from __future__ import annotations
 
@@ -52,9 +52,10 @@ def solved(stages: list, **options: object) -> list:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_three_small_paths_come_near_the_best_of_all_orders(seed: int) -> None:
-    """Within 3 % of brute force over all orders of all three; one after another it is up to 40 % more."""
-    stages = stages_of([4, 4, 4], seed, start=(0.0, 0.0))
-    best = min(total(stages, list(orders)) for orders in itertools.product(itertools.permutations(range(4)), repeat=3))
+    """Within 3 % of brute force over all orders; separate searches are up to 40 % longer."""
+    stages = stages_of([4, 4, 3], seed, start=(0.0, 0.0))
+    every = itertools.product(*(itertools.permutations(range(n)) for n in (4, 4, 3)))
+    best = min(total(stages, list(orders)) for orders in every)
     found = solved(stages)
     assert total(stages, [s.nodes.tolist() for s in found]) <= 1.03 * best
     assert sum(s.cost for s in found) == pytest.approx(total(stages, [s.nodes.tolist() for s in found]))
@@ -63,9 +64,9 @@ def test_three_small_paths_come_near_the_best_of_all_orders(seed: int) -> None:
 
 @pytest.mark.parametrize("strokes", [False, True])
 @pytest.mark.parametrize("seed", range(2))
-def test_more_iterations_never_give_a_longer_way(seed: int, strokes: bool) -> None:
-    stages = stages_of([9, 15, 5, 12], seed, strokes=strokes)
-    costs = [sum(s.cost for s in solved(stages, iterations=n, bound=False)) for n in (0, 1, 2, 5, 10)]
+def test_more_iterations_never_give_a_longer_tour(seed: int, strokes: bool) -> None:
+    stages = stages_of([6, 9, 4, 7], seed, strokes=strokes)
+    costs = [sum(s.cost for s in solved(stages, iterations=n, bound=False)) for n in (0, 1, 2, 5)]
     assert all(more <= less + 1e-9 for less, more in itertools.pairwise(costs))
 
 

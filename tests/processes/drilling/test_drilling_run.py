@@ -30,8 +30,8 @@ def map_of(tmp_path: Path, seed: int) -> Path:
 
 @pytest.mark.parametrize("objective", ["time", "distance"])
 def test_no_plan_is_worse_than_the_drawings_and_nearest_neighbours(tmp_path: Path, objective: str) -> None:
-    """Where one tool ends the next begins, so that paths made tool by tool would be now and then; bounds stay valid."""
-    for seed in range(20):
+    """Separate paths for each tool would sometimes be worse, since one starts where the other ends."""
+    for seed in range(8):
         found = leafcut.optimize(map_of(tmp_path, seed), units="mm", objective=objective, preset="fast")
         ours, drawn, nearest = (
             m.time_s if objective == "time" else m.travel_mm for m in (found.after, found.before, found.nearest)

@@ -1,4 +1,4 @@
-"""What the nester lays in blocks the planner cuts with common lines; loops and joints go together on the example."""
+"""The planner cuts nested blocks with common lines, and proves loops and joints together."""
 
 from __future__ import annotations
 
@@ -28,19 +28,21 @@ def plate(tmp_path: Path) -> Path:
     return tmp_path / "plate.dxf"
 
 
-def nested(plate: Path, *more: str) -> Path:
+def nested(plate: Path, count: int, *more: str) -> Path:
     sheet = plate.with_name("sheet.dxf")
-    words = ["nest", f"{plate}:20", "--sheet", "500x300", "--kerf", str(KERF), *more, "-o", str(sheet), "-q"]
+    words = ["nest", f"{plate}:{count}", "--sheet", "500x300", "--kerf", str(KERF), *more, "-o", str(sheet), "-q"]
     assert run([*words, "--machine", "laser-table"]) == 0
     return sheet
 
 
-@pytest.mark.parametrize(("kind", "least"), [("pairs", 10 * 40.0), ("grids", 12 * 40.0)])
+@pytest.mark.parametrize(
+    ("kind", "least"), [("pairs", 10 * 40.0), pytest.param("grids", 12 * 40.0, marks=pytest.mark.slow)]
+)
 def test_twenty_laser_parts_are_nested_in_blocks_and_cut_with_common_lines(
     kind: str, least: float, plate: Path
 ) -> None:
-    """Each pair shares an edge of 40 mm at least; the route is the perimeters less what is cut once, proved."""
-    sheet = nested(plate, "--gap", "10", "--blocks", kind)
+    """Each pair shares an edge of at least 40 mm."""
+    sheet = nested(plate, 20, "--gap", "10", "--blocks", kind)
     outcome = api.optimize(sheet, common_lines=True, **LASER)
     assert outcome.verified
     assert outcome.detail.plan is not None
@@ -48,13 +50,17 @@ def test_twenty_laser_parts_are_nested_in_blocks_and_cut_with_common_lines(
     assert [i.code for i in outcome.issues if i.severity == "missing"] == []
 
 
-def test_parts_packed_without_a_gap_are_refused_with_the_way_that_works(plate: Path) -> None:
-    sheet = nested(plate, "--gap", "0", "--nester", "rectangles")
+def test_parts_packed_without_a_gap_are_refused_with_a_remedy(plate: Path) -> None:
+    sheet = nested(plate, 12, "--gap", "0", "--nester", "rectangles")
     with pytest.raises(PlanError, match=r"no lead fits .*--common-lines.*leafcut nest --blocks"):
         api.optimize(sheet, **LASER)
 
 
-@pytest.mark.parametrize("machine", [{"machine": "laser-table", "micro_joints": 2}, {"micro_joints": 1}], ids=str)
+@pytest.mark.parametrize(
+    "machine",
+    [{"machine": "laser-table", "micro_joints": 2}, pytest.param({"micro_joints": 1}, marks=pytest.mark.slow)],
+    ids=str,
+)
 def test_loops_round_corners_and_micro_joints_are_proved_together_on_the_example(machine: dict[str, Any]) -> None:
     options = {"process": "cut", "thickness": 3, "iterations": 5, "threads": 1, **machine}
     assert api.optimize(EXAMPLE, corner_loops=True, **options).verified

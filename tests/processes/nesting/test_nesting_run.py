@@ -89,13 +89,11 @@ def test_a_nested_sheet_is_cut(drawings: Path, tmp_path: Path) -> None:
     assert api.optimize(out, process="cut", thickness=6, iterations=5, threads=1).verified
 
 
-def test_names_and_quantities_live_from_the_order_to_the_times_and_costs_of_the_cut_sheet(
-    drawings: Path, tmp_path: Path
-) -> None:
+def test_the_cut_sheet_keeps_names_and_quantities_of_the_order(drawings: Path, tmp_path: Path) -> None:
     (tmp_path / "Träger “1” µ.dxf").write_bytes((drawings / "angle.dxf").read_bytes())
     (tmp_path / "order.csv").write_text(f"file,quantity\nTräger “1” µ.dxf,2\n{drawings}/plate.dxf,3\n", "utf-8")
     sheet = tmp_path / "nested.dxf"
-    api.nest([str(tmp_path / "order.csv")], sheet, **{**SMALL, "gap": 10})
+    api.nest([str(tmp_path / "order.csv")], sheet, nester="rectangles", **{**SMALL, "gap": 10})
     cut: dict[str, Any] = {"process": "cut", "thickness": 6, "iterations": 5, "threads": 1}
     outcome = api.optimize(sheet, quantity=4, machine_rate=60.0, report=tmp_path / "r.html", **cut)
     answer = as_json(outcome)["cutting"]
@@ -115,13 +113,14 @@ def strip(**changes: Any) -> str:
 
 def test_a_strip_instance_gives_its_items_with_their_number_and_angles(tmp_path: Path) -> None:
     (tmp_path / "two.json").write_text(strip())
-    nest = api.nest([f"{tmp_path}/two.json:3"], tmp_path / "out.dxf", **SMALL).nests[0]
+    given = {**SMALL, "nester": "rectangles"}
+    nest = api.nest([f"{tmp_path}/two.json:3"], tmp_path / "out.dxf", **given).nests[0]
     assert [(p.name, p.quantity, p.area) for p in nest.parts] == [("two-7", 6, 600.0)]
     assert nest.parts[0].rotations == pytest.approx((0.0, math.pi))
     assert len(outlines(tmp_path / "out.dxf")) == 6
-    turned = api.nest([f"{tmp_path}/two.json"], **{**SMALL, "rotations": "90"}).nests[0]
+    turned = api.nest([f"{tmp_path}/two.json"], **{**given, "rotations": "90"}).nests[0]
     assert turned.parts[0].rotations == pytest.approx((0.5 * math.pi,))
-    in_cm = api.nest([f"{tmp_path}/two.json"], **{**SMALL, "units": "cm", "sheet": "2000x2000"}).nests[0]
+    in_cm = api.nest([f"{tmp_path}/two.json"], **{**given, "units": "cm", "sheet": "2000x2000"}).nests[0]
     assert in_cm.parts[0].area == 60_000.0  # ten times as long and as wide
 
 

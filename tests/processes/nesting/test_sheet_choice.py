@@ -106,14 +106,6 @@ def test_what_has_no_room_is_told_first_and_by_the_exit_status_and_no_sheet_is_i
     assert answer["issues"][0]["severity"] == "missing"
 
 
-def test_by_shapes_a_cheaper_sheet_is_taken_where_the_rectangles_around_the_parts_do_not_fit(tmp_path: Path) -> None:
-    """Two triangles of 100 × 100 make a square: one sheet of 150 × 130, where their rectangles take 230."""
-    triangle = drawing(tmp_path / "t.dxf", [(0, 0), (100, 0), (0, 100)])
-    options = {"kerf": 2, "gap": 3, "margin": 10, "variants": 1, "iterations": 60}
-    found = api.nest([f"{triangle}:2"], sheet="240x130@20,150x130@10", **options)
-    assert (taken(found), found.nests[0].cost) == ([0, 1], 10.0)
-
-
 def test_the_price_of_a_sheet_lives_from_the_nest_to_the_cost_of_its_parts(plate: Path, tmp_path: Path) -> None:
     out = tmp_path / "out.dxf"
     api.nest([f"{plate}:2"], out, sheet="300x200:1@42.5", **{**RULES, "gap": 20})

@@ -76,14 +76,14 @@ def test_of_several_kinds_of_sheet_the_cheapest_that_hold_all_are_taken() -> Non
         assert one.cost == 8.0
 
 
-def test_by_shapes_too_every_variant_lies_on_the_sheets_that_cost_least() -> None:
-    """Two triangles of 80 × 80 make one square: the cheap sheet holds both, their rectangles only the dear one."""
+def test_nested_by_shape_every_variant_uses_the_cheapest_sheets() -> None:
+    """Two triangles make one square of 80 × 80. Only the expensive sheet holds their rectangles."""
     pytest.importorskip("spyrrow")
     triangle = Polyline.of_points([(0, 0), (80, 0), (0, 80)], closed=True)
     part = NestPart("triangle", (Contour(triangle),), 2, (0.0, math.pi))
     dear, cheap = Stock(200.0, 120.0, None, 20.0), Stock(120.0, 120.0, None, 11.0)
     task = task_of(part, stocks=(dear, cheap), variants=2)
-    found = [one for one in nests(task, iterations=40, threads=1) if isinstance(one, Nest)]
+    found = [one for one in nests(task, iterations=10, threads=1) if isinstance(one, Nest)]
     by_shapes = [one for one in found if one.method == "shapes"]
     assert len(by_shapes) == 2 and len(found) == 2 + len(RULES)
     for one in by_shapes:
