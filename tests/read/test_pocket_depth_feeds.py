@@ -30,6 +30,7 @@ def slot_power(depth: float, feed: float) -> float:
     return 6.0 * depth * feed * steel.kc11 * chip**-steel.mc / 1000.0
 
 
+@pytest.mark.slow
 def test_the_deepest_level_of_all_pockets_counts_for_the_power_of_each(tmp_path: Path) -> None:
     """Levels of 3 mm and of 2 mm: first cuts of both are as slow as a slot 3 mm deep has to be, never faster."""
     solid = cut(

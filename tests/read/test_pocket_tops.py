@@ -60,14 +60,20 @@ def material(cell: float) -> HeightField:
 
 
 @pytest.mark.parametrize(
-    "more", [{}, {"stock": 0.3}, {"strategy": "connected", "closed_path": True}, {"entry": "helix"}]
+    "more",
+    [
+        {},
+        pytest.param({"stock": 0.3}, marks=pytest.mark.slow),
+        pytest.param({"strategy": "connected", "closed_path": True}, marks=pytest.mark.slow),
+        pytest.param({"entry": "helix"}, marks=pytest.mark.slow),
+    ],
 )
 def test_a_pocket_on_a_step_begins_at_that_step_and_no_rapid_meets_the_stairs(
     stairs: Path, more: dict[str, Any]
 ) -> None:
-    """The stairs, whole, are cut by the program in another place of the code, and left as the solid is.
+    """Simulate the program on the stairs without pockets; the result is the solid.
 
-    The pocket at the foot of the highest step begins at the top of that, as the step is within the tool's radius.
+    The pocket at the foot of the highest step starts at the top of that step, which is within the tool's radius.
     """
     outcome = api.optimize(stairs, process="pocket", **{**FAST, **more})
     begins = sorted((plan.pocket.depth, plan.begin) for plan in outcome.detail.plans)
@@ -91,6 +97,7 @@ def test_a_pocket_on_a_step_begins_at_that_step_and_no_rapid_meets_the_stairs(
     assert ["at Z12, Z6" in issue.message for issue in outcome.issues if issue.code == "L706"] == [True]
 
 
+@pytest.mark.slow
 def test_levels_in_the_air_above_a_step_are_left_out(stairs: Path) -> None:
     """The same pockets take less time, and without the option all begin at the highest place."""
     low = api.optimize(stairs, process="pocket", **FAST)
@@ -100,6 +107,7 @@ def test_levels_in_the_air_above_a_step_are_left_out(stairs: Path) -> None:
     assert not [issue for issue in high.issues if issue.code == "L706"]
 
 
+@pytest.mark.slow
 def test_a_pocket_in_one_that_is_left_out_begins_at_the_rim_of_that_one(stairs: Path) -> None:
     outcome = api.optimize(stairs, process="pocket", depth=15, **FAST)
     assert [plan.begin for plan in outcome.detail.plans] == [-8.0]

@@ -92,6 +92,7 @@ def test_holes_from_below_and_from_the_sides_are_told_and_not_drilled(tmp_path: 
     assert any("2 holes along 0, 1, 0, not drilled" in line for line in told)
 
 
+@pytest.mark.slow
 def test_without_any_hole_to_drill_the_reasons_are_told(tmp_path: Path) -> None:
     block = cut(
         box(0, 0, -20, 80, 40, 0), cylinder((10, 10, -20), (0, 0, 1), 3, 8), cylinder((30, 0, -10), (0, 1, 0), 2, 40)
@@ -132,6 +133,7 @@ def plate() -> Any:
     return box(0, 0, -20, 80, 40, 0)
 
 
+@pytest.mark.slow
 def test_a_hole_that_something_opens_into_goes_on_below_it(tmp_path: Path) -> None:
     hole = cylinder((40, 20, 0), DOWN, 3, 20)
     across = cut(plate(), hole, cylinder((40, 0, -10), (0, 1, 0), 4, 40))
@@ -141,6 +143,7 @@ def test_a_hole_that_something_opens_into_goes_on_below_it(tmp_path: Path) -> No
         assert holes(tmp_path, solid) == [(0.0, 6.0, 20.0, True, False)]
 
 
+@pytest.mark.slow
 def test_a_wider_part_below_is_told_and_never_drilled_through_the_narrow_one(tmp_path: Path) -> None:
     hole = cylinder((40, 20, 0), DOWN, 2, 20)
     for wide in (cylinder((40, 20, -20), (0, 0, 1), 4, 10), cone((40, 20, -20), 5, 2, 3)):
@@ -149,16 +152,19 @@ def test_a_wider_part_below_is_told_and_never_drilled_through_the_narrow_one(tmp
         assert one[3]
 
 
+@pytest.mark.slow
 def test_holes_from_both_sides_are_two_and_one_of_them_is_told(tmp_path: Path) -> None:
     solid = cut(plate(), cylinder((40, 20, 0), DOWN, 3, 5), cylinder((40, 20, -20), (0, 0, 1), 3, 5))
     assert holes(tmp_path, solid) == [(0.0, 6.0, 5.0, False, True)]
 
 
+@pytest.mark.slow
 def test_a_floor_beside_the_axis_makes_a_hole_blind(tmp_path: Path) -> None:
     solid = cut(plate(), cylinder((40, 20, 0), DOWN, 5, 5), cylinder((41, 20, 0), DOWN, 2, 20))
     assert holes(tmp_path, solid) == [(0.0, 10.0, 5.0, False, True), (-5.0, 4.0, 15.0, True, False)]
 
 
+@pytest.mark.slow
 def test_a_round_pocket_with_an_island_or_under_an_overhang_is_no_hole(tmp_path: Path) -> None:
     round_ = cylinder((40, 20, 0), DOWN, 15, 8)
     boss, beside = cylinder((40, 20, 0), DOWN, 5, 8), box(44, 18, -8, 50, 22, 0)
@@ -174,12 +180,14 @@ def test_a_round_pocket_with_an_island_or_under_an_overhang_is_no_hole(tmp_path:
         assert [issue.severity for issue in part.issues] == ["missing"]
 
 
+@pytest.mark.slow
 def test_walls_of_a_free_form_are_told(tmp_path: Path) -> None:
     solid = BRepBuilderAPI_NurbsConvert(cut(plate(), cylinder((40, 20, 0), DOWN, 3, 20))).Shape()
     part = read(saved(tmp_path / "solid.step", solid))
     assert "7 faces of a free form" in str(part.issues[0])
 
 
+@pytest.mark.slow
 def test_a_slope_that_cuts_two_half_walls_leaves_a_hole(tmp_path: Path) -> None:
     """The top rises by tan 4° along x; the rim is highest 3 mm beyond the axis."""
     turn = gp_Trsf()
@@ -196,6 +204,7 @@ def test_a_slope_that_cuts_two_half_walls_leaves_a_hole(tmp_path: Path) -> None:
     assert z - depth == pytest.approx(-20.0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_what_lies_beside_the_drawing_is_not_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, examples: Path
 ) -> None:
@@ -208,6 +217,7 @@ def test_what_lies_beside_the_drawing_is_not_run(
     assert not Path("ran").exists()
 
 
+@pytest.mark.slow
 def test_a_lower_limit_of_memory_is_kept(examples: Path) -> None:
     words = (
         "import resource; resource.setrlimit(resource.RLIMIT_AS, (6 << 30, 6 << 30)); from leafcut.read import read; "
@@ -217,6 +227,7 @@ def test_a_lower_limit_of_memory_is_kept(examples: Path) -> None:
     assert done.stdout == "36\n", done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("unit", "factor"), [("INCH", 1.0), ("M", 1.0)])
 def test_the_unit_of_the_file_is_obeyed(tmp_path: Path, unit: str, factor: float) -> None:
     """OpenCASCADE writes the same solid with other numbers."""
@@ -235,6 +246,7 @@ def test_the_example_has_the_holes_that_it_was_made_with(examples: Path) -> None
     assert all(h.depth == h.z + 20.0 for h in part.holes if h.through)
 
 
+@pytest.mark.slow
 def test_a_solid_is_drilled_at_its_own_heights_and_depths_with_low_ways(examples: Path) -> None:
     outcome = api.optimize(examples / "stepped_plate.step", process="drill", machine="linuxcnc-mill", **FAST)
     point = 2.5 / math.tan(math.radians(59))
@@ -250,6 +262,7 @@ def test_a_solid_is_drilled_at_its_own_heights_and_depths_with_low_ways(examples
     assert outcome.after.time_s < 0.95 * over.after.time_s
 
 
+@pytest.mark.slow
 def test_step_and_stl_are_the_same_surface(examples: Path) -> None:
     step, stl = load_mesh(examples / "stepped_plate.step"), load_mesh(examples / "stepped_plate.stl")
     assert step.low.tolist() == pytest.approx(stl.low.tolist(), abs=1e-4)
@@ -263,6 +276,7 @@ def test_step_and_stl_are_the_same_surface(examples: Path) -> None:
     assert programs[0].after.time_s == pytest.approx(programs[1].after.time_s, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_point_of_a_drill_ends_at_a_flat_floor(tmp_path: Path) -> None:
     block = cut(box(0, 0, -20, 80, 40, 0), cylinder((10, 10, 0), DOWN, 3, 12), cylinder((40, 10, 0), DOWN, 3, 20))
     outcome = api.optimize(saved(tmp_path / "block.step", block), process="drill", **FAST)
@@ -289,6 +303,7 @@ def test_a_damaged_file_is_refused_in_one_line(tmp_path: Path, change: Any, told
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.slow
 def test_of_several_solids_one_is_chosen_by_its_number(tmp_path: Path) -> None:
     """The refusal lists them; holes and the surface are those of the one that is chosen, where it lies."""
     left = cut(box(0, 0, 0, 30, 20, 9), cylinder((9, 9, 9), DOWN, 2, 9))
@@ -311,6 +326,7 @@ def test_of_several_solids_one_is_chosen_by_its_number(tmp_path: Path) -> None:
     assert float(np.nanmax(outcome.written.end[:, 2])) < 30.0
 
 
+@pytest.mark.slow
 def test_a_solid_is_chosen_of_a_step_file_only(tmp_path: Path, examples: Path) -> None:
     """Of a drawing it is that of the surface; without one, and of STL, it is refused."""
     file = saved(tmp_path / "two.step", box(0, 0, 0, 9, 9, 9), box(20, 0, 0, 60, 40, 5))
@@ -330,6 +346,7 @@ def test_a_unit_or_one_height_for_all_cannot_be_asked_for(examples: Path) -> Non
             api.optimize(examples / "stepped_plate.step", process="drill", **options, **FAST)
 
 
+@pytest.mark.slow
 def test_json_stays_whole_whatever_opencascade_says(
     examples: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -72,6 +72,7 @@ def test_an_opening_without_a_floor_is_told(pockets: Part) -> None:
     assert pockets.issues[0].severity == "missing"
 
 
+@pytest.mark.slow
 def test_pockets_that_no_straight_mill_makes_are_told_by_reason(tmp_path: Path) -> None:
     turn = gp_Trsf()
     turn.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(0, 1, 0)), math.radians(8))
@@ -111,6 +112,7 @@ def cuts_of(outcome: Any) -> tuple[np.ndarray, np.ndarray]:
     return path.before[rows], path.end[rows]
 
 
+@pytest.mark.slow
 def test_pockets_of_one_depth_are_milled_at_the_heights_of_the_solid(block: Path) -> None:
     """No place at the floor is nearer to a wall than the mill's radius, and but for chords all of it is reached."""
     outcome = api.optimize(block, process="pocket", depth=8, tool_diameter=6, **FAST)
@@ -138,11 +140,20 @@ def left_at(outcome: Any, x: float, y: float, radius: float, top: float) -> floa
     return float(min(along[near, 2].min(initial=top), top))
 
 
-@pytest.mark.parametrize("more", [{}, {"stock": 0.3}, {"strategy": "connected", "closed_path": True}])
-def test_each_pocket_is_milled_to_its_own_floor_and_one_in_the_floor_of_another_after_it(
+@pytest.mark.parametrize(
+    "more",
+    [
+        {},
+        *(
+            pytest.param(m, marks=pytest.mark.slow)
+            for m in ({"stock": 0.3}, {"strategy": "connected", "closed_path": True})
+        ),
+    ],
+)
+def test_each_pocket_is_milled_to_its_floor_and_inner_pockets_after_outer_ones(
     block: Path, more: dict[str, Any]
 ) -> None:
-    """What is left at places is the solid there; nothing of the inner pocket is cut in the air above it."""
+    """The program leaves the heights of the solid and cuts no air above the inner pocket."""
     outcome = api.optimize(block, process="pocket", tool_diameter=6, **{**FAST, **more})
     plans = outcome.detail.plans
     assert [plan.heights[-1] for plan in plans] == [14.0, 12.0, 8.0]
@@ -155,6 +166,7 @@ def test_each_pocket_is_milled_to_its_own_floor_and_one_in_the_floor_of_another_
     assert outcome.before.time_s > 0.0
 
 
+@pytest.mark.slow
 def test_a_lower_island_is_uncovered_before_what_is_around_it(tmp_path: Path) -> None:
     """The pocket of the island's top has the same walls as the deeper one around the island."""
     pocket = cut(rounded(10, 10, -10, 70, 50, 0, 5), rounded(30, 22, -10, 50, 38, -4, 3))
@@ -181,6 +193,7 @@ def test_the_proof_knows_how_deep_each_pocket_is() -> None:
     assert told == [[], ["too deep", "too deep"], ["gouge"]]
 
 
+@pytest.mark.slow
 def test_a_depth_chooses_the_pockets_of_one_depth(block: Path, tmp_path: Path) -> None:
     with pytest.raises(PlanError, match=r"no pocket is --depth 7 mm deep; there are 6 mm \(1 pocket\), 8 mm"):
         api.optimize(block, process="pocket", depth=7, tool_diameter=6, **FAST)
@@ -197,6 +210,7 @@ def test_units_and_layers_are_refused_as_a_solid_has_neither(block: Path) -> Non
         read_contours(block, ReadOptions(units="in"))
 
 
+@pytest.mark.slow
 def test_the_outline_of_a_sheet_and_what_goes_through_it_are_cut(block: Path, tmp_path: Path) -> None:
     part = read_contours(block)
     areas = sorted(abs(one.path.area) for one in part.contours)

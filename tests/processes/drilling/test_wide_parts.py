@@ -103,6 +103,7 @@ def bottoms(outcome: Any) -> list[tuple[int, float, float]]:
     return [(int(path.tool[r]), float(path.end[r, 0]), path.cycles[path.ref[r]].bottom) for r in rows]
 
 
+@pytest.mark.slow
 def test_fitting_tools_make_the_wide_parts_after_the_drill(outcome: Any) -> None:
     """The end mill ends at the floor, 6 mm deep; the flat tip of the countersink, 1 mm wide, half a mm over 15."""
     found = bottoms(outcome)
@@ -119,6 +120,7 @@ def test_fitting_tools_make_the_wide_parts_after_the_drill(outcome: Any) -> None
     assert ["2 holes with a counterbore, countersink or undercut, as at 65, 20" in line for line in told] == [True]
 
 
+@pytest.mark.slow
 def test_what_the_tools_cut_is_what_is_missing_of_the_block(outcome: Any) -> None:
     """By OpenCASCADE: the end mill and the cone of the countersink, at the heights of the program, leave the same."""
     ends = {tool: bottom for tool, _, bottom in bottoms(outcome)}
@@ -131,6 +133,9 @@ def test_what_the_tools_cut_is_what_is_missing_of_the_block(outcome: Any) -> Non
     ("tools", "left"),
     [
         ("", 4),
+        (BORE, 3),
+        (SINK, 2),
+        (BORE + SINK, 1),
         (BORE.replace("10 mm", "9.5 mm"), 4),
         (BORE + 'corner_radius = "1 mm"', 4),
         (BORE + 'flute_length = "5 mm"', 4),
@@ -140,8 +145,8 @@ def test_what_the_tools_cut_is_what_is_missing_of_the_block(outcome: Any) -> Non
         (SINK.replace("12 mm", "10 mm"), 2),
     ],
 )
-def test_a_tool_that_does_not_fit_makes_nothing(tmp_path: Path, tools: str, left: int) -> None:
-    """Of holes by hand: one counterbored, one under-cut, two countersunk."""
+def test_only_fitting_tools_make_wide_parts(tmp_path: Path, tools: str, left: int) -> None:
+    """The holes: one with a counterbore, one with an undercut, two with countersinks."""
     bore = HoleStep(10, 6, math.pi, 6, 10, True)
     sink = HoleStep(10, 3, math.pi / 2, 5, 4, True)
     under = HoleStep(10, 20, math.pi, 20, 10, False)
@@ -154,7 +159,7 @@ def test_a_tool_that_does_not_fit_makes_nothing(tmp_path: Path, tools: str, left
     library = load_tools(tmp_path / "tools.toml", machine.units)
     plan = plan_drilling(Part("part", holes), machine, library, JobOptions(thickness=20.0), DrillOptions())
     (told,) = [issue for issue in plan.issues if issue.code == "L217"]
-    assert told.message.startswith(f"{left} holes ")
+    assert told.message.startswith(f"{left} hole")
     assert told.severity == "missing"
 
 

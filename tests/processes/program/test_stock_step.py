@@ -50,6 +50,7 @@ def test_a_stepped_solid_with_a_hole_is_as_high_as_it_was_made(tmp_path: Path) -
     assert np.abs(field.heights - made)[sure].max() < 1e-5
 
 
+@pytest.mark.slow
 def test_one_of_several_solids_is_chosen_by_its_number(
     slot: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -67,6 +68,7 @@ def test_one_of_several_solids_is_chosen_by_its_number(
     assert "--solid 3: the STEP file has 2 solids" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_reordering_takes_a_step_file_as_its_stock(slot: str, tmp_path: Path) -> None:
     file = str(saved(tmp_path / "stock.stp", box(0, 0, -10, 40, 40, 0)))
     out = tmp_path / "out.nc"
