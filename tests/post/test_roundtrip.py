@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from toolpaths import MILLING, assert_same_rows, planned, units_of
 
@@ -58,6 +58,7 @@ def test_a_hole_where_the_tool_stands_already_reads_back(name: str) -> None:
     assert_same_rows(expand(read), expand(path), 0.001)
 
 
+@settings(max_examples=25)  # each example starts rs274
 @given(path=planned((*CYCLES, "G84")), inch=st.booleans())
 def test_linuxcnc_reads_any_program_as_we_do(rs274: str, tmp_path: Path, path: Toolpath, inch: bool) -> None:
     """Any planned toolpath in LinuxCNC's words: rs274 accepts it, and its moves are ours."""

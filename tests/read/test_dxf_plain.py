@@ -155,7 +155,7 @@ def damaged(text: str, chance: random.Random) -> str:
     return "\n".join(lines)
 
 
-@pytest.mark.parametrize("version", ["R12", "R2000", "R2018"])
+@pytest.mark.parametrize("version", ["R12", *(pytest.param(v, marks=pytest.mark.slow) for v in ("R2000", "R2018"))])
 def test_a_damaged_drawing_is_read_as_by_ezdxf_or_by_ezdxf(version: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """But for those that ezdxf refuses for what no hole or line depends on: objects, styles and layouts."""
     text, chance, read_both = drawing(version), random.Random(version), 0

@@ -37,6 +37,8 @@ SEVEN = {
     "p6_islands6": 0.2,
     "p7_islands11": 0.25,
 }
+#: Pictures whose reading takes about half a second or more.
+LARGE = {"p3_fleur", "p5_islands3", "p6_islands6", "p7_islands11"}
 #: Width of a pixel of the pictures made here, mm, and their width and height, pixels.
 SIZE, SIDE = 0.5, 80
 DISC = shapely.Point(20.13, 19.87).buffer(12.345, 256)
@@ -89,7 +91,9 @@ def codes(part: Part) -> list[str]:
     return [issue.code for issue in part.issues]
 
 
-@pytest.mark.parametrize("name", SEVEN)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] if name in LARGE else []) for name in SEVEN]
+)
 def test_the_picture_of_a_pocket_is_its_region_within_half_a_pixel(name: str, data: Path) -> None:
     folder = data / "pockets"
     truth = shapely.from_wkt((folder / f"{name}.wkt").read_text())

@@ -46,7 +46,7 @@ def written(tmp_path: Path, text: str, name: str = "board.nc", encoding: str = "
     return path
 
 
-@pytest.mark.parametrize("n", [97, 121, 200])
+@pytest.mark.parametrize("n", [97, *(pytest.param(n, marks=pytest.mark.slow) for n in (121, 200))])
 def test_random_order_loses_most_of_its_travel(tmp_path: Path, n: int) -> None:
     """62 % at least, and within the certified gap of the least possible; the holes are the same."""
     path = written(tmp_path, boards_program(n, n))
@@ -85,7 +85,8 @@ def test_keep_order_returns_the_bytes_of_the_input(tmp_path: Path) -> None:
 
 def test_the_same_seed_gives_the_same_program(tmp_path: Path) -> None:
     path = written(tmp_path, boards_program(6, 60))
-    assert leafcut.optimize(path, threads=1).text == leafcut.optimize(path, threads=2).text
+    one, two = (leafcut.optimize(path, threads=threads, preset="fast") for threads in (1, 2))
+    assert one.text == two.text
 
 
 def test_what_is_not_the_same_work_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -159,7 +160,8 @@ def test_lines_from_either_end_need_less_travel_and_the_proof_says_how_many_were
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path, out = written(tmp_path, lines_program(1)), tmp_path / "new.nc"
-    one_way, either = leafcut.optimize(path), leafcut.optimize(path, out, allow_reverse=True)
+    one_way = leafcut.optimize(path, preset="fast")
+    either = leafcut.optimize(path, out, allow_reverse=True, preset="fast")
     assert either.after.travel_mm < one_way.after.travel_mm < one_way.before.travel_mm
     assert (one_way.detail.certificate.allow_reverse, one_way.detail.certificate.reversed_cuts) == (False, 0)
     turned = either.detail.certificate.reversed_cuts
@@ -176,7 +178,7 @@ def test_a_way_at_feed_with_the_beam_off_is_travel_and_the_cutting_stays_what_it
     tmp_path: Path, way: str, power: str
 ) -> None:
     text = lines_program(3).replace("S500", power).replace("G0", way)
-    found = leafcut.optimize(written(tmp_path, text), process="laser")
+    found = leafcut.optimize(written(tmp_path, text), process="laser", preset="fast")
     places = np.array(re.findall(r"X(\S+) Y(\S+)", text), dtype=float).reshape(-1, 2, 2)
     cutting = float(np.hypot(*(places[:, 1] - places[:, 0]).T).sum())
     assert found.after.cut_mm == pytest.approx(found.before.cut_mm) == pytest.approx(cutting)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
+import shutil
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -46,7 +47,13 @@ def drawing(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def outcome(drawing: Path):
-    return api.optimize(drawing, **FAST)
+    return api.optimize(drawing, save_plan=drawing.with_name("plan.json"), **FAST)
+
+
+@pytest.fixture
+def plan(drawing: Path, outcome, tmp_path: Path) -> Path:
+    """Return a copy of the plan of `outcome`."""
+    return Path(shutil.copy(drawing.with_name("plan.json"), tmp_path))
 
 
 def test_a_sheet_becomes_a_verified_program_that_takes_less_time(outcome) -> None:
@@ -250,14 +257,19 @@ def test_a_hole_too_small_for_a_controllers_lead_is_compensated_by_the_program(r
 @pytest.mark.parametrize(
     "options",
     [
-        {},
-        {"output_units": "inch", "small_hole": "0"},
+        *(
+            pytest.param(options, marks=pytest.mark.slow)
+            for options in (
+                {},
+                {"output_units": "inch", "small_hole": "0"},
+                {"path_tolerance": "0"},
+                {"machine": "laser-table", "dialect": "grbl-laser", "thickness": "3"},
+            )
+        ),
         {"chains": True, "pierce_delay": "3 s"},
         {"compensation": "controller"},
-        {"path_tolerance": "0"},
         {"dialect": "plasma", "ignore_layers": "MARK"},
         {"machine": "laser-table", "thickness": "3", "micro_joints": 2},
-        {"machine": "laser-table", "dialect": "grbl-laser", "thickness": "3"},
     ],
     ids=str,
 )
@@ -269,9 +281,9 @@ def test_the_time_of_the_report_is_that_of_the_written_program(drawing: Path, tm
     assert answer.issues == ()
 
 
-def test_a_material_that_the_program_does_not_tell_is_said_to_be_missing(drawing: Path, tmp_path: Path) -> None:
+def test_a_material_without_its_comment_is_reported_as_missing(outcome, tmp_path: Path) -> None:
     file = tmp_path / "out.ngc"
-    file.write_text("".join(t for t in api.optimize(drawing, **FAST).text.splitlines(True) if not t.startswith("(o=0")))
+    file.write_text("".join(t for t in outcome.text.splitlines(True) if not t.startswith("(o=0")))
     assert "12 cuts use a material" in api.simulate(file, machine="plasma-table").issues[0].message
 
 
@@ -308,12 +320,10 @@ def test_keep_order_writes_the_order_of_the_drawing(drawing: Path) -> None:
     )
 
 
-def test_a_plan_is_saved_and_kept_with_its_fixed_choices(drawing: Path, tmp_path: Path) -> None:
-    plan, out = tmp_path / "plan.json", tmp_path / "out.ngc"
-    first = api.optimize(drawing, out, save_plan=plan, **FAST)
+def test_a_saved_plan_keeps_its_fixed_choices(drawing: Path, outcome, plan: Path) -> None:
     again = api.optimize(drawing, plan=plan, keep_order=True, **FAST)
-    assert [c.contours for c in again.detail.plan.cuts] == [c.contours for c in first.detail.plan.cuts]
-    assert again.after.time_s == pytest.approx(first.after.time_s, rel=1e-3)
+    assert [c.contours for c in again.detail.plan.cuts] == [c.contours for c in outcome.detail.plan.cuts]
+    assert again.after.time_s == pytest.approx(outcome.after.time_s, rel=1e-3)
     data = json.loads(plan.read_text())
     row = next(c for c in data["cuts"] if c["contours"] == [1])
     row.update({"start": [80.0, 19.25], "fixed": ["start"]})
@@ -387,11 +397,7 @@ def test_ants_as_many_as_parts_search_as_the_paper_on_sheets_has_it(
 
 
 @pytest.mark.parametrize("keep_order", [False, True])
-def test_an_order_that_cuts_a_part_loose_before_its_holes_is_refused(
-    drawing: Path, tmp_path: Path, keep_order: bool
-) -> None:
-    plan = tmp_path / "plan.json"
-    api.optimize(drawing, save_plan=plan, **FAST)
+def test_an_order_that_detaches_a_part_before_its_holes_is_refused(drawing: Path, plan: Path, keep_order: bool) -> None:
     data = json.loads(plan.read_text())
     data["cuts"].reverse()
     for cut in data["cuts"]:
@@ -422,11 +428,9 @@ def test_a_probe_that_the_table_does_not_have_is_refused(drawing: Path, tmp_path
         api.optimize(drawing, machine=str(tmp_path / "blind.toml"), dialect="plasma", probe="on", **FAST)
 
 
-def test_an_unchanged_plan_never_makes_the_sheet_slower(drawing: Path, tmp_path: Path) -> None:
-    plan = tmp_path / "plan.json"
-    first = api.optimize(drawing, save_plan=plan, **FAST)
+def test_an_unchanged_plan_never_makes_the_sheet_slower(drawing: Path, outcome, plan: Path) -> None:
     worse = {**FAST, "iterations": 0}
-    assert api.optimize(drawing, plan=plan, **worse).after.time_s <= first.after.time_s * (1 + 1e-4)
+    assert api.optimize(drawing, plan=plan, **worse).after.time_s <= outcome.after.time_s * (1 + 1e-4)
 
 
 def test_distance_as_the_literature_counts_it_can_be_what_is_made_small(drawing: Path) -> None:

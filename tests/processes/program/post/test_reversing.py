@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.errors import PostError
@@ -207,6 +207,7 @@ def read(text: str) -> tuple[Program, Sequence]:
     return program, find_sequence(program, allow_reverse=True)
 
 
+@settings(max_examples=25)  # each example starts rs274
 @given(text=PROGRAMS)
 def test_linuxcnc_finds_the_same_cuts_whichever_way_they_go(
     rs274: str, tmp_path_factory: pytest.TempPathFactory, text: str

@@ -36,6 +36,9 @@ FIXED = {
     "ugs_serial_stress.gcode": "only",
 }
 FREE = [name for name in FILES if name not in FIXED]
+#: All files; those that take more than half a second are slow.
+LARGE = ("camotics_genes_encoder.ngc", "ugs_enclosure_cambam.nc")
+TIERED = [pytest.param(name, marks=[pytest.mark.slow] if name in LARGE else []) for name in FILES]
 
 
 @functools.cache
@@ -46,13 +49,13 @@ def read(name: str) -> tuple[str, Program, Sequence]:
     return text, program, find_sequence(program)
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", TIERED)
 def test_the_order_of_the_program_gives_its_own_bytes(name: str) -> None:
     text, program, sequence = read(name)
     assert rewrite(program, sequence, [np.arange(len(s.pieces)) for s in sequence.sections]) == text
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", TIERED)
 def test_another_order_does_the_same_work_and_crosses_no_lower(name: str) -> None:
     _, program, sequence = read(name)
     work, lowest = work_of(program), lowest_way(program)
@@ -64,7 +67,7 @@ def test_another_order_does_the_same_work_and_crosses_no_lower(name: str) -> Non
         assert lowest_way(new) >= lowest or np.isnan(lowest)
 
 
-@pytest.mark.parametrize("name", FIXED)
+@pytest.mark.parametrize("name", [case for case in TIERED if case.values[0] in FIXED])
 def test_where_nothing_may_change_places_it_is_said_why(data: Path, name: str) -> None:
     _, _, sequence = read(name)
     assert sequence.sections == ()

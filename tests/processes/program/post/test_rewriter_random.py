@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.processes.program.plan.resequencing import find_sequence
@@ -177,6 +177,7 @@ def test_any_order_of_any_program_does_the_same_work(text: str, seed: int) -> No
     assert lowest_way(new) >= lowest_way(program), new_text
 
 
+@settings(max_examples=25)  # each example starts rs274
 @given(text=PROGRAMS)
 def test_linuxcnc_finds_the_same_cuts_in_random_programs(
     rs274: str, tmp_path_factory: pytest.TempPathFactory, text: str

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.errors import ReadError
@@ -27,7 +27,9 @@ FILES = [
     "pcb2gcode_easysdr_outline.ngc", "pcb2gcode_multivibrator_drill.ngc", "pcb2gcode_project_controller_milldrill.ngc",
     "pcb2gcode_slots_drill_metric.ngc", "ugs_enclosure_cambam.nc", "ugs_serial_stress.gcode",
 ]  # fmt: skip
-#: What rs274 accepts, small enough to be run often.
+#: Programs whose proof takes more than a second.
+LARGE = {"camotics_genes_encoder.ngc"}
+#: Small programs that rs274 accepts.
 JUDGED = [
     "camotics_buildbotics.gcode", "camotics_scorpion.nc", "lcnc_bezel.ngc", "lcnc_test_12mmflat.ngc",
     "pcb2gcode_easysdr_outline.ngc", "pcb2gcode_multivibrator_drill.ngc",
@@ -42,7 +44,9 @@ def program(text: str) -> Program:
     return interpret_program(text, dialect("linuxcnc"), units="mm")
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] if name in LARGE else []) for name in FILES]
+)
 def test_every_real_program_is_the_same_as_itself(data: Path, name: str) -> None:
     text = text_of(data, name)
     certificate = certify(program(text), program(text), tolerance_mm=0.0)
@@ -127,6 +131,7 @@ def cuts_of(data: Path, rs274: str, tmp_path_factory: pytest.TempPathFactory) ->
 
 
 @pytest.mark.parametrize("name", JUDGED)
+@settings(max_examples=25)  # each example starts rs274
 @given(choice=st.data())
 def test_a_changed_digit_that_changes_the_cuts_is_always_caught(
     data: Path, rs274: str, tmp_path: Path, cuts_of: Callable[[str], Counter[tuple]], name: str, choice: st.DataObject

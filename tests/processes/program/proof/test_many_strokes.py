@@ -73,6 +73,7 @@ def test_a_place_is_within_a_loop_where_shapely_says_so_and_outside_of_its_box_n
     assert within_loop(spots, loop).tolist() == shapely.contains_xy(shapely.polygons(loop), spots).tolist()
 
 
+@pytest.mark.slow
 def test_memory_grows_by_less_than_a_kilobyte_a_line() -> None:
     """What both programs and their proof need at most, by the interpreter's own count; 1.7 kB a line once."""
     import tracemalloc

@@ -79,10 +79,10 @@ def apart(one: np.ndarray, other: np.ndarray) -> float:
     return 0.0 if crossing.any() else float(nearest)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_touching_pairs_are_those_that_finely_divided_lines_show(seed: int) -> None:
-    """The corners of lines of 150 parts are at most 0.6 mm apart here: pairs nearer than that are left out."""
-    path = scribble(seed, n=40)
+@pytest.mark.parametrize(("seed", "n"), [(0, 26), *(pytest.param(k, 40, marks=pytest.mark.slow) for k in range(3))])
+def test_touching_pairs_are_those_of_finely_divided_lines(seed: int, n: int) -> None:
+    """Vertices of the divided lines are up to 0.6 mm apart, so pairs up to 0.7 mm apart are left out."""
+    path = scribble(seed, n=n, size=0.5 * n)
     features = cuts_of(path)
     traces = traces_of(features)
     lines = [line_of(path, row) for row in features.row.tolist()]
@@ -95,10 +95,10 @@ def test_touching_pairs_are_those_that_finely_divided_lines_show(seed: int) -> N
         a, b = (grid.ravel() for grid in np.meshgrid(*pieces))
         assert touching(traces.pick(a), traces.pick(b), TOUCH).any() == (distance == 0), (one, other)
         checked += 1
-    assert checked > 500
+    assert checked > n * (n - 1) / 4
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 8))])
 def test_inverted_pairs_are_all_those_that_touch_and_have_changed_places(seed: int) -> None:
     path = scribble(seed, n=150, size=60.0)
     traces = traces_of(cuts_of(path))

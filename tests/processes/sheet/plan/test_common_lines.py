@@ -245,7 +245,9 @@ def test_what_common_lines_do_not_go_with_is_refused(options: dict[str, Any]) ->
 
 
 @pytest.mark.parametrize("process", ["laser_fiber_3kW", "plasma"])
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize(
+    "seed", [pytest.param(seed, marks=[pytest.mark.slow] if seed > 4 else []) for seed in range(10)]
+)
 def test_whatever_a_rectangle_is_split_into_is_cut_out_or_refused(process: str, seed: int) -> None:
     boxes = split_rectangle(seed, LASER.kerf)
     try:

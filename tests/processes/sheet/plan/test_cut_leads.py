@@ -144,16 +144,21 @@ def test_leads_get_shorter_where_the_neighbour_is_near() -> None:
     assert_leads_in_scrap(sheet, between, PLASMA.kerf)
 
 
-def test_a_contour_without_room_for_any_lead_is_named() -> None:
-    """A part inside a ring so tight that no lead fits between them."""
+@pytest.mark.parametrize(
+    ("compensation", "message"),
+    [
+        ("geometry", r"no lead fits .*part 1: hole at \(72\.4, 50\).*--lead-in none"),
+        pytest.param("controller", r"no lead fits .*--compensation geometry", marks=pytest.mark.slow),
+    ],
+)
+def test_a_contour_without_room_for_any_lead_is_named(compensation: str, message: str) -> None:
+    """No lead fits between a part and the ring around it."""
     sheet = sheet_of(
         (Polyline.circle(50, 50, 40), 0, -1, 1), (Polyline.circle(50, 50, 22.4), 1, 0, 1),
         (Polyline.circle(50, 50, 20), 2, 1, 2),
     )  # fmt: skip
-    with pytest.raises(PlanError, match=r"no lead fits .*part 1: hole at \(72\.4, 50\).*--lead-in none"):
-        cutting_of(sheet)
-    with pytest.raises(PlanError, match=r"no lead fits .*--compensation geometry"):
-        cutting_of(sheet, compensation="controller")
+    with pytest.raises(PlanError, match=message):
+        cutting_of(sheet, compensation=compensation)
 
 
 def test_a_kerf_that_would_cut_into_the_neighbour_is_refused_with_both_names() -> None:

@@ -133,7 +133,9 @@ def test_a_kerf_along_the_edge_of_a_part_does_not_let_the_part_go() -> None:
     assert "out of order" in found
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize(
+    "seed", [pytest.param(seed, marks=[pytest.mark.slow] if seed > 9 else []) for seed in range(24)]
+)
 def test_whatever_a_rectangle_is_split_into_is_proved_or_refused(seed: int) -> None:
     """Also where not all parts are in one group: what is around one follows edges of another, a kerf away."""
     rules = resolve_rules(STEEL, CutOptions(common_lines=True), switches=True)
