@@ -6,21 +6,20 @@ READY := $(VENV)/.ready
 READY_DEV := $(VENV)/.ready-dev
 READY_DOCS := $(VENV)/.ready-docs
 
-#: Environments of their own: the lowest versions that are allowed, and no extra, which each Python has once.
+#: Further environments: the lowest allowed versions, and for each Python one without extras.
 LOWEST := .venv-lowest
 CORE := .venv-core-$(notdir $(PYTHON))
-#: Tests of what depends most on other packages, and that need no extra; with the packages of tomorrow and yesterday
-#: what only warns of its end may warn.
+#: Tests that depend most on other packages and need no extra. Other versions of these packages may warn of deprecations.
 SMOKE := tests/test_extras.py tests/test_files.py tests/geometry/test_curves.py tests/geometry/test_index.py \
     tests/read/test_read_dxf.py tests/read/test_read_excellon.py tests/read/test_read_picture.py \
     tests/read/test_read_pockets.py tests/kernels/test_keeping.py tests/processes/sheet/plan/test_clear_pierces.py \
     tests/processes/pocket/plan/test_pocket_region.py
-#: What the studio stands on besides: its forms, its programs' interface, its jobs and its door.
+#: Tests of the studio without a browser: forms, JSON interface, jobs, library and access.
 STUDIO := $(addprefix tests/studio/test_studio_,api.py forms.py jobs.py library.py safety.py)
-SMOKE_FLAGS := -n 2 --dist worksteal -p no:cacheprovider -o filterwarnings= --disable-warnings
-
 #: Cases that need an outside program, or more than 3 s of processor.
 MORE := slow or browser or external
+SMOKE_FLAGS := -n 2 --dist worksteal -m 'not ($(MORE))' -p no:cacheprovider -o filterwarnings= --disable-warnings
+
 #: Further flags for pytest: `make test PYTEST_FLAGS='-k drill'`.
 PYTEST_FLAGS ?=
 
@@ -31,7 +30,7 @@ demo: $(READY)
 	$(BIN)/leafcut optimize examples/plate_70.dxf -o demo/plate_70.ngc --report demo/plate_70.html \
 	    --machine linuxcnc-mill --thickness 0.25in
 
-# The fast tests: no outside program, at most 3 s of processor each. Kernels are compiled once, before the workers start.
+# The fast tests: no outside program, at most 3 s of processor each. One process compiles the kernels for all workers.
 test: $(READY_DEV)
 	$(BIN)/leafcut warm-up
 	$(BIN)/pytest -n 2 --dist worksteal -m 'not ($(MORE))' $(PYTEST_FLAGS)
@@ -66,11 +65,11 @@ coverage: $(READY_DEV)
 docs: $(READY_DOCS)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
-# Two wheels in dist: one for every machine, and one with machine code for machines as this one.
+# Build two wheels in dist: one for every machine, and one with machine code for machines like this one.
 wheels:
 	$(PYTHON) .ci/build_wheels.py
 
-# The wheels in an environment of their own, without extras: their commands work without the checkout.
+# Install the wheels without extras in a new environment, and run their commands outside the checkout.
 wheel-check:
 	$(PYTHON) .ci/check_wheel.py
 
