@@ -27,7 +27,7 @@ SHEETS: dict[str, tuple[list[str], Callable[[str], bool]]] = {
 
 
 def broken(cuts: list[str], frees: Callable[[str], bool], text: str) -> list[tuple[str, str]]:
-    """Return (work, outline) that were in this order and are not in a new program, found in its text by brute force."""
+    """Return the pairs (work, outline) whose order is reversed in the text of a new program, by brute force."""
     place = {cut: text.index(cut.replace(" / ", "\n")) for cut in cuts}
     return [
         (cut, after)
@@ -39,12 +39,12 @@ def broken(cuts: list[str], frees: Callable[[str], bool], text: str) -> list[tup
 
 
 @pytest.mark.parametrize("name", SHEETS)
-def test_no_part_comes_free_before_work_that_was_before_it(name: str) -> None:
-    """In ten random orders that the planner allows, each of which the proof finds to be the same work."""
+def test_no_part_is_detached_before_earlier_work(name: str) -> None:
+    """Brute force over the text judges four random orders that the planner allows; the proof accepts each."""
     cuts, frees = SHEETS[name]
     program = program_of(text_of(cuts))
     sequence = find_sequence(program, process="mill")
-    for seed in range(10):
+    for seed in range(4):
         new = rewrite(program, sequence, some_orders(sequence, seed))
         assert broken(cuts, frees, new) == []
         assert certify(program, program_of(new)).same
