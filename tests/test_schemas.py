@@ -38,7 +38,7 @@ from leafcut.studio.jobs.history import History
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
-PLATE, CAM, MAP = "example:plate-10", str(EXAMPLES / "cam_121.nc"), "random:9:1"
+PLATE, CAM, MAP = "example:plate-10", "cam_121.nc", "random:9:1"
 TOOL = '[[tool]]\nnumber = 1\ndiameter = "6 mm"\n'
 EXPERIMENT = """
 command = "solve"
@@ -184,9 +184,9 @@ RUNS = [
     f"machine check {CAM} --measured 5:00 --machine haas-vf2", "tools import tools.csv",
     f"optimize {PLATE} --depth 3 --algorithm none", f"drill {PLATE} --depth 3 --algorithm none",
     f"optimize {PLATE} example:plate-27 --depth 3 --algorithm none",
-    f"cut {EXAMPLES}/bracket.dxf --thickness 6 --preset fast", f"reorder {CAM} --algorithm none",
-    f"pocket {EXAMPLES}/pocket.dxf --depth 1 --tool-diameter 10 --strategy contour",
-    f"nest {EXAMPLES}/bracket.dxf:1 --sheet 600x400 --nester rectangles --variants 1",
+    "cut bracket.dxf --thickness 6 --preset fast", f"reorder {CAM} --algorithm none",
+    "pocket pocket.dxf --depth 1 --tool-diameter 10 --strategy contour",
+    "nest bracket.dxf:1 --sheet 600x400 --nester rectangles --variants 1",
     f"batch {CAM} -o out --algorithm none -q --executor threads", f"solve {MAP} --preset fast",
     f"simulate {CAM}", f"simulate {CAM} {CAM}", f"stock {CAM} --mill-diameter 6", f"verify {CAM} {CAM}",
     "cutting-data --holes 1 --depth 3 --drill-diameter 6 --material steel-c45",
@@ -220,6 +220,8 @@ def test_a_json_answer_is_one_object_that_begins_with_its_schema(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(warming, "warm_all", lambda _: SimpleNamespace(compiled=0, seconds=0.0, kept=True))
     Path("settings.txt").write_bytes((ROOT / "tests" / "read" / "settings" / "grbl_3018.txt").read_bytes())
+    for name in (CAM, "bracket.dxf", "pocket.dxf"):
+        Path(name).write_bytes((EXAMPLES / name).read_bytes())
     Path("out").mkdir()
     Path("tools.csv").write_text("number,kind,diameter\n1,drill,6\n")
     Path("nine.toml").write_text(EXPERIMENT)

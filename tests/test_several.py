@@ -224,8 +224,9 @@ def test_a_refused_program_leaves_standard_output_empty(
 @pytest.mark.parametrize("plain", [{}, {"PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}], ids=["utf8", "ascii"])
 def test_names_of_files_come_through_json_whole_whatever_the_locale(plain: dict[str, str], shop: Path) -> None:
     (shop / "Blech_ä→.nc").write_text(PROGRAM)
-    environment = {**os.environ, "LC_ALL": "C", **plain}
-    words = [sys.executable, "-m", "leafcut.cli", "simulate", "Blech_ä→.nc", "--json"]
+    # -S: in this locale, Python cannot read the path of an editable installation that is not ASCII.
+    environment = {**os.environ, "LC_ALL": "C", "PYTHONPATH": os.pathsep.join(sys.path), **plain}
+    words = [sys.executable, "-S", "-m", "leafcut.cli", "simulate", "Blech_ä→.nc", "--json"]
     done = subprocess.run([os.fsencode(word) for word in words], env=environment, capture_output=True, check=True)
     found: dict[str, Any] = json.loads(done.stdout)
     assert found["program"] == "Blech_ä→.nc"
