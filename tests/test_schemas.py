@@ -7,6 +7,7 @@ import json
 import re
 import sqlite3
 import tomllib
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
@@ -18,7 +19,7 @@ from cyclopts import App
 
 import leafcut
 from leafcut import schemas, warming
-from leafcut.cli import app, run
+from leafcut.cli import app, main, run
 from leafcut.errors import DataError, LeafcutError
 from leafcut.gcode.dialects import dialect, dialect_template
 from leafcut.lab.loading import load
@@ -143,6 +144,13 @@ def test_an_old_schema_is_read_with_a_warning_until_it_is_refused(recwarn: pytes
     for number in (0, -1, 1.0, True, "3", None, [3]):
         with pytest.raises(DataError, match=r"a\.toml: 'schema' is .*, but must be a whole number of 1 or more"):
             check_schema(thing, number, "a.toml")
+
+
+def test_the_command_line_prints_such_a_warning_as_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(warnings, "formatwarning", warnings.formatwarning)
+    with pytest.raises(SystemExit):
+        main(["--version"])
+    assert warnings.formatwarning("a.toml: old", FutureWarning, "schemas.py", 7) == "leafcut: a.toml: old\n"
 
 
 def written(tmp_path: Path) -> Iterator[tuple[str, str]]:

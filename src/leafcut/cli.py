@@ -6,6 +6,7 @@ import gc
 import io
 import os
 import sys
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -98,9 +99,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without "→" shows "?", it does not stop the work
+    warnings.formatwarning = _warning_line  # type: ignore[assignment]
     status = run(sys.argv[1:] if arguments is None else list(arguments))
     gc.freeze()  # Python looks for garbage once more when it ends, in all there is: an eighth of a short run
     sys.exit(status)
+
+
+def _warning_line(message: Warning | str, *_: object) -> str:
+    """Return a warning as one line, without the place in the source that Python adds."""
+    return f"leafcut: {message}\n"
 
 
 def run(arguments: Sequence[str]) -> int:
