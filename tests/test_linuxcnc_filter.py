@@ -6,6 +6,7 @@ import ast
 import os
 import re
 import select
+import shlex
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -66,7 +67,7 @@ def of_linuxcnc(file: Path, *names: str) -> dict[str, Any]:
 def axis(rs274: str) -> dict[str, Any]:
     """Return AXIS's own way of finding and calling a filter."""
     found = of_linuxcnc(Path(rs274).with_name("axis"), "filter_program", "get_filter")
-    command = f"{sys.executable} -m leafcut.cli filter {FAST}"
+    command = f"{shlex.quote(sys.executable)} -m leafcut.cli filter {FAST}"
     lines = {
         "dxf": f"{command} --thickness 6",
         "svg": f"{command} --depth 2 --tool-diameter 6",
@@ -127,7 +128,7 @@ def test_qtvcp_opens_a_drill_file_as_a_program(rs274: str, tmp_path: Path) -> No
     found |= {"STATUS": status, "LOG": SimpleNamespace(error=shown.append)}
     drawing, opened, ended = tmp_path / "board.drl", tmp_path / "opened.ngc", []
     drawing.write_text(DRILL_FILE)
-    command = f"{sys.executable} -m leafcut.cli filter {FAST} --depth 2"
+    command = f"{shlex.quote(sys.executable)} -m leafcut.cli filter {FAST} --depth 2"
     running = found["FilterProgram"](command, str(drawing), str(opened), ended.append)
     running.p.wait()
     while running.update(None):

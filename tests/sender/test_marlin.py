@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from fake_marlin import FakeMarlin, MarlinOnACable, xor
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from leafcut.cli import run as leafcut
@@ -112,6 +112,7 @@ def test_a_checksum_is_that_of_marlins_own_example() -> None:
     resend_ok=st.booleans(),
     waiting=st.booleans(),
 )
+@example(faults={1: "slow", 2: "dropped"}, resend_ok=False, waiting=False)  # a late ok, taken for that of the next line
 def test_noise_on_the_line_changes_nothing_every_line_is_obeyed_once_and_in_order(faults, resend_ok, waiting) -> None:
     """Marlin 2.1 says ok behind Resend:, some before it do not; ``wait`` is no sign that a line has come."""
     board = FakeMarlin(faults)

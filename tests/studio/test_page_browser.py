@@ -126,7 +126,7 @@ def test_what_was_typed_of_a_machine_and_not_saved_is_there_when_a_person_comes_
     # A copy is one of what was saved, under its own name; what was typed stays with the first.
     page.locator("#view-machines").get_by_role("button", name="Copy").click()
     expect(page.locator("#editor-name")).to_have_value("my-grbl-3018-2")
-    expect(text).to_have_value(re.compile('^name = "my-grbl-3018-2"'))
+    expect(text).to_have_value(re.compile('^name = "my-grbl-3018-2"', re.MULTILINE))
     page.locator("#view-machines").get_by_role("button", name="my-grbl-3018", exact=True).click()
     expect(text).to_have_value(re.compile("^# mine\n"))
     page.get_by_role("button", name="Save").click()
@@ -329,7 +329,7 @@ def test_a_machine_saved_under_another_name_has_it_and_another_is_replaced_only_
     name.fill("other-laser")
     save.click()
     expect(said).to_contain_text("other-laser checked and saved")
-    expect(page.locator("textarea:visible")).to_have_value(re.compile('^name = "other-laser"'))
+    expect(page.locator("textarea:visible")).to_have_value(re.compile('^name = "other-laser"', re.MULTILINE))
     page.get_by_role("button", name="my-laser-table", exact=True).click()
     expect(name).to_have_value("my-laser-table")
     name.fill("other-laser")

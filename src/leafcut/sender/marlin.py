@@ -130,6 +130,9 @@ class MarlinConversation(Conversation):
         #: The last number; the line that waits for its answer; how often that was sent again, and when it was heard.
         self._number, self._times, self._heard_at = 0, 0, 0.0
         self._flying: NumberedLine | None = None
+        #: The line that was answered last, and the line to send after it if the controller asks for it again.
+        self._answered_last: NumberedLine | None = None
+        self._next: NumberedLine | None = None
         #: Lines that only this file knows of, and that wait until nothing is on its way.
         self._ours: deque[str] = deque()
         #: Until when an ``ok`` answers no line, and which line it asked for.
@@ -236,6 +239,12 @@ class MarlinConversation(Conversation):
         line, self._flying, self._times = self._flying, None, 0
         wrong, self._wrong = self._wrong, ""
         assert line is not None
+        self._answered_last = line
+        if self._next is not None:
+            self._flying, self._next = self._next, None
+            self._number = self._flying.number
+            self._put(self._flying)
+            return [Strange(f"line {line.number}: {wrong}")] if wrong else []
         if not line.ours:
             return [Refused(wrong) if wrong else Accepted()]
         if line.text == "M114":
@@ -248,6 +257,10 @@ class MarlinConversation(Conversation):
 
     def _asked_again(self, number: int) -> list[ControllerAnswer]:
         """Note that it asks for a line; it is sent when nothing more comes: what asks may ask twice."""
+        flying, last = self._flying, self._answered_last
+        if flying is not None and last is not None and self._next is None and number == last.number == self._number - 1:
+            # The `ok` that counted for this line belonged to an earlier one: the controller does not have the line.
+            self._next, self._flying, self._number = flying, last, number
         newest = self._number
         if number not in (newest, newest + 1) or (self._flying is None and number == newest):
             self._forget()
@@ -283,6 +296,7 @@ class MarlinConversation(Conversation):
     def _forget(self) -> None:
         """Begin anew: nothing is on its way, and the next number is 1."""
         self._flying, self._wanted, self._number, self._times, self._wrong = None, None, 0, 0, ""
+        self._answered_last = self._next = None
         self._ours.clear()
 
     @property
