@@ -9,7 +9,7 @@ READY_DOCS := $(VENV)/.ready-docs
 #: Further environments: the lowest allowed versions, and for each Python one without extras.
 LOWEST := .venv-lowest
 CORE := .venv-core-$(notdir $(PYTHON))
-#: Tests that depend most on other packages and need no extra. Other versions of these packages may warn of deprecations.
+#: Tests of third-party packages that need no extra. Other versions of these packages may warn of deprecations.
 SMOKE := tests/test_extras.py tests/test_files.py tests/geometry/test_curves.py tests/geometry/test_index.py \
     tests/read/test_read_dxf.py tests/read/test_read_excellon.py tests/read/test_read_picture.py \
     tests/read/test_read_pockets.py tests/kernels/test_keeping.py tests/processes/sheet/plan/test_clear_pierces.py \
@@ -78,7 +78,7 @@ format: $(READY_DEV)
 	$(BIN)/ruff check --fix .
 
 clean:
-	rm -rf $(VENV) $(VENV)-lowest $(VENV)-core-* demo site htmlcov .coverage .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf build dist $(VENV) $(VENV)-lowest $(VENV)-core-* demo site htmlcov .coverage .pytest_cache .mypy_cache .ruff_cache .hypothesis
 
 $(READY): pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "leafcut needs Python 3.11 or newer")'
