@@ -11,12 +11,12 @@ from pathlib import Path
 
 def titles() -> dict[str, str]:
     """Return the benchmarks with the first line of their docstrings; no module is imported."""
-    found = {}
+    title_of = {}
     for file in sorted(Path(__file__).parent.glob("[!_]*.py")):
         tree = ast.parse(file.read_text(encoding="utf-8"))
         if any(isinstance(node, ast.FunctionDef) and node.name == "main" for node in tree.body):
-            found[file.stem] = (ast.get_docstring(tree) or "").partition("\n")[0]
-    return found
+            title_of[file.stem] = (ast.get_docstring(tree) or "").partition("\n")[0]
+    return title_of
 
 
 def main(argv: Sequence[str]) -> int:

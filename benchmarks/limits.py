@@ -1,4 +1,4 @@
-"""Time limits and the time taken: every process, several limits, on an idle or loaded machine.
+"""Requested time limit compared with the time taken: every process, several limits, on an idle or loaded machine.
 
     python -m benchmarks limits
     python -m benchmarks limits drill cut --limits 1 5 --load 4
@@ -43,7 +43,7 @@ SEARCHES = (
     ("leafcut.processes.pocket.plan.connected", "best"),
     ("leafcut.processes.nesting.plan.nesting", "variants"),
 )
-#: A run is late if it exceeds its limit, or the time of any answer, by 10 % and 0.1 s.
+#: A run is late if it exceeds its limit, or the minimum, by 10 % and 0.1 s.
 LATE, LEAST = 0.1, 0.1
 
 
@@ -175,15 +175,16 @@ def main(argv: Sequence[str]) -> int:
             for row in measured(name, given.limits, folder):
                 print("  ".join(row), file=sys.stderr, flush=True)
                 rows.append(row)
+    machine = f"beside {given.load} busy processes" if given.load else "on an idle machine"
     text = f"""# Time limits
 
-Seconds by the clock, with {given.load} other busy processes. *Search*: all searches of a run. *Whole*: the run with
-reading, planning, bounds and proof. *Least*: the whole run with a limit of a millisecond, the time of any answer.
-*Over*: the whole run compared with its limit, or with the least time if that is longer. A run is late if it exceeds
-this by more than a tenth. A run ends before its limit if its search cannot improve the answer.
+Seconds by the clock, {machine}. *Minimum*: the run with a limit of 1 ms. *Search*: all searches of a run. *Whole*:
+the run with reading, planning, bounds and proof. *Over*: the whole run compared with its limit, or with the minimum if
+that is longer. A run is *late* if it exceeds this by more than a tenth. It *needs more* if the minimum exceeds the
+limit. A run ends before its limit if its search cannot improve the answer.
 
 {page.facts("limits", argv, ["leafcut", "numpy", "numba"])}
 
-{page.table(["work", "size", "limit", "least", "search", "whole", "over", "note"], rows)}"""
+{page.table(["work", "size", "limit", "minimum", "search", "whole", "over", "note"], rows)}"""
     page.publish("limits", text, given.write)
     return 0

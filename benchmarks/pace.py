@@ -3,10 +3,12 @@
     python -m benchmarks pace --simulate 900
     python -m benchmarks pace enclosure kb35
 
-leafcut optimizes every program that mills or drills a derivable block, with all three options. The block is the result
-of `leafcut stock`: the bounds of all cuts below Z0. If LinuxCNC's interpreter accepts the original, it must accept the
-new program. With `--simulate`, the simulated LinuxCNC runs all new programs up to that machine time, and its time is
-compared with leafcut's. A chip above its limit, or an error of the time above 2 %, stops the benchmark.
+leafcut optimizes every program whose stock can be derived, with all three options. The stock is the block that
+`leafcut stock` reports: the bounds of all cuts below Z0. If LinuxCNC's interpreter accepts the original, it must accept
+the new program. With `--simulate`, the simulated LinuxCNC runs all new programs up to that machine time, without stops
+and without lines after the last move. leafcut estimates the same program, and both times are compared.
+
+A chip above its limit, or an error of the time above 2 %, stops the benchmark.
 """
 
 from __future__ import annotations
@@ -34,13 +36,13 @@ from leafcut.model.toolpath import MOTIONS
 
 #: Profile of the simulated machine; width of tools without a description, mm.
 MACHINE, WIDTH = "linuxcnc-sim", 3.0
-#: Most relative error of a time.
+#: Maximum relative error of a time.
 WORST = 0.02
 #: Speeds of the simulation, as factors of real time, until leafcut's time agrees.
 SPEEDS = (20, 8, 4, 4)
-#: Most machine time of a simulation, s.
+#: Maximum machine time of a simulation, s.
 LONGEST = 20_000.0
-HEAD = ["program", "before, s", "order", "retracts", "air", "feeds", "after, s", "saved, %", "chip", "judged"]
+HEAD = ["program", "before, s", "order", "retracts", "air", "feeds", "after, s", "saved, %", "chip", "check"]
 
 
 def real_files() -> list[Path]:
@@ -117,19 +119,19 @@ def run(path: Path, longest: float) -> list[str]:
     for tool in pace.tools:
         assert tool.chip_after <= tool.chip_limit * 1.000001, f"{path.name}: {tool}"
     chips = ", ".join(f"{tool.chip_before:.3g} → {tool.chip_after:.3g}" for tool in pace.tools) or "–"
-    judged = "original refused"
+    check = "original refused"
     if accepted(for_linuxcnc(path.read_text(encoding="utf-8", errors="replace"))):
         assert accepted(for_linuxcnc(outcome.text)), f"{path.name}: rs274 refuses the new program"
-        judged = "rs274"
+        check = "rs274"
         if after <= longest:
             text = moves_only(for_linuxcnc(outcome.text))
             ours = estimated_seconds(text)
             truth = simulated(text, ours)
-            judged += f", simulated {truth:.1f} s: {ours / truth:.3f}"
-            assert abs(ours / truth - 1.0) <= WORST, f"{path.name}: {judged}"
+            check += f", simulated {truth:.1f} s: {ours / truth:.3f}"
+            assert abs(ours / truth - 1.0) <= WORST, f"{path.name}: {check}"
     return [
         path.name, f"{before:.1f}", *(f"{part:.1f}" for part in (order, *parts)), f"{after:.1f}",
-        f"{100 * (1 - after / before):.1f}", chips, judged,
+        f"{100 * (1 - after / before):.1f}", chips, check,
     ]  # fmt: skip
 
 
@@ -158,9 +160,11 @@ def main(argv: Sequence[str]) -> int:
 Seconds saved by the order (`reorder` alone), by lower retracts and R planes (`--low-retracts`), by rapids in air
 (`--air`) and by higher feeds (`--feeds`, at most 50 % more), on the machine `{MACHINE}`. The stock is the block around
 all cuts below Z0. Tools without a description are flat mills of {WIDTH:g} mm. Chip: thickest chip of each tool, before
-and after, mm per revolution; the limit is the program's own. Judged by LinuxCNC's interpreter and by the simulated
-LinuxCNC: its time, and the ratio of leafcut's time to it. LinuxCNC accepts {known} of {len(rows)} programs, before and
-after; {len(errors)} were simulated{worst}. No chip exceeds its limit.
+and after, mm per revolution; the limit is the program's own. Check: LinuxCNC's interpreter (rs274) accepts the program
+before and after, and the simulated LinuxCNC runs the new program. The ratio is leafcut's time divided by LinuxCNC's
+time. Both times are of the new program without stops and without lines after its last move, so they can differ from
+the column *after*. LinuxCNC accepts {known} of {len(rows)} programs; {len(errors)} were simulated{worst}. No chip
+exceeds its limit.
 
 {page.facts("pace", argv, ["leafcut", "numpy", "numba"])}
 

@@ -272,16 +272,15 @@ def rows_of(board: Board, times: Sequence[float], found: dict[tuple[int, float],
         yield [f"{board.name} ({board.n:,})", peer.name, *cells, "; ".join(failures) or note]
 
 
-def results(rows: Sequence[Sequence[str]], times: Sequence[float], words: str, facts: str) -> str:
-    """Return the page of results."""
+def results(rows: Sequence[Sequence[str]], times: Sequence[float], words: str, references: str, facts: str) -> str:
+    """Return the page of results; `references` names the reference lengths of the boards."""
     head = ["board", "solver", *(f"{t:g} s" for t in times), "note"]
     return f"""# leafcut and other solvers
 
 Gap in percent and, in brackets, seconds by the clock / seconds of the processors, {words}. Each run was a separate
 process; the solvers took turns. The time excludes import, file reading and the matrix of all distances; it includes
 leafcut's neighbour lists. fast-tsp and OR-Tools have no seed. LKH ran once without a time limit, with its defaults; its
-licence is for research only, and leafcut does not use it. Gaps are to the optimum, to the best known length of
-mona-lisa100K (5,757,191), or to {boards.UNIFORM_CONSTANT}·√(nA) for n uniform points on an area A.
+licence is for research only, and leafcut does not use it. Reference lengths of the gaps: {references}.
 
 {facts}
 
@@ -294,13 +293,16 @@ def main(argv: Sequence[str]) -> int:
     parser.add_argument("--patience", type=float, default=60.0, help="most seconds for solvers without a time limit")
     arguments = parser.parse_args(argv)
     rows: list[list[str]] = []
+    references: dict[str, None] = {}
     for name in arguments.boards:
         board = boards.load(name)
+        references[board.reference_words] = None
         found = results_of(board, arguments.times, arguments.seeds, arguments.threads, arguments.patience)
         rows += rows_of(board, arguments.times, found)
     packages = ["leafcut", "numpy", "numba", "fast-tsp", "elkai", "ortools"]
     seeds = f"medians of {arguments.seeds} runs" if arguments.seeds > 1 else "one run"
     threads = f"{arguments.threads} thread{'s' if arguments.threads != 1 else ''}"
-    text = results(rows, arguments.times, f"{seeds}, {threads}", page.facts("peers", argv, packages))
+    facts = page.facts("peers", argv, packages)
+    text = results(rows, arguments.times, f"{seeds}, {threads}", ", ".join(references), facts)
     page.publish("peers", text, arguments.write)
     return 0

@@ -3,8 +3,8 @@
     python -m benchmarks start [--runs N] [--beside CHECKOUT] [--wheel WHEEL]
 
 Cold is the first run of a new installation, with an empty folder for compiled code; warm is any later run. Byte code
-exists before both, as after an installation by pip. `--beside` alternates with the runs of another checkout, and
-`--wheel` with a wheel with machine code (`make wheels`) in a new environment. All must write the same program.
+exists before both, as after an installation by pip. `--beside` also measures another checkout, in turns. `--wheel` also
+measures a wheel with machine code (`make wheels`) in a new environment. All must write the same program.
 """
 
 from __future__ import annotations
@@ -78,13 +78,13 @@ def main(argv: Sequence[str]) -> int:
     parser.add_argument("--wheel", type=Path, help="a wheel with machine code, built by `make wheels`")
     given = parser.parse_args(argv)
     own = Path(sys.executable)
-    sources: dict[str, tuple[Path, Path | None]] = {"this": (own, ROOT)}
+    sources: dict[str, tuple[Path, Path | None]] = {"this checkout": (own, ROOT)}
     if given.beside:
-        sources["the other"] = own, given.beside.resolve()
+        sources["other checkout"] = own, given.beside.resolve()
     with tempfile.TemporaryDirectory() as name:
         if given.wheel:
             install = runpy.run_path(str(ROOT / ".ci" / "build_wheels.py"))["install"]
-            sources["the wheel"] = install(given.wheel.resolve(), Path(name)) / "python", None
+            sources["wheel"] = install(given.wheel.resolve(), Path(name)) / "python", None
         caches = {key: Path(name) / str(number) for number, key in enumerate(sources)}
         for folder in caches.values():
             folder.mkdir()
@@ -96,11 +96,12 @@ def main(argv: Sequence[str]) -> int:
     words += [*(["--wheel", "WHEEL"] if given.wheel else []), *(["--write"] if given.write else [])]
     text = f"""# Start time
 
-Medians. Cold: the first run, without machine code except in a wheel. Warm: any later run. Byte code exists before, as
-after an installation by pip. All wrote the same program, byte for byte.
+Medians. Cold: the first run, without machine code except in the wheel. Warm: any later run. Byte code exists before, as
+after an installation by pip. *This checkout* holds the measured code, *other checkout* is the argument of `--beside`,
+and *wheel* is the wheel with machine code (`--wheel`). All wrote the same program, byte for byte.
 
 {page.facts("start", words, ["leafcut", "numpy", "numba"])}
 
-{page.table(["work", "state", "what runs", "processor s", "clock s", "runs"], rows)}"""
+{page.table(["work", "state", "code", "processor s", "clock s", "runs"], rows)}"""
     page.publish("start", text, given.write)
     return 0

@@ -1,4 +1,4 @@
-"""Gap to the optimum after 0.1, 1, 10 and 60 seconds: median and spread over seeds, for each board.
+"""Gap to the optimum after given times: median and spread over seeds, for each board.
 
     python -m benchmarks tsplib pcb442 pcb3038 --times 1,10 --seeds 5
 
@@ -73,6 +73,8 @@ def run_leafcut(board: Board, options: SolveOptions) -> Run:
 def gap_words(board: Board, lengths: Sequence[float]) -> str:
     """Return the median gap with the lowest and the highest: ``0.120 (0.080 to 0.210)``, percent."""
     gaps = [board.gap_percent(length) for length in lengths]
+    if not math.isfinite(min(gaps)):
+        return NO_TOUR
     words = [f"{gap:.3f}" if math.isfinite(gap) else NO_TOUR for gap in (median(gaps), min(gaps), max(gaps))]
     return words[0] if len(gaps) == 1 else f"{words[0]} ({words[1]} to {words[2]})"
 
@@ -91,7 +93,7 @@ def results(rows: Sequence[Sequence[str]], times: Sequence[float], words: str, f
     return f"""# Gap to the optimum
 
 Gap in percent, {words}. One run per seed and time limit. The time includes neighbour lists and start tour, not import,
-compiling and file reading. The last columns are medians of the longest runs.
+compiling and file reading. {NO_TOUR}: no tour within this time. The last columns are medians of the longest runs.
 
 {facts}
 
