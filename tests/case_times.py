@@ -1,7 +1,7 @@
-"""Records the processor time of each case, and fails a run in which a fast case exceeds its limit.
+"""Record the processor time of each case, and fail a run in which a fast case exceeds its limit.
 
-A case counts as fast if it has none of the markers in `SLOW_TIER`. Processor time includes ended child processes.
-Unlike wall time, it hardly depends on the load of the machine.
+A case counts as fast if it has no marker of `SLOW_TIER`. Processor time includes ended child processes. Unlike wall
+time, it hardly depends on machine load.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import pytest
 #: Markers of the cases that `make test-more` runs and `make test` leaves out.
 SLOW_TIER = ("slow", "browser", "external")
 
-#: Fixtures that start an outside program, and the marker of every case that uses one of them.
+#: Fixture that starts an outside program → marker of every case that uses it.
 MARKER_OF_FIXTURE = {
     "browser": "browser",
     "chromium": "browser",
@@ -40,12 +40,12 @@ def processor_seconds() -> float:
 
 
 class CaseTimes:
-    """Collects the times of all cases; with xdist, in the process that started the workers."""
+    """Collect the times of all cases; with xdist, in the process that started the workers."""
 
     def __init__(self, limit: float | None, file: Path | None) -> None:
         self.limit = limit
         self.file = file
-        #: Case → (wall time, processor time, whether the case is fast), s.
+        #: Case → (wall time, s; processor time, s; whether the case is fast).
         self.times: dict[str, tuple[float, float, bool]] = {}
 
     def over_limit(self) -> list[tuple[float, str]]:

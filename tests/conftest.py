@@ -11,13 +11,13 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from outside_programs import program_path
-from packages import Installer, lay
+from packages import Installer, write_package
 from shared_data import DATA
 from solid_reader import SolidReader
 
 pytest_plugins = ["case_times"]
 
-# Each run tries the same examples, and no time is checked: the load of the machine decides nothing.
+# Each run tries the same examples. There is no deadline, so results do not depend on machine load.
 settings.register_profile(
     "fast",
     deadline=None,
@@ -71,7 +71,7 @@ def bash() -> str:
 def data() -> Path:
     """Return the folder of shared real files, or skip."""
     if not DATA.is_dir():
-        pytest.skip("the shared data is not here; set LEAFCUT_DATA")
+        pytest.skip("the data folder is missing; set LEAFCUT_DATA")
     return DATA
 
 
@@ -91,25 +91,25 @@ def solid_reader() -> Iterator[SolidReader]:
 
 @pytest.fixture
 def opencascade_at_hand(solid_reader: SolidReader, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Have solids read by forks of one process; `monkeypatch.undo()` gives each its own process again."""
+    """Read solids in forks of one process; `monkeypatch.undo()` restores a process for each solid."""
     if hasattr(os, "fork"):
         monkeypatch.setattr("leafcut.read.step.subprocess", solid_reader)
 
 
 @pytest.fixture
 def install(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Iterator[Installer]:
-    """Return what installs a package for this test alone."""
+    """Return a function that installs a package for one test."""
     folders: list[str] = []
 
     def installed(name: str, groups: Mapping[str, Mapping[str, str]], files: Mapping[str, str] | None = None) -> Path:
         folder = tmp_path_factory.mktemp("packages")
-        lay(folder, name, groups, files or {})
+        write_package(folder, name, groups, files or {})
         monkeypatch.syspath_prepend(str(folder))
         folders.append(str(folder))
         return folder
 
     yield installed
-    places = {name: str(getattr(one, "__file__", None)) for name, one in sys.modules.items()}
-    for name, place in places.items():
-        if place.startswith(tuple(folders)):
+    files_of = {name: str(getattr(module, "__file__", None)) for name, module in sys.modules.items()}
+    for name, file in files_of.items():
+        if file.startswith(tuple(folders)):
             del sys.modules[name]

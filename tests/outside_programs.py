@@ -1,4 +1,4 @@
-"""Finds the outside programs that some tests need.
+"""Find the outside programs that some tests need.
 
 Tests of a missing program are skipped, or fail if LEAFCUT_REQUIRE_EXTERNAL is 1.
 """

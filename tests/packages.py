@@ -1,4 +1,4 @@
-"""Packages of other people, installed for a test as pip installs them: a folder on the search path."""
+"""Packages of other authors, installed for one test: a folder on the search path, with the files that pip writes."""
 
 from __future__ import annotations
 
@@ -15,33 +15,33 @@ class Installer(Protocol):
     def __call__(
         self, name: str, groups: Mapping[str, Mapping[str, str]], files: Mapping[str, str] | None = None
     ) -> Path:
-        """Install a package; return the folder that it lies in.
+        """Install a package and return its folder.
 
-        `groups` are its entry points, group → name → what it names; `files` its files, path → text.
+        `groups`: entry points, group → name → object reference. `files`: path → text.
         """
         ...
 
 
-def lay(folder: Path, name: str, groups: Mapping[str, Mapping[str, str]], files: Mapping[str, str]) -> None:
-    """Write a package as pip lays it down: its files, and beside them what it says of itself."""
+def write_package(folder: Path, name: str, groups: Mapping[str, Mapping[str, str]], files: Mapping[str, str]) -> None:
+    """Write the files of a package and its metadata, as pip does."""
     for path, text in files.items():
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
         (folder / path).write_text(text, encoding="utf-8")
-    told = folder / f"{name}-1.0.dist-info"
-    told.mkdir(parents=True)
-    (told / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n", encoding="utf-8")
+    metadata = folder / f"{name}-1.0.dist-info"
+    metadata.mkdir(parents=True)
+    (metadata / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n", encoding="utf-8")
     lines = [
         line for group, points in groups.items() for line in (f"[{group}]", *(f"{k} = {v}" for k, v in points.items()))
     ]
-    (told / "entry_points.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    (metadata / "entry_points.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-#: The page whose examples are a package of every kind of plug-in.
+#: Page with an example package that has every kind of plug-in.
 PAGE = Path(__file__).parents[1] / "docs" / "plugins.md"
 
 
 def shop() -> tuple[str, dict[str, dict[str, str]], dict[str, str]]:
-    """Return the package of the page on plug-ins: its name, its entry points by group, and its files."""
+    """Return the example package of `PAGE`: name, entry points by group, files."""
     page = PAGE.read_text(encoding="utf-8")
     found = re.findall(r'^```\w+ title="([^"]+)"\n(.*?)^```', page, flags=re.MULTILINE | re.DOTALL)
     files: dict[str, str] = dict(found)

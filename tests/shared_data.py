@@ -1,4 +1,4 @@
-"""Where the folder of shared real files is; it may not be there."""
+"""Folder of real files (LEAFCUT_DATA); it may be missing."""
 
 from __future__ import annotations
 

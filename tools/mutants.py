@@ -1,8 +1,8 @@
-"""Measures how many small faults in the source the fast tests find: `python tools/mutants.py --count 100`.
+"""Measure how many small source faults the fast tests find: `python tools/mutants.py --count 100`.
 
-Draws mutants of mutmut evenly from solver, proof, readers and posts. The seed is the commit, so that nobody chooses
-them. For each mutant, the tool changes one source file, runs the fast tests until the first failure, and restores the
-file. It prints each mutant with its result. Run it in a clean clone; nothing else may use that clone.
+Draw the same number of mutmut mutants from solver, proof, readers and posts, with the commit hash as seed so that the
+choice is not arbitrary. For each mutant, change one source file, run the fast tests until the first failure, and
+restore the file. Print each mutant with its result. Run this in a clean clone that nothing else uses.
 """
 
 from __future__ import annotations
@@ -57,13 +57,13 @@ class Mutant(NamedTuple):
 
 @cache
 def mutations_of(file: Path) -> tuple[Any, list[Any]]:
-    """Return the syntax tree of a file and its mutations, as mutmut makes them."""
+    """Return the syntax tree of a file and its mutations by mutmut."""
     module, mutations, _, _ = create_mutations(str(file), file.read_text(encoding="utf-8"))
     return module, mutations
 
 
 def draw(count: int, seed: str) -> list[Mutant]:
-    """Return mutants, as many of each group; a file is drawn in proportion to its length."""
+    """Return mutants, the same number from each group; the chance of a file is proportional to its length."""
     random_state = random.Random(seed)
     chosen: list[Mutant] = []
     for group, patterns in GROUPS.items():
@@ -106,13 +106,13 @@ def killed(mutant: Mutant) -> bool:
 
 
 def passes(paths: list[str]) -> bool:
-    """Run fast tests until the first failure; return whether all pass in time."""
+    """Run fast tests until the first failure; return whether all pass within `LONGEST`."""
     command = [sys.executable, "-m", "pytest", "-x", "-n", "2", "--dist", "worksteal", "-m", FAST, *paths]
     run = subprocess.Popen(
         command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
     )
     try:
-        return run.wait(LONGEST) in (0, 5)  # 5: no fast test lies there
+        return run.wait(LONGEST) in (0, 5)  # 5: no fast test was collected
     except subprocess.TimeoutExpired:
         os.killpg(run.pid, signal.SIGKILL)
         run.wait()
@@ -124,7 +124,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=100, help="number of mutants")
     parser.add_argument("--seed", default="", help="default: the hash of the commit")
-    parser.add_argument("--part", default="1/1", help="run every N-th mutant from the K-th on: K/N")
+    parser.add_argument("--part", default="1/1", help="K/N: run every N-th mutant, starting at the K-th")
     given = parser.parse_args()
     if subprocess.run(["git", "status", "--porcelain"], cwd=ROOT, capture_output=True, check=True).stdout:
         sys.exit("the clone has changes; commit them or use a fresh clone")

@@ -1,4 +1,4 @@
-"""Compare sources, options, documents, texts and generated files with each other.
+"""Check that sources, options, documents, texts and generated files agree.
 
 ``python tools/lint`` runs all checks, ``python tools/lint docs codes`` runs two of them. Each fault is one line on
 standard output; the exit status is 1 after a fault.
@@ -15,7 +15,7 @@ CHECKS = ("modules", "options", "codes", "generated", "docs", "texts", "messages
 
 def main(names: list[str]) -> int:
     """Run checks by name, or all of them, and return the exit status."""
-    gc.disable()  # the syntax trees of all files stay to the end; scanning them again and again doubles the time
+    gc.disable()  # all syntax trees are kept to the end; repeated collections would double the time
     faults = [fault for name in names or CHECKS for fault in import_module(name).faults()]
     for fault in faults:
         print(fault)

@@ -1,4 +1,4 @@
-"""Issue codes: each can occur, and the reference and the Spanish texts name it."""
+"""Check that each issue code is used in the source, and named in the reference and the Spanish texts."""
 
 from __future__ import annotations
 

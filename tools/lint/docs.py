@@ -1,4 +1,4 @@
-"""Documents: links, navigation, names of functions and options."""
+"""Check the links and the navigation of the documents, and the functions and options that they name."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def faults_of_site() -> Iterator[str]:
 
 
 def unknown_names() -> Iterator[str]:
-    """Yield names such as `solve.solve` that are no part of leafcut."""
+    """Yield names such as `solve.solve` that leafcut does not have."""
     packages = {file.name.removesuffix(".py") for file in sources.PACKAGE.iterdir()}
     for page in PAGES:
         for place, match in sources.matches(r"`([a-z_]+(?:\.\w+)+)(?:\(.*?\))?`", page):

@@ -1,4 +1,4 @@
-"""Generated files are current."""
+"""Check that generated files are current."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ GENERATORS = {
 
 
 def faults() -> Iterator[str]:
-    """Yield every file that differs from the text that its generator returns now."""
+    """Yield every file that differs from the text of its generator."""
     for file, (generator, function) in GENERATORS.items():
         lines = runpy.run_path(str(sources.ROOT / generator))[function]().splitlines()
         current = sources.text_of(file).splitlines()

@@ -1,4 +1,4 @@
-"""Kernels that Python calls are kept on disk."""
+"""Check that Python calls only kernels that are cached on disk."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import sources
 
 
 def faults() -> Iterator[str]:
-    """Yield imports of a ``part`` outside the kernels: called by Python, each run would compile it again."""
+    """Report each import of a ``part`` outside ``kernels/``; it would be recompiled in each run."""
     parts = {
         (file.stem, node.name)
         for file in sources.modules("kernels")

@@ -1,4 +1,4 @@
-"""The Spanish catalogue of messages covers the source, and holds nothing else."""
+"""Check that the Spanish catalogue has exactly the messages of the source."""
 
 from __future__ import annotations
 

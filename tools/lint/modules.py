@@ -1,4 +1,4 @@
-"""Rules for modules that neither Ruff nor import-linter knows."""
+"""Check the rules for modules that neither Ruff nor import-linter checks."""
 
 from __future__ import annotations
 

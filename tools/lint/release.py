@@ -1,4 +1,4 @@
-"""The files of a release agree: version, types, Pythons, and the targets and tests that workflows name."""
+"""Check that the files of a release agree: version, types, Pythons, targets and tests in the workflows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Schema numbers: files that come with leafcut state them, and docs/schemas.md lists them."""
+"""Check that the files of leafcut state their schema numbers, and that docs/schemas.md lists these."""
 
 from __future__ import annotations
 

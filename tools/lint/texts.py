@@ -1,4 +1,4 @@
-"""The studio's texts: the same keys in each language, each used, and a text for each option, command and state."""
+"""Check that each language of the studio has the same keys, all of them used, for each option, command and state."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def _differences(file: str, keys: Set[str], wanted: Set[str]) -> Iterator[str]:
 
 
 def faults_of_keys() -> Iterator[str]:
-    """Yield keys that are missing for options, groups, commands and states, or are there for none."""
+    """Yield missing keys of options, groups, commands and states, and keys that belong to none of them."""
     groups = {key for work in forms.works().values() for key, _ in work.groups} | {"aco", "firefly", "cuts"}
     for section, names in {
         "option": {name for _, name, _ in all_options()},
