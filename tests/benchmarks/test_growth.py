@@ -42,6 +42,7 @@ def test_nested_searches_count_once_and_a_generator_only_while_it_works(monkeypa
     assert watch.seconds == pytest.approx(6.0)
 
 
+@pytest.mark.slow
 def test_the_peak_of_a_run_does_not_include_the_memory_of_the_benchmark(tmp_path: Path) -> None:
     """On Linux a process inherits the peak of its parent."""
     _, before, status = verify_large.run(["--version"], str(tmp_path))

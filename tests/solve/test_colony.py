@@ -60,11 +60,17 @@ def test_no_ants_tour_gets_longer_and_every_cost_is_that_of_its_tour() -> None:
     assert colony.generation == 5
 
 
-def test_a_generation_is_the_same_here_in_threads_and_in_another_process() -> None:
+def test_a_generation_is_the_same_in_threads() -> None:
     instance = instance_of(80)
     here = lived(instance, workers())
     with ThreadPoolExecutor(3) as threads:
         assert np.array_equal(here.tours, lived(instance, workers(threads, 3)).tours)
+
+
+@pytest.mark.slow
+def test_a_generation_is_the_same_in_another_process() -> None:
+    instance = instance_of(80)
+    here = lived(instance, workers())
     with ProcessPoolExecutor(1, get_context("spawn")) as processes:
         assert np.array_equal(here.tours, lived(instance, workers(processes, 1, shared=False), 4).tours)
 

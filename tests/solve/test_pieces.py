@@ -118,6 +118,7 @@ def test_a_search_with_pieces_gives_the_same_answer_on_one_thread_and_on_two(mon
     assert rounds[0] == rounds[1] > 0
 
 
+@pytest.mark.slow
 def test_a_piece_is_the_same_kicked_in_another_process() -> None:
     instance = board("open")
     with ProcessPoolExecutor(1, get_context("spawn")) as processes:

@@ -155,13 +155,13 @@ def test_however_many_wait_for_their_answers_the_others_are_answered(
 ) -> None:
     """Sixty requests wait, more than the server has threads for; the next one is answered all the same."""
     release = threading.Event()
-    monkeypatch.setattr(jobs, "run", lambda *_: release.wait(60) and Made({}, {}, {}))
+    monkeypatch.setattr(jobs, "run", lambda *_: release.wait(600) and Made({}, {}, {}))
 
     async def ask() -> None:
         transport = httpx2.ASGITransport(make_api(studio))
         async with (
-            asyncio.timeout(50),
-            httpx2.AsyncClient(transport=transport, base_url="http://studio", timeout=60) as client,
+            asyncio.timeout(500),
+            httpx2.AsyncClient(transport=transport, base_url="http://studio", timeout=600) as client,
         ):
             waiting = [asyncio.create_task(client.post("/api/solve", data={"source": "random:9:1"})) for _ in range(60)]
             while len(studio.jobs.running()) < 60:

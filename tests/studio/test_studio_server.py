@@ -131,10 +131,10 @@ def test_a_port_in_use_is_refused_in_one_line(
     assert re.fullmatch(rf"leafcut: port {server.port} cannot be used \(.+\); choose another with --port\n", err)
 
 
-def test_without_port_the_studio_uses_the_next_free_one(server: Server) -> None:
+def test_without_port_the_studio_uses_a_free_one(server: Server) -> None:
     with _listen(None) as first, _listen(None) as second:
         assert first.getsockname()[0] == second.getsockname()[0] == "127.0.0.1"
-        assert first.getsockname()[1] < second.getsockname()[1]
+        assert first.getsockname()[1] != second.getsockname()[1]
     with pytest.raises(StudioError, match="cannot be used"):
         _listen(server.port)
 
