@@ -19,6 +19,12 @@ COORDINATES = st.floats(-300, 300).map(lambda v: round(v, 6))
 PLACES = st.tuples(COORDINATES, COORDINATES)
 
 
+@pytest.fixture(scope="module", autouse=True)
+def compiled() -> None:
+    """Compile `travel` before the cases, so that none of them pays for it."""
+    travel(cost_model(Metric(), np.zeros((2, 2))), 0, 1)
+
+
 def test_a_long_move_takes_distance_over_velocity_and_one_ramp() -> None:
     """100 mm at 50 mm/s and 100 mm/s²: 100/50 + 50/100 = 2.5 s."""
     assert rest_to_rest(100.0, 50.0, 100.0) == pytest.approx(2.5)

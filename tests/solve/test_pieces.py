@@ -129,6 +129,7 @@ def test_a_piece_is_the_same_kicked_in_another_process() -> None:
     assert np.array_equal(there, pieces.kick_piece(instance, piece)[0])
 
 
+@pytest.mark.slow
 def test_a_piece_of_a_tour_over_a_surface_has_the_costs_of_the_whole() -> None:
     """Every edge of the piece, by the numbers of the piece and by those of the whole; also among ends of chains."""
     random = np.random.default_rng(4)
