@@ -47,11 +47,11 @@ def plate(count: int = HOLES) -> str:
 
 
 def needed_board() -> None:
-    """Skip without the firmware, and without its compiler fail where that is required."""
+    """Skip the test without the firmware or without the simulator; fail if the simulator is required."""
     if not (grbl_time.BOARD / grbl_time.FIRMWARE).exists():
         pytest.skip("the simulated GRBL board is not here; set LEAFCUT_GRBL")
-    if packages := grbl_time.missing():
-        missing("the simulator of the GRBL board", " ".join(packages))
+    if grbl_time.missing():
+        missing("the simulator of the GRBL board", "libsimavr-dev libelf-dev gcc libc6-dev")
 
 
 class Board:

@@ -12,10 +12,10 @@ from typing import NoReturn
 import pytest
 
 
-def missing(what: str, package: str) -> NoReturn:
+def missing(what: str, packages: str) -> NoReturn:
     """Skip the test because a program or file is missing; fail instead if LEAFCUT_REQUIRE_EXTERNAL is 1."""
     if os.environ.get("LEAFCUT_REQUIRE_EXTERNAL") == "1":
-        pytest.fail(f"{what} is required here: apt-get install {package}")
+        pytest.fail(f"{what} is required here: apt-get install {packages}")
     pytest.skip(f"{what} is not installed")
 
 
