@@ -1,24 +1,30 @@
 """Measure how many small source faults the fast tests find: `python tools/mutants.py --count 100`.
 
 Draw the same number of mutmut mutants from solver, proof, readers and posts, with the commit hash as seed so that the
-choice is not arbitrary. For each mutant, change one source file, run the fast tests until the first failure, and
-restore the file. Print each mutant with its result. Run this in a clean clone that nothing else uses.
+choice is not arbitrary. Run the fast tests once and note which of them execute which line. For each mutant, change one
+source file, run the tests that can see the change until the first failure, and restore the file. Print each mutant
+with its result. Run this in a clean clone that nothing else uses.
+
+`make test` may kill a few mutants more: tests that start a process, or use a cached result, are not noted.
 """
 
 from __future__ import annotations
 
 import argparse
+import ast
 import difflib
 import os
 import random
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from coverage import CoverageData
 from mutmut.mutation.file_mutation import create_mutations
 
 ROOT = Path(__file__).parents[1]
@@ -86,37 +92,68 @@ def draw(count: int, seed: str) -> list[Mutant]:
     return chosen
 
 
-def tests_near(file: Path) -> list[str]:
-    """Return the folders of tests that mirror a source file, the nearest first."""
+def near_folder(file: Path) -> str:
+    """Return the folder of tests that mirrors a source file."""
     folder = ROOT / "tests" / file.relative_to(SOURCE).parent
     while not folder.is_dir():
         folder = folder.parent
-    return [str(folder)] if folder != ROOT / "tests" else []
+    return str(folder.relative_to(ROOT))
 
 
-def killed(mutant: Mutant) -> bool:
-    """Apply a mutant, run the tests near it, then all fast tests; return whether any test fails."""
+def lines_of_statement(file: Path, line: int) -> range:
+    """Return the lines of the innermost statement at a line; of a compound statement, only those of its head."""
+    lines = range(line, line + 1)
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):  # outer statements come first
+        if isinstance(node, ast.stmt) and node.lineno <= line <= (node.end_lineno or node.lineno):
+            end = node.body[0].lineno - 1 if hasattr(node, "body") else node.end_lineno or node.lineno
+            if line <= max(end, node.lineno):
+                lines = range(node.lineno, max(end, node.lineno) + 1)
+    return lines
+
+
+def stages(mutant: Mutant, lines_run: CoverageData) -> list[list[str]]:
+    """Return the groups of tests that can see a change, in the order in which to run them.
+
+    Tests that execute the line come first, then the tests near the file. Compiled kernels and module-level lines have
+    no record: after the tests near them, all fast tests run.
+    """
+    contexts = lines_run.contexts_by_lineno(str(mutant.file))
+    names = {name for line in lines_of_statement(mutant.file, mutant.line) for name in contexts.get(line, ())}
+    near = [near_folder(mutant.file)]
+    if mutant.file.is_relative_to(SOURCE / "kernels") or "" in names:
+        return [near, []]
+    tests = {name.rpartition("|")[0] for name in names if name.endswith("|run")}
+    # The value of a fixture may be used by all tests of a file.
+    files = {name.partition("::")[0] for name in names if name.endswith("|setup")}
+    return [sorted(files | {test for test in tests if test.partition("::")[0] not in files}), near] if names else [near]
+
+
+def killed(mutant: Mutant, groups: list[list[str]]) -> bool:
+    """Apply a mutant and run groups of tests until the first failure; return whether any test fails."""
     original = mutant.file.read_bytes()
     try:
         mutant.file.write_text(mutant.text, encoding="utf-8")
-        near = tests_near(mutant.file)
-        return (bool(near) and not passes(near)) or not passes([])
+        return not all(passes(group) for group in groups)
     finally:
         mutant.file.write_bytes(original)
 
 
-def passes(paths: list[str]) -> bool:
+def passes(tests: list[str], *flags: str) -> bool:
     """Run fast tests until the first failure; return whether all pass within `LONGEST`."""
-    command = [sys.executable, "-m", "pytest", "-x", "-n", "2", "--dist", "worksteal", "-m", FAST, *paths]
-    run = subprocess.Popen(
-        command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
-    )
-    try:
-        return run.wait(LONGEST) in (0, 5)  # 5: no fast test was collected
-    except subprocess.TimeoutExpired:
-        os.killpg(run.pid, signal.SIGKILL)
-        run.wait()
-        return False
+    with tempfile.NamedTemporaryFile("w", encoding="utf-8", suffix=".txt") as names:
+        names.write("\n".join(tests))
+        names.flush()
+        chosen = [f"@{names.name}"] if tests else []
+        command = [sys.executable, "-m", "pytest", "-x", "-n", "2", "--dist", "worksteal", "-m", FAST, *flags, *chosen]
+        run = subprocess.Popen(
+            command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+        )
+        try:
+            return run.wait(LONGEST) in (0, 5)  # 5: no fast test was collected
+        except subprocess.TimeoutExpired:
+            os.killpg(run.pid, signal.SIGKILL)
+            run.wait()
+            return False
 
 
 def main() -> None:
@@ -131,14 +168,19 @@ def main() -> None:
     commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True)
     seed = given.seed or commit.stdout.strip()
     part, parts = map(int, given.part.split("/"))
-    if not passes([]):
+    if not passes([], "--cov", "--cov-context=test", "--cov-report="):
         sys.exit("the fast tests fail without a mutant; every mutant would count as killed")
+    lines_run = CoverageData(str(ROOT / ".coverage"))
+    lines_run.read()
     mutants = draw(given.count, seed)[part - 1 :: parts]
+    groups = [stages(mutant, lines_run) for mutant in mutants]
+    if not passes(sorted({test for group in groups for test in group[0]}), "--collect-only"):
+        sys.exit("pytest does not find all tests that the record of lines names")
     print(f"{len(mutants)} mutants of seed {seed}", flush=True)
     survivors = 0
-    for number, mutant in enumerate(mutants, 1):
+    for number, (mutant, tests) in enumerate(zip(mutants, groups, strict=True), 1):
         start, diff = time.monotonic(), mutant.diff()
-        dead = killed(mutant)
+        dead = killed(mutant, tests)
         survivors += not dead
         place = f"{mutant.file.relative_to(ROOT)}:{mutant.line}"
         seconds = time.monotonic() - start
