@@ -34,6 +34,7 @@ def drilled(file: Path, **options: Any) -> Any:
     return api.optimize(file, process="drill", depth=3, hole_heights="drawn", **FAST, **options)
 
 
+@pytest.mark.hazard
 def test_each_hole_has_its_own_r_plane_and_bottom(tmp_path: Path) -> None:
     """2 mm over its top and 3 mm below it, to the shoulder; after each the tool is 10 mm over the highest top."""
     path = drilled(table(tmp_path, HOLES)).path_after
@@ -135,6 +136,7 @@ def test_without_the_option_the_message_names_it(tmp_path: Path, capsys: pytest.
     assert "give --hole-heights drawn" in capsys.readouterr().err
 
 
+@pytest.mark.hazard
 def test_the_proof_sees_a_rapid_below_the_top_of_the_hole_where_it_is() -> None:
     """At -5 the R plane may be -3; the same at a hole whose top is 8, or beside all holes, is a crash."""
     tops = np.array(HOLES)

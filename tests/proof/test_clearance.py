@@ -40,6 +40,7 @@ def test_drilling_is_safe_as_cycles_and_move_by_move(cycle: DrillCycle) -> None:
     assert whats(expand(builder.build())) == []
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("height, fault", [(0.049, False), (0.04, True), (0.0, True), (-1.0, True)])
 def test_a_rapid_across_must_be_clear_of_the_surface(height: float, fault: bool) -> None:
     """0.05 mm is the least; 0.002 mm are left to rounding."""
@@ -77,6 +78,7 @@ def test_a_slanting_rapid_counts_at_its_lower_end() -> None:
     assert whats(builder) == ["rapid below clearance"]
 
 
+@pytest.mark.hazard
 def test_a_rapid_down_into_the_part_is_found() -> None:
     builder = begun()
     builder.rapid(z=-0.01)
@@ -117,6 +119,7 @@ def test_the_end_of_a_slot_is_cut_as_deep_as_the_slot() -> None:
     assert whats(builder) == []
 
 
+@pytest.mark.hazard
 def test_the_spindle_must_turn_when_something_is_cut() -> None:
     builder = ToolpathBuilder()
     builder.rapid(z=10.0)
@@ -130,6 +133,7 @@ def test_the_spindle_must_turn_when_something_is_cut() -> None:
     assert whats(builder) == ["spindle off"]
 
 
+@pytest.mark.hazard
 def test_a_tool_change_stops_the_spindle() -> None:
     builder = begun()
     builder.tool(2)
@@ -137,6 +141,7 @@ def test_a_tool_change_stops_the_spindle() -> None:
     assert whats(builder) == ["spindle off"]
 
 
+@pytest.mark.hazard
 def test_no_move_across_before_z_is_placed() -> None:
     builder = ToolpathBuilder()
     builder.rapid(0.0, 0.0)

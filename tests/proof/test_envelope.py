@@ -35,6 +35,7 @@ def test_a_job_inside_the_travel_has_no_fault_up_to_the_limits() -> None:
     assert whats(ToolpathBuilder().build()) == []
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     "place, words",
     [
@@ -72,6 +73,7 @@ def test_bottoms_and_r_planes_of_holes_count() -> None:
         assert any("Z in machine coordinates" in text for text in whats(builder.build()))
 
 
+@pytest.mark.hazard
 def test_the_bulge_of_an_arc_counts() -> None:
     """Half a circle from (250, −60) to (250, 60): both ends are inside, its rightmost point x = 310 is not."""
     builder = ToolpathBuilder()
@@ -113,6 +115,7 @@ def test_feeds_must_be_positive_and_not_above_the_highest() -> None:
         assert (found == []) if words is None else (words in found[0] and "2 such moves" in found[0])
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     "rpm, fine", [(6000, True), (6001, False), (-6001, False), (0, True), (99, False), (-100, True)]
 )

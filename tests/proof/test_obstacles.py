@@ -62,12 +62,14 @@ def test_on_a_dogleg_machine_the_rectangle_between_start_and_end_counts() -> Non
     assert whats(builder, height=10.0, dogleg=True) == {"crosses"}
 
 
+@pytest.mark.hazard
 def test_zones_without_a_height_are_never_crossed() -> None:
     builder = begun()
     builder.rapid(x=10.0)
     assert whats(builder) == {"crosses"}
 
 
+@pytest.mark.hazard
 def test_nothing_is_cut_inside_a_zone_by_a_cycle_or_a_feed() -> None:
     zones, rules = [[20.0, -5.0, 30.0, 5.0]], {"height": 10.0}
     drilled = begun()
@@ -83,6 +85,7 @@ def test_nothing_is_cut_inside_a_zone_by_a_cycle_or_a_feed() -> None:
     assert whats(beside, zones=zones, **rules) == set()
 
 
+@pytest.mark.hazard
 def test_the_radius_of_the_tool_in_the_spindle_is_kept_away_from_a_zone() -> None:
     """At y 8, 3 mm beside the zone: a tool of 2.9 mm radius passes at the R plane, one of 3.1 mm does not."""
     builder = begun()

@@ -174,6 +174,7 @@ def sampled(mutants: Sequence[T], length: str, name: str) -> list[T]:
     return list(mutants) if length == "all" else random.Random(name).sample(mutants, SAMPLE)
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("length", LENGTHS)
 @pytest.mark.parametrize(
     "name, units",
@@ -193,6 +194,7 @@ def test_the_proof_finds_every_changed_digit_that_changes_the_work(name: str, un
     assert missed == harmless if length == "all" else set(missed) <= set(harmless)
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("length", LENGTHS)
 @pytest.mark.parametrize("name", NAMES)
 def test_the_proof_finds_a_lost_line(name: str, length: str) -> None:
@@ -205,6 +207,7 @@ def test_the_proof_finds_a_lost_line(name: str, length: str) -> None:
     assert [lines[k] for k in dropped if not faults(name, "mm", "\n".join([*lines[:k], *lines[k + 1 :], ""]))] == []
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("name", NAMES)
 def test_the_head_of_a_program_resets_every_modal_state_that_another_program_may_leave(name: str) -> None:
     head = [word for line in written(name, "mm")[1].splitlines()[:12] for word in line.split()]

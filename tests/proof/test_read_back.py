@@ -137,6 +137,7 @@ def test_every_single_change_is_seen_move_by_move_too(what: str) -> None:
     assert compare_motion(program(), expand(MUTATIONS[what]), TOLERANCE, cycles=False)
 
 
+@pytest.mark.hazard
 def test_the_same_program_has_no_difference_as_cycles_and_as_moves() -> None:
     assert compare_motion(program(), program(), 0.0, cycles=True) == []
     assert compare_motion(program(), expand(program()), 0.0, cycles=False) == []
@@ -187,6 +188,7 @@ def test_many_tiny_moves_that_lead_away_cannot_vanish() -> None:
     assert compare_motion(curve.build(), straight.build(), TOLERANCE, cycles=True)
 
 
+@pytest.mark.hazard
 def test_a_tool_must_take_its_own_length_offset_before_it_moves_down() -> None:
     right = program(offsets=True)
     assert compare_motion(program(), right, TOLERANCE, cycles=True, offsets=True) == []
@@ -198,6 +200,7 @@ def test_a_tool_must_take_its_own_length_offset_before_it_moves_down() -> None:
     assert "tool 2 moves with length offset 1" in str(found[0])
 
 
+@pytest.mark.hazard
 def test_a_length_offset_taken_too_late_is_seen() -> None:
     path = program(offsets=True)
     row = int(np.flatnonzero(path.kind == Kind.OFFSET)[0])

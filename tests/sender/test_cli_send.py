@@ -53,6 +53,7 @@ def test_what_cannot_be_is_refused_in_one_line(
     assert part.read_text() == PROGRAM
 
 
+@pytest.mark.hazard
 def test_nobody_starts_a_machine_without_saying_so(part: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["send", "part.nc", "--port", "nosuch", "--machine", "grbl-3018"]) == 2
     assert "use a terminal, or add --yes" in capsys.readouterr().err

@@ -105,6 +105,7 @@ def test_a_checksum_is_that_of_marlins_own_example() -> None:
     assert NumberedLine(0, "M110 N0").data == b"N0 M110 N0*125\n"
 
 
+@pytest.mark.hazard
 @given(
     faults=st.dictionaries(
         st.integers(1, 30), st.sampled_from(["noise", "split", "dropped", "deaf", "slow"]), max_size=6

@@ -78,6 +78,7 @@ def test_what_a_board_must_not_get_is_refused_with_its_line(line: str, told: str
         job(f"{line}\nG0 Z-2\nG0 X3 Y3")
 
 
+@pytest.mark.hazard
 def test_a_program_of_another_machine_is_refused() -> None:
     from leafcut.sender.job import read_job
 
@@ -112,6 +113,7 @@ def test_the_line_is_found_by_the_place_on_straight_moves_and_arcs() -> None:
     assert tracker.line_at((80.0, 80.0, 5.0), 4, 9) == 4
 
 
+@pytest.mark.hazard
 def test_going_on_in_a_cut_comes_down_at_feed_over_its_place_with_the_spindle_on() -> None:
     steps, tool = resumed(job("T3\nG0 X0 Y0\nM8\nG1 Z-1 F100\nG1 X10 F300\nY10\nX0\nG0 Z5"), 9)
     assert tool is None or tool == 3
@@ -155,6 +157,7 @@ def test_a_hole_that_is_not_there_is_refused() -> None:
 _PLACES = st.tuples(st.integers(0, 40), st.integers(0, 40), st.integers(-8, 4))
 
 
+@pytest.mark.hazard
 @given(
     moves=st.lists(st.tuples(st.sampled_from(["G0", "G1", "", "G91", "G90", "M8", "M9", "F200"]), _PLACES), min_size=3),
     at=st.integers(0, 200),

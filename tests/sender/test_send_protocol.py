@@ -81,6 +81,7 @@ def test_a_line_that_does_not_fit_is_not_sent() -> None:
     assert counter.answered() == SentLine("X" * 79) and counter.answered() is None and counter.bytes == 0
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     "fault, told",
     [
@@ -186,6 +187,7 @@ def test_whatever_is_left_active_in_a_board_the_program_begins_in_the_state_in_w
     assert board.taken[:OPENING] == ["G17G90G94G40G49G80", "G54", "G21", "M5", "M9"]
 
 
+@pytest.mark.hazard
 @given(
     faults=st.dictionaries(
         st.integers(1, 60),
@@ -303,6 +305,7 @@ def test_a_machine_that_does_not_stand_ready_is_refused_with_what_helps(state: s
         check_ready(replace(facts, status=status), unhomed=False)
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     "change, told",
     [

@@ -36,6 +36,7 @@ def run(
     return cut(field, moves, {0: cutter, 1: cutter}, 2, bodies={0: body_of(tool), 1: body_of(tool)})
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("longest", [math.inf, 3.0, 0.02])
 def test_a_slot_deeper_than_the_flutes_meets_the_shank_on_its_way_across_and_not_on_the_way_down(
     longest: float,

@@ -10,7 +10,19 @@ import gc
 import sys
 from importlib import import_module
 
-CHECKS = ("modules", "options", "codes", "generated", "docs", "texts", "messages", "kernels", "schemas", "release")
+CHECKS = (
+    "modules",
+    "options",
+    "codes",
+    "generated",
+    "docs",
+    "texts",
+    "messages",
+    "kernels",
+    "schemas",
+    "release",
+    "hazards",
+)
 
 
 def main(names: list[str]) -> int:

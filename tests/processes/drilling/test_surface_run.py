@@ -135,6 +135,7 @@ def test_the_search_counts_the_heights_of_moves(folder: Path, low: Any) -> None:
     assert low.after.time_s < as_flat.after.time_s
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("count", [120, pytest.param(400, marks=pytest.mark.slow)])
 def test_the_proof_finds_exactly_the_moves_that_meet_the_part(count: int) -> None:
     """Random moves at random heights, against exact distances to the boxes of the plate."""
@@ -190,6 +191,7 @@ def test_the_surface_is_placed_as_the_drawing_is(folder: Path) -> None:
         assert path.cycles[path.ref[row]].r_plane == top_at(y + y0, -(x + x0)) + 2.0
 
 
+@pytest.mark.hazard
 def test_moves_pass_above_a_fixture_and_a_hole_under_a_fixture_is_refused(folder: Path, low: Any) -> None:
     high = drilled(folder, fixture="48 0 -6 52 12 30,30 38 0 36 42 25")
     assert float(high.path_after.end[:, 2][np.isfinite(high.path_after.end[:, 2])].max()) == 30.0 + 10.0
@@ -392,6 +394,7 @@ def test_a_shank_or_holder_is_refused_only_if_it_meets_the_part(
     assert met == 0
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("count", [120, pytest.param(300, marks=pytest.mark.slow)])
 def test_the_proof_finds_exactly_the_moves_whose_holder_meets_the_part(count: int) -> None:
     """Random plunges and moves, against exact distances to the boxes of the plate."""

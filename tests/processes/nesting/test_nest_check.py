@@ -31,10 +31,12 @@ def moved(place: Placement, which: int) -> Nest:
     return replace(RIGHT, layouts=(Layout(tuple(placements)),))
 
 
+@pytest.mark.hazard
 def test_a_right_nest_has_no_faults() -> None:
     assert check_nest(RIGHT, 9.98, 10.0) == []
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     "nest, words",
     [

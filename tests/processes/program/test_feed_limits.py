@@ -47,6 +47,7 @@ def slot_feed(text: str) -> float:
     return float(found[1])
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(("limit", "efficiency"), [(150.0, 1.0), (200.0, 0.75), (60.0, 1.0)])
 def test_a_cut_takes_no_more_power_than_the_spindle_gives(tmp_path: Path, limit: float, efficiency: float) -> None:
     found = reordered(
@@ -277,6 +278,7 @@ def test_every_raised_stretch_reaches_its_speed_at_the_machines_acceleration(see
     assert (found > own).any()
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     ("options", "library_says"),
     [

@@ -47,10 +47,12 @@ def found(path: Toolpath) -> list[str]:
 RING = ((35.0, 5.0, -2.0), (35.0, 25.0, -2.0), (5.0, 25.0, -2.0), (5.0, 5.0, -2.0))
 
 
+@pytest.mark.hazard
 def test_a_path_that_keeps_its_distance_is_free_of_faults() -> None:
     assert found(laid(*RING)) == []
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     "move, what",
     [
@@ -95,6 +97,7 @@ def test_a_rapid_below_the_r_plane_is_found_but_the_rise_is_not() -> None:
     assert found(builder.build()) == ["rapid in the material"] * 2
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     "at, z, free",
     [
@@ -133,6 +136,7 @@ def test_a_rapid_goes_down_below_the_r_plane_only_where_all_of_the_tool_is_over_
         assert found(builder.build()) == ([] if free and order == 1 else ["rapid in the material"])
 
 
+@pytest.mark.hazard
 def test_what_a_level_leaves_is_found_by_simulation_of_the_program() -> None:
     levels = simulated_levels(laid(*RING), POCKETS, RULES, [(-2.0,)])
     [level] = levels
@@ -178,6 +182,7 @@ def test_levels_that_are_alike_are_simulated_once(monkeypatch: pytest.MonkeyPatc
     assert np.isclose(rows[0].removal.swept.area, rows[1].removal.swept.area)
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("apart, said", [(5.9, []), (6.0, []), (6.1, ["step-over"])])
 def test_lines_further_apart_than_the_stated_step_over_are_found_in_the_text(apart: float, said: list[str]) -> None:
     """Three lines over a field without walls nearby, to and fro."""
@@ -209,6 +214,7 @@ def test_a_finishing_pass_half_way_down_lies_beside_the_passes_of_the_level_belo
     assert [(level.z, level.step_over) for level in levels] == [(-2.0, pytest.approx(0.0)), (-1.0, pytest.approx(5.0))]
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     "back, said",
     [
@@ -248,6 +254,7 @@ def levels_at(*heights: float, ways: dict[float, tuple[tuple[float, float], ...]
 ELSEWHERE = ((10.0, 7.5), (30.0, 7.5))
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     "heights, ways, lines",
     [

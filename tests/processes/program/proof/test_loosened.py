@@ -18,6 +18,7 @@ WORK = [*BORES[:2], *SLOTS[:2]]
 FREES = "part free too early"
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("other", [BORES[4], SLOTS[2], bore(120, 20, 6)])
 def test_work_on_another_part_made_after_a_part_is_free_is_caught(other: str) -> None:
     rest = [*OUTLINES[:1], *OUTLINES[2:]]
@@ -30,6 +31,7 @@ def test_two_parts_may_come_free_in_either_order() -> None:
     assert differences([*WORK, *OUTLINES], [*WORK[::-1], *OUTLINES]) == []
 
 
+@pytest.mark.hazard
 def test_what_hangs_on_by_tabs_or_by_a_skin_is_not_free() -> None:
     assert differences([*BORES[4:], *TABBED[:2]], [*TABBED[:2], *BORES[4:]]) == []
     deep = [outline(200, 0)]

@@ -37,6 +37,7 @@ LEVELS = [line(0, -1), line(20, -1), line(2, -2), line(22, -2)]
 ROWS = [line(y) for y in (0, 20, 40, 55)]
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     "cuts, order",
     [

@@ -180,6 +180,7 @@ MUTATIONS = [
 ]
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("name, old, new, words", MUTATIONS)
 def test_every_single_change_is_caught_and_said(name: str, old: str, new: str, words: str) -> None:
     original = written(PROGRAMS[name])
@@ -203,6 +204,7 @@ def moved(name: str, what: str, to: str) -> tuple[str, str]:
     return original, rest[: where.start()] + found.group() + rest[where.start() :]
 
 
+@pytest.mark.hazard
 def test_an_inner_cut_after_its_outer_contour_is_caught() -> None:
     original, new = moved("stages", r"G0 X5 Y5\n(.*\n){3}", "G0 X50")
     (found,) = certified(original, new).differences
@@ -304,6 +306,7 @@ def test_only_whole_tool_changes_may_be_saved() -> None:
         assert not certified(original, wrong).same
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("name", [name for name in PROGRAMS if name != "stages"])
 @given(order=st.permutations(range(4)))
 def test_pieces_in_any_order_are_the_same_work(name: str, order: list[int]) -> None:
@@ -349,6 +352,7 @@ def test_where_units_were_stated_they_must_be() -> None:
     assert certify(bare, program(text)).same is False
 
 
+@pytest.mark.hazard
 def test_a_block_that_is_not_understood_keeps_its_words_place_and_modes() -> None:
     head = "G21 G90\nS1 M3\nG0 Z5\n"
     holes = [f"G0 X{x} Y0\nG1 Z-1 F100\nG0 Z5\n" for x in (1, 2, 3)]

@@ -51,6 +51,7 @@ def test_an_order_that_harms_nothing_is_the_same_work(original: Parts, new: Part
     assert what_differs(original, new) == []
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     "number, old, new, what",
     [

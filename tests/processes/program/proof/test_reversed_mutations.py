@@ -89,6 +89,7 @@ def test_cuts_turned_round_are_the_same_work_with_the_option_only(tool: tuple[st
     assert not certify(original, new).same
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("tool", [MILL, LASER], ids=["mill", "laser"])
 def test_one_cut_turned_without_the_option_is_found(tool: tuple[str, str, str, str]) -> None:
     original = original_of(*tool)
@@ -100,6 +101,7 @@ def test_one_cut_turned_without_the_option_is_found(tool: tuple[str, str, str, s
         assert not certify(original, new).same
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("mutation", MUTATIONS.values(), ids=MUTATIONS.keys())
 @pytest.mark.parametrize("tool", [MILL, LASER], ids=["mill", "laser"])
 def test_what_turning_may_get_wrong_is_found(tool: tuple[str, str, str, str], mutation: object) -> None:

@@ -64,6 +64,7 @@ MUTATIONS: dict[str, tuple[Toolpath, str]] = {
 }
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("what", MUTATIONS)
 def test_every_change_of_the_work_is_seen_and_said(what: str) -> None:
     new, words = MUTATIONS[what]

@@ -44,6 +44,7 @@ def differences(cuts: list[str], order: list[int], head: str = MILL) -> list[str
     return [d.what for d in certify(*map(program_of, texts)).differences]
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("outer", [square(8), square(11.9), square(6, (-1, -2)), [HOOK]])
 def test_a_hole_moved_behind_the_last_part_of_its_outline_is_caught(outer: list[str]) -> None:
     n = len(outer)

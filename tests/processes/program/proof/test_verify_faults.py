@@ -214,6 +214,7 @@ def certified(dialect_name: str, original: str, new: str) -> Certificate:
     return certify(interpret_program(original, words), interpret_program(new, words))
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("fault", VERIFY_FAULTS, ids=lambda fault: fault.name)
 def test_what_is_not_the_same_work_is_never_called_so(fault: Fault) -> None:
     original = fault.text.replace(" / ", "\n") + "\n"

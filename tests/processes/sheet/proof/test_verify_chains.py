@@ -82,6 +82,7 @@ def test_a_chain_through_scrap_is_proved() -> None:
     assert found([chain()]) == []
 
 
+@pytest.mark.hazard
 def test_a_bridge_into_the_kerf_of_an_earlier_cut_is_found() -> None:
     """The bridge goes down to where the third square was cut before: 0.5 mm beside its kerf."""
     low = (70.0, 60.0 - HALF - 0.5)
@@ -105,6 +106,7 @@ def test_a_run_that_joins_what_the_plan_keeps_apart_is_found() -> None:
     assert any(p.what == "chain" and "planned are 1" in p.text for p in problems)
 
 
+@pytest.mark.hazard
 def test_a_bridge_through_a_part_is_found() -> None:
     problems = found([chain((60.0 - 5.0, 30.0))])
     assert any(p.what == "cuts into a part" for p in problems)

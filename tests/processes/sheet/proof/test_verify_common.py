@@ -52,6 +52,7 @@ def wrong(cuts: Cuts, rules: CutRules, sheet: Sheet | None = None) -> list[Diffe
     return check_sheet(plan.sheet, plan, text, read_back(text, plan, words), words, machine_for("qtplasmac"), asked)
 
 
+@pytest.mark.hazard
 def test_a_right_program_is_accepted() -> None:
     cuts, rules = planned()
     assert [round(c.common) for c in cuts] == [0, 120, 60, 60, 0]
@@ -104,6 +105,7 @@ def turned(cuts: Cuts) -> Cuts:
     return (*cuts[:4], replace(cuts[4], path=path))
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     "fault, word",
     [

@@ -35,6 +35,7 @@ def with_cut(cuts: Cuts, k: int, **changes: object) -> Cuts:
     return (*cuts[:k], replace(cuts[k], **changes), *cuts[k + 1 :])  # type: ignore[arg-type]
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("words", [*dialects(torch=True), "linuxcnc"])
 @pytest.mark.parametrize("units", ["mm", "inch"])
 def test_a_right_program_is_accepted_for_every_controller(words: str, units: str) -> None:
@@ -189,6 +190,7 @@ MUTATIONS: list[tuple[Callable[[Cuts], Cuts], set[str]]] = [
 ]
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("mutate, whats", MUTATIONS, ids=[m.__name__ for m, _ in MUTATIONS])
 def test_a_wrong_cut_is_caught(mutate: Callable[[Cuts], Cuts], whats: set[str]) -> None:
     """The program is that of wrong cuts; the plan that it is compared with is the right one."""
@@ -197,6 +199,7 @@ def test_a_wrong_cut_is_caught(mutate: Callable[[Cuts], Cuts], whats: set[str]) 
     assert whats <= {d.what for d in found}
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("mutate, whats", MUTATIONS, ids=[m.__name__ for m, _ in MUTATIONS])
 def test_a_wrong_plan_is_caught(mutate: Callable[[Cuts], Cuts], whats: set[str]) -> None:
     """A plan that is wrong itself helps nothing: what counts is the drawing."""
@@ -226,6 +229,7 @@ TEXTS = [
 ]
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("words, old, new, what", TEXTS, ids=[f"{w}: {o} → {n}" for w, o, n, _ in TEXTS])
 def test_a_wrong_word_is_caught(words: str, old: str, new: str, what: str) -> None:
     plan, rules = planned(words)
@@ -248,6 +252,7 @@ def test_a_program_that_finds_the_sheet_before_every_pierce_is_accepted(units: s
     assert checked(text, plan, rules, "plasma", PROBE) == []
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     "before, after, words",
     [
@@ -292,6 +297,7 @@ def test_a_hole_wider_than_two_kerfs_must_be_cut_and_one_of_just_that_width_may(
     assert shapes.left_out == ((1,) if wanted is False else ())
 
 
+@pytest.mark.hazard
 def test_a_clamp_is_in_the_way_of_the_kerf_whoever_compensates_it() -> None:
     """The first square has its left edge at x = 20; uncompensated, the middle of the kerf runs there."""
     plan, rules = planned("qtplasmac", CutOptions(compensation="none", small_hole=0.0))
