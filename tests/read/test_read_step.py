@@ -24,7 +24,7 @@ from leafcut.options import ReadOptions
 from leafcut.read import read
 from leafcut.read.meshes import load_mesh
 from leafcut.read.step_solid import RoundWall, columns, hole_of, joined
-from made_solids import DOWN, box, cone, cut, cylinder, saved
+from made_solids import DOWN, UP, box, cone, cut, cylinder, saved
 
 pytestmark = pytest.mark.usefixtures("opencascade_at_hand")
 
@@ -131,6 +131,42 @@ def holes(tmp_path: Path, solid: Any) -> list[tuple[float, float, float, bool, b
 
 def plate() -> Any:
     return box(0, 0, -20, 80, 40, 0)
+
+
+@pytest.mark.parametrize("unit", ["INCH", "M"])
+def test_a_small_file_in_another_unit_has_the_same_hole(tmp_path: Path, unit: str) -> None:
+    """OpenCASCADE writes the same solid with numbers in the unit of the file."""
+    block = cut(box(0, 0, 0, 30, 20, 5), cylinder((12.7, 10, 5), DOWN, 2, 5))
+    part = read(saved(tmp_path / "block.step", block, unit=unit))
+    ((x, y, z, diameter, depth),) = [(h.x, h.y, h.z, h.diameter, h.depth) for h in part.holes]
+    assert (x, y, z, diameter, depth) == pytest.approx((12.7, 10.0, 5.0, 4.0, 5.0), abs=1e-4)
+
+
+def test_a_hole_that_widens_below_is_drilled_with_its_narrow_diameter(tmp_path: Path) -> None:
+    """A drill of 6 mm would cut away the wall of the upper 4 mm hole. The wider part is a closed step of the hole."""
+    block = cut(box(0, 0, -9, 20, 20, 0), cylinder((10, 10, 0), DOWN, 2, 9), cylinder((10, 10, -9), UP, 3, 4))
+    (hole,) = read(saved(tmp_path / "block.step", block)).holes
+    assert (hole.z, hole.diameter, hole.depth, hole.through) == (0.0, 4.0, 5.0, True)
+    assert [(step.diameter, step.depth, step.open) for step in hole.steps] == [(6.0, 9.0, False)]
+
+
+def test_of_holes_from_both_sides_the_upper_is_drilled_and_the_lower_reported(tmp_path: Path) -> None:
+    block = cut(box(0, 0, -9, 20, 20, 0), cylinder((10, 10, 0), DOWN, 2, 3), cylinder((10, 10, -9), UP, 3, 4))
+    part = read(saved(tmp_path / "block.step", block))
+    ((z, diameter, depth, through, flat),) = [(h.z, h.diameter, h.depth, h.through, h.flat) for h in part.holes]
+    assert (z, diameter, depth, through, flat) == (0.0, 4.0, 3.0, False, True)
+    (issue,) = part.issues
+    assert (issue.code, issue.severity) == ("L218", "missing")
+    assert str(issue) == "L218 1 hole open from below alone, not drilled: turn the part over for them"
+
+
+def test_an_island_in_a_round_pocket_leaves_no_hole(tmp_path: Path) -> None:
+    pocket = cut(cylinder((10, 10, 0), DOWN, 6, 4), cylinder((10, 10, 0), DOWN, 2, 4))
+    part = read(saved(tmp_path / "ring.step", cut(box(0, 0, -9, 20, 20, 0), pocket)))
+    assert not part.holes
+    (issue,) = part.issues
+    assert "1 round wall with material inside, above or closed around it, not drilled" in str(issue)
+    assert issue.severity == "missing"
 
 
 @pytest.mark.slow
