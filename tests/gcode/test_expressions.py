@@ -7,7 +7,7 @@ import random
 from pathlib import Path
 
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from leafcut.gcode.expressions import ProgramParameters, Scanner, read_block
@@ -60,6 +60,7 @@ def _try(function, *arguments: float) -> float:
         return math.nan
 
 
+@settings(max_examples=settings().max_examples * 5)
 @given(st.recursive(NUMBERS, _join, max_leaves=12))
 def test_an_expression_in_brackets_has_the_value_that_python_gives_it(case: tuple[str, float]) -> None:
     """Whatever the nesting."""

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.errors import ReadError
@@ -369,6 +369,7 @@ ODD = st.sampled_from(
 )
 
 
+@settings(max_examples=settings().max_examples * 5)
 @given(st.lists(PLAIN | ROUND | ODD, max_size=30), st.sampled_from(["linuxcnc", "grbl-laser", "haas", "fagor8055"]))
 def test_plain_lines_give_the_same_by_the_quick_way_and_by_the_full_one(body: list[str], words: str) -> None:
     """Rows, blocks, states and reasons are equal bit for bit, and so are refusals."""

@@ -6,7 +6,7 @@ import random
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.errors import OptionError, ReadError
@@ -211,6 +211,7 @@ TOKENS = (
 )
 
 
+@settings(max_examples=settings().max_examples * 2)
 @given(
     st.lists(TOKENS, max_size=60).map("".join) | st.text(max_size=80),
     st.sampled_from(["linuxcnc", "fanuc", "fagor8055"]),

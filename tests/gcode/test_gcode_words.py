@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.errors import PostError
@@ -80,6 +80,7 @@ def test_what_is_not_a_word_is_refused_with_its_reason(line: str, reason: str) -
     assert "\n" not in str(caught.value) and len(str(caught.value)) < 200
 
 
+@settings(max_examples=settings().max_examples * 5)
 @given(st.text(max_size=60))
 def test_any_text_is_words_or_a_refusal(text: str) -> None:
     """Nothing else than a block or a BlockError comes out, and every number is finite."""
@@ -90,6 +91,7 @@ def test_any_text_is_words_or_a_refusal(text: str) -> None:
     assert all(isinstance(w, Word) and math.isfinite(w.value) for w in block.words)
 
 
+@settings(max_examples=settings().max_examples * 5)
 @given(st.lists(st.tuples(st.sampled_from("GXYZFST"), st.integers(-99999, 99999)), max_size=8))
 def test_written_words_are_read_back(words: list[tuple[str, int]]) -> None:
     """Any words of letters and numbers with three decimals come back as they are."""
@@ -129,6 +131,7 @@ def test_numbers_that_no_machine_can_go_to_are_refused(value: float) -> None:
         format_number(value, 3)
 
 
+@settings(max_examples=settings().max_examples * 5)
 @given(st.floats(-1e5, 1e5), st.booleans())
 def test_a_length_is_written_within_half_of_its_last_decimal(mm: float, inch: bool) -> None:
     """What the controller understands differs by half a step at most."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.errors import LeafcutError, OptionError, ReadError
@@ -233,6 +233,7 @@ WORDS = st.sampled_from(
 )
 
 
+@settings(max_examples=settings().max_examples * 5)
 @given(
     st.lists(st.lists(WORDS, max_size=6).map(" ".join), max_size=12).map("\n".join),
     st.sampled_from(dialects()),
@@ -246,6 +247,7 @@ def test_any_mixture_of_words_is_read_or_refused(text: str, name: str, units: st
         assert "\n" not in str(problem)
 
 
+@settings(max_examples=settings().max_examples * 5)
 @given(st.text(), st.sampled_from(dialects()))
 def test_any_text_is_read_or_refused(text: str, name: str) -> None:
     """Unicode, control characters, anything: only LeafcutError comes out."""

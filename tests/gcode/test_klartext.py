@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import leafcut
@@ -77,6 +77,7 @@ def test_a_golden_program_is_what_was_planned() -> None:
     assert check_program(path, read_back(GOLDEN.read_text("ascii"), WORDS), WORDS, MILL, "mm") == []
 
 
+@settings(max_examples=settings().max_examples * 2)
 @given(data=st.data())
 def test_any_drilling_reads_back(data: st.DataObject) -> None:
     """Any planes, depths and dwells, with and without return to the height before: the same moves."""

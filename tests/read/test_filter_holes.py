@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.model import Hole
@@ -34,6 +34,7 @@ def brute(points, tolerance):
 near_borders = st.integers(-6, 6).map(lambda i: i * 0.005) | st.floats(-0.03, 0.03)
 
 
+@settings(max_examples=settings().max_examples * 5)
 @given(st.lists(st.tuples(near_borders, near_borders, near_borders), max_size=25), st.sampled_from([0.0, 0.004, 0.01]))
 def test_anchors_are_those_of_brute_force_whatever_the_cells(points, tolerance):
     assert anchors(np.array(points).reshape(-1, 3), tolerance) == brute(points, tolerance)
@@ -47,6 +48,7 @@ def test_merging_does_not_depend_on_where_the_grid_lies(shift):
     assert [i.code for i in issues] == ["L301"]
 
 
+@settings(max_examples=settings().max_examples * 5)
 @given(
     st.lists(st.tuples(near_borders, near_borders, st.sampled_from([0.0, 1.0, 1.005, 2.0])), min_size=1, max_size=20),
     st.sampled_from(["smallest", "largest", "all"]),
@@ -78,6 +80,7 @@ def test_layer_patterns_know_wildcards_and_no_other_magic():
     assert layer_filter(())("anything")
 
 
+@settings(max_examples=settings().max_examples * 5)
 @given(st.floats(-100, 100), st.floats(-100, 100), st.floats(0.05, 5), st.booleans())
 def test_a_bulged_segment_is_an_arc_through_both_ends_that_rises_by_bulge_times_half_the_chord(dx, dy, size, clockwise):
     """The definition of bulge: sagitta over half chord."""
@@ -94,6 +97,7 @@ def test_a_bulged_segment_is_an_arc_through_both_ends_that_rises_by_bulge_times_
     assert radius * (1 - math.cos(sweep / 2)) == pytest.approx(size * chord / 2, rel=1e-6)
 
 
+@settings(max_examples=settings().max_examples * 5)
 @given(
     st.lists(st.floats(0, 360), min_size=1, max_size=6, unique=True),
     st.floats(-360, 360),

@@ -6,7 +6,7 @@ import logging
 import struct
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.errors import ReadError
@@ -196,6 +196,7 @@ def test_macintosh_line_ends_are_read(hand_drawn):
     assert len(read(path).holes) == 1
 
 
+@settings(max_examples=settings().max_examples * 5)
 @given(st.data())
 def test_any_damage_to_a_drawing_ends_in_a_part_or_a_read_error(data):
     """Bytes of a small valid drawing are cut out, doubled or replaced."""
@@ -212,6 +213,7 @@ def test_any_damage_to_a_drawing_ends_in_a_part_or_a_read_error(data):
         assert part.holes
 
 
+@settings(max_examples=settings().max_examples * 5)
 @given(st.binary(max_size=200))
 def test_any_bytes_after_the_mark_of_a_binary_drawing_end_in_a_read_error(tail):
     end = b"\0" + struct.pack("<B", 0) + b"EOF\0"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.errors import ReadError
@@ -173,6 +173,7 @@ coordinates = st.floats(-1e6, 1e6, allow_subnormal=False)
 points = st.lists(st.tuples(coordinates, coordinates), min_size=1, max_size=20, unique=True)
 
 
+@settings(max_examples=settings().max_examples * 5)
 @given(points)
 def test_points_written_as_a_table_or_a_map_come_back_exactly(xy):
     table = "\n".join(f"{x!r};{y!r}" for x, y in xy)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.errors import LeafcutError, ReadError
@@ -161,6 +161,7 @@ def test_strict_names_the_first_warning_and_counts_the_rest(text_file, monkeypat
         read(path, ReadOptions(strict=True))
 
 
+@settings(max_examples=settings().max_examples * 5)
 @given(st.binary(min_size=1, max_size=300), st.sampled_from([f for f in registry.BUILT_IN if f.extensions]))
 def test_any_bytes_given_to_any_reader_end_in_a_part_or_a_leafcut_error(data, format_):
     source = Source(f"file{format_.extensions[0]}", data)
@@ -173,6 +174,7 @@ def test_any_bytes_given_to_any_reader_end_in_a_part_or_a_leafcut_error(data, fo
         assert part.holes or part.slots
 
 
+@settings(max_examples=settings().max_examples * 5)
 @given(st.text(alphabet="XYTCGMR0123456789.-%;,\n <>=\"'/abcity:_ENODSCR", max_size=300))
 def test_any_text_that_looks_nearly_right_ends_in_a_part_or_a_leafcut_error(text):
     heads = {"excellon": "M48\nMETRIC\nT1C1.0\n%\nT1\n", "xml": "<map><city ", "tsplib": TSP[:-5], "csv": "x,y\n"}
