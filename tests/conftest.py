@@ -18,7 +18,7 @@ from solid_reader import SolidReader
 pytest_plugins = ["case_times"]
 
 # Each run tries the same examples. There is no deadline, so results do not depend on machine load.
-# A rule with cheap examples multiplies the number of the profile: `@settings(max_examples=settings().max_examples * 5)`.
+# A rule with cheap examples multiplies this number: `@settings(max_examples=settings().max_examples * 5)`.
 settings.register_profile(
     "fast",
     deadline=None,

@@ -215,6 +215,19 @@ def test_a_plunge_from_which_a_cut_goes_on_is_no_hole() -> None:
     assert found.what == "missing cut"
 
 
+@pytest.mark.parametrize(
+    ("original", "new", "words"),
+    [
+        ("#1=5 / M100 P#1", "#1=6 / M100 P#1", "'M100P#1 = M100 P5' became 'M100P#1 = M100 P6'"),
+        ("M100 P5", "M100 P 6.", "'M100P5' became 'M100P6.'"),
+    ],
+)
+def test_a_block_with_a_parameter_is_shown_with_its_value(original: str, new: str, words: str) -> None:
+    """Plain words are shown as the line has them."""
+    (found,) = told(*(changed(DRILLING, (HEAD, f"{HEAD} / {block}")) for block in (original, new)))
+    assert found.what == "changed block" and words in found.text
+
+
 def test_a_spindle_that_stays_off_is_told_of_the_cuts_and_not_of_the_end_again() -> None:
     text = f"{HEAD} / {CONTOUR} / M2"
     (found,) = told(text, changed(text, ("S1000 M3", "S1000")))

@@ -221,9 +221,9 @@ def _joints(tips: Floats, tab: float) -> Indices:
     (here, there), apart = tree.query_nearest(
         points[spots], max_distance=tab, exclusive=True, all_matches=False, return_distance=True
     )
-    # Between more than two ends it is not clear which of them a tab parts.
+    # Between more than two ends it is not clear which of them a tab parts. Each end also meets itself.
     around, _ = tree.query(points[spots[here]], predicate="dwithin", distance=_CLEARLY * apart)
-    clear = np.bincount(around, minlength=len(here)) == 2
+    clear = np.bincount(around) == 2
     near[spots[here[clear]]] = spots[there[clear]]
     mutual = spots[(near[spots] > spots) & (near[near[spots]] == spots)]
     joined = np.arange(len(places))
