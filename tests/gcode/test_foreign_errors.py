@@ -49,6 +49,7 @@ FAULTS = [
     ("G20 F5", 3, "a change of units in the block of an F"),
     ("G92", 3, "without an axis"),
     ("G10 L2 X1", 3, "needs P"),
+    ("G52", 3, "G52 without an axis"),
     ("G92 X1 G1", 3, "only one set of axes"),
     ("M98 P1\nM2\nO1\nG1 X1", 5, "has no end (M99)"),
     ("O5\nO6", 3, "another program begins"),

@@ -97,6 +97,8 @@ def test_each_fault_is_named_with_its_line(line: str, reason: str) -> None:
         ("G21\nG2 X1 Y1 R5 F5\nM2", "linuxcnc", "program:2: an arc from a place that is not known"),
         ("G21 F9\nG0 Z1\nG99 G81 X1 Z-1 R1\nM2", "linuxcnc", "program:3: a hole at a place that is not known"),
         ("G21 F9\nG98 G81 X1 Y1 Z-1 R1\nM2", "linuxcnc", "program:2: G98 returns to a height that is not known"),
+        ("G21\nG93 G1 X1 F5\nM2", "linuxcnc", "program:2: a cut in inverse time (G93) needs a known length"),
+        ("G17\nG0 X5\nM2", "linuxcnc", "program:2: X5 comes before the units are stated (G21 for mm)"),
         ("G21\nX5\nM2", "linuxcnc", "program:2: X5 without G0"),
         ("G21\nG0 X5\n", "linuxcnc", "program: the program has no end; M2 is missing"),
         ("%\nG21\nG0 X5.\n%", "haas", "program: the program has no end; M30 is missing"),

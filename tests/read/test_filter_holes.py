@@ -113,3 +113,13 @@ def test_pieces_that_cut_a_circle_anywhere_close_it_and_one_less_does_not(cuts, 
     assert used == {p.entity for p in pieces}
     if min(p.sweep for p in pieces) > 0.01:
         assert close_circles(pieces[1:]) == ([], set())
+
+
+@pytest.mark.parametrize(("rule", "diameter"), [("smallest", 4), ("largest", 8)])
+def test_of_circles_at_different_heights_the_hole_starts_at_the_highest(rule, diameter):
+    """To start at its own height would be a rapid into the material above it."""
+    kept, issues = sift([Hole(0, 0, 4, z=-2), Hole(0, 0, 8, z=1), Hole(9, 9, 5, z=-3)], ReadOptions(concentric=rule))
+    assert [(h.diameter, h.z) for h in kept] == [(diameter, 1), (5, -3)]
+    assert [i.code for i in issues] == (["L406", "L302"] if rule == "smallest" else ["L302"])
+    if rule == "smallest":
+        assert "begins at the highest of them" in str(issues[0]) and "0" in issues[0].place

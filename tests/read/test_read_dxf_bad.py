@@ -111,6 +111,20 @@ def test_impossible_or_missing_numbers_are_skipped_and_reported(hand_drawn, enti
     assert codes(part) == ["L203"]
 
 
+@pytest.mark.parametrize(
+    ("entities", "words"),
+    [
+        (CIRCLE.format("1e7", 0, 1), "no holes: 1 CIRCLE with numbers out of range"),
+        (CIRCLE.format(1, 2, 3) + "210\n1\n220\n0\n230\n0\n", "no holes: 1 circle not in the plane"),
+        (INSERT.format("NOPE", 3), "no holes: blocks that are missing or refer to themselves"),
+        ("0\nPOINT\n8\n0\n", "no holes: 1 damaged"),
+        ("", "no holes: the drawing is empty"),
+    ],
+)
+def test_a_drawing_without_any_hole_is_refused_with_the_reason(hand_drawn, entities, words):
+    assert words in refusal(hand_drawn(entities))
+
+
 def test_two_entities_with_one_handle_are_two_holes(hand_drawn):
     circles = "".join(CIRCLE.format(x, 0, 1).replace("8\nHOLES", "5\nA0\n8\nHOLES") for x in (1, 5))
     assert [h.x for h in read(hand_drawn(circles)).holes] == [1, 5]

@@ -34,6 +34,21 @@ def test_a_map_with_spanish_names(text_file):
     assert holes(read(text_file("a.xml", text))) == [(25.4, 50.8, 6.35, "A"), (76.2, 0.0, 0.0, "B")]
 
 
+def test_a_height_out_of_range_skips_its_row_alone(text_file):
+    part = read(text_file("a.csv", "x,y,d,z\n1,2,3,1e9\n4,5,6,-7\n"))
+    assert [(h.x, h.z) for h in part.holes] == [(4, -7)]
+    assert [str(issue) for issue in part.issues if issue.code == "L208"] == [
+        "L208 row skipped: z 1e+09 mm is out of range (a.csv:2)"
+    ]
+
+
+def test_files_whose_points_are_all_left_out_are_refused_with_the_reason(text_file):
+    for name, text in (("a.csv", "x,y,layer\n1,2,A\n"), ("a.xml", '<map><hole x="1" y="2" layer="A"/></map>')):
+        with pytest.raises(ReadError, match="no holes: .*layer") as caught:
+            read(text_file(name, text), ReadOptions(layers=("B",)))
+        assert "\n" not in str(caught.value)
+
+
 @pytest.mark.parametrize(
     "text",
     [

@@ -119,6 +119,32 @@ def test_a_use_draws_what_it_names_where_it_says(draw):
     ]
 
 
+def test_a_nested_drawing_has_its_own_corner_and_view_box(draw):
+    """SVG 1.1, 7.8: 4 × 2 into 20 × 20 at 10, 5. Unscaled in proportion: 5 and 10; meet: 5, in the middle or at an end."""
+    nested = (
+        '<svg x="10" y="5" width="20" height="20" viewBox="1 1 4 2"{}><rect x="1" y="1" width="4" height="2"/></svg>'
+    )
+    extents = {
+        ' preserveAspectRatio="none"': (10, 25, 30, 45),
+        "": (10, 30, 30, 40),
+        ' preserveAspectRatio="xMinYMin"': (10, 35, 30, 45),
+        ' preserveAspectRatio="xMidYMax meet"': (10, 25, 30, 35),
+        ' preserveAspectRatio="xMinYMid slice"': (10, 25, 50, 45),
+        ' preserveAspectRatio="xMaxYMid slice"': (-10, 25, 30, 45),
+    }
+    for words, expected in extents.items():
+        assert only(draw(nested.format(words))).path.extents == pytest.approx(expected), words
+    plain = only(draw('<svg x="25%" y="20%"><rect width="4" height="2"/></svg>')).path
+    assert plain.extents == pytest.approx((25, 38, 29, 40))
+
+
+def test_shapes_without_size_draw_nothing_and_moves_begin_new_contours(draw):
+    part = read_contours(draw('<rect width="0" height="5"/><rect width="4" height="0"/><path d="M0 0h3M9 9h5v1z"/>'))
+    assert [(c.path.length, c.path.closed) for c in part.contours] == [
+        (3, False), (pytest.approx(6 + math.sqrt(26)), True),
+    ]  # fmt: skip
+
+
 def test_the_layer_is_the_inkscape_layer_else_the_class_else_the_colour(draw):
     body = """<style>.engrave { stroke: blue } /* .gone{display:none} */ .gone { display:none }</style>
         <g inkscape:groupmode="layer" inkscape:label="Outer cut"><line x2="1" class="x"/></g>
@@ -180,6 +206,8 @@ def test_numbers_that_cannot_be_understood_are_skipped_and_reported(draw, elemen
     "text, words",
     [
         ("<svg", "not well-formed"),
+        ("<html/>", "this is not an SVG drawing: its root is <html>"),
+        (f'{HEAD} viewBox="0 0 5"><line x2="1"/></svg>', "size of the drawing.*a view box needs four numbers"),
         (f"{HEAD}/>", "nothing to cut: the drawing is empty"),
         (f'{HEAD} width="5em"/>', "size of the drawing"),
         (f'{HEAD} viewBox="0 0 0 0"/>', "size of the drawing"),

@@ -121,3 +121,11 @@ def test_what_is_no_library_is_refused_in_one_line(name: str, data: bytes | None
     with pytest.raises(OptionError) as caught:
         imported_tools(str(tmp_path / name))
     assert words in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_the_first_of_two_tools_with_one_number_is_taken_and_empty_rows_are_skipped(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("T,D,kind,cycle\n1,4,drill,g81\n,,,\n1,5,drill,g81\n2,6,drill,\n")
+    library = load_tools(tmp_path / "a.csv", "mm")
+    assert [(tool.number, tool.diameter, tool.cycle) for tool in library.tools] == [(1, 4.0, "G81"), (2, 6.0, None)]
+    (line,) = library.left_out
+    assert "another tool has its number" in line
