@@ -11,6 +11,7 @@ import pytest
 
 from leafcut.errors import LeafcutError, OptionError, ReadError
 from leafcut.kinds import Head
+from leafcut.read.controllers.fluidnc import configuration_of
 from leafcut.read.controllers.importing import (
     KINDS,
     ImportedMachine,
@@ -220,8 +221,8 @@ MACH4 = (HERE / "mach4_mm.ini").read_text()
         ("echo:  M203 X1 Y1\necho:  M201 X1 Y1 Z1\n", "M203 has no Z; is the file whole"),
         ("echo:  M203 X1 Y1 Z1\n", "has no M201"),
         ("M566 X1\nM203 X{a} Y1 Z1\nM201 X1 Y1 Z1", "M203 X is '.a.', but must be a number"),
-        (AXES + "  z: {max_rate_mm_per_min: 900, max_travel_mm: 0}\n", ":4: max_travel_mm of z is 0, but must be above 0"),
-        (AXES + "  z: {max_rate_mm_per_min: 900}\npwm:\n  speed_map: 0=0% fast\n", ":6: speed_map is '0=0% fast', but must"),
+        (AXES + "  z: {max_rate_mm_per_min: 9, max_travel_mm: 0}\n", ":4: max_travel_mm of z is 0, but must"),
+        (AXES + "  z: {max_rate_mm_per_min: 9}\npwm:\n  speed_map: 0=0% fast\n", ":6: speed_map is '0=0% fast'"),
         ("M203 X1 Y1 Z1\nM201 X1 Y1 Z1\nM205 J0\n", ":3: M205 J is 0, but must be above 0"),
         ("echo: M203 X1 Y1 Z1\nM201 X1 Y1 Z1\nM205 J1\nM204 T0\n", ":4: M204 T is 0, but must be above 0"),
         (INI.replace("POSITION = 10 20 -5", "POSITION = 7"), "TOOL_CHANGE_POSITION is '7', but must be x, y and z"),
@@ -481,3 +482,48 @@ def test_a_changed_profile_keeps_all_else() -> None:
     assert data["rapid"]["velocity"] == ["10 m/min", "10 m/min", "4 m/min"]
     with pytest.raises(OptionError, match="deviation"):
         changed_profile("mach3-router", {"corners.deviation": ("0 mm", "")}, "new.toml")
+
+
+BOARD = """
+junction_deviation_mm: 0.02
+arc_tolerance_mm: 0.003
+start:
+  must_home: false
+axes:
+  x: {steps_per_mm: 80, max_rate_mm_per_min: 6000, acceleration_mm_per_sec2: 500, max_travel_mm: 300, soft_limits: true,
+      homing: {cycle: 2, mpos_mm: 10, positive_direction: false}}
+  y: {steps_per_mm: 81, max_rate_mm_per_min: 5400, acceleration_mm_per_sec2: 400, max_travel_mm: 200, soft_limits: true,
+      homing: {cycle: 2, mpos_mm: 0}}
+  z: {steps_per_mm: 400, max_rate_mm_per_min: 600, acceleration_mm_per_sec2: 50, soft_limits: true, homing: {cycle: 1}}
+10V:
+  speed_map: 0=0% 6000=25% 18000=100%
+"""
+
+
+def test_a_fluidnc_board_is_set_to_what_its_configuration_says() -> None:
+    """X homes towards minus at 10, so it goes up from there; Y homes towards plus at 0, so it goes down."""
+    board = configuration_of(BOARD, "$CD")
+    assert (board.low, board.high) == ((10, -200, LOW), (310, 0, NO))
+    assert board.rates == (100, 90, 10)
+    assert (board.accelerations, board.steps) == ((500, 400, 50), (80, 81, 400))
+    assert (board.deviation, board.arc_tolerance, board.fastest) == (0.02, 0.003, 18000)
+    assert (board.homing, board.must_home, board.soft_limits) == (True, False, True)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "name", "value"),
+    [
+        ("cycle: 1", "cycle: 0", "homing", False),
+        ("homing: {cycle: 1}", "a: 1", "homing", False),
+        ("must_home: false", "a: 1", "must_home", True),
+        ("50, soft_limits: true", "50", "soft_limits", False),
+        ("speed_map: 0=0% 6000=25% 18000=100%", "a: 1", "fastest", NO),
+    ],
+)
+def test_one_changed_line_of_a_fluidnc_board_changes_one_value(old: str, new: str, name: str, value: object) -> None:
+    assert old in BOARD
+    changed = configuration_of(BOARD.replace(old, new), "$CD")
+    same = configuration_of(BOARD, "$CD")
+    differ = {key for key in vars(type(same))["__annotations__"] if getattr(changed, key) != getattr(same, key)}
+    assert differ == {name}
+    assert getattr(changed, name) == value

@@ -244,3 +244,18 @@ def test_a_part_of_a_circle_keeps_its_radius(draw):
     assert radii == pytest.approx([7] * len(radii))
     assert contour.path.length == pytest.approx(7 * math.pi)
     assert np.abs(contour.path.bulges).max() <= 1.0
+
+
+def test_a_contour_has_the_height_at_which_it_is_drawn_and_its_block_is_inserted(draw):
+    """In a block at Z0.5 that is inserted at Z2, a line at Z1 is at 3.5; a rising line has height 0 and is reported."""
+
+    def build(document, space):
+        block = document.blocks.new("B", base_point=(0, 0, -0.5))
+        block.add_line((0, 0, 1), (5, 0, 1))
+        space.add_line((0, 9, -4), (5, 9, -4))
+        space.add_lwpolyline([(0, 5), (5, 5), (5, 7)], dxfattribs={"elevation": 1.25})
+        space.add_blockref("B", (1, 1, 2))
+        space.add_line((0, 20, 1), (5, 20, 2))
+
+    part = read_contours(draw(build))
+    assert sorted((c.path.start[1], c.z) for c in part.contours) == [(1, 3.5), (5, 1.25), (9, -4), (20, 0)]

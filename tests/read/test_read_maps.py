@@ -44,7 +44,7 @@ def test_a_height_out_of_range_skips_its_row_alone(text_file):
 
 def test_files_whose_points_are_all_left_out_are_refused_with_the_reason(text_file):
     for name, text in (("a.csv", "x,y,layer\n1,2,A\n"), ("a.xml", '<map><hole x="1" y="2" layer="A"/></map>')):
-        with pytest.raises(ReadError, match="no holes: .*layer") as caught:
+        with pytest.raises(ReadError, match=r"no holes: .*layer") as caught:
             read(text_file(name, text), ReadOptions(layers=("B",)))
         assert "\n" not in str(caught.value)
 

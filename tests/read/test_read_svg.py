@@ -120,10 +120,8 @@ def test_a_use_draws_what_it_names_where_it_says(draw):
 
 
 def test_a_nested_drawing_has_its_own_corner_and_view_box(draw):
-    """SVG 1.1, 7.8: 4 × 2 into 20 × 20 at 10, 5. Unscaled in proportion: 5 and 10; meet: 5, in the middle or at an end."""
-    nested = (
-        '<svg x="10" y="5" width="20" height="20" viewBox="1 1 4 2"{}><rect x="1" y="1" width="4" height="2"/></svg>'
-    )
+    """A box of 4 × 2 in a place of 20 × 20 at 10, 5: `none` scales by 5 and 10, `meet` by 5, `slice` by 10."""
+    nested = '<svg x="10" y="5" width="20" height="20" viewBox="1 1 4 2"{}><path d="M1 1H5V3H1z"/></svg>'
     extents = {
         ' preserveAspectRatio="none"': (10, 25, 30, 45),
         "": (10, 30, 30, 40),
