@@ -127,7 +127,7 @@ def test_a_holder_meets_the_surface_at_feed_too() -> None:
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("dogleg", [False, True])
 def test_random_moves_meet_random_blocks_as_by_dense_points(seed: int, dogleg: bool) -> None:
-    """Points of each move against the distance to upright boxes. Moves within 0.1 mm of a limit count neither way."""
+    """The distance of each move, or of its rectangle, to upright boxes. Moves within 0.1 mm of a limit do not count."""
     chance = np.random.default_rng(seed)
     low = np.round(chance.uniform(0, 40, (6, 2)), 3)
     high = low + np.round(chance.uniform(1, 12, (6, 2)), 3)
@@ -142,13 +142,15 @@ def test_random_moves_meet_random_blocks_as_by_dense_points(seed: int, dogleg: b
     wrong = 0
     for row in range(3, len(path)):
         (x0, y0, z0), (x1, y1, z1) = begin[row].tolist(), end[row].tolist()
-        xs, ys = x0 + share * (x1 - x0), y0 + share * (y1 - y0)
-        if dogleg:
-            xs, ys = (grid.ravel() for grid in np.meshgrid(xs, ys))
-        points = np.column_stack([xs, ys])
+        points = np.column_stack([x0 + share * (x1 - x0), y0 + share * (y1 - y0)])
+        ends = np.sort([(x0, y0), (x1, y1)], axis=0)
         high_enough = tops + LEAST_CLEARANCE > min(z0, z1)
-        boxes = zip(low[high_enough], high[high_enough], strict=True)
-        gap = min((float(np.linalg.norm(points - np.clip(points, *box), axis=1).min()) for box in boxes), default=99.0)
+        gap = 99.0
+        for corners in zip(low[high_enough], high[high_enough], strict=True):
+            aside = (
+                np.maximum(corners[0] - ends[1], ends[0] - corners[1]) if dogleg else points - np.clip(points, *corners)
+            )
+            gap = min(gap, float(np.linalg.norm(np.maximum(aside, 0.0) if dogleg else aside, axis=-1).min()))
         if abs(gap - RADIUS) < 0.1:
             continue
         words = f"X{x0:.3f} Y{y0:.3f} Z{z0:.3f} to X{x1:.3f} Y{y1:.3f} Z{z1:.3f}"
@@ -169,3 +171,6 @@ def test_of_a_slope_only_the_part_above_the_height_meets_an_area() -> None:
     """Above Z6 the slope begins at X6; the area ends at X2."""
     area = shapely.box(0, 0, 2, 10)
     assert [meets_area(SLOPE, area, radius, 6.0) for radius in (3.9, 4.1)] == [False, True]
+    # The peak of a gable at X5 Y5 is 3 mm before the area; 0.5 mm below, the gable is 0.42 mm farther away.
+    gable = np.array([[(0, 0, 0), (10, 0, 0), (5, 5, 6)]], dtype=np.float64)
+    assert [meets_area(gable, shapely.box(0, 8, 10, 9), radius, 5.5) for radius in (2.9, 3.1)] == [False, True]
