@@ -87,7 +87,7 @@ def test_a_controller_is_added_by_a_text_alone() -> None:
     assert toy().g_codes == {0, 10, 200, 210, 900}
     with pytest.raises(OptionError, match="toy:8: unknown key 'cicles'; did you mean 'cycles'"):
         toy("cicles = []")
-    with pytest.raises(OptionError, match="'preamble' is missing"):
+    with pytest.raises(OptionError, match=r"^dialect toy: 'preamble' is missing"):
         parse_dialect(TOY.replace('preamble = ["G90"]', "").encode(), "toy")
     with pytest.raises(OptionError, match="not a TOML file"):
         parse_dialect(b"=", "toy")

@@ -37,6 +37,7 @@ def kept(program: Program) -> list[int]:
     "text, found",
     [
         ("#1=0\nWHILE[#1LT3]DO1\nG1X[#1*10.]\n#1=#1+1\nEND1\nG1X99.", [0, 10, 20, 99]),
+        ("#1=0\nwhile [#1 lt 3] do 1\ng1 x[#1*10.]\n#1=#1+1\nend 1\ng1 x99.", [0, 10, 20, 99]),
         ("#1=1\nN5 G1 X[#1]\n#1=#1*2\nIF [#1 LE 4] GOTO 5\nG1 X9.", [1, 2, 4, 9]),
         ("#101=7\nIF[#101EQ7]THEN#102=3\nG1X#102\nIF[#101NE7]THEN#102=4\nX[#102+1]", [3, 4]),
         ("GOTO 30\nG1 X1.\nN30 G1 X2.", [2]),
