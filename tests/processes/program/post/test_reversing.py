@@ -45,6 +45,7 @@ def turned(body: str) -> str:
             "G0 X20 Y4 / G1 Z-1 F50 / G1 X9 F200 / G3 X5 Y0 I0.0 J-4.0 / G1 X0 F200",
         ),
         ("G0 X0 Y0 / G1 Z-1 F50 / G03 X4 Y2 R9 F200", "G0 X4 Y2 / G1 Z-1 F50 / G02 X0 Y0 R9 F200"),
+        ("G0 X0 Y0 / G1 Z-1 F50 / G2 Y4 J2 F200", "G0 X0 Y4 / G1 Z-1 F50 / G3 Y0 J-2.0 F200"),
         ("G90.1 G0 X0 Y0 / G1 Z-1 F50 / G2 X4 I2 J0 F200", "G90.1 G0 X4 Y0 / G1 Z-1 F50 / G3 X0 I2 J0 F200"),
         # The centre is exact, to the last decimal of the text.
         (
