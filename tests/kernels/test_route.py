@@ -2,10 +2,23 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
-from leafcut.kernels.route import BLOCK, Route, begin_bias, make_exchange, push, take_back
+from leafcut.kernels.route import (
+    BLOCK,
+    Route,
+    begin_bias,
+    choose_way,
+    keeps_order,
+    make_exchange,
+    pop,
+    push,
+    take_back,
+    take_way,
+)
 from leafcut.kernels.sequential import find_exchange, kick
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.solve.construction import random_words
@@ -13,11 +26,18 @@ from leafcut.solve.directed import DirectedInstance, build_directed
 from leafcut.solve.instance import costs_of_edges
 from leafcut.solve.precedence import keeps
 from leafcut.solve.sequential import greedy_path, route_of
+from plain_python import plain_python
 
-# Slow: compiles parts of kernels that no cache keeps. `tests/solve/test_sequential.py` checks the sums of all gains.
-pytestmark = pytest.mark.slow
+#: Small cases in plain Python; the slow ones compile parts of kernels that no cache keeps.
+EXCHANGES = [("holes", 30, 0), ("holes", 20, 8), ("cuts", 24, 0), ("cuts", 270, 20), ("ways", 14, 4)]
+SLOW_EXCHANGES = [("holes", 200, 0), ("holes", 60, 20), ("cuts", 60, 0), ("cuts", 600, 90), ("ways", 70, 20)]
+KICKS = [("holes", 20, 8), ("cuts", 270, 20), ("ways", 14, 4)]
+SLOW_KICKS = [("holes", 60, 20), ("cuts", 600, 90), ("ways", 70, 20)]
 
 BREADTH = np.array([10, 10], dtype=np.int64)
+
+#: Whether an exchange swaps its pieces, reverses B, and reverses C.
+EXCHANGE_KINDS = [kind for kind in itertools.product((False, True), repeat=3) if any(kind)]
 
 
 def instance_of(kind: str, n: int, pairs: int, closed: bool, seed: int = 2) -> DirectedInstance:
@@ -70,28 +90,37 @@ def check(instance: DirectedInstance, route: Route) -> None:
         assert np.allclose(route.bias + route.shift[np.arange(n) >> BLOCK], sums, rtol=0.0, atol=1e-8)
 
 
-@pytest.mark.parametrize("closed", [False, True])
-@pytest.mark.parametrize(
-    "kind, n, pairs", [("holes", 200, 0), ("holes", 60, 20), ("cuts", 60, 0), ("cuts", 600, 90), ("ways", 70, 20)]
-)
-def test_the_gain_of_every_exchange_is_true_and_precedence_is_kept(kind: str, n: int, pairs: int, closed: bool) -> None:
-    """Start from a path that many kicks made worse, so that each kind of exchange has a gain."""
-    instance = instance_of(kind, n, pairs, closed)
+def check_exchanges(instance: DirectedInstance, nodes: list[int]) -> set[tuple[int, ...]]:
+    """Make the exchanges at some nodes, check each, and return their kinds: swapped, B reversed, C reversed.
+
+    The path was made worse by many kicks, so that each kind of exchange has a gain.
+    """
     route, rules, words = started(instance), instance.rules, random_words(1, 0, count=1)
     for _ in range(5):
         route.counts[2] = 0
         kick(instance.cost, route, rules, words, 0, 40)
     kinds = set()
-    for v in np.random.default_rng(1).permutation(instance.n):
+    for v in nodes:
         for s, lists in ((1, rules.onward), (-1, rules.backward)):
             gain = find_exchange(instance.cost, route, rules, lists, BREADTH, 1e-7, s, v)
             if gain > 0.0:
-                before = cost_of(instance, route)
+                before, follower = cost_of(instance, route), neighbour_of(route, v, s)
                 kinds.add(tuple(route.move[3:].tolist()))
                 route.counts[2] = 0
                 assert make_exchange(instance.cost, route)
                 assert before - cost_of(instance, route) == pytest.approx(gain, abs=1e-7)
+                assert neighbour_of(route, v, s) != follower
                 check(instance, route)
+    return kinds
+
+
+def neighbour_of(route: Route, v: int, s: int) -> int:
+    """Return the node before (s = -1) or after (s = 1) node v on the path, taken as a circle."""
+    return int(route.node[(route.place[v] + s) % len(route.node)])
+
+
+def check_kinds(kinds: set[tuple[int, ...]], kind: str, pairs: int) -> None:
+    """Check that exchanges of all kinds were made: A C B D always, the others where nothing forbids them."""
     assert (1, 0, 0) in kinds
     if kind == "holes" and not pairs:
         assert kinds >= {(1, 1, 0), (1, 0, 1), (0, 1, 1)}
@@ -99,11 +128,29 @@ def test_the_gain_of_every_exchange_is_true_and_precedence_is_kept(kind: str, n:
 
 
 @pytest.mark.parametrize("closed", [False, True])
-@pytest.mark.parametrize("kind, n, pairs", [("holes", 60, 20), ("cuts", 600, 90), ("ways", 70, 20)])
-def test_kicks_and_exchanges_are_undone_exactly(kind: str, n: int, pairs: int, closed: bool) -> None:
+@pytest.mark.parametrize("kind, n, pairs", EXCHANGES)
+def test_the_gain_of_an_exchange_is_true_and_precedence_is_kept(kind: str, n: int, pairs: int, closed: bool) -> None:
+    kinds = set()
+    for seed in range(8 if kind == "holes" else 1):
+        instance = instance_of(kind, n, pairs, closed, seed)
+        nodes = np.random.default_rng(1).permutation(instance.n)[:40].tolist()
+        with plain_python():
+            kinds |= check_exchanges(instance, nodes)
+    check_kinds(kinds, kind, pairs)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("kind, n, pairs", SLOW_EXCHANGES)
+def test_compiled_exchanges_have_true_gains_and_keep_precedence(kind: str, n: int, pairs: int, closed: bool) -> None:
     instance = instance_of(kind, n, pairs, closed)
+    check_kinds(check_exchanges(instance, np.random.default_rng(1).permutation(instance.n).tolist()), kind, pairs)
+
+
+def check_undo(instance: DirectedInstance, rounds: int) -> None:
+    """Kick, check the cost of the kicks, make some exchanges, take all back, and check that no trace is left."""
     route, words = started(instance), random_words(1, 0, count=1)
-    for _ in range(40):
+    for _ in range(rounds):
         kept = [a.copy() for a in (route.node, route.place, route.enter, route.leave)]
         before = cost_of(instance, route)
         worse = kick(instance.cost, route, instance.rules, words, 0, 3)
@@ -119,24 +166,121 @@ def test_kicks_and_exchanges_are_undone_exactly(kind: str, n: int, pairs: int, c
         check(instance, route)
 
 
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("kind, n, pairs", KICKS)
+def test_kicks_and_exchanges_are_undone_exactly(kind: str, n: int, pairs: int, closed: bool) -> None:
+    instance = instance_of(kind, n, pairs, closed)
+    with plain_python():
+        check_undo(instance, 12 if n < 100 else 3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("kind, n, pairs", SLOW_KICKS)
+def test_compiled_kicks_and_exchanges_are_undone_exactly(kind: str, n: int, pairs: int, closed: bool) -> None:
+    check_undo(instance_of(kind, n, pairs, closed), 40)
+
+
 def test_an_exchange_that_does_not_fit_in_the_log_is_not_applied() -> None:
-    instance = instance_of("holes", 60, 0, closed=True)
+    instance = instance_of("holes", 20, 0, closed=True)
     first = greedy_path(instance)
     route = route_of(instance, first.node, first.enter, log=4)
     words, node = random_words(1, 0, count=1), first.node.copy()
-    for _ in range(20):
-        route.counts[2] = route.counts[3] = 0
-        kick(instance.cost, route, instance.rules, words, 0, 1)
-        take_back(instance.cost, route, instance.rules)
-        assert np.array_equal(route.node, node)
+    with plain_python():
+        for _ in range(20):
+            route.counts[2] = route.counts[3] = 0
+            worse = kick(instance.cost, route, instance.rules, words, 0, 1)
+            assert (route.counts[3] == 0) or (worse == 0.0 and np.array_equal(route.node, node))
+            take_back(instance.cost, route, instance.rules)
+            assert np.array_equal(route.node, node)
     assert route.counts[3] == 1
+
+
+def test_a_way_that_does_not_fit_in_the_log_is_not_taken() -> None:
+    instance = instance_of("ways", 8, 0, closed=True)
+    first = greedy_path(instance)
+    with plain_python():
+        for log, fits in ((2, False), (3, True)):
+            route = route_of(instance, first.node, first.enter, log=log)
+            v = int(route.node[3])
+            other = next(w for w in instance.rules.way[2 * v : 2 * v + 2].tolist() if w != route.enter[v])
+            assert take_way(instance.cost, route, instance.rules, v, other) == fits
+            assert route.counts[3] == (not fits)
+            assert (route.enter[v] == other) == fits
+            # The node and its two neighbours may gain now.
+            assert sorted(route.queue[: route.counts[1]].tolist()) == (sorted(route.node[2:5].tolist()) if fits else [])
+
+
+@pytest.mark.parametrize("closed", [False, True])
+def test_the_chosen_way_of_a_node_is_the_best_of_all_its_ways(closed: bool) -> None:
+    """Every way is tried by hand: of the others none makes the path shorter."""
+    instance = instance_of("ways", 12, 0, closed)
+    rules, n = instance.rules, instance.problem.n_clusters
+    route = started(instance)
+    words, gains = random_words(1, 0, count=1), []
+    with plain_python():
+        kick(instance.cost, route, rules, words, 0, 40)
+        for v in range(instance.n):
+            before = cost_of(instance, route)
+            gain = choose_way(instance.cost, route, rules, v, 1e-9)
+            gains.append(gain)
+            assert before - cost_of(instance, route) == pytest.approx(gain, abs=1e-9)
+            check(instance, route)
+            for row in rules.way[rules.way_begin[v] : rules.way_begin[v + 1]].tolist():
+                enter, leave = route.enter.copy(), route.leave.copy()
+                enter[v], leave[v] = row, row + rules.beyond[0]
+                assert instance.length(route.node, enter, leave) >= cost_of(instance, route) - 1e-9
+    assert max(gains[:n]) > 0.0
+    assert min(gains) >= 0.0
+
+
+@pytest.mark.parametrize("pairs", [1, 6, 15])
+def test_order_is_kept_by_an_exchange_exactly_if_no_pair_is_reversed(pairs: int) -> None:
+    """All exchanges of a path of 8 nodes: make each, and look at every pair."""
+    instance = instance_of("holes", 8, pairs, closed=True)
+    with plain_python():
+        for p in range(-1, 6):
+            for q in range(p + 1, 7):
+                for r in range(q + 1, 8):
+                    for kind in EXCHANGE_KINDS:
+                        route = started(instance)
+                        answer = keeps_order(route, instance.rules, p, q, r, *kind)
+                        route.move[:] = (p, q, r, *kind)
+                        assert make_exchange(instance.cost, route)
+                        assert answer == keeps(instance.pairs, route.node)
+
+
+def test_an_exchange_puts_the_pieces_together_as_stated() -> None:
+    """A = 0, 1; B = 2, 3, 4; C = 5, 6; D = 7: swapped or not, each piece reversed or not, and the cut nodes queued."""
+    instance = instance_of("holes", 8, 0, closed=True)
+    b, c = [2, 3, 4], [5, 6]
+    with plain_python():
+        for kind in EXCHANGE_KINDS:
+            swapped, b_reversed, c_reversed = kind
+            route = route_of(instance, np.arange(8, dtype=np.int32), instance.enter, log=100)
+            route.move[:] = (1, 4, 6, *kind)
+            assert make_exchange(instance.cost, route)
+            pieces = [b[::-1] if b_reversed else b, c[::-1] if c_reversed else c]
+            first, second = pieces[::-1] if swapped else pieces
+            assert route.node.tolist() == [0, 1, *first, *second, 7]
+            assert route.place[route.node].tolist() == list(range(8))
+            at_cuts = {1, first[0], first[-1], second[0], second[-1], 7}
+            assert set(route.queue[: route.counts[1]].tolist()) == at_cuts
+            take_back(instance.cost, route, instance.rules)
+            assert route.node.tolist() == list(range(8))
 
 
 def test_a_node_is_queued_once_and_the_queue_is_circular() -> None:
     instance = instance_of("holes", 8, 0, closed=True)
     route = started(instance)
     route.counts[0] = 6
-    for v in (3, 5, 3, 1):
-        push(route, v)
-    assert route.counts[1] == 3
-    assert [route.queue[k % 8] for k in (6, 7, 8)] == [3, 5, 1]
+    with plain_python():
+        for v in (3, 5, 3, 1):
+            push(route, v)
+        assert route.counts[1] == 3
+        assert [route.queue[k % 8] for k in (6, 7, 8)] == [3, 5, 1]
+        assert [pop(route) for _ in range(3)] == [3, 5, 1]
+        assert route.counts[:2].tolist() == [1, 0]
+        assert not route.queued.any()
+        push(route, 3)
+        assert pop(route) == 3
