@@ -132,9 +132,9 @@ def check_kinds(kinds: set[tuple[int, ...]], kind: str, pairs: int) -> None:
 def test_the_gain_of_an_exchange_is_true_and_precedence_is_kept(kind: str, n: int, pairs: int, closed: bool) -> None:
     kinds = set()
     for seed in range(8 if kind == "holes" else 1):
-        instance = instance_of(kind, n, pairs, closed, seed)
-        nodes = np.random.default_rng(1).permutation(instance.n)[:40].tolist()
         with plain_python():
+            instance = instance_of(kind, n, pairs, closed, seed)
+            nodes = np.random.default_rng(1).permutation(instance.n)[:40].tolist()
             kinds |= check_exchanges(instance, nodes)
     check_kinds(kinds, kind, pairs)
 
@@ -169,8 +169,8 @@ def check_undo(instance: DirectedInstance, rounds: int) -> None:
 @pytest.mark.parametrize("closed", [False, True])
 @pytest.mark.parametrize("kind, n, pairs", KICKS)
 def test_kicks_and_exchanges_are_undone_exactly(kind: str, n: int, pairs: int, closed: bool) -> None:
-    instance = instance_of(kind, n, pairs, closed)
     with plain_python():
+        instance = instance_of(kind, n, pairs, closed)
         check_undo(instance, 12 if n < 100 else 3)
 
 

@@ -110,6 +110,7 @@ def test_lists_hold_all_possible_neighbours_the_cheapest_first(
             assert costs[v, : len(listed)].tolist() == pytest.approx([cost[w] for w in listed])
             assert sorted(costs[v].tolist()) == costs[v].tolist()
             assert all(math.isinf(c) for c in costs[v, len(listed) :])
+            assert (near[v, len(listed) :] == -1).all()
     backward = instance.rules.backward
     for one, two in zip((backward.near, backward.near_cost, backward.back, backward.back_cost),
                         (lists.back, lists.back_cost, lists.near, lists.near_cost), strict=True):  # fmt: skip
