@@ -18,7 +18,7 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import gap
 from leafcut.options import SolveOptions
 from leafcut.solve import stop as stop_module
-from leafcut.solve.certificate import relaxation
+from leafcut.solve.certificate import bound_of, relaxation
 from leafcut.solve.instance import build_instance, path_cost
 from leafcut.solve.solve import keep_better, solve
 from leafcut.solve.statistics import Best
@@ -99,6 +99,15 @@ def test_a_target_gap_without_a_bound_is_refused_in_one_line(
     assert "\n" not in str(refused.value)
 
 
+def test_a_target_gap_of_more_cuts_than_are_bounded_is_refused_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("leafcut.solve.certificate.MOST_CLUSTERS", 19)
+    xy = np.random.default_rng(1).uniform(0, 50, (40, 2))
+    cuts = RoutingProblem(xy[:20], xy[20:], np.arange(20, dtype=np.int32), np.zeros(20))
+    with pytest.raises(SolveError, match="20 targets with costs that differ by direction;") as refused:
+        solve(cuts, SolveOptions(target_gap=1.0, iterations=1))
+    assert "\n" not in str(refused.value)
+
+
 def test_a_target_gap_and_no_bound_exclude_each_other() -> None:
     with pytest.raises(OptionError, match="--no-bound"):
         SolveOptions(target_gap=1.0, bound=False)
@@ -137,6 +146,20 @@ def test_slots_far_apart_are_bounded_by_the_gaps_between_them() -> None:
     found = solve(row, SolveOptions(iterations=50))
     assert found.cost == pytest.approx(810.0)
     assert found.lower_bound == pytest.approx(810.0)
+
+
+@pytest.mark.parametrize(("closed", "gaps"), [(True, 10), (False, 9)])
+def test_slots_in_a_ring_are_bounded_by_the_gaps_and_a_closed_path_by_the_way_back(closed: bool, gaps: int) -> None:
+    """Ten slots, each the middle of a side of a regular decagon: all ways from slot to slot are equally long."""
+    corner = np.array([(50.0 * math.cos(k * math.pi / 5), 50.0 * math.sin(k * math.pi / 5)) for k in range(11)])
+    one, two = 0.8 * corner[:-1] + 0.2 * corner[1:], 0.2 * corner[:-1] + 0.8 * corner[1:]
+    entry, exit_ = np.stack([one, two], 1).reshape(-1, 2), np.stack([two, one], 1).reshape(-1, 2)
+    cluster = np.repeat(np.random.default_rng(1).permutation(10).astype(np.int32), 2)
+    ring = RoutingProblem(entry, exit_, cluster, np.zeros(20), closed=closed)
+    found = solve(ring, SolveOptions(iterations=50))
+    way = math.dist(two[0], one[1])
+    assert found.cost == pytest.approx(gaps * way)
+    assert found.lower_bound == pytest.approx(gaps * way)
 
 
 def test_of_too_many_ways_no_bound_is_told(bounding: Bounding, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -333,3 +356,34 @@ def test_a_bound_that_ends_early_is_the_bound_proved_so_far(n: int) -> None:
         assert bounds[-1] <= found.cost
     assert bounds == sorted(bounds)
     assert bounds[0] < bounds[-1] == solve(board(n), SolveOptions(preset="fast", threads=1)).lower_bound
+
+
+@pytest.mark.parametrize("kind", ["cuts", "slots"])
+@pytest.mark.parametrize("closed", [False, True])
+def test_a_relaxation_takes_the_cheapest_way_and_the_cheapest_work(kind: str, closed: bool) -> None:
+    """All ways between two of six targets are tried, in both directions; the start stands beside a free end."""
+    rng = np.random.default_rng(2)
+    cluster = rng.permutation(np.repeat(np.arange(6), 2 if kind == "slots" else 1)).astype(np.int32)
+    entry, exit_ = rng.uniform(0, 50, (2, len(cluster), 2))
+    start = None if closed else (1.0, 2.0)
+    problem = RoutingProblem(
+        entry, exit_, cluster, rng.uniform(0, 9, len(cluster)), closed=closed, start=start,
+        precedence=np.array([[0, 1]], dtype=np.int32),
+    )  # fmt: skip
+    relaxed = relaxation(problem)
+    assert relaxed is not None
+    assert relaxed.closed
+    assert not len(relaxed.precedence)
+    assert relaxed.n_nodes == relaxed.n_clusters == (6 if closed else 7)
+    members = [np.flatnonzero(cluster == c).tolist() for c in range(6)]
+    for a, b in itertools.permutations(range(6), 2):
+        ways = [math.dist(exit_[v], entry[w]) for v, w in itertools.product(members[a], members[b])]
+        ways += [math.dist(exit_[w], entry[v]) for v, w in itertools.product(members[a], members[b])]
+        assert relaxed.metric.matrix[a, b] == pytest.approx(min(ways))
+    if not closed:
+        assert (relaxed.metric.matrix[6, :6] == 0.0).all()  # the end is free
+        assert (relaxed.metric.matrix[:6, 6] == 0.0).all()
+    service = [min(problem.service[m]) for m in members] + [0.0] * (not closed)
+    assert relaxed.service.tolist() == service
+    # The problem itself has no tour that stands for its path, so no bound of its own.
+    assert bound_of(build_instance(problem, 5), 1e9, threading.Event()) is None
