@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
+import math
+from collections.abc import Callable
+
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -12,6 +17,7 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.solve.instance import build_instance
 from leafcut.solve.local_search import LocalSearch
 from leafcut.solve.stop import Stop
+from plain_python import plain_python
 
 SIZES = st.integers(5, 60)
 SEEDS = st.integers(0, 2**31)
@@ -68,6 +74,88 @@ def test_a_tied_edge_survives_local_search(n: int, seed: int) -> None:
     tour = np.concatenate([[n + 1, n], rng.permutation(n)]).astype(np.int32)
     LocalSearch.of(instance)(tour, Stop())
     assert frozenset((n, n + 1)) in edges(tour)
+
+
+@pytest.mark.parametrize("or_opt", [False, True])
+def test_a_local_optimum_has_no_move_left_of_all_moves(or_opt: bool) -> None:
+    """Every exchange of two edges and every run of up to three nodes at every other place, either way round.
+
+    The lists hold all nodes. A run is only tried beside a node that is nearer to it than what its removal saves.
+    """
+    n = 10
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        xy = rng.uniform(0, 30, (n, 2))
+        instance = build_instance(RoutingProblem.of_points(xy, closed=True), n - 1)
+        tour, search, places = rng.permutation(n).astype(np.int32), LocalSearch.of(instance, or_opt), instance.cost.xy
+        with plain_python():
+            before = None
+            while not np.array_equal(tour, before):
+                before = tour.copy()
+                search(tour, Stop())
+        assert sorted(tour.tolist()) == list(range(n))
+
+        def way(a: int, b: int, places: np.ndarray = places) -> float:
+            return math.dist(places[a], places[b])
+
+        def length(nodes: list[int], way: Callable[[int, int], float] = way) -> float:
+            return sum(way(a, b) for a, b in zip(nodes, [*nodes[1:], nodes[0]], strict=True))
+
+        nodes = tour.tolist()
+        shortest = length(nodes) - 1e-7
+        for i, j in itertools.combinations(range(n), 2):
+            assert length([*nodes[:i], *nodes[i : j + 1][::-1], *nodes[j + 1 :]]) >= shortest
+        for at, size in itertools.product(range(n), (1, 2, 3) if or_opt else ()):
+            turned = nodes[at:] + nodes[:at]
+            run, rest = turned[:size], turned[size:]
+            saved = way(rest[-1], run[0]) + way(run[-1], rest[0]) - way(rest[-1], rest[0])
+            for k, piece in itertools.product(range(1, len(rest)), (run, run[::-1])):
+                nearest = min(way(rest[k - 1], piece[0]), way(piece[-1], rest[k]))
+                if nearest < saved - 1e-6:
+                    assert length([*rest[:k], *piece, *rest[k:]]) >= shortest
+
+
+@pytest.mark.parametrize("forward", [True, False])
+def test_a_run_of_up_to_three_nodes_moves_to_where_it_belongs(forward: bool) -> None:
+    """A ring of 24 places, of which a run stands between two others far away; no exchange of two edges is shorter."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    xy = 100.0 * np.stack([np.cos(angle), np.sin(angle)], 1)
+    instance = build_instance(RoutingProblem.of_points(xy, closed=True), 6)
+    ring = np.argsort(instance.label).tolist()
+    best = tour_cost(instance.cost, np.array(ring, dtype=np.int32))
+    for size, reverse in itertools.product((1, 2, 3), (False, True)):
+        run = ring[5 : 5 + size][:: -1 if reverse else 1]
+        tour = [*ring[:5], *ring[5 + size : 8 + size], *run, *ring[8 + size :]]
+        tour = np.array(tour if forward else tour[::-1], dtype=np.int32)
+        with plain_python():
+            LocalSearch.of(instance)(tour, Stop())
+        assert tour_cost(instance.cost, tour) == pytest.approx(best)
+
+
+def test_the_most_moves_are_kept_and_a_stop_ends_the_search() -> None:
+    xy = np.random.default_rng(1).uniform(0, 30, (40, 2))
+    instance = build_instance(RoutingProblem.of_points(xy, closed=True), 8)
+    stop = Stop()
+    stop.cancelled.set()
+    tour, search = np.random.default_rng(2).permutation(40).astype(np.int32), LocalSearch.of(instance)
+    arrays = (tour, search.place, instance.candidates, search.queue, search.queued, search.state, search.touched)
+    with plain_python():
+        queue_all(tour, search.place, search.queue, search.queued, search.state)
+        assert improve(instance.cost, *arrays, True, 3) == 3
+        assert search.queued.sum() == search.state[1] > 0
+        rest = improve(instance.cost, *arrays, True, 10**6)
+        assert 0 < rest < 10**6
+        assert search.state[1] == search.queued.sum() == 0
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("leafcut.solve.local_search.MOVES_PER_LOOK", 2)
+            looked = np.random.default_rng(2).permutation(40).astype(np.int32)
+            search(looked, stop)
+            again = np.random.default_rng(2).permutation(40).astype(np.int32)
+            queue_all(again, *arrays[1:2], *arrays[3:6])
+            improve(instance.cost, again, *arrays[1:], True, 2)
+            assert np.array_equal(looked, again)
+            search(looked, Stop())
+    assert tour_cost(instance.cost, looked) < tour_cost(instance.cost, again)
 
 
 def test_a_crossing_is_taken_out() -> None:

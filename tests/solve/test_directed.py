@@ -167,7 +167,8 @@ def test_lists_by_the_middles_of_clusters_name_the_nearest_ones(monkeypatch: pyt
     entry = np.repeat(np.stack([10.0 * where, np.zeros(M)], axis=1), 2, axis=0) + np.tile(
         [[0.0, 1.0], [0.0, -1.0]], (M, 1)
     )
-    problem = RoutingProblem(entry, entry, np.repeat(np.arange(M, dtype=np.int32), 2), np.zeros(2 * M), closed=True)
+    exit_ = entry * (1.0, -1.0)  # each may be worked in two directions
+    problem = RoutingProblem(entry, exit_, np.repeat(np.arange(M, dtype=np.int32), 2), np.zeros(2 * M), closed=True)
     lists = build_directed(problem, 3).rules.onward
     for c in range(M):
         nearest = sorted(abs(int(where[c]) - int(where[w])) for w in range(M) if w != c)[:2]
