@@ -13,13 +13,16 @@ import pytest
 from leafcut.kernels.cost import tour_cost
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import SolveOptions
+from leafcut.solve import colony as colony_module
 from leafcut.solve.colony import (
     FIRST_ANTS,
     MOST_ANTS,
     Colony,
+    Meetings,
     _have_time_to_kick,
     _how_many,
     _learned,
+    follow_trails,
     found_colony,
     next_generation,
 )
@@ -65,6 +68,53 @@ def test_a_generation_is_the_same_in_threads() -> None:
     here = lived(instance, workers())
     with ThreadPoolExecutor(3) as threads:
         assert np.array_equal(here.tours, lived(instance, workers(threads, 3)).tours)
+
+
+def test_the_best_ant_of_another_colony_joins_if_there_is_any() -> None:
+    one, other = (
+        Colony(np.arange(k, k + 6, dtype=np.int32).reshape(2, 3), np.array([5.0 + k, 4.0 + k]), k, 9) for k in (0, 10)
+    )
+    joined = one.joined_by(other)
+    assert joined.tours.tolist() == [[0, 1, 2], [3, 4, 5], [13, 14, 15]]
+    assert joined.costs.tolist() == [5.0, 4.0, 14.0]
+    assert (joined.number, joined.generation) == (0, 9)
+    assert one.joined_by(Colony(other.tours[:0], other.costs[:0])) is one
+
+
+def test_every_ant_meets_one_other_and_all_belong_to_one_ring(monkeypatch: pytest.MonkeyPatch) -> None:
+    instance, met = instance_of(12), []
+
+    def note(_: Instance, meetings: Meetings, __: Stop | None = None) -> tuple[np.ndarray, np.ndarray]:
+        met.extend(zip(meetings.mine.tolist(), meetings.other.tolist(), meetings.costs.tolist(), strict=True))
+        return meetings.mine, meetings.costs
+
+    monkeypatch.setattr(colony_module, "follow_trails", note)
+    tours = np.array([np.roll(np.arange(12), k) for k in range(9)], dtype=np.int32)
+    colony = Colony(tours, np.arange(9.0))
+    after = next_generation(instance, colony, 7, workers())
+    assert np.array_equal(after.tours, colony.tours)
+    assert np.array_equal(after.costs, colony.costs)
+    assert after.generation == 1
+    follows = {-mine[0] % 12: -other[0] % 12 for mine, other, _ in met}
+    assert [cost for *_, cost in met] == [-mine[0] % 12 for mine, *_ in met]
+    ring = [0]
+    for _ in range(8):
+        ring.append(follows[ring[-1]])
+    assert sorted(ring) == list(range(9))
+    assert follows[ring[-1]] == 0
+
+
+def test_ants_that_meet_after_the_time_is_up_keep_their_tours_and_costs() -> None:
+    instance = instance_of(150)
+    colony = found_colony(instance, 4, 7, 0, workers())
+    meetings = Meetings(colony.tours, np.roll(colony.tours, 1, axis=0), colony.costs, np.arange(1, 5, dtype=np.uint64))
+    late = Stop(seconds=0.0)
+    tours, costs = follow_trails(instance, meetings, late)
+    assert np.array_equal(tours, colony.tours)
+    assert np.array_equal(costs, colony.costs)
+    tours, costs = follow_trails(instance, meetings)
+    assert (costs < colony.costs).any()
+    assert np.array_equal(meetings.mine, colony.tours)
 
 
 @pytest.mark.slow

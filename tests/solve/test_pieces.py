@@ -94,6 +94,45 @@ def test_a_piece_costs_what_it_costs_in_the_whole_and_its_candidates_are_those_o
                 assert tour_cost(own.cost, pair) == tour_cost(instance.cost, label[pair])
 
 
+@pytest.mark.parametrize("ends", ENDS)
+def test_a_kicked_piece_keeps_its_ends_and_gets_no_longer_until_it_is_stopped(
+    ends: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    instance = board(ends)
+    monkeypatch.setattr(pieces, "KICKS_PER_LOOK", 10)
+    stopped, asked = Stop(), []
+    monkeypatch.setattr(stopped, "now", lambda spare=0.0: asked.append(spare) or len(asked) > 2, raising=False)
+    gained = 0
+    for nodes in cut(instance, greedy(instance), np.random.default_rng(1)):
+        piece = pieces.TourPiece(nodes, np.array([77], dtype=np.uint64), 100)
+        (after,), none = pieces.kick_piece(instance, piece)
+        assert len(none) == 0
+        assert piece.word[0] == 77
+        assert (after[0], after[-1]) == (nodes[0], nodes[-1])
+        assert sorted(after.tolist()) == sorted(nodes.tolist())
+        before, now = (sum(instance.costs(n[:-1], n[1:])) for n in (nodes, after))
+        assert now <= before + 1e-9
+        gained += now < before - 1e-6
+        # Stopped at the third look, 20 kicks are made.
+        asked.clear()
+        some = pieces.TourPiece(nodes, piece.word, 20)
+        assert np.array_equal(pieces.kick_piece(instance, piece, stopped)[0], pieces.kick_piece(instance, some)[0])
+        assert len(asked) == 3
+        assert asked[0] == pytest.approx(pieces.PUTTING_TOGETHER * instance.n)
+    assert gained
+
+
+def test_kicks_on_pieces_end_with_their_number() -> None:
+    """A round has five kicks a node; iterations go on from the given number."""
+    instance = board("closed")
+    best = Best(Stop())
+    workers = Workers(None, 1, best.stop, WorkerLog.of(1))
+    tour = greedy(instance)
+    assert kick_pieces(instance, tour, 5, best, workers, 3, 0) == 3
+    assert kick_pieces(instance, tour, 5, best, workers, 3, 5 * 90) == 4
+    assert kick_pieces(instance, tour, 5, best, workers, 3, 5 * 90 + 1) == 5
+
+
 def test_pieces_are_the_same_kicked_here_in_threads_and_in_another_process() -> None:
     instance = board("start")
     here = kicked(instance, 3)

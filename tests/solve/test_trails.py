@@ -199,3 +199,16 @@ def test_local_decay_moves_a_trail_towards_the_first_one() -> None:
         pheromone.wear(tau, nearness, weights, 2.0, 0.3, 5.0, 1, 0)
     assert tau.tolist() == [[2.0, 2.0], [pytest.approx(2.9), 2.0]]
     assert weights.tolist() == [[0.0, 0.0], [pytest.approx(84.1), 0.0]]
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "ants", "rate"),
+    [("as", 80, 0.5), ("eas", 80, 0.5), ("asrank", 80, 0.1), ("mmas", 80, 0.02), ("acs", 10, 0.1)],
+)
+def test_parameters_are_those_recommended_by_the_book(algorithm: str, ants: int, rate: float) -> None:
+    """Dorigo and Stützle 2004, box 3.1, for 80 nodes without local search; e is the number of ants."""
+    found = ColonyParameters.of(algorithm, AcoOptions(), 80, False)
+    assert (found.ants, found.rate, found.elitist_weight) == (ants, rate, ants)
+    assert found.greedy_probability == (0.9 if algorithm == "acs" else 0.0)
+    assert aco.RECOMMENDED[algorithm].name == algorithm
+    assert ColonyParameters.of(algorithm, AcoOptions(), 80, True).ants == (10 if algorithm == "acs" else 25)
