@@ -169,7 +169,7 @@ def written(tmp_path: Path) -> Iterator[tuple[str, str]]:
     yield "machine check", changed_profile("haas-vf2", {}, "a.toml")
     yield "materials --show", material_text("copper")
     yield "dialects --show", dialect_template("haas")
-    yield "tools import", imported_tools(str(table))[0]
+    yield "tools import", imported_tools(str(table), "mm")[0]
     yield "defaults --template", TEMPLATE
     leafcut.cutting_data(**given, tools=library)
     yield "cutting-data --save, with a library", saved.read_text(encoding="utf-8")

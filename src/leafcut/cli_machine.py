@@ -297,20 +297,21 @@ def _import_tools(
     output: Annotated[
         str | None, Parameter(name=["--output", "-o"], help="library to write (.toml); without it, it is printed")
     ] = None,
-    units: Annotated[
-        str, Parameter(name="--units", help="units of lengths, mm or in, where the file does not say them")
-    ] = "mm",
+    units: Annotated[str, Parameter(name="--units", help="unit of lengths without one in the file: mm or in")] = "",
+    material: Annotated[
+        str, Parameter(name="--material", help="material to cut: chooses among the presets of each Fusion tool")
+    ] = "",
     as_json: _Json = False,
 ) -> int:
-    """Make a tool library of leafcut's own from one of another program; tools that cannot be used are told, and why."""
+    """Convert a tool library of another program; list the tools that leafcut cannot use, with the reason."""
     from leafcut.files import write_whole
     from leafcut.read.tool_text import imported_tools
 
     refuse_dash("tools import", file)
     _check_output(output, [file])
-    if units not in ("mm", "in"):
+    if units not in ("mm", "in", ""):
         raise OptionError(f"--units: '{units}' is not mm or in")
-    text, library = imported_tools(file, units)
+    text, library = imported_tools(file, units, material)
     if output:
         write_whole(output, text)
     if as_json:

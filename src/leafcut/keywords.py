@@ -114,7 +114,8 @@ class OptimizeKeywords(TypedDict, total=False):
     """Largest difference between tool and hole diameter (mm; default: 0.05mm)."""
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data and for feeds of a program a name of `leafcut materials`, or a TOML file (default: mild_steel).
+    data and for feeds of a program a name of `leafcut materials`, or a TOML file; it also chooses among the
+    presets of the tools of a Fusion library (default: mild_steel).
     """
     start_point: str | Sequence[Quantity] | None
     """Start point of the tool, x,y, or free; for a program, its position before the first rapid (mm; default:
@@ -972,7 +973,8 @@ class SimulateKeywords(TypedDict, total=False):
     """Clearance height (initial plane): safe above part and clamps (mm; default: 10mm)."""
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data and for feeds of a program a name of `leafcut materials`, or a TOML file (default: mild_steel).
+    data and for feeds of a program a name of `leafcut materials`, or a TOML file; it also chooses among the
+    presets of the tools of a Fusion library (default: mild_steel).
     """
     cut_process: str | None
     """Cutting process: plasma, laser, oxyfuel, waterjet, or a name in the cut chart such as laser_fiber_3kW
@@ -1112,7 +1114,8 @@ class CuttingDataKeywords(TypedDict, total=False):
     """Largest difference between tool and hole diameter (mm; default: 0.05mm)."""
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data and for feeds of a program a name of `leafcut materials`, or a TOML file (default: mild_steel).
+    data and for feeds of a program a name of `leafcut materials`, or a TOML file; it also chooses among the
+    presets of the tools of a Fusion library (default: mild_steel).
     """
     start_point: str | Sequence[Quantity] | None
     """Start point of the tool, x,y, or free; for a program, its position before the first rapid (mm; default:
@@ -1270,7 +1273,8 @@ class VerifyKeywords(TypedDict, total=False):
     """Thickness of the plate (holes go through), or of the sheet to cut (mm; default: unknown: holes are blind)."""
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data and for feeds of a program a name of `leafcut materials`, or a TOML file (default: mild_steel).
+    data and for feeds of a program a name of `leafcut materials`, or a TOML file; it also chooses among the
+    presets of the tools of a Fusion library (default: mild_steel).
     """
     cut_process: str | None
     """Cutting process: plasma, laser, oxyfuel, waterjet, or a name in the cut chart such as laser_fiber_3kW

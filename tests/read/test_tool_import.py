@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
 
 import pytest
 
-from leafcut.errors import OptionError
+import leafcut
+from leafcut.errors import DataError, OptionError
 from leafcut.model.tool import ToolKind
 from leafcut.read.tool_text import imported_tools
 from leafcut.read.tools import load_tools
@@ -59,7 +61,7 @@ FILES = {
 def test_a_library_is_read_again_with_the_same_tools(name: str, tmp_path: Path) -> None:
     file = tmp_path / name
     file.write_text(FILES[name], encoding="utf-8")
-    text, library = imported_tools(str(file))
+    text, library = imported_tools(str(file), "mm")
     out = tmp_path / f"{name}.toml"
     out.write_text(text, encoding="utf-8")
     again = load_tools(out)
@@ -91,6 +93,88 @@ def test_a_table_of_fusion_has_the_unit_of_each_tool(tmp_path: Path) -> None:
     assert tap.pitch == 0.8 and tap.feed == pytest.approx(0.8 * 500 / 60)
 
 
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("tool.tbl", "T1 P1 D0.25 ;drill\n", "does not state its unit; give --units mm or --units in"),
+        ("a.csv", "T,D,kind\n1,0.25,drill\n", "line 2: 'diameter' has no unit; give --units mm or --units in"),
+        ("a.csv", "T,D [in],kind,feed\n1,0.25,drill,4\n", "line 2: 'feed' has no unit"),
+    ],
+)
+def test_an_import_does_not_guess_the_unit_of_a_library(name: str, text: str, words: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(OptionError, match=re.escape(words)):
+        imported_tools(str(tmp_path / name))
+    assert imported_tools(str(tmp_path / name), "in")[1].tools[0].diameter == pytest.approx(6.35)
+
+
+def with_presets(folder: Path, name: str, *presets: tuple[str, int]) -> Path:
+    """Write a Fusion library with a drill of 5 mm that has one preset per name and speed; feeds are a tenth of it."""
+    file = folder / name
+    if name.endswith(".csv"):
+        head = "Number (tool_number),Type (tool_type),Diameter (tool_diameter),Unit (tool_unit),"
+        head += "Preset Name (preset_name),Plunge Feedrate (tool_feedPlunge),Spindle Speed (tool_spindleSpeed)\n"
+        rows = [f"7,drill,5,millimeters,{preset},{n / 10},{n}\n" for preset, n in presets]
+        file.write_text(head + "".join(rows))
+    else:
+        tool = {
+            "type": "drill", "unit": "millimeters", "post-process": {"number": 7}, "geometry": {"DC": 5.0},
+            "start-values": {"presets": [{"name": p, "n": n, "v_f": n / 10} for p, n in presets]},
+        }  # fmt: skip
+        file.write_text(json.dumps({"data": [tool]}))
+    return file
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize("name", ["library.json", "fusion.csv"])
+def test_the_material_chooses_the_preset_of_a_fusion_tool(name: str, tmp_path: Path) -> None:
+    presets = (("Softwood", 15000), ("Steel", 1500), ("Stainless steel", 900), ("Aluminum roughing", 6000))
+    file = with_presets(tmp_path, name, *presets)
+    for material, speed in (
+        ("softwood", 15000), ("steel", 1500), ("steel-c45", 1500), ("stainless_steel", 900), ("aluminium", 6000),
+    ):  # fmt: skip
+        (tool,) = load_tools(file, material=material).tools
+        assert (tool.spindle_rpm, tool.feed) == (speed, pytest.approx(speed / 600)), material
+    assert "15000" in imported_tools(str(file), material="softwood")[0]
+    for material in ("", "brass", "stainless-304"):
+        with pytest.raises(DataError, match="name one with --material: 'Softwood', 'Steel', 'Stainless steel'"):
+            load_tools(file, material=material)
+
+
+@pytest.mark.parametrize("name", ["library.json", "fusion.csv"])
+def test_equal_presets_and_single_presets_need_no_material(name: str, tmp_path: Path) -> None:
+    for presets in ([("Wood", 9000), ("Plastic", 9000)], [("Wood", 9000)]):
+        assert load_tools(with_presets(tmp_path, name, *presets)).tools[0].spindle_rpm == 9000
+
+
+def test_drilling_obeys_or_refuses_the_material(tmp_path: Path) -> None:
+    library = with_presets(tmp_path, "library.json", ("Softwood", 15000), ("Steel", 1500))
+    plate = tmp_path / "plate.csv"
+    plate.write_text("x,y,d\n10,10,5\n20,10,5\n")
+    given = {"thickness": 6, "machine": "linuxcnc-mill", "time_limit": 1}
+    text = leafcut.optimize(plate, tools=library, material="steel", **given).text
+    assert "S1500" in text and "F150" in text
+    with pytest.raises(OptionError, match="--material: chooses among the presets of a Fusion tool library only"):
+        leafcut.optimize(plate, material="steel", **given)
+
+
+def test_fusion_libraries_of_2016_keep_feeds_in_a_single_preset(tmp_path: Path) -> None:
+    tool = {
+        "type": "drill", "unit": "millimeters", "post-process": {"number": 7}, "geometry": {"DC": 5.0},
+        "start-values": {"*": {"n": 2000, "v_f": 300, "v_f_plunge": 240}},
+    }  # fmt: skip
+    (tmp_path / "old.json").write_text(json.dumps({"data": [tool]}))
+    (drill,) = load_tools(tmp_path / "old.json").tools
+    assert (drill.spindle_rpm, drill.feed) == (2000, 4.0)
+
+
+def test_a_comma_in_a_freecad_tool_is_a_decimal_point(tmp_path: Path) -> None:
+    bit = {"shape": "drill.fcstd", "parameter": {"Diameter": "3,175 mm", "TipAngle": "118,00 °"}}
+    (tmp_path / "drill.fctb").write_text(json.dumps(bit))
+    assert load_tools(tmp_path / "drill.fctb").tools[0].diameter == 3.175
+
+
 def test_lengths_without_a_unit_are_those_that_are_said(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("T,D,kind\n1,0.5,drill\n")
     assert load_tools(tmp_path / "a.csv", "in").tools[0].diameter == pytest.approx(12.7)
@@ -119,7 +203,7 @@ def test_what_is_no_library_is_refused_in_one_line(name: str, data: bytes | None
     if data is not None:
         (tmp_path / name).write_bytes(data)
     with pytest.raises(OptionError) as caught:
-        imported_tools(str(tmp_path / name))
+        imported_tools(str(tmp_path / name), "mm")
     assert words in str(caught.value) and "\n" not in str(caught.value)
 
 

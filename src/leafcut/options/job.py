@@ -125,7 +125,8 @@ class JobOptions(OptionGroup):
         "text",
         "mild_steel",
         "material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for "
-        "cutting-data and for feeds of a program a name of `leafcut materials`, or a TOML file",
+        "cutting-data and for feeds of a program a name of `leafcut materials`, or a TOML file; it also chooses among "
+        "the presets of the tools of a Fusion library",
         may_be_path=".toml",
     )
     start_point: tuple[float, ...] | None = option(

@@ -21,6 +21,7 @@ from leafcut.quick_dataclass import dataclass
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
     from leafcut.model.difference import Difference
+    from leafcut.model.tool import ToolLibrary
 
 
 #: Of a time limit so much at least is the search's own, and so much that of its lower bounds.
@@ -158,6 +159,21 @@ def machine_of(settings: Settings) -> Machine:
     from leafcut.read.machine import load_machine
 
     return load_machine(settings.machine.machine, settings.machine.work_offset)
+
+
+def tools_of(settings: Settings, machine: Machine) -> ToolLibrary | None:
+    """Return the tool library that the settings name, or None; ``--material`` chooses among presets.
+
+    Raises
+    ------
+    DataError
+        The file is not a tool library.
+    """
+    from leafcut.read.tools import load_tools
+
+    job = settings.job
+    material = job.material if "material" in settings.given else ""
+    return load_tools(job.tools, machine.units, material) if job.tools is not None else None
 
 
 def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> None:

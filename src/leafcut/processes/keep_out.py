@@ -11,7 +11,7 @@ from leafcut.errors import OptionError, PlanError
 from leafcut.model.issue import Issue
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.toolpath import MOTIONS, Kind, Toolpath
-from leafcut.processes.course import Run
+from leafcut.processes.course import Run, tools_of
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
@@ -105,19 +105,18 @@ def _lifts(path: Toolpath) -> bool:
 
 
 def _radii(run: Run, program: Program) -> tuple[dict[int, float], list[int]]:
-    """Return the radius of every tool, mm, by the library, else by the program's comments; and whose is not known."""
+    """Return the radius of each tool, mm, from the library or else the comments, and the tools of unknown radius."""
     from leafcut.gcode.tool_comments import tool_width
-    from leafcut.read.tools import load_tools
 
-    file = run.settings.job.tools
-    library = load_tools(file, run.machine.units).by_number if file else {}
+    tools = tools_of(run.settings, run.machine)
+    library = tools.by_number if tools is not None else {}
     radii: dict[int, float] = {}
     unknown: list[int] = []
     kind = program.path.kind
     works = np.flatnonzero((kind >= Kind.FEED) & (kind <= Kind.DRILL))
     blocks = np.searchsorted(program.first, works, side="right") - 1
-    tools = [(program.modal(block).tool or 0, block) for block in np.unique(blocks).tolist()]
-    for number, block in dict(reversed(tools)).items():
+    used = [(program.modal(block).tool or 0, block) for block in np.unique(blocks).tolist()]
+    for number, block in dict(reversed(used)).items():
         width = library[number].diameter if number in library else tool_width(program, block)
         radii[number] = 0.5 * width
         if not width:

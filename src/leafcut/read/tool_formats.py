@@ -1,9 +1,9 @@
-"""Tool libraries of other programs, each as rows with the keys of leafcut's own: LinuxCNC, Fusion, FreeCAD, tables.
+"""Read tool libraries of other programs as rows with the keys of leafcut's own libraries.
 
-LinuxCNC's table (``tool.tbl``: user manual, "Tool Table Format") has the machine's units and no kinds: its comments say
-what a tool is. A Fusion library (``.json``, or ``.tools``: the same, zipped) says the units of every tool and has feeds
-in its presets. A FreeCAD library (``.fctl`` with a ``.fctb`` for every tool) carries units in its texts, and no feeds.
-A table (``.csv``: `leafcut.read.tool_table`) says in its first row what its columns are, as Fusion's own does.
+LinuxCNC's table (``tool.tbl``: user manual, "Tool Table Format") is in the machine's units. It has no kinds of tools;
+its comments name them. A Fusion library (``.json``, or zipped as ``.tools``) has the unit of each tool; its feeds are
+in presets, one per material. A FreeCAD library (``.fctl``, with one ``.fctb`` per tool) has lengths with units, and no
+feeds. `leafcut.read.tool_table` reads tables (``.csv``).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Any
 from leafcut.errors import DataError, shown
 from leafcut.model.tool import CONES, MILLS
 from leafcut.read.format import parse_json
-from leafcut.read.tool_kinds import FUSION_KINDS, ToolRow, kind_in
+from leafcut.read.tool_kinds import FUSION_KINDS, Preset, RawRow, ToolRow, kind_in
 from leafcut.read.tool_table import rows_of_table
 
 #: A library larger than this is none, bytes; so is what it unpacks to.
@@ -30,6 +30,8 @@ MAX_BYTES = 16 * 1024 * 1024
 #: What `zipfile` and what it unpacks with raise of a file that is none, or is torn.
 _TORN = (zipfile.BadZipFile, zlib.error, LZMAError, EOFError, OSError, ValueError, NotImplementedError, RuntimeError)
 
+#: Endings of libraries that may have several presets per tool.
+WITH_PRESETS = (".json", ".tools", ".csv")
 _FUSION_UNITS = {"millimeters": "mm", "inches": "in"}
 #: What a piece of a shaft or of a holder says.
 _SEGMENT = ("height", "lower-diameter", "upper-diameter")
@@ -42,18 +44,20 @@ _FREECAD_KINDS = {
 _MILLS, _CONES = tuple(kind.value for kind in MILLS), tuple(kind.value for kind in CONES)
 
 
-def rows_of(path: Path, units: str) -> tuple[list[ToolRow], bool] | None:
-    """Return the tools of a library of another program, and whether it says no feeds; None where it is none.
+def rows_of(path: Path, units: str, material: str = "") -> tuple[list[ToolRow], bool] | None:
+    """Return the tools of another program's library, and whether it has no feeds; None for other files.
 
     Parameters
     ----------
     units
-        Of LinuxCNC's table: ``mm`` or ``in``, those of the machine.
+        Unit of lengths that have none in the file, ``mm`` or ``in``; "" if it is unknown.
+    material
+        Chooses among the presets of a tool; "" if none is named.
 
     Raises
     ------
     DataError
-        The file cannot be read, or is not what its name says.
+        The file cannot be read, is not what its name says, or needs `units`.
     """
     reader = READERS.get(path.suffix.lower())
     if reader is None:
@@ -62,13 +66,40 @@ def rows_of(path: Path, units: str) -> tuple[list[ToolRow], bool] | None:
         data = path.read_bytes()
         if len(data) > MAX_BYTES:
             raise DataError(f"{path}: a tool library of {len(data) >> 20} MiB; the limit is {MAX_BYTES >> 20} MiB")
-        rows = list(reader(path, data, units))
+        rows = [(name, _for_material(values, material)) for name, values in reader(path, data, units)]
         return rows, not any("feed" in row for _, row in rows if isinstance(row, dict))
     except OSError as problem:
         raise DataError(f"{path}: cannot be read ({problem.strerror})") from None
 
 
-def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[ToolRow]:
+def _for_material(values: dict[str, Any] | str | list[Preset], material: str) -> dict[str, Any] | str:
+    """Return a tool with the preset for a material, or why it has none.
+
+    A preset fits if its words contain all words of the material, or the other way round.
+    """
+    if not isinstance(values, list):
+        return values
+    if len(values) == 1:
+        return values[0][1]
+    wanted = _words(material)
+    fitting = [preset for preset in values if wanted and (wanted <= _words(preset[0]) or wanted >= _words(preset[0]))]
+    exact = [preset for preset in fitting if _words(preset[0]) == wanted]
+    left = exact or fitting or ([] if wanted else values)
+    if left and all(row == left[0][1] for _, row in left):
+        return left[0][1]
+    names = ", ".join(f"'{shown(name, 30)}'" for name, _ in values[:6])
+    fault = f"no preset for '{shown(material, 30)}' alone" if wanted else "several presets"
+    return f"it has {fault}; name one with --material: {names}{', …' if len(values) > 6 else ''}"
+
+
+def _words(text: str) -> frozenset[str]:
+    """Return the words of a material in lower case and British spelling."""
+    return frozenset(re.findall(r"\w+", text.lower().replace("_", " ").replace("aluminum", "aluminium")))
+
+
+def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
+    if not units:
+        raise DataError(f"{path}: a LinuxCNC tool table does not state its unit; give --units mm or --units in")
     for number, line in enumerate(data.decode("utf-8", "replace").splitlines(), 1):
         words, _, comment = line.partition(";")
         if not words.strip():
@@ -88,7 +119,7 @@ def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[ToolRow]:
             yield name, {**row, "name": _name(comment)}
 
 
-def _fusion(path: Path, data: bytes, _: str) -> Iterator[ToolRow]:
+def _fusion(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
     library = _json(path, _unzipped(path, data) if path.suffix.lower() == ".tools" else data)
     tools = library.get("data") if isinstance(library, dict) else None
     if not isinstance(tools, list):
@@ -106,13 +137,22 @@ def _fusion(path: Path, data: bytes, _: str) -> Iterator[ToolRow]:
         elif unit is None:
             yield name, f"its unit '{shown(str(tool.get('unit')), 20)}' is not millimeters or inches"
         else:
-            yield name, _fusion_row(tool, kind, unit, number)
+            presets = list(_fusion_presets(tool)) or [("", {})]
+            yield name, [(word, _fusion_row(tool, kind, unit, number, preset)) for word, preset in presets]
 
 
-def _fusion_row(tool: dict[str, Any], kind: str, unit: str, number: object) -> dict[str, Any]:
+def _fusion_presets(tool: dict[str, Any]) -> Iterator[Preset]:
+    """Yield name and values of each preset; libraries of 2016 to 2018 have one, named ``*``."""
+    start = _inner(tool, "start-values")
+    presets = start.get("presets")
+    for preset in presets if isinstance(presets, list) else [start.get("*")]:
+        if isinstance(preset, dict):
+            material = _inner(preset, "material")
+            yield str(preset.get("name") or material.get("query") or material.get("category") or ""), preset
+
+
+def _fusion_row(tool: dict[str, Any], kind: str, unit: str, number: object, preset: dict[str, Any]) -> dict[str, Any]:
     geometry = _inner(tool, "geometry")
-    presets = _inner(tool, "start-values").get("presets")
-    preset = presets[0] if isinstance(presets, list) and presets and isinstance(presets[0], dict) else {}
     mill = kind in _MILLS
     angle = _with(geometry.get("SIG"), "deg") if kind in ("drill", "centre-drill") else None
     if kind in _CONES and isinstance(geometry.get("TA"), int | float):
@@ -177,7 +217,7 @@ def _length(value: object) -> float:
     return float(value) if plain and isinstance(value, int | float) else 0.0
 
 
-def _freecad(path: Path, data: bytes, _: str) -> Iterator[ToolRow]:
+def _freecad(path: Path, data: bytes, _: str) -> Iterator[RawRow]:
     library = _json(path, data)
     if path.suffix.lower() == ".fctb":
         yield "T1", _freecad_row(path, library, 1)
@@ -206,7 +246,11 @@ def _freecad_row(path: Path, bit: Any, number: int) -> dict[str, Any] | str:
     kind = _FREECAD_KINDS.get(shape)
     if kind is None:
         return f"leafcut has no tool of shape '{shown(shape, 30)}'"
-    values = _inner(bit, "parameter")
+    # FreeCAD writes numbers as the user's country does, without a separator of thousands: '3,175 mm'.
+    values = {
+        key: value.replace(",", ".") if isinstance(value, str) else value
+        for key, value in _inner(bit, "parameter").items()
+    }
     flutes = str(values.get("Flutes", ""))
     angle = values.get({"drill": "TipAngle", **dict.fromkeys(_CONES, "CuttingEdgeAngle")}.get(kind, ""))
     given = {

@@ -5,8 +5,12 @@ from __future__ import annotations
 import re
 from typing import Any
 
-#: A tool as the values of a ``[[tool]]``, or why it is left out: what it is called, and values or a reason.
+#: Name of a preset (feeds and speeds for one material), and the tool with it as the values of a ``[[tool]]``.
+Preset = tuple[str, dict[str, Any]]
+#: Name of a tool, and its values, or the reason why leafcut leaves it out.
 ToolRow = tuple[str, dict[str, Any] | str]
+#: The same before one of its presets is chosen.
+RawRow = tuple[str, dict[str, Any] | str | list[Preset]]
 
 #: What a comment calls a tool, the first that fits.
 _IN_WORDS = (

@@ -1,8 +1,8 @@
-"""Tool libraries as tables (CSV): one's own, or what Fusion exports.
+"""Read tables of tools (CSV), such as Fusion exports.
 
-The first row names the columns, in any order: leafcut's own keys, the words that shops write, or Fusion's names
-(``Diameter (tool_diameter)``). Lengths are in the unit of the cell, of the head (``Diameter [in]``), of the column
-``unit``, else in those that the caller says.
+The first row names the columns, in any order: leafcut's own keys, common words, or Fusion's names
+(``Diameter (tool_diameter)``). The unit of a length stands in its cell, in the head (``Diameter [in]``) or in the
+column ``unit``; otherwise the caller gives it. Fusion writes a row for each preset of a tool.
 """
 
 from __future__ import annotations
@@ -11,13 +11,14 @@ import csv
 import io
 import re
 from collections.abc import Iterator, Mapping
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 from leafcut.errors import DataError, shown
 from leafcut.files import decoded
 from leafcut.model.tool import CONES, MILLS, ToolKind
-from leafcut.read.tool_kinds import FUSION_KINDS, ToolRow, kind_in
+from leafcut.read.tool_kinds import FUSION_KINDS, RawRow, kind_in
 
 #: No shop has more tools.
 _MOST_ROWS = 10_000
@@ -42,6 +43,7 @@ _COLUMNS = {
     "tipdiameter": "tip_diameter", "tooltipdiameter": "tip_diameter",
     "pitch": "pitch", "threadpitch": "pitch", "toolthreadpitch": "pitch",
     "peck": "peck", "dwell": "dwell", "cycle": "cycle", "unit": "unit", "units": "unit", "toolunit": "unit",
+    "preset": "preset", "presetname": "preset",
 }  # fmt: skip
 _LENGTHS = ("diameter", "flute_length", "corner_radius", "tip_diameter", "pitch", "peck")
 _FEEDS = ("feed", "plunge_feed")
@@ -50,13 +52,14 @@ _HEAD = re.compile(r"^(.*?)\s*[\(\[]\s*([^\)\]]*?)\s*[\)\]]\s*$")
 _PLAIN = re.compile(r"[-+]?[0-9.,]+(e[-+]?[0-9]+)?", re.IGNORECASE)
 
 
-def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[ToolRow]:
-    """Yield each tool of a table as the values of a ``[[tool]]``, or why it is left out.
+def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
+    """Yield each tool of a table as the values of a ``[[tool]]``, its presets, or why it is left out.
 
     Raises
     ------
     DataError
-        It is no text, has too many rows, or no column that says a number or a diameter.
+        The file is not text, has too many rows, has no column for number or diameter, or a length without a unit
+        while `units` is "".
     """
     if b"\0" in data:
         raise DataError(f"{path}: is a binary file; a table of tools was expected")
@@ -74,6 +77,7 @@ def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[ToolRow]:
     if "number" not in keys or "diameter" not in keys:
         missing = " or ".join(key for key in ("number", "diameter") if key not in keys)
         raise DataError(f"{path}: line 1: no column is called {missing}; the first row must name the columns")
+    read: list[tuple[str, str, dict[str, Any] | str]] = []
     for count, row in enumerate(rows[1:], 2):
         if not any(cell.strip() for cell in row):
             continue
@@ -82,7 +86,18 @@ def rows_of_table(path: Path, data: bytes, units: str) -> Iterator[ToolRow]:
             if key and cell.strip():
                 said.setdefault(key, (cell.strip(), unit))
         number = said.get("number", ("", ""))[0].upper().removeprefix("T").strip()
-        yield (f"T{number}" if number.isdigit() else f"line {count}"), _tool(said, number, units)
+        name = f"T{number}" if number.isdigit() else f"line {count}"
+        try:
+            read.append((name, said.get("preset", ("", ""))[0], _tool(said, number, units)))
+        except DataError as problem:
+            raise DataError(f"{path}: line {count}: {problem}") from None
+    for (name, with_preset), group in groupby(read, lambda row: (row[0], bool(row[1]))):
+        tools = [(preset, values) for _, preset, values in group]
+        presets = [(preset, values) for preset, values in tools if isinstance(values, dict)]
+        if with_preset and len(presets) == len(tools):
+            yield name, presets
+        else:
+            yield from ((name, values) for _, values in tools)
 
 
 def _column(cell: str) -> tuple[str, str]:
@@ -138,6 +153,8 @@ def _put(row: dict[str, Any], said: Mapping[str, tuple[str, str]], key: str, uni
     if _PLAIN.fullmatch(cell):
         if not re.search(r"[1-9]", cell):
             return
+        if not head and unit in ("", "/min"):
+            raise DataError(f"'{key}' has no unit; give --units mm or --units in")
         cell = f"{cell} {head or unit}"
     if cell:
         row[key] = cell

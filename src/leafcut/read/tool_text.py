@@ -15,15 +15,16 @@ from leafcut.read.tools import foreign_rows
 from leafcut.schemas import TOOLS
 
 
-def imported_tools(file: str, units: str = "mm") -> tuple[str, ToolLibrary]:
-    """Return the library as TOML, and what it holds; read again it has the same tools.
+def imported_tools(file: str, units: str = "", material: str = "") -> tuple[str, ToolLibrary]:
+    """Return another program's library as TOML, and its tools.
 
-    `units` are those of lengths where the file does not say them: of LinuxCNC's table, and of tables without units.
+    `units` (``mm`` or ``in``) holds for lengths that have no unit in the file, `material` chooses among the presets of
+    a tool.
 
     Raises
     ------
     OptionError
-        The file cannot be read, is of no kind that leafcut knows, or has no tool that can be used.
+        The file cannot be read, is of no kind that leafcut knows, needs `units`, or has no tool that can be used.
     """
     path = Path(file)
     if path.suffix.lower() not in READERS:
@@ -31,7 +32,7 @@ def imported_tools(file: str, units: str = "mm") -> tuple[str, ToolLibrary]:
         what = "is a library of leafcut's own" if path.suffix.lower() == ".toml" else "is no tool library"
         raise OptionError(f"{file}: {what}; importable are {known}")
     check_is_there("FILE", path)
-    rows, library = foreign_rows(path, units)
+    rows, library = foreign_rows(path, units, material)
     lines = [
         f"# Tool library from {shown(path.name, 60)}: {count_of(len(library.tools), 'tool')}.",
         *(f"# left out: {shown(line, 110)}" for line in library.left_out),

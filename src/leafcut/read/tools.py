@@ -39,11 +39,11 @@ _MOST_SEGMENTS = 40
 _TAP_FEED = 0.005
 
 
-def load_tools(path: str | Path, units: str = "mm") -> ToolLibrary:
-    """Return the tool library of a TOML file: a ``[[tool]]`` per tool, a ``[[hole]]`` per recipe.
+def load_tools(path: str | Path, units: str = "mm", material: str = "") -> ToolLibrary:
+    """Return the tool library of a TOML file, with one ``[[tool]]`` per tool and one ``[[hole]]`` per recipe.
 
-    A tap gets the cycle G84, and pitch × speed where it has no feed. Libraries of LinuxCNC (``.tbl``, whose lengths are
-    in `units`, those of the machine), Fusion and FreeCAD are read by `leafcut.read.tool_formats`.
+    A tap gets the cycle G84, and the feed pitch × speed if it has none. `leafcut.read.tool_formats` reads libraries of
+    other programs: lengths without a unit are in `units`, and `material` chooses among the presets of a tool.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def load_tools(path: str | Path, units: str = "mm") -> ToolLibrary:
         pitch, a recipe with a tool that is not there … The message names the file and the table by its number.
     """
     place = str(path)
-    foreign = rows_of(Path(path), units)
+    foreign = rows_of(Path(path), units, material)
     if foreign is not None:
         return _foreign_library(*foreign, place)[1]
     top = TomlTable(read_toml(Path(path), TOOLS), place, ("tool", "hole"))
@@ -77,15 +77,15 @@ def load_tools(path: str | Path, units: str = "mm") -> ToolLibrary:
     return ToolLibrary(tuple(tools.values()), tuple(recipes.values()), place)
 
 
-def foreign_rows(path: Path, units: str) -> tuple[list[dict[str, Any]], ToolLibrary]:
-    """Return the tools of another program's library that can be used, as values of a ``[[tool]]`` each, and read.
+def foreign_rows(path: Path, units: str, material: str) -> tuple[list[dict[str, Any]], ToolLibrary]:
+    """Return the usable tools of another program's library, as values of ``[[tool]]`` and as a library.
 
     Raises
     ------
     DataError
         The file cannot be read, is no such library, or has no tool that can be used.
     """
-    foreign = rows_of(path, units)
+    foreign = rows_of(path, units, material)
     if foreign is None:
         raise DataError(f"{path}: is no tool library of another program")
     return _foreign_library(*foreign, str(path))

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Source
 
-_MAIN = ("machine", "thickness", "depth", "tools", "retract", "peck")
+_MAIN = ("machine", "thickness", "depth", "tools", "material", "retract", "peck")
 #: What the form shows of the job below its main group, around the options of drilling.
 _DEPTHS = (
     "depth_to", "break_through", "hole_heights", "surface", "surface_unit", "surface_clearance", "through", "fixture",
@@ -39,7 +39,7 @@ class Drilling(Process):
     title = "drilling"
     options = (DrillOptions,)
     uses = use(ReadOptions) | use(MachineOptions) | ORDERED | WRITTEN
-    uses |= use(JobOptions, but=("material", "keep_order")) | use(SolveOptions, *COLONIES)
+    uses |= use(JobOptions, but=("keep_order",)) | use(SolveOptions, *COLONIES)
     uses |= use(PostOptions, *CHANGES)
     otherwise = {"keep_order": "--algorithm none keeps the order of the drawing"}  # noqa: RUF012  # the protocol says that it is of the class
     command = "drill"

@@ -21,7 +21,7 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import SolveOptions, flag_name
-from leafcut.processes.course import BoundTime, Run, check_words_used, machine_issues, refuse, share
+from leafcut.processes.course import BoundTime, Run, check_words_used, machine_issues, refuse, share, tools_of
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.processes.drilling.options import DrillOptions
 
@@ -40,7 +40,7 @@ def _plan(run: Run, sources: Sequence[Source]) -> DrillPlan:
     from leafcut.read.meshes import load_mesh
     from leafcut.read.registry import format_name
     from leafcut.read.step import sniff, step_mesh
-    from leafcut.read.tools import load_tools
+    from leafcut.read.tool_formats import WITH_PRESETS
 
     look, reading = run.looking("reading"), run.settings.read
     job, ours = run.settings.job, run.settings.of(DrillOptions)
@@ -69,7 +69,9 @@ def _plan(run: Run, sources: Sequence[Source]) -> DrillPlan:
         run.tell("reading the fixture")
         fixture = placed_mesh(load_mesh(ours.fixture_file, ours.surface_unit, which="all"), part, run.settings.read)
     part = placed(part, run.settings.read)
-    library = load_tools(job.tools, run.machine.units) if job.tools else None
+    if "material" in run.settings.asked and (job.tools is None or job.tools.suffix.lower() not in WITH_PRESETS):
+        raise OptionError("--material: chooses among the presets of a Fusion tool library only; leave it out")
+    library = tools_of(run.settings, run.machine)
     plan = plan_drilling(part, run.machine, library, job, ours, mesh, fixture)
     if "retract" in run.settings.asked and plan.always_initial and job.retract != "initial":
         raise OptionError(

@@ -36,7 +36,7 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.model.work_material import WorkMaterial
 from leafcut.options import FeedOptions, JobOptions, Settings
-from leafcut.processes.course import Run, check_words_used, machine_issues, refuse
+from leafcut.processes.course import Run, check_words_used, machine_issues, refuse, tools_of
 from leafcut.processes.pocket.job import LaidPockets, PocketJob, PocketSolid, holes, raised
 from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.pocket.options import PocketOptions
@@ -217,17 +217,11 @@ def _lower(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[Issue]:
 def _library_mill(run: Run, depth: float | None) -> Tool | None:
     """Return the end mill of the tool library for pockets of a depth; None without a library."""
     from leafcut.processes.pocket.plan.tool import library_mill
-    from leafcut.read.tools import load_tools
 
-    job = run.settings.job
-    if job.tools is None:
+    tools = tools_of(run.settings, run.machine)
+    if tools is None:
         return None
-    return library_mill(
-        load_tools(job.tools, run.machine.units),
-        run.settings.of(PocketOptions),
-        job.diameter_tolerance,
-        depth,
-    )
+    return library_mill(tools, run.settings.of(PocketOptions), run.settings.job.diameter_tolerance, depth)
 
 
 def _material(settings: Settings) -> WorkMaterial | None:

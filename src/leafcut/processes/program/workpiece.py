@@ -179,10 +179,10 @@ def known_tools(
     """
     from leafcut.gcode.tool_comments import tool_in_comments, tool_width
     from leafcut.model.toolpath import Kind
-    from leafcut.read.tools import load_tools
+    from leafcut.processes.course import tools_of
 
-    file = settings.job.tools
-    library = load_tools(file, machine.units).by_number if file else {}
+    tools = tools_of(settings, machine)
+    library = tools.by_number if tools is not None else {}
     kind = program.path.kind
     works = np.flatnonzero((kind >= Kind.FEED) & (kind <= Kind.DRILL))
     blocks = np.searchsorted(program.first, works, side="right") - 1
