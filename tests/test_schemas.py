@@ -189,7 +189,7 @@ RUNS = [
     "lab run nine.toml", "lab report nine.toml",
     f"lab tune {MAP} random:9:2 random:9:3 --algorithm mmas --process solve --trials 1 --seeds 1 --iterations 1",
     "machine import settings.txt", "machine new --name m --controller haas --rapid 20m/min",
-    f"machine check {CAM} --measured 5:00 --machine haas-vf2", "tools import tools.csv",
+    f"machine check {CAM} --measured 5:00 --machine haas-vf2", "tools import tools.csv --units mm",
     f"optimize {PLATE} --depth 3 --algorithm none", f"drill {PLATE} --depth 3 --algorithm none",
     f"optimize {PLATE} example:plate-27 --depth 3 --algorithm none",
     "cut bracket.dxf --thickness 6 --preset fast", f"reorder {CAM} --algorithm none",

@@ -97,8 +97,8 @@ def test_a_table_of_fusion_has_the_unit_of_each_tool(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [
-        ("tool.tbl", "T1 P1 D0.25 ;drill\n", "does not state its unit; give --units mm or --units in"),
-        ("a.csv", "T,D,kind\n1,0.25,drill\n", "line 2: 'diameter' has no unit; give --units mm or --units in"),
+        ("tool.tbl", "T1 P1 D0.25 ;drill\n", "does not state its unit; give it with --units"),
+        ("a.csv", "T,D,kind\n1,0.25,drill\n", "line 2: 'diameter' has no unit; give it with --units"),
         ("a.csv", "T,D [in],kind,feed\n1,0.25,drill,4\n", "line 2: 'feed' has no unit"),
     ],
 )

@@ -99,7 +99,7 @@ def _words(text: str) -> frozenset[str]:
 
 def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
     if not units:
-        raise DataError(f"{path}: a LinuxCNC tool table does not state its unit; give --units mm or --units in")
+        raise DataError(f"{path}: a LinuxCNC tool table does not state its unit; give it with --units")
     for number, line in enumerate(data.decode("utf-8", "replace").splitlines(), 1):
         words, _, comment = line.partition(";")
         if not words.strip():

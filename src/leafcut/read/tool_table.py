@@ -154,7 +154,7 @@ def _put(row: dict[str, Any], said: Mapping[str, tuple[str, str]], key: str, uni
         if not re.search(r"[1-9]", cell):
             return
         if not head and unit in ("", "/min"):
-            raise DataError(f"'{key}' has no unit; give --units mm or --units in")
+            raise DataError(f"'{key}' has no unit; give it with --units")
         cell = f"{cell} {head or unit}"
     if cell:
         row[key] = cell
