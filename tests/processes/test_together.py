@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import threading
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +17,7 @@ from leafcut.solve.instance import path_cost
 from leafcut.solve.solve import solve
 
 
-def stages_of(sizes: list[int], seed: int, *, strokes: bool = False, start: tuple[float, float] | None = None) -> list:
+def stages_of(sizes: Sequence[int], seed: int, *, strokes: bool = False, start: tuple[float, float] | None = None) -> list:
     """Return random paths that follow each other; of strokes, which begin and end elsewhere, each waits for one."""
     rng = np.random.default_rng(seed)
     stages = []
@@ -50,11 +51,12 @@ def solved(stages: list, **options: object) -> list:
     return solve_together(stages, search, given, search, threading.Event())  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("sizes", [(4, 4, 3), pytest.param((4, 4, 4), marks=pytest.mark.slow)])
 @pytest.mark.parametrize("seed", range(6))
-def test_three_small_paths_come_near_the_best_of_all_orders(seed: int) -> None:
+def test_three_small_paths_come_near_the_best_of_all_orders(seed: int, sizes: tuple[int, ...]) -> None:
     """Within 3 % of brute force over all orders; separate searches are up to 40 % longer."""
-    stages = stages_of([4, 4, 3], seed, start=(0.0, 0.0))
-    every = itertools.product(*(itertools.permutations(range(n)) for n in (4, 4, 3)))
+    stages = stages_of(sizes, seed, start=(0.0, 0.0))
+    every = itertools.product(*(itertools.permutations(range(n)) for n in sizes))
     best = min(total(stages, list(orders)) for orders in every)
     found = solved(stages)
     assert total(stages, [s.nodes.tolist() for s in found]) <= 1.03 * best
@@ -62,11 +64,17 @@ def test_three_small_paths_come_near_the_best_of_all_orders(seed: int) -> None:
     assert all(s.lower_bound is not None and s.lower_bound <= s.cost + 1e-9 for s in found)
 
 
+@pytest.mark.parametrize(
+    ("sizes", "iterations"),
+    [((6, 9, 4, 7), (0, 1, 2, 5)), pytest.param((9, 15, 5, 12), (0, 1, 2, 5, 10), marks=pytest.mark.slow)],
+)
 @pytest.mark.parametrize("strokes", [False, True])
 @pytest.mark.parametrize("seed", range(2))
-def test_more_iterations_never_give_a_longer_tour(seed: int, strokes: bool) -> None:
-    stages = stages_of([6, 9, 4, 7], seed, strokes=strokes)
-    costs = [sum(s.cost for s in solved(stages, iterations=n, bound=False)) for n in (0, 1, 2, 5)]
+def test_more_iterations_never_give_a_longer_tour(
+    seed: int, strokes: bool, sizes: tuple[int, ...], iterations: tuple[int, ...]
+) -> None:
+    stages = stages_of(sizes, seed, strokes=strokes)
+    costs = [sum(s.cost for s in solved(stages, iterations=n, bound=False)) for n in iterations]
     assert all(more <= less + 1e-9 for less, more in itertools.pairwise(costs))
 
 

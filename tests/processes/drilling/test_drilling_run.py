@@ -28,10 +28,13 @@ def map_of(tmp_path: Path, seed: int) -> Path:
     return path
 
 
+@pytest.mark.parametrize("seeds", [range(8), pytest.param(range(8, 20), marks=pytest.mark.slow)])
 @pytest.mark.parametrize("objective", ["time", "distance"])
-def test_no_plan_is_worse_than_the_drawings_and_nearest_neighbours(tmp_path: Path, objective: str) -> None:
+def test_no_plan_is_worse_than_the_drawings_and_nearest_neighbours(
+    tmp_path: Path, objective: str, seeds: range
+) -> None:
     """Separate paths for each tool would sometimes be worse, since one starts where the other ends."""
-    for seed in range(8):
+    for seed in seeds:
         found = leafcut.optimize(map_of(tmp_path, seed), units="mm", objective=objective, preset="fast")
         ours, drawn, nearest = (
             m.time_s if objective == "time" else m.travel_mm for m in (found.after, found.before, found.nearest)

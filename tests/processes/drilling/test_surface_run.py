@@ -25,8 +25,8 @@ from rs274_moves import moves_of_rs274, run_rs274
 STEPS = [(0, 0, -20, 40, 80, 0), (40, 0, -20, 80, 80, -6), (80, 0, -20, 120, 80, -12)]
 BOSSES = [(15, 30, 0, 25, 50, 18), (55, 20, -6, 65, 35, 15), (55, 50, -6, 65, 62, 15), (95, 35, -12, 108, 48, 10)]
 RADIUS = 2.5
-#: Number of drilled holes.
-COUNT = 24
+#: File → number of drilled holes.
+COUNTS = {"holes.csv": 24, "many_holes.csv": 40}
 HOLES = [
     (x, y)
     for x in range(5, 120, 10)
@@ -38,20 +38,21 @@ FAST: dict[str, Any] = {"preset": "fast", "threads": 1}
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder with the plate as STL, and its holes in a shuffled table."""
+    """Return a folder with the plate as STL, and its holes in shuffled tables."""
     made = tmp_path_factory.mktemp("plate")
     boxes = np.concatenate([box_triangles(*box) for box in (*STEPS, *BOSSES)])
     (made / "plate.stl").write_bytes(binary_stl(boxes))
     (made / "inches.stl").write_bytes(binary_stl(boxes / 25.4))
-    order = np.random.default_rng(3).permutation(len(HOLES))[:COUNT]
-    rows = "".join(f"{HOLES[k][0]},{HOLES[k][1]},{2 * RADIUS:g}\n" for k in order)
-    (made / "holes.csv").write_text("x,y,diameter\n" + rows)
+    order = np.random.default_rng(3).permutation(len(HOLES))
+    for name, count in COUNTS.items():
+        rows = "".join(f"{HOLES[k][0]},{HOLES[k][1]},{2 * RADIUS:g}\n" for k in order[:count])
+        (made / name).write_text("x,y,diameter\n" + rows)
     return made
 
 
-def drilled(folder: Path, **options: Any) -> Any:
+def drilled(folder: Path, holes: str = "holes.csv", **options: Any) -> Any:
     common = {"surface": str(folder / "plate.stl"), "through": True, "machine": "linuxcnc-mill", **FAST}
-    return api.optimize(folder / "holes.csv", process="drill", **{**common, **options})
+    return api.optimize(folder / holes, process="drill", **{**common, **options})
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +80,7 @@ def test_every_hole_begins_at_its_height_and_goes_through_the_part(low: Any) -> 
         tuple(path.end[row, :2].tolist()): (path.cycles[path.ref[row]].r_plane, path.cycles[path.ref[row]].bottom)
         for row in np.flatnonzero(path.kind == Kind.DRILL)
     }
-    assert len(found) == COUNT
+    assert len(found) == COUNTS["holes.csv"]
     for (x, y), (r_plane, bottom) in found.items():
         assert r_plane == top_at(x, y) + 2.0
         assert bottom == pytest.approx(-20.0 - 0.5 - point, abs=1e-5)
@@ -93,7 +94,7 @@ def test_no_rapid_that_linuxcnc_makes_comes_near_to_what_stands(
 
     On a machine whose axes do not arrive together rs274 tells the ends alone: there all of the box between them is.
     """
-    text = drilled(folder, machine=machine, dialect="linuxcnc").text
+    text = drilled(folder, "many_holes.csv", machine=machine, dialect="linuxcnc").text
     status, output = run_rs274(rs274, text, tmp_path)
     assert status == 0, output
     place, rapids = (0.0, 0.0, 100.0), 0
@@ -114,7 +115,7 @@ def test_no_rapid_that_linuxcnc_makes_comes_near_to_what_stands(
             for x, y, z in spots:
                 assert up or nearest_above(x, y, z - 0.5) > RADIUS, (place, end)
         place = end
-    assert rapids > 2.5 * COUNT
+    assert rapids > 2.5 * COUNTS["many_holes.csv"]
 
 
 def test_low_moves_take_less_time_than_moves_above_the_highest_boss_and_have_a_gap(folder: Path, low: Any) -> None:
@@ -136,8 +137,8 @@ def test_the_search_counts_the_heights_of_moves(folder: Path, low: Any) -> None:
 
 
 @pytest.mark.hazard
-@pytest.mark.parametrize("count", [120, pytest.param(400, marks=pytest.mark.slow)])
-def test_the_proof_finds_exactly_the_moves_that_meet_the_part(count: int) -> None:
+@pytest.mark.parametrize(("count", "samples"), [(120, 200), pytest.param(400, 800, marks=pytest.mark.slow)])
+def test_the_proof_finds_exactly_the_moves_that_meet_the_part(count: int, samples: int) -> None:
     """Random moves at random heights, against exact distances to the boxes of the plate."""
     triangles = np.concatenate([box_triangles(*box) for box in (*STEPS, *BOSSES)])
     random, met, clear = np.random.default_rng(8), 0, 0
@@ -148,7 +149,7 @@ def test_the_proof_finds_exactly_the_moves_that_meet_the_part(count: int) -> Non
         path.tool(1)
         path.rapid(x0, y0, z)
         path.rapid(x1, y1)
-        steps = np.linspace(0, 1, 200)
+        steps = np.linspace(0, 1, samples)
         nearest = min(nearest_above(x0 + s * (x1 - x0), y0 + s * (y1 - y0), z - 0.05) for s in steps.tolist())
         heights = {box[5] for box in (*STEPS, *BOSSES)}
         if abs(nearest - RADIUS) < 0.2 or any(abs(z - 0.05 - height) < 0.01 for height in heights):
@@ -331,18 +332,14 @@ def library(file: Path, words: str) -> str:
     return str(file)
 
 
-def radius_above(profile: list[tuple[float, float]], height: float) -> float:
-    """Return how wide a tool is so far above its tip, mm: corners of its outline, from below."""
-    return float(np.interp(height, [h for h, _ in profile], [r for _, r in profile], left=0.0))
-
-
 def meets_a_box(x: float, y: float, z: float, profile: list[tuple[float, float]], less: float) -> bool:
     """Return whether a tool with its tip at a place meets one of the boxes with its outline, narrower by some mm."""
+    corners, radii = zip(*profile, strict=True)
     for box in (*STEPS, *BOSSES):
         away = math.hypot(max(box[0] - x, x - box[3], 0.0), max(box[1] - y, y - box[4], 0.0))
-        # The top of a box is where the tool is narrowest that may meet it, or where it begins.
-        heights = np.linspace(profile[0][0], max(box[5] - z, profile[0][0]), 60)
-        if box[5] - z > profile[0][0] and any(radius_above(profile, h) - less > away for h in heights):
+        # From the lower end of the outline to the top of the box.
+        heights = np.linspace(corners[0], box[5] - z, 60)
+        if box[5] - z > corners[0] and np.any(np.interp(heights, corners, radii) - less > away):
             return True
     return False
 
@@ -368,13 +365,26 @@ BODIES = [
 ]
 
 
-@pytest.mark.parametrize(("words", "profile", "depth", "refused"), BODIES)
+@pytest.mark.parametrize(
+    ("words", "profile", "depth", "refused", "holes", "spacing"),
+    [
+        *((*body, "holes.csv", 1.0) for body in BODIES),
+        *(pytest.param(*body, "many_holes.csv", 0.5, marks=pytest.mark.slow) for body in BODIES if not body[3]),
+    ],
+)
 def test_a_shank_or_holder_is_refused_only_if_it_meets_the_part(
-    folder: Path, tmp_path: Path, words: str, profile: list[tuple[float, float]], depth: dict[str, Any], refused: bool
+    folder: Path,
+    tmp_path: Path,
+    words: str,
+    profile: list[tuple[float, float]],
+    depth: dict[str, Any],
+    refused: bool,
+    holes: str,
+    spacing: float,
 ) -> None:
-    """Exact distances to the boxes of the plate judge, in each hole and along each move."""
-    given = {"tools": library(tmp_path / "tools.toml", words), "through": False, **depth}
-    bare = drilled(folder, **{"through": False, **depth}).path_after
+    """Exact distances to the boxes of the plate judge, in each hole and at points along each move (`spacing`, mm)."""
+    given = {"tools": library(tmp_path / "tools.toml", words), "holes": holes, "through": False, **depth}
+    bare = drilled(folder, **{"holes": holes, "through": False, **depth}).path_after
     ends = [
         (*bare.end[row, :2].tolist(), bare.cycles[bare.ref[row]].bottom)
         for row in np.flatnonzero(bare.kind == Kind.DRILL)
@@ -389,14 +399,14 @@ def test_a_shank_or_holder_is_refused_only_if_it_meets_the_part(
     for begin, end in zip(path.before, path.end, strict=True):
         if not np.isfinite((begin, end)).all():
             continue
-        for share in np.linspace(0.0, 1.0, max(int(math.dist(begin, end)), 1) + 1):
+        for share in np.linspace(0.0, 1.0, max(int(math.dist(begin, end) / spacing), 1) + 1):
             met += meets_a_box(*(begin + share * (end - begin)).tolist(), profile, 0.01)
     assert met == 0
 
 
 @pytest.mark.hazard
-@pytest.mark.parametrize("count", [120, pytest.param(300, marks=pytest.mark.slow)])
-def test_the_proof_finds_exactly_the_moves_whose_holder_meets_the_part(count: int) -> None:
+@pytest.mark.parametrize(("count", "samples"), [(120, 200), pytest.param(300, 800, marks=pytest.mark.slow)])
+def test_the_proof_finds_exactly_the_moves_whose_holder_meets_the_part(count: int, samples: int) -> None:
     """Random plunges and moves, against exact distances to the boxes of the plate."""
     triangles = np.concatenate([box_triangles(*box) for box in (*STEPS, *BOSSES)])
     random, counted = np.random.default_rng(5), [0, 0]
@@ -407,7 +417,8 @@ def test_the_proof_finds_exactly_the_moves_whose_holder_meets_the_part(count: in
         path.tool(1)
         path.rapid(x0, y0, 60.0 if plunge else z)
         path.feed(z=z, feed=5.0) if plunge else path.feed(x1, y1, feed=5.0)
-        places = [(x0, y0)] if plunge else [(x0 + s * (x1 - x0), y0 + s * (y1 - y0)) for s in np.linspace(0, 1, 200)]
+        shares = [0.0] if plunge else np.linspace(0, 1, samples).tolist()
+        places = [(x0 + s * (x1 - x0), y0 + s * (y1 - y0)) for s in shares]
         nearest = min(nearest_above(x, y, z + 15.0) for x, y in places)
         if abs(nearest - 10.0) < 0.2 or any(abs(z + 15.0 - box[5]) < 0.01 for box in (*STEPS, *BOSSES)):
             continue

@@ -345,7 +345,8 @@ def test_a_wall_pass_goes_once_along_every_wall_on_the_side_that_is_asked_for(cl
 # -- arcs ------------------------------------------------------------------------------------------------------------
 
 
-def test_chords_become_arcs_within_half_the_tolerance_and_keep_their_ends() -> None:
+@pytest.mark.parametrize("densify", [0.05, pytest.param(0.01, marks=pytest.mark.slow)])
+def test_chords_become_arcs_within_half_the_tolerance_and_keep_their_ends(densify: float) -> None:
     angles = np.linspace(0.0, 1.9 * math.pi, 400)
     curve = np.column_stack([20 * np.cos(angles), 20 * np.sin(angles)])
     points = np.concatenate([[[0.0, 0.0]], curve])
@@ -354,7 +355,7 @@ def test_chords_become_arcs_within_half_the_tolerance_and_keep_their_ends() -> N
     assert new.n_segments <= 5
     assert (new.start, new.end) == ((0.0, 0.0), pytest.approx(tuple(points[-1])))
     flat = shapely.LineString(new.flattened(1e-5))
-    assert shapely.hausdorff_distance(flat, shapely.LineString(points), densify=0.05) < 0.0051
+    assert shapely.hausdorff_distance(flat, shapely.LineString(points), densify=densify) < 0.0051
 
 
 def test_an_arc_larger_than_any_controller_takes_becomes_lines() -> None:
