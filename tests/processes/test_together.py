@@ -17,7 +17,9 @@ from leafcut.solve.instance import path_cost
 from leafcut.solve.solve import solve
 
 
-def stages_of(sizes: Sequence[int], seed: int, *, strokes: bool = False, start: tuple[float, float] | None = None) -> list:
+def stages_of(
+    sizes: Sequence[int], seed: int, *, strokes: bool = False, start: tuple[float, float] | None = None
+) -> list:
     """Return random paths that follow each other; of strokes, which begin and end elsewhere, each waits for one."""
     rng = np.random.default_rng(seed)
     stages = []

@@ -16,13 +16,17 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.outcome import Outcome
-from leafcut.model.pocket import Pocket, PocketRules
+from leafcut.model.pocket import Pocket, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Kind, Toolpath, ToolpathBuilder
+from leafcut.processes.pocket.plan.closed import closed
+from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.proof.pocket import closed_differences
 from rs274_moves import moves_of_rs274, run_rs274
 
 #: 44 × 36 mm with an island.
 ISLAND = shapely.box(7, 7, 37, 29).buffer(7, quad_segs=64) - shapely.Point(22, 18).buffer(4, quad_segs=64)
+#: 60 × 46 mm with an island.
+LARGE = shapely.box(7, 7, 53, 39).buffer(7, quad_segs=64) - shapely.Point(30, 23).buffer(5, quad_segs=64)
 PLAIN = shapely.box(0, 0, 40, 28)
 LEVELS = (-2.0, -4.0, -6.0)
 COMMON: dict[str, Any] = {
@@ -65,9 +69,23 @@ def check_closed(path: Toolpath, regions: int) -> None:
     "strategy, entry", [("connected", "ramp"), ("connected", "plunge"), ("firefly", "helix"), ("ants", "predrilled")]
 )
 def test_no_rapid_lies_between_the_levels(tmp_path: Path, strategy: str, entry: str) -> None:
-    closed = milled(tmp_path, ISLAND, strategy=strategy, entry=entry, iterations=3)
-    check_closed(interpret(closed.text, dialect("linuxcnc")), 1)
-    assert closed.verified
+    found = milled(tmp_path, ISLAND, strategy=strategy, entry=entry, iterations=3)
+    check_closed(interpret(found.text, dialect("linuxcnc")), 1)
+    assert found.verified
+
+
+@pytest.mark.parametrize("shape", [PLAIN, pytest.param(LARGE, marks=pytest.mark.slow)], ids=["plain", "island"])
+@pytest.mark.parametrize(
+    "strategy, entry", [("connected", "ramp"), ("connected", "plunge"), ("firefly", "helix"), ("ants", "predrilled")]
+)
+def test_a_closed_path_needs_fewer_rapids_than_a_path_that_is_lifted(
+    tmp_path: Path, strategy: str, entry: str, shape: Any
+) -> None:
+    rapids = {}
+    for closes in (True, False):
+        found = milled(tmp_path, shape, strategy=strategy, entry=entry, iterations=3, closed_path=closes)
+        rapids[closes] = int((interpret(found.text, dialect("linuxcnc")).kind == Kind.RAPID).sum())
+    assert rapids[True] < rapids[False]
 
 
 def test_linuxcnc_sees_no_lift_between_the_levels(rs274: str, tmp_path: Path) -> None:
@@ -89,6 +107,16 @@ def test_a_closed_grid_of_six_by_four_points_is_as_long_as_its_points_are_many(t
     found = milled(tmp_path, PLAIN, strategy="firefly", finishing_pass=False, uncovered_tolerance=50)
     assert found.detail.plans[0].result.path.feed_mm == pytest.approx(24 * 6.0, abs=0.05)
     check_closed(interpret(found.text, dialect("linuxcnc")), 1)
+
+
+def test_a_return_path_leads_around_an_island_from_another_distant_island() -> None:
+    """By hand: 50 mm to a corner of the island, 20 mm along it, 50 mm to the start."""
+    room = shapely.box(0, 0, 150, 120) - shapely.box(40, 30, 60, 90) - shapely.box(100, 55, 110, 65)
+    path = PocketPath("hand", (PocketPiece(Polyline.of_points([(0.0, 60.0), (0.0, 0.0), (100.0, 60.0)])),))
+    *_, back = closed(path, CentreRegion(room, PocketRules(tool_diameter=10.0, step_over=6.0))).pieces
+    assert (back.path.start, back.path.end) == ((100.0, 60.0), (0.0, 60.0))
+    assert room.buffer(1e-3).covers(shapely.LineString(back.path.flattened()))
+    assert 120.0 - 1e-3 < back.path.length < 1.1 * 120.0
 
 
 @pytest.mark.slow
