@@ -433,6 +433,21 @@ def test_what_stays_uncut_is_a_warning_with_its_places(drawing: Path) -> None:
     assert "stay uncut" in left.message and left.place.startswith("near (")
 
 
+def test_the_connected_path_of_a_square_keeps_the_step_over_and_is_shorter_than_contour_parallel_rings(
+    tmp_path: Path,
+) -> None:
+    """Rings of tool centres by hand: squares of 40, 28, 16 and 4 mm, with three moves of 6 mm between them."""
+    (tmp_path / "square.wkt").write_text(shapely.box(0, 0, 50, 50).wkt)
+    (plan,) = api.optimize(
+        tmp_path / "square.wkt", **{**FAST, "depth": 2, "strategy": "connected", "step_over": 0.6}
+    ).detail.plans
+    found = plan.result.measures
+    assert 5.0 < found.max_step_over <= 6.0
+    assert (found.retracts, found.gouge_mm2, found.rapid_mm) == (0, 0.0, 0.0)
+    assert found.uncovered_percent <= 0.001
+    assert found.feed_mm < 4 * (40 + 28 + 16 + 4) + 3 * 6
+
+
 @pytest.mark.slow
 def test_the_written_connected_path_keeps_the_step_over_and_is_shorter_than_contour_parallel_feeds(
     data: Path,
