@@ -132,20 +132,27 @@ def test_the_extension_passes_on_what_stands_in_its_window(extension: Path, tmp_
     ]
 
 
-def test_what_leafcut_refuses_is_told_by_the_extension_and_nothing_is_saved(
+def test_the_extension_reports_a_refusal_of_leafcut_with_its_exit_status_and_saves_nothing(
     extension: Path, tmp_path: Path, examples: Path
 ) -> None:
-    """With its exit status; a leafcut that is gone is one line, too."""
-    drawing = str(examples / "gusset.svg")
-    words = [sys.executable, str(extension), "--work=cut", "--thickness=3mm", drawing]
-    done = called([*words, "--machine=haas-vf3"], tmp_path)
+    words = ["--work=cut", "--thickness=3mm", str(examples / "gusset.svg"), "--machine=haas-vf3"]
+    done = called([sys.executable, str(extension), *words], tmp_path)
     assert (done.returncode, done.stdout) == (2, "") and "did you mean 'haas-vf2'" in done.stderr
-    done = called([*words, "--more=--origin 'x"], tmp_path)
-    assert (done.returncode, done.stdout) == (2, "") and done.stderr.startswith("More options: ")
+
+
+def test_the_extension_reports_wrong_options_and_a_missing_leafcut_in_one_line(
+    extension: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     extension.write_text(re.sub("^LEAFCUT = .*$", 'LEAFCUT = ["no/such/leafcut"]', extension.read_text(), flags=re.M))
-    done = called(words, tmp_path)
-    assert (done.returncode, done.stdout) == (1, "") and "leafcut cannot be started" in done.stderr
-    assert done.stderr.count("\n") == 1
+    main: Callable[[], int] = runpy.run_path(str(extension))["main"]
+    for words, status, message in (
+        (["--more=--origin 'x"], 2, "More options: "),
+        ([], 1, "leafcut cannot be started"),
+    ):
+        monkeypatch.setattr(sys, "argv", [str(extension), "--work=cut", *words, "part.svg"])
+        assert main() == status
+        output = capsys.readouterr()
+        assert (output.out, output.err.count("\n")) == ("", 1) and output.err.startswith(message)
 
 
 # -- FreeCAD ---------------------------------------------------------------------------------------------------------

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, Future
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -32,7 +34,7 @@ SUMS = """
 import sys
 from leafcut import executors
 from leafcut.cli import _failure
-executors.CONNECT_SECONDS = 300.0  # a busy machine is no missing cluster
+executors.CONNECT_SECONDS = float(sys.argv[2])
 try:
     with executors.open_executor(sys.argv[1], 2) as executor:
         for task, found in executors.run_tasks(executor, {work}, {tasks}):
@@ -51,9 +53,12 @@ def cluster(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Cluster]
     created.end()
 
 
-def client_of(spec: str, work: str, tasks: str) -> subprocess.Popen[str]:
-    """Start a process that runs tasks on an executor and prints their results."""
-    command = [sys.executable, "-c", SUMS.format(work=work, tasks=tasks), spec]
+def client_of(spec: str, work: str, tasks: str, connect_seconds: float = 300.0) -> subprocess.Popen[str]:
+    """Start a process that runs tasks on an executor and prints their results.
+
+    With the default limit, no cluster on a busy machine counts as missing.
+    """
+    command = [sys.executable, "-c", SUMS.format(work=work, tasks=tasks), spec, str(connect_seconds)]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
 
 
@@ -177,6 +182,30 @@ def test_a_worker_that_cannot_run_leafcut_is_refused_and_one_that_dies_is_not(an
     with pytest.raises(ExecutorError, match=message):
         _check_workers(client(None, answer), "dask://here:1")
     _check_workers(client(None, OSError("connection lost")), "dask://here:1")
+
+
+@pytest.mark.parametrize("refusal", [OSError("no answer\nafter 5 s"), ValueError("port 99999"), TimeoutError()])
+def test_a_missing_cluster_is_refused_in_one_line(refusal: Exception, monkeypatch: pytest.MonkeyPatch) -> None:
+    def client(*args: Any, **options: Any) -> Any:
+        raise refusal
+
+    config = SimpleNamespace(set=lambda values: nullcontext())
+    monkeypatch.setitem(sys.modules, "dask", SimpleNamespace(config=config))  # type: ignore[arg-type]
+    monkeypatch.setitem(sys.modules, "distributed", SimpleNamespace(Client=client))  # type: ignore[arg-type]
+    with pytest.raises(ExecutorError) as refused, open_executor("dask://shop:8786"):
+        pytest.fail("there is no cluster")
+    line = str(refused.value)
+    assert line.startswith("dask://shop:8786: no Dask scheduler answers there") and "\n" not in line
+
+
+@pytest.mark.slow
+def test_dask_reports_a_missing_cluster_as_one_line() -> None:
+    pytest.importorskip("distributed")
+    with socket.socket() as silent:
+        silent.bind(("127.0.0.1", 0))  # and no `listen`: every connection is refused
+        spec = f"dask://127.0.0.1:{silent.getsockname()[1]}"
+        out, _ = client_of(spec, "abs", "range(3)", connect_seconds=0.5).communicate()
+    assert out.startswith(f"{spec}: no Dask scheduler answers there") and out.count("\n") == 1
 
 
 @pytest.mark.slow
