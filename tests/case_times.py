@@ -1,7 +1,7 @@
-"""Record the processor time of each case, and fail a run in which a fast case exceeds its limit.
+"""Record the processor time of each case and its set-up, and fail a run in which a fast case exceeds the limit.
 
-A case counts as fast if it has no marker of `SLOW_TIER`. Processor time includes ended child processes. Unlike wall
-time, it hardly depends on machine load.
+A case counts as fast if it has no marker of `SLOW_TIER`. The set-up of a shared fixture counts for the case that needs
+it first. Processor time includes ended child processes. Unlike wall time, it hardly depends on machine load.
 """
 
 from __future__ import annotations
@@ -14,6 +14,9 @@ import pytest
 
 #: Markers of the cases that `make test-more` runs and `make test` leaves out.
 SLOW_TIER = ("slow", "browser", "external")
+
+#: Shorter set-ups are not recorded, s: most cases have almost none.
+SHORT_SETUP = 0.1
 
 #: Fixture that starts an outside program → marker of every case that uses it.
 MARKER_OF_FIXTURE = {
@@ -45,11 +48,12 @@ class CaseTimes:
     def __init__(self, limit: float | None, file: Path | None) -> None:
         self.limit = limit
         self.file = file
-        #: Case → (wall time, s; processor time, s; whether the case is fast).
+        #: Case, or "setup of" and the case → (wall time, s; processor time, s; whether the case is fast).
         self.times: dict[str, tuple[float, float, bool]] = {}
+        self.count = 0
 
     def over_limit(self) -> list[tuple[float, str]]:
-        """Return processor time and name of each fast case above the limit, the slowest first."""
+        """Return processor time and name of each fast case or set-up above the limit, the slowest first."""
         if self.limit is None:
             return []
         return sorted(
@@ -57,9 +61,13 @@ class CaseTimes:
         )
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        # A case appends its times phase by phase, so the last value belongs to the phase of the report.
+        values = dict(report.user_properties)
         if report.when == "call":
-            values = dict(report.user_properties)
+            self.count += 1
             self.times[report.nodeid] = (report.duration, values["processor"], values["fast"])
+        elif report.when == "setup" and values.get("processor", 0.0) > SHORT_SETUP:
+            self.times[f"setup of {report.nodeid}"] = (report.duration, values["processor"], values["fast"])
 
     @pytest.hookimpl(trylast=True)
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
@@ -73,10 +81,11 @@ class CaseTimes:
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         total = sum(cpu for _, cpu, _ in self.times.values())
-        terminalreporter.write_line(f"{len(self.times)} cases took {total:.0f} s of processor")
+        terminalreporter.write_line(f"{self.count} cases and their set-ups took {total:.0f} s of processor")
         if slow := self.over_limit():
             terminalreporter.section(
-                f"fast cases above {self.limit:g} s of processor: make them smaller or mark them slow", red=True
+                f"fast cases and set-ups above {self.limit:g} s of processor: make them smaller or mark them slow",
+                red=True,
             )
             for cpu, case in slow:
                 terminalreporter.write_line(f"{cpu:6.1f} s  {case}")
@@ -84,7 +93,12 @@ class CaseTimes:
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("times of cases")
-    group.addoption("--case-limit", type=float, metavar="SECONDS", help="fail if a fast case takes more processor time")
+    group.addoption(
+        "--case-limit",
+        type=float,
+        metavar="SECONDS",
+        help="fail if a fast case or its set-up takes more processor time",
+    )
     group.addoption("--case-times", type=Path, metavar="FILE", help="write the times of all cases to a table")
 
 
@@ -102,8 +116,18 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 @pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup(item: pytest.Item) -> Iterator[None]:
+    """Attach the processor time of the fixtures to the report of the set-up."""
+    return (yield from _timed(item))
+
+
+@pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
     """Attach the processor time of a case to its report."""
+    return (yield from _timed(item))
+
+
+def _timed(item: pytest.Item) -> Iterator[None]:
     start = processor_seconds()
     try:
         return (yield)
