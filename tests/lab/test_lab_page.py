@@ -62,13 +62,10 @@ def rows_of(folder: Path, text: str = EVERY, seeds: int = 3) -> tuple[object, li
     return found, [row for row in rows if row.seed <= seeds]
 
 
-@pytest.fixture(scope="module")
-def html(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """Return the page of all runs."""
-    return write_page(*rows_of(tmp_path_factory.mktemp("page")), 24)
-
-
-def test_the_page_needs_no_other_file_and_escapes_text_from_files(html: str) -> None:
+@pytest.mark.parametrize("seeds", [1, pytest.param(3, marks=pytest.mark.slow)])
+def test_the_page_needs_no_other_file_and_escapes_text_from_files(seeds: int, tmp_path: Path) -> None:
+    """One seed gives half of the charts."""
+    html = write_page(*rows_of(tmp_path, seeds=seeds), 24)
     page = Page(html)
     assert "script" not in page.tags
     assert "Time <b>" in page.words
@@ -78,8 +75,9 @@ def test_the_page_needs_no_other_file_and_escapes_text_from_files(html: str) -> 
     assert set(re.findall(r'(?:href="|url\()#([\w-]+)', html)) <= set(ids)
 
 
-def test_the_page_states_the_differences_of_the_formula(html: str) -> None:
-    text = Page(html).words
+@pytest.mark.slow
+def test_the_page_states_the_differences_of_the_formula(tmp_path: Path) -> None:
+    text = Page(write_page(*rows_of(tmp_path), 24)).words
     assert "24 of 24 runs done" in text
     # as – acs is 10 in every run, of which the mean square within is (1² + 0² + 1²) · 2 / 4 = 1.
     assert "-10.000" in text or "10.000" in text
