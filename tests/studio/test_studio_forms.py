@@ -130,6 +130,14 @@ def test_what_holds_otherwise_has_room_in_its_field_and_is_said_whole_beside_the
     assert fields["machine"]["rule"] == ""
 
 
+def test_a_long_default_is_shown_by_its_beginning() -> None:
+    fields = {field["name"]: field for group in made("drill") for field in group["fields"]}
+    rule = "one assumed drill per diameter"
+    shown = fields["tools"]["default"]
+    assert shown.endswith("…") and rule.startswith(shown[:-1]) and len(shown) > 12
+    assert fields["tools"]["rule"] == f"default: {rule}"
+
+
 def test_a_message_names_the_fields_of_the_form_and_no_flags() -> None:
     plain = EN.plain
     assert plain("give --thickness or --depth") == "give “Thickness” or “Depth”"

@@ -159,7 +159,7 @@ def _field(name: str, words: Words, default: Any, own: list[tuple[str, str]] | N
     if own is not None:
         choices = own
     holds, unit = default_words(name, default, words), _unit(spec)
-    short = _short(holds, _ROOM - (len(unit) + 2 if unit else 0), words)
+    short = _short(holds, _ROOM - (len(unit) + 2 if unit else 0))
     return {
         "name": name,
         "label": words.option(name),
@@ -196,12 +196,10 @@ def default_words(name: str, default: Any, words: Words) -> str:
     return bare if spec.kind in ("quantity", "percent") else text
 
 
-def _short(holds: str, room: int, words: Words) -> str:
-    """Return what holds where nothing is given, as far as a field has room for it: ``auto`` of ``auto: as …``."""
-    if len(holds) <= room:
-        return holds
-    head = holds.replace(";", ":").partition(":")[0]
-    return head if len(head) <= room else words("form.absent")
+def _short(holds: str, room: int) -> str:
+    """Return a default in at most `room` characters: its first part (``auto`` of ``auto: as …``), or its beginning."""
+    head = holds if len(holds) <= room else holds.replace(";", ":").partition(":")[0]
+    return head if len(head) <= room else f"{head[: room - 1].rstrip()}…"
 
 
 def problem_with(name: str, value: Any) -> str:
@@ -249,7 +247,7 @@ def value_words(name: str, value: Any, words: Words, work: str = "") -> str:
     if spec.kind == "flag":
         return words("form.on" if (default if value in (None, "") else value) is True else "form.off")
     if value in (None, ""):
-        value = _short(default_words(name, default, words), _ROOM, words)
+        value = _short(default_words(name, default, words), _ROOM)
     text = ",".join(map(str, value)) if isinstance(value, list | tuple) else str(value).removeprefix(OWN)
     figure = _FIGURE.fullmatch(text.strip())
     return f"{figure[1]}\u00a0{figure[2] or _unit(spec)}".strip() if figure else text
