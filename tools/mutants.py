@@ -138,16 +138,15 @@ def killed(mutant: Mutant, groups: list[list[str]]) -> bool:
         mutant.file.write_bytes(original)
 
 
-def passes(tests: list[str], *flags: str) -> bool:
+def passes(tests: list[str], *flags: str, quiet: bool = True) -> bool:
     """Run fast tests until the first failure; return whether all pass within `LONGEST`."""
+    output = subprocess.DEVNULL if quiet else None
     with tempfile.NamedTemporaryFile("w", encoding="utf-8", suffix=".txt") as names:
         names.write("\n".join(tests))
         names.flush()
         chosen = [f"@{names.name}"] if tests else []
         command = [sys.executable, "-m", "pytest", "-x", "-n", "2", "--dist", "worksteal", "-m", FAST, *flags, *chosen]
-        run = subprocess.Popen(
-            command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
-        )
+        run = subprocess.Popen(command, cwd=ROOT, stdout=output, stderr=output, start_new_session=True)
         try:
             return run.wait(LONGEST) in (0, 5)  # 5: no fast test was collected
         except subprocess.TimeoutExpired:
@@ -168,7 +167,7 @@ def main() -> None:
     commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True)
     seed = given.seed or commit.stdout.strip()
     part, parts = map(int, given.part.split("/"))
-    if not passes([], "--cov", "--cov-context=test", "--cov-report="):
+    if not passes([], "--cov", "--cov-context=test", "--cov-report=", quiet=False):
         sys.exit("the fast tests fail without a mutant; every mutant would count as killed")
     lines_run = CoverageData(str(ROOT / ".coverage"))
     lines_run.read()
