@@ -44,6 +44,25 @@ class OptimizeKeywords(TypedDict, total=False):
     """Which solid of a STEP file with several, by its number: without it they are listed (default: the file's only
     one).
     """
+    up: Literal[
+        "x",
+        "y",
+        "z",
+        "-x",
+        "-y",
+        "-z",
+        None,
+    ]
+    """Turn a solid: this direction of it points up; x, y and z are its own axes (default: z)."""
+    z_zero: Literal[
+        "top",
+        "bottom",
+        "drawn",
+        None,
+    ]
+    """Z0 of the program on a solid, after turning: its highest place, its lowest place, or Z0 of the solid as
+    drawn (default: top; of a --workpiece as drawn).
+    """
     mirror: Literal[
         "x",
         "y",
@@ -53,8 +72,8 @@ class OptimizeKeywords(TypedDict, total=False):
     rotate: Quantity | None
     """Rotate the drawing about its zero, counter-clockwise, after mirroring (deg)."""
     origin: str | Sequence[Quantity] | None
-    """Program zero, set after rotating: lower-left, lower-right, upper-left, upper-right or centre of the geometry
-    (hole centres), or a point x,y (mm; default: the drawing's zero).
+    """Program zero, set after rotating: lower-left, lower-right, upper-left, upper-right or centre of the part's
+    outline, which is the same for all commands; or a point x,y (mm; default: the drawing's zero).
     """
     strict: bool | None
     """Refuse input with skipped or repaired entities, and programs with dangerous moves."""
@@ -687,6 +706,16 @@ class NestKeywords(TypedDict, total=False):
     """Which solid of a STEP file with several, by its number: without it they are listed (default: the file's only
     one).
     """
+    up: Literal[
+        "x",
+        "y",
+        "z",
+        "-x",
+        "-y",
+        "-z",
+        None,
+    ]
+    """Turn a solid: this direction of it points up; x, y and z are its own axes (default: z)."""
     strict: bool | None
     """Refuse input with skipped or repaired entities, and programs with dangerous moves."""
     cut_layers: str | Sequence[str] | None
@@ -807,6 +836,25 @@ class SolveKeywords(TypedDict, total=False):
     solid: int | None
     """Which solid of a STEP file with several, by its number: without it they are listed (default: the file's only
     one).
+    """
+    up: Literal[
+        "x",
+        "y",
+        "z",
+        "-x",
+        "-y",
+        "-z",
+        None,
+    ]
+    """Turn a solid: this direction of it points up; x, y and z are its own axes (default: z)."""
+    z_zero: Literal[
+        "top",
+        "bottom",
+        "drawn",
+        None,
+    ]
+    """Z0 of the program on a solid, after turning: its highest place, its lowest place, or Z0 of the solid as
+    drawn (default: top; of a --workpiece as drawn).
     """
     strict: bool | None
     """Refuse input with skipped or repaired entities, and programs with dangerous moves."""
@@ -1007,6 +1055,25 @@ class StockKeywords(TypedDict, total=False):
     """Which solid of a STEP file with several, by its number: without it they are listed (default: the file's only
     one).
     """
+    up: Literal[
+        "x",
+        "y",
+        "z",
+        "-x",
+        "-y",
+        "-z",
+        None,
+    ]
+    """Turn a solid: this direction of it points up; x, y and z are its own axes (default: z)."""
+    z_zero: Literal[
+        "top",
+        "bottom",
+        "drawn",
+        None,
+    ]
+    """Z0 of the program on a solid, after turning: its highest place, its lowest place, or Z0 of the solid as
+    drawn (default: top; of a --workpiece as drawn).
+    """
     strict: bool | None
     """Refuse input with skipped or repaired entities, and programs with dangerous moves."""
     machine: str | None
@@ -1064,6 +1131,25 @@ class CuttingDataKeywords(TypedDict, total=False):
     """Which solid of a STEP file with several, by its number: without it they are listed (default: the file's only
     one).
     """
+    up: Literal[
+        "x",
+        "y",
+        "z",
+        "-x",
+        "-y",
+        "-z",
+        None,
+    ]
+    """Turn a solid: this direction of it points up; x, y and z are its own axes (default: z)."""
+    z_zero: Literal[
+        "top",
+        "bottom",
+        "drawn",
+        None,
+    ]
+    """Z0 of the program on a solid, after turning: its highest place, its lowest place, or Z0 of the solid as
+    drawn (default: top; of a --workpiece as drawn).
+    """
     mirror: Literal[
         "x",
         "y",
@@ -1073,8 +1159,8 @@ class CuttingDataKeywords(TypedDict, total=False):
     rotate: Quantity | None
     """Rotate the drawing about its zero, counter-clockwise, after mirroring (deg)."""
     origin: str | Sequence[Quantity] | None
-    """Program zero, set after rotating: lower-left, lower-right, upper-left, upper-right or centre of the geometry
-    (hole centres), or a point x,y (mm; default: the drawing's zero).
+    """Program zero, set after rotating: lower-left, lower-right, upper-left, upper-right or centre of the part's
+    outline, which is the same for all commands; or a point x,y (mm; default: the drawing's zero).
     """
     strict: bool | None
     """Refuse input with skipped or repaired entities, and programs with dangerous moves."""

@@ -50,12 +50,13 @@ def test_choosing_the_layer_of_the_holes_hides_no_edge_but_a_layer_that_is_off_d
     assert leafcut.read_part(plate(tmp_path, hidden=True)).edge == ()
 
 
-def test_the_edge_changes_neither_the_program_nor_where_zero_is_set(tmp_path: Path) -> None:
+def test_the_edge_does_not_change_the_program_but_its_corner_can_be_zero(tmp_path: Path) -> None:
     fast = {"thickness": 5, "algorithm": "nn", "bound": False, "process": "drill"}
-    with_edge = leafcut.optimize(plate(tmp_path), origin="lower-left", **fast)
-    without = leafcut.optimize(plate(tmp_path, hidden=True), origin="lower-left", **fast)
+    with_edge = leafcut.optimize(plate(tmp_path), **fast)
+    without = leafcut.optimize(plate(tmp_path, hidden=True), **fast)
     assert with_edge.text == without.text
-    assert box(with_edge.part) == pytest.approx((-20.0, -20.0, 180.0, 80.0))  # the first hole's centre is zero
+    at_corner = leafcut.optimize(plate(tmp_path), origin="lower-left", **fast)
+    assert box(at_corner.part) == pytest.approx((0.0, 0.0, 200.0, 100.0))
 
 
 def test_the_edge_is_turned_with_its_holes(tmp_path: Path) -> None:

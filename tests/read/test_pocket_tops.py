@@ -29,7 +29,7 @@ pytestmark = pytest.mark.usefixtures("opencascade_at_hand")
 
 FAST: dict[str, Any] = {
     "preset": "fast", "threads": 1, "machine": "linuxcnc-mill", "strategy": "contour", "tool_diameter": 6,
-    "pocket_top": "surface",
+    "pocket_top": "surface", "z_zero": "drawn",
 }  # fmt: skip
 #: The material before any pocket is milled: boxes of x, y and height, the later ones on top; a step of 20, 12 and 6 mm.
 STEPS = ((0, 0, 40, 80, 20), (40, 0, 80, 80, 12), (80, 0, 120, 80, 6))
@@ -118,7 +118,7 @@ def test_a_drawing_has_no_surface(tmp_path: Path) -> None:
     file.write_text('<svg xmlns="http://www.w3.org/2000/svg" width="50mm" height="50mm" viewBox="0 0 50 50">'
                     '<rect x="5" y="5" width="40" height="40"/></svg>')  # fmt: skip
     with pytest.raises(OptionError, match="--pocket-top surface: a drawing has no surface"):
-        api.optimize(file, process="pocket", depth=3, **FAST)
+        api.optimize(file, process="pocket", depth=3, **{**FAST, "z_zero": None})
 
 
 def at(field: HeightField, x: float, y: float) -> float:

@@ -29,6 +29,8 @@ from made_solids import DOWN, UP, box, cone, cut, cylinder, saved
 pytestmark = pytest.mark.usefixtures("opencascade_at_hand")
 
 FAST: dict[str, Any] = {"preset": "fast", "threads": 1}
+#: Heights are those of the solid.
+DRAWN = ReadOptions(z_zero="drawn")
 
 
 def test_through_blind_flat_and_pointed_holes_have_their_heights_and_depths(tmp_path: Path) -> None:
@@ -39,7 +41,7 @@ def test_through_blind_flat_and_pointed_holes_have_their_heights_and_depths(tmp_
         cylinder((50, 10, 5), DOWN, 4, 20),
         cone((50, 10, -15 - 4 / math.tan(math.radians(59))), 0, 4, 4 / math.tan(math.radians(59))),
     )
-    part = read(saved(tmp_path / "block.step", block))
+    part = read(saved(tmp_path / "block.step", block), DRAWN)
     told = [(h.x, h.y, h.z, h.diameter, h.depth, h.through, h.flat) for h in part.holes]
     assert told == [
         (10.0, 10.0, 5.0, 5.0, 35.0, True, False),
@@ -73,7 +75,7 @@ def test_bosses_fillets_and_slot_ends_are_no_holes(tmp_path: Path) -> None:
     block = BRepAlgoAPI_Fuse(box(0, 0, -10, 80, 40, 0), cylinder((60, 20, 0), (0, 0, 1), 8, 12)).Shape()
     slot = BRepAlgoAPI_Fuse(box(10, 7, -10, 25, 13, 0), cylinder((10, 10, 0), DOWN, 3, 10)).Shape()
     slot = BRepAlgoAPI_Fuse(slot, cylinder((25, 10, 0), DOWN, 3, 10)).Shape()
-    part = read(saved(tmp_path / "block.step", cut(block, slot, cylinder((60, 20, 12), DOWN, 2, 22))))
+    part = read(saved(tmp_path / "block.step", cut(block, slot, cylinder((60, 20, 12), DOWN, 2, 22))), DRAWN)
     assert [(h.x, h.y, h.z, h.depth, h.through) for h in part.holes] == [(60.0, 20.0, 12.0, 22.0, True)]
 
 
@@ -125,7 +127,7 @@ def test_what_is_between_two_walls_of_an_axis_makes_them_two_holes() -> None:
 
 
 def holes(tmp_path: Path, solid: Any) -> list[tuple[float, float, float, bool, bool]]:
-    part = read(saved(tmp_path / "solid.step", solid))
+    part = read(saved(tmp_path / "solid.step", solid), DRAWN)
     return [(h.z, h.diameter, h.depth or 0.0, h.through, h.flat) for h in part.holes]
 
 
@@ -275,7 +277,7 @@ def test_the_unit_of_the_file_is_obeyed(tmp_path: Path, unit: str, factor: float
 
 def test_the_example_has_the_holes_that_it_was_made_with(examples: Path) -> None:
     made = runpy.run_path(str(examples / "make_stepped_plate.py"))
-    part = read(examples / "stepped_plate.step")
+    part = read(examples / "stepped_plate.step", DRAWN)
     wanted = {(x, y): (z, through) for x, y, z, through in made["holes"]()}
     assert {(h.x, h.y): (h.z, h.through) for h in part.holes} == {k: (float(z), t) for k, (z, t) in wanted.items()}
     assert {h.depth for h in part.holes if not h.through} == {6.0}
@@ -351,8 +353,8 @@ def test_of_several_solids_one_is_chosen_by_its_number(tmp_path: Path) -> None:
         "the STEP file has 2 solids (1: 30 × 20 × 9 mm at 0, 0, Z0; 2: 40 × 25 × 6 mm at 50, 5, Z-2); choose one with "
         "--solid"
     )
-    assert [(h.x, h.z) for h in read(file, ReadOptions(solid=1)).holes] == [(9.0, 9.0)]
-    assert [(h.x, h.z) for h in read(file, ReadOptions(solid=2)).holes] == [(60.0, 4.0)]
+    assert [(h.x, h.z) for h in read(file, ReadOptions(solid=1, z_zero="drawn")).holes] == [(9.0, 9.0)]
+    assert [(h.x, h.z) for h in read(file, ReadOptions(solid=2, z_zero="drawn")).holes] == [(60.0, 4.0)]
     with pytest.raises(ReadError, match="--solid 3: the STEP file has 2 solids"):
         read(file, ReadOptions(solid=3))
     assert load_mesh(file, which=2).low.tolist() == [50.0, 5.0, -2.0]

@@ -28,7 +28,9 @@ from made_solids import DOWN, UP, box, cone, cut, cylinder, fused, rounded, save
 
 pytestmark = pytest.mark.usefixtures("opencascade_at_hand")
 
-FAST: dict[str, Any] = {"preset": "fast", "threads": 1, "machine": "linuxcnc-mill", "strategy": "contour"}
+FAST: dict[str, Any] = {
+    "preset": "fast", "threads": 1, "machine": "linuxcnc-mill", "strategy": "contour", "z_zero": "drawn",
+}  # fmt: skip
 CORNER = 4.0 - math.pi
 
 
@@ -49,7 +51,7 @@ def block(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def pockets(block: Path) -> Part:
-    return read_pockets(block)
+    return read_pockets(block, ReadOptions(z_zero="drawn"))
 
 
 def test_pockets_have_the_depths_and_areas_that_they_were_made_with(pockets: Part) -> None:

@@ -94,6 +94,63 @@ class Grouping:
         return int(self.cluster.max()) + 1
 
 
+#: The rows of the matrix that turns a direction of a solid up: a quarter about Y for X, a quarter about X for Y, half a
+#: turn about X for -Z.
+TURNS: dict[str, tuple[tuple[int, int, int], ...]] = {
+    "x": ((0, 0, -1), (0, 1, 0), (1, 0, 0)),
+    "y": ((1, 0, 0), (0, 0, -1), (0, 1, 0)),
+    "z": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    "-x": ((0, 0, 1), (0, 1, 0), (-1, 0, 0)),
+    "-y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
+    "-z": ((1, 0, 0), (0, -1, 0), (0, 0, -1)),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramZero:
+    """Where the zero of a program lies in the drawing or in the solid.
+
+    Attributes
+    ----------
+    place
+        What is there, "lower left corner of the part"; "" for the zero of the drawing or a point of it.
+    x, y
+        Of the drawing before it is mirrored and rotated, or of the solid after it is turned, mm.
+    up
+        Direction of the solid that points up, a key of `TURNS`; "" for a drawing.
+    level
+        What of the solid is at Z0: ``top``, ``bottom``, or ``drawn`` for its own Z0. ``surface`` and ``holes``: Z0 is
+        that of the file of the surface, or of the drawing of the holes. "" for the surface of a plate.
+    z
+        Height of Z0 in the turned solid; of ``surface`` and ``holes`` the highest place over Z0, mm.
+    """
+
+    place: str = ""
+    x: float = 0.0
+    y: float = 0.0
+    up: str = ""
+    level: str = ""
+    z: float = 0.0
+
+    def facts(self, scale: float = 1.0) -> list[tuple[str, str]]:
+        """Return name and words of the zero in X and Y, and of Z0 of a solid; `scale` is the number of mm in a unit."""
+
+        def said(value: float) -> str:
+            return f"{round(value / scale, 4) + 0.0:.4f}".rstrip("0").rstrip(".")
+
+        turned = f", turned with {self.up.upper()} up" if self.up not in ("", "z") else ""
+        whose = f"the {'solid' if self.up else 'drawing'}{turned}"
+        where = f"X{said(self.x)} Y{said(self.y)} of {whose}"
+        flat = ("zero", f"{self.place}, {where}" if self.place else where)
+        if not self.level:
+            return [flat]
+        if self.level in ("surface", "holes"):
+            file, most = ("surface file", "its top") if self.level == "surface" else ("drawing", "the highest hole")
+            return [flat, ("Z0", f"Z0 of the {file}, {most} is at Z{said(self.z)}")]
+        level = "" if self.level == "drawn" else f"{self.level} of the part, "
+        return [flat, ("Z0", f"{level}Z{said(self.z)} of {whose}")]
+
+
 @dataclass(frozen=True)
 class Part:
     """Holes, slots and contours in the drawing's order, in mm.
@@ -121,6 +178,10 @@ class Part:
         What is to be cleared, in the order of the drawing.
     edge
         Lines around the holes of a plate, of kind ``sheet``: they are shown, and never worked.
+    reference
+        What the places of `ReadOptions.origin` refer to (`read.reference`); None for what is worked.
+    zero
+        Where the zero of the program lies. Of a solid a reader gives the height, and `processes.placing` the rest.
     """
 
     name: str
@@ -137,6 +198,8 @@ class Part:
     grouping: Grouping | None = None
     pockets: tuple[Pocket, ...] = ()
     edge: tuple[Contour, ...] = ()
+    reference: Part | None = None
+    zero: ProgramZero | None = None
 
     @property
     def hole_xy(self) -> NDArray[np.float64]:

@@ -67,6 +67,22 @@ class ReadOptions(OptionGroup):
         maximum=1_000_000,
         default_words="the file's only one",
     )
+    up: str | None = option(
+        "text",
+        None,
+        "turn a solid: this direction of it points up; x, y and z are its own axes",
+        choices=("x", "y", "z", "-x", "-y", "-z"),
+        default_words="z",
+        needs="input=step",
+    )
+    z_zero: str | None = option(
+        "text",
+        None,
+        "Z0 of the program on a solid, after turning: its highest place, its lowest place, or Z0 of the solid as drawn",
+        choices=("top", "bottom", "drawn"),
+        default_words="top; of a --workpiece as drawn",
+        needs="input=step",
+    )
     mirror: str | None = option(
         "text",
         None,
@@ -85,8 +101,8 @@ class ReadOptions(OptionGroup):
     origin: str | tuple[float, ...] | None = option(
         "place",
         None,
-        "program zero, set after rotating: lower-left, lower-right, upper-left, upper-right or centre of the geometry "
-        "(hole centres), or a point x,y",
+        "program zero, set after rotating: lower-left, lower-right, upper-left, upper-right or centre of the part's "
+        "outline, which is the same for all commands; or a point x,y",
         unit="mm",
         default_words="the drawing's zero",
     )

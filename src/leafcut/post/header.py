@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from datetime import datetime
 
 from leafcut.model.machine import Machine
+from leafcut.model.part import ProgramZero
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
 from leafcut.units import MM_PER_INCH, format_time
@@ -14,6 +15,7 @@ from leafcut.units import MM_PER_INCH, format_time
 def header_lines(
     *,
     source: str,
+    zero: ProgramZero | None,
     version: str,
     machine: Machine,
     tools: Iterable[Tool],
@@ -39,6 +41,8 @@ def header_lines(
     )
     lines.extend(_tool_line(tool, units) for tool in tools)
     scale, unit = (MM_PER_INCH, "in") if units == "inch" else (1.0, "mm")
+    if zero is not None:
+        lines.extend(f"{name}: {words}" for name, words in zero.facts(scale))
     low, high = path.extents
     for axis, least, most in zip("XYZ", low, high, strict=True):
         lines.append(f"{axis} {_short(least / scale)} to {_short(most / scale)} {unit}")

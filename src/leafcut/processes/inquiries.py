@@ -48,7 +48,11 @@ class CuttingStock(Work):
 
     name = "stock"
     title = "cutting stock by a program"
-    uses = use(ReadOptions, "units", "strict", solid="workpiece") | use(MachineOptions) | use(JobOptions, "tools")
+    uses = (
+        use(ReadOptions, "units", "strict", solid="workpiece", up="workpiece", z_zero="workpiece")
+        | use(MachineOptions)
+        | use(JobOptions, "tools")
+    )
     uses |= use(StockOptions)
 
 
@@ -73,4 +77,6 @@ class ChoosingSpeeds(Work):
 
     def used(self) -> Mapping[str, str]:
         """Return its own options, and those of drilling for a drawing."""
-        return {name: f"input=drawing {need}".strip() for name, need in self.drilling.items()} | dict(self.uses)
+        # That a drawing has no solid to turn, its reader says.
+        needs = {name: need.replace("input=step", "") for name, need in self.drilling.items()}
+        return {name: f"input=drawing {need}".strip() for name, need in needs.items()} | dict(self.uses)

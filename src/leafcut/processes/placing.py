@@ -3,12 +3,13 @@
 The order is fixed: it is mirrored, then rotated, both about the zero of the drawing, and last the origin is set. A
 mirrored board is the board seen from its back, and drilled, cut or milled from there. As nothing is planned before, the
 side of leads and of the kerf, climb milling and the directions of arcs are as for any drawing.
+
+The zero of a program is set here alone, so that all programs of one part have the same.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,9 +17,8 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.mesh import Mesh
-from leafcut.model.part import Part
-from leafcut.options import ORIGINS, ReadOptions, SheetOptions
-from leafcut.processes.layers import kinds_of
+from leafcut.model.part import TURNS, Part, ProgramZero
+from leafcut.options import ORIGINS, ReadOptions
 
 #: x and y of a turn by so many quarters, without the rounding of sines.
 _QUARTERS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
@@ -26,43 +26,33 @@ _QUARTERS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
 _SAME_ANGLE = 1e-9
 
 
-def placed(part: Part, options: ReadOptions, counted: Sequence[bool] | None = None) -> Part:
-    """Return a part as `options.mirror`, `rotate` and `origin` place it.
-
-    Parameters
-    ----------
-    counted
-        Which of its contours count for its corners; None for all.
-    """
-    turned = part
+def placed(part: Part, options: ReadOptions) -> Part:
+    """Return a part as `options.mirror`, `rotate` and `origin` place it, with its zero."""
     matrix = _matrix(options)
-    if not np.array_equal(matrix, np.eye(2)):
-        turned = _moved(part, matrix, (0.0, 0.0))
-    if options.origin is None:
-        return turned
-    there = turned
-    if counted is not None:
-        there = replace(turned, contours=tuple(c for c, yes in zip(turned.contours, counted, strict=True) if yes))
-    x, y = _zero(options.origin, there.extents)
-    return _moved(turned, np.eye(2), (-x, -y))
+    x, y = _origin(part, matrix, options)
+    # Of a turn the transpose is the inverse: the zero in the drawing as it was read.
+    there = (matrix.T @ (x, y)).tolist()
+    zero = replace(part.zero or ProgramZero(), place=_place(part, options), x=there[0], y=there[1])
+    moved = part
+    if (x, y) != (0.0, 0.0) or not np.array_equal(matrix, np.eye(2)):
+        moved = _moved(part, matrix, (-x, -y))
+    return replace(moved, reference=None, zero=zero)
 
 
 def placed_mesh(mesh: Mesh, part: Part, options: ReadOptions) -> Mesh:
     """Return a mesh as `placed` places the part that it is the surface of; `part` is as it was read."""
     matrix = _matrix(options)
-    by = (0.0, 0.0)
-    if options.origin is not None:
-        x, y = _zero(options.origin, _moved(part, matrix, (0.0, 0.0)).extents)
-        by = (-x, -y)
+    x, y = _origin(part, matrix, options)
     triangles = mesh.triangles.copy()
-    triangles[:, :, :2] = triangles[:, :, :2] @ matrix.T + by
+    triangles[:, :, :2] = triangles[:, :, :2] @ matrix.T - (x, y)
     return replace(mesh, triangles=triangles)
 
 
-def placed_sheet(part: Part, options: ReadOptions, sheet: SheetOptions) -> Part:
-    """Return the drawing of a sheet as it is placed: contours that are left out do not say where its corners are."""
-    counted = [kind != "" for kind in kinds_of(part.contours, sheet, [])] if options.origin is not None else None
-    return placed(part, options, counted)
+def upright_mesh(mesh: Mesh, part: Part) -> Mesh:
+    """Return a mesh in the axes of a solid turned and lifted with it; unchanged if the part is of a drawing."""
+    if part.zero is None or not part.zero.up:
+        return mesh
+    return replace(mesh, triangles=mesh.triangles @ np.array(TURNS[part.zero.up]).T - (0.0, 0.0, part.zero.z))
 
 
 def _matrix(options: ReadOptions) -> NDArray[np.float64]:
@@ -75,12 +65,28 @@ def _matrix(options: ReadOptions) -> NDArray[np.float64]:
     return np.array([[c, -s], [s, c]]) @ mirror
 
 
-def _zero(origin: str | tuple[float, ...], box: tuple[float, float, float, float]) -> tuple[float, float]:
-    """Return the place that becomes zero."""
-    if not isinstance(origin, str):
-        return origin[0], origin[1]
-    across, up = ORIGINS[origin]
+def _origin(part: Part, matrix: NDArray[np.float64], options: ReadOptions) -> tuple[float, float]:
+    """Return the place of the mirrored and rotated drawing that becomes zero."""
+    if options.origin is None:
+        return 0.0, 0.0
+    if not isinstance(options.origin, str):
+        return options.origin[0], options.origin[1]
+    across, up = ORIGINS[options.origin]
+    box = _moved(part.reference or part, matrix, (0.0, 0.0)).extents
     return box[0] + across * (box[2] - box[0]), box[1] + up * (box[3] - box[1])
+
+
+def _place(part: Part, options: ReadOptions) -> str:
+    """Return the name of the place that becomes zero: "lower left corner of the part"; "" for a point."""
+    if not isinstance(options.origin, str):
+        return ""
+    name = options.origin if options.origin == "centre" else f"{options.origin.replace('-', ' ')} corner"
+    reference = part.reference
+    if reference is None:
+        return f"{name} of the {'pockets' if part.pockets else 'hole centres'}"
+    paths = [c.path for c in reference.contours]
+    outline = any(path.closed and path.extents == reference.extents for path in paths)
+    return f"{name} of the {'part' if outline else 'geometry'}"
 
 
 def _moved(part: Part, matrix: NDArray[np.float64], by: tuple[float, float]) -> Part:

@@ -159,7 +159,7 @@ def _refusal(option: str, condition: str) -> str:
     wanted, (name, _, values) = not condition.startswith("!"), condition.removeprefix("!").partition("=")
     words = " or ".join(", ".join(values.split("|")).rsplit(", ", 1))
     if name == "input":
-        return f"{'only' if wanted else 'not'} used for a {words}; leave it out"
+        return f"{'only' if wanted else 'not'} used for a {words.replace('step', 'STEP file')}; leave it out"
     own = flag_name(option)
     if "," in name:
         *most, last = map(flag_name, name.split(","))

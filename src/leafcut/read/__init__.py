@@ -9,6 +9,7 @@ from leafcut.model import Part, Severity
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.format import Format, Match, Source
+from leafcut.read.reference import reference_of, whole_of
 from leafcut.read.registry import Input, formats, read_source, run
 
 __all__ = ["Format", "Input", "Match", "Source", "formats", "read", "read_contours", "read_pockets", "read_whole"]
@@ -26,7 +27,7 @@ def read(source: Input, options: ReadOptions | None = None, look: Heartbeat = un
     """
     options = options or ReadOptions()
     format_, loaded = read_source(source, look)
-    return _unless_strict(run(format_, loaded, options), loaded, options)
+    return _read(format_, format_, loaded, options)
 
 
 def read_contours(source: Input, options: ReadOptions | None = None, look: Heartbeat = unseen) -> Part:
@@ -45,7 +46,7 @@ def read_contours(source: Input, options: ReadOptions | None = None, look: Heart
     if format_.contours is None:
         there_are = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in formats() if f.contours)
         raise ReadError(loaded.path, f"{format_.name} has no contours to cut; use {there_are}")
-    return _unless_strict(run(replace(format_, read=format_.contours), loaded, options), loaded, options)
+    return _read(replace(format_, read=format_.contours), format_, loaded, options)
 
 
 def read_pockets(
@@ -75,7 +76,7 @@ def read_pockets(
         raise ReadError(loaded.path, f"{format_.name} has no pockets; use {there_are}")
     clear, given, join = format_.pockets, pocket_options or PocketDrawingOptions(), joining or SheetOptions()
     reader = replace(format_, read=lambda file, reading: clear(file, reading, given, join))
-    return _unless_strict(run(reader, loaded, options), loaded, options)
+    return _read(reader, format_, loaded, options)
 
 
 def read_whole(source: Input, options: ReadOptions | None = None, look: Heartbeat = unseen) -> Part:
@@ -89,10 +90,18 @@ def read_whole(source: Input, options: ReadOptions | None = None, look: Heartbea
     ReadError
         The file cannot be read, or shows nothing.
     """
-    all_of_it = replace(options or ReadOptions(), layers=(), min_diameter=None, max_diameter=None, concentric="all")
-    format_, loaded = read_source(source, look)
-    reader = format_.whole or format_.contours or format_.read
-    return run(replace(format_, read=reader), loaded, all_of_it)
+    return whole_of(*read_source(source, look), options or ReadOptions())
+
+
+def _read(reader: Format, format_: Format, loaded: Source, options: ReadOptions) -> Part:
+    """Return the part that `reader` finds, with its reference if a place of it becomes zero."""
+    named = isinstance(options.origin, str)
+    if named and loaded.kept is None:
+        loaded = replace(loaded, kept={})  # the drawing is read twice, and parsed once
+    part = _unless_strict(run(reader, loaded, options), loaded, options)
+    if named and part.reference is None:
+        part = replace(part, reference=reference_of(format_, loaded, options))
+    return part
 
 
 def _unless_strict(part: Part, loaded: Source, options: ReadOptions) -> Part:

@@ -66,8 +66,18 @@ def join_drill_files(parts: Sequence[Part], options: ReadOptions) -> Part:
         source=" + ".join(part.source for part in parts),
         holes=holes,
         slots=tuple(slot for part in parts for slot in part.slots),
+        reference=_reference(parts),
         issues=(*issues, *(issue for part in parts for issue in part.issues)),
     )
+
+
+def _reference(parts: Sequence[Part]) -> Part | None:
+    """Return all holes of the files, chosen or not, if what was chosen is not all of them."""
+    if all(part.reference is None for part in parts):
+        return None
+    every = [part.reference or part for part in parts]
+    holes, slots = (hole for one in every for hole in one.holes), (slot for one in every for slot in one.slots)
+    return Part("", tuple(holes), tuple(slots))
 
 
 def _counts(part: Part) -> str:

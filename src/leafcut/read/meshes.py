@@ -15,8 +15,8 @@ import numpy as np
 from leafcut.errors import OptionError, ReadError, parsing
 from leafcut.model.mesh import Mesh
 from leafcut.read.format import Match
+from leafcut.read.step import AS_DRAWN, Pose, WhichSolid, sniff, step_mesh
 from leafcut.read.step import LARGEST as LARGEST_STEP
-from leafcut.read.step import WhichSolid, sniff, step_mesh
 
 #: More triangles than this are refused: 72 bytes each, and some more while they are read.
 MOST_TRIANGLES = 2_000_000
@@ -33,7 +33,9 @@ _VERTEX = re.compile(rb"vertex\s+(\S{1,40})\s+(\S{1,40})\s+(\S{1,40})", re.IGNOR
 UNITS = {"mm": 1.0, "in": 25.4, "cm": 10.0, "m": 1000.0}
 
 
-def load_mesh(path: str | Path, unit: str = "mm", mend: str = "", which: WhichSolid = None) -> Mesh:
+def load_mesh(
+    path: str | Path, unit: str = "mm", mend: str = "", which: WhichSolid = None, pose: Pose = AS_DRAWN
+) -> Mesh:
     """Return the mesh of a file.
 
     Parameters
@@ -44,6 +46,8 @@ def load_mesh(path: str | Path, unit: str = "mm", mend: str = "", which: WhichSo
         What to do about a part of a size that none has; else to say its unit is proposed.
     which
         Of several solids of a STEP file: the number of one, or all of them.
+    pose
+        How a solid of a STEP file lies.
 
     Raises
     ------
@@ -60,10 +64,14 @@ def load_mesh(path: str | Path, unit: str = "mm", mend: str = "", which: WhichSo
     if sniff(head) == Match.YES:
         if unit != "mm":
             raise OptionError("--surface-unit: a STEP file says its own unit; leave it out")
-        triangles = step_mesh(str(file), _step_bytes(file, size), which)
+        triangles = step_mesh(str(file), _step_bytes(file, size), which, pose)
     else:
         if which not in (None, "all"):
             raise OptionError("--solid: STL has no solids, a STEP file has; leave it out")
+        if pose != AS_DRAWN:
+            raise OptionError(
+                "--up, --z-zero: an STL file keeps its own axes and Z0, a STEP file is turned; leave them out"
+            )
         triangles = _stl(file, head, size) * UNITS[unit]
     return _checked(triangles, file, mend or f"say its unit (--surface-unit {', '.join(UNITS)})")
 

@@ -10,7 +10,7 @@ from leafcut.errors import OptionError, ReadError, parsing
 from leafcut.files import StandardInput
 from leafcut.model import Part
 from leafcut.model.heartbeat import Heartbeat, unseen
-from leafcut.options import ReadOptions
+from leafcut.options import ReadOptions, flag_name
 from leafcut.plugins import Plugin, PluginKind
 from leafcut.read import csvmap, dxf, examples, excellon, gcode, gtsp, picture, sirius, step, svg, tsplib, wkt, xmlmap
 from leafcut.read.format import SNIFF_BYTES, Format, Match, Source, load
@@ -128,9 +128,11 @@ def run(format_: Format, source: Source, options: ReadOptions) -> Part:
     ReadError
         The file cannot be read; also for everything that a parser from elsewhere raises.
     OptionError
-        A solid is chosen, and the format has none.
+        A solid is chosen, turned or lifted, and the format has none.
     """
-    if options.solid is not None and format_.name != step.FORMAT.name:
-        raise OptionError(f"--solid: {format_.name} has no solids, a STEP file has; leave it out")
+    if format_.name != step.FORMAT.name:
+        for name in ("solid", "up", "z_zero"):
+            if getattr(options, name) is not None:
+                raise OptionError(f"{flag_name(name)}: {format_.name} has no solids, a STEP file has; leave it out")
     with parsing(source.path, f"could not be read as {format_.name}"):
         return format_.read(source, options)

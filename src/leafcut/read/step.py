@@ -5,11 +5,13 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import json
+import math
 import subprocess
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +19,7 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError, ReadError, count_of
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Hole, Issue, Part, Severity
-from leafcut.model.part import HoleStep
+from leafcut.model.part import TURNS, HoleStep, ProgramZero
 from leafcut.model.pocket import Pocket
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.filter_holes import sift
@@ -26,12 +28,41 @@ from leafcut.read.step_shapes import ONLY
 
 #: Files larger than this are refused: OpenCASCADE takes some twenty times as much memory.
 LARGEST = 100 * 1024 * 1024
+#: Directions of holes along an axis, as the process tells them: the number of the axis.
+_AXES = {"1, 0, 0": 0, "0, 1, 0": 1}
 #: The process gets so much memory and time: what needs more is refused, bytes and s.
 MEMORY, SECONDS = 8 * 1024**3, 300
 #: The solid of a file: a number, all of them, or None for its only one.
 WhichSolid = int | Literal["all"] | None
 #: More triangles than this are not taken.
 MOST_TRIANGLES = 2_000_000
+
+
+class Pose(NamedTuple):
+    """How a solid lies: which of its directions points up (`model.part.TURNS`), what is at Z0 (`ProgramZero.level`)."""
+
+    up: str = "z"
+    level: str = "drawn"
+
+    @classmethod
+    def of(cls, options: ReadOptions) -> Pose:
+        """Return the pose in which the part of a program lies: upright, with its top at Z0, unless options differ."""
+        return cls(options.up or "z", options.z_zero or "top")
+
+
+AS_DRAWN = Pose()
+
+
+class ChosenSolid(NamedTuple):
+    """Which solid of a file is the material of a program, and how it lies: as it is drawn, unless options differ."""
+
+    which: WhichSolid = None
+    pose: Pose = AS_DRAWN
+
+    @classmethod
+    def of(cls, options: ReadOptions) -> ChosenSolid:
+        """Return the choice of options."""
+        return cls(options.solid, Pose(options.up or AS_DRAWN.up, options.z_zero or AS_DRAWN.level))
 
 
 def sniff(head: bytes) -> Match:
@@ -50,18 +81,18 @@ def read_step(source: Source, options: ReadOptions) -> Part:
         OpenCASCADE is not installed, or a unit is given: the file says its own.
     """
     _check_units(options)
-    told = _solid(source.path, source.data, "holes", options.solid)[0]
+    told = _of_part(source, options, "holes")
     holes = tuple(
         Hole(
-            round(one["x"], 6), round(one["y"], 6), round(one["diameter"], 6), z=round(one["top"], 6),
+            round(one["x"], 6), round(one["y"], 6), round(one["diameter"], 6), z=round(one["top"], 6) + 0.0,
             depth=round(one["depth"], 6), through=one["through"], flat=not (one["through"] or one["pointed"]),
             steps=tuple(HoleStep(**step) for step in one["steps"]),
         )
         for one in told["holes"]
     )  # fmt: skip
     kept, sifted = sift(holes, options)
-    issues = (*_issues(told), *sifted)
-    return Part(source.name, kept, issues=issues, source=source.path, format=FORMAT.name)
+    issues = (*_issues(told, options.up or "z"), *sifted)
+    return _placeable(Part(source.name, kept, issues=issues, source=source.path, format=FORMAT.name), told, options)
 
 
 def read_pockets_of_step(
@@ -82,7 +113,7 @@ def read_pockets_of_step(
     _check_units(options)
     if options.layers or drawing.pocket_layers or drawing.island_layers:
         raise OptionError("--layers, --pocket-layers, --island-layers: a STEP file has no layers; leave them out")
-    told = _solid(source.path, source.data, "pockets", options.solid)[0]
+    told = _of_part(source, options, "pockets")
     issues, found = _issues_of_pockets(told), told["pockets"]
     if not found:
         reasons = "; ".join(issue.message for issue in issues) or "its level faces are all at the top"
@@ -91,11 +122,12 @@ def read_pockets_of_step(
         Pocket(
             _turned(one["outline"], clockwise=False), tuple(_turned(row, clockwise=True) for row in one["islands"]),
             source.name if len(found) == 1 else str(number), depth=round(told["highest"] - one["z"], 6),
-            top=round(told["highest"], 6),
+            top=round(told["highest"], 6) + 0.0,
         )
         for number, one in enumerate(found, 1)
     )  # fmt: skip
-    return Part(source.name, issues=tuple(issues), source=source.path, format=FORMAT.name, pockets=pockets)
+    part = Part(source.name, issues=tuple(issues), source=source.path, format=FORMAT.name, pockets=pockets)
+    return _placeable(part, told, options)
 
 
 def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
@@ -109,11 +141,34 @@ def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
     _check_units(options)
     if options.layers:
         raise OptionError("--layers: a STEP file has no layers; leave it out")
-    told = _solid(source.path, source.data, "outlines", options.solid)[0]
+    told = _of_part(source, options, "outlines")
     words = "the sheet has pockets, steps or chamfers besides its outlines: they are not cut"
     issues = (Issue("L219", words, severity=Severity.MISSING),) if told["uneven"] else ()
     contours = tuple(Contour(Polyline(np.array(row), True), z=0.0) for row in told["outlines"])
-    return Part(source.name, issues=issues, source=source.path, format=FORMAT.name, contours=contours)
+    part = _placeable(
+        Part(source.name, issues=issues, source=source.path, format=FORMAT.name, contours=contours), told, options
+    )
+    # The program of a sheet has its own Z0, the surface of the sheet.
+    return replace(part, zero=ProgramZero(up=Pose.of(options).up))
+
+
+def _of_part(source: Source, options: ReadOptions, what: str) -> dict[str, Any]:
+    return _solid(
+        source.path, source.data, what, options.solid, Pose.of(options), boxed=isinstance(options.origin, str)
+    )[0]
+
+
+def _placeable(part: Part, told: dict[str, Any], options: ReadOptions) -> Part:
+    """Return a part of a solid with the height of its zero, and with the view from above, whose corners may be zero."""
+    pose = Pose.of(options)
+    outline = np.array(told["box"] if told["box"] and _is_quarter(options.rotate) else told["hull"])
+    reference = Part(part.name, contours=(Contour(Polyline.of_points(outline, closed=True)),))
+    return replace(part, reference=reference, zero=ProgramZero(up=pose.up, level=pose.level, z=round(told["z"], 6)))
+
+
+def _is_quarter(angle: float) -> bool:
+    """Return whether an angle, rad, is a whole number of quarter turns: a box stays the box of what is in it."""
+    return abs(math.remainder(angle, 0.5 * math.pi)) < 1e-9
 
 
 def _check_units(options: ReadOptions) -> None:
@@ -126,29 +181,33 @@ def _turned(vertices: list[list[float]], clockwise: bool) -> Polyline:
     return path.reversed() if (path.area < 0.0) != clockwise else path
 
 
-def step_mesh(path: str, data: bytes, which: WhichSolid = None) -> NDArray[np.float64]:
+def step_mesh(path: str, data: bytes, which: WhichSolid = None, pose: Pose = AS_DRAWN) -> NDArray[np.float64]:
     """Return the surface of a solid as triangles, float64[n, 3, 3], mm; they leave it by 0.05 mm at most.
 
     Parameters
     ----------
     which
         Of several solids: the number of one, or all of them.
+    pose
+        How it lies.
 
     Raises
     ------
     ReadError, OptionError
         As `read_step`.
     """
-    return _solid(path, data, "mesh", which)[1]
+    return _solid(path, data, "mesh", which, pose)[1]
 
 
-def _issues(told: dict[str, Any]) -> list[Issue]:
+def _issues(told: dict[str, Any], up: str) -> list[Issue]:
     issues = []
+    over = up.removeprefix("-") if up.startswith("-") else f"-{up}"
     if told["below"]:
         issues.append(
             Issue(
                 "L218",
-                f"{count_of(told['below'], 'hole')} open from below alone, not drilled: turn the part over for them",
+                f"{count_of(told['below'], 'hole')} open from below alone, not drilled: turn the part over for them "
+                f"(--up {over})",
                 severity=Severity.MISSING,
             )
         )
@@ -170,10 +229,14 @@ def _issues(told: dict[str, Any]) -> list[Issue]:
             )
         )
     for direction, count in told["aside"].items():
+        # A row of the matrix has one axis of the solid.
+        row = _AXES.get(direction)
+        axis = "" if row is None else "xyz"[[abs(value) for value in TURNS[up][row]].index(1)]
+        turn = f"; turn the solid with --up {axis} or --up -{axis}" if axis else ""
         issues.append(
             Issue(
                 "L218",
-                f"{count_of(count, 'hole')} along {direction}, not drilled: only holes along Z are",
+                f"{count_of(count, 'hole')} along {direction}, not drilled: only holes along Z are{turn}",
                 severity=Severity.MISSING,
             )
         )
@@ -229,8 +292,13 @@ def _issues_of_pockets(told: dict[str, Any]) -> list[Issue]:
     return issues
 
 
-def _solid(path: str, data: bytes, what: str, which: WhichSolid) -> tuple[dict[str, Any], NDArray[np.float64]]:
-    """Return what the process tells of the holes, pockets or outlines of a solid, and its triangles."""
+def _solid(
+    path: str, data: bytes, what: str, which: WhichSolid, pose: Pose, boxed: bool = False
+) -> tuple[dict[str, Any], NDArray[np.float64]]:
+    """Return what the process tells of the holes, pockets or outlines of a solid, and its triangles.
+
+    The exact box around it is found only if `boxed` asks for it.
+    """
     if importlib.util.find_spec("OCP") is None:
         raise OptionError("reading STEP needs OpenCASCADE: pip install 'leafcut[step]'")
     if len(data) > LARGEST:
@@ -251,6 +319,8 @@ def _solid(path: str, data: bytes, what: str, which: WhichSolid) -> tuple[dict[s
             str(MOST_TRIANGLES),
             what,
             str(which or ONLY),
+            *pose,
+            "box" if boxed else "",
         ]
         try:
             done = subprocess.run(

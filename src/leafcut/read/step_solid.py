@@ -1,9 +1,11 @@
 """What a STEP file holds, found by OpenCASCADE in a process of its own: holes, other sides, and triangles.
 
-    python -m leafcut.read.step_solid FILE OUT.npz MOST_TRIANGLES holes|pockets|outlines|mesh only|all|NUMBER
+    python -m leafcut.read.step_solid FILE OUT.npz MOST_TRIANGLES holes|pockets|outlines|mesh only|all|NUMBER \
+        x|y|z|-x|-y|-z top|bottom|drawn box|''
 
 A damaged file can end OpenCASCADE, or fill the memory: that ends this process alone. It writes nothing but OUT.npz,
-whose `told` is JSON: what is wrong, or the holes, the pockets or the outlines.
+whose `told` is JSON: what is wrong, or the holes, the pockets or the outlines of the solid as it is turned and lifted;
+the height that became Z0, the convex hull as seen from above, and the box around it.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.model.part import HoleStep
+from leafcut.model.part import TURNS, HoleStep
 from leafcut.quick_dataclass import dataclass
 from leafcut.read.step_shapes import ALL, ONLY, PARALLEL, face_of, part_above, parts_of, triangles_of
 
@@ -206,13 +208,15 @@ def meets_disc(surface: Surface, x: float, y: float, radius: float, low: float, 
 
 def main(arguments: list[str]) -> int:
     """Read a file and write what it holds."""
-    file, out, most, what, which = arguments[0], arguments[1], int(arguments[2]), arguments[3], arguments[4]
-    told, triangles = _found(file, most, what, which)
+    file, out, most, what, which, up, level, boxed = arguments
+    told, triangles = _found(file, int(most), what, which, up, level, bool(boxed))
     np.savez(out, told=np.array(json.dumps(told)), triangles=triangles)
     return 0
 
 
-def _found(file: str, most: int, what: str, which: str) -> tuple[dict[str, Any], NDArray[np.float64]]:
+def _found(
+    file: str, most: int, what: str, which: str, up: str, level: str, boxed: bool
+) -> tuple[dict[str, Any], NDArray[np.float64]]:
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
     from OCP.IFSelect import IFSelect_RetDone
     from OCP.STEPControl import STEPControl_Reader
@@ -235,38 +239,80 @@ def _found(file: str, most: int, what: str, which: str) -> tuple[dict[str, Any],
         return {"problem": f"the STEP file has {_several(solids)}; choose one with --solid"}, none
     if which != ALL:
         shape = solids[0 if which == ONLY else int(which) - 1]
+    shape = _moved(shape, TURNS[up], 0.0)
     BRepMesh_IncrementalMesh(shape, DEFLECTION, False, ANGLE, False)
     faces = [face_of(one) for one in parts_of(shape, TopAbs_FACE)]
     triangles = _triangles(faces)
     if len(triangles) > most:
         return {"problem": f"the solid has {len(triangles):,} triangles; at most {most:,} are taken"}, none
+    z = 0.0
+    if len(triangles) and level != "drawn":
+        z = float(triangles[:, :, 2].max() if level == "top" else triangles[:, :, 2].min())
+    if z:
+        shape = _moved(shape, TURNS["z"], -z)
+        triangles = triangles - (0.0, 0.0, z)
+        faces = [face_of(one) for one in parts_of(shape, TopAbs_FACE)]
+    told = {} if what == "mesh" else {"z": z, "hull": _hull(triangles), "box": _box_of(shape) if boxed else []}
+    return told | _told_of(what, shape, triangles, faces), triangles
+
+
+def _told_of(what: str, shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any]) -> dict[str, Any]:
+    """Return the holes, pockets or outlines of a solid, or a problem; nothing of a mesh."""
     if what == "mesh":
-        return {}, triangles
+        return {}
     if what == "holes":
-        return _told_of_holes(shape, triangles), triangles
+        return _told_of_holes(shape, triangles)
     from leafcut.read.step_sections import outlines_of, pockets_of
 
     if what == "outlines":
-        return outlines_of(shape, triangles, faces), triangles
+        return outlines_of(shape, triangles, faces)
 
     def seen(x: float, y: float, z: float) -> bool:
         return not _meets(shape, x, y, z + DEFLECTION, float(triangles[:, :, 2].max()) + 1.0)
 
-    return pockets_of(shape, triangles, faces, seen), triangles
+    return pockets_of(shape, triangles, faces, seen)
+
+
+def _moved(shape: Any, rows: Sequence[Sequence[int]], lift: float) -> Any:
+    """Return a shape turned by a matrix, then lifted, mm; its triangles go with it."""
+    from OCP.gp import gp_Trsf
+    from OCP.TopLoc import TopLoc_Location
+
+    move = gp_Trsf()
+    (a, b, c), (d, e, f), (g, h, i) = rows
+    move.SetValues(a, b, c, 0.0, d, e, f, 0.0, g, h, i, lift)
+    return shape.Moved(TopLoc_Location(move))
+
+
+def _hull(triangles: NDArray[np.float64]) -> list[list[float]]:
+    """Return the corners of the convex hull of a solid as it is seen from above."""
+    hull: Any = shapely.MultiPoint(triangles[:, :, :2].reshape(-1, 2)).convex_hull
+    return [list(corner) for corner in shapely.get_coordinates(hull).tolist()]
+
+
+def _box_of(shape: Any) -> list[list[float]]:
+    """Return the corners of the box around a shape as it is seen from above."""
+    x0, y0, _, x1, y1, _ = _box(shape)
+    return [[x0, y0], [x1, y0], [x1, y1], [x0, y1]]
+
+
+def _box(shape: Any) -> tuple[float, float, float, float, float, float]:
+    """Return the lower and the upper corner of the exact box around a shape, mm."""
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRepBndLib import BRepBndLib
+
+    box = Bnd_Box()
+    BRepBndLib.AddOptimal_s(shape, box, False, False)
+    return (*_xyz(box.CornerMin()), *_xyz(box.CornerMax()))
 
 
 def _several(solids: Sequence[Any]) -> str:
     """Return how many solids there are, with the size and the lower corner of the box around each."""
-    from OCP.Bnd import Bnd_Box
-    from OCP.BRepBndLib import BRepBndLib
-
     words = []
     for number, solid in enumerate(solids[:MOST_NAMED], 1):
-        box = Bnd_Box()
-        BRepBndLib.AddOptimal_s(solid, box, False, False)
-        low, high = box.CornerMin(), box.CornerMax()
-        size = " × ".join(f"{b - a:.4g}" for a, b in zip(_xyz(low), _xyz(high), strict=True))
-        x, y, z = (round(value, 3) + 0.0 for value in _xyz(low))
+        box = _box(solid)
+        size = " × ".join(f"{b - a:.4g}" for a, b in zip(box[:3], box[3:], strict=True))
+        x, y, z = (round(value, 3) + 0.0 for value in box[:3])
         words.append(f"{number}: {size} mm at {x:g}, {y:g}, Z{z:g}")
     more = f"; and {len(solids) - MOST_NAMED} more" if len(solids) > MOST_NAMED else ""
     return f"{len(solids)} solid{'s' if len(solids) > 1 else ''} ({'; '.join(words)}{more})"

@@ -36,6 +36,7 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "algorithm": algorithm_words(outcome),
         "seed": outcome.seed,
         "counts": shown.counts(),
+        "zero": None if outcome.part.zero is None else asdict(outcome.part.zero),
         "before": _measure(before),
         "nearest": None if nearest is None else _measure(nearest),
         "after": _measure(after),

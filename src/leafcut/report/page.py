@@ -81,6 +81,7 @@ def _content(outcome: Outcome, shown: ProcessReport) -> dict[str, Any]:
         "proof": shown.proof,
         "template": shown.template,
         "counts": shown.counts_words(),
+        "zero": [f"{name}: {words}" for name, words in (outcome.part.zero.facts() if outcome.part.zero else [])],
         "seed": outcome.seed,
         "version": clean(outcome.version),
         "seconds": time_words(outcome.seconds),

@@ -78,6 +78,7 @@ def _facts(outcome: Outcome, shown: ProcessReport) -> Table:
     verified = Text(f"yes, {shown.found}", "green") if outcome.verified else Text("no", "bold red")
     facts: list[tuple[str, Text]] = [("verified", verified)]
     facts += [(fact.name, Text(clean(fact.words), fact.style)) for fact in shown.facts()]
+    facts += [(name, Text(words)) for name, words in (outcome.part.zero.facts() if outcome.part.zero else [])]
     facts += [
         (name, Text(clean(place), "cyan", overflow="fold"))
         for name, place in ((shown.file_name, outcome.output), ("report", outcome.report))

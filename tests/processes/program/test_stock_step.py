@@ -83,7 +83,12 @@ def test_reordering_takes_a_step_file_as_its_stock(slot: str, tmp_path: Path) ->
         ("torn.step", (), 1, "the STEP file is cut off"),
         ("empty.step", (), 1, "has no solid"),
         ("text.step", (), 1, "is no STL file"),
-        ("0,0,-10,40,40,0", ("--solid", "1"), 2, "--solid: a block has no solids, a STEP file has; leave it out"),
+        (
+            "0,0,-10,40,40,0",
+            ("--solid", "1"),
+            2,
+            "--solid, --up, --z-zero: a block has no solids, a STEP file has; leave them out",
+        ),
         ("", ("--solid", "1"), 2, "--solid: only used with --workpiece"),
     ],
 )

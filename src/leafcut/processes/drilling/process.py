@@ -57,7 +57,10 @@ class Drilling(Process):
         ("drill", (*_DEPTHS, *_REST, *_WAY)),
         (
             "read",
-            ("units", "layers", "min_diameter", "max_diameter", "merge_tolerance", "concentric", "solid", "strict"),
+            (
+                *("units", "layers", "min_diameter", "max_diameter", "merge_tolerance", "concentric"),
+                *("solid", "up", "z_zero", "strict"),
+            ),
         ),
         ("place", (*PLACE, "work_offset")),
         ("post", (*POST, "coolant", *CHANGES)),

@@ -17,6 +17,7 @@ from leafcut.model.cutter import discs_of
 from leafcut.model.measure import Measure
 from leafcut.model.mesh import Mesh
 from leafcut.model.outcome import OperationOutcome, Outcome
+from leafcut.model.part import ProgramZero
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.model.toolpath import Toolpath
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 
 def _plan(run: Run, sources: Sequence[Source]) -> DrillPlan:
     from leafcut.processes.drilling.plan.drilling import plan_drilling
-    from leafcut.processes.placing import placed, placed_mesh
+    from leafcut.processes.placing import placed, placed_mesh, upright_mesh
     from leafcut.read import Match, read
     from leafcut.read.format import SNIFF_BYTES
     from leafcut.read.joining import read_drill_files
@@ -56,19 +57,29 @@ def _plan(run: Run, sources: Sequence[Source]) -> DrillPlan:
         which = run.settings.read.solid
         if which is not None and of_step and format_name(ours.surface) != part.format:
             which = None  # it was of the drawing
-        mesh = placed_mesh(load_mesh(ours.surface, ours.surface_unit, which=which), part, run.settings.read)
+        mesh = load_mesh(ours.surface, ours.surface_unit, which=which)
     elif solid:
         # What stands between the holes of a solid is known.
         run.tell("reading the surface")
-        triangles = step_mesh(sources[0].path, sources[0].data, run.settings.read.solid)
-        mesh = placed_mesh(Mesh(triangles, part.name), part, run.settings.read)
+        mesh = Mesh(step_mesh(sources[0].path, sources[0].data, run.settings.read.solid), part.name)
     if solid and "hole_heights" in run.settings.asked and ours.hole_heights == "one":
         raise OptionError("--hole-heights one: the holes of a solid have heights of their own; leave it out")
     fixture = None
     if ours.fixture_file is not None:
         run.tell("reading the fixture")
-        fixture = placed_mesh(load_mesh(ours.fixture_file, ours.surface_unit, which="all"), part, run.settings.read)
+        fixture = load_mesh(ours.fixture_file, ours.surface_unit, which="all")
+    # A surface and a fixture have the axes and the zero of the solid or the drawing that they belong to.
+    mesh, fixture = (
+        None if one is None else placed_mesh(upright_mesh(one, part), part, run.settings.read)
+        for one in (mesh, fixture)
+    )
     part = placed(part, run.settings.read)
+    if not solid and mesh is not None:
+        part = replace(part, zero=replace(part.zero or ProgramZero(), level="surface", z=float(mesh.high[2])))
+    elif not solid and ours.hole_heights == "drawn" and part.holes:
+        part = replace(
+            part, zero=replace(part.zero or ProgramZero(), level="holes", z=max(hole.z for hole in part.holes))
+        )
     if "material" in run.settings.asked and (job.tools is None or job.tools.suffix.lower() not in WITH_PRESETS):
         raise OptionError("--material: chooses among the presets of a Fusion tool library only; leave it out")
     library = tools_of(run.settings, run.machine)
@@ -300,6 +311,7 @@ def _write(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, measures: 
     settings = run.settings
     header = header_lines(
         source=Path(plan.part.source or plan.part.name).name,
+        zero=plan.part.zero,
         version=__version__,
         machine=run.machine,
         tools=plan.tools,

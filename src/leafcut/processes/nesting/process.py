@@ -25,7 +25,11 @@ class Nesting(Process):
     name = "nest"
     title = "nesting"
     options = (NestOptions,)
-    uses = use(ReadOptions, "units", "layers", "solid", "strict") | use(SheetOptions) | use(MachineOptions, "machine")
+    uses = (
+        use(ReadOptions, "units", "layers", "solid", "strict", up="")
+        | use(SheetOptions)
+        | use(MachineOptions, "machine")
+    )
     uses |= use(CutDataOptions, "cut_process")
     uses |= use(SolveOptions, "preset", "time_limit", "iterations", "seed", "threads")
     command = "nest"
@@ -37,7 +41,7 @@ class Nesting(Process):
         ("search", ("variants", "preset", "time_limit")),
         ("nest", ("nester", "blocks", "max_sheets", "machine")),
         ("sheet", all_of(SheetOptions)),
-        ("read", ("units", "layers", "solid", "strict")),
+        ("read", ("units", "layers", "solid", "up", "strict")),
         ("solve", ("iterations", "seed", "threads")),
     )
 

@@ -41,7 +41,7 @@ class Pocketing(Process):
     name = "pocket"
     title = "milling pockets"
     options = (PocketOptions,)
-    uses = use(ReadOptions, "units", "layers", "solid", *PLACE, "strict") | use(
+    uses = use(ReadOptions, "units", "layers", "solid", "up", "z_zero", *PLACE, "strict") | use(
         SheetOptions, "join_tolerance", "open_paths"
     )
     uses |= use(FeedOptions) | use(
@@ -65,7 +65,7 @@ class Pocketing(Process):
         ("pocket", ("tools", *all_of(PocketOptions, _MAIN), *all_of(PocketDrawingOptions, _MAIN), "material")),
         ("pace", ("feeds", "feed_increase", "slot_chip", "max_power", "max_torque", "drive_efficiency")),
         ("place", (*PLACE, *_PLACES)),
-        ("read", ("units", "layers", "solid", "join_tolerance", "strict")),
+        ("read", ("units", "layers", "solid", "up", "z_zero", "join_tolerance", "strict")),
         ("post", (*POST, "coolant")),
         ("solve", SEARCH_MORE),
     )

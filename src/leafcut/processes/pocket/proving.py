@@ -31,6 +31,7 @@ def write_pockets(job: PocketJob, before: LaidPockets, after: LaidPockets, usual
     settings, tool = job.run.settings, job.data.tool
     header = header_lines(
         source=Path(job.part.source or job.part.name).name,
+        zero=job.part.zero,
         version=__version__,
         machine=job.run.machine,
         tools=(tool,),

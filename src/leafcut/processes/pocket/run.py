@@ -191,12 +191,13 @@ def _solid(run: Run, source: Source, whole: Part, part: Part, radius: float) -> 
     from leafcut.model.mesh import Mesh
     from leafcut.processes.placing import placed_mesh
     from leafcut.processes.pocket.plan.stock_top import filled, stock_tops
-    from leafcut.read.step import step_mesh
+    from leafcut.read.step import Pose, step_mesh
 
     run.tell("reading the surface")
-    triangles = step_mesh(source.path, source.data, run.settings.read.solid)
+    read = run.settings.read
+    triangles = step_mesh(source.path, source.data, read.solid, Pose.of(read))
     every = stock_tops(whole.pockets, whole.pockets, triangles, radius)
-    before = placed_mesh(Mesh(filled(triangles, whole.pockets, every), part.name), part, run.settings.read)
+    before = placed_mesh(Mesh(filled(triangles, whole.pockets, every), part.name), part, read)
     tops = [every[k] for k, one in enumerate(whole.pockets) if any(one is mine for mine in part.pockets)]
     return PocketSolid(triangles, whole.pockets, part.pockets, before), tops
 

@@ -30,6 +30,7 @@ from leafcut.processes.program.plan.corners import rounds_freely
 from leafcut.processes.program.plan.pace import plan_pace
 from leafcut.processes.program.workpiece import block_of, check_size, stock_before, tools_of
 from leafcut.quick_dataclass import dataclass
+from leafcut.read.step import ChosenSolid
 from leafcut.stock.cutting_force import spindle_torque
 from leafcut.stock.height_field import HeightField
 from leafcut.stock.loads import Loads, StockBefore, has_chip, loads_of
@@ -146,7 +147,7 @@ class _Job:
         )  # fmt: skip
         if run.settings.stock.workpiece:
             text = run.settings.stock.workpiece
-            check_size(program, cutters, block_of(text, run.settings.read.solid), source, text)
+            check_size(program, cutters, block_of(text, ChosenSolid.of(run.settings.read)), source, text)
         stock = stock_before(run, program, cutters)
         return cls(run, words, original, tools, cutters, stock, rules, obstacles)
 

@@ -35,7 +35,12 @@ class ForeignProgram(Process):
     name = "program"
     title = "reordering a program"
     options = (ResequenceOptions,)
-    uses = use(ReadOptions, "units", "strict", solid="workpiece") | use(MachineOptions) | LOOKED_UP | ORDERED
+    uses = (
+        use(ReadOptions, "units", "strict", solid="workpiece", up="workpiece", z_zero="workpiece")
+        | use(MachineOptions)
+        | LOOKED_UP
+        | ORDERED
+    )
     uses |= use(JobOptions, "keep_out", "start_point", "keep_order", "tools", clearance_height="keep_out")
     uses |= use(StockOptions) | use(FeedOptions, "feeds", "feed_increase", slot_chip="feeds tools")
     uses |= use(SpeedOptions, **dict.fromkeys(("max_power", "max_torque", "drive_efficiency"), "feeds"))
@@ -78,6 +83,8 @@ class ForeignProgram(Process):
                 "drive_efficiency",
                 "workpiece",
                 "solid",
+                "up",
+                "z_zero",
                 "mill_diameter",
                 "cell",
             ),

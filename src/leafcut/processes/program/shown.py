@@ -14,6 +14,7 @@ from leafcut.model.shown_stock import CUT_THROUGH, ShownStock
 from leafcut.options import Settings
 from leafcut.processes.course import machine_of
 from leafcut.processes.program.workpiece import block_of, solid_of_file, tools_of
+from leafcut.read.step import ChosenSolid
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
@@ -33,12 +34,12 @@ def shown_stock(
     if process in BEAMS:
         return CUT_THROUGH
     given = settings.stock.workpiece
-    block = block_of(given, settings.read.solid) if given else None
+    block = block_of(given, ChosenSolid.of(settings.read)) if given else None
     try:
         tools = tools_of(program, Path(source).name, settings, machine, by_options=by_options)
     except OptionError as problem:
         return ShownStock(refused=str(problem))
-    surface = solid_of_file(given, settings.read.solid) if given else None
+    surface = solid_of_file(given, ChosenSolid.of(settings.read)) if given else None
     return ShownStock(tools, None if block is None else (block.low, block.high), surface=surface)
 
 

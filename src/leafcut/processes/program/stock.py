@@ -28,6 +28,7 @@ from leafcut.processes.program.workpiece import (
     told_of,
     tools_of,
 )
+from leafcut.read.step import ChosenSolid
 from leafcut.stock.height_field import COARSEST, HeightField, StockBlock, usual_cell
 from leafcut.stock.same_stock import stock_differences
 from leafcut.stock.stock_cut import BodyCut, RapidCut, StockCut, ToolCut
@@ -88,7 +89,7 @@ def cut_stock(
     mine = _read(program, settings, machine, words, look)
     every = [mine] if same_as is None else [mine, _read(same_as, settings, machine, words, look)]
     given = settings.stock.workpiece
-    which = settings.read.solid
+    which = ChosenSolid.of(settings.read)
     block = block_of(given, which) if given else _around(every)
     cell = settings.stock.cell or usual_cell(block, min(one.smallest for one in every))
     look = looking_for(progress, "cutting the stock")
@@ -186,7 +187,7 @@ def _rapids(moves: StraightMoves, removed: Removed) -> tuple[RapidCut, ...]:
 
 def _told_of_stock(one: _Cuts, settings: Settings, block: StockBlock, cell: float) -> list[Issue]:
     """Return what has to be said of the stock, and that its cells are coarse for a tool."""
-    found = told_of(settings.stock, one.read.program, one.cutters, block, settings.read.solid)
+    found = told_of(settings.stock, one.read.program, one.cutters, block, ChosenSolid.of(settings.read))
     if cell > COARSEST * one.smallest * (1.0 + 1e-9):
         message = f"cells of {cell:g} mm are coarse for a tool of {one.smallest:g} mm; give a smaller stock or --cell"
         found.append(Issue("L812", message))

@@ -12,6 +12,7 @@ from leafcut.model.cutter import body_of, cutter_of
 from leafcut.model.issue import Issue
 from leafcut.processes.program.model import StockProof
 from leafcut.processes.program.workpiece import block_around, block_of, field_of, known_tools, told_of
+from leafcut.read.step import ChosenSolid
 from leafcut.stock.height_field import usual_cell
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ def stock_judge(run: Run, program: Program, source: str, process: str) -> Judgin
     options = run.settings.stock
     try:
         whole = straight_moves(program.path, 0.01 * smallest, np.inf).of_tools(cutters)
-        which = run.settings.read.solid
+        which = ChosenSolid.of(run.settings.read)
         block = block_of(options.workpiece, which) if options.workpiece else block_around(whole, cutters)
         if block is None:
             why = "nothing is cut below Z0, so that its top is unknown; give --workpiece"

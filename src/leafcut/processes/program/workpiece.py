@@ -16,10 +16,13 @@ from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.options import Settings, StockOptions
+from leafcut.read.step import ChosenSolid
 from leafcut.stock.height_field import HeightField, StockBlock, usual_cell
 from leafcut.stock.loads import StockBefore
 from leafcut.units import MM_PER_INCH, parse_quantity
 
+#: The only solid of a file, as it is drawn.
+THE_ONLY = ChosenSolid()
 #: Leads into a cut begin so far beside the material at most, besides the tool's diameter, mm.
 _LEAD = 5.0
 #: A block that is derived goes so far below the deepest cut, mm.
@@ -38,17 +41,16 @@ if TYPE_CHECKING:
     from leafcut.model.cutter import Cutter
     from leafcut.model.mesh import Mesh
     from leafcut.processes.course import Run
-    from leafcut.read.step import WhichSolid
     from leafcut.stock.straight_moves import StraightMoves
 
 
-def block_of(text: str, which: WhichSolid = None) -> StockBlock:
+def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
     """Return the block that ``--workpiece`` says, or the box around the solid of its file.
 
     Parameters
     ----------
     which
-        Of several solids of a STEP file.
+        Of several solids of a STEP file, and how it lies.
 
     Raises
     ------
@@ -61,8 +63,8 @@ def block_of(text: str, which: WhichSolid = None) -> StockBlock:
         from leafcut.stock.mesh_field import block_of_mesh
 
         return block_of_mesh(_solid(text, which))
-    if which is not None:
-        raise OptionError("--solid: a block has no solids, a STEP file has; leave it out")
+    if which != THE_ONLY:
+        raise OptionError("--solid, --up, --z-zero: a block has no solids, a STEP file has; leave them out")
     parts = text.replace(";", ",").split(",")
     if len(parts) != 6:
         raise OptionError(
@@ -80,7 +82,7 @@ def block_of(text: str, which: WhichSolid = None) -> StockBlock:
     return block
 
 
-def field_of(options: StockOptions, block: StockBlock, cell: float, which: WhichSolid = None) -> HeightField:
+def field_of(options: StockOptions, block: StockBlock, cell: float, which: ChosenSolid = THE_ONLY) -> HeightField:
     """Return the material before the first cut as cells, within its block.
 
     Raises
@@ -96,7 +98,11 @@ def field_of(options: StockOptions, block: StockBlock, cell: float, which: Which
 
 
 def told_of(
-    options: StockOptions, program: Program, cutters: Mapping[int, Cutter], block: StockBlock, which: WhichSolid = None
+    options: StockOptions,
+    program: Program,
+    cutters: Mapping[int, Cutter],
+    block: StockBlock,
+    which: ChosenSolid = THE_ONLY,
 ) -> list[Issue]:
     """Return what has to be said of the stock that is given: cuts beyond it, and undercuts, which are filled."""
     if not options.workpiece:
@@ -113,7 +119,7 @@ def told_of(
     return found
 
 
-def solid_of_file(text: str, which: WhichSolid = None) -> Mesh | None:
+def solid_of_file(text: str, which: ChosenSolid = THE_ONLY) -> Mesh | None:
     """Return the solid that ``--workpiece`` names, None where it says a block.
 
     Raises
@@ -128,7 +134,7 @@ def _is_file(text: str) -> bool:
     return StockOptions.specs()["workpiece"].names_file(text)
 
 
-def _solid(path: str, which: WhichSolid) -> Mesh:
+def _solid(path: str, which: ChosenSolid) -> Mesh:
     """Return the closed solid of a file, in mm."""
     try:
         return _loaded(path, which, Path(path).stat().st_mtime_ns)
@@ -137,11 +143,11 @@ def _solid(path: str, which: WhichSolid) -> Mesh:
 
 
 @lru_cache(maxsize=1)
-def _loaded(path: str, which: WhichSolid, _changed: int) -> Mesh:
+def _loaded(path: str, which: ChosenSolid, _changed: int) -> Mesh:
     """Return the solid of a file, which each step of a run asks for: it is kept as long as it is the last one."""
     from leafcut.read.meshes import load_mesh
 
-    mesh = load_mesh(path, "mm", "save it in mm", which)
+    mesh = load_mesh(path, "mm", "save it in mm", which.which, which.pose)
     if not mesh.closed:
         raise ReadError(path, "has holes in its surface, so that it is not known where material is; mend it in CAD")
     return mesh
@@ -220,7 +226,7 @@ def stock_before(run: Run, program: Program, cutters: Mapping[int, Cutter]) -> S
     options = run.settings.stock
     smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
     if options.workpiece:
-        which = run.settings.read.solid
+        which = ChosenSolid.of(run.settings.read)
         block = block_of(options.workpiece, which)
         field = field_of(options, block, options.cell or usual_cell(block, smallest), which)
         return StockBefore(field, block.low[2], True)

@@ -160,13 +160,13 @@ def switches(words: Dialect) -> bool:
 
 def _sheet(run: Run, source: Source) -> tuple[Part, Sheet]:
     """Return the drawing, and its contours made ready."""
-    from leafcut.processes.placing import placed_sheet
+    from leafcut.processes.placing import placed
     from leafcut.processes.sheet.plan.hole_sizes import with_chosen_holes
     from leafcut.processes.sheet.plan.sheet import prepare_sheet
     from leafcut.read import read_contours
 
     part = read_contours(source, run.settings.read, run.looking("reading"))
-    part = placed_sheet(part, run.settings.read, run.settings.sheet)
+    part = placed(part, run.settings.read)
     return part, with_chosen_holes(prepare_sheet(part, run.settings.sheet), run.settings.read)
 
 

@@ -309,6 +309,7 @@ def _write(job: SheetJob, before: _LaidOrder, after: _LaidOrder) -> str:
     settings = job.run.settings
     header = header_lines(
         source=Path(job.part.source or job.part.name).name,
+        zero=job.part.zero,
         version=__version__,
         machine=job.run.machine,
         tools=(),

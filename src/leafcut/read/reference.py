@@ -1,0 +1,99 @@
+"""The outline of a part, by which `--origin` names the zero: the same for all commands, layers and ranges of holes.
+
+It is found in all that a drawing shows, without texts, dimensions and drawing frames.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from leafcut.errors import PlanError
+from leafcut.geometry.polyline import Polyline
+from leafcut.geometry.tidying import tidy
+from leafcut.model import Contour, Hole, Part
+from leafcut.options import ReadOptions
+from leafcut.read.filter_holes import layer_filter
+from leafcut.read.format import Format, Source
+from leafcut.read.registry import run
+
+#: Layers whose names show that nothing on them is a part: frames and title blocks, dimensions and texts, helper points.
+ASIDE = (
+    *("FRAME*", "BORDER*", "TITLE*", "RAHMEN*", "ZEICHNUNGSRAHMEN*", "SCHRIFTFELD*", "CADRE*", "CARTOUCHE*"),
+    *("MARCO*", "CAJETIN*", "DIM*", "BEMA*", "COTA*", "TEXT*", "ANNO*", "DEFPOINTS"),
+)
+#: Ends of lines nearer than this are joined, mm; a constant, so that `--join-tolerance` does not move the zero.
+JOINED = 0.05
+
+
+def whole_of(format_: Format, loaded: Source, options: ReadOptions) -> Part:
+    """Return all that a file shows, whichever layers and holes `options` choose (`read_whole`).
+
+    Raises
+    ------
+    ReadError
+        The file cannot be read, or shows nothing.
+    """
+    everything = replace(options, layers=(), min_diameter=None, max_diameter=None, concentric="all")
+    reader = format_.whole or format_.contours or format_.read
+    return run(replace(format_, read=reader), loaded, everything)
+
+
+def reference_of(format_: Format, loaded: Source, options: ReadOptions) -> Part | None:
+    """Return the closed outlines of a drawing, or all of its geometry if none is closed; None if all of it is worked.
+
+    Drill files, point maps and pictures show nothing but what is worked; holes count there by their centres.
+
+    Raises
+    ------
+    ReadError
+        As `whole_of`.
+    """
+    if format_.whole is None and format_.contours is None:
+        filtered = options.layers or options.min_diameter is not None or options.max_diameter is not None
+        return whole_of(format_, loaded, options) if filtered else None
+    return outline_of(whole_of(format_, loaded, options))
+
+
+def outline_of(whole: Part) -> Part:
+    """Return what bounds a drawing: its closed outlines, circles and points, or else all of its geometry.
+
+    The box around all closed outlines is that of the outermost. An open path around all of them is an outline with a
+    gap, so all of the geometry counts then.
+    """
+    drawn = [c for c in whole.contours if c.kind != "text"]
+    aside = layer_filter(ASIDE)
+    kept = [c.path for c in drawn if not aside(c.layer)]
+    holes = [h for h in whole.holes if not aside(h.layer)]
+    if not kept and not holes:
+        kept, holes = [c.path for c in drawn], list(whole.holes)
+    try:
+        paths = [made.path for made in tidy(kept, JOINED).paths]
+    except PlanError:  # hundreds of ends in one place: no outline is known
+        paths = kept
+    closed = _bounds([path for path in paths if path.closed], holes)
+    opened = [path for path in paths if not path.closed]
+    if _is_empty(closed) or any(_around(path.extents, closed.extents) for path in opened):
+        return _bounds(paths, holes)
+    return closed
+
+
+def _bounds(paths: Sequence[Polyline], holes: Sequence[Hole]) -> Part:
+    """Return paths, circles as wide as they are drawn, and points."""
+    circles = [Polyline.circle(h.x, h.y, 0.5 * h.diameter) for h in holes if h.diameter]
+    points = tuple(h for h in holes if not h.diameter)
+    return Part("", points, contours=tuple(Contour(path) for path in (*paths, *circles)))
+
+
+def _is_empty(part: Part) -> bool:
+    return not part.holes and not part.contours
+
+
+def _around(outer: tuple[float, float, float, float], inner: tuple[float, float, float, float]) -> bool:
+    """Return whether a box lies around another, at least a little on every side."""
+    return (
+        outer[0] < inner[0] - JOINED
+        and outer[1] < inner[1] - JOINED
+        and outer[2] > inner[2] + JOINED
+        and outer[3] > inner[3] + JOINED
+    )
