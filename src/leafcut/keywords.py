@@ -847,15 +847,6 @@ class SolveKeywords(TypedDict, total=False):
         None,
     ]
     """Turn a solid: this direction of it points up; x, y and z are its own axes (default: z)."""
-    z_zero: Literal[
-        "top",
-        "bottom",
-        "drawn",
-        None,
-    ]
-    """Z0 of the program on a solid, after turning: its highest place, its lowest place, or Z0 of the solid as
-    drawn (default: top; of a --workpiece as drawn).
-    """
     strict: bool | None
     """Refuse input with skipped or repaired entities, and programs with dangerous moves."""
     algorithm: Literal[
