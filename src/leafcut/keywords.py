@@ -837,16 +837,6 @@ class SolveKeywords(TypedDict, total=False):
     """Which solid of a STEP file with several, by its number: without it they are listed (default: the file's only
     one).
     """
-    up: Literal[
-        "x",
-        "y",
-        "z",
-        "-x",
-        "-y",
-        "-z",
-        None,
-    ]
-    """Turn a solid: this direction of it points up; x, y and z are its own axes (default: z)."""
     strict: bool | None
     """Refuse input with skipped or repaired entities, and programs with dangerous moves."""
     algorithm: Literal[

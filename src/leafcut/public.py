@@ -52,7 +52,7 @@ from leafcut.model.motion import Arc, DrillCycle, Kind
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Placement, Remnant, Stock
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
-from leafcut.model.part import Grouping, Hole, HoleStep, Part, Slot
+from leafcut.model.part import Grouping, Hole, HoleStep, Part, ProgramZero, Slot
 from leafcut.model.pocket import (
     Pocket,
     PocketMeasures,
@@ -153,6 +153,7 @@ __all__ = [
     "PostError",
     "Probe",
     "ProgramDetail",
+    "ProgramZero",
     "Progress",
     "RapidCut",
     "ReadError",

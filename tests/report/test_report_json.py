@@ -9,7 +9,7 @@ from leafcut.model import Issue, Severity, Slot, WorkerFigures
 from leafcut.report.json_answer import as_json
 
 CONTRACT = {
-    "input", "output", "process", "counts", "before", "after", "saved_percent", "lower_bound", "gap_percent",
+    "input", "output", "process", "counts", "zero", "before", "after", "saved_percent", "lower_bound", "gap_percent",
     "verified", "issues",
 }  # fmt: skip
 BESIDE = {

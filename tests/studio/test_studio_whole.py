@@ -67,9 +67,9 @@ def test_the_whole_lies_as_the_part_does(options: dict[str, str]) -> None:
 
 
 def test_a_named_zero_is_known_by_its_place() -> None:
-    """The lowest and leftmost hole centre of the plate is 19.05 mm from either edge."""
+    """The outline of the plate begins at the zero of the drawing; its lowest and leftmost hole does not."""
     assert look(PLATE, "drill").zero == (0.0, 0.0)
-    assert look(PLATE, "drill", {"origin": "lower-left"}).zero == pytest.approx((19.05, 19.05))
+    assert look(PLATE, "drill", {"origin": "lower-left"}).zero == pytest.approx((0.0, 0.0))
     assert look(PLATE, "drill", {"origin": "3,4"}).zero == (3.0, 4.0)
 
 

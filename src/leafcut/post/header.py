@@ -15,7 +15,6 @@ from leafcut.units import MM_PER_INCH, format_time
 def header_lines(
     *,
     source: str,
-    zero: ProgramZero | None,
     version: str,
     machine: Machine,
     tools: Iterable[Tool],
@@ -26,6 +25,7 @@ def header_lines(
     units: str,
     date: bool = False,
     beside: str = "in the drawing's order",
+    zero: ProgramZero | None = None,
 ) -> list[str]:
     """Return the lines of the header; `seconds` are the machine times before and after, `beside` says what before was.
 

@@ -23,8 +23,9 @@ class Solving(Work):
 
     name = "solve"
     title = "solving a map"
-    uses = {name: need for name, need in ORDERED.items() if name != "objective"} | use(ReadOptions, up="")
-    uses |= use(ReadOptions, but=(*PLACE, "up", "z_zero"))
+    uses = {name: need for name, need in ORDERED.items() if name != "objective"} | use(
+        ReadOptions, but=(*PLACE, "up", "z_zero")
+    )
     uses |= use(SolveOptions, *COLONIES)
 
 

@@ -10,7 +10,6 @@ from dataclasses import replace
 
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
-from leafcut.geometry.tidying import tidy
 from leafcut.model import Contour, Hole, Part
 from leafcut.options import ReadOptions
 from leafcut.read.filter_holes import layer_filter
@@ -61,6 +60,8 @@ def outline_of(whole: Part) -> Part:
     The box around all closed outlines is that of the outermost. An open path around all of them is an outline with a
     gap, so all of the geometry counts then.
     """
+    from leafcut.geometry.tidying import tidy  # start-up: it needs shapely
+
     drawn = [c for c in whole.contours if c.kind != "text"]
     aside = layer_filter(ASIDE)
     kept = [c.path for c in drawn if not aside(c.layer)]
