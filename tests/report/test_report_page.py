@@ -124,11 +124,11 @@ def test_a_long_program_shows_its_head_only(outcome_of):
 
 
 def test_warnings_come_before_notes_and_many_issues_are_counted(outcome_of):
-    notes = [Issue("L401", f"note {i}", "", Severity.NOTE) for i in range(MOST_ISSUE_ROWS)]
+    notes = [Issue("L406", f"note {i}", "", Severity.NOTE) for i in range(MOST_ISSUE_ROWS)]
     issues = (*notes, Issue("L201", "a warning", "plate.dxf:7"))
     words = Page(write_page(outcome_of(issues=issues))).words
     assert words.index("a warning plate.dxf:7") < words.index("note 0")
-    assert f"+ 1 more; in all: 1 × L201 (an entity is not a hole), {MOST_ISSUE_ROWS} × L401" in words
+    assert f"+ 1 more; in all: 1 × L201 (an entity is not a hole), {MOST_ISSUE_ROWS} × L406" in words
 
 
 def test_an_option_in_a_message_is_kept_on_one_line_and_what_a_file_says_stays_text(outcome_of):

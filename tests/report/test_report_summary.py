@@ -9,9 +9,11 @@ import pytest
 from rich.console import Console
 
 from leafcut.model import Issue, Outcome
-from leafcut.model.issue import CODES
+from leafcut.model.issue import CODES, LIMITS, Severity
+from leafcut.report.page import write_page
 from leafcut.report.summary import MOST_ISSUES, print_summary
-from leafcut.report.wording import at_most_words, clean, cost_words, percent_words, time_words
+from leafcut.report.wording import MOST_LIMITS, at_most_words, clean, cost_words, percent_words, time_words
+from page_parser import Page
 
 
 def shown(outcome: Outcome, **terminal: object) -> str:
@@ -75,7 +77,7 @@ def test_names_from_files_are_neither_markup_nor_escape_sequences(outcome_of):
 
 
 def test_issues_that_say_the_same_are_grouped_and_at_most_twelve_are_named(outcome_of):
-    codes = sorted(CODES)[:14]
+    codes = sorted(CODES.keys() - LIMITS.keys())[:14]
     issues = tuple(Issue(code, "something") for code in codes for _ in range(3))
     lines = shown(outcome_of(issues=issues)).splitlines()
     named = [line for line in lines if line.startswith("L")]
@@ -111,3 +113,28 @@ def test_numbers_and_texts_are_worded_as_a_person_reads_them(words, expected):
 def test_different_tools_that_were_assumed_are_all_named(outcome_of):
     issues = tuple(Issue("L401", f"T{n} drill assumed", "") for n in (1, 2, 3))
     assert all(f"T{n} drill assumed" in shown(outcome_of(issues=issues)) for n in (1, 2, 3))
+
+
+@pytest.mark.hazard
+def test_assumptions_and_corners_that_are_not_cut_stand_beside_verified(outcome_of):
+    issues = (
+        Issue("L401", "T1 drill Ø5 assumed: 60 mm/min at 900 rpm", severity=Severity.NOTE),
+        Issue("L402", "no depth given: 1 mm deep", severity=Severity.NOTE),
+        Issue("L102", "the file does not say its units: mm assumed"),
+        Issue("L701", "pocket 1: 4 corners are not reached", severity=Severity.NOTE),
+        Issue("L201", "1 LINE: not a hole"),
+    )
+    lines = shown(outcome_of(issues=issues)).splitlines()
+    first = next(i for i, line in enumerate(lines) if line.startswith("verified"))
+    beside = [line.split(None, 1) for line in lines[first + 1 : first + 5]]
+    assert {words[0] for words in beside} == {"assumed", "not"}
+    assert all(any(issue.message in line for line in lines[first:]) for issue in issues)
+    assert [line.split()[0] for line in lines if line.startswith("L")] == ["L201"]
+    page = Page(write_page(outcome_of(issues=issues))).words
+    assert page.index("assumed: no depth given: 1 mm deep") < page.index("machine time")
+
+
+def test_many_assumptions_are_counted(outcome_of):
+    issues = tuple(Issue("L401", f"T{n} drill assumed") for n in range(MOST_LIMITS + 30))
+    text = shown(outcome_of(issues=issues))
+    assert text.count("drill assumed") == MOST_LIMITS and "30 more" in text

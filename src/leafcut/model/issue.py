@@ -131,6 +131,13 @@ CODES: dict[str, str] = {
     "L820": "a controller is not set as the profile of its machine says",
 }
 
+#: Codes of issues that belong beside the word "verified", with the name of their line: feeds, speeds, depths, materials
+#: and units that nobody gave, and corners that the tool does not reach.
+LIMITS = {
+    **dict.fromkeys(("L102", "L401", "L402", "L405", "L413", "L414", "L510"), "assumed"),
+    **dict.fromkeys(("L701", "L711"), "not cut"),
+}
+
 
 @dataclass(frozen=True, slots=True)
 class Issue:

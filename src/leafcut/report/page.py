@@ -13,7 +13,7 @@ from leafcut.report import views
 from leafcut.report.colours import drawing_css, style_sheet
 from leafcut.report.stock_pictures import stock_pictures
 from leafcut.report.svg import element
-from leafcut.report.wording import algorithm_words, clean, time_words
+from leafcut.report.wording import algorithm_words, clean, limits, time_words
 
 #: An option of the command line as messages name it.
 _FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]")
@@ -82,6 +82,7 @@ def _content(outcome: Outcome, shown: ProcessReport) -> dict[str, Any]:
         "template": shown.template,
         "counts": shown.counts_words(),
         "zero": [f"{name}: {words}" for name, words in (outcome.part.zero.facts() if outcome.part.zero else [])],
+        "limits": limits(outcome.issues),
         "seed": outcome.seed,
         "version": clean(outcome.version),
         "seconds": time_words(outcome.seconds),

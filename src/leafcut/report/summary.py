@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from leafcut.model.issue import Severity
+from leafcut.model.issue import LIMITS, Issue, Severity
 from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import ProcessReport, SummaryTable
-from leafcut.report.wording import clean, group_issues
+from leafcut.report.wording import clean, group_issues, limits
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -30,7 +30,7 @@ def summary(outcome: Outcome) -> RenderableType:
     shown = outcome.shown
     parts: list[RenderableType] = [*_worst(outcome), _title(outcome, shown), "", _table(shown), ""]
     parts.append(_facts(outcome, shown))
-    if any(issue.severity not in _WORST for issue in outcome.issues):
+    if any(issue.code not in LIMITS for issue in _others(outcome)):
         parts += ["", _issues(outcome)]
     return Group("", *parts, "")
 
@@ -47,6 +47,11 @@ def _worst(outcome: Outcome) -> list[RenderableType]:
     found = [issue for severity in _WORST for issue in outcome.issues if issue.severity is severity]
     lines = [Text(f"{i.severity}: {clean(str(i))}", "bold red", overflow="fold") for i in found]
     return [*lines, ""] if lines else []
+
+
+def _others(outcome: Outcome) -> list[Issue]:
+    """Return the issues that are neither a danger nor missing work."""
+    return [issue for issue in outcome.issues if issue.severity not in _WORST]
 
 
 def _title(outcome: Outcome, shown: ProcessReport) -> Text:
@@ -77,6 +82,7 @@ def _facts(outcome: Outcome, shown: ProcessReport) -> Table:
 
     verified = Text(f"yes, {shown.found}", "green") if outcome.verified else Text("no", "bold red")
     facts: list[tuple[str, Text]] = [("verified", verified)]
+    facts += [(name, Text(words, "yellow")) for name, words in limits(_others(outcome))]
     facts += [(fact.name, Text(clean(fact.words), fact.style)) for fact in shown.facts()]
     facts += [(name, Text(words)) for name, words in (outcome.part.zero.facts() if outcome.part.zero else [])]
     facts += [
@@ -103,7 +109,7 @@ def _issues(outcome: Outcome) -> Table:
     table = Table.grid(padding=(0, 2, 0, 0))
     table.add_column(no_wrap=True, min_width=4)
     table.add_column(overflow="fold")
-    groups = group_issues((i for i in outcome.issues if i.severity not in _WORST), by_message=True)
+    groups = group_issues((i for i in _others(outcome) if i.code not in LIMITS), by_message=True)
     for group in groups[:MOST_ISSUES]:
         style = "yellow" if group.severity is Severity.WARNING else "dim"
         number = f"{group.number:,} × " if group.number > 1 else ""

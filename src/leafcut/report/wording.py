@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable
 
 from leafcut.errors import count_of
-from leafcut.model.issue import Issue, Severity
+from leafcut.model.issue import LIMITS, Issue, Severity
 from leafcut.model.measure import Measure
 from leafcut.model.outcome import Outcome
 from leafcut.model.solution import Solution, gap
@@ -21,6 +21,8 @@ LEAST_GAP = 1e-4
 #: Of a search that ended by `solve.thrift`.
 SPARED = "more search would take longer than it saves"
 MINUS = "−"
+#: Number of assumptions and places not cut that stand beside "verified".
+MOST_LIMITS = 12
 
 #: Unicode categories that print nothing and may mislead: controls, direction overrides, surrogates, private use.
 _UNPRINTABLE = frozenset({"Cc", "Cf", "Cs", "Co", "Zl", "Zp"})
@@ -176,6 +178,14 @@ class IssueGroup:
     number: int
     message: str
     place: str
+
+
+def limits(issues: Iterable[Issue]) -> list[tuple[str, str]]:
+    """Return what belongs beside the word "verified", as pairs of name and text: assumptions, and places not cut."""
+    groups = [group for group in group_issues(issues, by_message=True) if group.code in LIMITS]
+    lines = [(LIMITS[g.code], g.message + (f" ({g.place})" if g.place else "")) for g in groups[:MOST_LIMITS]]
+    rest = len(groups) - len(lines)
+    return [*lines, ("and", f"{rest:,} more")] if rest else lines
 
 
 def group_issues(issues: Iterable[Issue], *, by_message: bool = False) -> list[IssueGroup]:
