@@ -18,7 +18,7 @@ from leafcut.gcode.interpreter import Reader
 from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF, OUTPUT_CODES, PAUSE, SortedBlock, sort_words
 from leafcut.gcode.motion import run_home
 from leafcut.gcode.origin import chooses_origin, run_origin
-from leafcut.gcode.saying import messages
+from leafcut.gcode.saying import may_stop, obeyed_among
 from leafcut.gcode.state import AXES, whole
 from leafcut.gcode.torch import lower_feed
 from leafcut.gcode.words import Block, BlockError, UnclearBlock, Word
@@ -99,10 +99,10 @@ class BlockRunner(Reader):
     """Carries out the blocks of a foreign program.
 
     After `run`: `unclear` says what is not understood, and which axes are then not known; `unknown` holds the words
-    that are not, `obeyed` the messages and records; `named` is the word that tells a stop or a reference point from
-    others like it; `refused` says that LinuxCNC refuses the block, whatever it means; `reason` says why the block must
-    stay as it is ("" when it need not); `call` is the subprogram that it calls and how often; `returns` says that it
-    ends one (M99).
+    that are not, `obeyed` the comments that a controller acts on; `named` is the word that tells a stop or a reference
+    point from others like it; `refused` says that LinuxCNC refuses the block, whatever it means; `reason` says why the
+    block must stay as it is ("" when it need not); `call` is the subprogram that it calls and how often; `returns` says
+    that it ends one (M99).
     """
 
     state: ForeignState
@@ -131,7 +131,7 @@ class BlockRunner(Reader):
     def run(self, block: Block) -> None:
         """Carry out one block."""
         self.reason, self.call, self.returns, self.unclear = "", None, False, []
-        self.unknown, self.obeyed = (), messages(block.comments)
+        self.unknown, self.obeyed = (), obeyed_among(block.comments)
         self.label, self.opaque, self.jumps, self.restores, self.named = None, "", False, False, ""
         self.refused = False
         if block.percent is not None:
@@ -140,7 +140,8 @@ class BlockRunner(Reader):
         if block.deleted:
             self.reason = "a switch of the machine may skip it"
         if self.obeyed:
-            self.reason = "it shows a message or writes a record"
+            stops = may_stop(self.obeyed)
+            self.reason = "its comment may stop the program" if stops else "it shows a message or writes a record"
         self.state.line = block.line
         if block.comments and self.state.dialect.cycle_words == "fagor":
             self._statements(block.comments)

@@ -23,7 +23,7 @@ from leafcut.gcode.foreign_state import ForeignState
 from leafcut.gcode.jumps import Statement, Undecided, has_statements, is_output, statement_of
 from leafcut.gcode.obeyed import obeyed_lines
 from leafcut.gcode.program import Program
-from leafcut.gcode.saying import Stretches, as_read, may_read_parameters, messages, say, text_behind
+from leafcut.gcode.saying import Stretches, as_read, is_obeyed, may_read_parameters, say, shown_comments, text_behind
 from leafcut.gcode.words import Block, BlockError, has_nested_comment, split_line, words_of
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.toolpath import Kind
@@ -225,7 +225,7 @@ class _ProgramPass:
         except BlockError:
             return True
         fagor = self.state.dialect.cycle_words == "fagor"
-        return body not in ("", "%") or bool(messages(comments)) or (fagor and bool(comments))
+        return body not in ("", "%") or any(map(is_obeyed, comments)) or (fagor and bool(comments))
 
     def _state(self, statement: Statement, at: int) -> int:
         """Obey IF, WHILE, GOTO, DO or END."""
@@ -356,13 +356,14 @@ class _ProgramPass:
     def _text_of(self, at: int) -> str:
         """Return what a line says that reads what is not known: its text, and all that the program has set by then."""
         line = self.lines[at].rstrip("\r\n")
-        shown = messages(split_line(line, nested=True)[1]) if "(" in line or ";" in line else []
+        shown = shown_comments(line, self.state.dialect)
         parameters = f"[parameters {self.parameters.digest()}]"
         return " ".join([self._read_of(at), *shown, parameters, f"[calls {self._behind}]"])
 
     def _say(self, block: Block, line: str) -> None:
-        """Note what a block says whose doing is not known, or that shows a message."""
-        dialect, unknown, obeyed = self.state.dialect, self.runner.unknown, self.runner.obeyed
+        """Note what a block says whose doing is not known, or that has a comment which the controller obeys."""
+        dialect, unknown = self.state.dialect, self.runner.unknown
+        obeyed = shown_comments(line, dialect)
         read = may_read_parameters(unknown, obeyed, dialect)
         called = self._behind if unknown else ""
         self.record.say(say(block, obeyed, self.parameters.digest() if read else None, called, dialect))

@@ -2,7 +2,7 @@
 
     A[#3+90]        A93.
     G65 P100 A5.    G65 P100. A5. and the text behind the end of the program, where O100 may be
-    (MSG, turn it)  itself
+    (MSG, turn it)  itself, and the comments behind it
 
 Two such blocks are the same only if all that they read is: their words by value, the parameters that a macro of the
 controller may read, the text that they call, their messages.
@@ -15,12 +15,19 @@ import re
 from collections.abc import Iterable, Sequence
 
 from leafcut.gcode.dialects import Dialect
-from leafcut.gcode.words import Block, Word
+from leafcut.gcode.words import Block, Word, split_line
 
-#: What LinuxCNC does not skip: messages, records, and Python behind a semicolon.
-_MESSAGE = re.compile(
-    r"(?:msg|debug|print|log|logopen|logappend|py)[ \t]*,|(?:logclose|probeclose)[ \t]*$|probeopen\b", re.IGNORECASE
+#: A comment that stops the program with an error. Source: LinuxCNC 2.9, `convert_comment`; seen with rs274.
+_STOP = re.compile(r"abort[ \t]*,", re.IGNORECASE)
+#: Comments that run something, write a record, or show a text, of any controller: a program may be read in the wrong
+#: dialect. docs/programs.md lists the controllers and sources.
+_ACTION = re.compile(
+    r"(?:debug|print|log|logopen|logappend|py|pyrun|axis|preview)[ \t]*,"
+    r"|(?:msg|logclose|probeopen|probeclose|pyreload)(?![a-z0-9_])|\{",
+    re.IGNORECASE,
 )
+#: Words of Fanuc and Haas that show the comment of their line to a person: alarm, stop, question.
+_PROMPT = re.compile(r"#[ \t]*300[06][ \t]*=|M[ \t]*0*109(?![0-9.])", re.IGNORECASE)
 #: M words of LinuxCNC that call no macro: what they do is not known here, but what they read is in their words.
 _PLAIN_M = frozenset({19, *range(48, 54), 60, 61, *range(62, 69), 190})
 _END = re.compile(r"M0*(?:2|30|99)(?![0-9.])")
@@ -29,9 +36,31 @@ _COMMENT = re.compile(r"\([^()]*\)|;.*")
 _NUMBER = re.compile(r"^(/?)N[0-9]+")
 
 
-def messages(comments: Iterable[str]) -> list[str]:
-    """Return the comments that show a message or write a record."""
-    return [comment for comment in comments if _MESSAGE.match(comment)]
+def is_obeyed(comment: str) -> bool:
+    """Return whether some controller acts on a comment, given without its parentheses or semicolon."""
+    return bool(_STOP.match(comment) or _ACTION.match(comment))
+
+
+def may_stop(comments: Iterable[str]) -> bool:
+    """Return whether one of these comments may stop the program."""
+    return any(_STOP.match(comment) for comment in comments)
+
+
+def obeyed_among(comments: Sequence[str]) -> list[str]:
+    """Return the comments of a block from the first that a controller acts on.
+
+    Those behind it count, too: of several comments in a block LinuxCNC obeys the last one only.
+    """
+    first = next((at for at, comment in enumerate(comments) if is_obeyed(comment)), len(comments))
+    return list(comments[first:])
+
+
+def shown_comments(line: str, dialect: Dialect) -> list[str]:
+    """Return the comments of a line that its controller acts on, or shows beside an alarm, a stop or a question."""
+    if "(" not in line and ";" not in line:
+        return []
+    comments = split_line(line, nested=True)[1]
+    return list(comments) if dialect.groups == "fanuc" and _PROMPT.search(line) else obeyed_among(comments)
 
 
 def say(block: Block, obeyed: Sequence[str], parameters: str | None, called: str, dialect: Dialect) -> str:

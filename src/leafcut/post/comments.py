@@ -6,13 +6,16 @@ import re
 import textwrap
 import unicodedata
 
+from leafcut.gcode.saying import is_obeyed
+
 #: What the shop writes that ASCII lacks; ? ! ~ act at once when GRBL receives them, % ends a tape.
 _PLAIN = str.maketrans(
     {"(": "[", ")": "]", "{": "[", "}": "]", "%": " pct", "?": ".", "!": ".", "~": "-", "×": "x", "–": "-", "—": "-"}
     | {"µ": "u", "μ": "u", "°": " deg", "Ø": "D", "ø": "d", "⌀": "D", "²": "2", "³": "3", "·": ",", "→": "->"}
 )
-# LinuxCNC acts on comments such as (MSG, …), (LOGOPEN, …) and (PY, …).
+# Controllers act on comments such as (MSG, …), (PROBEOPEN x) and (o=0, …).
 _ACTIVE = re.compile(r"\A([A-Za-z_]+)\s*,")
+_MATERIAL = re.compile(r"\Ao\s*=", re.IGNORECASE)
 
 
 def plain_text(text: str) -> str:
@@ -24,7 +27,10 @@ def plain_text(text: str) -> str:
     decomposed = unicodedata.normalize("NFKD", text.translate(_PLAIN))
     letters = "".join(c for c in decomposed if not unicodedata.combining(c))
     ascii_text = "".join(c if " " <= c <= "\x7e" else " " if c.isspace() or ord(c) < 32 else "." for c in letters)
-    return _ACTIVE.sub(r"\1 -", " ".join(ascii_text.translate(_PLAIN).split()))
+    # QtPlasmaC looks for ";qtplasmac filtered" anywhere in a text.
+    one_line = re.sub(r";(?=\S)", ",", " ".join(ascii_text.translate(_PLAIN).split()))
+    plain = _ACTIVE.sub(r"\1 -", one_line)
+    return f"- {plain}" if is_obeyed(plain) or _MATERIAL.match(plain) else plain
 
 
 def comment_lines(text: str, width: int, uppercase: bool = False, style: str = "()") -> list[str]:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.errors import ReadError
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.interpreter import interpret
+from leafcut.gcode.saying import is_obeyed
+from leafcut.gcode.words import lines
 from leafcut.kinds import Head
 from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
@@ -21,6 +25,8 @@ from leafcut.proof.envelope import check_envelope
 from leafcut.proof.read_back import compare_motion
 from leafcut.units import MM_PER_INCH
 
+_COMMENT = re.compile(r"\([^()]*\)|;.*")
+
 
 def read_back(text: str, dialect: Dialect) -> Toolpath:
     """Return what a program does, interpreted as the controller would, whatever modes another program left active.
@@ -28,9 +34,23 @@ def read_back(text: str, dialect: Dialect) -> Toolpath:
     Raises
     ------
     ReadError
-        The text is no program that the controller takes.
+        The text is no program that the controller takes, or a comment in it is one that a controller acts on.
     """
+    _refuse_obeyed_comments(text)
     return interpret(text, dialect, left_over=True)
+
+
+def _refuse_obeyed_comments(text: str) -> None:
+    """Refuse comments that stop, run or show something: leafcut writes none, but a name in a header may be one."""
+    for number, line in lines(text):
+        if "(" not in line and ";" not in line:
+            continue
+        comments = [found.strip("(;) \t") for found in _COMMENT.findall(line)]
+        obeyed = next(filter(is_obeyed, comments), None)
+        if obeyed is not None:
+            raise ReadError(
+                "program", f"a controller would act on the comment '{obeyed[:60]}'; rename what it names", number
+            )
 
 
 def check_program(
