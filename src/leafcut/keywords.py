@@ -122,8 +122,9 @@ class OptimizeKeywords(TypedDict, total=False):
     ]
     """Retract after a hole to the R plane (G99) or the initial plane (G98) (default: r)."""
     keep_out: str | Sequence[str] | None
-    """Keep-out zones such as clamps: rectangles 'x0 y0 x1 y1' in mm, separated by commas; no cuts inside, rapids
-    cross at --clearance-height or go around, with the tool radius as margin (default: none).
+    """Keep-out zones such as clamps: rectangles 'x0 y0 x1 y1' in mm, or 'x0 y0 x1 y1 h' with the height above Z0,
+    separated by commas; no cuts inside, rapids cross 1 mm above h, else at --clearance-height, or go around,
+    with the tool radius as margin (default: none).
     """
     spindle_speed: Quantity | None
     """Spindle speed of assumed drills, or of the end mill (rpm; default: 20 m/min surface speed; for end mills
@@ -1170,8 +1171,9 @@ class CuttingDataKeywords(TypedDict, total=False):
     ]
     """Retract after a hole to the R plane (G99) or the initial plane (G98) (default: r)."""
     keep_out: str | Sequence[str] | None
-    """Keep-out zones such as clamps: rectangles 'x0 y0 x1 y1' in mm, separated by commas; no cuts inside, rapids
-    cross at --clearance-height or go around, with the tool radius as margin (default: none).
+    """Keep-out zones such as clamps: rectangles 'x0 y0 x1 y1' in mm, or 'x0 y0 x1 y1 h' with the height above Z0,
+    separated by commas; no cuts inside, rapids cross 1 mm above h, else at --clearance-height, or go around,
+    with the tool radius as margin (default: none).
     """
     spindle_speed: Quantity | None
     """Spindle speed of assumed drills, or of the end mill (rpm; default: 20 m/min surface speed; for end mills

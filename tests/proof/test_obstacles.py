@@ -46,6 +46,23 @@ def test_a_rapid_over_a_zone_must_be_at_its_height() -> None:
         assert whats(builder, height=10.0) == ({"crosses"} if fault else set())
 
 
+def test_each_zone_is_crossed_at_its_own_height_or_above() -> None:
+    """At Z5 over a zone that needs 4 and one that needs 8: the second is met, and named with its height."""
+    zones, heights = [[4.0, -1.0, 6.0, 1.0], [14.0, -1.0, 16.0, 1.0]], np.array([4.0, 8.0])
+    for z, needed in ((3.0, ["8", "8"]), (5.0, ["8"]), (8.0, [])):
+        builder = begun()
+        builder.rapid(z=z)
+        builder.rapid(x=10.0)
+        builder.rapid(x=20.0)
+        found = check_obstacles(builder.build(), zones, heights)
+        assert len(found) == len(needed)
+        assert ("only at Z8.000 or above" in found[-1].text) if found else not needed
+    builder = begun()
+    builder.rapid(z=5.0)
+    builder.feed(x=10.0, feed=1.0)
+    assert check_obstacles(builder.build(), zones, heights) == []
+
+
 def test_cycles_traverse_zones_at_the_plane_they_retract_to() -> None:
     for to_initial, fault in ((False, True), (True, False)):
         builder = begun()

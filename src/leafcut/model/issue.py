@@ -94,6 +94,7 @@ CODES: dict[str, str] = {
     "L512": "tools of a program keep their feeds",
     "L513": "new speeds or heights of a program could not be proved",
     "L514": "a limit of the feeds of a program is not known",
+    "L515": "new moves of a program cross areas that the original avoided",
     "L611": "a contour is narrower than the kerf and is not cut",
     "L612": "a contour is narrower than the kerf in places",
     "L613": "a lead was reduced",

@@ -22,8 +22,9 @@ class Obstacles:
     ----------
     zones
         float64[k, 4]: x0 ≤ x1, y0 ≤ y1 in order x0, y0, x1, y1, mm, as they were named.
-    height
-        A rapid at this height or above may cross them, mm; infinite where the tool cannot be lifted: it goes round.
+    heights
+        float64[k]: a rapid at this height or above may cross each zone, mm; infinite where the tool cannot be lifted:
+        it goes round.
     radii
         By tool, mm: so far its centre stays outside; 0 for others.
     dogleg
@@ -31,24 +32,36 @@ class Obstacles:
     """
 
     zones: NDArray[np.float64]
-    height: float = math.inf
+    heights: NDArray[np.float64]
     radii: Mapping[int, float] = field(default_factory=dict)
     dogleg: bool = False
 
     def __len__(self) -> int:
         return len(self.zones)
 
+    @property
+    def height(self) -> float:
+        """The height at which a rapid may cross all of them, mm."""
+        return float(self.heights.max(initial=-math.inf))
+
     def of_tool(self, tool: int | None) -> NDArray[np.float64]:
         """Return the rectangles, float64[k, 4], that the centre of a tool stays out of."""
         return widened(self.zones, self.radii.get(tool or 0, 0.0))
 
-    def between(self, a: Point, b: Point, tool: int | None) -> bool:
-        """Return whether a rapid crosses one; from a place that is not known it may, so one that can be lifted is."""
+    def between(self, a: Point, b: Point, tool: int | None) -> float:
+        """Return the height at or above which a rapid may go from `a` to `b`, mm; −∞ where none is in the way.
+
+        From a place that is not known it may cross all, so one that can be lifted is.
+        """
         unknown = any(map(math.isnan, a))
         if unknown and math.isfinite(self.height):
-            return True
+            return self.height
         begin = b if unknown else a
-        return bool(touches_any_zone([begin], [b], self.of_tool(tool), dogleg=self.dogleg)[0])
+        zones = self.of_tool(tool)
+        if not touches_any_zone([begin], [b], zones, dogleg=self.dogleg)[0]:
+            return -math.inf
+        touched = [touches_any_zone([begin], [b], zones[[k]], dogleg=self.dogleg)[0] for k in range(len(zones))]
+        return float(self.heights[touched].max())
 
     def round(self, a: Point, b: Point, tool: int | None) -> list[Point] | None:
         """Return the places between two on the shortest way round all, or None where there is none."""

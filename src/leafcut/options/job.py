@@ -100,8 +100,9 @@ class JobOptions(OptionGroup):
     keep_out: tuple[str, ...] = option(
         "names",
         (),
-        "keep-out zones such as clamps: rectangles 'x0 y0 x1 y1' in mm, separated by commas; no cuts inside, rapids "
-        "cross at --clearance-height or go around, with the tool radius as margin",
+        "keep-out zones such as clamps: rectangles 'x0 y0 x1 y1' in mm, or 'x0 y0 x1 y1 h' with the height above Z0, "
+        "separated by commas; no cuts inside, rapids cross 1 mm above h, else at --clearance-height, or go around, "
+        "with the tool radius as margin",
         default_words="none",
     )
     spindle_speed: float | None = option(

@@ -34,7 +34,7 @@ def obstacles_of(run: Run, program: Program, beam: bool) -> tuple[Obstacles | No
     PlanError
         The program cuts in an obstacle: no order and no way helps. Or it goes on ways that are not known.
     """
-    from leafcut.processes.zones import parse_zones
+    from leafcut.processes.zones import crossing_heights, parse_zones
 
     settings = run.settings.job
     zones = parse_zones(settings.keep_out)
@@ -42,12 +42,13 @@ def obstacles_of(run: Run, program: Program, beam: bool) -> tuple[Obstacles | No
         return None, []
     radii, unknown = ({}, []) if beam else _radii(run, program)
     lifts = _lifts(program.path)
-    height = settings.clearance_height if lifts else math.inf
+    heights = crossing_heights(settings.keep_out, settings.clearance_height)
+    heights = heights if lifts else np.full(len(zones), math.inf)
     if not lifts and "clearance_height" in run.settings.asked:
         raise OptionError(
             "--clearance-height: this program never moves Z, so rapids go around keep-out zones; leave it out"
         )
-    obstacles = Obstacles(zones, height, radii, run.machine.rapid_style == "dogleg")
+    obstacles = Obstacles(zones, heights, radii, run.machine.rapid_style == "dogleg")
     met = meetings(run, obstacles, program.path)
     cut = next((d for d in met if d.what.startswith("cuts")), None)
     if cut is not None:
@@ -58,7 +59,7 @@ def obstacles_of(run: Run, program: Program, beam: bool) -> tuple[Obstacles | No
     issues = []
     if met:
         often = "once" if len(met) == 2 else f"{len(met) - 1} times"
-        way = f"over it at Z{height:g} or above" if lifts else "around it"
+        way = f"over it at Z{heights.min():g} or above" if lifts else "around it"
         words = f"rapids of the original cross --keep-out zones, here and {often} more"
         words = f"{words if len(met) > 1 else words.partition(', here')[0]}; the new program goes {way}"
         issues.append(Issue("L508", words, f"line {met[0].new}"))
@@ -79,7 +80,7 @@ def meetings(run: Run, obstacles: Obstacles, path: Toolpath) -> list[Difference]
     return check_obstacles(
         path,
         obstacles.zones,
-        obstacles.height,
+        obstacles.heights,
         tool_radii=obstacles.radii,
         safe_z=run.machine.safe_z or 0.0,
         dogleg=obstacles.dogleg,

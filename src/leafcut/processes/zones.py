@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError
 from leafcut.units import parse_quantity
 
+#: Rapids cross a zone at least this far above its height, mm: room for chips and for a height that was measured.
+ABOVE = 1.0
+
 
 def _coordinate(word: str) -> float:
     try:
@@ -20,22 +23,50 @@ def _coordinate(word: str) -> float:
 
 
 def parse_zones(rectangles: Sequence[str]) -> NDArray[np.float64]:
-    """Return float64[k, 4] of texts "x0 y0 x1 y1" in mm, or each with a unit of its own, corners in any order.
+    """Return float64[k, 4] of texts "x0 y0 x1 y1" or "x0 y0 x1 y1 height" in mm, or each number with its own unit.
+
+    The corners may come in any order; `crossing_heights` reads the heights.
 
     Raises
     ------
     OptionError
-        A text is not four finite numbers.
+        A text is not four or five finite numbers.
     """
-    rows = []
-    for text in rectangles:
-        try:
-            x0, y0, x1, y1 = (_coordinate(word) for word in text.split())
-        except (OptionError, ValueError):
-            raise OptionError(
-                f"--keep-out: '{text}' is not a rectangle such as '0 0 40 25': four numbers, with spaces between"
-            ) from None
-        if not all(math.isfinite(v) for v in (x0, y0, x1, y1)):
-            raise OptionError(f"--keep-out: '{text}' contains a number that is not finite")
-        rows.append((min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)))
+    rows = [(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)) for x0, y0, x1, y1, _ in map(_zone, rectangles)]
     return np.array(rows, dtype=np.float64).reshape(-1, 4)
+
+
+def crossing_heights(rectangles: Sequence[str], otherwise: float) -> NDArray[np.float64]:
+    """Return the lowest height at which a rapid may cross each zone, float64[k], mm.
+
+    That is `ABOVE` over the zone's own height; `otherwise` for a zone without one.
+    """
+    tops = np.array([top for *_, top in map(_zone, rectangles)], dtype=np.float64)
+    return np.where(np.isnan(tops), otherwise, tops + ABOVE)
+
+
+def refuse_higher_zones(rectangles: Sequence[str], clearance: float) -> None:
+    """Raise an `OptionError` if a zone is too high to be crossed at the clearance height, mm."""
+    for text, height in zip(rectangles, crossing_heights(rectangles, -math.inf).tolist(), strict=True):
+        if height > clearance:
+            raise OptionError(
+                f"--keep-out: '{text}' is {height - ABOVE:g} mm high, and rapids cross at Z{clearance:g}; use "
+                f"--clearance-height {height:g} or more"
+            )
+
+
+def _zone(text: str) -> tuple[float, float, float, float, float]:
+    """Return the corners and the height of a zone, mm; NaN without a height."""
+    try:
+        numbers = [_coordinate(word) for word in text.split()]
+    except (OptionError, ValueError):
+        numbers = []
+    if len(numbers) not in (4, 5):
+        raise OptionError(
+            f"--keep-out: '{text}' is not a rectangle such as '0 0 40 25', or '0 0 40 25 20' with its height: four or "
+            "five numbers, with spaces between"
+        )
+    if not all(map(math.isfinite, numbers)):
+        raise OptionError(f"--keep-out: '{text}' contains a number that is not finite")
+    x0, y0, x1, y1, top = [*numbers, math.nan][:5]
+    return x0, y0, x1, y1, top

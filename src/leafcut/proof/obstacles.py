@@ -29,7 +29,7 @@ _STEP = math.radians(1.5)
 def check_obstacles(
     path: Toolpath,
     zones: ArrayLike,
-    height: float,
+    height: ArrayLike,
     *,
     tool_radii: Mapping[int, float] = MappingProxyType({}),
     safe_z: float = 0.0,
@@ -44,8 +44,9 @@ def check_obstacles(
     zones
         float64[k, 4]: x0, y0, x1, y1, mm.
     height
-        At this height or above all may cross, mm; infinite: nothing may anywhere. From a place that is not known a
-        rapid may cross everything; so may what is not understood, or goes to a place of the machine.
+        At this height or above all may cross, mm, one for all zones or float64[k]; infinite: nothing may anywhere. From
+        a place that is not known a rapid may cross everything; so may what is not understood, or goes to a place of the
+        machine.
     tool_radii
         By number, mm; 0 where it is not given. Arcs are arcs; with `dogleg` a rapid is all of the rectangle between its
         ends.
@@ -56,13 +57,15 @@ def check_obstacles(
     boxes = [shapely.box(left, low, right, high) for left, low, right, high in sides]
     if not boxes:
         return []
+    heights = np.broadcast_to(np.asarray(height, dtype=np.float64), len(boxes))
+    highest = float(heights.max())
     path = expand(path)
     before = path.before
     lowest = np.minimum(before[:, 2], path.end[:, 2])
     moves = (path.kind >= Kind.RAPID) & (path.kind <= Kind.ARC_CCW)
     rapid = path.kind == Kind.RAPID
-    at_machine = np.isfinite(height) & at_machine_height(path, safe_z)
-    up = (lowest >= height - _ROOM) | (rapid & at_machine)
+    at_machine = np.isfinite(highest) & at_machine_height(path, safe_z)
+    up = (lowest >= highest - _ROOM) | (rapid & at_machine)
     lost = np.flatnonzero(_ways_unknown(path, before) & ~up & ~at_machine)
     unseen = [_unseen(path, before, row) for row in lost.tolist()]
     rows = np.flatnonzero(moves & ~up & np.isfinite(path.end[:, :2]).all(axis=1))
@@ -70,10 +73,15 @@ def check_obstacles(
         return shorten(unseen[:100], len(unseen))
     shapes = _shapes(path, before, rows, dogleg)
     radius = np.array([tool_radii.get(tool, 0.0) for tool in path.tool[rows].tolist()])
-    nearest: NDArray[np.float64] = np.stack([shapely.distance(shapes, box) for box in boxes]).min(axis=0)
-    from_anywhere = rapid[rows] & np.isnan(before[rows, :2]).any(axis=1) & np.isfinite(lowest[rows] + height)
-    inside = np.flatnonzero(from_anywhere | (nearest <= np.maximum(radius - _ROOM, 0.0)))
-    found = [_difference(path, before, int(row), height) for row in rows[inside].tolist()]
+    needed = np.full(len(rows), -math.inf)
+    for box, over in zip(boxes, heights.tolist(), strict=True):
+        meets = shapely.distance(shapes, box) <= np.maximum(radius - _ROOM, 0.0)
+        meets &= ~(lowest[rows] >= over - _ROOM)
+        needed[meets] = np.maximum(needed[meets], over)
+    from_anywhere = rapid[rows] & np.isnan(before[rows, :2]).any(axis=1) & np.isfinite(lowest[rows] + highest)
+    needed[from_anywhere] = highest
+    inside = np.flatnonzero(needed > -math.inf)
+    found = [_difference(path, before, int(rows[k]), float(needed[k])) for k in inside.tolist()]
     found += unseen
     return shorten(found[:100], len(found))
 

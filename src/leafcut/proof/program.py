@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from leafcut.errors import ReadError
 from leafcut.gcode.dialects import Dialect
@@ -61,7 +61,7 @@ def check_program(
     units: str,
     *,
     zones: NDArray[np.float64] | None = None,
-    zone_height: float = math.inf,
+    zone_height: ArrayLike = math.inf,
     tool_radii: Mapping[int, float] = MappingProxyType({}),
     bodies: Mapping[int, Sequence[tuple[float, float]]] = MappingProxyType({}),
     milled: bool = False,
@@ -72,12 +72,12 @@ def check_program(
     """Return all that is wrong with a program that was `read_back`; an empty list is the proof.
 
     It must be the planned toolpath, with the cycles that the controller lacks written out, inside the machine's travel,
-    above the work and over the keep-out zones. `units` are those of the program, mm or inch: places
-    may differ by half of the last decimal. Of a program that is `milled` the rapids down below the surface are left to
-    `processes.pocket.proof.pocket`. `tops` has the places and the heights of holes that begin at different ones,
-    float64[n, 3]. `surface` has the triangles of what is not flat, float64[n, 3, 3]: every rapid must be clear of them,
-    and of every move what is above the flutes of its tool, `bodies` (`check_surface`).
-    `surface_z` is the height of one that is, mm.
+    above the work and over the keep-out zones, each at its `zone_height` (mm, one for all or float64[k]) or higher.
+    `units` are those of the program, mm or inch: places may differ by half of the last decimal. Of a program that is
+    `milled` the rapids down below the surface are left to `processes.pocket.proof.pocket`. `tops` has the places and
+    the heights of holes that begin at different ones, float64[n, 3]. `surface` has the triangles of what is not flat,
+    float64[n, 3, 3]: every rapid must be clear of them, and of every move what is above the flutes of its tool,
+    `bodies` (`check_surface`). `surface_z` is the height of one that is, mm.
     """
     half = 0.5 * 10.0**-dialect.decimals_mm
     if units == "inch":
@@ -125,7 +125,7 @@ def _check_surface(
 def _check_obstacles(
     written: Toolpath,
     zones: NDArray[np.float64] | None,
-    height: float,
+    height: ArrayLike,
     machine: Machine,
     tool_radii: Mapping[int, float],
 ) -> list[Difference]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 
 import ezdxf
 import pytest
 
 from leafcut import api
-from leafcut.errors import LeafcutError, PlanError, VerifyError
+from leafcut.errors import LeafcutError, OptionError, PlanError, VerifyError
 from leafcut.proof.obstacles import check_obstacles
 from rs274_moves import moves_of_rs274, run_rs274
 
@@ -67,6 +68,21 @@ def test_rapids_go_over_what_is_named_by_the_judgement_of_linuxcnc(
     assert "L509" not in {issue.code for issue in found.issues}
 
 
+@pytest.mark.parametrize("low, lifted", [(3, False), (12, True)])
+def test_a_zone_with_a_height_is_crossed_above_it_and_no_higher(low: float, lifted: bool, tmp_path: Path) -> None:
+    """A bar of 3 mm is crossed at Z5 as before, one of 12 mm at Z13; the other bar has no height: at Z10."""
+    source = tmp_path / "part.nc"
+    source.write_text(MILLED)
+    bars = [f"40 0 50 100 {low}", "0 52 30 58"]
+    found = api.optimize(source, keep_out=", ".join(bars), **FAST)
+    assert check_obstacles(found.path_after, ZONES, [low + 1.0, 10.0], tool_radii={1: 3.0}) == []
+    crossing = check_obstacles(found.path_after, ZONES[:1], math.inf, tool_radii={1: 3.0})
+    assert crossing
+    heights = {float(z) for z in re.findall(r"^G0 Z([0-9.]+)$", found.text, re.MULTILINE)}
+    assert (13.0 in heights) == lifted
+    assert 14.0 not in heights
+
+
 def test_the_beam_of_a_laser_that_never_moves_z_goes_round(rs274: str, tmp_path: Path) -> None:
     source = tmp_path / "cut.nc"
     source.write_text(LASER)
@@ -111,6 +127,17 @@ def test_where_a_rapid_stays_and_cannot_be_led_over_the_program_is_refused(tmp_p
     with pytest.raises((VerifyError, PlanError), match="crosses an obstacle"):
         api.optimize(source, out, keep_out=BARS, **FAST)
     assert not out.exists()
+
+
+@pytest.mark.parametrize("process", ["cut", "pocket"])
+def test_a_zone_above_the_clearance_height_is_refused(process: str, tmp_path: Path) -> None:
+    drawing = tmp_path / "two.dxf"
+    document = ezdxf.new(units=4)
+    document.modelspace().add_circle((15, 15), 10)
+    document.saveas(drawing)
+    machine = {"cut": {"machine": "plasma-table", "thickness": 2}, "pocket": {"depth": 2, "tool_diameter": 6}}[process]
+    with pytest.raises(OptionError, match=r"is 30 mm high, and rapids cross at Z10; use --clearance-height 31 or more"):
+        api.optimize(drawing, process=process, keep_out="40 0 50 9 30", **machine, **FAST)
 
 
 def test_a_tool_whose_width_nobody_tells_is_told(tmp_path: Path) -> None:

@@ -62,7 +62,8 @@ def test_it_is_reordered_to_the_shortest_of_all_orders(program: Path, tmp_path: 
     assert sorted(order) == sorted(HOLES)
     best = min(along(one) for one in itertools.permutations(HOLES))
     assert outcome.after.travel_mm - (outcome.before.travel_mm - along(HOLES)) == pytest.approx(best, abs=0.01)
-    assert outcome.text.splitlines()[3:9] == TEXT.splitlines()[1:7]
+    lines = [line for line in outcome.text.splitlines() if "leafcut" not in line]
+    assert lines[1:7] == TEXT.splitlines()[1:7]
     again = api.simulate(tmp_path / "new.pim", machine="fagor-8055")
     assert again.measure.time_s == pytest.approx(outcome.after.time_s)
     assert np.array_equal(again.path.kind, path.kind)

@@ -200,7 +200,7 @@ def _problems(run: Run, plan: DrillPlan) -> list[RoutingProblem]:
         if plan.reliefs:
             metric = travel_metric(run.machine, objective, relief=plan.reliefs[number])
         else:
-            zones = plan.zones_for(operation.tool)
+            zones = plan.high_zones_for(operation.tool)
             metric = travel_metric(run.machine, objective, zones=zones, lift_height_mm=height)
         end = plan.end if operation is plan.operations[-1] else None
         problems.append(build_problem(plan, operation, metric, None, end))
@@ -335,6 +335,7 @@ def _verify(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, text: str
     VerifyError
         The first difference or danger, and how many more there are.
     """
+    from leafcut.processes.zones import crossing_heights
     from leafcut.proof.program import check_program, read_back
 
     run.tell("verifying")
@@ -352,7 +353,7 @@ def _verify(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, text: str
         run.machine,
         run.settings.post.output_units,
         zones=plan.zones,
-        zone_height=plan.clearance_height,
+        zone_height=crossing_heights(run.settings.job.keep_out, plan.clearance_height),
         tool_radii={tool.number: 0.5 * tool.diameter for tool in plan.tools},
         bodies={tool.number: [(disc.above, disc.radius) for disc in discs_of(tool)] for tool in plan.tools},
         tops=tops,

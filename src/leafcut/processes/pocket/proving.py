@@ -82,6 +82,7 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpat
         step_over_differences,
     )
     from leafcut.processes.pocket.proof.stock_top import stock_top_differences
+    from leafcut.processes.zones import crossing_heights, parse_zones
     from leafcut.proof.program import check_program, read_back
 
     job.run.tell("verifying")
@@ -94,8 +95,8 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpat
             job.words,
             job.run.machine,
             job.run.settings.post.output_units,
-            zones=heights.zones,
-            zone_height=heights.clearance + job.top,
+            zones=parse_zones(job.run.settings.job.keep_out),
+            zone_height=crossing_heights(job.run.settings.job.keep_out, heights.clearance + job.top),
             tool_radii={tool.number: 0.5 * tool.diameter},
             milled=True,
             surface_z=job.top,

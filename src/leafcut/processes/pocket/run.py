@@ -125,7 +125,7 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     from leafcut.processes.pocket.plan.rules import levels_of, lying_in, milled_pockets, milling_data, rules_of
     from leafcut.processes.pocket.plan.toolpath import PocketHeights
     from leafcut.processes.pocket.strategies import check_algorithm
-    from leafcut.processes.zones import parse_zones
+    from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
     from leafcut.read import read_pockets
 
     settings = run.settings
@@ -157,12 +157,15 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
         issues = [*issues, *told]
         data = replace(data, limits=limits)
     part = placed(part, settings.read)
+    surface, keep_out = part.pockets[0].top or 0.0, settings.job.keep_out
+    refuse_higher_zones(keep_out, settings.job.clearance_height + surface)
+    high = crossing_heights(keep_out, math.inf) > settings.job.retract_height + surface
     heights = PocketHeights(
         clearance=settings.job.clearance_height,
         retract=settings.job.retract_height,
         always_clearance=settings.job.retract == "initial",
         end=_xy(settings.job.end_point),
-        zones=parse_zones(settings.job.keep_out),
+        zones=parse_zones(keep_out)[high],
     )
     words = dialect(settings.post.dialect or run.machine.controller)
     run = run.for_words(words)

@@ -37,6 +37,39 @@ class StockProof:
 
 
 @dataclass(frozen=True)
+class AvoidedAreas:
+    """The new moves across areas that the original avoided at their height.
+
+    Attributes
+    ----------
+    moves
+        How many there are.
+    line
+        The line of the first, in the new program; 0 without any.
+    below
+        The greatest height at which the original crosses, mm, if all of these moves are lower; None otherwise.
+    """
+
+    moves: int = 0
+    line: int = 0
+    below: float | None = None
+
+    @property
+    def crossings(self) -> str:
+        """How many moves cross such areas, for people; "" without any."""
+        if not self.moves:
+            return ""
+        height = "" if self.below is None else f" below Z{self.below:g}"
+        words = f"1 new move{height} crosses" if self.moves == 1 else f"{self.moves} new moves{height} cross"
+        return f"{words} areas that the original avoided"
+
+    @property
+    def text(self) -> str:
+        """One line for people, with the first line and what to do."""
+        return f"{self.crossings}; name clamps with --keep-out (first: line {self.line})"
+
+
+@dataclass(frozen=True)
 class ProgramDetail:
     """A program in a new order.
 
@@ -54,6 +87,8 @@ class ProgramDetail:
         How it was judged by what it leaves of the stock; None of what a beam does.
     shown
         What of its stock and its tools is known.
+    avoided
+        The new moves across areas that the original avoided.
     """
 
     report: ClassVar[str] = "leafcut.processes.program.report:ProgramReport"
@@ -65,3 +100,4 @@ class ProgramDetail:
     pace: PaceChange | None = None
     stock: StockProof | None = None
     shown: ShownStock = field(default_factory=ShownStock)
+    avoided: AvoidedAreas = field(default_factory=AvoidedAreas)

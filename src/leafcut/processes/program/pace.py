@@ -326,8 +326,8 @@ class _Job:
             row
             for row in arcs_in_air(program, loads, self.rules, self.run.machine)
             if self.obstacles is None
-            or min(path.before[row, 2], path.end[row, 2]) >= self.obstacles.height
-            or not self.obstacles.between(_place(path.before[row]), _place(path.end[row]), int(path.tool[row]))
+            or min(path.before[row, 2], path.end[row, 2])
+            >= self.obstacles.between(_place(path.before[row]), _place(path.end[row]), int(path.tool[row]))
         ]
         if not rows:
             return ()

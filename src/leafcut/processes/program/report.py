@@ -55,7 +55,11 @@ class ProgramReport(PathReport[ProgramDetail]):
         """Return the proof, why pieces of the program keep their place, and what new speeds did."""
         detail = self.outcome.detail
         proof = certificate_as_json(detail.certificate)
-        answer = {"certificate": proof, "staying": [asdict(group) for group in detail.staying]}
+        answer = {
+            "certificate": proof,
+            "staying": [asdict(group) for group in detail.staying],
+            "avoided_areas": asdict(detail.avoided),
+        }
         stock = {} if detail.stock is None else {"stock": plain(detail.stock)}
         return {**answer, **stock, **({} if detail.pace is None else {"pace": plain(detail.pace)})}
 

@@ -28,14 +28,15 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import PLACES, STILL, Kind, Toolpath, arc_sweep, position_before
 from leafcut.processes.course import BoundTime, Run, machine_issues, share
 from leafcut.processes.keep_out import obstacles_of
-from leafcut.processes.program.model import ProgramDetail
+from leafcut.processes.program.model import AvoidedAreas, ProgramDetail
 from leafcut.processes.program.options import ResequenceOptions
 from leafcut.processes.program.pace import wants_pace, with_new_pace
-from leafcut.processes.program.proving import SectionOrders, write_proved
+from leafcut.processes.program.proving import Proved, SectionOrders, with_comments, write_proved
 from leafcut.processes.program.shown import shown_stock
 from leafcut.processes.program.stock_proof import stock_judge
 
 if TYPE_CHECKING:
+    from leafcut.gcode.dialects import Dialect
     from leafcut.gcode.program import Program
     from leafcut.options import SolveOptions
     from leafcut.processes.program.reading import ProgramRead
@@ -127,6 +128,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
             paced = with_new_pace(run, words, original, proved.program, source, sequence.process, obstacles)
             found = timed_as_run(paced.program)
             proved, measures[1] = replace(proved, text=paced.text, program=paced.program), found
+    proved, avoided = _with_avoided(run, words, original, proved)
     part, operations = _work_of(source, original, sequence, solutions)
     return Outcome(
         part=part,
@@ -146,6 +148,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
         issues=(
             *dangers,
             *new_dangers,
+            *_avoided_issues(avoided, obstacles),
             *noticed,
             *read.issues,
             *sequence.issues,
@@ -162,6 +165,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
             pace=paced.change if paced else None,
             stock=stock,
             shown=shown_stock(original, source, run.settings, run.machine, sequence.process),
+            avoided=avoided,
         ),
         encoding=encoding,
         options=run.settings.changed(),
@@ -182,6 +186,33 @@ def _new_dangers(read: ProgramRead, program: Program) -> list[Issue]:
     known = {issue.code for issue in read.dangers}
     found = replace(read, program=program).dangers
     return [replace(i, message=f"in the new program: {i.message}") for i in found if i.code not in known]
+
+
+def _with_avoided(run: Run, words: Dialect, original: Program, proved: Proved) -> tuple[Proved, AvoidedAreas]:
+    """Return the program with a comment on new moves across areas that the original avoided, and these moves."""
+    from leafcut.processes.program.proof.avoided_areas import avoided_areas
+    from leafcut.processes.program.reading import read_new
+
+    if proved.text == "".join(original.lines):
+        return proved, AvoidedAreas()
+    found = avoided_areas(original, proved.program, run.machine.safe_z or 0.0)
+    if not found.moves or not run.settings.post.header:
+        return proved, found
+    # The comments move all moves down by their own lines.
+    found = replace(found, line=found.line + len(with_comments("", _avoided_comments(found), words).splitlines()))
+    text = with_comments(proved.text, _avoided_comments(found), words)
+    program = read_new(run, words, text)
+    return replace(proved, text=text, program=program), found
+
+
+def _avoided_comments(avoided: AvoidedAreas) -> list[str]:
+    return [f"leafcut: {avoided.crossings}", f"leafcut: name clamps with --keep-out, first: line {avoided.line}"]
+
+
+def _avoided_issues(avoided: AvoidedAreas, obstacles: Obstacles | None) -> list[Issue]:
+    """Return a warning about new moves across areas that the original avoided; a note where zones are named."""
+    severity = Severity.WARNING if obstacles is None else Severity.NOTE
+    return [Issue("L515", avoided.text, severity=severity)] if avoided.moves else []
 
 
 class _OutOfTime(Exception):
@@ -304,8 +335,10 @@ def _metric(run: Run, section: Section, obstacles: Obstacles | None) -> Metric:
     objective = run.settings.solve.objective
     if obstacles is None:
         return travel_metric(run.machine, objective)
-    rise = obstacles.height - section.clearance if math.isfinite(obstacles.height) else _ROUND
-    return travel_metric(run.machine, objective, zones=obstacles.of_tool(section.tool), lift_height_mm=max(rise, 0.0))
+    over = obstacles.heights > section.clearance
+    zones, highest = obstacles.of_tool(section.tool)[over], float(obstacles.heights[over].max(initial=-math.inf))
+    rise = highest - section.clearance if math.isfinite(highest) else _ROUND
+    return travel_metric(run.machine, objective, zones=zones, lift_height_mm=rise if len(zones) else 0.0)
 
 
 def _unchanged(solution: Solution) -> Solution:

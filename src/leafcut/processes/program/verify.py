@@ -30,6 +30,7 @@ def verify(
 ) -> Certificate:
     """Return the proof that two programs do the same work, or in what they differ, on the machine of the settings."""
     from leafcut.gcode import dialects
+    from leafcut.processes.program.proof.avoided_areas import avoided_areas
     from leafcut.processes.program.proof.certificate import certify
 
     machine = machine_of(settings)
@@ -40,6 +41,10 @@ def verify(
     found = certify(
         first.program, other.program, machine=first.machine, allow_reverse=allow_reverse, look=look, notes=True
     )
+    if found.same:
+        avoided = avoided_areas(first.program, other.program, first.machine.safe_z or 0.0)
+        if avoided.moves:
+            found = replace(found, notes=(*found.notes, f"{avoided.crossings} (first: line {avoided.line})"))
     return replace(found, defaults=settings.from_defaults())
 
 

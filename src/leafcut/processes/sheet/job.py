@@ -81,7 +81,7 @@ def prepared(run: Run, source: Source) -> tuple[SheetJob, list[Issue]]:
     from leafcut.processes.sheet.plan.freed_parts import FreedShapes
     from leafcut.processes.sheet.plan.slots import on_their_middle
     from leafcut.processes.sheet.post import check_words
-    from leafcut.processes.zones import parse_zones
+    from leafcut.processes.zones import parse_zones, refuse_higher_zones
     from leafcut.proof.envelope import check_envelope
     from leafcut.read.plan_file import load_plan
     from leafcut.timing.travel import travel_metric
@@ -102,6 +102,8 @@ def prepared(run: Run, source: Source) -> tuple[SheetJob, list[Issue]]:
     rules = resolve_rules(data, options, switches=switches(words), max_feed=run.machine.max_feed)
     part, sheet = _sheet(run, source)
     sheet = with_options(sheet, options, parse_zones(settings.job.keep_out))
+    if words.moves_z:
+        refuse_higher_zones(settings.job.keep_out, settings.job.clearance_height)
     if rules.compensation == "geometry" and data.can_pierce:
         sheet, narrow = on_their_middle(sheet, data.kerf)
         issues += narrow

@@ -183,13 +183,16 @@ def _kept_off(job: SheetJob, laid: _LaidOrder) -> _LaidOrder:
 
 def _obstacles(job: SheetJob) -> Obstacles | None:
     """Return what is named on the sheet: crossed at the clearance height, or gone round where nobody moves Z."""
-    from leafcut.processes.zones import parse_zones
+    from leafcut.processes.zones import crossing_heights, parse_zones
 
-    zones = parse_zones(job.run.settings.job.keep_out)
+    settings = job.run.settings.job
+    zones = parse_zones(settings.keep_out)
     if not len(zones):
         return None
-    height = job.run.settings.job.clearance_height if job.words.moves_z else math.inf
-    return Obstacles(zones, height, dogleg=job.run.machine.rapid_style == "dogleg")
+    heights = np.full(len(zones), math.inf)
+    if job.words.moves_z:
+        heights = crossing_heights(settings.keep_out, settings.clearance_height)
+    return Obstacles(zones, heights, dogleg=job.run.machine.rapid_style == "dogleg")
 
 
 def _cut_seconds(path: Toolpath, rows: list[LaidCut], machine: Machine) -> list[tuple[float, float, float]]:

@@ -14,7 +14,7 @@ from leafcut.kinds import Head
 from leafcut.model import Hole, Kind, Machine, Metric, Part, Recipe, Severity, Slot, Tool, ToolKind, ToolLibrary
 from leafcut.processes.drilling.plan.drill_toolpath import build_problem, drawing_order, lay_toolpath
 from leafcut.processes.drilling.plan.drilling import plan_drilling
-from leafcut.processes.zones import parse_zones
+from leafcut.processes.zones import crossing_heights, parse_zones
 from option_groups import drilling
 
 MILL = Machine(
@@ -153,10 +153,11 @@ def test_the_r_plane_above_the_initial_plane_is_refused() -> None:
         plan(retract_height=20.0)
 
 
-def test_zones_are_four_numbers_in_any_corner_order() -> None:
+def test_zones_are_four_numbers_in_any_corner_order_and_may_have_a_height() -> None:
     assert parse_zones(("10 20 0 5",)).tolist() == [[0.0, 5.0, 10.0, 20.0]]
-    assert parse_zones(("0 0 1/2in 2in",)).tolist() == [[0.0, 0.0, 12.7, 50.8]]
-    for wrong in ("1 2 3", "a b c d", "0 0 nan 1"):
+    assert parse_zones(("0 0 1/2in 2in 1in",)).tolist() == [[0.0, 0.0, 12.7, 50.8]]
+    assert crossing_heights(("0 0 1 1", "0 0 1 1 1in"), 10.0).tolist() == [10.0, 26.4]
+    for wrong in ("1 2 3", "a b c d", "0 0 nan 1", "0 0 1 1 2 3", "0 0 1 1 inf"):
         with pytest.raises(OptionError, match="--keep-out"):
             parse_zones((wrong,))
 
@@ -290,6 +291,18 @@ def test_the_tool_keeps_its_radius_away_from_a_zone_that_its_centre_passes_by() 
     """From (30, 0) to (30, 20), 2 mm beside a clamp: the 5 mm drill would touch it, so the move is lifted."""
     assert lifts(keep_out=("32 8 50 12",)) == [False, True, False]
     assert lifts(keep_out=("32.6 8 50 12",)) == [False, False, False]
+
+
+def test_a_zone_is_crossed_a_millimetre_above_its_height() -> None:
+    """Rapids at the R plane, 2 mm, cross a clamp of 1 mm; a clamp above the clearance height is refused."""
+    assert lifts(keep_out=("20 5 40 15 1",)) == [False, False, False]
+    assert lifts(keep_out=("20 5 40 15 1.1",)) == [False, True, False]
+    with pytest.raises(PlanError, match=r"hole at 30, 20 is in a keep-out zone"):
+        plan(keep_out=("32 15 50 40 1",))
+    with pytest.raises(OptionError, match=r"is 9.5 mm high, and rapids cross at Z10; use --clearance-height 10.5"):
+        plan(keep_out=("20 5 40 15 9.5",))
+    rows = laid(plan(keep_out=("20 5 40 15 9.5",), clearance_height=10.5))
+    assert (Kind.RAPID, (30, 20, 10.5)) in rows
 
 
 def test_a_dogleg_rapid_is_lifted_when_the_box_between_its_ends_touches_a_zone() -> None:

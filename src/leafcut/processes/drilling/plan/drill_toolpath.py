@@ -178,7 +178,7 @@ def _way_heights(
         # Rounded up to what is written: the way is nowhere lower than it must be.
         heights[1:] = np.ceil(np.array(ways) * 1000.0 - 1e-6) / 1000.0
     elif len(plan.zones) and not plan.always_initial:
-        lifted = touches_any_zone(xy[:-1], xy[1:], plan.zones_for(operation.tool), dogleg=dogleg)
+        lifted = touches_any_zone(xy[:-1], xy[1:], plan.high_zones_for(operation.tool), dogleg=dogleg)
         heights[1:][lifted] = plan.clearance_height
     found: list[float] = heights.tolist()
     return found
@@ -196,7 +196,7 @@ def _rout(
 ) -> None:
     """Plunge, cut along the slot to and fro, deeper each time, and rise, slot by slot."""
     cycle, feed = operation.cycle, operation.tool.feed
-    zones, dogleg = plan.zones_for(operation.tool), machine.rapid_style == "dogleg"
+    zones, dogleg = plan.high_zones_for(operation.tool), machine.rapid_style == "dogleg"
     place: Point | None = None
     for node in nodes.tolist():
         slot = plan.part.slots[int(operation.targets[node // 2])]

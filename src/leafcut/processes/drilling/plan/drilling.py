@@ -32,7 +32,7 @@ from leafcut.processes.drilling.plan.ground import (
 )
 from leafcut.processes.drilling.plan.tooling import Step, ToolChooser
 from leafcut.processes.spindle_heights import check_spindle_heights
-from leafcut.processes.zones import parse_zones
+from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
 from leafcut.quick_dataclass import dataclass
 
 
@@ -64,10 +64,11 @@ class DrillOperation:
 class DrillPlan:
     """Operations in the order of machining, and what they have in common (mm).
 
-    `zones` is float64[k, 4]: rectangles that are crossed at the clearance height only, as they were given. Of each
-    hole, float64[n]: `tops`, the height at which it begins and from which its depth is counted; `r_planes`; and
-    `deeper`, how much deeper it goes than its operation's cycle. `reliefs` says for each operation how high its ways
-    are where there is a surface (`ground`), and is empty elsewhere.
+    `zones` is float64[k, 4]: rectangles in which nothing is drilled, as they were given; `zone_heights` is float64[k]:
+    the lowest height at which a rapid may cross each, never above the clearance height. Of each hole, float64[n]:
+    `tops`, the height at which it begins and from which its depth is counted; `r_planes`; and `deeper`, how much deeper
+    it goes than its operation's cycle. `reliefs` says for each operation how high its ways are where there is a surface
+    (`ground`), and is empty elsewhere.
     """
 
     part: Part
@@ -77,6 +78,7 @@ class DrillPlan:
     tool_change_height: float
     always_initial: bool
     zones: NDArray[np.float64]
+    zone_heights: NDArray[np.float64]
     start: tuple[float, float] | None
     end: tuple[float, float] | None
     tops: NDArray[np.float64]
@@ -99,6 +101,10 @@ class DrillPlan:
     def zones_for(self, tool: Tool) -> NDArray[np.float64]:
         """Return the zones, float64[k, 4], that the centre of `tool` keeps out of: wider by its radius."""
         return widened(self.zones, 0.5 * tool.diameter)
+
+    def high_zones_for(self, tool: Tool) -> NDArray[np.float64]:
+        """Return the zones as `zones_for`, without those that rapids at the retract height may cross."""
+        return self.zones_for(tool)[self.zone_heights > self.retract_height]
 
 
 def plan_drilling(
@@ -154,6 +160,7 @@ def plan_drilling(
         job, clearance_height=job.clearance_height + highest, retract_height=job.retract_height + highest
     )  # fmt: skip
     check_spindle_heights(machine, over, "drill")
+    refuse_higher_zones(job.keep_out, over.clearance_height)
     # What stands between holes of different heights is not known without a surface: no way is lower than the highest.
     initial = job.retract == "initial" or (ground is None and bool(len(tops) and np.ptp(tops)))
     rule = depth_rule(job, options)
@@ -182,6 +189,7 @@ def plan_drilling(
         r_planes=(surface + job.retract_height).round(6),
         deeper=deeper,
         zones=parse_zones(job.keep_out),
+        zone_heights=crossing_heights(job.keep_out, over.clearance_height),
         start=_xy(job.start_point, "--start-point"),
         end=_xy(job.end_point, "--end-point"),
         issues=(*heights, *unmade, *rule.issues, *chooser.issues(), *_tap_lead_issues(operations, rule)),

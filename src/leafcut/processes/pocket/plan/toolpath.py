@@ -74,7 +74,10 @@ class Clearing:
 
 @dataclass(frozen=True, eq=False)
 class PocketHeights:
-    """Heights and places of a program, mm; `zones` float64[k, 4] are crossed at the clearance height only."""
+    """Heights and places of a program, mm; `zones` float64[k, 4] are crossed at the clearance height only.
+
+    Zones that rapids at the retract height may cross are not among them.
+    """
 
     clearance: float
     retract: float

@@ -140,11 +140,12 @@ class LowWays:
         """Return whether a way that is to be lower goes over a named obstacle, and keep its line in mind."""
         if self.obstacles is None or height >= self.obstacles.height:
             return False
-        over = [row for row in ways if self._crosses(row)]
+        over = [row for row in ways if height < self._least_height(row)]
         self.kept.update(int(self.path.line[row]) for row in over)
         return bool(over)
 
-    def _crosses(self, row: int) -> bool:
+    def _least_height(self, row: int) -> float:
+        """Return the height at or above which a way crosses all obstacles under it, mm; −∞ where there is none."""
         assert self.obstacles is not None
         (x0, y0), (x1, y1) = self.path.before[row, :2].tolist(), self.path.end[row, :2].tolist()
         return self.obstacles.between((x0, y0), (x1, y1), int(self.path.tool[row]))

@@ -244,10 +244,9 @@ class _Rewriter:
     def _past(self, to: tuple[float, float], floor: float, tool: int | None) -> float:
         """Return the height, mm, at which the way to a place crosses what is in it; go round where none does."""
         obstacles, here = self.obstacles, (self.place[0], self.place[1])
-        if obstacles is None or not obstacles.between(here, to, tool):
-            return floor
-        if math.isfinite(obstacles.height):
-            return max(floor, obstacles.height)
+        over = -math.inf if obstacles is None else obstacles.between(here, to, tool)
+        if obstacles is None or over < math.inf:
+            return max(floor, over)
         turns = obstacles.round(here, to, tool)
         if turns is None:
             raise PostError(f"there is no path to X{to[0]:.3f} Y{to[1]:.3f} around the --keep-out zones")
@@ -416,8 +415,8 @@ class _Rewriter:
         drills = path.kind[row] == Kind.DRILL
         level = max(self.place[2], path.cycles[int(path.ref[row])].r_plane) if drills else min(self.place[2], z)
         # A height that is not known is the machine's own, up; a laser has none, and never is.
-        low = level < obstacles.height - _TOLERANCE or not math.isfinite(obstacles.height)
-        return low and obstacles.between((self.place[0], self.place[1]), (x, y), modal.tool)
+        over = obstacles.between((self.place[0], self.place[1]), (x, y), modal.tool)
+        return level < over - _TOLERANCE or over == math.inf
 
     def _go_past(self, x: float, y: float, *, down: bool) -> None:
         """Go to a place over or round all obstacles in between, and `down` again to the height of before."""

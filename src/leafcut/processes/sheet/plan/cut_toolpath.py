@@ -120,7 +120,7 @@ def _go(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point) -> Non
 def _go_round(builder: ToolpathBuilder, obstacles: Obstacles | None, to: Point) -> None:
     """Go by rapids to where the way to a place is free of obstacles."""
     here = (builder.position[0], builder.position[1])
-    if obstacles is None or not obstacles.between(here, to, None):
+    if obstacles is None or obstacles.between(here, to, None) == -math.inf:
         return
     turns = obstacles.round(here, to, None)
     if turns is None:
