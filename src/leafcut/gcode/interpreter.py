@@ -9,6 +9,8 @@ word must be understood; one that is not is an error that names it, with file an
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from leafcut.errors import OptionError, ReadError
 from leafcut.gcode.canned import end_cycle, run_cycle, start_cycle
 from leafcut.gcode.dialects import Dialect
@@ -18,8 +20,8 @@ from leafcut.gcode.motion import run_arc, run_home, run_machine, run_probe, run_
 from leafcut.gcode.origin import run_shift
 from leafcut.gcode.sinumerik import call_cycle, drill_call, end_call, sinumerik_block
 from leafcut.gcode.state import AXES, InterpreterState, unit_of, whole
-from leafcut.gcode.torch import leave_outputs, run_outputs, say_power, spindle_number
-from leafcut.gcode.words import Block, BlockError, Word, lines, tokenise
+from leafcut.gcode.torch import leave_outputs, material_block, run_outputs, say_power, spindle_number
+from leafcut.gcode.words import Block, BlockError, Word, lines
 from leafcut.model.toolpath import SPEED_ALONE, UNKNOWN, Toolpath
 from leafcut.units import MM_PER_UNIT
 
@@ -29,7 +31,13 @@ _PROBE = 38
 
 
 def interpret(
-    text: str, dialect: Dialect, file: str = "program", *, units: str | None = None, left_over: bool = False
+    text: str,
+    dialect: Dialect,
+    file: str = "program",
+    *,
+    units: str | None = None,
+    left_over: bool = False,
+    material_feeds: Mapping[int, float] | None = None,
 ) -> Toolpath:
     """Return the motions and commands of a program.
 
@@ -49,6 +57,9 @@ def interpret(
     left_over
         True: start with what another program may have left active (G1, G18, G91, G95, G99), so that a program which
         does not state its own modes comes out wrong. False: start as a control is when it is switched on.
+    material_feeds
+        Feeds of the controller's table of materials, mm/s, by number: M190 selects the number, and the F word of the
+        dialect takes its feed. Selecting any other number is refused. None: any may be selected, no feed be taken.
 
     Raises
     ------
@@ -60,6 +71,7 @@ def interpret(
     if dialect.language == "klartext":
         return interpret_klartext(text, file)
     state = InterpreterState(dialect, unit=None if units is None else MM_PER_UNIT[units])
+    state.material_feeds = material_feeds
     if left_over:
         state.motion, state.plane, state.incremental, state.to_initial = 1, 18, True, False
         # A control without G94 has no other feed mode that could be left over.
@@ -73,7 +85,7 @@ def interpret(
             continue
         try:
             # Here a later reader of foreign programs can keep a block that is not understood, word for word.
-            reader.run(sinumerik_block(line, number) if siemens else tokenise(line, number))
+            reader.run(sinumerik_block(line, number) if siemens else material_block(state, line, number))
         except BlockError as problem:
             raise ReadError(file, str(problem), number) from None
         if reader.ended:

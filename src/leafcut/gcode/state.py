@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import field
 
 from leafcut.gcode.dialects import Dialect
@@ -43,7 +44,8 @@ class InterpreterState:
     `lenient` that a cycle may have words that it does not use.
     `rounds`: G64 is on since the program said so. `radius` is 40, 41 or 42. `shift` counts changes of the origin.
     `override` is the part of the feed that an output asks for, heard while `adaptive` (M52). `dark` and
-    `holds_height` say that outputs keep a torch off, and at its height, though it is lit.
+    `holds_height` say that outputs keep a torch off, and at its height, though it is lit. `material` is the number of
+    the controller's material that M190 selected, `material_feeds` the known feeds of its table by number, mm/s.
     """
 
     dialect: Dialect
@@ -77,6 +79,8 @@ class InterpreterState:
     adaptive: bool = False
     dark: bool = False
     holds_height: bool = False
+    material: int | None = None
+    material_feeds: Mapping[int, float] | None = None
 
     def __post_init__(self) -> None:
         self.path.slants = self.dialect.groups == "rs274"

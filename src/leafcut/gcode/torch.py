@@ -15,8 +15,9 @@ from leafcut.errors import PostError
 from leafcut.gcode.dialects import Dialect, Torch
 from leafcut.gcode.modal import SortedBlock
 from leafcut.gcode.state import InterpreterState, whole
-from leafcut.gcode.words import BlockError, Word
+from leafcut.gcode.words import Block, BlockError, Word, split_line, tokenise
 from leafcut.model.toolpath import MOTIONS, Arc, Kind, Motion, Toolpath
+from leafcut.units import SECONDS_PER_MINUTE
 
 #: Register of the controller that holds half a kerf, where G41 and G42 take it from one.
 KERF_REGISTER = 1
@@ -30,7 +31,9 @@ def run_outputs(state: InterpreterState, words: SortedBlock) -> None:
     if "adaptive" in words.m:
         state.adaptive = whole(letters.pop("P")) != 0 if "P" in letters else True
     if "material" in words.m:
-        whole(_needed(letters, "P", 190))
+        state.material = whole(_needed(letters, "P", 190))
+        if state.material_feeds is not None and state.material not in state.material_feeds:
+            raise BlockError(f"M190 P{state.material} selects a material of the controller whose feed is not known")
     for code in words.m.get("output", ())[:1]:
         if code == 66:
             _take_wait(letters)
@@ -39,6 +42,32 @@ def run_outputs(state: InterpreterState, words: SortedBlock) -> None:
             lower_feed(state, number, percent)
         else:
             _switch(state, whole(_needed(letters, "P", code)), code in (62, 64))
+
+
+def material_block(state: InterpreterState, line: str, number: int) -> Block:
+    """Return the block of a line, in which F may be the feed of the controller's material that is selected.
+
+    Raises
+    ------
+    BlockError
+        As `words.tokenise`; or no material is selected, or its feed is not known.
+    """
+    word = "" if state.dialect.torch is None else state.dialect.torch.material_feed
+    if not word or word not in line or word not in split_line(line)[0]:
+        return tokenise(line, number)
+    before, _, after = line.partition(word)
+    block = tokenise(f"{before} {after}", number)
+    if state.material is None or state.material not in (state.material_feeds or {}):
+        chosen = (
+            "no material is selected" if state.material is None else f"that of material {state.material} is not known"
+        )
+        raise BlockError(
+            f"'{word}' is the feed of the controller's material, and {chosen} before it; select it with M190"
+        )
+    if state.unit is None:
+        raise BlockError(f"'{word}' comes before the units are stated ({state.dialect.units_mm} for mm)")
+    feed = (state.material_feeds or {})[state.material] * SECONDS_PER_MINUTE / state.unit
+    return replace(block, words=(*block.words, Word("F", feed, word[1:])))
 
 
 def _needed(letters: dict[str, Word], letter: str, code: int) -> Word:

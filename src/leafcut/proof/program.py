@@ -28,8 +28,10 @@ from leafcut.units import MM_PER_INCH
 _COMMENT = re.compile(r"\([^()]*\)|;.*")
 
 
-def read_back(text: str, dialect: Dialect) -> Toolpath:
+def read_back(text: str, dialect: Dialect, material_feeds: Mapping[int, float] | None = None) -> Toolpath:
     """Return what a program does, interpreted as the controller would, whatever modes another program left active.
+
+    `material_feeds` are feeds of the controller's table of materials, mm/s, by number (`gcode.interpreter`).
 
     Raises
     ------
@@ -37,7 +39,7 @@ def read_back(text: str, dialect: Dialect) -> Toolpath:
         The text is no program that the controller takes, or a comment in it is one that a controller acts on.
     """
     _refuse_obeyed_comments(text)
-    return interpret(text, dialect, left_over=True)
+    return interpret(text, dialect, left_over=True, material_feeds=material_feeds)
 
 
 def _refuse_obeyed_comments(text: str) -> None:

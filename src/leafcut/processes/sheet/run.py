@@ -343,7 +343,7 @@ def _verify(job: SheetJob, laid: _LaidOrder, text: str) -> Toolpath:
     job.run.tell("verifying")
     settings, machine = job.run.settings, job.run.machine
     options = settings.of(CutOptions)
-    written = read_back(text, laid.plan, job.words)
+    written = read_back(text, laid.plan, job.words, settings.post.material_number)
     refuse(check_cut_motion(laid.path, written, job.words, settings.post.output_units))
     asked = Asked(
         half=job.cutting.rules.half,
@@ -353,6 +353,7 @@ def _verify(job: SheetJob, laid: _LaidOrder, text: str) -> Toolpath:
         safe_height=settings.job.clearance_height,
         probe=job.probe,
         power=settings.post.beam_power if job.words.torch is not None and job.words.torch.power else None,
+        material_number=settings.post.material_number,
     )
     obstacles = _obstacles(job)
     if obstacles is not None:

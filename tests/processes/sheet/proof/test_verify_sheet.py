@@ -69,7 +69,7 @@ def test_the_feed_may_be_that_of_the_controllers_own_material() -> None:
     text = program(cuts, post=PostOptions(material_number=7))
     assert "M190 P7\nM66 P3 L3 Q1\n" in text
     assert "F#<_hal[plasmac.cut-feed-rate]>" in text
-    assert {d.what for d in checked(text, replace(plan, cuts=cuts), rules)} == {"not marked", "not planned"}
+    assert {d.what for d in checked(text, replace(plan, cuts=cuts), rules, material=7)} == {"not marked", "not planned"}
 
 
 def shifted(cuts: Cuts) -> Cuts:

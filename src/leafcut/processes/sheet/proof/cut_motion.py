@@ -1,36 +1,198 @@
-"""A cutting program read back: the rows that were planned, as its controller is told them."""
+"""A cutting program read back: the moves that were planned, each with the torch as planned.
+
+The writer tells a controller less than the plan says: what the controller does itself is left out. The judge does not
+ask the writer what that is. It compares the moves, and the state of the torch at every move, with rules of its own.
+"""
 
 from __future__ import annotations
 
-from leafcut.gcode.dialects import Dialect
-from leafcut.gcode.torch import for_controller
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.gcode.dialects import Dialect, Torch
+from leafcut.gcode.torch import KERF_REGISTER
 from leafcut.model.cutting import CutPlan
 from leafcut.model.difference import Difference
-from leafcut.model.toolpath import Toolpath
+from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, Motion, Toolpath
+from leafcut.proof.difference import describe, shorten
 from leafcut.proof.program import read_back as as_written
-from leafcut.proof.read_back import compare_motion
-from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
+from leafcut.proof.read_back import DWELL_ROUNDING, SPEED_ROUNDING, compare_motion
+from leafcut.units import MM_PER_INCH
+
+
+class _State(NamedTuple):
+    """What the torch does in a move, and what happened since the move before."""
+
+    #: 0: dark; 1: it cuts; 2: it marks.
+    beam: float = 0.0
+    #: Power of the beam, where S is one.
+    power: float = 0.0
+    #: The controller follows the height of the sheet.
+    follows: float = 1.0
+    #: 40, 41 or 42, and the width or the register of the kerf.
+    side: float = 40.0
+    kerf: float = 0.0
+    #: G64, and its tolerance, mm.
+    blends: float = 0.0
+    tolerance: float = 0.0
+    #: How often the torch was lit with a pierce.
+    pierces: float = 0.0
+    #: How long it waited dark, and lit, s.
+    dark_s: float = 0.0
+    lit_s: float = 0.0
+
+
+#: The fields of `_State` in words.
+_NAMES = (
+    "torch (0 dark, 1 cuts, 2 marks)", "power", "height control", "side of the kerf", "kerf", "path control",
+    "tolerance of corners", "number of pierces", "dwell before it is lit", "dwell after it is lit",
+)  # fmt: skip
 
 
 def check_cut_motion(planned: Toolpath, written: Toolpath, dialect: Dialect, units: str) -> list[Difference]:
-    """Return where a program read back is not the planned toolpath as its controller is told it, row by row."""
+    """Return where a program read back does not make the planned moves with the torch as planned.
+
+    What the controller does by itself does not count: heights, probing and waits for the pierce.
+    """
     half = 0.5 * 10.0**-dialect.decimals_mm
     if units == "inch":
         half = 0.5 * MM_PER_INCH * 10.0**-dialect.decimals_inch
-    told = for_controller(planned, dialect)
-    return compare_motion(told, written, half * 1.001 + 1e-9, cycles=True)
+    tolerance = half * 1.001 + 1e-9
+    torch = dialect.torch
+    if torch is None:
+        return compare_motion(planned, written, tolerance, cycles=True)
+    moves, states = _Torch(dialect, torch, 2.0 * tolerance, planned=True).moves(planned)
+    read, found = _Torch(dialect, torch, 2.0 * tolerance, planned=False).moves(written)
+    if differences := compare_motion(moves, read, tolerance, cycles=True):
+        return differences
+    if len(states) != len(found):
+        return [Difference("motion", 0, 0, f"{len(states)} moves are planned, {len(found)} are written")]
+    room = np.array(
+        _State(0.0, SPEED_ROUNDING, 0.0, 0.0, tolerance, 0.0, tolerance, 0.0, DWELL_ROUNDING, DWELL_ROUNDING)
+    )
+    wrong = np.abs(states - found) > room + 1e-9
+    rows = np.flatnonzero(wrong.any(axis=1))
+    told = [_difference(read, states, found, wrong, int(row)) for row in rows[:100].tolist()]
+    return shorten(told, len(rows))
 
 
-def read_back(text: str, plan: CutPlan, dialect: Dialect) -> Toolpath:
-    """Return what a cutting program does, whatever another one left active; a feed from the controller's table of
-    materials is that of the plan.
+def _difference(
+    read: Toolpath,
+    states: NDArray[np.float64],
+    found: NDArray[np.float64],
+    wrong: NDArray[np.bool_],
+    row: int,
+) -> Difference:
+    column = int(np.flatnonzero(wrong[row])[0])
+    text = f"at {describe(read[row])}: {_NAMES[column]} {states[row, column]:g} became {found[row, column]:g}"
+    return Difference("torch", 0, int(read.line[row]), text)
+
+
+class _Torch:
+    """A torch that goes along a path; of a `planned` one, what the controller does by itself is left out."""
+
+    def __init__(self, dialect: Dialect, torch: Torch, shortest: float, *, planned: bool) -> None:
+        self.dialect, self.torch, self.shortest, self.planned = dialect, torch, shortest, planned
+        self.now = _State()
+        #: As `_State.beam`, while an output or S0 may keep it dark.
+        self.armed, self.dark = 0.0, False
+        self.power = 0.0
+        #: Lit, and the wait for the pierce may come.
+        self.piercing = False
+
+    def moves(self, path: Toolpath) -> tuple[Toolpath, NDArray[np.float64]]:
+        """Return the moves and other commands, and the `_State` at each, float64[n, 10].
+
+        Straight moves no longer than `shortest` mm are left out; what happened before one counts for the next move.
+        """
+        rows, states = list[Motion](), list[_State]()
+        last = [math.nan] * 3
+        for given in path:
+            # Offsets are no part of a plan; `proof.torch.check_scribe` checks them.
+            if self._switch(given) or given.kind is Kind.OFFSET:
+                continue
+            self.piercing &= given.kind not in MOTIONS
+            if self.planned and not self.dialect.states_z and given.kind in (Kind.PROBE, Kind.SHIFT):
+                continue
+            row = given if self.dialect.states_z else given._replace(end=(*given.end[:2], math.nan))
+            if row.kind in (Kind.RAPID, Kind.FEED) and self._stands(row, last):
+                continue
+            if row.kind in MOTIONS:
+                last = [q if math.isnan(p) else p for p, q in zip(row.end, last, strict=True)]
+            rows.append(row)
+            beam = 0.0 if self.dark else self.armed
+            states.append(self.now._replace(beam=beam, power=self.power if beam and self.torch.power else 0.0))
+            self.now = self.now._replace(pierces=0.0, dark_s=0.0, lit_s=0.0)
+        arcs = path.arcs
+        if not self.dialect.states_z:
+            arcs = tuple(replace(arc, center=(*arc.center[:2], math.nan)) for arc in arcs)
+        moves = replace(Toolpath.of_motions(rows), arcs=tuple(arcs), cycles=path.cycles)
+        return moves, np.array(states, dtype=np.float64).reshape(-1, len(_NAMES))
+
+    def _stands(self, row: Motion, last: list[float]) -> bool:
+        """Return whether a move goes nowhere."""
+        return all(math.isnan(p) or abs(p - q) <= self.shortest for p, q in zip(row.end, last, strict=True))
+
+    def _switch(self, row: Motion) -> bool:
+        """Take a row that only changes the state of the torch; return whether it is one."""
+        kind, torch, now = row.kind, self.torch, self.now
+        if kind is Kind.SPINDLE:
+            self._light(row)
+        elif kind is Kind.TORCH:
+            # Without an output for it, dark means off.
+            self.dark = torch.darkens and row.value == 0.0
+            self.armed *= torch.darkens
+        elif kind is Kind.HEIGHT:
+            self.now = now if torch.height_output is None else now._replace(follows=row.value)
+        elif kind is Kind.RADIUS:
+            on = row.ref != 40
+            by_register = self.planned and torch.compensation == "G41"
+            self.now = now._replace(side=row.ref, kerf=on * (KERF_REGISTER if by_register else row.value))
+        elif kind is Kind.BLENDING:
+            on = row.ref == 640 and 640 in self.dialect.g_codes
+            # On a Fanuc G64 has no tolerance of its own.
+            states = on and not (self.planned and self.dialect.groups == "fanuc")
+            self.now = now._replace(blends=on, tolerance=states * row.value)
+        elif kind is Kind.DWELL:
+            self._wait(row.value)
+        else:
+            return False
+        return True
+
+    def _light(self, row: Motion) -> None:
+        if row.ref == SPEED_ALONE:
+            self.power = abs(row.value)
+            return
+        if row.value and not self.armed:
+            self.now = self.now._replace(pierces=self.now.pierces + 1.0)
+            self.piercing = True
+        marks = row.ref != 0 and self.torch.mark_on != self.torch.on
+        self.armed = 0.0 if not row.value else 2.0 if marks else 1.0
+        self.power = abs(row.value)
+
+    def _wait(self, seconds: float) -> None:
+        if self.planned and self.piercing and not self.torch.waits:
+            self.piercing = False
+        elif self.armed and not self.dark:
+            self.now = self.now._replace(lit_s=self.now.lit_s + seconds)
+        else:
+            self.now = self.now._replace(dark_s=self.now.dark_s + seconds)
+
+
+def read_back(text: str, plan: CutPlan, dialect: Dialect, material_number: int | None = None) -> Toolpath:
+    """Return what a cutting program does, whatever another one left active.
+
+    A feed that the controller takes from its table of materials is that of the material which the text selects. Of
+    this table the number `material_number` is known: it has the feed of the plan.
 
     Raises
     ------
     ReadError
-        The text is no program that the controller takes.
+        The text is no program that the controller takes, or selects another material.
     """
-    torch = dialect.torch
-    if torch is not None and torch.material_feed:
-        text = text.replace(torch.material_feed, f"F{plan.data.feed * SECONDS_PER_MINUTE:.6f}")
-    return as_written(text, dialect)
+    feeds = {} if material_number is None else {material_number: plan.data.feed}
+    return as_written(text, dialect, material_feeds=feeds)

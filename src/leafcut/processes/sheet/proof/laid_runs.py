@@ -25,7 +25,8 @@ class Asked:
 
     `joints` micro-joints of a contour at most, each no wider than `joint_width` mm, `joint_holes`: of holes, too;
     `safe_height` of rapids, mm; `probe`: how the sheet is found before every pierce; `power`: of a beam that cuts, so
-    that one with less marks; None: the most that the program says.
+    that one with less marks; None: the most that the program says. `material_number` of the controller's table; None:
+    the program states the material.
     """
 
     half: float
@@ -35,6 +36,7 @@ class Asked:
     safe_height: float | None = None
     probe: Probe | None = None
     power: float | None = None
+    material_number: int | None = None
 
 
 @dataclass(frozen=True)

@@ -53,7 +53,7 @@ def check_sheet(
     """
     by_register = dialect.torch is not None and dialect.torch.compensation == "G41"
     runs = torch_runs(path, plan.data.kerf if by_register else None)
-    found = check_torch(path, runs, plan, text, dialect, asked.safe_height, asked.probe)
+    found = check_torch(path, runs, plan, text, dialect, asked.safe_height, asked.probe, asked.material_number)
     shapes = shapes_of(sheet, asked.half)
     laid = LaidRuns(runs, plan, shapes, dialect, asked)
     for looks in (missing, repeated, gouges, strays, misplaced, disordered, in_the_air, turned, chained):

@@ -8,6 +8,8 @@ import re
 import numpy as np
 
 from leafcut.gcode.dialects import Dialect
+from leafcut.gcode.obeyed import obeyed_lines
+from leafcut.gcode.saying import plain
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.difference import Difference
 from leafcut.model.machine import Probe
@@ -31,15 +33,17 @@ def check_torch(
     dialect: Dialect,
     safe_height: float | None,
     probe: Probe | None = None,
+    material_number: int | None = None,
 ) -> list[Difference]:
     """Return what is wrong with the torch in a program that was read back.
 
     `safe_height` is that of rapids across the sheet; None: above the pierce height. `probe`: how a program that moves Z
-    finds the sheet before every pierce; None: it does not.
+    finds the sheet before every pierce; None: it does not. `material_number`: the material of the controller's table
+    that the program is to select; None: it states the material itself.
     """
     torch, heights = dialect.torch, dialect.states_z
     lowest = max(plan.data.pierce_height, plan.data.cut_height) if safe_height is None else safe_height
-    found = [*_rapids(path, lowest if heights else None), *_material(text, plan, dialect)]
+    found = [*_rapids(path, lowest if heights else None), *_material(path, text, plan, dialect, material_number)]
     found += check_scribe(path, dialect)
     found += check_probing(path, runs, plan, probe if heights else None)
     waits = torch is None or torch.waits
@@ -203,14 +207,44 @@ def _feeds(run: TorchRun, cut: Cut) -> list[Difference]:
     return [Difference("feed", 0, int(run.row_line[k]), text)]
 
 
-def _material(text: str, plan: CutPlan, dialect: Dialect) -> list[Difference]:
-    """Return what is wrong with the comment that the controller takes the material from."""
+def _material(
+    path: Toolpath, text: str, plan: CutPlan, dialect: Dialect, material_number: int | None
+) -> list[Difference]:
+    """Return what is wrong with the material that the program selects or states, and with all settings beside it."""
     torch = dialect.torch
-    if torch is None or not torch.material_comment or _CHOSEN.search(text):
-        return []
+    lines = text.splitlines()
+    obeyed = obeyed_lines(lines, dialect)
+    if torch is None or not torch.material_comment:
+        return [Difference("material", 0, one.line, f"the controller would obey '{one.said}'") for one in obeyed]
+    selected = [
+        (number, int(match.group(1)))
+        for number, line in enumerate(lines, 1)
+        if (match := _SELECTED.search(plain(line))) is not None
+    ]
+    lit = path.line[(path.kind == Kind.SPINDLE) & (path.value != 0.0)]
+    first = int(lit[0]) if len(lit) else len(lines) + 1
+    if material_number is not None:
+        found = [
+            Difference("material", 0, one.line, f"'{one.said}' overrides material {material_number}") for one in obeyed
+        ]
+        found += [
+            Difference("material", 0, number, f"material {material} is selected, not {material_number}")
+            for number, material in selected
+            if material != material_number
+        ]
+        if not any(number < first for number, _ in selected):
+            words = f"material {material_number} is not selected before the first cut"
+            found.append(Difference("material", 0, 0, words))
+        return found
+    if selected:
+        number, material = selected[0]
+        return [Difference("material", 0, number, f"material {material} is selected; the program states its own")]
     said = _COMMENT.search(text)
     if said is None:
         return [Difference("material", 0, 0, "the program does not tell the controller the material, (o=0, …)")]
+    if len(obeyed) != 1 or obeyed[0].line > first:
+        line = obeyed[-1].line if obeyed else 0
+        return [Difference("material", 0, line, "the material must be stated once, before the first cut")]
     line = text.count("\n", 0, said.start()) + 1
     unit = MM_PER_INCH if _INCH.search(text) else 1.0
     figures = {name: float(value) for name, value in _FIGURE.findall(said.group())}
@@ -229,7 +263,7 @@ def _material(text: str, plan: CutPlan, dialect: Dialect) -> list[Difference]:
     ]
 
 
-_CHOSEN = re.compile(r"^(?:N\d+ )?M190 P\d+", re.MULTILINE)
+_SELECTED = re.compile(r"M190P([0-9]+)")
 _COMMENT = re.compile(r"^\(o=0,[^()\n]*\)$", re.MULTILINE)
 _FIGURE = re.compile(r"\b([a-z]{2})=(-?[0-9.]+)")
 _INCH = re.compile(r"^(?:N\d+ )?G20\b", re.MULTILINE)
