@@ -46,6 +46,7 @@ def test_a_rapid_over_a_zone_must_be_at_its_height() -> None:
         assert whats(builder, height=10.0) == ({"crosses"} if fault else set())
 
 
+@pytest.mark.hazard
 def test_each_zone_is_crossed_at_its_own_height_or_above() -> None:
     """At Z5 over a zone that needs 4 and one that needs 8: the second is met, and named with its height."""
     zones, heights = [[4.0, -1.0, 6.0, 1.0], [14.0, -1.0, 16.0, 1.0]], np.array([4.0, 8.0])

@@ -77,6 +77,7 @@ def bar(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.hazard
 def test_new_moves_across_avoided_areas_are_counted_with_their_first_line(bar: Path, tmp_path: Path) -> None:
     """In the summary, in JSON and in the header; on 0.2.0 the bar was crossed without a word."""
     out = tmp_path / "new.nc"
@@ -96,6 +97,7 @@ def test_new_moves_across_avoided_areas_are_counted_with_their_first_line(bar: P
     assert as_json(found)["avoided_areas"] == {"moves": len(lines), "line": lines[0], "below": 20.0}
 
 
+@pytest.mark.hazard
 def test_lower_retracts_are_new_moves_too(bar: Path) -> None:
     """Between the slots the original was at Z5; with --low-retracts the new program crosses there lower."""
     found = api.optimize(bar, low_retracts=True, workpiece="0,0,-10,100,230,0", **FAST)
@@ -116,6 +118,7 @@ def test_with_named_zones_the_report_is_a_note(bar: Path) -> None:
     assert issue.severity is Severity.NOTE
 
 
+@pytest.mark.hazard
 def test_verify_notes_new_moves_across_avoided_areas(bar: Path, tmp_path: Path) -> None:
     out = tmp_path / "new.nc"
     found = api.optimize(bar, out, **FAST)
@@ -129,6 +132,7 @@ def avoided(original: str, new: str, words: str = "linuxcnc") -> int:
     return avoided_areas(*(interpret_program(text, dialect(words)) for text in (original, new))).moves
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     "original, new, count",
     [

@@ -68,6 +68,7 @@ def test_rapids_go_over_what_is_named_by_the_judgement_of_linuxcnc(
     assert "L509" not in {issue.code for issue in found.issues}
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("low, lifted", [(3, False), (12, True)])
 def test_a_zone_with_a_height_is_crossed_above_it_and_no_higher(low: float, lifted: bool, tmp_path: Path) -> None:
     """A bar of 3 mm is crossed at Z5 as before, one of 12 mm at Z13; the other bar has no height: at Z10."""
@@ -129,6 +130,7 @@ def test_where_a_rapid_stays_and_cannot_be_led_over_the_program_is_refused(tmp_p
     assert not out.exists()
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("process", ["cut", "pocket"])
 def test_a_zone_above_the_clearance_height_is_refused(process: str, tmp_path: Path) -> None:
     drawing = tmp_path / "two.dxf"

@@ -65,6 +65,7 @@ def mutants(line: str) -> dict[str, str]:
     return found
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("name, line", LINES)
 def test_an_obeyed_comment_that_is_removed_moved_added_or_changed_is_never_the_same(name: str, line: str) -> None:
     original = HEAD + FIRST + f"{line}\n" + SECOND + THIRD + END
@@ -76,6 +77,7 @@ def test_an_obeyed_comment_that_is_removed_moved_added_or_changed_is_never_the_s
     assert not any(told.values()), told
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("name, line", LINES)
 def test_nothing_moves_across_an_obeyed_comment(name: str, line: str) -> None:
     """Whatever the order: the same holes stand before it."""
@@ -94,6 +96,7 @@ def test_a_reason_says_that_a_comment_may_stop_the_program() -> None:
     assert list(program.fixed.values()) == ["its comment may stop the program"]
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("line", [line for line in OBEYED["linuxcnc"] if line.startswith("(")])
 def test_linuxcnc_does_not_skip_what_is_called_obeyed(line: str, rs274: str, tmp_path: Path) -> None:
     """It stops, or passes no plain COMMENT on; PROBEOPEN, PROBECLOSE, AXIS and PREVIEW are read from the comment."""
@@ -112,6 +115,7 @@ def test_a_plain_remark_is_not_obeyed(comment: str) -> None:
     assert not is_obeyed(comment)
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("name, line", [(n, c) for n, c in LINES if c.startswith("(")])
 def test_no_name_in_a_header_makes_a_comment_that_is_obeyed(name: str, line: str) -> None:
     """A file or a tool may be called like one."""
@@ -122,6 +126,7 @@ def test_no_name_in_a_header_makes_a_comment_that_is_obeyed(name: str, line: str
         assert not bare.startswith("o=")
 
 
+@pytest.mark.hazard
 def test_our_own_program_is_refused_with_an_obeyed_comment_in_it() -> None:
     """The judge reads the comments, whatever the writer does to names."""
     text = "G21 G90 G17 G40\nG0 Z5\n{}\nM5\nM2\n"

@@ -50,6 +50,7 @@ FAULTS = [
 ]
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("words, kind, keeps", FAULTS, ids=[f"{w} {k.name}" for w, k, _ in FAULTS])
 def test_what_the_writer_leaves_out_by_mistake_is_a_difference(
     words: str, kind: Kind, keeps: Callable[[Motion], bool] | None, monkeypatch: pytest.MonkeyPatch
@@ -77,6 +78,7 @@ WORDS = [
 ]
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("words, old, new, name", WORDS, ids=[f"{w}: {o} → {n}" for w, o, n, _ in WORDS])
 def test_another_state_of_the_torch_in_a_move_is_a_difference(words: str, old: str, new: str, name: str) -> None:
     plan, _ = planned(words)
@@ -91,6 +93,7 @@ def cuts_alone() -> tuple[object, object, str]:
     return plan, rules, program(tuple(c for c in plan.cuts if c.kind == "cut"), post=MATERIAL)
 
 
+@pytest.mark.hazard
 def test_a_feed_from_the_table_is_that_of_the_number_that_the_text_selects() -> None:
     plan, _, text = cuts_alone()
     for units in ("mm", "inch"):
@@ -112,6 +115,7 @@ def test_a_feed_from_the_table_is_that_of_the_number_that_the_text_selects() -> 
         read_back(text, plan, dialect("qtplasmac"))
 
 
+@pytest.mark.hazard
 def test_the_text_is_read_as_it_is_written() -> None:
     """The word of the material in a remark is no feed; on 0.2.0 it was replaced before the text was read."""
     plan, _, text = cuts_alone()
@@ -131,6 +135,7 @@ MATERIALS = {
 }
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("name", MATERIALS)
 def test_the_material_is_stated_once_and_nothing_overrides_it(name: str) -> None:
     number, old, new = MATERIALS[name]
