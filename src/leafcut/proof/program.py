@@ -55,6 +55,14 @@ def _refuse_obeyed_comments(text: str) -> None:
             )
 
 
+def rounding_of(dialect: Dialect, units: str) -> float:
+    """Return how far a place of a program in `units`, mm or inch, may be from the exact one, mm."""
+    half = 0.5 * 10.0**-dialect.decimals_mm
+    if units == "inch":
+        half = 0.5 * MM_PER_INCH * 10.0**-dialect.decimals_inch
+    return half * 1.001 + 1e-9
+
+
 def check_program(
     planned: Toolpath,
     written: Toolpath,
@@ -81,13 +89,10 @@ def check_program(
     float64[n, 3, 3]: every rapid must be clear of them, and of every move what is above the flutes of its tool,
     `bodies` (`check_surface`). `surface_z` is the height of one that is, mm.
     """
-    half = 0.5 * 10.0**-dialect.decimals_mm
-    if units == "inch":
-        half = 0.5 * MM_PER_INCH * 10.0**-dialect.decimals_inch
     differences = compare_motion(
         expand(planned, keep=dialect.cycles),
         written,
-        half * 1.001 + 1e-9,
+        rounding_of(dialect, units),
         cycles=True,
         offsets=bool(dialect.length_offset),
     )

@@ -28,11 +28,14 @@ from leafcut.processes.drilling.options import DrillOptions
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
+    from leafcut.processes.drilling.judge import DrillingRequest
     from leafcut.processes.drilling.plan.drilling import DrillPlan
     from leafcut.read.format import Source
 
 
-def _plan(run: Run, sources: Sequence[Source]) -> DrillPlan:
+def _plan(run: Run, sources: Sequence[Source]) -> tuple[DrillPlan, DrillingRequest]:
+    """Return the plan, and what the judge of its program sees: the part and the surface as they were read."""
+    from leafcut.processes.drilling.judge import DrillingRequest
     from leafcut.processes.drilling.plan.drilling import plan_drilling
     from leafcut.processes.placing import placed, placed_mesh, upright_mesh
     from leafcut.read import Match, read
@@ -50,29 +53,33 @@ def _plan(run: Run, sources: Sequence[Source]) -> DrillPlan:
         # The solid is that of the surface.
         reading = replace(reading, solid=None)
     part = read(sources[0], reading, look) if len(sources) == 1 else read_drill_files(sources, reading, look)
-    mesh = None
+    surface = mesh = None
     solid = any(hole.depth is not None for hole in part.holes)
     if ours.surface is not None:
         run.tell("reading the surface")
         which = run.settings.read.solid
         if which is not None and of_step and format_name(ours.surface) != part.format:
             which = None  # it was of the drawing
-        mesh = load_mesh(ours.surface, ours.surface_unit, which=which)
+        surface = load_mesh(ours.surface, ours.surface_unit, which=which)
     elif solid:
         # What stands between the holes of a solid is known.
         run.tell("reading the surface")
-        mesh = Mesh(step_mesh(sources[0].path, sources[0].data, run.settings.read.solid), part.name)
+        surface = Mesh(step_mesh(sources[0].path, sources[0].data, run.settings.read.solid), part.name)
     if solid and "hole_heights" in run.settings.asked and ours.hole_heights == "one":
         raise OptionError("--hole-heights one: the holes of a solid have heights of their own; leave it out")
     fixture = None
     if ours.fixture_file is not None:
         run.tell("reading the fixture")
         fixture = load_mesh(ours.fixture_file, ours.surface_unit, which="all")
-    # A surface and a fixture have the axes and the zero of the solid or the drawing that they belong to.
+    # A surface and a fixture have the axes of the solid, and the zero of the solid or drawing that they belong to.
+    surface, fixture = (None if one is None else upright_mesh(one, part) for one in (surface, fixture))
     mesh, fixture = (
-        None if one is None else placed_mesh(upright_mesh(one, part), part, run.settings.read)
-        for one in (mesh, fixture)
+        None if one is None else placed_mesh(one, part, run.settings.read) for one in (surface, fixture)
     )
+    if "material" in run.settings.asked and (job.tools is None or job.tools.suffix.lower() not in WITH_PRESETS):
+        raise OptionError("--material: chooses among the presets of a Fusion tool library only; leave it out")
+    library = tools_of(run.settings, run.machine)
+    request = DrillingRequest(part, run.settings.read, job, ours, library, surface)
     part = placed(part, run.settings.read)
     if not solid and mesh is not None:
         part = replace(part, zero=replace(part.zero or ProgramZero(), level="surface", z=float(mesh.high[2])))
@@ -80,9 +87,6 @@ def _plan(run: Run, sources: Sequence[Source]) -> DrillPlan:
         part = replace(
             part, zero=replace(part.zero or ProgramZero(), level="holes", z=max(hole.z for hole in part.holes))
         )
-    if "material" in run.settings.asked and (job.tools is None or job.tools.suffix.lower() not in WITH_PRESETS):
-        raise OptionError("--material: chooses among the presets of a Fusion tool library only; leave it out")
-    library = tools_of(run.settings, run.machine)
     plan = plan_drilling(part, run.machine, library, job, ours, mesh, fixture)
     if "retract" in run.settings.asked and plan.always_initial and job.retract != "initial":
         raise OptionError(
@@ -92,7 +96,7 @@ def _plan(run: Run, sources: Sequence[Source]) -> DrillPlan:
     for name in ("feed", "spindle_speed"):
         if name in run.settings.asked and not any(tool.assumed for tool in plan.tools):
             raise OptionError(f"{flag_name(name)}: every tool of {job.tools} has its own; leave it out")
-    return plan
+    return plan, request
 
 
 def drill(run: Run, *sources: Source) -> Outcome[DrillingDetail]:
@@ -103,10 +107,10 @@ def drill(run: Run, *sources: Source) -> Outcome[DrillingDetail]:
     ReadError, OptionError, PlanError, PostError, VerifyError
         One line that says what was found and what to do.
     """
-    return _order(run, _plan(run, sources))
+    return _order(run, *_plan(run, sources))
 
 
-def _order(run: Run, plan: DrillPlan) -> Outcome[DrillingDetail]:
+def _order(run: Run, plan: DrillPlan, request: DrillingRequest) -> Outcome[DrillingDetail]:
     """Order the work, lay the toolpath, and prove the program before anybody sees it."""
     from leafcut.gcode.dialects import dialect
     from leafcut.processes.drilling.plan.drill_toolpath import drawing_order, lay_toolpath, targets_in_order
@@ -162,7 +166,7 @@ def _order(run: Run, plan: DrillPlan) -> Outcome[DrillingDetail]:
         extension=words.extension,
         seed=run.settings.solve.seed,
         verified=True,
-        written=_verify(run, plan, words, after, text),
+        written=_verify(run, plan, request, words, after, text),
         issues=(*plan.part.issues, *plan.issues, *machine_issues(run.machine)),
         options=run.settings.changed(),
         version=__version__,
@@ -327,16 +331,17 @@ def _write(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, measures: 
     return write_program(path, words, settings.post, header, tool_names=names, rapid_velocity=rapid)
 
 
-def _verify(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, text: str) -> Toolpath:
-    """Return the program read back, compared with the toolpath and checked against the machine and the part.
+def _verify(run: Run, plan: DrillPlan, request: DrillingRequest, words: Dialect, path: Toolpath, text: str) -> Toolpath:
+    """Return the program read back, compared with the toolpath and checked against machine, drawing and options.
 
     Raises
     ------
     VerifyError
         The first difference or danger, and how many more there are.
     """
+    from leafcut.processes.drilling.judge import judge_holes
     from leafcut.processes.zones import crossing_heights
-    from leafcut.proof.program import check_program, read_back
+    from leafcut.proof.program import check_program, read_back, rounding_of
 
     run.tell("verifying")
     written = read_back(text, words)
@@ -359,5 +364,5 @@ def _verify(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, text: str
         tops=tops,
         surface=None if plan.ground is None else plan.ground.triangles,
     )
-    refuse(problems)
+    refuse([*problems, *judge_holes(request, text, written, rounding_of(words, run.settings.post.output_units))])
     return written

@@ -1,0 +1,501 @@
+"""Whether a program drills what the drawing shows: each hole once, in its place, with the right tool, as deep as asked.
+
+The judge sees the part as it was read, the options, and the program as it was read back; never the plan or the post. It
+works out tools, depths and places by code of its own, so a mistake of the plan is not repeated here.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from fnmatch import fnmatch
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.difference import Difference
+from leafcut.model.heights import SAME_HEIGHT
+from leafcut.model.mesh import Mesh
+from leafcut.model.part import Hole, HoleStep, Part, Slot
+from leafcut.model.tool import CONES, Tool, ToolKind, ToolLibrary
+from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.options import JobOptions, ReadOptions
+from leafcut.processes.drilling.options import DrillOptions
+from leafcut.proof.difference import place, shorten
+from leafcut.quick_dataclass import dataclass
+
+#: Rounding of sums and of turned places, mm; that of written numbers is added.
+_ARITHMETIC = 2e-6
+#: Point angle of assumed drills, rad: DIN 338, type N.
+_POINT_ANGLE = math.radians(118.0)
+#: Without a depth holes are spotted so deep, mm; a point without a diameter is a hole so wide, mm.
+_SPOT, _BARE_POINT = 1.0, 1.0
+#: A centre drill without a depth goes this share of its diameter deep.
+_CENTRE_SHARE = 0.4
+#: Diameters of assumed tools have four decimals, mm.
+_DECIMALS, _THINNEST = 4, 1e-4
+#: The number of a tool that is in no library.
+_NO_NUMBER = -1
+#: Diameters and depths of a library that differ by less are equal, mm; angles of countersinks, rad.
+_SAME, _SAME_ANGLE = 1e-9, math.radians(1.0)
+#: An angle so near to a quarter turn is one, rad.
+_QUARTER = 1e-9
+#: The comment by which a program names an assumed tool where it takes it up: ``(T1 drill D6.35)``.
+_NAMED = re.compile(r"[(;]\s*T(\d+) (drill|slot-mill) D([\d.]+)\s*(?:\)|$)", re.IGNORECASE | re.MULTILINE)
+#: What no drilling program of leafcut has.
+_STRANGE = (Kind.ARC_CW, Kind.ARC_CCW, Kind.FRAME, Kind.SHIFT, Kind.FOREIGN, Kind.PROBE)
+
+
+class _Cut(NamedTuple):
+    """A hole, or a wide part of it, that one tool makes: place and tip, mm; the tool's name; the hole's number."""
+
+    x: float
+    y: float
+    tip: float
+    tool: str
+    hole: int
+
+
+class _SlotCut(NamedTuple):
+    """A slot: its ends, its bottom and how deep one pass may be, mm, and its tool's name."""
+
+    ends: tuple[tuple[float, float], tuple[float, float]]
+    bottom: float
+    step: float
+    tool: str
+
+
+class _Made(NamedTuple):
+    """A place where the program goes down at feed: place and lowest tip, mm; tool and line."""
+
+    x: float
+    y: float
+    tip: float
+    tool: str
+    line: int
+
+
+class _Pass(NamedTuple):
+    """A straight cut aside: where it begins and ends, mm; tool and line."""
+
+    begin: tuple[float, float, float]
+    end: tuple[float, float, float]
+    tool: str
+    line: int
+
+
+@dataclass(frozen=True, eq=False)
+class DrillingRequest:
+    """What a user asks for.
+
+    Attributes
+    ----------
+    part, surface
+        As they were read, with the zero of the drawing; the surface is None where all is flat.
+    library
+        None: tools are assumed.
+    """
+
+    part: Part
+    reading: ReadOptions
+    job: JobOptions
+    options: DrillOptions
+    library: ToolLibrary | None = None
+    surface: Mesh | None = None
+
+    @cached_property
+    def zero(self) -> complex:
+        """The place that is the zero of the program, x + iy, mm, after the mirror and the turn."""
+        origin = self.reading.origin
+        if origin is None or not len(self.drawn):
+            return 0j
+        if not isinstance(origin, str):
+            return complex(*origin)
+        bounds = self.drawn if self.part.reference is None else self._bounds(self.part.reference)
+        (x0, x1), (y0, y1) = ((float(one.min()), float(one.max())) for one in (bounds.real, bounds.imag))
+        if origin == "centre":
+            return complex(x0 + 0.5 * (x1 - x0), y0 + 0.5 * (y1 - y0))
+        return complex(x0 if "left" in origin else x1, y0 if "lower" in origin else y1)
+
+    def _bounds(self, outline: Part) -> NDArray[np.complex128]:
+        """Return the points of an outline, and opposite corners of each of its paths, mirrored and turned."""
+        corners = [complex(hole.x, hole.y) for hole in outline.holes]
+        places = [self.turned(np.array(corners, dtype=np.complex128))]
+        side = 1.0 if self.reading.mirror is None else -1.0
+        for path in (contour.path for contour in outline.contours):
+            x, y, bulge = path.vertices.T
+            there = self.turned(x + 1j * y)
+            x0, y0, x1, y1 = Polyline(np.column_stack([there.real, there.imag, side * bulge]), path.closed).extents
+            places.append(np.array([complex(x0, y0), complex(x1, y1)]))
+        return np.concatenate(places)
+
+    def turned(self, places: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """Return places of the drawing, x + iy, mm, mirrored and then turned."""
+        if self.reading.mirror == "x":
+            places = -places.conj()
+        elif self.reading.mirror == "y":
+            places = places.conj()
+        quarters = self.reading.rotate / (0.5 * math.pi)
+        if abs(quarters - round(quarters)) < _QUARTER:
+            return np.asarray(places * 1j ** (round(quarters) % 4))
+        return np.asarray(places * complex(math.cos(self.reading.rotate), math.sin(self.reading.rotate)))
+
+    @cached_property
+    def drawn(self) -> NDArray[np.complex128]:
+        """Holes, then both ends of all slots, mirrored and turned, complex128[n], mm."""
+        places = [complex(hole.x, hole.y) for hole in self.part.holes]
+        places += [complex(*end) for slot in self.part.slots for end in (slot.start, slot.end)]
+        return self.turned(np.array(places, dtype=np.complex128))
+
+    @cached_property
+    def places(self) -> NDArray[np.float64]:
+        """The same in the coordinates of the program, float64[n, 2]."""
+        there = self.drawn - self.zero
+        return np.column_stack([there.real, there.imag])
+
+    @cached_property
+    def triangles(self) -> NDArray[np.float64]:
+        """The surface in the coordinates of the program, float64[n, 3, 3]."""
+        assert self.surface is not None
+        found = self.surface.triangles.copy()
+        there = self.turned(found[:, :, 0] + 1j * found[:, :, 1]) - self.zero
+        found[:, :, 0], found[:, :, 1] = there.real, there.imag
+        return found
+
+
+def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: float) -> list[Difference]:
+    """Return all in which a program differs from the drawing and the options; nothing when it drills each hole once.
+
+    Parameters
+    ----------
+    text, path
+        The program, and what it does (`proof.program.read_back`).
+    rounding
+        How far a written number may be from the exact one, mm.
+    """
+    room = rounding + _ARITHMETIC
+    names = None if request.library is not None else _names(text)
+    made, passes, wrong = _made(path, names)
+    holes, slots = list(_wanted_holes(request)), list(_wanted_slots(request))
+    left, differences = _compare_holes(request.part.holes, holes, made, room)
+    wrong += differences + _compare_slots(slots, passes, room)
+    drawn = _Places([(one.x, one.y) for one in holes])
+    ends = _Places([end for slot in slots for end in slot.ends])
+    for one in left:
+        entered = [slots[k // 2] for k in ends.near(one.x, one.y, room)]
+        if any(slot.tool == one.tool and one.tip >= slot.bottom - room for slot in entered):
+            continue
+        where = place(one.x, one.y, one.tip)
+        if drawn.near(one.x, one.y, room):
+            text = f"{one.tool} drills at {where}, where the hole is already made"
+            wrong.append(Difference("hole twice", 0, one.line, text))
+        else:
+            text = f"{one.tool} drills at {where}, where the drawing has no hole"
+            wrong.append(Difference("hole not drawn", 0, one.line, text))
+    return shorten(wrong)
+
+
+# What must be made.
+
+
+def _wanted_holes(request: DrillingRequest) -> Iterator[_Cut]:
+    """Yield every cut of every hole, in the order in which its tools must come."""
+    part, job = request.part, request.job
+    steps = [_tools_of(request, hole) for hole in part.holes]
+    solid = any(hole.depth is not None for hole in part.holes)
+    tops, under = _tops(request, steps, solid)
+    for k, (hole, tools) in enumerate(zip(part.holes, steps, strict=True)):
+        x, y = request.places[k].tolist()
+        point = max((_point(tool) for tool in tools if tool.kind is ToolKind.DRILL), default=0.0)
+        for tool in tools:
+            if tool.kind is ToolKind.CENTRE_DRILL:
+                tip = _CENTRE_SHARE * tool.diameter if tool.depth is None else tool.depth
+            elif under is not None:
+                tip = tops[k] - under[k] + job.break_through + _point(tool)
+            elif job.depth is not None:
+                tip = job.depth + (_point(tool) if request.options.depth_to == "shoulder" else 0.0)
+            elif job.thickness is not None:
+                tip = job.thickness + job.break_through + _point(tool)
+            elif solid:
+                below = job.break_through if hole.through else 0.0
+                tip = (hole.depth or 0.0) + below + _point(tool) - (point if hole.flat else 0.0)
+            else:
+                tip = _SPOT
+            yield _Cut(x, y, tops[k] - tip, _name(request, tool), k)
+        for wide in hole.steps:
+            wider = _wide_tool(request, wide, (x, y, hole.z))
+            if wider is not None:
+                flat = 0.5 * wider.tip_diameter / math.tan(0.5 * wide.angle) if wide.angle < math.pi else 0.0
+                yield _Cut(x, y, tops[k] - wide.tip + flat, _name(request, wider), k)
+
+
+def _wanted_slots(request: DrillingRequest) -> Iterator[_SlotCut]:
+    """Yield every slot; all begin at Z0."""
+    job, ends = request.job, request.places[len(request.part.holes) :].reshape(-1, 2, 2).tolist()
+    for slot, ((x0, y0), (x1, y1)) in zip(request.part.slots, ends, strict=True):
+        tool = _slot_tool(request, slot)
+        if job.depth is not None:
+            depth = job.depth + (_point(tool) if request.options.depth_to == "shoulder" else 0.0)
+        elif job.thickness is not None:
+            depth = job.thickness + job.break_through + _point(tool)
+        else:
+            depth = _SPOT
+        yield _SlotCut(((x0, y0), (x1, y1)), -depth, tool.peck or tool.diameter, _name(request, tool))
+
+
+def _tops(
+    request: DrillingRequest, steps: Sequence[Sequence[Tool]], solid: bool
+) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+    """Return the height at which each hole begins, and where the part ends below it if the surface says so, mm."""
+    holes = request.part.holes
+    drawn = np.array([hole.z for hole in holes], dtype=np.float64)
+    own = solid or request.options.hole_heights == "drawn"
+    if request.surface is None:
+        return (drawn if own else np.zeros(len(holes))), None
+    if own and not request.options.through:
+        return drawn, None
+    from leafcut.stock.surface import rims_of  # not at the top: it takes a kernel, and most plates are flat
+
+    radius = np.array([0.5 * max(tool.diameter for tool in tools) for tools in steps], dtype=np.float64)
+    rims = rims_of(request.triangles, request.places[: len(holes)], radius)
+    return (drawn if own else rims.top), (rims.under if request.options.through else None)
+
+
+def _point(tool: Tool) -> float:
+    """Return the length of a tool's point, mm."""
+    return 0.5 * tool.diameter / math.tan(0.5 * tool.point_angle) if tool.point_angle < math.pi else 0.0
+
+
+def _name(request: DrillingRequest, tool: Tool) -> str:
+    """Return the name of a tool: its number in the library, or the kind and the diameter that the program states."""
+    return f"{tool.kind.value} {tool.diameter:g}" if request.library is None else f"T{tool.number}"
+
+
+def _assumed(kind: ToolKind, diameter: float) -> Tool:
+    angle = _POINT_ANGLE if kind is ToolKind.DRILL else math.pi
+    return Tool(_NO_NUMBER, max(round(diameter, _DECIMALS), _THINNEST), kind, point_angle=angle)
+
+
+def _tools_of(request: DrillingRequest, hole: Hole) -> list[Tool]:
+    """Return the tools that make a hole, in their order: those of a recipe, else the nearest drill.
+
+    A recipe for the layer goes before one for all. A hole for which the library has no tool gets one that no program
+    has, so it is reported as missing.
+    """
+    library, tolerance = request.library, request.job.diameter_tolerance
+    if library is None:
+        return [_assumed(ToolKind.DRILL, hole.diameter if hole.diameter > 0.0 else _BARE_POINT)]
+    drills = [tool for tool in library.tools if tool.kind is ToolKind.DRILL]
+    diameter = hole.diameter
+    if diameter <= 0.0:
+        diameter = drills[0].diameter if len(drills) == 1 else _BARE_POINT
+    recipes = [
+        (recipe.layer == "*", abs(recipe.diameter - diameter), k)
+        for k, recipe in enumerate(library.recipes)
+        if fnmatch(hole.layer.lower(), recipe.layer.lower()) and abs(recipe.diameter - diameter) <= tolerance
+    ]
+    if recipes:
+        numbers = library.recipes[min(recipes)[2]].steps
+        tools = [tool for number in numbers for tool in library.tools if tool.number == number]
+    else:
+        near = [(abs(tool.diameter - diameter), k) for k, tool in enumerate(drills)]
+        near = [one for one in near if one[0] <= tolerance + _SAME]
+        tools = [drills[min(near)[1]] if near else _assumed(ToolKind.DRILL, diameter)]
+    centre = [tool for tool in library.tools if tool.kind is ToolKind.CENTRE_DRILL]
+    if request.options.centre_drill and not any(tool.kind is ToolKind.CENTRE_DRILL for tool in tools):
+        tools = centre[:1] + tools
+    return tools
+
+
+def _slot_tool(request: DrillingRequest, slot: Slot) -> Tool:
+    """Return the slot mill that is nearest to the width of a slot."""
+    if request.library is None:
+        return _assumed(ToolKind.SLOT_MILL, slot.width)
+    mills = [tool for tool in request.library.tools if tool.kind is ToolKind.SLOT_MILL]
+    near = [(abs(tool.diameter - slot.width), k) for k, tool in enumerate(mills)]
+    return mills[min(near)[1]] if near else _assumed(ToolKind.SLOT_MILL, slot.width)
+
+
+def _wide_tool(request: DrillingRequest, wide: HoleStep, top: tuple[float, float, float]) -> Tool | None:
+    """Return the tool that makes a wide part of a hole; None where none fits, or where something is beside its top."""
+    if request.library is None or not wide.open:
+        return None
+    tolerance = request.job.diameter_tolerance + _SAME
+    fitting = []
+    for tool in request.library.tools:
+        if wide.angle == math.pi:
+            long = tool.flute_length is None or tool.flute_length > wide.tip - _SAME
+            fits = tool.kind is ToolKind.END_MILL and tool.corner_radius == 0.0 and long
+            fits = fits and abs(tool.diameter - wide.diameter) <= tolerance
+        else:
+            fits = tool.kind in CONES and abs(tool.point_angle - wide.angle) <= _SAME_ANGLE
+            fits = fits and tool.tip_diameter <= wide.narrow < wide.diameter <= tool.diameter + _SAME
+        if fits and tool.feed > 0.0 and tool.spindle_rpm > 0.0:
+            fitting.append((abs(tool.diameter - wide.diameter), tool.number, tool))
+    if not fitting:
+        return None
+    found = min(fitting)[2]
+    if request.surface is not None:
+        import shapely  # not at the top: most plates are flat
+
+        from leafcut.proof.surface import meets_area
+
+        x, y, z = top
+        if meets_area(request.triangles, shapely.Point(x, y), 0.5 * found.diameter, z + SAME_HEIGHT):
+            return None
+    return found
+
+
+# What is made.
+
+
+def _names(text: str) -> dict[int, str]:
+    """Return the assumed tools that the comments of a program name, by their numbers."""
+    return {int(number): f"{kind.lower()} {float(width):g}" for number, kind, width in _NAMED.findall(text)}
+
+
+def _made(path: Toolpath, names: Mapping[int, str] | None) -> tuple[list[_Made], list[_Pass], list[Difference]]:
+    """Return where a program goes down at feed, where it cuts aside, and what no drilling program has.
+
+    A hole that is pecked is one; each move at feed of it ends deeper than those before.
+    """
+    made: list[_Made] = []
+    passes: list[_Pass] = []
+    strange: list[Difference] = []
+    within = False
+    rows = zip(
+        path.kind.tolist(), path.before.tolist(), path.end.tolist(), path.ref.tolist(), path.line.tolist(),
+        path.tool.tolist(), strict=True,
+    )  # fmt: skip
+    for kind, (x0, y0, z0), (x, y, z), ref, line, number in rows:
+        tool = f"T{number}" if names is None else names.get(number, f"T{number}, which no comment names")
+        upright = x == x0 and y == y0
+        if kind == Kind.DRILL:
+            made.append(_Made(x, y, path.cycles[ref].bottom, tool, line))
+            within = False
+        elif kind == Kind.FEED and not upright:
+            passes.append(_Pass((x0, y0, z0), (x, y, z), tool, line))
+            within = False
+        elif kind == Kind.FEED and not z >= z0:
+            if within and z < made[-1].tip:
+                made[-1] = made[-1]._replace(tip=z, line=line)
+            else:
+                made.append(_Made(x, y, z, tool, line))
+            within = True
+        elif kind in _STRANGE:
+            text = "an arc, a probe, another zero or a block that is not understood, in a drilling program"
+            strange.append(Difference("not drilling", 0, line, text))
+        elif kind == Kind.TOOL or (kind in (Kind.RAPID, Kind.MACHINE) and not upright):
+            within = False
+    return made, passes, strange
+
+
+class _Places:
+    """Places of a plane, float64[n, 2], that are found by where they are."""
+
+    def __init__(self, places: Sequence[tuple[float, float]]) -> None:
+        self._places = places
+        self._cells: dict[tuple[int, int], list[int]] = defaultdict(list)
+        for k, (x, y) in enumerate(places):
+            self._cells[math.floor(x), math.floor(y)].append(k)
+
+    def near(self, x: float, y: float, room: float) -> list[int]:
+        """Return the numbers of the places that are not farther away than `room` on each axis, mm."""
+        if not (math.isfinite(x) and math.isfinite(y)):
+            return []
+        columns, rows = ({math.floor(one - room), math.floor(one + room)} for one in (x, y))
+        cells = (self._cells.get((column, row), ()) for column in sorted(columns) for row in sorted(rows))
+        return [
+            k
+            for cell in cells
+            for k in cell
+            if abs(self._places[k][0] - x) <= room and abs(self._places[k][1] - y) <= room
+        ]
+
+
+# How they differ.
+
+
+def _compare_holes(
+    drawn: Sequence[Hole], wanted: Sequence[_Cut], made: Sequence[_Made], room: float
+) -> tuple[list[_Made], list[Difference]]:
+    """Return what the program makes besides the holes that are wanted, and in what those differ."""
+    index = _Places([(one.x, one.y) for one in made])
+    free = [True] * len(made)
+    found: list[int | None] = []
+    for one in wanted:
+        here = [k for k in index.near(one.x, one.y, room) if free[k] and made[k].tool == one.tool]
+        best = min(here, key=lambda k: (abs(made[k].tip - one.tip) > room, k), default=None)
+        found.append(best)
+        if best is not None:
+            free[best] = False
+    wrong = []
+    last: tuple[int, int] = (-1, -1)
+    for one, match in zip(wanted, found, strict=True):
+        where = f"the hole Ø{drawn[one.hole].diameter:g} at {place(one.x, one.y)}"
+        if match is None:
+            other = next((k for k in index.near(one.x, one.y, room) if free[k]), None)
+            if other is None:
+                text = f"{where} is not made by {one.tool}"
+                wrong.append(Difference("missing hole", 0, 0, text))
+            else:
+                free[other] = False
+                text = f"{where} is made by {made[other].tool}, must be made by {one.tool}"
+                wrong.append(Difference("wrong tool", 0, made[other].line, text))
+            continue
+        if abs(made[match].tip - one.tip) > room:
+            text = f"{where}: the tip of {one.tool} goes to Z{made[match].tip:.3f}, must go to Z{one.tip:.3f}"
+            wrong.append(Difference("wrong depth", 0, made[match].line, text))
+        if last[0] == one.hole and match < last[1]:
+            text = f"{where}: {one.tool} works before the tool that must come first"
+            wrong.append(Difference("wrong order", 0, made[match].line, text))
+        last = (one.hole, match)
+    return [one for one, still in zip(made, free, strict=True) if still], wrong
+
+
+def _compare_slots(slots: Sequence[_SlotCut], passes: Sequence[_Pass], room: float) -> list[Difference]:
+    """Return in what the cuts aside differ from the slots.
+
+    Each slot must be cut once at its bottom; no pass may be deeper than its tool takes, and none may be elsewhere.
+    """
+    index = _Places([slot.ends[0] for slot in slots] + [slot.ends[1] for slot in slots])
+    times, reached = [0] * len(slots), [0.0] * len(slots)
+    wrong = []
+    for one in passes:
+        (x0, y0, z0), (x1, y1, z1) = one.begin, one.end
+        both = {k % len(slots) for k in index.near(x0, y0, room)} & {k % len(slots) for k in index.near(x1, y1, room)}
+        both = {k for k in both if slots[k].tool == one.tool and _spans(slots[k], one, room)}
+        here = [k for k in sorted(both) if z0 == z1 and z1 >= slots[k].bottom - room]
+        if not here:
+            text = f"{one.tool} cuts from {place(*one.begin)} to {place(*one.end)}, where no slot is drawn so deep"
+            wrong.append(Difference("cut not drawn", 0, one.line, text))
+            continue
+        number = min(here, key=lambda k: times[k])
+        where = f"the slot from {place(x0, y0)} to {place(x1, y1)}"
+        if reached[number] - z1 > slots[number].step + room:
+            text = f"{where}: a pass is {reached[number] - z1:.3f} mm deep, {one.tool} takes {slots[number].step:g} mm"
+            wrong.append(Difference("deep pass", 0, one.line, text))
+        reached[number] = min(reached[number], z1)
+        if abs(z1 - slots[number].bottom) <= room:
+            times[number] += 1
+            if times[number] > 1:
+                text = f"{where} is cut once more at its bottom"
+                wrong.append(Difference("slot twice", 0, one.line, text))
+    for slot, n in zip(slots, times, strict=True):
+        if not n:
+            ends = f"{place(*slot.ends[0])} to {place(*slot.ends[1])}"
+            text = f"{slot.tool} does not cut the slot from {ends} down to Z{slot.bottom:.3f}"
+            wrong.append(Difference("missing slot", 0, 0, text))
+    return wrong
+
+
+def _spans(slot: _SlotCut, one: _Pass, room: float) -> bool:
+    """Return whether a pass goes from one end of a slot to the other."""
+    straight = [math.dist(one.begin[:2], slot.ends[0]), math.dist(one.end[:2], slot.ends[1])]
+    back = [math.dist(one.begin[:2], slot.ends[1]), math.dist(one.end[:2], slot.ends[0])]
+    return min(max(straight), max(back)) <= math.sqrt(2.0) * room
