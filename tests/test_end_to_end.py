@@ -109,7 +109,12 @@ def test_the_same_seed_gives_the_same_bytes_on_one_thread_and_on_two(algorithm: 
 def test_a_program_in_inches_drills_the_same_holes(examples: Path) -> None:
     for machine in ("linuxcnc-mill", "haas-vf2", "mach3-router", "fagor-8055"):
         outcome = leafcut.optimize(
-            examples / "plate_27.dxf", machine=machine, thickness="0.25in", output_units="inch", preset="fast"
+            examples / "plate_27.dxf",
+            machine=machine,
+            thickness="0.25in",
+            output_units="inch",
+            preset="fast",
+            spindle_speed=6000,
         )
         assert np.allclose(drilled(outcome.text, outcome.dialect), circles(examples / "plate_27.dxf"), atol=0.0026)
 

@@ -124,7 +124,7 @@ def test_drawings_among_several_inputs_end_as_programs_of_the_machine_do(
     shop: Path, capsys: pytest.CaptureFixture[str], examples: Path
 ) -> None:
     drawing = str(examples / "plate_10.dxf")
-    answered(capsys, "optimize", drawing, "a.nc", "-o", "out", "-q", "--machine", "mach3-router", *FAST)
+    answered(capsys, "optimize", drawing, "a.nc", "-o", "out", "-q", "--machine", "mach4-router", *FAST)
     assert sorted(p.name for p in (shop / "out").iterdir()) == ["a.nc", "plate_10.tap"]
 
 

@@ -12,9 +12,11 @@ import pytest
 from leafcut.errors import OptionError, PlanError
 from leafcut.kinds import Head
 from leafcut.model import Hole, Kind, Machine, Metric, Part, Recipe, Severity, Slot, Tool, ToolKind, ToolLibrary
+from leafcut.model.mesh import Mesh
 from leafcut.processes.drilling.plan.drill_toolpath import build_problem, drawing_order, lay_toolpath
 from leafcut.processes.drilling.plan.drilling import plan_drilling
 from leafcut.processes.zones import crossing_heights, parse_zones
+from meshes import box_triangles
 from option_groups import drilling
 
 MILL = Machine(
@@ -252,7 +254,7 @@ def test_a_thread_that_is_not_full_at_the_exit_is_said() -> None:
     """M6 × 1: the lead may be 5 mm long, so 0.5 mm of break-through is short and 5 mm is not."""
     part = Part("tapped", (Hole(0, 0, 6.0, "TAP"),))
     assert [i.code for i in plan(part).issues] == ["L402"]
-    assert plan(part, break_through=5.0).issues == ()
+    assert [i.code for i in plan(part, break_through=5.0).issues] == ["L404"]  # the drill before it comes out far
 
 
 def test_the_tool_is_changed_at_its_own_height_where_the_machine_has_none() -> None:
@@ -385,11 +387,11 @@ def test_a_safe_height_of_the_machine_below_the_clearance_height_is_refused() ->
 
 def test_circles_out_of_range_are_drilled_only_with_a_warning_or_not_at_all() -> None:
     made = plan(Part("x", (Hole(0, 0, 200.0), Hole(300, 0, 10.0))), None)
-    assert [i.message for i in made.issues if i.severity is Severity.WARNING] == [
+    assert [i.message for i in made.issues if i.code == "L401" and i.severity is Severity.WARNING] == [
         "T1 drill Ø200: unusually large for a drill; leave out circles that are not drilled with --max-diameter"
     ]
     with pytest.raises(PlanError, match="has no feed"):
-        plan(Part("x", (Hole(0, 0, 1e-7),)), None)
+        plan(Part("x", (Hole(0, 0, 1e-7),)), None, spindle_speed=6000.0)
 
 
 def test_points_without_a_diameter_are_one_millimetre_wide_or_as_wide_as_the_only_drill() -> None:
@@ -398,3 +400,70 @@ def test_points_without_a_diameter_are_one_millimetre_wide_or_as_wide_as_the_onl
         made = plan(points, library)
         assert [o.tool.diameter for o in made.operations] == [diameter]
         assert f"2 points have no diameter and are drilled as {diameter:g} mm holes" in [i.message for i in made.issues]
+
+
+def far_below(made: object) -> list[str]:
+    return [issue.message for issue in made.issues if issue.code == "L404"]
+
+
+def test_a_drill_that_comes_out_more_than_three_millimetres_below_the_plate_is_a_warning() -> None:
+    """Below the plate: 0.5 mm and the point, 5 / tan 59° = 3.004 mm of a drill of 10 mm, 2.403 mm of one of 8 mm."""
+    part = Part("two", (Hole(0, 0, 8.0), Hole(30, 12.5, 10.0), Hole(50, 0, 10.0)))
+    told = far_below(plan(part, None))
+    assert told == [
+        "T2 drill Ø10 at 30, 12.5 comes out 3.50 mm below the part (2 places with more than 3 mm): leave room below it "
+        "for the tip, or give a smaller --break-through"
+    ]
+    assert far_below(plan(Part("one", part.holes[:1]), None)) == []
+    assert (
+        "T1 drill Ø8 at 0, 0 comes out 3.40 mm"
+        in far_below(plan(Part("one", part.holes[:1]), None, break_through=1.0))[0]
+    )
+    assert far_below(plan(part, None, thickness=None, depth=10.0)) == []
+    slot = Part("slot", (), (Slot((5.0, 1.0), (9.0, 1.0), 2.0),))
+    assert far_below(plan(slot, None)) == []
+    assert "slot-mill Ø2 at 5, 1 comes out 3.20 mm" in far_below(plan(slot, None, break_through=3.2))[0]
+
+
+def test_on_a_surface_what_comes_out_is_measured_from_the_underside() -> None:
+    """A plate of 20 mm at Z0, and holes of 10 mm: through 3.504 mm below it; 18 mm deep with the point 1.004 mm."""
+    plate = Mesh(box_triangles(0, 0, -20, 80, 40, 0), "plate")
+    part = Part("one", (Hole(30, 20, 10.0),))
+    for options, found in (({"through": True}, 1), ({"depth": 18.0}, 0), ({"depth": 20.1}, 1)):
+        job, ours = drilling(**options)
+        assert len(far_below(plan_drilling(part, MILL, None, job, ours, plate))) == found
+
+
+def test_a_hole_of_a_solid_that_opens_into_a_cavity_is_measured_from_where_it_opens() -> None:
+    solid = Mesh(box_triangles(0, 0, -20, 80, 40, 0), "solid")
+    part = Part("one", (Hole(30, 20, 10.0, depth=5.0, through=True),))
+    (told,) = far_below(plan_drilling(part, MILL, None, *drilling(), solid))
+    assert "comes out 3.50 mm below the part" in told
+
+
+@pytest.mark.parametrize(
+    "rpm, spindle, words",
+    [
+        (
+            249.0,
+            (6000.0, 24000.0),
+            "Ø5 wants 249 rpm, but the spindle of test mill turns 6000 to 24000 rpm: mill the hole",
+        ),
+        (
+            9000.0,
+            (0.0, 6000.0),
+            "Ø5 wants 9000 rpm, but the spindle of test mill turns 0 to 6000 rpm: change the speed",
+        ),
+    ],
+)
+def test_a_speed_of_the_library_outside_the_spindles_range_is_refused_with_what_to_do(
+    rpm: float, spindle: tuple[float, float], words: str
+) -> None:
+    machine = replace(MILL, spindle_min_rpm=spindle[0], spindle_max_rpm=spindle[1])
+    with pytest.raises(PlanError, match=words):
+        plan_drilling(FOUR, machine, ToolLibrary((replace(DRILL5, spindle_rpm=rpm),)), *drilling(thickness=10.0))
+
+
+def test_a_speed_asked_for_outside_the_spindles_range_is_refused_by_its_option() -> None:
+    with pytest.raises(PlanError, match=r"^--spindle-speed 9000: the spindle of test mill turns 0 to 6000 rpm; give a"):
+        plan(library=None, spindle_speed=9000.0)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from leafcut.errors import PlanError
-from leafcut.model import Hole, Machine, Recipe, Slot, Tool, ToolKind, ToolLibrary
+from leafcut.model import Hole, Issue, Machine, Recipe, Severity, Slot, Tool, ToolKind, ToolLibrary
 from leafcut.processes.drilling.plan.tooling import ToolChooser
 from option_groups import drilling
 
@@ -102,3 +102,61 @@ def test_feeds_are_assumed_for_a_library_without_any_and_never_for_a_tap() -> No
     assert drill.assumed and drill.feed > 0.0 and drill.spindle_rpm > 0.0
     assert (tap.assumed, tap.feed) == (False, 0.0)
     assert [issue.code for issue in chooser.issues()] == ["L401"]
+
+
+def chosen(hole: Hole, machine: Machine, board: bool = False, **options: object) -> tuple[Tool, list[Issue]]:
+    """Return the assumed drill of a hole, and what is reported of it."""
+    chooser = ToolChooser(None, machine, *drilling(**options), board=board)
+    (step,) = chooser.steps_for_hole(hole)
+    return step.tool, list(chooser.issues())
+
+
+def test_a_drill_that_needs_less_than_half_of_the_lowest_speed_or_more_than_twice_the_highest_is_refused() -> None:
+    """v = π·d·n: 20 m/min on 25.6 mm are 249 rpm, on 2.2 mm 2894, on 0.13 mm 48,971."""
+    router = replace(MILL, name="router", spindle_min_rpm=6000.0, spindle_max_rpm=24000.0)
+    for diameter, words in (
+        (25.6, r"drill Ø25\.6 needs 249 rpm, but the spindle of router turns 6000 to 24000 rpm: mill the hole"),
+        (2.2, r"drill Ø2\.2 needs 2894 rpm, .* turns 6000 to 24000 rpm: mill the hole, or give the --spindle-speed"),
+        (0.13, r"drill Ø0\.13 needs 48971 rpm, .* turns 6000 to 24000 rpm: use a faster spindle, or give the"),
+    ):
+        with pytest.raises(PlanError, match=words) as refused:
+            chosen(Hole(0, 0, diameter), router)
+        assert "\n" not in str(refused.value)
+    with pytest.raises(PlanError, match=r"slot-mill Ø25\.6 needs 249 rpm, .*: mill the slot as a pocket"):
+        ToolChooser(None, router, *drilling()).step_for_slot(Slot((0, 0), (9, 0), 25.6))
+    assert chosen(Hole(0, 0, 2.1), router)[0].spindle_rpm == 6000.0
+    assert chosen(Hole(0, 0, 0.14), router)[0].spindle_rpm == 24000.0
+    assert chosen(Hole(0, 0, 25.6), router, spindle_speed=7000.0)[0].spindle_rpm == 7000.0
+
+
+def test_a_library_without_feeds_gets_no_speed_that_its_drill_cannot_take() -> None:
+    router = replace(MILL, name="router", spindle_min_rpm=6000.0, spindle_max_rpm=24000.0)
+    library = ToolLibrary((Tool(4, 25.6), Tool(6, 20.0, spindle_rpm=7000)), (), "shop.toml", without_feeds=True)
+    chooser = ToolChooser(library, router, *drilling())
+    with pytest.raises(PlanError, match=r"T4 drill Ø25\.6 needs 249 rpm, but the spindle of router turns 6000 to"):
+        chooser.steps_for_hole(Hole(0, 0, 25.6))
+    (step,) = chooser.steps_for_hole(Hole(0, 0, 20.0))
+    assert step.tool.spindle_rpm == 7000 and step.tool.feed == pytest.approx(min(0.4 * 7000 / 60, router.max_feed))
+
+
+def test_an_assumed_speed_that_is_much_too_high_is_a_warning_that_names_the_right_one() -> None:
+    """20 m/min on 2.1 mm are 3032 rpm, on 1.5 mm 4244: the spindle turns 6000 at least."""
+    router = replace(MILL, name="router", spindle_min_rpm=6000.0, spindle_max_rpm=24000.0)
+    (issue,) = chosen(Hole(0, 0, 2.1), router)[1]
+    assert issue.severity is Severity.WARNING
+    assert issue.message.endswith("; 3032 rpm would be right, but the spindle of router turns at least 6000")
+    (issue,) = chosen(Hole(0, 0, 1.5), router)[1]
+    assert issue.severity is Severity.NOTE and "would be right" not in issue.message
+    (issue,) = chosen(Hole(0, 0, 2.1), router, spindle_speed=6000.0)[1]
+    assert "would be right" not in issue.message
+
+
+def test_drills_of_circuit_boards_may_turn_as_fast_as_carbide_in_their_material() -> None:
+    """150 m/min on 3.2 mm are 14,921 rpm, so 5000 rpm are no danger; on 25.6 mm they are 1865 rpm."""
+    drill = replace(MILL, name="pcb", spindle_min_rpm=5000.0, spindle_max_rpm=60000.0)
+    tool, [issue] = chosen(Hole(0, 0, 3.2), drill, board=True)
+    assert (tool.spindle_rpm, issue.severity) == (5000.0, Severity.NOTE)
+    with pytest.raises(PlanError, match=r"Ø3\.2 needs 1989 rpm"):
+        chosen(Hole(0, 0, 3.2), drill)
+    with pytest.raises(PlanError, match=r"Ø25\.6 needs 1865 rpm, .* turns 5000 to 60000 rpm: mill the hole"):
+        chosen(Hole(0, 0, 25.6), drill, board=True)

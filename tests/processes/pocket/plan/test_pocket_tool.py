@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from leafcut.errors import LeafcutError
+from leafcut.errors import LeafcutError, PlanError
 from leafcut.model.issue import Severity
 from leafcut.model.pocket import PocketRules
 from leafcut.model.tool import Tool, ToolKind, ToolLibrary
@@ -90,12 +90,31 @@ def test_what_nobody_says_is_assumed_for_the_material_and_told(
 
 
 def test_a_spindle_that_turns_no_slower_than_too_fast_for_the_mill_is_a_warning() -> None:
-    """20 m/min at 10 mm are 637 rpm; a router's spindle turns 6000 at least, and 3 mm in aluminium may turn 6366."""
+    """60 m/min at 5 mm are 3820 rpm; a router's spindle turns 6000 at least, and 3 mm in aluminium may turn 6366."""
     router = load_machine("mach3-router")
-    rules = PocketRules(tool_diameter=10.0, step_over=6.0)
-    data, [told] = milling_data(PocketOptions(), JobOptions(material="mild steel"), rules, router)
+    rules = PocketRules(tool_diameter=5.0, step_over=3.0)
+    data, [told] = milling_data(PocketOptions(), JobOptions(material="aluminium"), rules, router)
     assert data.tool.spindle_rpm == router.spindle_min_rpm == 6000
-    assert told.severity is Severity.WARNING and "637 rpm would be right" in told.message
+    assert told.severity is Severity.WARNING and "3820 rpm would be right" in told.message
     rules = PocketRules(tool_diameter=3.0, step_over=1.8)
     _, [told] = milling_data(PocketOptions(), JobOptions(material="aluminium"), rules, router)
     assert told.severity is Severity.NOTE
+
+
+def test_a_mill_that_needs_less_than_half_of_the_lowest_speed_or_more_than_twice_the_highest_is_refused() -> None:
+    """20 m/min at 10 mm are 637 rpm, 60 m/min at 6.4 mm 2984; 8 m/min at 0.2 mm are 12,732 rpm."""
+    router = load_machine("mach3-router")
+    slow = (
+        r"end-mill Ø{} needs {} rpm in {}, but the spindle of {} turns {} rpm: use a {} mill, or give --material or the"
+    )
+    for machine, diameter, material, words in (
+        (router, 10.0, "mild steel", ("10", 637, "mild steel", "mach3-router", "6000 to 24000", "smaller")),
+        (router, 6.4, "aluminium", (r"6\.4", 2984, "aluminium", "mach3-router", "6000 to 24000", "smaller")),
+        (MACHINE, 0.2, "stainless", (r"0\.2", 12732, "stainless 304", "linuxcnc-mill", "60 to 6000", "larger")),
+    ):
+        rules = PocketRules(tool_diameter=diameter, step_over=0.6 * diameter)
+        with pytest.raises(PlanError, match=slow.format(*words)) as refused:
+            milling_data(PocketOptions(), JobOptions(material=material), rules, machine)
+        assert "\n" not in str(refused.value)
+        given = JobOptions(material=material, spindle_speed=6000.0)
+        assert milling_data(PocketOptions(), given, rules, machine)[0].tool.spindle_rpm == 6000.0

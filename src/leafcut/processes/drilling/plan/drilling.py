@@ -35,6 +35,9 @@ from leafcut.processes.spindle_heights import check_spindle_heights
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
 from leafcut.quick_dataclass import dataclass
 
+#: A tool that comes out this far below the part, mm, may meet the table, a vise or a parallel: it is reported.
+FAR_BELOW = 3.0
+
 
 @dataclass(frozen=True, eq=False)
 class DrillOperation:
@@ -136,18 +139,24 @@ def plan_drilling(
             f"--surface-clearance {ground.clearance:g} mm is more than --clearance-height {job.clearance_height:g} mm, "
             "which is how far the first way and the last one stay above all; give a larger --clearance-height"
         )
-    chooser = ToolChooser(library, machine, job, options)
+    chooser = ToolChooser(library, machine, job, options, board=part.format == "excellon")
     deeper = np.zeros(len(part.holes))
     own = any(hole.depth is not None for hole in part.holes)
+    under = np.full(len(part.holes), -np.inf)
     if ground is None:
         tops, heights = _tops(part, options)
         surface = tops
+        if job.thickness is not None:
+            under = tops - job.thickness
         work = _collect(part, chooser)
     else:
         work = _collect(part, chooser)
         drawn = options.hole_heights == "drawn" or own
         found = tops_of(part, ground, _radii(part, work), drawn)
         tops, surface, heights = found.tops, np.maximum(found.tops, found.surface), found.issues
+        # Below a hole that opens into a cavity stands the part again.
+        opens = [hole.z - hole.depth if hole.through and hole.depth is not None else -np.inf for hole in part.holes]
+        under = np.maximum(found.under, opens)
         if options.through:
             thickness = tops - found.under
             job = replace(job, thickness=float(thickness.min()))
@@ -171,7 +180,7 @@ def plan_drilling(
         else _operation(step, work[step], rule, job, options, initial)
         for step in groups
     )
-    _check_speeds(operations, machine)
+    _check_speeds(operations, machine, job)
     _check_flutes(operations, tops, deeper)
     if ground is not None:
         for one in operations:
@@ -192,7 +201,14 @@ def plan_drilling(
         zone_heights=crossing_heights(job.keep_out, over.clearance_height),
         start=_xy(job.start_point, "--start-point"),
         end=_xy(job.end_point, "--end-point"),
-        issues=(*heights, *unmade, *rule.issues, *chooser.issues(), *_tap_lead_issues(operations, rule)),
+        issues=(
+            *heights,
+            *unmade,
+            *rule.issues,
+            *chooser.issues(),
+            *_tap_lead_issues(operations, rule),
+            *_far_below(part, operations, rule, tops, deeper, under),
+        ),
         ground=ground,
     )
     _check_zones(plan)
@@ -364,6 +380,35 @@ def _tap_lead_issues(operations: tuple[DrillOperation, ...], rule: DepthRule) ->
     return [note for o in operations if (note := tap_lead_issue(o.tool, rule)) is not None]
 
 
+def _far_below(
+    part: Part, operations: tuple[DrillOperation, ...], rule: DepthRule, tops: NDArray[np.float64],
+    deeper: NDArray[np.float64], under: NDArray[np.float64],
+) -> list[Issue]:  # fmt: skip
+    """Return a warning where tools come out far below the part, with the farthest.
+
+    `under` is the underside of the part at each hole, float64[n], mm; −∞ where it is not known.
+    """
+    farthest, count, label, place = FAR_BELOW, 0, "", (0.0, 0.0)
+    for one in operations:
+        if one.slots:
+            below = np.full(len(one.targets), -one.cycle.bottom - rule.depth if rule.through else -np.inf)
+        else:
+            below = under[one.targets] - one.bottoms(tops, deeper)
+        far = np.flatnonzero(below > FAR_BELOW + 1e-9)
+        count += len(far)
+        if len(far) and float(below.max()) > farthest:
+            farthest, target = float(below.max()), int(one.targets[np.argmax(below)])
+            label = one.tool.label
+            place = part.slots[target].start if one.slots else (part.holes[target].x, part.holes[target].y)
+    if not count:
+        return []
+    words = (
+        f"{label} at {place[0]:g}, {place[1]:g} comes out {farthest:.2f} mm below the part ({count_of(count, 'place')} with more than {FAR_BELOW:g} "
+        "mm): leave room below it for the tip, or give a smaller --break-through"
+    )
+    return [Issue("L404", words)]
+
+
 def _check_zones(plan: DrillPlan) -> None:
     """Refuse a hole or a slot that lies in a keep-out zone: whatever stands there would be drilled."""
     for operation in plan.operations:
@@ -476,16 +521,19 @@ def _consistent(cycle: DrillCycle, tool: Tool) -> DrillCycle:
     )
 
 
-def _check_speeds(operations: tuple[DrillOperation, ...], machine: Machine) -> None:
+def _check_speeds(operations: tuple[DrillOperation, ...], machine: Machine, job: JobOptions) -> None:
     for tool in (o.tool for o in operations):
         if not (tool.spindle_rpm > 0 and tool.feed > 0):
             missing = "feed" if tool.spindle_rpm > 0 else "spindle_speed"
             raise PlanError(f"{tool.label} has no {missing}; give it in the tool library")
         if not machine.spindle_min_rpm <= tool.spindle_rpm <= machine.spindle_max_rpm:
-            raise PlanError(
-                f"{tool.label} wants {tool.spindle_rpm:g} rpm, but the spindle of {machine.name} turns "
-                f"{machine.spindle_min_rpm:g} to {machine.spindle_max_rpm:g} rpm"
-            )
+            has = f"the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to {machine.spindle_max_rpm:g} rpm"
+            if tool.assumed and tool.spindle_rpm == job.spindle_speed:
+                raise PlanError(f"--spindle-speed {tool.spindle_rpm:g}: {has}; give a speed of these")
+            wants = f"{tool.label} wants {tool.spindle_rpm:g} rpm, but {has}"
+            if tool.spindle_rpm < machine.spindle_min_rpm:
+                raise PlanError(f"{wants}: mill the hole, or change the speed in the tool library")
+            raise PlanError(f"{wants}: change the speed in the tool library, or use a faster spindle")
         if tool.feed > machine.max_feed * (1 + 1e-9):
             raise PlanError(
                 f"{tool.label} wants {tool.feed * 60:g} mm/min, but {machine.name} feeds at most "

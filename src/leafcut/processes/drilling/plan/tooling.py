@@ -19,6 +19,12 @@ from leafcut.processes.drilling.options import DrillOptions
 #: Cutting data of assumed tools: high-speed steel in mild steel or aluminium, on the careful side (estimate).
 SURFACE_SPEED = 20_000.0 / 60.0  # mm/s
 FEED_PER_REVOLUTION = 0.02  # of the diameter
+#: Of carbide drills in circuit boards, the fastest, mm/s: 150 m/min (Richvertex, PCB cutting conditions).
+BOARD_SPEED = 150_000.0 / 60.0
+#: A spindle whose range is farther from the right speed than this factor breaks or burns the tool: refused.
+MOST_OFF = 2.0
+#: An assumed speed this many times the right one is a warning.
+FAST = 1.5
 
 #: A bare point has no diameter: it is drilled as if it were this wide (mm).
 POINT_DIAMETER = 1.0
@@ -57,8 +63,17 @@ def _sinks(tool: Tool, part: HoleStep) -> bool:
 class ToolChooser:
     """Chooses the tools of one plan, and remembers what it had to assume."""
 
-    def __init__(self, library: ToolLibrary | None, machine: Machine, job: JobOptions, options: DrillOptions) -> None:
+    def __init__(
+        self,
+        library: ToolLibrary | None,
+        machine: Machine,
+        job: JobOptions,
+        options: DrillOptions,
+        *,
+        board: bool = False,
+    ) -> None:
         self.library, self.machine, self.job, self.options = library, machine, job, options
+        self._fastest = BOARD_SPEED if board else SURFACE_SPEED
         self._assumed: dict[tuple[ToolKind, float], Tool] = {}
         self._chosen: dict[tuple[float, str], tuple[Step, ...]] = {}
         self._bare_points = 0
@@ -136,8 +151,8 @@ class ToolChooser:
             yield Issue(
                 "L401",
                 f"{tool.label} assumed: {tool.feed * 60:.6g} mm/min at {tool.spindle_rpm:.0f} rpm; "
-                "check them, or give --tools",
-                severity=Severity.NOTE,
+                f"check them, or give --tools{self._too_fast(tool)}",
+                severity=Severity.WARNING if self._too_fast(tool) else Severity.NOTE,
             )
             if tool.kind is ToolKind.DRILL and tool.diameter > LARGEST_COMMON_DRILL:
                 yield Issue(
@@ -149,8 +164,8 @@ class ToolChooser:
             yield Issue(
                 "L401",
                 f"{tool.label}: its library gives no feeds; {tool.feed * 60:.6g} mm/min at {tool.spindle_rpm:.0f} rpm "
-                "assumed; check them",
-                severity=Severity.NOTE,
+                f"assumed; check them{self._too_fast(tool)}",
+                severity=Severity.WARNING if self._too_fast(tool) else Severity.NOTE,
             )
         if self.library is not None and self.library.left_out:
             left = self.library.left_out
@@ -202,10 +217,8 @@ class ToolChooser:
         if self.library is None or not self.library.without_feeds or tool.kind is ToolKind.TAP:
             return tool
         if tool.number not in self._filled:
-            rpm, feed = self._cutting_data(tool.diameter)
-            self._filled[tool.number] = replace(
-                tool, spindle_rpm=tool.spindle_rpm or rpm, feed=tool.feed or feed, assumed=True
-            )
+            rpm, feed = self._cutting_data(tool)
+            self._filled[tool.number] = replace(tool, spindle_rpm=rpm, feed=tool.feed or feed, assumed=True)
         return self._filled[tool.number]
 
     def _nearest(self, diameter: float, kind: ToolKind) -> Tool | None:
@@ -230,24 +243,63 @@ class ToolChooser:
         """Return a tool of this diameter with careful cutting data (see the constants above)."""
         diameter = max(round(diameter, 4), _RESOLUTION)
         if (kind, diameter) not in self._assumed:
-            rpm, feed = self._cutting_data(diameter)
-            self._assumed[kind, diameter] = Tool(
+            tool = Tool(
                 number=len(self._assumed) + 1,
                 diameter=diameter,
                 kind=kind,
                 point_angle=math.radians(118) if kind is ToolKind.DRILL else math.pi,
-                feed=feed,
-                spindle_rpm=rpm,
                 assumed=True,
             )
+            rpm, feed = self._cutting_data(tool)
+            self._assumed[kind, diameter] = replace(tool, feed=feed, spindle_rpm=rpm)
         return self._assumed[kind, diameter]
 
-    def _cutting_data(self, diameter: float) -> tuple[float, float]:
-        """Return the speed, rpm, and the feed, mm/s, that are assumed of a drill of this diameter, mm."""
+    def _cutting_data(self, tool: Tool) -> tuple[float, float]:
+        """Return the speed of a tool, its own or an assumed one, rpm, and the feed that is assumed for it, mm/s.
+
+        Raises
+        ------
+        PlanError
+            The spindle is far from the speed that the tool needs, and nobody gave another one.
+        """
         machine = self.machine
-        rpm = 60.0 * SURFACE_SPEED / (math.pi * diameter)
-        rpm = float(round(min(max(rpm, machine.spindle_min_rpm), machine.spindle_max_rpm)))
         # What a person asked for is kept as it is, and refused later if the machine cannot do it.
-        rpm = self.job.spindle_speed or rpm
-        feed = self.options.feed or min(round(FEED_PER_REVOLUTION * diameter * rpm, 1) / 60.0, machine.max_feed)
+        rpm = tool.spindle_rpm or self.job.spindle_speed
+        if not rpm:
+            careful, highest = (_rpm(speed, tool.diameter) for speed in (SURFACE_SPEED, self._fastest))
+            if highest * MOST_OFF < machine.spindle_min_rpm:
+                raise PlanError(self._unfit(tool, highest))
+            if careful > machine.spindle_max_rpm * MOST_OFF:
+                raise PlanError(self._unfit(tool, careful))
+            rpm = float(round(min(max(careful, machine.spindle_min_rpm), machine.spindle_max_rpm)))
+        feed = self.options.feed or min(round(FEED_PER_REVOLUTION * tool.diameter * rpm, 1) / 60.0, machine.max_feed)
         return rpm, feed
+
+    def _unfit(self, tool: Tool, rpm: float) -> str:
+        """Return the refusal of an assumed speed: what the tool needs, what the spindle has, and what to do."""
+        machine = self.machine
+        needs = (
+            f"{tool.label} needs {rpm:.0f} rpm, but the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to "
+            f"{machine.spindle_max_rpm:g} rpm"
+        )
+        if rpm > machine.spindle_max_rpm:
+            return f"{needs}: use a faster spindle, or give the --spindle-speed that your drill and material need"
+        if tool.kind is ToolKind.SLOT_MILL:
+            return f"{needs}: mill the slot as a pocket, or give the --spindle-speed that your mill and material need"
+        return f"{needs}: mill the hole, or give the --spindle-speed that your drill and material need"
+
+    def _too_fast(self, tool: Tool) -> str:
+        """Return the right speed of a tool whose assumed speed is much higher, to be added to its issue; else nothing.
+
+        A speed that a person asked for, or the library has, is not assumed.
+        """
+        right = _rpm(self._fastest, tool.diameter)
+        lowest = self.machine.spindle_min_rpm
+        if self.job.spindle_speed or tool.spindle_rpm != lowest or lowest <= FAST * right:
+            return ""
+        return f"; {right:.0f} rpm would be right, but the spindle of {self.machine.name} turns at least {lowest:g}"
+
+
+def _rpm(surface_speed: float, diameter: float) -> float:
+    """Return the speed, rpm, at which a tool of a diameter, mm, has a surface speed, mm/s."""
+    return 60.0 * surface_speed / (math.pi * diameter)

@@ -30,6 +30,9 @@ _NAMES = {
 #: Feed per tooth: a part of the diameter, and at most so many mm. Catalogues of end mills give 0.005 to 0.01 diameters
 #: (Iscar, solid end mills, recommended cutting parameters); 0.05 mm of a mill of 10 mm.
 FEED_PER_TOOTH, MOST_PER_TOOTH = 0.01, 0.05
+#: A spindle whose range is farther from the right speed than this factor breaks or burns the tool: refused. An assumed
+#: speed `FAST` times the right one is a warning.
+MOST_OFF, FAST = 2.0, 1.5
 #: Teeth of a mill that nobody counted: a slot job has two.
 TEETH = 2
 
@@ -112,7 +115,8 @@ def with_data(
     Raises
     ------
     PlanError
-        The spindle does not turn, or the machine does not feed, as asked.
+        The spindle does not turn, or the machine does not feed, as asked; or nobody gave a speed, and the spindle is
+        far from the right one.
     """
     number = options.tool_number or 1
     tool = mill or Tool(number, rules.tool_diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
@@ -120,13 +124,17 @@ def with_data(
     known = _NAMES.get(_plain(job.material), _plain(job.material))
     known = known if known in SURFACE_SPEEDS else UNKNOWN
     careful = 1000.0 * SURFACE_SPEEDS[known] / (math.pi * tool.diameter)
+    has = f"the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to {machine.spindle_max_rpm:g} rpm"
+    if not asked_rpm and not machine.spindle_min_rpm / MOST_OFF <= careful <= machine.spindle_max_rpm * MOST_OFF:
+        other = "smaller" if careful < machine.spindle_min_rpm else "larger"
+        raise PlanError(
+            f"{tool.label} needs {careful:.0f} rpm in {known.replace('_', ' ')}, but {has}: use a {other} mill, or "
+            "give --material or the --spindle-speed that your mill and material need"
+        )
     rpm = asked_rpm or float(round(min(max(careful, machine.spindle_min_rpm), machine.spindle_max_rpm)))
     if not machine.spindle_min_rpm <= rpm <= machine.spindle_max_rpm:
         whose = "--spindle-speed" if job.spindle_speed else f"{tool.label}, speed"
-        raise PlanError(
-            f"{whose} {rpm:g}: the spindle of {machine.name} turns {machine.spindle_min_rpm:g} to "
-            f"{machine.spindle_max_rpm:g} rpm"
-        )
+        raise PlanError(f"{whose} {rpm:g}: {has}; give a speed of these")
     per_tooth = min(FEED_PER_TOOTH * tool.diameter, MOST_PER_TOOTH)
     feed = asked_feed or min(per_tooth * (tool.teeth or TEETH) * rpm / 60.0, machine.max_feed)
     if feed > machine.max_feed * (1 + 1e-9):
@@ -135,7 +143,7 @@ def with_data(
     tool = replace(tool, feed=feed, spindle_rpm=rpm)
     if asked_rpm and asked_feed:
         return replace(tool, assumed=False), []
-    too_fast = not asked_rpm and rpm > 1.5 * careful
+    too_fast = not asked_rpm and rpm > FAST * careful
     words = (
         f"{tool.label}: {feed * 60:.6g} mm/min at {rpm:.0f} rpm assumed, for high-speed steel in "
         f"{known.replace('_', ' ')}, {per_tooth:.3g} mm a tooth; check them, or give --material, --milling-feed and "
