@@ -403,8 +403,9 @@ def _far_below(
     if not count:
         return []
     words = (
-        f"{label} at {place[0]:g}, {place[1]:g} comes out {farthest:.2f} mm below the part ({count_of(count, 'place')} with more than {FAR_BELOW:g} "
-        "mm): leave room below it for the tip, or give a smaller --break-through"
+        f"{label} at {place[0]:g}, {place[1]:g} comes out {farthest:.2f} mm below the part "
+        f"({count_of(count, 'place')} with more than {FAR_BELOW:g} mm): leave room below it for the tip, or give a "
+        "smaller --break-through"
     )
     return [Issue("L404", words)]
 
