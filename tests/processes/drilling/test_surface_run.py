@@ -287,7 +287,7 @@ def test_a_fixture_or_a_surface_that_fits_in_another_unit_gives_a_warning(folder
         assert [issue.code for issue in outcome.issues if issue.code == "L445"] == codes
     assert not [issue for issue in low.issues if issue.code == "L445"]
     (folder / "corner.csv").write_text("x,y,diameter\n1,1,0.3\n4,2,0.3\n")
-    given: dict[str, Any] = {"surface": str(folder / "plate.stl"), "depth": 0.5, "machine": "linuxcnc-mill", **FAST}
+    given: dict[str, Any] = {"surface": str(folder / "plate.stl"), "depth": 0.5, "machine": "linuxcnc-sim", **FAST}
     outcome = api.optimize(folder / "corner.csv", process="drill", **given)
     (told,) = [str(issue) for issue in outcome.issues if issue.code == "L445"]
     assert "plate.stl is 120 mm long and the holes lie over 3 mm, in a corner of it" in told
