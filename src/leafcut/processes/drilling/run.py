@@ -73,9 +73,7 @@ def _plan(run: Run, sources: Sequence[Source]) -> tuple[DrillPlan, DrillingReque
         fixture = load_mesh(ours.fixture_file, ours.surface_unit, which="all")
     # A surface and a fixture have the axes of the solid, and the zero of the solid or drawing that they belong to.
     surface, fixture = (None if one is None else upright_mesh(one, part) for one in (surface, fixture))
-    mesh, fixture = (
-        None if one is None else placed_mesh(one, part, run.settings.read) for one in (surface, fixture)
-    )
+    mesh, fixture = (None if one is None else placed_mesh(one, part, run.settings.read) for one in (surface, fixture))
     if "material" in run.settings.asked and (job.tools is None or job.tools.suffix.lower() not in WITH_PRESETS):
         raise OptionError("--material: chooses among the presets of a Fusion tool library only; leave it out")
     library = tools_of(run.settings, run.machine)
