@@ -127,6 +127,7 @@ M2
 """
 
 
+@pytest.mark.hazard
 def test_a_program_written_by_hand_is_judged_by_the_drawing_and_the_options_alone() -> None:
     """Mirrored in y the centres are 3.25, −7.5; 33.125, −7.5 and 33.125, −28. Their corner 3.25, −28 becomes zero."""
     asked = request(PLAIN_HOLES, None, mirror="y", origin="lower-left", thickness=8.0)
@@ -206,6 +207,7 @@ PLAN_MUTANTS: dict[str, tuple[Mutant, str]] = {
 }
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("mutant", PLAN_MUTANTS)
 def test_a_plan_that_is_not_the_drawing_is_refused_before_a_program_is_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, mutant: str
@@ -262,6 +264,7 @@ def mutants(text: str) -> Iterator[tuple[str, str]]:
                     yield f"'{changed}' for '{line}'", "\n".join([*lines[:k], changed, *lines[k + 1 :]]) + "\n"
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("name, units, least", [("linuxcnc", "mm", 60), ("haas", "inch", 100), ("grbl", "mm", 45)])
 def test_the_judge_misses_no_mutant_of_a_text(name: str, units: str, least: int) -> None:
     """GRBL has no cycle for a tap: there all holes are drilled."""
@@ -272,6 +275,7 @@ def test_the_judge_misses_no_mutant_of_a_text(name: str, units: str, least: int)
     assert [what for what, wrong in every if not faults(asked, wrong, name, units)] == []
 
 
+@pytest.mark.hazard
 def test_a_slot_is_cut_once_to_its_bottom_in_passes_that_its_mill_can_take() -> None:
     """A mill of 4 mm without a peck takes 4 mm at once: 8.5 mm in three passes."""
     asked = request(replace(PART, holes=()), None)
@@ -290,6 +294,7 @@ def judged(asked: DrillingRequest, drilled: list[tuple[float, float, float]]) ->
     return faults(asked, f"G21 G17 G90 G94\n(T1 drill D5)\nT1 M6\nG43 H1 G0 Z40\nS900 M3\n{blocks}M5\nM2\n")
 
 
+@pytest.mark.hazard
 def test_on_a_surface_each_hole_begins_on_its_step_and_ends_below_the_part() -> None:
     """Steps at Z0 and Z−6 over an underside at Z−20, moved by 30 mm with the drawing; a point of 1.502 mm."""
     boxes = (box_triangles(0, 0, -20, 40, 40, 0), box_triangles(40, 0, -20, 80, 40, -6))
@@ -305,6 +310,7 @@ def test_on_a_surface_each_hole_begins_on_its_step_and_ends_below_the_part() -> 
     assert judged(blind, [right[0], (30.0, 20.0, right[0][2])]) == ["wrong depth"]
 
 
+@pytest.mark.hazard
 def test_a_hole_of_a_solid_is_as_deep_as_in_the_solid() -> None:
     """Through: 0.5 mm and the point below it. Blind: the full diameter to its depth; to a flat floor, the tip."""
     part = Part(
@@ -323,6 +329,7 @@ def test_a_hole_of_a_solid_is_as_deep_as_in_the_solid() -> None:
             assert judged(asked, [*right[:k], (x, y, wrong), *right[k + 1 :]]) == ["wrong depth"]
 
 
+@pytest.mark.hazard
 def test_wide_parts_of_holes_are_made_where_a_tool_of_the_library_fits() -> None:
     """A counterbore of 10 mm, 6 mm deep, by the end mill; a countersink of 90° by a cone with a flat tip of 1 mm."""
     bore = HoleStep(10.0, 6.0, math.pi, tip=6.0, narrow=5.0, open=True)
@@ -348,6 +355,7 @@ def test_wide_parts_of_holes_are_made_where_a_tool_of_the_library_fits() -> None
     assert faults(asked, text.replace("X20 Y0 Z-4.5", "X40 Y0 Z-4.5")) == ["missing hole", "hole twice"]
 
 
+@pytest.mark.hazard
 def test_tools_of_a_recipe_come_in_its_order() -> None:
     asked = request(replace(PLAIN_HOLES, holes=HOLES[3:]))
     right = program(asked, "linuxcnc", "mm")

@@ -406,6 +406,7 @@ def far_below(made: object) -> list[str]:
     return [issue.message for issue in made.issues if issue.code == "L404"]
 
 
+@pytest.mark.hazard
 def test_a_drill_that_comes_out_more_than_three_millimetres_below_the_plate_is_a_warning() -> None:
     """Below the plate: 0.5 mm and the point, 5 / tan 59° = 3.004 mm of a drill of 10 mm, 2.403 mm of one of 8 mm."""
     part = Part("two", (Hole(0, 0, 8.0), Hole(30, 12.5, 10.0), Hole(50, 0, 10.0)))
@@ -441,6 +442,7 @@ def test_a_hole_of_a_solid_that_opens_into_a_cavity_is_measured_from_where_it_op
     assert "comes out 3.50 mm below the part" in told
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     "rpm, spindle, words",
     [

@@ -111,6 +111,7 @@ def chosen(hole: Hole, machine: Machine, board: bool = False, **options: object)
     return step.tool, list(chooser.issues())
 
 
+@pytest.mark.hazard
 def test_a_drill_that_needs_less_than_half_of_the_lowest_speed_or_more_than_twice_the_highest_is_refused() -> None:
     """v = π·d·n: 20 m/min on 25.6 mm are 249 rpm, on 2.2 mm 2894, on 0.13 mm 48,971."""
     router = replace(MILL, name="router", spindle_min_rpm=6000.0, spindle_max_rpm=24000.0)

@@ -101,6 +101,7 @@ def test_a_spindle_that_turns_no_slower_than_too_fast_for_the_mill_is_a_warning(
     assert told.severity is Severity.NOTE
 
 
+@pytest.mark.hazard
 def test_a_mill_that_needs_less_than_half_of_the_lowest_speed_or_more_than_twice_the_highest_is_refused() -> None:
     """20 m/min at 10 mm are 637 rpm, 60 m/min at 6.4 mm 2984; 8 m/min at 0.2 mm are 12,732 rpm."""
     router = load_machine("mach3-router")
