@@ -80,7 +80,9 @@ def islands(count: int, file: Path) -> None:
     model, wide = drawing.modelspace(), 40.0 * side + 20.0
     model.add_lwpolyline([(0, 0), (wide, 0), (wide, wide), (0, wide)], close=True)
     for k in range(count):
-        model.add_circle((40.0 * (k % side) + 30.0, 40.0 * (k // side) + 30.0), radius=6.0 + k % 3)
+        model.add_circle(
+            (40.0 * (k % side) + 30.0, 40.0 * (k // side) + 30.0), radius=6.0 + k % 3, dxfattribs={"layer": "ISLAND"}
+        )
     drawing.saveas(file)
 
 

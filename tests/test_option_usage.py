@@ -127,7 +127,15 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         api.optimize(at["sheet.dxf"], ignore_layers="MARK", corner_loops=True, algorithm="firefly", **common)
     elif work == "pocket":
         common = {"process": "pocket", "depth": 1, "tool_diameter": 8, **LITTLE}
-        api.optimize(at["pocket.dxf"], tools=at["tools.toml"], thickness=5, open_paths="drop", **APART, **common)
+        api.optimize(
+            at["pocket.dxf"],
+            tools=at["tools.toml"],
+            thickness=5,
+            open_paths="drop",
+            outline="pocket",
+            **APART,
+            **common,
+        )
         api.optimize(at["pocket.png"], machine="haas-vf2", pixel_size=1, **common)
         fed = {"feeds": True, "slot_chip": 90, "max_power": "5 kW", "strategy": "zigzag", "step_over": 0.4}
         (out / "teeth.toml").write_text(TOOLS.replace('kind = "end-mill"', 'kind = "end-mill"\nteeth = 3'))

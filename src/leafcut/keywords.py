@@ -467,6 +467,14 @@ class OptimizeKeywords(TypedDict, total=False):
     """
     air_clearance: Quantity | None
     """How far the ways that --air and --low-retracts change keep from all material (mm; default: 1mm)."""
+    outline: Literal[
+        "edge",
+        "pocket",
+        None,
+    ]
+    """What the outermost outlines are: edges of plates with pockets in them, or pockets with islands in them
+    (default: by layer; required for outlines inside each other).
+    """
     pocket_layers: str | Sequence[str] | None
     """Layers with pocket outlines; * and ? are wildcards (default: POCKET* if present)."""
     island_layers: str | Sequence[str] | None

@@ -122,7 +122,8 @@ def test_what_is_read_and_placed_is_what_ezdxf_makes_of_the_drawing(drawing: Pat
     ]
     assert np.allclose(*(shapes([c.contour.path for c in sheet.contours]) for sheet in cut))
     assert [c.depth for c in cut[0].contours] == [c.depth for c in cut[1].contours]
-    pockets = [placed(read_pockets(drawing, None, PocketDrawingOptions()), placing), read_pockets(transformed)]
+    as_pocket = PocketDrawingOptions(outline="pocket")
+    pockets = [placed(read_pockets(drawing, None, as_pocket), placing), read_pockets(transformed, None, as_pocket)]
     assert np.allclose(*(shapes([p.outline for p in part.pockets]) for part in pockets))
 
 
@@ -172,6 +173,7 @@ def test_a_title_block_does_not_say_where_the_corner_of_a_sheet_is(tmp_path: Pat
 def test_milling_of_a_mirrored_pocket_keeps_its_side(milling: str, left: bool, drawing: Path) -> None:
     """Climb milling has the material on its right: the tool moves counter-clockwise along the wall."""
     given = {"process": "pocket", "depth": 1, "tool_diameter": 8, "strategy": "contour", "threads": 1}
+    given["outline"] = "pocket"
     passes = []
     for mirror in ({}, {"mirror": "x"}):
         outcome = leafcut.optimize(drawing, milling=milling, **given, **mirror)

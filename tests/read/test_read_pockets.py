@@ -73,14 +73,118 @@ def test_walls_run_counter_clockwise_and_islands_clockwise(text_file: Write) -> 
     assert pocket.area == 2400.0
 
 
-def test_without_layers_depth_decides_down_to_a_pocket_in_an_island(draw: Draw) -> None:
-    def build(_: Any, space: Any) -> None:
-        for depth in (3, 0, 2, 1):  # in no order
-            space.add_lwpolyline(square(100 - 20 * depth, 10 * depth, 10 * depth), close=True)
+def nested(_: Any, space: Any) -> None:
+    """Draw four squares inside each other, in no order."""
+    for depth in (3, 0, 2, 1):
+        space.add_lwpolyline(square(100 - 20 * depth, 10 * depth, 10 * depth), close=True)
 
-    outer, inner = sorted(read_pockets(draw(build)).pockets, key=lambda p: -p.area)
+
+def plate(_: Any, space: Any) -> None:
+    """Draw a plate of 120 × 80 mm with a recess of 30 × 20 mm, a boss in it, and four holes."""
+    space.add_lwpolyline([(0, 0), (120, 0), (120, 80), (0, 80)], close=True)
+    space.add_lwpolyline([(20, 30), (50, 30), (50, 50), (20, 50)], close=True)
+    space.add_circle((35, 40), 4)
+    for x, y in ((10, 10), (110, 10), (110, 70), (10, 70)):
+        space.add_circle((x, y), 3)
+
+
+def test_outline_pocket_takes_the_outermost_as_pocket_down_to_a_pocket_in_an_island(draw: Draw) -> None:
+    part = read_pockets(draw(nested), None, PocketDrawingOptions(outline="pocket"))
+    outer, inner = sorted(part.pockets, key=lambda p: -p.area)
     assert (outer.area, inner.area) == (100.0**2 - 80.0**2, 60.0**2 - 40.0**2)
     assert {outer.name, inner.name} == {"1", "2"}
+    assert part.edge == ()
+
+
+def test_outline_edge_takes_the_outermost_as_the_edge_of_the_part_and_mills_inside_it(draw: Draw) -> None:
+    part = read_pockets(draw(nested), None, PocketDrawingOptions(outline="edge"))
+    outer, inner = sorted(part.pockets, key=lambda p: -p.area)
+    assert (outer.area, inner.area) == (80.0**2 - 60.0**2, 40.0**2)
+    assert [(one.path.area, one.kind) for one in part.edge] == [(100.0**2, "sheet")]
+
+
+def test_outlines_inside_each_other_are_refused_with_both_readings_and_their_sizes(draw: Draw) -> None:
+    def build(_: Any, space: Any) -> None:
+        space.add_lwpolyline([(0, 0), (120, 0), (120, 80), (0, 80)], close=True)
+        for x in range(5):
+            space.add_circle((20 * x + 20, 40), 4 + x)
+
+    # Only the largest pocket is named: of radius 8.
+    assert refusal(draw(build)).endswith(
+        ".dxf: 1 pocket (120 × 80 mm) with 5 islands, or 1 plate (120 × 80 mm) with 5 pockets (at most "
+        "16 × 16 mm): choose --outline pocket or --outline edge"
+    )
+    # The boss in a recess is a second pocket of the negative, and an island of the plate.
+    assert refusal(draw(plate)).endswith(
+        ".dxf: 2 pockets (at most 120 × 80 mm) with 5 islands, or 1 plate (120 × 80 mm) with 5 pockets (at most "
+        "30 × 20 mm): choose --outline pocket or --outline edge"
+    )
+
+
+def test_the_pockets_of_a_plate_and_its_negative_share_no_area(draw: Draw) -> None:
+    drawing = draw(plate)
+    regions = []
+    for outline in ("edge", "pocket"):
+        part = read_pockets(drawing, None, PocketDrawingOptions(outline=outline))
+        regions.append(shapely.union_all([shape_of(pocket) for pocket in part.pockets]))
+    in_plate, negative = regions
+    assert in_plate.area == pytest.approx(600.0 + 4 * math.pi * 9 - math.pi * 16, rel=1e-3)
+    assert in_plate.intersection(negative).area <= 1e-6
+    assert in_plate.area + negative.area == pytest.approx(120 * 80, rel=1e-3)
+
+
+def test_the_refusal_counts_plates_and_names_layers_where_the_drawing_has_several(draw: Draw) -> None:
+    def build(_: Any, space: Any) -> None:
+        for x in (0.0, 200.0):
+            space.add_lwpolyline(square(100 + x / 10, x, 0), close=True, dxfattribs={"layer": "OUTLINE"})
+        space.add_lwpolyline(square(10, 20, 20), close=True, dxfattribs={"layer": "CUTOUT"})
+
+    text = refusal(draw(build))
+    assert "2 pockets (at most 120 × 120 mm) with 1 island, or 2 plates (at most 120 × 120 mm) with 1 pocket" in text
+    assert text.endswith(
+        "1 pocket (10 × 10 mm): choose --outline pocket or --outline edge; or name the layers of the pockets with "
+        "--pocket-layers"
+    )
+
+
+def test_closed_outlines_side_by_side_are_pockets_without_a_question_and_no_plates(draw: Draw) -> None:
+    def build(_: Any, space: Any) -> None:
+        space.add_lwpolyline(square(50), close=True)
+        space.add_lwpolyline(square(20, 60, 0), close=True)
+
+    drawing = draw(build)
+    assert [pocket.area for pocket in read_pockets(drawing).pockets] == [2500.0, 400.0]
+    assert "no outline lies inside another" in refusal(drawing, outline="edge")
+
+
+def test_layers_that_say_what_is_a_pocket_leave_nothing_to_outline_edge(data: Path) -> None:
+    drawing = data / "pockets" / "p5_islands3.dxf"
+    (asked,) = read_pockets(drawing, None, PocketDrawingOptions(outline="pocket")).pockets
+    (unasked,) = read_pockets(drawing).pockets
+    assert shape_of(asked).equals(shape_of(unasked))
+    assert "layers already say" in refusal(drawing, outline="edge")
+
+
+def test_a_pocket_at_the_edge_of_its_plate_is_reported(draw: Draw) -> None:
+    def build(_: Any, space: Any) -> None:
+        space.add_lwpolyline(square(50), close=True)
+        space.add_lwpolyline(square(10, 0, 20), close=True)
+
+    part = read_pockets(draw(build), None, PocketDrawingOptions(outline="edge"))
+    assert [pocket.area for pocket in part.pockets] == [100.0]
+    assert [str(i) for i in part.issues if i.code == "L423"] == [
+        "L423 1 pocket at the edge of the plate: no wall stays there (at (0, 20))"
+    ]
+
+
+@pytest.mark.parametrize("name", ["deepnestport_1", "deepnestport_3", "deepnestport_10", "deepnestport_11"])
+def test_real_plates_without_layers_are_never_milled_as_their_negative(name: str, data: Path) -> None:
+    drawing = data / "dxf" / f"{name}.dxf"
+    assert "choose --outline pocket or --outline edge" in refusal(drawing)
+    part = read_pockets(drawing, None, PocketDrawingOptions(outline="edge"))
+    (edge,) = part.edge
+    # The plates are mostly material; their negative would be more than half of the box.
+    assert sum(pocket.area for pocket in part.pockets) < 0.5 * edge.path.area
 
 
 def test_lines_and_arcs_are_joined_and_arcs_stay_arcs(draw: Draw) -> None:
@@ -91,7 +195,7 @@ def test_lines_and_arcs_are_joined_and_arcs_stay_arcs(draw: Draw) -> None:
         space.add_arc((0, 10), 10, 90, 270)
         space.add_circle((20, 10), 3)
 
-    part = read_pockets(draw(build))
+    part = read_pockets(draw(build), None, PocketDrawingOptions(outline="pocket"))
     (pocket,) = part.pockets
     assert pocket.outline.n_segments == 4
     assert (pocket.outline.bulges != 0.0).sum() == 2
@@ -134,7 +238,8 @@ def test_an_svg_drawing_gives_pockets(text_file: Write) -> None:
         '<svg xmlns="http://www.w3.org/2000/svg" width="60mm" height="60mm" viewBox="0 0 60 60">'
         '<rect x="5" y="5" width="50" height="50"/><circle cx="30" cy="30" r="10"/></svg>'
     )
-    (pocket,) = read_pockets(text_file("a.svg", text)).pockets
+    assert "1 pocket (50 × 50 mm) with 1 island" in refusal(text_file("a.svg", text))
+    (pocket,) = read_pockets(text_file("a.svg", text), None, PocketDrawingOptions(outline="pocket")).pockets
     assert pocket.area == pytest.approx(2500.0 - 100.0 * math.pi, rel=1e-6)
 
 

@@ -64,7 +64,7 @@ def test_a_program_of_another_cam_is_reordered(page: Page, tmp_path: Path) -> No
 
 
 def test_the_work_that_is_shown_is_the_work_that_is_run(page: Page) -> None:
-    opened(page, PLATE)
+    opened(page, ROOT / "examples" / "pocket.dxf")
     for work in ("pocket", "cut", "drill", "pocket"):
         choose_work(page, work)
         expect(page.locator("#command")).to_contain_text("-o" if work == "drill" else f"--process {work}")

@@ -177,7 +177,7 @@ class Part:
     pockets
         What is to be cleared, in the order of the drawing.
     edge
-        Lines around the holes of a plate, of kind ``sheet``: they are shown, and never worked.
+        Lines around the holes or the pockets of a plate, of kind ``sheet``: they are shown, and never worked.
     reference
         What the places of `ReadOptions.origin` refer to (`read.reference`); None for what is worked.
     zero

@@ -11,8 +11,8 @@ from leafcut.quick_dataclass import dataclass
 #: What most shops run, in this order: what a pocket's program is measured against.
 USUAL = ("zigzag", "contour")
 
-#: What an outline is: of a pocket, of an island, or as its depth says.
-POCKET, ISLAND, EITHER = "pocket", "island", ""
+#: What an outline is: of a pocket, of an island, of a plate, or unknown until its depth is known.
+POCKET, ISLAND, EDGE, EITHER = "pocket", "island", "edge", ""
 
 #: A finishing pass takes off no more than this, in diameters, where it goes deeper than one level.
 FILM = 0.2

@@ -156,19 +156,27 @@ class PocketDrawingOptions(OptionGroup):
     section: ClassVar[str] = "pocket_drawing"
     title: ClassVar[str] = "Pocket drawings"
 
+    outline: str | None = option(
+        "text",
+        None,
+        "what the outermost outlines are: edges of plates with pockets in them, or pockets with islands in them",
+        choices=("edge", "pocket"),
+        default_words="by layer; required for outlines inside each other",
+        needs="!input=picture|wkt|step",
+    )
     pocket_layers: tuple[str, ...] = option(
         "names",
         (),
         "layers with pocket outlines; * and ? are wildcards",
         default_words="POCKET* if present",
-        needs="!input=picture",
+        needs="!input=picture|wkt",
     )
     island_layers: tuple[str, ...] = option(
         "names",
         (),
         "layers with island outlines; * and ? are wildcards",
         default_words="ISLAND* if present",
-        needs="!input=picture",
+        needs="!input=picture|wkt",
     )
     pixel_size: float | None = option(
         "quantity",

@@ -1,7 +1,8 @@
 """From the outlines of a drawing to pockets: joined, cleaned, and each island in the pocket that it stands in.
 
-Layers say what is a pocket and what an island where their names or the options do; else the depth decides: an outline
-in no other is a pocket, one inside a pocket an island, one inside an island a pocket again.
+Layers say what is a pocket and what an island where their names or the options do. Else outlines inside each other have
+two readings: the outermost is a pocket with islands in it, or it is the edge of a plate with pockets in it. The user
+chooses (`--outline`); the wrong one would mill the negative of the part.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from leafcut.geometry.overlaps import SAME
 from leafcut.geometry.tidying import polygons, tidy
 from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.model.heights import HeightCount
-from leafcut.model.pocket import EITHER, ISLAND, POCKET, Pocket
+from leafcut.model.pocket import EDGE, EITHER, ISLAND, POCKET, Pocket
 from leafcut.options import PocketDrawingOptions, SheetOptions
 from leafcut.quick_dataclass import dataclass
 from leafcut.read.filter_holes import layer_filter
@@ -48,15 +49,21 @@ class PocketOutline:
 
 
 def pockets_of_drawing(part: Part, options: PocketDrawingOptions, joining: SheetOptions, path: str) -> Part:
-    """Return a part with pockets in the place of its contours; layers or depth say which contour is what.
+    """Return a part with pockets in the place of its contours; layers or `options.outline` say which contour is what.
 
     Raises
     ------
     ReadError
         An outline is open or crosses itself, two touch or overlap, or an island lies in no pocket; with the place.
+        Outlines lie inside each other, and nothing says what the outermost is; with both readings and their sizes.
     """
     issues = list(part.issues)
-    kinds = _kinds(part.contours, options, issues, path)
+    kinds, named = _kinds(part.contours, options, issues, path)
+    outermost = options.outline or (POCKET if named else EITHER)
+    if outermost == EDGE and {POCKET, ISLAND} & set(kinds):
+        raise ReadError(
+            path, "--outline edge: layers already say what is a pocket and what an island; leave out --outline"
+        )
     chosen = [c for c, kind in zip(part.contours, kinds, strict=True) if kind is not None]
     heights = HeightCount.of((*c.path.start, c.z) for c in chosen)
     if heights.differ:
@@ -66,16 +73,20 @@ def pockets_of_drawing(part: Part, options: PocketDrawingOptions, joining: Sheet
             "choose those of one height (--layers, --pocket-layers), or draw them at one",
         )
     issues = [i for i in issues if i.code != "L406"] + heights.notes("outlines of pockets and islands")
-    return as_pockets(replace(part, issues=tuple(issues)), kinds, joining, path)
+    return as_pockets(replace(part, issues=tuple(issues)), kinds, joining, path, outermost)
 
 
-def as_pockets(part: Part, kinds: Sequence[str | None], joining: SheetOptions, path: str) -> Part:
-    """Return a part with pockets in the place of its contours.
+def as_pockets(
+    part: Part, kinds: Sequence[str | None], joining: SheetOptions, path: str, outermost: str = POCKET
+) -> Part:
+    """Return a part with pockets in the place of its contours; edges of plates become its `edge`.
 
     Parameters
     ----------
     kinds
         What each contour is: `POCKET`, `ISLAND`, `EITHER`, or None for one that is left out.
+    outermost
+        What an outline in no other is: `POCKET`, `EDGE`, or `EITHER` to refuse outlines inside each other.
 
     Raises
     ------
@@ -97,14 +108,17 @@ def as_pockets(part: Part, kinds: Sequence[str | None], joining: SheetOptions, p
         ]
         outlines, shapes = [outlines[k] for k in kept], shapes[kept]
         depth, parent = nesting(shapes)
+        _check_reading(outlines, depth, outermost)
         _check_kinds(outlines, depth, parent)
-        _check_apart(outlines, met, depth, issues)
+        level = depth - (outermost == EDGE)
+        _check_apart(outlines, met, level, issues)
     except ReadError:
         raise
     except LeafcutError as problem:
         raise ReadError(path, str(problem)) from None
-    pockets = _pockets(outlines, depth, parent, part.name)
-    return replace(part, contours=(), pockets=pockets, issues=tuple(issues))
+    pockets = _pockets(outlines, level, parent, part.name)
+    edge = tuple(replace(outlines[k].contour, kind="sheet") for k in np.flatnonzero(level < 0).tolist())
+    return replace(part, contours=(), pockets=pockets, edge=edge, issues=tuple(issues))
 
 
 # -- layers ----------------------------------------------------------------------------------------------------------
@@ -112,8 +126,8 @@ def as_pockets(part: Part, kinds: Sequence[str | None], joining: SheetOptions, p
 
 def _kinds(
     contours: Sequence[Contour], options: PocketDrawingOptions, issues: list[Issue], path: str
-) -> list[str | None]:
-    """Return what every contour is by its layer, and say (L421) where only the layer's name tells it."""
+) -> tuple[list[str | None], bool]:
+    """Return the kind of every contour and whether layers decide it; report (L421) kinds taken from layer names."""
     names = sorted({c.layer for c in contours})
     pocket_names = _named(names, options.pocket_layers, POCKET_NAMES)
     island_names = _named(names, options.island_layers, ISLAND_NAMES) - pocket_names
@@ -140,7 +154,7 @@ def _kinds(
     if left := Counter(c.layer for c, kind in zip(contours, kinds, strict=True) if kind is None):
         words = ", ".join(f"{number} on layer {shown(name, 30)}" for name, number in left.most_common(5))
         issues.append(Issue("L211", f"lines that belong to no pocket: {words}", severity=Severity.NOTE))
-    return kinds
+    return kinds, bool(pocket_names or island_names)
 
 
 def _named(names: Sequence[str], given: tuple[str, ...], usual: tuple[str, ...]) -> set[str]:
@@ -241,6 +255,32 @@ def _once(outlines: Sequence[PocketOutline], met: Sequence[Conflict], issues: li
     return [k for k in range(len(outlines)) if k not in gone]
 
 
+def _check_reading(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], outermost: str) -> None:
+    """Raise if the outermost outlines can be edges or pockets, or if edges have no pocket in them."""
+    nested = bool(depth.any())
+    if outermost == EDGE and not nested:
+        raise LeafcutError("--outline edge: no outline lies inside another, so none is a pocket; use --outline pocket")
+    if outermost != EITHER or not nested:
+        return
+    # A pocket has its islands at odd depth; a plate has its pockets there.
+    even = [o for o, deep in zip(outlines, depth.tolist(), strict=True) if deep % 2 == 0]
+    odd = [o for o, deep in zip(outlines, depth.tolist(), strict=True) if deep % 2]
+    plates = [o for o, deep in zip(outlines, depth.tolist(), strict=True) if deep == 0]
+    layers = {outline.contour.layer for outline in outlines}
+    or_layers = "; or name the layers of the pockets with --pocket-layers" if len(layers) > 1 else ""
+    raise LeafcutError(
+        f"{_sized(even, 'pocket')} with {count_of(len(odd), 'island')}, or {_sized(plates, 'plate')} with "
+        f"{_sized(odd, 'pocket')}: choose --outline pocket or --outline edge{or_layers}"
+    )
+
+
+def _sized(outlines: Sequence[PocketOutline], noun: str) -> str:
+    """Return ``1 plate (120 × 80 mm)`` or ``5 pockets (at most 30 × 20 mm)``, the size of the largest."""
+    x0, y0, x1, y1 = max((o.contour.path for o in outlines), key=lambda path: path.area).extents
+    size = f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
+    return f"{count_of(len(outlines), noun)} ({size if len(outlines) == 1 else f'at most {size}'})"
+
+
 def _check_kinds(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], parent: NDArray[np.int64]) -> None:
     """Raise where the layers say other than the depth: an island in no pocket, a pocket directly in a pocket."""
     for outline, deep, around in zip(outlines, depth.tolist(), parent.tolist(), strict=True):
@@ -255,15 +295,25 @@ def _check_kinds(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], pa
 
 
 def _check_apart(
-    outlines: Sequence[PocketOutline], met: Sequence[Conflict], depth: NDArray[np.int64], issues: list[Issue]
+    outlines: Sequence[PocketOutline], met: Sequence[Conflict], level: NDArray[np.int64], issues: list[Issue]
 ) -> None:
-    """Raise where an island touches a wall or another island; say (L423) where two pockets touch from outside."""
-    beside = []
+    """Raise where an island touches a wall or another island; report (L423) pockets that touch each other or an edge.
+
+    Parameters
+    ----------
+    level
+        -1 for the edge of a plate; from there on pockets are even and islands odd.
+    """
+    beside, at_edge = [], []
     for c in met:
-        if depth[c.first] % 2 == depth[c.second] % 2 == 0:
+        if min(level[c.first], level[c.second]) < 0:
+            if max(level[c.first], level[c.second]) == 0:
+                at_edge.append(c.place)
+            continue
+        if level[c.first] % 2 == level[c.second] % 2 == 0:
             beside.append(c.place)
             continue
-        islands = [k for k in (c.first, c.second) if depth[k] % 2]
+        islands = [k for k in (c.first, c.second) if level[k] % 2]
         one, other = outlines[islands[0]], "another island" if len(islands) == 2 else "a wall"
         raise LeafcutError(
             f"{str(one).replace('the outline', 'the island')} touches {other}, {_at(c)}; islands must stand clear, or "
@@ -272,6 +322,9 @@ def _check_apart(
     if beside:
         message = f"{count_of(len(beside), 'pair')} of pockets touch each other: no wall stays between them"
         issues.append(Issue("L423", message, places_of(beside, len(beside))))
+    if at_edge:
+        message = f"{count_of(len(at_edge), 'pocket')} at the edge of the plate: no wall stays there"
+        issues.append(Issue("L423", message, places_of(at_edge, len(at_edge))))
 
 
 def _at(conflict: Conflict) -> str:
@@ -279,13 +332,13 @@ def _at(conflict: Conflict) -> str:
 
 
 def _pockets(
-    outlines: Sequence[PocketOutline], depth: NDArray[np.int64], parent: NDArray[np.int64], name: str
+    outlines: Sequence[PocketOutline], level: NDArray[np.int64], parent: NDArray[np.int64], name: str
 ) -> tuple[Pocket, ...]:
     """Return the pockets, in the order of the drawing; several are numbered, one is called as the drawing."""
     islands: dict[int, list[int]] = {}
-    for k in np.flatnonzero(depth % 2).tolist():
+    for k in np.flatnonzero((level > 0) & (level % 2 == 1)).tolist():
         islands.setdefault(int(parent[k]), []).append(k)
-    found = np.flatnonzero(depth % 2 == 0).tolist()
+    found = np.flatnonzero(level % 2 == 0).tolist()
     return tuple(
         Pocket(
             outlines[k].contour.path,

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Source
 
-_MAIN = ("machine", "tool_diameter", "depth", "strategy", "milling", "pixel_size")
+_MAIN = ("machine", "tool_diameter", "depth", "strategy", "milling", "outline", "pixel_size")
 #: How sure layers make it that are named as pockets are, and how sure it is without.
 _BY_NAME, _UNNAMED = 0.98, 0.01
 _PLACES = ("clearance_height", "retract_height", "spindle_speed", "start_point", "end_point", "work_offset")

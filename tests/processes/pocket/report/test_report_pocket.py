@@ -149,6 +149,20 @@ def test_the_drawings_as_files_are_those_of_the_usual_and_of_the_written_strateg
     assert 'class="rapid"' in before and 'class="rapid"' not in after
 
 
+def test_the_summary_begins_with_the_size_of_the_pocket_or_of_the_largest(pocketed: Outcome) -> None:
+    def first_words(outcome: Outcome) -> str:
+        out = io.StringIO()
+        print_summary(outcome, Console(file=out, width=80, color_system=None))
+        _, name, words, *_ = out.getvalue().splitlines()
+        assert name.strip() == outcome.part.name
+        return words.split(" · ")[0]
+
+    small = replace(PLAN, pocket=Pocket(Polyline.circle(100, 0, 5)))
+    assert first_words(pocketed) == "1 pocket of 60 × 20 mm"
+    several = replace(pocketed, detail=PocketDetail((small, PLAN)))
+    assert first_words(several) == "2 pockets, the largest 60 × 20 mm"
+
+
 def test_the_summary_fits_a_terminal(pocketed: Outcome) -> None:
     out = io.StringIO()
     print_summary(pocketed, Console(file=out, width=80, color_system=None))

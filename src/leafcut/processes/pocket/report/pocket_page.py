@@ -45,10 +45,12 @@ LESS_WORK = 0.1
 
 
 def pocket_size(outcome: Outcome[PocketDetail]) -> str:
-    """Return ``180 × 140 mm``: the box of all pockets."""
+    """Return ``together 180 × 140 mm``, the box of several pockets; nothing for one, whose counts give its size."""
     boxes = [plan.pocket.outline.extents for plan in outcome.detail.plans]
+    if len(boxes) == 1:
+        return ""
     x0, y0, x1, y1 = (f(b[i] for b in boxes) for i, f in enumerate((min, min, max, max)))
-    return f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
+    return f"together {x1 - x0:.4g} × {y1 - y0:.4g} mm"
 
 
 def pocket_content(outcome: Outcome[PocketDetail]) -> PageRow:

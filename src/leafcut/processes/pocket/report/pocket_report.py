@@ -52,7 +52,7 @@ class PocketReport(PathReport[PocketDetail]):
         return pocket_counts(self.outcome)
 
     def counts_words(self) -> str:
-        """Return ``1 pocket · 3 islands · 2 levels · end mill Ø10``."""
+        """Return ``1 pocket of 180 × 140 mm · 3 islands · 2 levels · end mill Ø10``."""
         return pocket_counts_words(self.outcome)
 
     def answer(self) -> dict[str, Any]:

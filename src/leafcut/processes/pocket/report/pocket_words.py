@@ -177,11 +177,15 @@ def pocket_counts(outcome: Outcome[PocketDetail]) -> dict[str, int]:
 
 
 def pocket_counts_words(outcome: Outcome[PocketDetail]) -> str:
-    """Return ``1 pocket · 3 islands · 2 levels · end mill Ø10``."""
+    """Return ``1 pocket of 180 × 140 mm · 3 islands · 2 levels · end mill Ø10``."""
     counts = pocket_counts(outcome)
     tool = outcome.operations[0].tool
-    words = [count(counts[name], name[:-1]) for name in ("pockets", "islands", "levels") if counts[name]]
-    return " · ".join([*words, f"end mill Ø{tool.diameter:g}"])
+    largest = max((plan.pocket.outline for plan in outcome.detail.plans), key=lambda outline: abs(outline.area))
+    x0, y0, x1, y1 = largest.extents
+    number = counts["pockets"]
+    size = f"{count(number, 'pocket')}{' of' if number == 1 else ', the largest'} {x1 - x0:.4g} × {y1 - y0:.4g} mm"
+    words = [count(counts[name], name[:-1]) for name in ("islands", "levels") if counts[name]]
+    return " · ".join([size, *words, f"end mill Ø{tool.diameter:g}"])
 
 
 def angle_words(angle: float) -> str:
