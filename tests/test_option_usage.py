@@ -121,7 +121,7 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         api.optimize(at["holes.csv"], **surface, **LITTLE)
     elif work == "cut":
         common = {"process": "cut", "thickness": 6, "open_paths": "cut", **LITTLE}
-        more = {"micro_joints": 1, "heat_distance": 5, "heat_time": 1, "sweep": "x"}
+        more = {"micro_joints": 1, "heat_distance": 5, "heat_time": 1, "sweep": "x", "concentric": "all"}
         api.optimize(at["sheet.dxf"], machine="laser-table", **more, **common)
         api.optimize(at["sheet.dxf"], machine="laser-table", chains=True, **APART, **common)
         api.optimize(at["sheet.dxf"], ignore_layers="MARK", corner_loops=True, algorithm="firefly", **common)

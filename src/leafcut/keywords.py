@@ -39,7 +39,7 @@ class OptimizeKeywords(TypedDict, total=False):
         "all",
         None,
     ]
-    """Which of several concentric circles to drill (default: smallest)."""
+    """Which of several concentric circles to drill, or to cut as a hole of a sheet (default: smallest)."""
     solid: int | None
     """Which solid of a STEP file with several, by its number: without it they are listed (default: the file's only
     one).
@@ -711,6 +711,13 @@ class NestKeywords(TypedDict, total=False):
     """Units of a file that does not state them (default: the file's, else mm)."""
     layers: str | Sequence[str] | None
     """Read only these layers; * and ? are wildcards (default: all visible layers)."""
+    concentric: Literal[
+        "smallest",
+        "largest",
+        "all",
+        None,
+    ]
+    """Which of several concentric circles to drill, or to cut as a hole of a sheet (default: smallest)."""
     solid: int | None
     """Which solid of a STEP file with several, by its number: without it they are listed (default: the file's only
     one).
@@ -841,7 +848,7 @@ class SolveKeywords(TypedDict, total=False):
         "all",
         None,
     ]
-    """Which of several concentric circles to drill (default: smallest)."""
+    """Which of several concentric circles to drill, or to cut as a hole of a sheet (default: smallest)."""
     solid: int | None
     """Which solid of a STEP file with several, by its number: without it they are listed (default: the file's only
     one).
@@ -1116,7 +1123,7 @@ class CuttingDataKeywords(TypedDict, total=False):
         "all",
         None,
     ]
-    """Which of several concentric circles to drill (default: smallest)."""
+    """Which of several concentric circles to drill, or to cut as a hole of a sheet (default: smallest)."""
     solid: int | None
     """Which solid of a STEP file with several, by its number: without it they are listed (default: the file's only
     one).

@@ -331,9 +331,19 @@ def test_an_open_outline_is_refused_with_both_ends_and_may_be_dropped(draw: Draw
     path = draw(build)
     text = refusal(path)
     assert "1 open path, at (10, 10); the first ends at (20, 20)" in text
+    assert "--join-tolerance" not in text
     part = read_pockets(path, joining=SheetOptions(open_paths="drop"))
     assert part.pockets[0].area == 2500.0
     assert "L212" in codes(part)
+
+
+@pytest.mark.parametrize("gap", [0.3, 0.7, 3.2])
+def test_an_open_pocket_is_never_advised_a_join_tolerance_above_half_a_millimetre(gap: float, draw: Draw) -> None:
+    path = draw(lambda _, space: space.add_lwpolyline([(0, 0), (50, 0), (50, 50), (0, 50), (0, gap)]))
+    text = refusal(path)
+    assert f"the nearest end is {gap:g} mm away" in text
+    assert ("--join-tolerance 0.301 closes it" in text) == (gap < 0.5)
+    assert text.count("--join-tolerance") == (gap < 0.5)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import field
 from typing import Any
@@ -11,6 +12,7 @@ import shapely
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point
+from leafcut.geometry.cleaning import ends_of
 from leafcut.geometry.index import near_pairs
 from leafcut.geometry.joining import Joined, Joining, join
 from leafcut.geometry.overlaps import SAME, without_overlaps
@@ -21,6 +23,9 @@ from leafcut.quick_dataclass import dataclass
 CHORDS = 0.01
 #: And in so many chords at most, all together.
 MOST_CHORDS = 20_000_000
+#: The widest --join-tolerance that a message proposes, mm. Gaps by mistake are smaller. The ends of the cross in the
+#: centre of a hole are farther apart: they would be joined into a diamond.
+WIDEST_PROPOSED_JOIN = 0.5
 
 
 @dataclass
@@ -28,6 +33,26 @@ class Tidy(Joining):
     """Paths made of strokes, branches, and the places of what was drawn twice."""
 
     doubles: list[Point] = field(default_factory=list)
+
+
+def join_advice(number: int, paths: Sequence[Polyline]) -> str:
+    """Return where the end nearest to an end of an open path is, and how to close the gap between them.
+
+    Parameters
+    ----------
+    number
+        Of the path in `paths`; its own other end counts too.
+    """
+    ends = ends_of(paths)
+    own = slice(2 * number, 2 * number + 2)
+    away = np.hypot(*(ends[None, :, :] - ends[own, None, :]).transpose(2, 0, 1))
+    away[[0, 1], [2 * number, 2 * number + 1]] = math.inf
+    one, other = np.unravel_index(int(np.argmin(away)), away.shape)
+    gap = float(away[one, other])
+    x, y = ends[other].tolist()
+    wide = math.ceil(gap * 1000.0 + 1e-6) / 1000.0
+    closes = f"--join-tolerance {wide:g} closes it" if wide <= WIDEST_PROPOSED_JOIN else "draw what is missing there"
+    return f" (the nearest end is {gap:.3g} mm away at ({x:g}, {y:g}): {closes})"
 
 
 def tidy(strokes: Sequence[Polyline], tolerance: float) -> Tidy:

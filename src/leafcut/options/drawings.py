@@ -56,7 +56,7 @@ class ReadOptions(OptionGroup):
     concentric: str = option(
         "text",
         "smallest",
-        "which of several concentric circles to drill",
+        "which of several concentric circles to drill, or to cut as a hole of a sheet",
         choices=("smallest", "largest", "all"),
     )
     solid: int | None = option(

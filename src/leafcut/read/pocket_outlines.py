@@ -20,7 +20,7 @@ from leafcut.errors import LeafcutError, ReadError, count_of, shown
 from leafcut.geometry.cleaning import cleaned, counter_clockwise
 from leafcut.geometry.containment import Conflict, conflicts, nesting
 from leafcut.geometry.overlaps import SAME
-from leafcut.geometry.tidying import polygons, tidy
+from leafcut.geometry.tidying import join_advice, polygons, tidy
 from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.model.heights import HeightCount
 from leafcut.model.pocket import EDGE, EITHER, ISLAND, POCKET, Pocket
@@ -183,11 +183,11 @@ def _outlines(
     made = [outline for kind, own in strokes.items() for outline in _joined(own, kind, joining, issues)]
     opened = [o for o in made if not o.contour.path.closed]
     if opened and joining.open_paths != "drop":
-        places = [o.contour.path.start for o in opened]
-        x, y = opened[0].contour.path.end
+        paths = [o.contour.path for o in opened]
+        x, y = paths[0].end
         raise LeafcutError(
-            f"{count_of(len(opened), 'open path')}, {places_of(places, len(opened))}; the first ends at "
-            f"({x:.6g}, {y:.6g}); close the outline, widen --join-tolerance, or use --open-paths drop"
+            f"{count_of(len(opened), 'open path')}, {places_of([p.start for p in paths], len(paths))}; the first ends "
+            f"at ({x:.6g}, {y:.6g}){join_advice(0, paths)}; close the outline, or use --open-paths drop"
         )
     if opened:
         places = [o.contour.path.start for o in opened]

@@ -26,7 +26,7 @@ class Nesting(Process):
     title = "nesting"
     options = (NestOptions,)
     uses = (
-        use(ReadOptions, "units", "layers", "solid", "strict", up="")
+        use(ReadOptions, "units", "layers", "concentric", "solid", "strict", up="")
         | use(SheetOptions)
         | use(MachineOptions, "machine")
     )
@@ -41,7 +41,7 @@ class Nesting(Process):
         ("search", ("variants", "preset", "time_limit")),
         ("nest", ("nester", "blocks", "max_sheets", "machine")),
         ("sheet", all_of(SheetOptions)),
-        ("read", ("units", "layers", "solid", "up", "strict")),
+        ("read", ("units", "layers", "concentric", "solid", "up", "strict")),
         ("solve", ("iterations", "seed", "threads")),
     )
 

@@ -230,7 +230,7 @@ def _drawing(source: Source, settings: Settings, look: Heartbeat) -> Sheet:
 
     part = read_contours(source, settings.read, look)
     try:
-        return prepare_sheet(part, settings.sheet)
+        return prepare_sheet(part, settings.sheet, settings.read.concentric)
     except PlanError as error:
         # Of several drawings, which one; a refusal may name it already.
         raise error if str(error).startswith(source.path) else PlanError(f"{source}: {error}") from None
@@ -289,7 +289,7 @@ def _remnant(word: SheetWord, source: Source, margin: float, look: Heartbeat) ->
 
     part = read_contours(source, ReadOptions(), look)
     try:
-        drawn = prepare_sheet(part, SheetOptions(cut_layers=("*",), ignore_layers=MARK_NAMES))
+        drawn = prepare_sheet(part, SheetOptions(cut_layers=("*",), ignore_layers=MARK_NAMES), "all")
     except PlanError as error:
         raise error if str(error).startswith(word.name) else PlanError(f"{shown(word.name)}: {error}") from None
     outer = [c.contour.path for c in drawn.contours if c.depth == 0]
@@ -356,6 +356,6 @@ def _read_back(one: Nest, layout: Layout, name: str, text: str) -> None:
     from leafcut.read.format import Source
 
     part = read_dxf_contours(Source(name, text.encode()), ReadOptions())
-    faults = check_drawing(one, layout, prepare_sheet(part, SheetOptions(open_paths="cut")))
+    faults = check_drawing(one, layout, prepare_sheet(part, SheetOptions(open_paths="cut"), "all"))
     if faults:
         raise VerifyError(f"{name}: was not written: {faults[0]}")

@@ -169,7 +169,9 @@ def _sheet(run: Run, source: Source) -> tuple[Part, Sheet]:
 
     part = read_contours(source, run.settings.read, run.looking("reading"))
     part = placed(part, run.settings.read)
-    return part, with_chosen_holes(prepare_sheet(part, run.settings.sheet), run.settings.read)
+    return part, with_chosen_holes(
+        prepare_sheet(part, run.settings.sheet, run.settings.read.concentric), run.settings.read
+    )
 
 
 def _cut_data(run: Run) -> tuple[CutData, list[Issue]]:

@@ -34,7 +34,7 @@ class SheetCutting(Process):
     name = "cut"
     title = "cutting a sheet"
     options = (CutOptions,)
-    uses = use(ReadOptions, but=("merge_tolerance", "concentric", "z_zero")) | use(SheetOptions) | use(MachineOptions)
+    uses = use(ReadOptions, but=("merge_tolerance", "z_zero")) | use(SheetOptions) | use(MachineOptions)
     uses |= use(JobOptions, *_JOB, start_point="start_corner=free") | use(CutDataOptions)
     uses |= ORDERED | use(PostOptions, but=("coolant", *CHANGES))
     command = "cut"
@@ -49,7 +49,7 @@ class SheetCutting(Process):
         ("cut", (*_CUT, *all_of(CutOptions, (*_MAIN, *_CUT, "save_plan", "save_norms")))),
         ("place", (*PLACE, *_PLACES, "work_offset")),
         ("sheet", all_of(SheetOptions)),
-        ("read", ("units", "layers", "min_diameter", "max_diameter", "solid", "up", "strict")),
+        ("read", ("units", "layers", "min_diameter", "max_diameter", "concentric", "solid", "up", "strict")),
         ("post", (*POST, "beam_power", "mark_power", "path_tolerance", "material_number")),
         ("solve", SEARCH_MORE),
     )

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from leafcut.errors import LeafcutError, PlanError
 from leafcut.geometry.polyline import Polyline
-from leafcut.model import Contour, Part, Sheet
+from leafcut.model import Contour, Part, Severity, Sheet
 from leafcut.model.saving import from_json, to_json
 from leafcut.options import SheetOptions
 from leafcut.processes.sheet.plan.sheet import prepare_sheet
@@ -35,8 +35,8 @@ def disc(x: float, y: float, r: float, layer: str = "") -> Contour:
     return Contour(Polyline.circle(x, y, r, clockwise=True), layer=layer)
 
 
-def sheet(*contours: Contour, **options: object) -> Sheet:
-    return prepare_sheet(Part("test", contours=contours), SheetOptions(**options))
+def sheet(*contours: Contour, concentric: str = "smallest", **options: object) -> Sheet:
+    return prepare_sheet(Part("test", contours=contours), SheetOptions(**options), concentric)
 
 
 def codes(found: Sheet) -> list[str]:
@@ -254,7 +254,10 @@ def test_a_nest_drawn_as_loose_lines_and_arcs_in_any_order_is_the_nest_again(tmp
         else:
             space.add_line(*((s.start, s.end) if draw.random() < 0.5 else (s.end, s.start)))
     document.saveas(tmp_path / "nest.dxf")
-    loose, whole = prepare_sheet(read_contours(tmp_path / "nest.dxf")), sheet(*contours)
+    loose, whole = (
+        prepare_sheet(part, concentric="all")
+        for part in (read_contours(tmp_path / "nest.dxf"), Part("test", contours=tuple(contours)))
+    )
     assert loose.issues == ()
 
     def summary(found: Sheet) -> list[tuple[float, ...]]:
@@ -371,6 +374,103 @@ def test_real_sheets_of_a_cam_are_read_with_their_edge(
     found = prepare_sheet(read_contours(data / "nesting" / "sirius_sheets" / name))
     assert (found.n_parts, sum(c.is_hole for c in found.contours)) == counts
     assert found.outline is not None and found.outline.area == pytest.approx(size)
+
+
+def diameters(found: Sheet) -> list[float]:
+    """Return the diameters of the round contours of a sheet, with a minus sign for holes."""
+    circles = [c for c in found.contours if c.contour.path.n_segments == 2]
+    return sorted(c.contour.path.length / math.pi * (-1 if c.is_hole else 1) for c in circles)
+
+
+def test_of_two_circles_of_a_countersunk_hole_the_smaller_is_cut_as_a_hole_and_the_larger_is_reported() -> None:
+    plate = [box(0, 0, 60, 60), disc(15, 15, 2), disc(15, 15, 1), disc(45, 15, 2), disc(45, 15, 1), disc(30, 45, 3)]
+    found = sheet(*plate)
+    assert diameters(found) == pytest.approx([-6, -2, -2])
+    assert {(c.depth, c.part) for c in found.contours} == {(0, 1), (1, 1)}
+    (told,) = [issue for issue in found.issues if issue.code == "L302"]
+    assert told.severity is Severity.MISSING
+    assert told.message.startswith("2 circles around a hole with the same centre not cut: countersinks")
+    assert told.place == "at (15, 15), (45, 15)"
+
+
+def test_concentric_says_which_circle_of_a_bore_is_cut() -> None:
+    plate = [box(0, 0, 60, 60), disc(30, 30, 5), disc(30, 30, 3)]
+    assert diameters(sheet(*plate)) == pytest.approx([-6])
+    assert diameters(sheet(*plate, concentric="largest")) == pytest.approx([-10])
+    whole = sheet(*plate, concentric="all")
+    assert diameters(whole) == pytest.approx([-10, 6]) and whole.n_parts == 2 and "L302" not in codes(whole)
+
+
+@pytest.mark.parametrize(
+    ("radii", "kept"),
+    [
+        ((6, 4, 2.5), [-5]),  # a counterbore, a countersink and the hole
+        ((24, 12, 8), [-48, -16, 24]),  # wider than the head of a screw: a ring in a hole
+    ],
+)
+def test_a_stepped_bore_is_one_hole_and_a_ring_in_a_wide_hole_is_a_part(
+    radii: tuple[float, ...], kept: list[float]
+) -> None:
+    assert diameters(sheet(box(0, 0, 60, 60), *(disc(30, 30, r) for r in radii))) == pytest.approx(kept)
+
+
+def test_rings_a_washer_with_a_countersink_and_parts_in_holes_keep_their_circles() -> None:
+    washer = [disc(20, 20, 10)]
+    assert diameters(sheet(*washer, disc(20, 20, 3))) == pytest.approx([-6, 20])
+    assert diameters(sheet(*washer, disc(20, 20, 5), disc(20, 20, 3))) == pytest.approx([-6, 20])
+    rings = [disc(20, 20, r) for r in (18, 14, 13, 9, 8, 4)]
+    assert diameters(sheet(*rings)) == pytest.approx([-28, -18, -8, 16, 26, 36])
+    # Beside the centre, with something else in the hole, or with something in the disc: a part in a hole.
+    plate = box(0, 0, 60, 60)
+    assert sheet(plate, disc(30, 30, 20), disc(32, 30, 5)).n_parts == 2
+    assert sheet(plate, disc(30, 30, 20), disc(30, 30, 5), box(38, 28, 4, 4)).n_parts == 3
+    assert sheet(plate, disc(30, 30, 20), disc(30, 30, 5), box(29, 29, 2, 2)).n_parts == 2
+
+
+def test_a_circle_of_a_bore_that_is_drawn_in_chords_counts_as_a_circle() -> None:
+    corners = [(30 + 4 * math.cos(a), 30 + 4 * math.sin(a)) for a in np.linspace(0, 2 * math.pi, 37)[:-1]]
+    chords = Contour(Polyline.of_points(corners, closed=True))
+    assert diameters(sheet(box(0, 0, 60, 60), chords, disc(30, 30, 2))) == pytest.approx([-4])
+
+
+@pytest.mark.parametrize(
+    ("holes", "pieces"),
+    [
+        ([box(0, 20, 60, 5)], 2),  # from edge to edge
+        ([box(10, 10, 20, 20), box(30, 10, 20, 20)], 1),  # side by side: a wider window
+        # Four bars around a square, which falls out.
+        ([box(10, 10, 30, 5), box(40, 10, 5, 30), box(15, 40, 30, 5), box(10, 15, 5, 30)], 2),
+        ([disc(30, 10, 10), disc(30, 30, 10), disc(30, 50, 10)], 2),
+        ([disc(30, 10, 10), disc(30, 30, 10), disc(30, 49, 9)], 1),
+    ],
+)
+def test_a_part_that_its_touching_holes_divide_is_refused_with_the_size_of_the_smallest_piece(
+    holes: list[Contour], pieces: int
+) -> None:
+    """By shapely: the pieces of the plate without its holes."""
+    plate = box(0, 0, 60, 60)
+    outline, *cut = (shapely.Polygon(c.path.flattened(0.001)) for c in (plate, *holes))
+    left = shapely.difference(outline, shapely.union_all(cut)).buffer(-0.02)
+    assert len(shapely.get_parts(left)) == pieces
+    if pieces == 1:
+        assert "L423" in codes(sheet(plate, *holes))
+        return
+    text = refusal(plate, *holes)
+    assert f"falls into {pieces} pieces" in text and "move them apart" in text
+    x0, y0, x1, y1 = min(shapely.get_parts(left), key=lambda piece: piece.area).bounds
+    width, height = (float(word) for word in text.partition("smallest ")[2].partition(" mm")[0].split(" × "))
+    assert (width, height) == pytest.approx((x1 - x0, y1 - y0), abs=0.6)
+
+
+def test_no_message_proposes_a_join_tolerance_above_half_a_millimetre() -> None:
+    """The ends of two crossed centre marks, 3.2 mm apart, would be joined into a diamond."""
+    marks = line((8, 10), (12.54, 10)), line((10.27, 7.73), (10.27, 12.27))
+    assert math.dist(marks[0].path.start, marks[1].path.start) == pytest.approx(3.21, abs=0.01)
+    text = refusal(box(0, 0, 20, 20), *marks)
+    assert "--join-tolerance" not in text and "draw what is missing there" in text
+    for gap in (0.1, 0.499, 0.501, 0.6, 4.9):
+        text = refusal(line((0, 0), (20, 0), (20, 20), (0, 20), (0, gap)))
+        assert ("--join-tolerance" in text) == (gap < 0.5)
 
 
 def test_an_open_path_names_the_nearest_end_and_the_tolerance_that_closes_it() -> None:

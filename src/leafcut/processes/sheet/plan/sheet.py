@@ -16,37 +16,47 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError, count_of, shown
-from leafcut.geometry.cleaning import cleaned, counter_clockwise, ends_of
+from leafcut.geometry.cleaning import cleaned, counter_clockwise
 from leafcut.geometry.containment import around, conflicts, nesting
 from leafcut.geometry.overlaps import SAME
 from leafcut.geometry.polyline import Polyline
-from leafcut.geometry.tidying import polygons, tidy
+from leafcut.geometry.tidying import join_advice, polygons, tidy
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Part
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.options import SheetOptions
 from leafcut.processes.layers import kinds_of
+from leafcut.processes.sheet.plan.hole_sizes import round_diameter
 from leafcut.quick_dataclass import dataclass
 
 #: A closed outline smaller than this in both directions is likely a drawing error, mm.
 TINY = 0.5
-#: The widest --join-tolerance, mm.
-WIDEST_JOIN = 5.0
+#: Centres of circles that belong to one bore differ by less than this: rounded coordinates and chords, mm.
+SAME_CENTRE = 0.05
+#: Three circles or more with one centre are a stepped bore up to this diameter, the head of an M20 screw, mm; wider
+#: ones are rings that are nested in each other.
+WIDEST_STEPPED = 40.0
 #: So many layers are named where nothing on them is cut.
 MOST_LAYERS = 5
 
 
-def prepare_sheet(part: Part, options: SheetOptions | None = None) -> Sheet:
+def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: str = "smallest") -> Sheet:
     """Return the contours of a drawing joined, cleaned and checked, each with its place among the others.
 
     O(n log n); thousands of contours take about a second.
+
+    Parameters
+    ----------
+    concentric
+        Which circles of a bore are cut (`ReadOptions.concentric`): ``smallest``, ``largest`` or ``all``.
 
     Raises
     ------
     PlanError
         Nothing is left to cut or mark; an outline is open (unless `options.open_paths` allows it) or crosses itself;
-        parts overlap, or lie beyond the sheet's edge. One line with places and what to do.
+        parts overlap, fall apart where their outlines touch, or lie beyond the sheet's edge. One line with places and
+        what to do.
     """
     options = options or SheetOptions()
     issues = list(part.issues)
@@ -69,7 +79,10 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None) -> Sheet:
     marks = [*marks, *more_marks]
     shapes = polygons([m.contour.path for m in closed])
     _check_simple(closed, shapes)
-    kept = _once(closed, shapes, issues)
+    kept, touching = _once(closed, shapes, issues)
+    _check_whole(closed, shapes, kept, touching)
+    closed, shapes = [closed[k] for k in kept], shapes[kept]
+    kept = _one_per_bore(closed, shapes, concentric, issues)
     closed, shapes = [closed[k] for k in kept], shapes[kept]
     if not closed and not opened and not marks:
         layers = list(dict.fromkeys(shown(c.layer) for c in part.contours if c.layer))
@@ -220,11 +233,10 @@ def _opened(
     places = _at([p.start for p in paths])
     number = count_of(len(opened), "open path")
     if options.open_paths == "refuse":
-        first = "; ".join(_ends(m) + _nearest_end(k, paths) for k, m in enumerate(opened[:3]))
+        first = "; ".join(_ends(m) + join_advice(k, paths) for k, m in enumerate(opened[:3]))
         raise PlanError(
-            f"{number} on layers that are cut: {first}{' …' if len(opened) > 3 else ''}; close the outline, widen "
-            "--join-tolerance, leave a layer out (--ignore-layers), or use --open-paths cut, mark or "
-            "drop"
+            f"{number} on layers that are cut: {first}{' …' if len(opened) > 3 else ''}; close the outline, leave a "
+            "layer out (--ignore-layers), or use --open-paths cut, mark or drop"
         )
     if options.open_paths == "drop":
         issues.append(Issue("L212", f"{number} left out", places))
@@ -251,8 +263,10 @@ def _check_simple(closed: list[_PlacedContour], shapes: NDArray[Any]) -> None:
         raise PlanError(f"{number} crossing or touching itself, {_at(places)}; repair the drawing")
 
 
-def _once(closed: list[_PlacedContour], shapes: NDArray[Any], issues: list[Issue]) -> list[int]:
-    """Return which outlines to take, none twice; said is what is drawn twice, touches or is tiny; none overlap."""
+def _once(
+    closed: list[_PlacedContour], shapes: NDArray[Any], issues: list[Issue]
+) -> tuple[list[int], list[tuple[int, int]]]:
+    """Return which outlines to take, none twice, and the pairs that touch; report doubles, touching and tiny ones."""
     met = conflicts(shapes)
     gone = {c.second for c in met if c.kind == "same"}
     across = [c for c in met if c.kind == "overlap" and not {c.first, c.second} & gone]
@@ -266,16 +280,99 @@ def _once(closed: list[_PlacedContour], shapes: NDArray[Any], issues: list[Issue
     if gone:
         places = [closed[k].contour.path.start for k in sorted(gone)]
         issues.append(Issue("L312", f"{count_of(len(gone), 'outline')} drawn twice merged", _at(places)))
-    touching = [c.place for c in met if c.kind == "touch" and not {c.first, c.second} & gone]
+    touching = [c for c in met if c.kind == "touch" and not {c.first, c.second} & gone]
     if touching:
         message = f"{count_of(len(touching), 'pair')} of outlines touch each other: there is no room for the kerf"
-        issues.append(Issue("L423", message, _at(touching)))
+        issues.append(Issue("L423", message, _at([c.place for c in touching])))
     kept = [k for k in range(len(closed)) if k not in gone]
     tiny = [e for e in (closed[k].contour.path.extents for k in kept) if max(e[2] - e[0], e[3] - e[1]) < TINY]
     if tiny:
         message = f"{count_of(len(tiny), 'outline')} smaller than {TINY:g} mm"
         issues.append(Issue("L213", message, _at([(e[0], e[1]) for e in tiny])))
-    return kept
+    return kept, [(c.first, c.second) for c in touching]
+
+
+def _check_whole(
+    closed: list[_PlacedContour], shapes: NDArray[Any], kept: list[int], touching: list[tuple[int, int]]
+) -> None:
+    """Raise `PlanError` for a part that falls into pieces, because its holes touch its outline or each other."""
+    if not touching:
+        return
+    inside = np.full((2, len(closed)), -1)
+    depth, parent = nesting(shapes[kept])
+    inside[:, kept] = depth, [kept[around_it] if around_it >= 0 else -1 for around_it in parent.tolist()]
+    owner = [k if deep % 2 == 0 else around_it for k, (deep, around_it) in enumerate(inside.T.tolist())]
+    for part in sorted({owner[a] for a, b in touching if owner[a] == owner[b]}):
+        holes = [k for k in kept if inside[0, k] % 2 and inside[1, k] == part]
+        whole = shapely.difference(shapes[part], shapely.union_all(shapes[holes]))
+        # What touches is up to this far apart.
+        pieces = shapely.get_parts(shapely.buffer(whole, -SAME, join_style="mitre"))
+        if len(pieces) > 1:
+            x0, y0, x1, y1 = min(pieces, key=lambda piece: piece.area).bounds
+            raise PlanError(
+                f"{_named(closed[part])} falls into {len(pieces)} pieces, the smallest {x1 - x0:.3g} × {y1 - y0:.3g} "
+                f"mm at ({x0:.5g}, {y0:.5g}): its holes touch its outline or each other; move them apart"
+            )
+
+
+def _one_per_bore(
+    closed: list[_PlacedContour], shapes: NDArray[Any], concentric: str, issues: list[Issue]
+) -> list[int]:
+    """Return which outlines to cut: of the circles of one bore, the one that `concentric` says (L302).
+
+    A countersink, a counterbore or a thread is drawn as a circle around its hole. If both were cut, a disc would fall
+    out of a hole that is too wide.
+    """
+    every = list(range(len(closed)))
+    if concentric == "all":
+        return every
+    gone = []
+    for bore in _bores(closed, shapes):
+        bore.sort(key=lambda k: abs(closed[k].contour.path.area), reverse=concentric == "largest")
+        gone += bore[1:]
+    if gone:
+        circles, places = count_of(len(gone), "circle"), _at([shapely.centroid(shapes[k]).coords[0] for k in gone])
+        if concentric == "largest":
+            words = f"{circles} inside a larger one with the same centre not cut (--concentric largest)"
+            issues.append(Issue("L302", words, places))
+        else:
+            words = (
+                f"{circles} around a hole with the same centre not cut: countersinks, counterbores and threads are "
+                "left to other machines; to cut every circle, use --concentric all"
+            )
+            issues.append(Issue("L302", words, places, Severity.MISSING))
+    return [k for k in every if k not in set(gone)]
+
+
+def _bores(closed: list[_PlacedContour], shapes: NDArray[Any]) -> list[list[int]]:
+    """Return the circles of every bore: a round hole, and in it nothing but one circle in the other, to its centre."""
+    widths = [round_diameter(m.contour.path) for m in closed]
+    if sum(width is not None for width in widths) < 2:
+        return []
+    depth, parent = (column.tolist() for column in nesting(shapes))
+    centres = shapely.get_coordinates(shapely.centroid(shapes)).tolist()
+    inside: dict[int, list[int]] = {}
+    for k, around_it in enumerate(parent):
+        inside.setdefault(around_it, []).append(k)
+
+    def concentric(a: int, b: int) -> bool:
+        """Return whether two outlines are circles of one part with one centre."""
+        same_part = closed[a].contour.part == closed[b].contour.part
+        return None not in (widths[a], widths[b]) and same_part and math.dist(centres[a], centres[b]) <= SAME_CENTRE
+
+    found: list[list[int]] = []
+    for hole in (k for k in range(len(closed)) if depth[k] % 2):
+        bore = [hole]
+        while len(within := inside.get(bore[-1], [])) == 1 and concentric(bore[-1], within[0]):
+            bore.append(within[0])
+        # One ring around a bore is a washer; more are rings that are nested in each other.
+        around_it = parent[hole]
+        washer = concentric(hole, around_it)
+        nested = washer and depth[around_it] > 0 and concentric(around_it, parent[around_it])
+        stepped = len(bore) == 2 or (not washer and (widths[hole] or 0.0) <= WIDEST_STEPPED)
+        if len(bore) > 1 and not within and not nested and stepped:
+            found.append(bore)
+    return found
 
 
 def _placed(
@@ -363,20 +460,6 @@ def _ends(made: _PlacedContour) -> str:
     (x0, y0), (x1, y1) = made.contour.path.start, made.contour.path.end
     layer = f" on layer {made.contour.layer}" if made.contour.layer else ""
     return f"from ({x0:g}, {y0:g}) to ({x1:g}, {y1:g}), {math.hypot(x1 - x0, y1 - y0):.3g} mm apart{layer}"
-
-
-def _nearest_end(number: int, paths: Sequence[Polyline]) -> str:
-    """Return where the end nearest to an end of a path is, its own other one too, and what joins the two."""
-    ends = ends_of(paths)
-    own = slice(2 * number, 2 * number + 2)
-    away = np.hypot(*(ends[None, :, :] - ends[own, None, :]).transpose(2, 0, 1))
-    away[[0, 1], [2 * number, 2 * number + 1]] = math.inf
-    one, other = np.unravel_index(int(np.argmin(away)), away.shape)
-    gap = float(away[one, other])
-    x, y = ends[other].tolist()
-    wide = math.ceil(gap * 1000.0 + 1e-6) / 1000.0
-    closes = f"--join-tolerance {wide:g} closes it" if wide <= WIDEST_JOIN else "draw what is missing there"
-    return f" (the nearest end is {gap:.3g} mm away at ({x:g}, {y:g}): {closes})"
 
 
 def _at(places: Sequence[Any]) -> str:
