@@ -103,6 +103,7 @@ def test_outline_edge_takes_the_outermost_as_the_edge_of_the_part_and_mills_insi
     assert [(one.path.area, one.kind) for one in part.edge] == [(100.0**2, "sheet")]
 
 
+@pytest.mark.hazard
 def test_outlines_inside_each_other_are_refused_with_both_readings_and_their_sizes(draw: Draw) -> None:
     def build(_: Any, space: Any) -> None:
         space.add_lwpolyline([(0, 0), (120, 0), (120, 80), (0, 80)], close=True)
@@ -121,6 +122,7 @@ def test_outlines_inside_each_other_are_refused_with_both_readings_and_their_siz
     )
 
 
+@pytest.mark.hazard
 def test_the_pockets_of_a_plate_and_its_negative_share_no_area(draw: Draw) -> None:
     drawing = draw(plate)
     regions = []
@@ -157,6 +159,7 @@ def test_closed_outlines_side_by_side_are_pockets_without_a_question_and_no_plat
     assert "no outline lies inside another" in refusal(drawing, outline="edge")
 
 
+@pytest.mark.hazard
 def test_layers_that_say_what_is_a_pocket_leave_nothing_to_outline_edge(data: Path) -> None:
     drawing = data / "pockets" / "p5_islands3.dxf"
     (asked,) = read_pockets(drawing, None, PocketDrawingOptions(outline="pocket")).pockets
@@ -165,6 +168,7 @@ def test_layers_that_say_what_is_a_pocket_leave_nothing_to_outline_edge(data: Pa
     assert "layers already say" in refusal(drawing, outline="edge")
 
 
+@pytest.mark.hazard
 def test_a_pocket_at_the_edge_of_its_plate_is_reported(draw: Draw) -> None:
     def build(_: Any, space: Any) -> None:
         space.add_lwpolyline(square(50), close=True)
@@ -177,6 +181,7 @@ def test_a_pocket_at_the_edge_of_its_plate_is_reported(draw: Draw) -> None:
     ]
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("name", ["deepnestport_1", "deepnestport_3", "deepnestport_10", "deepnestport_11"])
 def test_real_plates_without_layers_are_never_milled_as_their_negative(name: str, data: Path) -> None:
     drawing = data / "dxf" / f"{name}.dxf"
@@ -337,6 +342,7 @@ def test_an_open_outline_is_refused_with_both_ends_and_may_be_dropped(draw: Draw
     assert "L212" in codes(part)
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize("gap", [0.3, 0.7, 3.2])
 def test_an_open_pocket_is_never_advised_a_join_tolerance_above_half_a_millimetre(gap: float, draw: Draw) -> None:
     path = draw(lambda _, space: space.add_lwpolyline([(0, 0), (50, 0), (50, 50), (0, 50), (0, gap)]))

@@ -382,6 +382,7 @@ def diameters(found: Sheet) -> list[float]:
     return sorted(c.contour.path.length / math.pi * (-1 if c.is_hole else 1) for c in circles)
 
 
+@pytest.mark.hazard
 def test_of_two_circles_of_a_countersunk_hole_the_smaller_is_cut_as_a_hole_and_the_larger_is_reported() -> None:
     plate = [box(0, 0, 60, 60), disc(15, 15, 2), disc(15, 15, 1), disc(45, 15, 2), disc(45, 15, 1), disc(30, 45, 3)]
     found = sheet(*plate)
@@ -401,6 +402,7 @@ def test_concentric_says_which_circle_of_a_bore_is_cut() -> None:
     assert diameters(whole) == pytest.approx([-10, 6]) and whole.n_parts == 2 and "L302" not in codes(whole)
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     ("radii", "kept"),
     [
@@ -414,6 +416,7 @@ def test_a_stepped_bore_is_one_hole_and_a_ring_in_a_wide_hole_is_a_part(
     assert diameters(sheet(box(0, 0, 60, 60), *(disc(30, 30, r) for r in radii))) == pytest.approx(kept)
 
 
+@pytest.mark.hazard
 def test_rings_a_washer_with_a_countersink_and_parts_in_holes_keep_their_circles() -> None:
     washer = [disc(20, 20, 10)]
     assert diameters(sheet(*washer, disc(20, 20, 3))) == pytest.approx([-6, 20])
@@ -433,6 +436,7 @@ def test_a_circle_of_a_bore_that_is_drawn_in_chords_counts_as_a_circle() -> None
     assert diameters(sheet(box(0, 0, 60, 60), chords, disc(30, 30, 2))) == pytest.approx([-4])
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     ("holes", "pieces"),
     [
@@ -462,6 +466,7 @@ def test_a_part_that_its_touching_holes_divide_is_refused_with_the_size_of_the_s
     assert (width, height) == pytest.approx((x1 - x0, y1 - y0), abs=0.6)
 
 
+@pytest.mark.hazard
 def test_no_message_proposes_a_join_tolerance_above_half_a_millimetre() -> None:
     """The ends of two crossed centre marks, 3.2 mm apart, would be joined into a diamond."""
     marks = line((8, 10), (12.54, 10)), line((10.27, 7.73), (10.27, 12.27))
