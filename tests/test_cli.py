@@ -309,9 +309,9 @@ def test_settings_are_checked_when_they_are_made() -> None:
 
 def test_quiet_still_warns_of_lost_holes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "odd.csv").write_text("x,y,diameter\n0,0,3\n9,oops,3\n5,5,3\n")
-    out, err = answer(capsys, "optimize", str(tmp_path / "odd.csv"), "-q", "--thickness", "2")
+    out, err = answer(capsys, "optimize", str(tmp_path / "odd.csv"), "-q", "--thickness", "2", status=3)
     assert out == ""
-    assert "warning: L208" in err
+    assert "missing: L208" in err
     assert "odd.csv" in err or "line 3" in err or ":3" in err
 
 

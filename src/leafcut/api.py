@@ -35,7 +35,7 @@ from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution, Solved
 from leafcut.options import Settings, flag_name
 from leafcut.processes import registry
-from leafcut.processes.course import Run, machine_of, too_short
+from leafcut.processes.course import Run, machine_of, refuse_missing, too_short
 from leafcut.processes.settings import collect, settings_for
 from leafcut.read import Input
 from leafcut.read.nest_list import WantedDrawing
@@ -175,6 +175,7 @@ def _work(run: Run, sources: Sequence[Input], asked: str) -> tuple[Process, Outc
     settings = settings_for(run.settings, process, inputs[0][0].name)
     run = replace(run, settings=replace(settings, process=registry.needed_word(inputs, asked)))
     outcome = process.run(run, [loaded for _, loaded in inputs], asked)
+    refuse_missing(run.settings, inputs[0][1], outcome.missing)
     issues = (*outcome.issues, *too_short(run))
     return process, replace(outcome, issues=issues, defaults=run.settings.from_defaults())
 

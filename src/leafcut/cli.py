@@ -417,7 +417,7 @@ def _optimize(
 
 
 def _status_of(outcome: Outcome) -> int:
-    return INCOMPLETE if any(issue.severity == "missing" for issue in outcome.issues) else DONE
+    return INCOMPLETE if outcome.missing else DONE
 
 
 def _without_what_is_known(outcome: Outcome) -> Outcome:
@@ -754,7 +754,7 @@ def _nest(
         from rich.console import Console
 
         registry.command("nest_summary")(outcome, Console(stderr=to_standard_output))
-    return INCOMPLETE if any(issue.severity == "missing" for issue in outcome.issues) else DONE
+    return INCOMPLETE if outcome.missing else DONE
 
 
 def _simulate(

@@ -42,7 +42,9 @@ def test_lines_are_the_edge_and_arcs_that_became_a_hole_are_not(tmp_path: Path) 
     assert len(part.holes) == 4
     assert [c.kind for c in part.edge] == ["sheet"] * 4
     assert box(part) == (0.0, 0.0, 200.0, 100.0)
-    assert [i.message for i in part.issues if i.code == "L201"] == ["4 LINE: not a hole"]
+    assert [i.message for i in part.issues if i.code == "L201"] == [
+        "the outline around all holes, 200 × 100 mm, is not cut"
+    ]
 
 
 def test_choosing_the_layer_of_the_holes_hides_no_edge_but_a_layer_that_is_off_does(tmp_path: Path) -> None:

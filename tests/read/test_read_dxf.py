@@ -141,9 +141,12 @@ def test_a_slot_outline_and_a_rectangle_are_counted_by_kind_and_are_no_holes(dra
 
     part = read(draw(build))
     assert places(part) == [(50, 50, 2)]
-    found = sorted(i.message for i in part.issues)
-    assert found == ["1 LINE: not a hole", "1 SPLINE: not a hole", "2 LWPOLYLINE: not a hole"]
-    assert all(i.severity is Severity.NOTE for i in part.issues)
+    found = sorted((i.severity, i.message) for i in part.issues)
+    assert found == [
+        (Severity.MISSING, "2 slots not milled: only round holes are drilled"),
+        (Severity.NOTE, "1 LINE: not a hole"),
+        (Severity.NOTE, "1 SPLINE: not a hole"),
+    ]
 
 
 def test_a_circular_ellipse_is_a_hole_and_another_is_not(draw):
@@ -236,7 +239,7 @@ def test_a_block_scaled_unevenly_makes_no_hole_and_is_reported(draw):
 
     part = read(draw(build))
     assert places(part) == [(0, 0, 2)]
-    assert issue(part, "L207").severity is Severity.WARNING
+    assert issue(part, "L207").severity is Severity.MISSING
 
 
 def test_a_circle_out_of_the_plane_is_skipped_and_one_at_another_height_is_not(draw):

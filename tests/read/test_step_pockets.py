@@ -22,6 +22,7 @@ from leafcut.model import Part
 from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.toolpath import Kind, ToolpathBuilder
 from leafcut.options import ReadOptions
+from leafcut.processes.pocket.plan.rules import milled_pockets
 from leafcut.processes.pocket.proof.pocket import check_pockets
 from leafcut.read import read_contours, read_pockets
 from made_solids import DOWN, UP, box, cone, cut, cylinder, fused, rounded, saved
@@ -69,9 +70,28 @@ def test_pockets_have_the_depths_and_areas_that_they_were_made_with(pockets: Par
 
 def test_an_opening_without_a_floor_is_told(pockets: Part) -> None:
     assert [str(issue) for issue in pockets.issues] == [
-        "L219 1 opening through the part, not milled: a pocket has a floor"
+        "L219 1 opening through the part, not milled: a pocket has a floor (at (55, 67.5))"
     ]
     assert pockets.issues[0].severity == "missing"
+
+
+def test_round_openings_wider_than_the_tool_are_missing_work_and_narrower_ones_are_drilled(tmp_path: Path) -> None:
+    """One opening ends above the lowest place of the solid, as a foot stands beside it."""
+    solid = cut(
+        box(0, 0, 0, 120, 80, 20),
+        rounded(10, 10, 14, 60, 50, 20, 5),
+        box(70, -1, -1, 121, 81, 5),
+        cylinder((90, 40, 0), UP, 15, 20),
+        cylinder((20, 65, 0), UP, 2.5, 20),
+    )
+    part = read_pockets(saved(tmp_path / "windows.step", solid))
+    milled, issues = milled_pockets(part, None, 8.0)
+    assert [one.depth for one in milled.pockets] == [6.0]
+    wide, narrow = issues
+    assert wide.missing is not None
+    assert (wide.missing.what, wide.missing.count, wide.missing.where) == ("opening", 1, (pytest.approx((90.0, 40.0), abs=0.05),))
+    assert str(narrow) == "L219 1 round opening no wider than the tool, not milled: drill them"
+    assert narrow.severity == "note"
 
 
 @pytest.mark.slow

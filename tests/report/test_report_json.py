@@ -20,6 +20,7 @@ BESIDE = {
     "seed",
     "tools",
     "seconds",
+    "missing",
     "workers",
     "report",
     "program_sha256",

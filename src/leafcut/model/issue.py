@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from enum import StrEnum
 
-from leafcut.errors import brief
+from leafcut.errors import brief, count_of
+from leafcut.geometry.polyline import Polyline
 from leafcut.quick_dataclass import dataclass
 
 
@@ -142,19 +144,72 @@ LIMITS = {
 
 
 @dataclass(frozen=True, slots=True)
+class MissingWork:
+    """Work that the input asks for and the program does not do.
+
+    Attributes
+    ----------
+    what
+        Noun of the trade for one of it: ``part``, ``hole``, ``slot``, ``pocket``, ``opening`` …
+    count
+        How many there are.
+    where
+        Places of them, mm, in the program's coordinates; fewer than `count` where not all are known.
+    outlines
+        Their closed outlines, mm, where they are known; drawings hatch them.
+    """
+
+    what: str
+    count: int = 1
+    where: tuple[tuple[float, float], ...] = ()
+    outlines: tuple[Polyline, ...] = ()
+
+
+#: Stands for the details of missing work that its issue does not give.
+_SOME_WORK = MissingWork("feature")
+
+
+@dataclass(frozen=True, slots=True)
 class Issue:
-    """One thing noticed: a code of `CODES`, one line of text, and the place (file, line, handle) if there is one."""
+    """One thing noticed: a code of `CODES`, one line of text, and the place (file, line, handle) if there is one.
+
+    `missing` is the work that is not done; the line of text says why. With it the severity is `Severity.MISSING`, and
+    that severity always has it.
+    """
 
     code: str
     message: str
     place: str = ""
     severity: Severity = Severity.WARNING
+    missing: MissingWork | None = None
 
     def __post_init__(self) -> None:
         if self.code not in CODES:
             raise ValueError(f"unknown issue code {self.code}")
+        if self.missing is not None:
+            object.__setattr__(self, "severity", Severity.MISSING)
+        elif self.severity is Severity.MISSING:
+            object.__setattr__(self, "missing", _SOME_WORK)
         object.__setattr__(self, "message", brief(self.message))
         object.__setattr__(self, "place", brief(self.place))
 
     def __str__(self) -> str:
         return f"{self.code} {self.message}" + (f" ({self.place})" if self.place else "")
+
+    def as_note(self) -> Issue:
+        """Return the same as a note: nothing is missing, because nobody asked for the work."""
+        return Issue(self.code, self.message, self.place, Severity.NOTE)
+
+
+def missing_work(issues: Iterable[Issue]) -> tuple[Issue, ...]:
+    """Return the issues of work that is not done."""
+    return tuple(issue for issue in issues if issue.missing is not None)
+
+
+def missing_words(issues: Iterable[Issue]) -> str:
+    """Return what is missing, ``2 parts, 1 hole``; "" where nothing is."""
+    numbers: dict[str, int] = {}
+    for issue in issues:
+        if issue.missing is not None:
+            numbers[issue.missing.what] = numbers.get(issue.missing.what, 0) + issue.missing.count
+    return ", ".join(count_of(number, what) for what, number in numbers.items())

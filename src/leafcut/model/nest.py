@@ -9,7 +9,7 @@ from pathlib import Path
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
-from leafcut.model.issue import Issue
+from leafcut.model.issue import Issue, missing_work
 from leafcut.quick_dataclass import dataclass
 
 
@@ -258,6 +258,11 @@ class NestOutcome:
     seconds: float = 0.0
     defaults: tuple[str, ...] = ()
     drawings: tuple[tuple[str, ...], ...] = ()
+
+    @property
+    def missing(self) -> tuple[Issue, ...]:
+        """The issues of parts and lines that lie on no sheet."""
+        return missing_work(self.issues)
 
     def names(self, output: str | Path, *, all_variants: bool) -> tuple[tuple[str, ...], ...]:
         """Return the names of the files of the drawings of the best variant, or of all, where `output` is asked for.

@@ -7,7 +7,7 @@ from dataclasses import field
 from importlib import import_module
 from typing import ClassVar, Generic, Protocol, TypeVar
 
-from leafcut.model.issue import Issue
+from leafcut.model.issue import Issue, missing_work
 from leafcut.model.machine import Machine
 from leafcut.model.measure import Measure
 from leafcut.model.part import Part
@@ -108,6 +108,11 @@ class Outcome(Generic[D]):
     defaults: tuple[str, ...] = ()
     version: str = ""
     seconds: float = 0.0
+
+    @property
+    def missing(self) -> tuple[Issue, ...]:
+        """The issues of work that the input asks for and the program does not do: what, how many, where and why."""
+        return missing_work(self.issues)
 
     @property
     def shown(self) -> ProcessReport:

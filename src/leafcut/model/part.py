@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue
 from leafcut.model.pocket import Pocket
@@ -57,6 +58,14 @@ class Hole:
     through: bool = False
     flat: bool = False
     steps: tuple[HoleStep, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Opening:
+    """A round opening through a solid: its outline and its diameter, mm."""
+
+    outline: Polyline
+    diameter: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,6 +185,10 @@ class Part:
         The sets of a generalised travelling salesman problem, else None.
     pockets
         What is to be cleared, in the order of the drawing.
+    openings
+        Round openings through a solid whose pockets are read.
+    besides
+        Work of other kinds that the drawing shows: missing where nobody chose the kind of work, else a note.
     edge
         Lines around the holes or the pockets of a plate, of kind ``sheet``: they are shown, and never worked.
     reference
@@ -200,6 +213,8 @@ class Part:
     edge: tuple[Contour, ...] = ()
     reference: Part | None = None
     zero: ProgramZero | None = None
+    openings: tuple[Opening, ...] = ()
+    besides: tuple[Issue, ...] = ()
 
     @property
     def hole_xy(self) -> NDArray[np.float64]:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import field, replace
 from typing import TYPE_CHECKING
 
-from leafcut.errors import OptionError, VerifyError
+from leafcut.errors import OptionError, PlanError, VerifyError
 from leafcut.model.heartbeat import Heartbeat, Progress, looking_for, passing_on
-from leafcut.model.issue import Issue, Severity
+from leafcut.model.issue import Issue, Severity, missing_work
 from leafcut.model.machine import Machine
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Observer
@@ -227,6 +227,20 @@ def refuse(problems: Sequence[Difference]) -> None:
     if problems:
         more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
         raise VerifyError(f"the program was not written: {problems[0]}{more}")
+
+
+def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) -> None:
+    """Write nothing where work is missing and ``--strict`` asks for all of it.
+
+    Raises
+    ------
+    PlanError
+        The first of what is missing, and how much more there is.
+    """
+    missing = missing_work(issues) if settings.read.strict else ()
+    if missing:
+        more = f" (and {len(missing) - 1} more)" if len(missing) > 1 else ""
+        raise PlanError(f"{source}: {missing[0]}{more}; --strict refuses a program that does not do all of the work")
 
 
 def machine_issues(machine: Machine) -> list[Issue]:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 
 from leafcut.errors import shown
 from leafcut.model.contour import Contour
-from leafcut.model.issue import Issue, Severity
+from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.options import SheetOptions
 
 #: What layers are for by their names, where the user does not say.
@@ -58,7 +58,7 @@ def _texts(contours: Sequence[Contour], kinds: list[str], issues: list[Issue]) -
     for one in failed.values():
         x, y = one.path.start
         words = f"a text on layer {shown(one.layer)} is not engraved: {one.name}; draw it as lines"
-        issues.append(Issue("L216", words, f"at ({x:g}, {y:g})", Severity.MISSING))
+        issues.append(Issue("L216", words, f"at ({x:g}, {y:g})", missing=MissingWork("text", 1, ((x, y),))))
     if left:
         layers = ", ".join(f"{number} on layer {shown(name)}" for name, number in left.most_common(5))
         words = f"texts are engraved on mark layers only; left out: {layers}"

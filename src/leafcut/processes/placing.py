@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Polyline
+from leafcut.model.issue import Issue
 from leafcut.model.mesh import Mesh
 from leafcut.model.part import TURNS, Part, ProgramZero
 from leafcut.options import ORIGINS, ReadOptions
@@ -106,8 +107,18 @@ def _moved(part: Part, matrix: NDArray[np.float64], by: tuple[float, float]) -> 
         there = along(path)
         return there.reversed() if (there.area < 0.0) != clockwise else there
 
+    def moved(issue: Issue) -> Issue:
+        work = issue.missing
+        if work is None:
+            return issue
+        where, outlines = tuple(at(*place) for place in work.where), tuple(along(path) for path in work.outlines)
+        return replace(issue, missing=replace(work, where=where, outlines=outlines))
+
     return replace(
         part,
+        issues=tuple(moved(issue) for issue in part.issues),
+        besides=tuple(moved(issue) for issue in part.besides),
+        openings=tuple(replace(one, outline=along(one.outline)) for one in part.openings),
         holes=tuple(replace(h, x=x, y=y) for h in part.holes for x, y in [at(h.x, h.y)]),
         slots=tuple(replace(s, start=at(*s.start), end=at(*s.end)) for s in part.slots),
         contours=tuple(replace(one, path=along(one.path)) for one in part.contours),

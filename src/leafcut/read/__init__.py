@@ -105,7 +105,7 @@ def _read(reader: Format, format_: Format, loaded: Source, options: ReadOptions)
 
 
 def _unless_strict(part: Part, loaded: Source, options: ReadOptions) -> Part:
-    warnings = [issue for issue in part.issues if issue.severity is Severity.WARNING]
+    warnings = [issue for issue in part.issues if issue.severity in (Severity.WARNING, Severity.MISSING)]
     if options.strict and warnings:
         more = f", and {len(warnings) - 1} more" if len(warnings) > 1 else ""
         raise ReadError(loaded.path, f"refused by --strict: {warnings[0]}{more}")

@@ -14,6 +14,7 @@ from dataclasses import replace
 
 from leafcut.errors import ReadError, shown
 from leafcut.model import Hole, Issue, Part, Severity
+from leafcut.model.issue import MissingWork
 from leafcut.options import ReadOptions
 from leafcut.quick_dataclass import dataclass
 from leafcut.read.filter_holes import chosen_layers, sift
@@ -102,10 +103,12 @@ def read_csv(source: Source, options: ReadOptions) -> Part:
         line, reason = bad[0] if bad else (None, "the table has a header but no rows")
         raise ReadError(source.path, f"no points: {reason}", line)
     issues = [
-        Issue("L208", f"row skipped: {reason}", f"{source.file_name}:{line}") for line, reason in bad[:NAMED_ROWS]
+        Issue("L208", f"row skipped: {reason}", f"{source.file_name}:{line}", missing=MissingWork("hole"))
+        for line, reason in bad[:NAMED_ROWS]
     ]
     if len(bad) > NAMED_ROWS:
-        issues.append(Issue("L208", f"{len(bad) - NAMED_ROWS} more rows skipped"))
+        more = len(bad) - NAMED_ROWS
+        issues.append(Issue("L208", f"{more} more rows skipped", missing=MissingWork("hole", more)))
     on_layer, left_out = chosen_layers(holes, options)
     kept, noticed = sift(on_layer, options, point_tolerance=0.0)
     issues += left_out

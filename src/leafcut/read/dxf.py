@@ -13,9 +13,11 @@ from typing import Any
 
 from leafcut.errors import ReadError, count_of, shown
 from leafcut.model import Hole, Issue, Part, Severity
+from leafcut.model.issue import MissingWork
 from leafcut.options import ReadOptions
 from leafcut.quick_dataclass import dataclass
 from leafcut.read.arcs import ArcPiece, close_circles
+from leafcut.read.besides_holes import LINES, Besides, besides_holes, closed_besides_holes
 from leafcut.read.dxf_blocks import BlockWalk
 from leafcut.read.dxf_contours import read_dxf_contours, read_dxf_pockets
 from leafcut.read.dxf_document import hidden_by_layer, layers_of, open_document, sniff, units_of, walk_issues
@@ -57,12 +59,22 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
         source.look()
         finds.add(shape, matrix, layer)
     holes = finds.holes()
-    issues += walk_issues(walk) + finds.issues() + _not_holes(walk.others + finds.others)
     kept, noticed = sift(holes, options)
     if not kept:
         raise ReadError(source.path, _nothing(walk, finds, document, options, noticed))
+    others = walk.others + finds.others + finds.squashed
+    besides = Besides()
+    if any(kind in LINES for kind in others):
+        besides = closed_besides_holes(
+            document, walk.layers, copies_of(source, "blocks"), factor, source.path, points_of(source), finds.owned
+        )
+    undrilled, contours = besides_holes(besides.paths, kept)
+    issues += walk_issues(walk) + finds.issues() + undrilled
+    issues += _not_holes(walk.others + finds.others - Counter(besides.entities))
     edge = edge_of(document, options, factor, source.path, points_of(source), finds.owned)
-    part = Part(source.name, kept, source=source.file_name, format="dxf", units=unit or "mm", edge=edge)
+    part = Part(
+        source.name, kept, source=source.file_name, format="dxf", units=unit or "mm", edge=edge, besides=tuple(contours)
+    )
     if unit is None:
         issues.insert(0, units_unknown("the drawing", part, Severity.WARNING))
     bare = sum(h.diameter == 0 for h in kept)
@@ -152,14 +164,18 @@ class Finds:
         """Return what was noticed about shapes."""
         found = []
         if self.leaning:
-            message = f"{count_of(len(self.leaning), 'circle')} not in the plane of the plate"
-            found.append(Issue("L202", message, places_of(self.leaning, len(self.leaning))))
+            message = f"{count_of(len(self.leaning), 'circle')} not in the plane of the plate: not drilled"
+            missing = MissingWork("hole", len(self.leaning), tuple(self.leaning))
+            found.append(Issue("L202", message, places_of(self.leaning, len(self.leaning)), missing=missing))
         for kind, number in self.out_of_range.items():
-            found.append(Issue("L203", f"{number} {kind} with coordinates or radius out of range"))
+            missing = MissingWork("hole", number)
+            found.append(Issue("L203", f"{number} {kind} with coordinates or radius out of range", missing=missing))
         for kind, number in self.squashed.items():
-            severity = Severity.NOTE if kind == "ELLIPSE" else Severity.WARNING
-            what = "not circular" if kind == "ELLIPSE" else "scaled to an ellipse by its block"
-            found.append(Issue("L207", f"{number} {kind} {what}", severity=severity))
+            if kind == "ELLIPSE":  # a closed one is reported as a contour
+                found.append(Issue("L207", f"{number} {kind} not circular", severity=Severity.NOTE))
+                continue
+            missing = MissingWork("hole", number)
+            found.append(Issue("L207", f"{number} {kind} scaled to an ellipse by its block", missing=missing))
         if self.n_joined:
             message = f"{count_of(self.n_joined, 'hole')} made of arcs that close a circle"
             found.append(Issue("L303", message, severity=Severity.NOTE))

@@ -13,6 +13,7 @@ from leafcut.geometry.curves import Spend
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.model.heights import HeightCount
+from leafcut.model.issue import MissingWork
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.quick_dataclass import dataclass
 from leafcut.read.dxf_blocks import BlockWalk
@@ -181,13 +182,15 @@ class Strokes:
         """Return what was noticed about strokes."""
         found = []
         for kind, number in self.leaning.items():
-            found.append(Issue("L202", f"{number} {kind} not in the plane of the sheet: not cut"))
+            message = f"{number} {kind} not in the plane of the sheet: not cut"
+            found.append(Issue("L202", message, missing=MissingWork("element", number)))
         if self.sloping:
             message = f"{count_of(len(self.sloping), 'line')} sloping out of the plane of the sheet: projected onto it"
             found.append(Issue("L202", message, places_of(self.sloping, len(self.sloping))))
         for (kind, reason), handles in self.skipped.items():
             place = f"handle {', '.join(handles[:3])}" + (" …" if len(handles) > 3 else "")
-            found.append(Issue("L203", f"{len(handles)} {shown(kind)} skipped: {shown(reason, 100)}", place))
+            message = f"{len(handles)} {shown(kind)} skipped: {shown(reason, 100)}"
+            found.append(Issue("L203", message, place, missing=MissingWork("element", len(handles))))
         return found
 
 

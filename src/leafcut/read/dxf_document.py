@@ -12,6 +12,7 @@ from typing import Any
 from leafcut.errors import ReadError, count_of, shown
 from leafcut.model import Issue, Severity
 from leafcut.model.heartbeat import Heartbeat
+from leafcut.model.issue import MissingWork
 from leafcut.options import ReadOptions
 from leafcut.read.dxf_blocks import INVISIBLE, BlockWalk, LayerFilter
 from leafcut.read.dxf_plain import read_plain
@@ -207,16 +208,18 @@ def walk_issues(walk: BlockWalk[Any]) -> list[Issue]:
         reasons.setdefault((kind, reason), []).append(handle)
     for (kind, reason), handles in reasons.items():
         place = f"handle {', '.join(h or '?' for h in handles[:3])}" + (" …" if len(handles) > 3 else "")
-        found.append(Issue("L203", f"{len(handles)} {shown(kind)} skipped: {shown(reason)}", place))
+        missing = MissingWork("element", len(handles))
+        found.append(Issue("L203", f"{len(handles)} {shown(kind)} skipped: {shown(reason)}", place, missing=missing))
     if walk.hidden:
         found.append(Issue("L204", f"left out: {hidden_by_layer(walk)}", severity=Severity.NOTE))
     for name, number in walk.missing_blocks.items():
-        found.append(Issue("L206", f"{count_of(number, 'insertion')} of block '{shown(name)}', which is missing"))
+        message = f"{count_of(number, 'insertion')} of block '{shown(name)}', which is missing"
+        found.append(Issue("L206", message, missing=MissingWork("block", number)))
     for name, number in walk.endless_blocks.items():
         message = (
             f"block '{shown(name)}' refers to itself or is nested too deep: {count_of(number, 'insertion')} skipped"
         )
-        found.append(Issue("L206", message))
+        found.append(Issue("L206", message, missing=MissingWork("block", number)))
     return found
 
 

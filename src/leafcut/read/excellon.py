@@ -14,6 +14,7 @@ from typing import Any
 
 from leafcut.errors import ReadError, count_of, shown
 from leafcut.model import Hole, Issue, Part, Severity, Slot
+from leafcut.model.issue import MissingWork
 from leafcut.options import ReadOptions
 from leafcut.quick_dataclass import dataclass
 from leafcut.read.filter_holes import layer_filter, sift
@@ -281,7 +282,8 @@ def _objects(source: Source, parser: Any, options: ReadOptions, issues: list[Iss
         if len(holes) > MAX_HOLES:
             raise too_many_holes(source.path)
     if out_of_range:
-        issues.append(Issue("L203", f"{count_of(out_of_range, 'hole')} with coordinates or diameter out of range"))
+        message = f"{count_of(out_of_range, 'hole')} with coordinates or diameter out of range: not drilled"
+        issues.append(Issue("L203", message, missing=MissingWork("hole", out_of_range)))
     if hidden:
         message = f"{count_of(hidden, 'hole')} of tools that are not selected left out"
         issues.append(Issue("L204", message, severity=Severity.NOTE))

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from leafcut.errors import count_of
 from leafcut.model import Hole, Issue, Severity
 from leafcut.model.heights import SAME_HEIGHT
+from leafcut.model.issue import MissingWork
 from leafcut.options import ReadOptions
 from leafcut.read.format import places_of
 
@@ -144,6 +145,7 @@ def _one_per_centre(holes: list[Hole], options: ReadOptions, issues: list[Issue]
                 "L302",
                 f"{count_of(len(gone), 'circle')} left out beside the {options.concentric} with the same centre",
                 places_of(places, len(places)),
+                missing=MissingWork("circle", len(places), tuple(places)),
             )
         )
     return [_at(hole, highest[i]) for i, hole in enumerate(holes) if i not in gone]

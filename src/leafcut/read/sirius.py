@@ -15,6 +15,7 @@ import numpy as np
 from leafcut.errors import ReadError, shown
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Issue, Part
+from leafcut.model.issue import MissingWork
 from leafcut.options import ReadOptions
 from leafcut.read.format import (
     MAX_COORDINATE,
@@ -69,7 +70,8 @@ def read_sirius_contours(source: Source, options: ReadOptions) -> Part:
             try:
                 path = _path(rows, factor)
             except (ValueError, TypeError, LookupError, OverflowError):
-                issues.append(Issue("L203", f"path {k + 1} of part {number} skipped: not a list of (x, y, bulge)"))
+                words = f"path {k + 1} of part {number} skipped: not a list of (x, y, bulge)"
+                issues.append(Issue("L203", words, missing=MissingWork("contour")))
                 continue
             count += path.n_segments
             if count > MAX_SEGMENTS:

@@ -18,12 +18,13 @@ from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, ReadError, count_of
 from leafcut.geometry.polyline import Polyline
-from leafcut.model import Contour, Hole, Issue, Part, Severity
-from leafcut.model.part import TURNS, HoleStep, ProgramZero
+from leafcut.model import Contour, Hole, Issue, Part
+from leafcut.model.issue import MissingWork
+from leafcut.model.part import TURNS, HoleStep, Opening, ProgramZero
 from leafcut.model.pocket import Pocket
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.filter_holes import sift
-from leafcut.read.format import Format, Match, Source
+from leafcut.read.format import Format, Match, Source, places_of
 from leafcut.read.step_shapes import ONLY
 
 #: Files larger than this are refused: OpenCASCADE takes some twenty times as much memory.
@@ -118,6 +119,12 @@ def read_pockets_of_step(
     if not found:
         reasons = "; ".join(issue.message for issue in issues) or "its level faces are all at the top"
         raise ReadError(source.path, f"the solid has no closed pocket with a level floor: {reasons}")
+    # What is round may be as wide as the tool: the process decides whether a drill makes it.
+    openings = tuple(
+        Opening(_turned(one["outline"], clockwise=False), one["diameter"])
+        for one in told["openings"]
+        if one["diameter"]
+    )
     pockets = tuple(
         Pocket(
             _turned(one["outline"], clockwise=False), tuple(_turned(row, clockwise=True) for row in one["islands"]),
@@ -126,7 +133,9 @@ def read_pockets_of_step(
         )
         for number, one in enumerate(found, 1)
     )  # fmt: skip
-    part = Part(source.name, issues=tuple(issues), source=source.path, format=FORMAT.name, pockets=pockets)
+    part = Part(
+        source.name, issues=tuple(issues), source=source.path, format=FORMAT.name, pockets=pockets, openings=openings
+    )
     return _placeable(part, told, options)
 
 
@@ -143,7 +152,7 @@ def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
         raise OptionError("--layers: a STEP file has no layers; leave it out")
     told = _of_part(source, options, "outlines")
     words = "the sheet has pockets, steps or chamfers besides its outlines: they are not cut"
-    issues = (Issue("L219", words, severity=Severity.MISSING),) if told["uneven"] else ()
+    issues = (Issue("L219", words, missing=MissingWork("feature")),) if told["uneven"] else ()
     contours = tuple(Contour(Polyline(np.array(row), True), z=0.0) for row in told["outlines"])
     part = _placeable(
         Part(source.name, issues=issues, source=source.path, format=FORMAT.name, contours=contours), told, options
@@ -208,7 +217,7 @@ def _issues(told: dict[str, Any], up: str) -> list[Issue]:
                 "L218",
                 f"{count_of(told['below'], 'hole')} open from below alone, not drilled: turn the part over for them "
                 f"(--up {over})",
-                severity=Severity.MISSING,
+                missing=MissingWork("hole", told["below"]),
             )
         )
     if told["obstructed"]:
@@ -217,7 +226,7 @@ def _issues(told: dict[str, Any], up: str) -> list[Issue]:
                 "L218",
                 f"{count_of(told['obstructed'], 'round wall')} with material inside, above or closed around it, not "
                 "drilled: an island, an overhang or a cavity",
-                severity=Severity.MISSING,
+                missing=MissingWork("round wall", told["obstructed"]),
             )
         )
     if told["free"]:
@@ -237,7 +246,7 @@ def _issues(told: dict[str, Any], up: str) -> list[Issue]:
             Issue(
                 "L218",
                 f"{count_of(count, 'hole')} along {direction}, not drilled: only holes along Z are{turn}",
-                severity=Severity.MISSING,
+                missing=MissingWork("hole", count),
             )
         )
     return issues
@@ -251,7 +260,7 @@ def _issues_of_pockets(told: dict[str, Any]) -> list[Issue]:
                 "L219",
                 f"{count_of(told['open'], 'level face')} open at a side (a step, an open slot), not milled: a pocket "
                 "has walls all round",
-                severity=Severity.MISSING,
+                missing=MissingWork("level face", told["open"]),
             )
         )
     if told["leaning"]:
@@ -260,7 +269,7 @@ def _issues_of_pockets(told: dict[str, Any]) -> list[Issue]:
                 "L219",
                 f"{count_of(told['leaning'], 'pocket')} with walls that lean or are rounded at the floor, not milled: "
                 "walls must stand upright",
-                severity=Severity.MISSING,
+                missing=MissingWork("pocket", told["leaning"]),
             )
         )
     if told["covered"]:
@@ -269,7 +278,7 @@ def _issues_of_pockets(told: dict[str, Any]) -> list[Issue]:
                 "L219",
                 f"{count_of(told['covered'], 'level face')} under an overhang, not milled: the tool cannot reach it "
                 "from above",
-                severity=Severity.MISSING,
+                missing=MissingWork("level face", told["covered"]),
             )
         )
     if told["sloping"]:
@@ -278,17 +287,44 @@ def _issues_of_pockets(told: dict[str, Any]) -> list[Issue]:
                 "L219",
                 f"{count_of(told['sloping'], 'face')} that slope or are rounded, not milled: chamfers, fillets, curved "
                 "floors",
-                severity=Severity.MISSING,
+                missing=MissingWork("face", told["sloping"]),
             )
         )
-    if told["openings"]:
+    openings = [_turned(one["outline"], clockwise=False) for one in told["openings"] if not one["diameter"]]
+    if openings:
+        places = tuple(_middle(one) for one in openings)
         issues.append(
             Issue(
                 "L219",
-                f"{count_of(told['openings'], 'opening')} through the part, not milled: a pocket has a floor",
-                severity=Severity.MISSING,
+                f"{count_of(len(openings), 'opening')} through the part, not milled: a pocket has a floor",
+                places_of([*places], len(places)),
+                missing=MissingWork("opening", len(openings), places, tuple(openings)),
             )
         )
+    return issues
+
+
+def _middle(outline: Polyline) -> tuple[float, float]:
+    x0, y0, x1, y1 = outline.extents
+    return round(0.5 * (x0 + x1), 3), round(0.5 * (y0 + y1), 3)
+
+
+def work_besides_holes(source: Source, options: ReadOptions) -> list[Issue]:
+    """Return what a solid has besides the holes that can be drilled: pockets and openings, as missing work (L219).
+
+    Raises
+    ------
+    ReadError, OptionError
+        As `read_step`.
+    """
+    told = _of_part(source, options, "pockets")
+    issues = _issues_of_pockets(told)
+    outlines = [_turned(one["outline"], clockwise=False) for one in told["pockets"] if not one["diameter"]]
+    if outlines:
+        places = tuple(_middle(one) for one in outlines)
+        words = f"{count_of(len(outlines), 'pocket')} not milled: no drill makes it; use leafcut pocket"
+        work = MissingWork("pocket", len(outlines), places, tuple(outlines))
+        issues.append(Issue("L219", words, places_of([*places], len(places)), missing=work))
     return issues
 
 

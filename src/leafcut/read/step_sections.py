@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from leafcut.geometry.containment import nesting
 from leafcut.geometry.joining import join
 from leafcut.geometry.polyline import Polyline
+from leafcut.geometry.regions import polygons as polygons_of
 from leafcut.geometry.tidying import polygons
 from leafcut.quick_dataclass import dataclass
 from leafcut.read.step_shapes import PARALLEL, edge_of, face_of, part_above, parts_of, triangles_of
@@ -34,6 +35,10 @@ UPRIGHT = 1e-5
 HANGS = 0.12
 #: More heights than this are not looked at.
 MOST_HEIGHTS = 200
+#: Openings narrower than this are gaps between triangles, mm.
+NARROWEST = 0.05
+#: 4 π A / P² of a circle in chords at least.
+ROUND = 0.98
 #: A flat sheet has the same section everywhere but for so much of its edge: mm² for each mm of its outline.
 SAME_EDGE = 0.02
 
@@ -103,9 +108,10 @@ def pockets_of(
     seen
         Says whether a place is seen from above.
     """
-    highest, lowest = float(triangles[:, :, 2].max()), float(triangles[:, :, 2].min())
+    highest = float(triangles[:, :, 2].max())
     floors = [one for one in _levels(faces) if one.z < highest - OVER]
-    told: dict[str, Any] = {"pockets": [], "highest": highest, "open": 0, "leaning": 0, "covered": 0, "openings": 0}
+    told: dict[str, Any] = {"pockets": [], "highest": highest, "open": 0, "leaning": 0, "covered": 0}
+    told["openings"] = _openings(triangles)
     told["sloping"] = _sloping(faces, seen)
     by_height: dict[float, list[LevelFace]] = {}
     for floor in floors:
@@ -129,11 +135,24 @@ def pockets_of(
                 told["leaning"] += 1
             else:
                 told["pockets"].append(_pocket(section, ring, height))
-    section = section_at(shape, lowest + OVER)
-    for ring in np.flatnonzero(section.depth % 2).tolist():
-        if not section.rings[ring].diameter and not hangs_over(triangles, section.region(ring), lowest + 2.0 * OVER):
-            told["openings"] += 1
     return told
+
+
+def _openings(triangles: NDArray[np.float64]) -> list[dict[str, Any]]:
+    """Return what of a solid one sees through from above: outlines, and the diameter of those that are round, else 0.
+
+    At whatever height an opening ends, the shadow of the solid has it as a hole.
+    """
+    film, found = 0.5 * NARROWEST, []
+    rings = shapely.MultiPolygon(
+        [shapely.Polygon(ring) for piece in polygons_of(_shadow(triangles)) for ring in piece.interiors]
+    )
+    for shape in polygons_of(rings.buffer(-film).buffer(film, join_style="mitre")):
+        round_ = 4.0 * math.pi * shape.area > ROUND * shape.length**2
+        diameter = 2.0 * math.sqrt(shape.area / math.pi) if round_ else 0.0
+        outline = [(x, y, 0.0) for x, y in shapely.get_coordinates(shape.exterior)[:-1].tolist()]
+        found.append({"outline": outline, "diameter": diameter})
+    return found
 
 
 def outlines_of(shape: Any, triangles: NDArray[np.float64], faces: Sequence[Any]) -> dict[str, Any]:
@@ -221,7 +240,9 @@ def _pocket(section: LevelSection, ring: int, z: float) -> dict[str, Any]:
 
 def _shadow(triangles: NDArray[np.float64]) -> Any:
     """Return what is seen from above."""
-    flat: Any = shapely.polygons(triangles[:, :, :2])
+    a, b, c = triangles[:, 0, :2], triangles[:, 1, :2], triangles[:, 2, :2]
+    up = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) > (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    flat: Any = shapely.polygons(triangles[up, :, :2])  # whatever faces down has something above it that faces up
     return shapely.union_all(flat[shapely.area(flat) > 1e-9], grid_size=1e-5)
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from leafcut.errors import LeafcutError, ReadError, count_of, shown
 from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.model.heartbeat import Heartbeat
+from leafcut.model.issue import MissingWork
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.quick_dataclass import dataclass
 from leafcut.read.filter_holes import layer_filter
@@ -329,10 +330,11 @@ class _Walk:
             found.append(Issue("L204", f"left out: {words}", severity=Severity.NOTE))
         for name, number in list(self.unfollowed.items())[:5]:
             message = f"{count_of(number, 'use')} of '{shown(name)}', which is not in the drawing or refers to itself"
-            found.append(Issue("L206", message))
+            found.append(Issue("L206", message, missing=MissingWork("element", number)))
         for reason, names in list(self.broken.items())[:20]:
             place = f"id {', '.join(names[:3])}" + (" …" if len(names) > 3 else "")
-            found.append(Issue("L203", f"{len(names)} skipped: {reason}", place))
+            missing = MissingWork("element", len(names))
+            found.append(Issue("L203", f"{len(names)} skipped: {reason}", place, missing=missing))
         if self.n_clipped:
             message = f"{count_of(self.n_clipped, 'element')} with a clip path or mask: cut whole, as if not clipped"
             found.append(Issue("L215", message))

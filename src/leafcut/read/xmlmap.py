@@ -14,6 +14,7 @@ from typing import Any
 
 from leafcut.errors import ReadError, nearest, shown
 from leafcut.model import Hole, Issue, Part, Severity
+from leafcut.model.issue import MissingWork
 from leafcut.options import ReadOptions
 from leafcut.quick_dataclass import dataclass
 from leafcut.read.filter_holes import chosen_layers, sift
@@ -144,7 +145,8 @@ def read_xml(source: Source, options: ReadOptions) -> Part:
         try:
             holes.append(_hole(point, factor))
         except ValueError as problem:
-            issues.append(Issue("L203", f"point skipped: {problem}", f"{source.file_name}:{point.line}"))
+            place = f"{source.file_name}:{point.line}"
+            issues.append(Issue("L203", f"point skipped: {problem}", place, missing=MissingWork("hole")))
     if not holes:
         raise ReadError(source.path, f"no usable points: {issues[0].message}", found.points[0].line)
     on_layer, left_out = chosen_layers(holes, options)

@@ -8,12 +8,14 @@ from dataclasses import field
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.model.issue import Issue
 from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import Which
 from leafcut.quick_dataclass import dataclass
 from leafcut.report.frame import Frame
 from leafcut.report.labels import Surroundings, place_labels
 from leafcut.report.marks import arrow_heads, end_marks
+from leafcut.report.missing_drawing import missing_drawing, missing_points
 from leafcut.report.part_edge import edge_segments, near_edge
 from leafcut.report.plan_view import Trace, trace
 from leafcut.report.svg import STEPS, dots_data, element, in_steps, lines_data, text
@@ -58,6 +60,7 @@ class Scene:
     (-1: none does). `slots` are (tool, width, centre line) in user units. `numbered`: stops carry numbers. `enlarged`:
     some holes are drawn larger than they are; `unsized`: of some nothing says how wide they are. `extent` is the size
     of the work in mm; `edge` are the lines of the plate's edge in user units, float64[k, 2, 2].
+    `missing` are the issues of missing work.
     """
 
     frame: Frame
@@ -72,6 +75,7 @@ class Scene:
     unsized: bool = False
     extent: tuple[float, float] = (0.0, 0.0)
     edge: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2, 2)))
+    missing: tuple[Issue, ...] = ()
 
 
 def build_scene(outcome: Outcome) -> Scene:
@@ -84,6 +88,7 @@ def build_scene(outcome: Outcome) -> Scene:
     centres = np.concatenate([part.hole_xy, ends])
     work = np.concatenate([centres - radius, centres + radius, before.work, after.work])
     work = work[np.isfinite(work).all(axis=1)]
+    work = np.concatenate([work, missing_points(outcome.missing)])
     shown = work if not len(work) else np.concatenate([work, near_edge(part, work.min(axis=0), work.max(axis=0))])
     frame = _frame(shown, np.concatenate([before.rapids.reshape(-1, 2), after.rapids.reshape(-1, 2)]))
 
@@ -118,6 +123,7 @@ def build_scene(outcome: Outcome) -> Scene:
         unsized=not bool(sized.all()),
         extent=(float(np.ptp(work[:, 0])), float(np.ptp(work[:, 1]))) if len(work) else (0.0, 0.0),
         edge=frame.place(edge_segments(part)),
+        missing=outcome.missing,
     )
 
 
@@ -184,6 +190,7 @@ def drawing(scene: Scene, which: Which, words: str, *, holes: str = "", size: bo
             )
             + drawn
         )
+    drawn += missing_drawing(frame, scene.missing)
     inside = (drawn, element("g", *ways, clip_path=f"url(#{window})"), *_ends(scene, path))
     return frame.drawing(words, window, inside, "drawing" if scene.numbered else "drawing ramped", size)
 

@@ -44,6 +44,7 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "lower_bound": plain_number(outcome.lower_bound),
         "gap_percent": None if gap is None else 100.0 * gap,
         "verified": bool(outcome.verified),
+        "missing": missing_as_json(outcome.missing),
         **shown.answer(),
         "seconds": plain_number(outcome.seconds),
         "tools": [_tool(o) for o in outcome.operations],
@@ -124,6 +125,22 @@ def certificate_as_json(proof: Certificate) -> dict[str, Any]:
 def issues_as_json(issues: Iterable[Issue]) -> list[dict[str, str]]:
     """Return issues as plain values."""
     return [{"code": i.code, "severity": i.severity.value, "message": i.message, "place": i.place} for i in issues]
+
+
+def missing_as_json(issues: Iterable[Issue]) -> list[dict[str, Any]]:
+    """Return missing work as plain values: what, how many, where (mm, in the program's coordinates), and why."""
+    return [
+        {
+            "what": i.missing.what,
+            "count": i.missing.count,
+            "where": [list(place) for place in i.missing.where],
+            "why": i.message,
+            "code": i.code,
+            "place": i.place,
+        }
+        for i in issues
+        if i.missing is not None
+    ]
 
 
 def _defaults(told: tuple[str, ...]) -> dict[str, list[str]]:

@@ -7,6 +7,7 @@ import hashlib
 import re
 from typing import Any
 
+from leafcut.model.issue import missing_words
 from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import ProcessReport, Which
 from leafcut.report import views
@@ -87,6 +88,7 @@ def _content(outcome: Outcome, shown: ProcessReport) -> dict[str, Any]:
         "version": clean(outcome.version),
         "seconds": time_words(outcome.seconds),
         "verified": outcome.verified,
+        "missing": missing_words(outcome.issues),
         "options": [(clean(flag), clean(value)) for flag, value in outcome.options.items()],
         "searches": views.searches(outcome) if shown.ordered else [],
         "left_out": max(0, len(outcome.operations) - views.MOST_SEARCHES),

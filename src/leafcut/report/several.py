@@ -30,9 +30,10 @@ def print_programs(rows: Sequence[dict[str, Any]], folder: str | None, console: 
             continue
         times = [row["before"]["time_s"] or 0.0, row["after"]["time_s"] or 0.0]
         total = [a + b for a, b in zip(total, times, strict=True)]
-        worst = _worst(row["issues"])
+        worst = _worst(row["issues"], sum(work["count"] for work in row["missing"]))
         cells = [*map(time_words, times), percent_words(row["saved_percent"])]
-        _add(table, row["input"], cells, f"yes; {worst}" if worst else "yes", "yellow" if worst else "")
+        style = "bold red" if row["missing"] else "yellow" if worst else ""
+        _add(table, row["input"], cells, f"yes; {worst}" if worst else "yes", style)
     done = [row for row in rows if "error" not in row]
     if len(done) > 1:
         saved = 100.0 * (1.0 - total[1] / total[0]) if total[0] > 0.0 else None
@@ -95,12 +96,15 @@ def _add(table: Table, name: str, cells: Iterable[str], last: str, style: str) -
     table.add_row(*(Text(clean(words), style) for words in (name, *cells, last)))
 
 
-def _worst(issues: Iterable[dict[str, str]]) -> str:
-    """Return how many issues there are of the worst kind: ``2 dangers``; empty where there are notes alone."""
+def _worst(issues: Iterable[dict[str, str]], missing: int = 0) -> str:
+    """Return how many issues there are of the worst kind: ``2 dangers``; empty where there are notes alone.
+
+    Of missing work it is how much there is.
+    """
     kinds = [issue["severity"] for issue in issues]
     worst = next((kind for kind in _SEVERITIES if kind in kinds), "")
     if worst == "missing":
-        return f"{kinds.count(worst)} missing"
+        return f"{missing} missing"
     return count(kinds.count(worst), worst) if worst else ""
 
 

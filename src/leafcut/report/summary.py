@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from leafcut.model.issue import LIMITS, Issue, Severity
+from leafcut.model.issue import LIMITS, Issue, Severity, missing_words
 from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import ProcessReport, SummaryTable
 from leafcut.report.wording import clean, group_issues, limits
@@ -81,6 +81,8 @@ def _facts(outcome: Outcome, shown: ProcessReport) -> Table:
     from rich.text import Text
 
     verified = Text(f"yes, {shown.found}", "green") if outcome.verified else Text("no", "bold red")
+    if outcome.missing:
+        verified.append(f"; missing: {clean(missing_words(outcome.issues))}", "bold red")
     facts: list[tuple[str, Text]] = [("verified", verified)]
     facts += [(name, Text(words, "yellow")) for name, words in limits(_others(outcome))]
     facts += [(fact.name, Text(clean(fact.words), fact.style)) for fact in shown.facts()]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from leafcut.model.issue import CODES
+from leafcut.model.issue import CODES, Severity
 from leafcut.model.measure import Measure
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.tool import Tool
@@ -253,9 +253,10 @@ def issues(outcome: Outcome) -> PageRow:
         for i in ordered[:MOST_ISSUE_ROWS]
     ]
     groups = [{"code": g.code, "number": f"{g.number:,}", "words": CODES[g.code]} for g in group_issues(outcome.issues)]
-    dangers = [row for row in rows if row["severity"] == "danger"]
+    worst = [row for row in rows if row["severity"] in (Severity.DANGER, Severity.MISSING)]
+    missing = [row for row in worst if row["severity"] == Severity.MISSING]
     number, left_out = f"{len(ordered):,}", len(ordered) - len(rows)
-    return {"rows": rows, "dangers": dangers, "groups": groups, "left_out": left_out, "number": number}
+    return {"rows": rows, "worst": worst, "missing": missing, "groups": groups, "left_out": left_out, "number": number}
 
 
 def program(outcome: Outcome) -> PageRow:

@@ -89,7 +89,7 @@ class Drilling(Process):
         """Drill the holes of all sources in one program."""
         from leafcut.processes.drilling.run import drill
 
-        return drill(run, *sources)
+        return drill(run, *sources, everything=asked == "auto")
 
     def reads_besides(self, settings: Settings) -> list[Path]:
         """Return the tool library, the order file, the surface and the fixture."""

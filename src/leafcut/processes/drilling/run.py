@@ -22,18 +22,45 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import SolveOptions, flag_name
-from leafcut.processes.course import BoundTime, Run, check_words_used, machine_issues, refuse, share, tools_of
+from leafcut.processes.course import (
+    BoundTime,
+    Run,
+    check_words_used,
+    machine_issues,
+    refuse,
+    refuse_missing,
+    share,
+    tools_of,
+)
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.processes.drilling.options import DrillOptions
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
+    from leafcut.model.part import Part
     from leafcut.processes.drilling.judge import DrillingRequest
     from leafcut.processes.drilling.plan.drilling import DrillPlan
     from leafcut.read.format import Source
 
 
-def _plan(run: Run, sources: Sequence[Source]) -> tuple[DrillPlan, DrillingRequest]:
+def _with_work_asked_for(part: Part, run: Run, source: Source, everything: bool) -> Part:
+    """Return a part whose issues call missing what was asked for.
+
+    Whoever asks for drilling asks for no contours; whoever says which of several circles with one centre is the hole
+    asks for no other. Without such a choice contours, and pockets of a solid, are missing as well.
+    """
+    chosen = "concentric" in run.settings.given
+    issues = [issue.as_note() if issue.code == "L302" and chosen else issue for issue in part.issues]
+    besides = [*part.besides]
+    if everything and any(hole.depth is not None for hole in part.holes):
+        from leafcut.read.step import work_besides_holes
+
+        besides += work_besides_holes(source, run.settings.read)
+    issues += besides if everything else [issue.as_note() for issue in besides]
+    return replace(part, issues=tuple(issues), besides=())
+
+
+def _plan(run: Run, sources: Sequence[Source], everything: bool = False) -> tuple[DrillPlan, DrillingRequest]:
     """Return the plan, and what the judge of its program sees: the part and the surface as they were read."""
     from leafcut.processes.drilling.judge import DrillingRequest
     from leafcut.processes.drilling.plan.drilling import plan_drilling
@@ -53,6 +80,7 @@ def _plan(run: Run, sources: Sequence[Source]) -> tuple[DrillPlan, DrillingReque
         # The solid is that of the surface.
         reading = replace(reading, solid=None)
     part = read(sources[0], reading, look) if len(sources) == 1 else read_drill_files(sources, reading, look)
+    part = _with_work_asked_for(part, run, sources[0], everything)
     surface = mesh = None
     solid = any(hole.depth is not None for hole in part.holes)
     if ours.surface is not None:
@@ -97,15 +125,22 @@ def _plan(run: Run, sources: Sequence[Source]) -> tuple[DrillPlan, DrillingReque
     return plan, request
 
 
-def drill(run: Run, *sources: Source) -> Outcome[DrillingDetail]:
+def drill(run: Run, *sources: Source, everything: bool = False) -> Outcome[DrillingDetail]:
     """Return the verified drilling program of a drawing, or of several drill files, and all that was found out.
+
+    Parameters
+    ----------
+    everything
+        Nobody asked for drilling alone: contours and pockets that no drill makes are missing work, too.
 
     Raises
     ------
     ReadError, OptionError, PlanError, PostError, VerifyError
         One line that says what was found and what to do.
     """
-    return _order(run, *_plan(run, sources))
+    plan, request = _plan(run, sources, everything)
+    refuse_missing(run.settings, sources[0], (*plan.part.issues, *plan.issues))
+    return _order(run, plan, request)
 
 
 def _order(run: Run, plan: DrillPlan, request: DrillingRequest) -> Outcome[DrillingDetail]:

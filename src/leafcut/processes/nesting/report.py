@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut.model.issue import Severity
 from leafcut.model.nest import Layout, Nest, NestOutcome, Stock
-from leafcut.report.json_answer import issues_as_json
+from leafcut.report.json_answer import issues_as_json, missing_as_json
 from leafcut.report.wording import clean, count
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ def nest_as_json(outcome: NestOutcome) -> dict[str, Any]:
         ],
         "dropped": list(outcome.dropped),
         "verified": True,
+        "missing": missing_as_json(outcome.missing),
         "seconds": outcome.seconds,
         "issues": issues_as_json(outcome.issues),
         **({"defaults": list(outcome.defaults)} if outcome.defaults else {}),
@@ -93,8 +94,8 @@ def print_nests(outcome: NestOutcome, console: Console) -> None:
     first = outcome.nests[0]
     parts = count(sum(part.quantity for part in first.parts), "part")
     for issue in outcome.issues:
-        if issue.severity is Severity.MISSING:
-            console.print(Text(clean(f"missing: {issue}")), soft_wrap=True)
+        if issue.missing is not None:
+            console.print(Text(clean(f"missing: {issue}"), "bold red"), soft_wrap=True)
     spaced = f"{outcome.spacing:g} mm apart, {outcome.margin:g} mm from the edge"
     console.print(Text(clean(f"{parts} on sheets of {_sizes(first)}, {spaced}")), soft_wrap=True)
     table = Table(box=None, padding=(0, 3, 0, 0), header_style="dim", pad_edge=False)
@@ -141,5 +142,5 @@ def _lines(outcome: NestOutcome) -> Iterator[str]:
     if outcome.defaults:
         yield f"of your defaults: {', '.join(outcome.defaults)}"
     for issue in outcome.issues:
-        if issue.severity is not Severity.MISSING:
+        if issue.missing is None:
             yield f"{'warning: ' if issue.severity is Severity.WARNING else ''}{issue}"

@@ -15,7 +15,7 @@ from shapely import Polygon
 
 from leafcut.errors import OptionError, PlanError, VerifyError, shown
 from leafcut.model.heartbeat import Heartbeat, Progress, Trial, looking_for, trial
-from leafcut.model.issue import Issue, Severity
+from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Remnant, Stock
 from leafcut.options import ReadOptions, Settings, SheetOptions, SolveOptions
 from leafcut.options.sheet_word import LARGEST_SHEET, SheetWord
@@ -133,7 +133,7 @@ def _left_over(best: Nest) -> list[Issue]:
         return []
     more = f" and {len(left) - MOST_NAMED} kinds more" if len(left) > MOST_NAMED else ""
     words = f"no room for {', '.join(left[:MOST_NAMED])}{more}: add sheets, or use larger ones"
-    return [Issue("L436", words, severity=Severity.MISSING)]
+    return [Issue("L436", words, missing=MissingWork("part", sum(best.unplaced)))]
 
 
 def _issues(best: list[Nest], dropped: list[str], stopped: bool) -> tuple[Issue, ...]:
@@ -178,7 +178,7 @@ def nest_drawings(
         texts |= drawn
     every = (*dict.fromkeys(issues), *outcome.issues)
     # What is not made comes first.
-    issues = sorted(every, key=lambda issue: issue.severity is not Severity.MISSING)
+    issues = sorted(every, key=lambda issue: issue.missing is None)
     return replace(outcome, files=files, drawings=drawings, remnants=remnants, issues=tuple(issues)), texts
 
 

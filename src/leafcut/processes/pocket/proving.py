@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from leafcut._version import __version__
-from leafcut.model.issue import Issue
+from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.course import refuse
 from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes, raised
@@ -145,5 +145,6 @@ def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
         at = ", ".join(f"({point.x:.2f}, {point.y:.2f})" for point in points)
         more = f" and {len(left) - NAMED_PLACES} more places" if len(left) > NAMED_PLACES else ""
         words = f"{job.part.pockets[number].label}: {area_words(found.uncovered.area)} stay uncut ({share:.2f} %)"
-        issues.append(Issue("L711", words, f"near {at}{more}"))
+        work = MissingWork("place", len(left), tuple((point.x, point.y) for point in points))
+        issues.append(Issue("L711", words, f"near {at}{more}", missing=work))
     return issues

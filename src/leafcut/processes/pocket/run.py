@@ -36,7 +36,7 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.model.work_material import WorkMaterial
 from leafcut.options import FeedOptions, JobOptions, Settings
-from leafcut.processes.course import Run, check_words_used, machine_issues, refuse, tools_of
+from leafcut.processes.course import Run, check_words_used, machine_issues, refuse, refuse_missing, tools_of
 from leafcut.processes.pocket.job import LaidPockets, PocketJob, PocketSolid, holes, raised
 from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.pocket.options import PocketOptions
@@ -174,6 +174,7 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
         run, part, rules, levels, tuple(around), heights, data, words, _xy(settings.job.start_point), limits,
         tuple(tops), solid,
     )  # fmt: skip
+    refuse_missing(settings, source, (*part.issues, *left))
     return job, [*part.issues, *left, *issues, *_lower(part.pockets, tops)]
 
 

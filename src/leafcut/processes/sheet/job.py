@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from leafcut.errors import OptionError, PlanError
+from leafcut.errors import OptionError
 from leafcut.geometry.arrays import Point
 from leafcut.kinds import CutMethod, Head, method_of
 from leafcut.model.cutting import CutData, PlanFile
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.processes.course import BoundTime, Run, check_words_used, refuse
+from leafcut.processes.course import BoundTime, Run, check_words_used, refuse, refuse_missing
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.quick_dataclass import dataclass
@@ -133,17 +133,8 @@ def prepared(run: Run, source: Source) -> tuple[SheetJob, list[Issue]]:
         freed=None if words.moves_z else FreedShapes(cutting.sheet, 0.5 * run.machine.nozzle_diameter),
     )
     issues += _register_issues(words, data, options)
-    if settings.read.strict:
-        _refuse_missing(source, (*sheet.issues, *cutting.issues))
+    refuse_missing(settings, source, (*sheet.issues, *cutting.issues))
     return job, [*sheet.issues, *issues, *cutting.issues, *_probe_issues(probe)]
-
-
-def _refuse_missing(source: Source, issues: Iterable[Issue]) -> None:
-    """Refuse a sheet of which something is not cut."""
-    missing = [issue for issue in issues if issue.severity is Severity.MISSING]
-    if missing:
-        more = f" (and {len(missing) - 1} more)" if len(missing) > 1 else ""
-        raise PlanError(f"{source}: {missing[0]}{more}; --strict refuses a sheet that is not cut whole")
 
 
 def _bounds(sheet: Sheet) -> Toolpath:

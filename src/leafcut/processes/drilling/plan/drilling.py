@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.geometry.zones import touches_any_zone, widened
 from leafcut.model.heights import SAME_HEIGHT, HeightCount
-from leafcut.model.issue import Issue, Severity
+from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.machine import Machine
 from leafcut.model.mesh import Mesh
 from leafcut.model.part import Part
@@ -316,7 +316,7 @@ def _widen(
         f"{count_of(holes, 'hole')} with a counterbore, countersink or undercut, as at {hole.x:g}, {hole.y:g} "
         f"(\u00d8 {one.diameter:g}, {one.depth:.3f} mm deep): the narrow part is drilled, the wide one is not made; "
         "what is free above is, where --tools has an end mill of its diameter or a chamfer mill of its angle",
-        severity=Severity.MISSING,
+        missing=MissingWork("wide part", len(left), tuple((hole.x, hole.y) for hole, _ in left)),
     )
     return wide, [issue]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from leafcut.errors import PlanError
 from leafcut.model.contour import Contour
-from leafcut.model.issue import Issue, Severity
+from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.nest import NestPart
 from leafcut.model.sheet import Sheet, SheetContour
 
@@ -36,7 +36,9 @@ def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -
     if strays:
         x, y = strays[0].path.start
         message = f"{sheet.name}: {len(strays)} lines that lie in no part were left out"
-        issues.append(Issue("L431", message, f"at ({x:g}, {y:g})" + (" …" if len(strays) > 1 else "")))
+        work = MissingWork("line", len(strays), tuple(stray.path.start for stray in strays))
+        place = f"at ({x:g}, {y:g})" + (" …" if len(strays) > 1 else "")
+        issues.append(Issue("L431", message, place, missing=work))
     return parts, issues
 
 

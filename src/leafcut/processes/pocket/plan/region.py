@@ -11,7 +11,7 @@ import shapely
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.regions import polygons, region, swept, tool_centres
-from leafcut.model.issue import Issue, Severity
+from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.quick_dataclass import dataclass
 
@@ -147,10 +147,15 @@ def _told(name: str, places: list[Unreached], rules: PocketRules) -> list[Issue]
     tool = f"a tool of {rules.tool_diameter:g} mm"
     corners, off = ([u for u in places if u.corner is kind] for kind in (True, False))
     issues = [
-        Issue("L701", f"{name}: {_where(place)} is cut off: {tool} cannot enter it") for place in off[:NAMED_PLACES]
-    ]
+        Issue(
+            "L701", f"{name}: {_where(place)} is cut off: {tool} cannot enter it",
+            missing=MissingWork("place", 1, (place.place,)),
+        )
+        for place in off[:NAMED_PLACES]
+    ]  # fmt: skip
     if rest := off[NAMED_PLACES:]:
-        issues.append(Issue("L701", f"{name}: {_sum(rest, 'more place')} are cut off for {tool}"))
+        work = MissingWork("place", len(rest), tuple(place.place for place in rest))
+        issues.append(Issue("L701", f"{name}: {_sum(rest, 'more place')} are cut off for {tool}", missing=work))
     if corners:
         words = f"{_sum(corners, 'corner')}, cannot be reached by {tool}; the largest, {_where(corners[0])}"
         if len(corners) == 1:

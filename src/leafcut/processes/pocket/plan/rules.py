@@ -11,7 +11,7 @@ from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.geometry.regions import region
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.heights import SAME_HEIGHT
-from leafcut.model.issue import Issue, Severity
+from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.part import Part
 from leafcut.model.pocket import Pocket, PocketLevels, PocketRules
@@ -153,7 +153,7 @@ def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> t
         if depth is None:
             raise OptionError("a pocket needs its depth; give --depth")
         return replace(part, pockets=tuple(replace(one, depth=depth) for one in part.pockets)), []
-    issues = []
+    issues = _openings(part, diameter)
     wide = [one for one in part.pockets if not _is_hole(one, diameter)]
     if holes := len(part.pockets) - len(wide):
         words = f"{count_of(holes, 'round pocket')} no wider than the tool, not milled: drill them"
@@ -174,6 +174,24 @@ def milled_pockets(part: Part, depth: float | None, diameter: float | None) -> t
         )
         issues.append(Issue("L219", words, severity=Severity.NOTE))
     return replace(part, pockets=tuple(chosen)), issues
+
+
+def _openings(part: Part, diameter: float | None) -> list[Issue]:
+    """Return the round openings through a solid: a drill makes those no wider than the tool, the others are missing."""
+    narrow = [one for one in part.openings if diameter is not None and one.diameter <= diameter + SAME_HEIGHT]
+    wide = tuple(one.outline for one in part.openings if not any(one is other for other in narrow))
+    issues = []
+    if wide:
+        places = tuple(
+            (round(0.5 * (x0 + x1), 2), round(0.5 * (y0 + y1), 2)) for x0, y0, x1, y1 in (one.extents for one in wide)
+        )
+        words = f"{count_of(len(wide), 'round opening')} through the part, not milled: a pocket has a floor"
+        at = ", ".join(f"({x:g}, {y:g})" for x, y in places[:3]) + (" …" if len(places) > 3 else "")
+        issues.append(Issue("L219", words, f"at {at}", missing=MissingWork("opening", len(wide), places, wide)))
+    if narrow:
+        words = f"{count_of(len(narrow), 'round opening')} no wider than the tool, not milled: drill them"
+        issues.append(Issue("L219", words, severity=Severity.NOTE))
+    return issues
 
 
 def _depths(pockets: Sequence[Pocket]) -> str:

@@ -12,10 +12,12 @@ import shapely
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import polygons, region, shrunk, swept
+from leafcut.model.issue import Issue
 from leafcut.model.pocket import Pocket, PocketPath, PocketPlan, PocketRules
 from leafcut.quick_dataclass import dataclass
 from leafcut.report.frame import Frame
 from leafcut.report.marks import end_marks, head
+from leafcut.report.missing_drawing import missing_drawing, missing_points
 from leafcut.report.svg import element, in_steps, lines_data, short, title
 
 #: How far chords leave arcs, user units.
@@ -42,17 +44,20 @@ class PocketShapes:
 
 @dataclass(frozen=True, eq=False)
 class PocketScene:
-    """What the drawings of a page share: the window and the pockets in it."""
+    """What the drawings of a page share: the window, the pockets in it, and the issues of missing work."""
 
     frame: Frame
     pockets: tuple[Pocket, ...]
+    missing: tuple[Issue, ...] = ()
 
 
-def build_pocket_scene(plans: Sequence[PocketPlan]) -> PocketScene:
-    """Return the scene of all pockets of a drawing."""
+def build_pocket_scene(plans: Sequence[PocketPlan], missing: tuple[Issue, ...] = ()) -> PocketScene:
+    """Return the scene of all pockets of a drawing, with the issues of missing work."""
     boxes = np.array([plan.pocket.outline.extents for plan in plans])
-    low, high = boxes[:, :2].min(axis=0).tolist(), boxes[:, 2:].max(axis=0).tolist()
-    return PocketScene(Frame.around((low[0], low[1]), (high[0], high[1]), _WIDE_FROM), tuple(p.pocket for p in plans))
+    corners = np.concatenate([boxes.reshape(-1, 2), missing_points(missing)])
+    low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+    frame = Frame.around((low[0], low[1]), (high[0], high[1]), _WIDE_FROM)
+    return PocketScene(frame, tuple(p.pocket for p in plans), missing)
 
 
 def shapes_of(pocket: Pocket, path: PocketPath, rules: PocketRules) -> PocketShapes:
@@ -98,7 +103,8 @@ def pocket_drawing(
         *(_ways(frame, path) for path in paths),
         *(_arrows(frame, path) for path in paths),
     )
-    inside = (element("g", *parts, clip_path=f"url(#{window})"), *_marks(frame, paths, tool_diameter))
+    lost = missing_drawing(frame, scene.missing)
+    inside = (element("g", *parts, clip_path=f"url(#{window})"), lost, *_marks(frame, paths, tool_diameter))
     return frame.drawing(words, window, inside, "drawing pocket", size)
 
 

@@ -56,7 +56,7 @@ def pocket_size(outcome: Outcome[PocketDetail]) -> str:
 def pocket_content(outcome: Outcome[PocketDetail]) -> PageRow:
     """Return all that the template of pockets needs."""
     plans = outcome.detail.plans
-    scene = build_pocket_scene(plans)
+    scene = build_pocket_scene(plans, outcome.missing)
     paths = [plan.result.path for plan in plans if plan.result.path is not None]
     shapes = [
         shapes_of(plan.pocket, path, plan.rules)
@@ -90,7 +90,8 @@ def pocket_svg(outcome: Outcome[PocketDetail], which: str) -> str:
     by = usual_words(outcome) if which == "before" else chosen_words(outcome)
     words = f"Tool path over one level of {clean(outcome.part.name)}, {by}"
     diameter = plans[0].rules.tool_diameter
-    return pocket_drawing(build_pocket_scene(plans), paths, which, words, tool_diameter=diameter, size=True)
+    scene = build_pocket_scene(plans, outcome.missing)
+    return pocket_drawing(scene, paths, which, words, tool_diameter=diameter, size=True)
 
 
 def cards(outcome: Outcome[PocketDetail]) -> list[PageRow]:

@@ -14,7 +14,7 @@ from leafcut.geometry.offset import offset
 from leafcut.geometry.polyline import Polyline
 from leafcut.kinds import CutMethod
 from leafcut.model.cutting import Lead
-from leafcut.model.issue import Issue, Severity
+from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.processes.sheet.plan.cut_rules import NARROWEST_HOLE, CutRules
 from leafcut.quick_dataclass import dataclass
@@ -198,16 +198,16 @@ def _tangents(path: Polyline, index: int) -> tuple[tuple[float, float], tuple[fl
 
 
 class _Remark(NamedTuple):
-    """What is noticed of one contour: in words for one, in words for several ({n} of them), and where."""
+    """What is noticed of one contour: in words for one, in words for several ({n} of them), and where.
+
+    `missing` is what of it is drawn and not cut.
+    """
 
     code: str
     one: str
     several: str
     place: str
-
-
-#: Remarks on contours, or places of them, that are drawn and not cut.
-_NOT_CUT = ("L611", "L612")
+    missing: MissingWork | None = None
 
 
 def _grouped(remarks: list[_Remark]) -> list[Issue]:
@@ -220,10 +220,19 @@ def _grouped(remarks: list[_Remark]) -> list[Issue]:
             code,
             own[0].one if len(own) == 1 else several.format(n=len(own)),
             _places(own),
-            Severity.MISSING if code in _NOT_CUT else Severity.WARNING,
+            missing=_missing(own),
         )
         for (code, several), own in groups.items()
     ]
+
+
+def _missing(remarks: list[_Remark]) -> MissingWork | None:
+    """Return what is not cut of several contours, in one."""
+    works = [remark.missing for remark in remarks if remark.missing is not None]
+    if not works:
+        return None
+    where = tuple(place for work in works for place in work.where)
+    return MissingWork(works[0].what, len(works), where, tuple(path for work in works for path in work.outlines))
 
 
 def _places(remarks: list[_Remark]) -> str:
@@ -245,7 +254,9 @@ def _too_narrow(index: int, source: SheetContour, rules: CutRules) -> _Remark:
         narrow = f"a neck narrower than the kerf of {kerf}, or no room for a pierce: not cut"
         words = f"a hole of {size} in part {source.part} has {narrow}"
         several = f"{{n}} holes have {narrow}"
-    return _Remark("L611", words, several, _place(index, source, x, y))
+    path = source.contour.path
+    work = MissingWork("hole" if source.is_hole else "part", 1, ((x, y),), (path,))
+    return _Remark("L611", words, several, _place(index, source, x, y), work)
 
 
 def _place(index: int, source: SheetContour, x: float, y: float) -> str:
@@ -264,7 +275,9 @@ def _remarks(contour: CutContour, rules: CutRules) -> list[_Remark]:
             left = f"{away[worst] - rules.half:.2g} mm of it stay uncut"
             words = f"a place of part {source.part} is narrower than the kerf: {left}"
             several = "{n} contours have a place narrower than the kerf, which stays uncut"
-            found.append(_Remark("L612", words, several, _place(contour.index, source, *points[worst])))
+            px, py = points[worst].tolist()
+            work = MissingWork("place", 1, ((px, py),))
+            found.append(_Remark("L612", words, several, _place(contour.index, source, px, py), work))
     narrowest = NARROWEST_HOLE * rules.data.thickness
     if rules.kind == CutMethod.PLASMA and contour.hole and contour.diameter < narrowest:
         words = f"a hole of {contour.diameter:.3g} mm, below {NARROWEST_HOLE:g} thicknesses, will be conical"

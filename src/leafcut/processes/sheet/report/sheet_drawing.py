@@ -11,6 +11,7 @@ import numpy as np
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Cut, CutPlan
+from leafcut.model.issue import Issue
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.report.cut_words import cut_title, part_title
 from leafcut.quick_dataclass import dataclass
@@ -18,6 +19,7 @@ from leafcut.report.drawing import RAMP
 from leafcut.report.frame import Frame
 from leafcut.report.labels import Surroundings, place_labels
 from leafcut.report.marks import arrow_heads, end_marks, head, word_side
+from leafcut.report.missing_drawing import missing_drawing
 from leafcut.report.svg import STEPS, element, in_steps, lines_data, short, text, title
 
 #: How far chords leave arcs, user units.
@@ -51,6 +53,7 @@ class SheetScene:
 
     `every`: each so-manieth cut carries its number; `many`: rapids are coloured from first to last. `true_kerf`: the
     kerf is as wide as it is, in the scale of the drawing, `kerf` its width in user units.
+    `missing`: the issues of missing work.
     """
 
     frame: Frame
@@ -59,6 +62,7 @@ class SheetScene:
     many: bool
     kerf: float
     true_kerf: bool
+    missing: tuple[Issue, ...] = ()
 
     @property
     def dot(self) -> float:
@@ -66,8 +70,8 @@ class SheetScene:
         return 1.3 if self.many else 1.9
 
 
-def build_sheet_scene(plans: list[CutPlan]) -> SheetScene:
-    """Return the scene of one sheet's plans; an empty sheet gives an empty window."""
+def build_sheet_scene(plans: list[CutPlan], missing: tuple[Issue, ...] = ()) -> SheetScene:
+    """Return the scene of one sheet's plans, with the issues of missing work; an empty sheet gives an empty window."""
     sheet = plans[-1].sheet
     boxes = [c.path.extents for plan in plans for c in plan.cuts]
     boxes += [c.contour.path.extents for c in sheet.contours]
@@ -82,7 +86,7 @@ def build_sheet_scene(plans: list[CutPlan]) -> SheetScene:
     frame = Frame.around((low[0], low[1]), (high[0], high[1]), _WIDE_FROM[many])
     thinnest = _THINNEST_KERF_OF_MANY if many else _THINNEST_KERF
     kerf = plans[-1].data.kerf * frame.scale
-    return SheetScene(frame, sheet, every, many, max(kerf, thinnest), kerf >= thinnest)
+    return SheetScene(frame, sheet, every, many, max(kerf, thinnest), kerf >= thinnest, missing)
 
 
 def sheet_drawing(
@@ -100,6 +104,7 @@ def sheet_drawing(
     moving = (_rapids(scene, ways), *(_cut(scene, plan, k) for k in range(len(plan.cuts))), _kerf_arrows(scene, plan))
     inside = (
         drawn,
+        missing_drawing(frame, scene.missing),
         element("g", *moving, arrow_heads(ways, arrow), clip_path=f"url(#{window})"),
         *_order(scene, plan, ways),
     )

@@ -54,7 +54,7 @@ def order_names(outcome: Outcome[SheetDetail]) -> tuple[str, str, str]:
 
 def sheet_content(outcome: Outcome[SheetDetail], plan: CutPlan) -> PageRow:
     """Return all that the template of a sheet needs."""
-    scene = build_sheet_scene([p for p in outcome.detail.plans if p is not None])
+    scene = build_sheet_scene([p for p in outcome.detail.plans if p is not None], outcome.missing)
     return {
         "drawings": _drawings(outcome, scene),
         "wide": scene.frame.wide,

@@ -115,7 +115,7 @@ class SheetReport(PathReport[SheetDetail]):
         """Return the cuts in an order on the sheet."""
         known = [plan for plan in self.outcome.detail.plans if plan is not None]
         words = sheet_page.plan_words(self.outcome, 0 if which == "before" else 2)
-        return sheet_drawing(build_sheet_scene(known), self.plan(which), which, words, size=True)
+        return sheet_drawing(build_sheet_scene(known, self.outcome.missing), self.plan(which), which, words, size=True)
 
     def plan(self, which: Which) -> CutPlan:
         """Return the plan of an order."""

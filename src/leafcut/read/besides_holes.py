@@ -1,0 +1,178 @@
+"""What a drawing shows besides its holes: the outline of the plate, slots, and contours that no drill makes."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from leafcut.errors import LeafcutError, count_of
+from leafcut.geometry.curves import Spend
+from leafcut.geometry.polyline import Polyline
+from leafcut.geometry.tidying import polygons, tidy
+from leafcut.model.issue import Issue, MissingWork, Severity
+from leafcut.model.part import Hole
+from leafcut.options import SheetOptions
+from leafcut.quick_dataclass import dataclass
+from leafcut.read.dxf_blocks import BlockWalk, LayerFilter
+from leafcut.read.dxf_contours import Strokes
+from leafcut.read.dxf_strokes import DxfStroke, stroke_of
+from leafcut.read.format import ReadBudget, places_of
+
+#: Entities that a closed contour may be made of.
+LINES = ("LINE", "ARC", "LWPOLYLINE", "POLYLINE", "ELLIPSE", "SPLINE")
+#: What is read as a hole, or reported by the reader of the holes.
+_HOLES = ("CIRCLE", "POINT")
+#: A drawing with more lines than this is no drawing of a plate; of its contours nothing is said.
+MOST_STROKES = 20_000
+#: The disc of a slot's width fits into it everywhere: its diameter and the width differ by this part at most.
+_SAME_WIDTH = 0.01
+#: A slot is longer than wide by this part of its width at least.
+_LONGER = 0.05
+#: 4 π A / P² of a circle drawn in sixteen chords or more.
+_ROUND = 0.98
+#: An outline may touch the holes at its edge, mm.
+_AT_THE_EDGE = 0.01
+
+
+class Besides(NamedTuple):
+    """The closed contours of a drawing, mm, and how many entities they are made of, by type."""
+
+    paths: tuple[Polyline, ...] = ()
+    entities: Mapping[str, int] = MappingProxyType({})
+
+
+@dataclass
+class _Collector(Strokes):
+    """Collects the strokes that no hole was made of, and remembers the type of each."""
+
+    kinds: tuple[str, ...] = ()
+
+    def take(self, stroke: DxfStroke, matrix: Any, layer: str) -> None:
+        """Take one stroke at its place."""
+        before = len(self.found)
+        self.add(stroke, matrix, layer)
+        self.kinds += (stroke.dxftype,) * (len(self.found) - before)
+
+
+def closed_besides_holes(
+    document: Any, layers: LayerFilter, copies: ReadBudget, factor: float, path: str, points: Spend, holes: set[str]
+) -> Besides:
+    """Return the closed contours of a DXF drawing that are no holes; none where it is too large to tell.
+
+    Parameters
+    ----------
+    factor
+        mm per unit of the drawing.
+    holes
+        Handles of the entities that became holes.
+    """
+
+    def other(entity: Any) -> DxfStroke | None:
+        if entity.dxftype() in _HOLES or (entity.dxf.get("handle") or "") in holes:
+            return None
+        return stroke_of(entity)
+
+    walk = BlockWalk(document, copies, layers, other, "lines")
+    found = _Collector(factor, path, points)
+    try:
+        for stroke, matrix, layer in walk.shapes():
+            if len(found.found) >= MOST_STROKES:
+                return Besides()
+            found.take(stroke, matrix, layer)
+        made = tidy([contour.path for contour in found.found], SheetOptions().join_tolerance).paths
+    except LeafcutError:  # more lines than a drawing of this size may have: no reason to refuse its holes
+        return Besides()
+    closed = [one for one in made if one.path.closed and abs(one.path.area) > 0.0]
+    return Besides(tuple(one.path for one in closed), Counter(found.kinds[k] for one in closed for k in one.members))
+
+
+def besides_holes(paths: Sequence[Polyline], holes: Sequence[Hole]) -> tuple[list[Issue], list[Issue]]:
+    """Return what closed contours are that no drill makes, as issues (L201); apart from them those of other contours.
+
+    A contour around all holes is the outline of the plate, or a frame around it: a note. Slots, and circles that are
+    drawn as other curves, are missing work; so are contours in the outline, for whoever asks for more than holes. What
+    lies beside the outline is a note.
+    """
+    if not paths:
+        return [], []
+    shapes = polygons(paths)
+    kinds = _kinds(paths, shapes, holes)
+    issues: list[Issue] = []
+    others: list[Issue] = []
+    for kind, noun, why in _KINDS:
+        own = [k for k, name in enumerate(kinds) if name == kind]
+        if not own:
+            continue
+        places = [_place(shapes[k]) for k in own]
+        words = f"{count_of(len(own), noun)} {why}"
+        if kind == "outline":
+            x0, y0, x1, y1 = shapely.bounds(shapes[min(own, key=lambda k: abs(paths[k].area))]).tolist()
+            size = f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
+            words = f"the outline around all holes, {size}, is not cut"
+            if len(own) > 1:
+                words = f"{count_of(len(own), 'outline')} around all holes, the innermost {size}, are not cut"
+        work = MissingWork(noun, len(own), tuple(places), tuple(paths[k] for k in own))
+        missing = work if kind in ("hole", "slot", "contour") else None
+        issue = Issue("L201", words, places_of(places, len(own)), Severity.NOTE, missing)
+        (others if kind == "contour" else issues).append(issue)
+    return issues, others
+
+
+#: Kind, noun, and what is said of it.
+_KINDS = (
+    ("slot", "slot", "not milled: only round holes are drilled"),
+    ("hole", "hole", "drawn as lines or a free curve, not drilled: draw it as a circle"),
+    ("contour", "contour", "inside the part, not cut or milled: no drill makes it"),
+    ("outline", "outline", ""),
+    ("beside", "contour", "beside the outline, not cut"),
+)
+
+
+def _kinds(paths: Sequence[Polyline], shapes: NDArray[Any], holes: Sequence[Hole]) -> list[str]:
+    """Return what each contour is: ``outline``, ``slot``, ``hole``, ``contour`` or ``beside``."""
+    centres = shapely.points([(hole.x, hole.y) for hole in holes])
+    grown = shapely.buffer(shapes, _AT_THE_EDGE)
+    around = [bool(shapely.covers(shape, centres).all()) for shape in grown]
+    plates = [k for k, yes in enumerate(around) if yes]
+    plate = min(plates, key=lambda k: abs(paths[k].area), default=None)
+    found = []
+    for k, (path, shape) in enumerate(zip(paths, shapes, strict=True)):
+        if around[k]:
+            found.append("outline")
+        elif plate is not None and not shapely.covers(grown[plate], shape):
+            found.append("beside")
+        else:
+            found.append("hole" if _is_round(path) else "slot" if _is_slot(path, shape) else "contour")
+    return found
+
+
+def _is_round(path: Polyline) -> bool:
+    return 4.0 * math.pi * abs(path.area) > _ROUND * path.length**2
+
+
+def _is_slot(path: Polyline, shape: Any) -> bool:
+    """Return whether a contour is a slot, straight or curved: what a disc sweeps along a line.
+
+    Of a slot of the width w along a line of the length l the area is w l + π w² / 4, the length of the edge 2 l + π w.
+    """
+    area, edge = abs(path.area), path.length
+    under = 0.25 * edge * edge - math.pi * area
+    if under <= 0.0:
+        return False
+    width = (0.5 * edge - math.sqrt(under)) / (0.5 * math.pi)
+    along = 0.5 * (edge - math.pi * width)
+    disc = 2.0 * float(shapely.maximum_inscribed_circle(shape, 0.001 * width).length)
+    return along > _LONGER * width and abs(disc - width) < _SAME_WIDTH * width
+
+
+def _place(shape: Any) -> tuple[float, float]:
+    """Return the middle of a contour, to a hundredth of a millimetre."""
+    x, y = np.round(shapely.get_coordinates(shapely.centroid(shape))[0], 2).tolist()
+    return x, y

@@ -1,0 +1,68 @@
+"""Missing work in drawings: hatched in red over what is drawn, or a cross where no outline is known."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+import shapely
+
+from leafcut.geometry.arrays import Points
+from leafcut.model.issue import Issue, MissingWork
+from leafcut.report.frame import Frame
+from leafcut.report.svg import element, in_steps, lines_data, short, title
+from leafcut.report.wording import clean
+
+#: Distance of the lines of the hatch, and half the size of a cross, user units.
+_HATCH, _CROSS = 6.0, 4.5
+#: Chords leave arcs by this, user units.
+_CHORDS = 0.06
+#: No more places are marked; the issue counts them all.
+_MOST = 2_000
+#: No area has more lines.
+_MOST_LINES = 300
+
+
+def missing_points(issues: Iterable[Issue]) -> Points:
+    """Return places that a drawing of missing work needs room for, float64[n, 2], mm."""
+    points: list[tuple[float, float]] = []
+    for issue in issues:
+        if issue.missing is not None:
+            points += issue.missing.where[:_MOST]
+            points += [c for path in issue.missing.outlines[:_MOST] for c in (path.extents[:2], path.extents[2:])]
+    return np.array(points, dtype=np.float64).reshape(-1, 2)
+
+
+def missing_drawing(frame: Frame, issues: Iterable[Issue]) -> str:
+    """Return the missing work as SVG in user units from the frame's corner; "" for none."""
+    return "".join(_of_work(frame, issue.missing, issue.message) for issue in issues if issue.missing is not None)
+
+
+def _of_work(frame: Frame, work: MissingWork, why: str) -> str:
+    words = title(f"missing: {clean(why)}")
+    if work.outlines:
+        rings = [frame.place(path.flattened(_CHORDS / frame.scale)) for path in work.outlines[:_MOST]]
+        edges = "".join(f"{lines_data(np.stack([ring[:-1], ring[1:]], axis=1))}z" for ring in rings)
+        hatch = "".join(_hatch(ring) for ring in rings)
+        return element("g", words, in_steps(element("path", d=edges)), element("path", d=hatch), class_="missing")
+    if not work.where:
+        return ""
+    far = short(2.0 * _CROSS)
+    crosses = "".join(
+        f"M{short(x - _CROSS)} {short(y - _CROSS)}l{far} {far}m0 -{far}l-{far} {far}"
+        for x, y in frame.place(np.array(work.where[:_MOST])).tolist()
+    )
+    return element("g", words, element("path", d=crosses), class_="missing")
+
+
+def _hatch(ring: Points) -> str:
+    """Return path data of lines at 45 degrees within a ring, user units."""
+    area = shapely.make_valid(shapely.Polygon(ring))
+    x0, y0, x1, y1 = shapely.bounds(area).tolist()
+    first = _HATCH * math.ceil((x0 + y0) / _HATCH)
+    sums = np.arange(first, x1 + y1, _HATCH)[:_MOST_LINES]
+    lines = shapely.linestrings([[(s - y1, y1), (s - y0, y0)] for s in sums.tolist()])
+    pieces = shapely.get_parts(shapely.intersection(lines, area))
+    ends = [shapely.get_coordinates(piece)[[0, -1]].ravel().tolist() for piece in pieces if piece.length > 0.0]
+    return "".join(f"M{short(a)} {short(b)}L{short(c)} {short(d)}" for a, b, c, d in ends)

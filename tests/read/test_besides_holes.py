@@ -1,0 +1,114 @@
+"""What a drilling drawing shows besides its holes: the outline is named, slots are missing work."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import ezdxf
+import pytest
+
+from leafcut.model import Part
+from leafcut.read import read
+
+HOLES = ((10, 10), (50, 10), (90, 10))
+
+
+def drawn(tmp_path: Path, draw: Any) -> Part:
+    """Return the part of a plate of 100 x 60 mm with three holes, and what else is drawn."""
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = 4
+    space = document.modelspace()
+    rectangle(space, 0, 0, 100, 60)
+    for place in HOLES:
+        space.add_circle(place, 3)
+    draw(document, space)
+    document.saveas(tmp_path / "plate.dxf")
+    return read(tmp_path / "plate.dxf")
+
+
+def rectangle(space: Any, x0: float, y0: float, x1: float, y1: float) -> None:
+    space.add_lwpolyline([(x0, y0), (x1, y0), (x1, y1), (x0, y1)], close=True)
+
+
+def missing(part: Part) -> list[tuple[str, int, list[tuple[float, float]]]]:
+    return [(i.missing.what, i.missing.count, list(i.missing.where)) for i in part.issues if i.missing]
+
+
+def test_the_outline_around_all_holes_is_named_and_is_not_missing(tmp_path: Path) -> None:
+    part = drawn(tmp_path, lambda document, space: None)
+    assert missing(part) == []
+    assert [i.message for i in part.issues] == ["the outline around all holes, 100 × 60 mm, is not cut"]
+
+
+def test_frames_around_the_plate_are_no_missing_work_and_boxes_beside_it_are_notes(tmp_path: Path) -> None:
+    def frame(document: Any, space: Any) -> None:
+        rectangle(space, -50, -50, 250, 150)
+        rectangle(space, 150, -40, 240, -10)
+
+    part = drawn(tmp_path, frame)
+    assert missing(part) == [] == list(part.besides)
+    assert [i.message for i in part.issues] == [
+        "2 outlines around all holes, the innermost 100 × 60 mm, are not cut",
+        "1 contour beside the outline, not cut",
+    ]
+
+
+def straight_slot(document: Any, space: Any) -> None:
+    space.add_line((20, 30), (40, 30))
+    space.add_line((20, 36), (40, 36))
+    space.add_arc((20, 33), 3, 90, 270)
+    space.add_arc((40, 33), 3, 270, 90)
+
+
+def curved_slot_in_a_block(document: Any, space: Any) -> None:
+    block = document.blocks.new("SLOT")
+    block.add_arc((0, 0), 20, 0, 90)
+    block.add_arc((0, 0), 16, 0, 90)
+    block.add_arc((18, 0), 2, 180, 360)
+    block.add_arc((0, 18), 2, 90, 270)
+    space.add_blockref("SLOT", (60, 25))
+
+
+def circle_in_chords(document: Any, space: Any) -> None:
+    corners = [(30 + 4 * math.cos(a * math.tau / 36), 40 + 4 * math.sin(a * math.tau / 36)) for a in range(36)]
+    space.add_lwpolyline(corners, close=True)
+
+
+def leaning_circle(document: Any, space: Any) -> None:
+    space.add_circle((30, 40), 3, dxfattribs={"extrusion": (1, 0, 0)})
+
+
+@pytest.mark.parametrize(
+    ("draw", "what"),
+    [
+        (straight_slot, "slot"),
+        (curved_slot_in_a_block, "slot"),
+        (circle_in_chords, "hole"),
+        (leaning_circle, "hole"),
+    ],
+)
+def test_a_skipped_slot_or_circle_is_missing_work(tmp_path: Path, draw: Any, what: str) -> None:
+    found = missing(drawn(tmp_path, draw))
+    assert [(kind, count) for kind, count, _ in found] == [(what, 1)]
+
+
+@pytest.mark.parametrize("size", [(20, 6), (20, 19), (60, 3), (5, 5)])
+def test_a_rectangle_is_no_slot(tmp_path: Path, size: tuple[float, float]) -> None:
+    part = drawn(tmp_path, lambda document, space: rectangle(space, 20, 30, 20 + size[0], 30 + size[1]))
+    assert missing(part) == []
+    (other,) = part.besides
+    assert other.missing
+    assert other.missing.where == ((20 + size[0] / 2, 30 + size[1] / 2),)
+
+
+@pytest.mark.parametrize(("length", "width"), [(8, 6), (12, 6), (60, 3)])
+def test_a_slot_is_one_whatever_its_length(tmp_path: Path, length: float, width: float) -> None:
+    along = length - width
+
+    def slot(document: Any, space: Any) -> None:
+        rows = [(20, 30, 0), (20 + along, 30, 1), (20 + along, 30 + width, 0), (20, 30 + width, 1)]
+        space.add_lwpolyline(rows, format="xyb", close=True)
+
+    assert missing(drawn(tmp_path, slot)) == [("slot", 1, [(20 + along / 2, 30 + width / 2)])]
