@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from leafcut.model.simulation import Simulation
 
 DONE, REFUSED, USAGE, INCOMPLETE = 0, 1, 2, 3
+STATUSES = "Exit status: 0 done; 1 refused; 2 wrong usage; 3 done, but work is missing, which is reported first."
 _WORST_FIRST = ("danger", "missing", "warning")
 #: Of several inputs the status is that of the worst.
 _STATUS_ORDER = (DONE, INCOMPLETE, REFUSED, USAGE)
@@ -93,7 +94,7 @@ NoDefaults = Annotated[
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and leave with its exit status: 0 done, 1 refused, 2 wrong usage."""
+    """Run the command line and leave with its exit status (`STATUSES`)."""
     if not _SAYS_THREADS.intersection(os.environ):
         os.environ["OPENBLAS_NUM_THREADS"] = "1"
     for stream in (sys.stdout, sys.stderr):
@@ -242,7 +243,7 @@ def app(arguments: Sequence[str] = (), *, named_only: bool = False) -> App:
 
     made = App(
         name="leafcut",
-        help="The shortest-time, verified CNC program for a drawing.",
+        help=f"The shortest-time, verified CNC program for a drawing.\n\n{STATUSES}",
         version=__version__,
         version_flags=["--version"],
         help_format="plaintext",

@@ -89,7 +89,11 @@ def test_round_openings_wider_than_the_tool_are_missing_work_and_narrower_ones_a
     assert [one.depth for one in milled.pockets] == [6.0]
     wide, narrow = issues
     assert wide.missing is not None
-    assert (wide.missing.what, wide.missing.count, wide.missing.where) == ("opening", 1, (pytest.approx((90.0, 40.0), abs=0.05),))
+    assert (wide.missing.what, wide.missing.count, wide.missing.where) == (
+        "opening",
+        1,
+        (pytest.approx((90.0, 40.0), abs=0.05),),
+    )
     assert str(narrow) == "L219 1 round opening no wider than the tool, not milled: drill them"
     assert narrow.severity == "note"
 

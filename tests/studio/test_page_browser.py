@@ -6,6 +6,7 @@ import math
 import re
 from pathlib import Path
 
+import ezdxf
 import httpx2
 from playwright.sync_api import Page, expect
 from studio_page import LONG, PLATE, choose_machine, choose_work, opened, run, said_by, steady, sure, typed, wait_for
@@ -350,3 +351,27 @@ def test_what_knowing_the_stock_saves_is_told_beside_the_figures(page: Page) -> 
     run(page)
     expect(page.locator("#result-panel")).to_contain_text("by lower retracts (29 heights)")
     expect(page.locator("#result-panel")).to_contain_text("by rapids in the air (16 cuts)")
+
+
+def test_missing_work_comes_first_in_red_and_is_hatched_in_the_drawing(page: Page, tmp_path: Path) -> None:
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = 4
+    space = document.modelspace()
+    space.add_lwpolyline([(0, 0), (100, 0), (100, 60), (0, 60)], close=True)
+    for x in (10, 50, 90):
+        space.add_circle((x, 10), 3)
+    space.add_lwpolyline([(20, 30, 0), (60, 30, 1), (60, 45, 0), (20, 45, 1)], format="xyb", close=True)
+    document.saveas(tmp_path / "slot.dxf")
+    opened(page, tmp_path / "slot.dxf")
+    choose_work(page, "drill")
+    typed(page, "Thickness", "6mm")
+    run(page)
+    expect(page.locator("#result-panel .warnings").first).to_contain_text("1 slot not milled")
+    expect(page.locator("#result-panel .badge").first).to_have_text("Missing: 1 feature of the input")
+    colours = [
+        page.locator(place).first.evaluate("at => getComputedStyle(at).color")
+        for place in ("#result-panel .warnings.worst", "#result-panel .badge.no")
+    ]
+    red, green, blue = map(int, re.findall(r"\d+", colours[0])[:3])
+    assert colours[0] == colours[1]
+    assert red > 2 * max(green, blue)

@@ -65,6 +65,7 @@ import json
 import math
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -90,6 +91,8 @@ MAGIC = b"LCSCENE1"
 OUTLINES = ("cut", "mark", "sheet", "pocket", "island")
 CLOSED = 16
 
+#: Chords leave the arcs of missing work by this, mm.
+MISSING_CHORDS = 0.05
 #: More issues are not shown one by one, nor more places of one.
 MOST_ISSUES = 500
 
@@ -136,6 +139,7 @@ def part_scene(part: Part, tools: dict[int, int] | None = None, *, filled: bool 
         "layers": [clean(layer) for layer in layers.names],
         "unitless": unitless(part),
         "issues": _issues(part.issues),
+        "missing": _missing(part.issues),
         "filled": filled,
     }
     return packed(header, columns)
@@ -207,7 +211,9 @@ def outcome_scene(outcome: Outcome, which: Which) -> bytes:
 def outcome_part_scene(outcome: Outcome) -> bytes:
     """Return the part of an outcome, every hole with the tool that works last on it."""
     tools = {hole: o.tool.number for o in outcome.operations if not o.slots for hole in o.holes}
-    return part_scene(outcome.part, tools)
+    part = outcome.part
+    planned = (issue for issue in outcome.missing if issue not in part.issues)
+    return part_scene(replace(part, issues=(*part.issues, *planned)), tools)
 
 
 def toolpath_scene(
@@ -375,6 +381,12 @@ def _tool_words(label: str, diameter: float) -> str:
 def _issues(issues: Iterable[Issue]) -> list[list[str]]:
     """Return code, severity, message and place of the first issues."""
     return [[i.code, i.severity.value, clean(i.message), clean(i.place)] for i in list(issues)[:MOST_ISSUES]]
+
+
+def _missing(issues: Iterable[Issue]) -> list[list[list[float]]]:
+    """Return the outlines of missing work, each as places, mm."""
+    paths = [path for issue in issues if issue.missing is not None for path in issue.missing.outlines]
+    return [path.flattened(MISSING_CHORDS).round(3).tolist() for path in paths[:MOST_ISSUES]]
 
 
 def _issue_places(part: Part) -> NDArray[np.float64]:

@@ -49,6 +49,14 @@ def _why_same(answer: dict[str, Any], words: Words) -> str:
     return words("result.all_stay", number=f"{stay:,}", pieces=f"{pieces:,}", why=why)
 
 
+def missing_words(answer: dict[str, Any], words: Words) -> str:
+    """Return how much of the work is missing; "" where all of it is done."""
+    # An answer of an earlier version has no such list.
+    number = sum(work["count"] for work in answer.get("missing", ()))
+    key = "result.missing" if number == 1 else "result.missing_several"
+    return words(key, number=f"{number:,}") if number else ""
+
+
 def announced(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
     """Return what is said aloud of a new outcome."""
     return f"{record.title}: {_told(record, answer, words)}"
@@ -60,14 +68,16 @@ def _told(record: JobRecord, answer: dict[str, Any], words: Words) -> str:
         found = saving(answer, words)
         proved = words("result.verified" if answer["verified"] else "result.unverified")
         large = found.large if found.kind == "same" else f"{found.large}, {found.small}"
-        return f"{large}. {proved}."
+        missing = missing_words(answer, words)
+        return f"{large}. {missing}. {proved}." if missing else f"{large}. {proved}."
     if command == "verify":
         return words("result.same" if answer["same"] else "result.differs")
     if command == "solve":
         return f"{answer['length']:,.10g}, {words('result.length', number=format(answer['n'], ','))}"
     if command == "nest":
         used = answer["variants"][0]["utilisation_of_used_percent"]
-        return f"{used:.1f} %, {words('nest.used')}"
+        missing = missing_words(answer, words)
+        return f"{used:.1f} %, {words('nest.used')}" + (f". {missing}." if missing else "")
     if command == "simulate":
         return f"{format_time(answer['time_s'])}, {words('result.on', machine=answer['machine'])}"
     return figures_of(record, words)

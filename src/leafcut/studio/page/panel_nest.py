@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from leafcut.studio.jobs.history import JobRecord, JobState
 from leafcut.studio.jobs.jobs import line_of
 from leafcut.studio.jobs.sheets import GOING, SheetOfNest, comparison, plan_cuts, sheets_of
+from leafcut.studio.page import headline
 from leafcut.studio.page.elements import Form, box, button, link, text
 from leafcut.studio.page.page_state import View
 from leafcut.units import format_time
@@ -48,7 +49,10 @@ class NestPanel:
             w("nest.spaced", size=size, spacing=f"{answer['spacing_mm']:g}", margin=f"{answer['margin_mm']:g}"),
             "quiet",
         )
-        text("p", w("nest.verified"), "badge")
+        missing = headline.missing_words(answer, w)
+        if missing:
+            text("p", missing, "badge no")
+        text("p", w("nest.verified_placed" if missing else "nest.verified"), "badge")
         self.variants = box("div", "variants")
         with box("section", "cuts", aria_label=w("group.cuts")):
             self.form = Form(

@@ -207,20 +207,26 @@ class ResultPanel:
             button(f"‹ {words}", lambda: self.page.open_job(job, (variant, number)), "plain small back")
 
     def _warned(self, answer: dict[str, Any]) -> None:
-        """Show first what a person must know before the program runs; all else stands among the issues."""
-        found = _warnings(answer)
+        """Show first what a person must know before the program runs: what is missing, dangers, the first warnings."""
+        worst = [issue for issue in _warnings(answer) if issue["severity"] != "warning"]
+        worst.sort(key=lambda issue: issue["severity"] != "danger")
+        self._list_of_warnings(worst, "warnings worst", _MOST_ISSUES)
+        found = [issue for issue in _warnings(answer) if issue["severity"] == "warning"]
+        self._list_of_warnings(found, "warnings", _MOST_WARNINGS)
+
+    def _list_of_warnings(self, found: list[dict[str, str]], classes: str, most: int) -> None:
         if not found:
             return
-        with box("ul", "warnings"):
-            for issue in found[:_MOST_WARNINGS]:
+        with box("ul", classes):
+            for issue in found[:most]:
                 with box("li"):
                     meant = self.view.words.issue(issue["code"])
                     spoken = self.view.words.spoken(issue["message"])
                     if meant:
                         text("b", f"{meant}: ")
                     text("span", self.view.words.plain(issue["message"]), "", dir="auto", lang=spoken)
-            if len(found) > _MOST_WARNINGS:
-                text("li", self.view.words("open.more", number=len(found) - _MOST_WARNINGS))
+            if len(found) > most:
+                text("li", self.view.words("open.more", number=len(found) - most))
 
     def _saved(self, record: JobRecord, answer: dict[str, Any]) -> None:
         w = self.view.words
@@ -229,6 +235,8 @@ class ResultPanel:
         text("p", found.small, "under")
         if answer["gap_percent"] is not None:
             text("p", _gap(answer["gap_percent"], w), "quiet")
+        if missing := headline.missing_words(answer, w):
+            self.mark.add_badge(text("p", missing, "badge no"))
         self._badge(answer["verified"], answer.get("certificate"))
         rows = [
             [w(f"result.{name}"), _seconds(m["time_s"]), _metres(m["travel_mm"]), _metres(m["cut_mm"])]

@@ -288,7 +288,10 @@ export function* paintMarks(ctx, frame, pane) {
     }
   }
   if (layers.extents) paintExtents(ctx, frame, pane);
-  if (layers.issues && pane.part) paintIssues(ctx, frame, pane.part, colours);
+  if (layers.issues && pane.part) {
+    paintMissing(ctx, frame, pane.part, colours);
+    paintIssues(ctx, frame, pane.part, colours);
+  }
   if (layers.differences && pane.differences) paintDifferences(ctx, frame, pane.differences, colours);
   yield 10;
 }
@@ -321,17 +324,43 @@ function paintExtents(ctx, frame, pane) {
   ctx.setLineDash([]);
 }
 
+/** Hatch in red what of the input is not done. */
+function paintMissing(ctx, frame, part, colours) {
+  frame.inPixels(ctx);
+  ctx.strokeStyle = colours.bad;
+  ctx.lineWidth = 1.2;
+  for (const ring of part.header.missing ?? []) {
+    const points = ring.map(([x, y]) => [frame.toX(x), frame.toY(y)]);
+    const xs = points.map(([x]) => x), ys = points.map(([, y]) => y);
+    const left = Math.max(Math.min(...xs), 0), right = Math.min(Math.max(...xs), ctx.canvas.width);
+    const top = Math.max(Math.min(...ys), 0), bottom = Math.min(Math.max(...ys), ctx.canvas.height);
+    ctx.save();
+    ctx.beginPath();
+    points.forEach(([x, y], k) => (k ? ctx.lineTo(x, y) : ctx.moveTo(x, y)));
+    ctx.closePath();
+    ctx.stroke();
+    ctx.clip();
+    ctx.beginPath();
+    for (let sum = Math.ceil((left + top) / 7) * 7; sum < right + bottom; sum += 7) {
+      ctx.moveTo(sum - bottom, bottom);
+      ctx.lineTo(sum - top, top);
+    }
+    ctx.stroke();
+    ctx.restore();
+  }
+}
+
 function paintIssues(ctx, frame, part, colours) {
   frame.inPixels(ctx);
   for (let k = 0; k < part.issue.length; k += 3) {
     const px = frame.toX(part.issue[k] + part.origin[0]), py = frame.toY(part.issue[k + 1] + part.origin[1]);
-    const warning = part.header.issues[part.issue[k + 2]]?.[1] === "warning";
+    const severity = part.header.issues[part.issue[k + 2]]?.[1];
     ctx.beginPath();
     ctx.moveTo(px, py - 8);
     ctx.lineTo(px + 8, py + 6);
     ctx.lineTo(px - 8, py + 6);
     ctx.closePath();
-    ctx.fillStyle = warning ? colours.warn : colours["ink-2"];
+    ctx.fillStyle = severity === "missing" ? colours.bad : severity === "note" ? colours["ink-2"] : colours.warn;
     ctx.strokeStyle = colours.card;
     ctx.lineWidth = 2;
     ctx.stroke();
