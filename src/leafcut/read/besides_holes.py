@@ -25,8 +25,6 @@ from leafcut.read.dxf_contours import Strokes
 from leafcut.read.dxf_strokes import DxfStroke, stroke_of
 from leafcut.read.format import ReadBudget, places_of
 
-#: Entities that a closed contour may be made of.
-LINES = ("LINE", "ARC", "LWPOLYLINE", "POLYLINE", "ELLIPSE", "SPLINE")
 #: What is read as a hole, or reported by the reader of the holes.
 _HOLES = ("CIRCLE", "POINT")
 #: A drawing with more lines than this is no drawing of a plate; of its contours nothing is said.

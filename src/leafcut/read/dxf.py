@@ -17,7 +17,6 @@ from leafcut.model.issue import MissingWork
 from leafcut.options import ReadOptions
 from leafcut.quick_dataclass import dataclass
 from leafcut.read.arcs import ArcPiece, close_circles
-from leafcut.read.besides_holes import LINES, Besides, besides_holes, closed_besides_holes
 from leafcut.read.dxf_blocks import BlockWalk
 from leafcut.read.dxf_contours import read_dxf_contours, read_dxf_pockets
 from leafcut.read.dxf_document import hidden_by_layer, layers_of, open_document, sniff, units_of, walk_issues
@@ -38,6 +37,8 @@ from leafcut.read.format import (
     units_unknown,
 )
 
+#: Entities that a closed contour may be made of.
+_LINES = ("LINE", "ARC", "LWPOLYLINE", "POLYLINE", "ELLIPSE", "SPLINE")
 #: Circles smaller than this are drawing errors, mm.
 MIN_RADIUS = 1e-6
 
@@ -62,15 +63,18 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     kept, noticed = sift(holes, options)
     if not kept:
         raise ReadError(source.path, _nothing(walk, finds, document, options, noticed))
-    others = walk.others + finds.others + finds.squashed
-    besides = Besides()
-    if any(kind in LINES for kind in others):
+    undrilled: list[Issue] = []
+    contours: list[Issue] = []
+    others = walk.others + finds.others
+    if any(kind in _LINES for kind in others + finds.squashed):
+        from leafcut.read.besides_holes import besides_holes, closed_besides_holes  # start-up
+
         besides = closed_besides_holes(
             document, walk.layers, copies_of(source, "blocks"), factor, source.path, points_of(source), finds.owned
         )
-    undrilled, contours = besides_holes(besides.paths, kept)
-    issues += walk_issues(walk) + finds.issues() + undrilled
-    issues += _not_holes(walk.others + finds.others - Counter(besides.entities))
+        undrilled, contours = besides_holes(besides.paths, kept)
+        others -= Counter(besides.entities)
+    issues += walk_issues(walk) + finds.issues() + undrilled + _not_holes(others)
     edge = edge_of(document, options, factor, source.path, points_of(source), finds.owned)
     part = Part(
         source.name, kept, source=source.file_name, format="dxf", units=unit or "mm", edge=edge, besides=tuple(contours)
