@@ -1086,6 +1086,10 @@ class StockKeywords(TypedDict, total=False):
     block, or an STL file in mm, or a STEP file (default: as the program shows: just around the cuts below Z0
     (stock), or where no rapid has been (reorder --air)).
     """
+    part: str | None
+    """The finished part that the program was made for, a STEP file or an STL file in mm: the stock is this part
+    before the program's own cuts, placed as the program's header states (default: a block (--workpiece)).
+    """
     cell: Quantity | None
     """Side of a cell of the stock model: 4 bytes each, at most 64 million (256 MB) (mm; default: a fortieth of the
     smallest tool, up to a fifth of it for a large stock).

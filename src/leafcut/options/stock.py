@@ -24,6 +24,15 @@ class StockOptions(OptionGroup):
         "(reorder --air)",
         may_be_path=(".stl", ".step", ".stp"),
     )
+    part: str | None = option(
+        "text",
+        None,
+        "the finished part that the program was made for, a STEP file or an STL file in mm: the stock is this part "
+        "before the program's own cuts, placed as the program's header states",
+        default_words="a block (--workpiece)",
+        needs="!workpiece",
+        may_be_path=(".stl", ".step", ".stp"),
+    )
     cell: float | None = option(
         "quantity",
         None,

@@ -26,13 +26,18 @@ def header_lines(
     date: bool = False,
     beside: str = "in the drawing's order",
     zero: ProgramZero | None = None,
+    part: str = "",
 ) -> list[str]:
     """Return the lines of the header; `seconds` are the machine times before and after, `beside` says what before was.
+
+    `part` is the solid or surface that the program was made for, and how it is placed.
 
     Nothing in it changes from run to run, so that the same seed gives the same bytes; the date stands in it only when
     `date` asks for it.
     """
     lines = [f"leafcut {version}", f"source: {source}"]
+    if part:
+        lines.append(f"part: {part}")
     if date:
         lines.append(f"date: {datetime.now().astimezone().isoformat(timespec='seconds')}")
     lines.append(f"machine: {machine.name}")

@@ -51,7 +51,7 @@ class CuttingStock(Work):
     name = "stock"
     title = "cutting stock by a program"
     uses = (
-        use(ReadOptions, "units", "strict", solid="workpiece", up="workpiece", z_zero="workpiece")
+        use(ReadOptions, "units", "strict", solid="workpiece,part", up="workpiece", z_zero="workpiece")
         | use(MachineOptions)
         | use(JobOptions, "tools")
     )

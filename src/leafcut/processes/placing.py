@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,9 +52,36 @@ def placed_mesh(mesh: Mesh, part: Part, options: ReadOptions) -> Mesh:
 
 def upright_mesh(mesh: Mesh, part: Part) -> Mesh:
     """Return a mesh in the axes of a solid turned and lifted with it; unchanged if the part is of a drawing."""
-    if part.zero is None or not part.zero.up:
-        return mesh
-    return replace(mesh, triangles=mesh.triangles @ np.array(TURNS[part.zero.up]).T - (0.0, 0.0, part.zero.z))
+    return mesh if part.zero is None or not part.zero.up else turned_mesh(mesh, part.zero.up, part.zero.z)
+
+
+def turned_mesh(mesh: Mesh, up: str, z: float) -> Mesh:
+    """Return a mesh with a direction (`model.part.TURNS`) pointing up, and then a height, mm, at zero."""
+    return replace(mesh, triangles=mesh.triangles @ np.array(TURNS[up]).T - (0.0, 0.0, z))
+
+
+def placing_words(file: str, part: Part, options: ReadOptions) -> str:
+    """Return the name of a part's file, and its place in the program, for the header of the program.
+
+    ``plate.step, -x up, Z0 at Z12.5 mm, zero at X10 Y20 mm, mirrored x, turned 90 deg``: a solid is first turned with
+    -x up. Its Z12.5 is then Z0 of the program. After the mirror and the turn, its X10 Y20 is X0 Y0.
+    """
+    words = [Path(file).name]
+    if part.zero is not None and part.zero.up:
+        words += [f"{part.zero.up} up"] if part.zero.up != "z" else []
+        words += [f"Z0 at Z{_exact(part.zero.z)} mm"] if part.zero.z else []
+    if options.origin is not None:
+        x, y = _origin(part, _matrix(options), options)
+        words.append(f"zero at X{_exact(x)} Y{_exact(y)} mm")
+    if options.mirror:
+        words.append(f"mirrored {options.mirror}")
+    if options.rotate:
+        words.append(f"turned {math.degrees(options.rotate):.6g} deg")
+    return ", ".join(words)
+
+
+def _exact(length: float) -> str:
+    return f"{length + 0.0:.6f}".rstrip("0").rstrip(".")
 
 
 def _matrix(options: ReadOptions) -> NDArray[np.float64]:

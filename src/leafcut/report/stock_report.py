@@ -55,6 +55,7 @@ def stock_as_json(found: StockCut, output: str | None = None) -> dict[str, Any]:
             "low": list(found.block.low),
             "high": list(found.block.high),
             "derived": found.derived,
+            **({"part": found.part} if found.part else {}),
             "cell": found.field.cell,
             "cells": found.field.heights.size,
             "bytes": found.field.heights.nbytes,
@@ -95,9 +96,9 @@ def print_stock(found: StockCut, output: str | None, console: Console) -> None:
         if issue.severity == "danger":
             console.print(f"danger: {issue}", style="bold red", markup=False, highlight=False, soft_wrap=True)
     sides = " × ".join(f"{b - a:.1f}" for a, b in zip(found.block.low, found.block.high, strict=True))
-    whence = "block around the cuts" if found.derived else "block"
+    whence = "a block around the cuts" if found.derived else found.part or "a block"
     console.print(
-        f"{found.program}: {found.removed_mm3 / _MM3_PER_CM3:.2f} cm³ off a {whence} of {sides} mm, in cells of "
+        f"{found.program}: {found.removed_mm3 / _MM3_PER_CM3:.2f} cm³ off {whence} of {sides} mm, in cells of "
         f"{found.field.cell:g} mm ({found.field.heights.size:,} of them, "
         f"{max(found.field.heights.nbytes / _BYTES_PER_MB, 0.1):.1f} MB)",
         markup=False, highlight=False, soft_wrap=True,

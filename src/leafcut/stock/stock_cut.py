@@ -78,6 +78,8 @@ class StockCut:
         What is dangerous in the program, and what was assumed.
     defaults
         Which of the options that were used are of the person's own defaults.
+    part
+        The file of the part that was the stock before the program's cuts; "" for a block.
     """
 
     program: str
@@ -92,6 +94,7 @@ class StockCut:
     differences: tuple[StockDifference, ...] = ()
     issues: tuple[Issue, ...] = ()
     defaults: tuple[str, ...] = ()
+    part: str = ""
 
     @property
     def removed_mm3(self) -> float:

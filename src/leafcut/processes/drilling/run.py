@@ -64,7 +64,7 @@ def _plan(run: Run, sources: Sequence[Source], everything: bool = False) -> tupl
     """Return the plan, and what the judge of its program sees: the part and the surface as they were read."""
     from leafcut.processes.drilling.judge import DrillingRequest
     from leafcut.processes.drilling.plan.drilling import plan_drilling
-    from leafcut.processes.placing import placed, placed_mesh, upright_mesh
+    from leafcut.processes.placing import placed, placed_mesh, placing_words, upright_mesh
     from leafcut.read import Match, read
     from leafcut.read.format import SNIFF_BYTES
     from leafcut.read.joining import read_drill_files
@@ -106,6 +106,7 @@ def _plan(run: Run, sources: Sequence[Source], everything: bool = False) -> tupl
         raise OptionError("--material: chooses among the presets of a Fusion tool library only; leave it out")
     library = tools_of(run.settings, run.machine)
     request = DrillingRequest(part, run.settings.read, job, ours, library, surface)
+    made_for = "" if mesh is None else placing_words(str(ours.surface or sources[0].path), part, run.settings.read)
     part = placed(part, run.settings.read)
     if not solid and mesh is not None:
         part = replace(part, zero=replace(part.zero or ProgramZero(), level="surface", z=float(mesh.high[2])))
@@ -113,7 +114,7 @@ def _plan(run: Run, sources: Sequence[Source], everything: bool = False) -> tupl
         part = replace(
             part, zero=replace(part.zero or ProgramZero(), level="holes", z=max(hole.z for hole in part.holes))
         )
-    plan = plan_drilling(part, run.machine, library, job, ours, mesh, fixture)
+    plan = replace(plan_drilling(part, run.machine, library, job, ours, mesh, fixture), made_for=made_for)
     if "retract" in run.settings.asked and plan.always_initial and job.retract != "initial":
         raise OptionError(
             "--retract r: what stands between holes of different heights is not known, so the tool rises over the "
@@ -358,6 +359,7 @@ def _write(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, measures: 
         options=settings.changed(),
         units=settings.post.output_units,
         date=settings.post.date,
+        part=plan.made_for,
     )
     names = {tool.number: tool.label.split(" ", 1)[1] for tool in plan.tools}
     rapid = max(run.machine.rapid_velocity)

@@ -46,6 +46,7 @@ class PocketJob:
     `levels` are those of each pocket, and `around` says in the floor of which other one it lies, or None. `limits` are
     those of feeds that follow what the tool meets; None where one feed is used throughout. `tops` says how high the
     material of each pocket stands before any is milled, mm, 0 at the top of all; `solid` is what they were found in.
+    `made_for` names the file of a solid, and how it is placed.
     """
 
     run: Run
@@ -60,6 +61,7 @@ class PocketJob:
     limits: FeedLimits | None = None
     tops: tuple[float, ...] = ()
     solid: PocketSolid | None = None
+    made_for: str = ""
 
     @property
     def exact(self) -> PocketRules:

@@ -42,6 +42,7 @@ def write_pockets(job: PocketJob, before: LaidPockets, after: LaidPockets, usual
         units=settings.post.output_units,
         date=settings.post.date,
         beside=f"by {usual}",
+        part=job.made_for,
     )
     scale, unit = (25.4, "in") if settings.post.output_units == "inch" else (1.0, "mm")
     for (x, y), bottom in holes(after.descents).items():

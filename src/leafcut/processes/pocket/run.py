@@ -120,7 +120,7 @@ def _programs(job: PocketJob, cleared: list[_Cleared], nodes: Sequence[int]) -> 
 def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     """Read the pockets and what is said of them."""
     from leafcut.gcode.dialects import dialect
-    from leafcut.processes.placing import placed
+    from leafcut.processes.placing import placed, placing_words
     from leafcut.processes.pocket.plan.feed_limits import feed_limits
     from leafcut.processes.pocket.plan.rules import levels_of, lying_in, milled_pockets, milling_data, rules_of
     from leafcut.processes.pocket.plan.toolpath import PocketHeights
@@ -156,6 +156,7 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
         limits, told = feed_limits(settings, run.machine, rules, levels, data, mill, _material(settings))
         issues = [*issues, *told]
         data = replace(data, limits=limits)
+    made_for = "" if part.pockets[0].top is None else placing_words(source.path, part, settings.read)
     part = placed(part, settings.read)
     surface, keep_out = part.pockets[0].top or 0.0, settings.job.keep_out
     refuse_higher_zones(keep_out, settings.job.clearance_height + surface)
@@ -172,7 +173,7 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     check_words_used(settings, run.machine, words)
     job = PocketJob(
         run, part, rules, levels, tuple(around), heights, data, words, _xy(settings.job.start_point), limits,
-        tuple(tops), solid,
+        tuple(tops), solid, made_for,
     )  # fmt: skip
     refuse_missing(settings, source, (*part.issues, *left))
     return job, [*part.issues, *left, *issues, *_lower(part.pockets, tops)]

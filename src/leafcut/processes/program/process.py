@@ -42,7 +42,7 @@ class ForeignProgram(Process):
         | ORDERED
     )
     uses |= use(JobOptions, "keep_out", "start_point", "keep_order", "tools", clearance_height="keep_out")
-    uses |= use(StockOptions) | use(FeedOptions, "feeds", "feed_increase", slot_chip="feeds tools")
+    uses |= use(StockOptions, but=("part",)) | use(FeedOptions, "feeds", "feed_increase", slot_chip="feeds tools")
     uses |= use(SpeedOptions, **dict.fromkeys(("max_power", "max_torque", "drive_efficiency"), "feeds"))
     uses |= use(PostOptions, "dialect", "header")
     otherwise = {  # noqa: RUF012  # the protocol says that it is of the class

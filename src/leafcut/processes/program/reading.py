@@ -28,6 +28,10 @@ _OF_MATERIALS = ("cut_speed", "cut_process", "material", "thickness", "amps", "n
 _USUAL_THICKNESS = 3.0
 
 
+#: Codes of rapids that are dangers if the surface of the part is Z0 everywhere.
+BELOW_SURFACE = ("L801", "L802")
+
+
 @dataclass(frozen=True)
 class ProgramRead:
     """A program, the dialect and the machine that it was read for, and what has to be said about that."""
@@ -40,10 +44,18 @@ class ProgramRead:
 
     @property
     def dangers(self) -> list[Issue]:
-        """What is dangerous in it, the worst first, one issue for each kind."""
+        """What is dangerous in it, the worst first, one issue for each kind.
+
+        Of a program of leafcut's for a solid or a surface, a rapid below Z0 is a warning.
+        """
+        from leafcut.processes.program.made_for import stated_part
         from leafcut.proof.dangers import find_dangers
 
-        return find_dangers(self.program, self.machine, self.process, self.words.states_z)
+        found = find_dangers(self.program, self.machine, self.process, self.words.states_z)
+        if stated_part(self.program) is None:
+            return found
+        # The surface of a solid is not Z0 everywhere: over its lower steps the tool runs below that.
+        return [replace(i, severity=Severity.WARNING) if i.code in BELOW_SURFACE else i for i in found]
 
 
 def read_new(run: Run, words: Dialect, text: str) -> Program:

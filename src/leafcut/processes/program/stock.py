@@ -19,12 +19,15 @@ from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
 from leafcut.options import Settings
 from leafcut.processes.course import machine_of
+from leafcut.processes.program.made_for import StatedPart, before_its_cuts, part_as_placed, stated_part
+from leafcut.processes.program.reading import BELOW_SURFACE
 from leafcut.processes.program.workpiece import (
     block_around,
     block_of,
     field_of,
     in_other_unit,
     in_unit_words,
+    solid_file,
     told_of,
     tools_of,
 )
@@ -88,12 +91,21 @@ def cut_stock(
     words = dialects.dialect(dialect or machine.controller)
     mine = _read(program, settings, machine, words, look)
     every = [mine] if same_as is None else [mine, _read(same_as, settings, machine, words, look)]
+    from leafcut.stock.mesh_field import block_of_mesh
+
     given = settings.stock.workpiece
     which = ChosenSolid.of(settings.read)
-    block = block_of(given, which) if given else _around(every)
+    stated = stated_part(mine.read.program)
+    part = None
+    if settings.stock.part:
+        part = part_as_placed(solid_file(settings.stock.part, ChosenSolid(settings.read.solid)), stated)
+    block = block_of_mesh(part) if part is not None else block_of(given, which) if given else _around(every)
     cell = settings.stock.cell or usual_cell(block, min(one.smallest for one in every))
     look = looking_for(progress, "cutting the stock")
-    stock = field_of(settings.stock, block, cell, which)
+    if part is not None:
+        stock = before_its_cuts(part, cell, _pieces(mine, cell), mine.cutters, look)
+    else:
+        stock = field_of(settings.stock, block, cell, which)
     field, moves, removed = _cut(mine, stock.copy() if same_as is not None else stock, look)
     if not removed.cuts.any():
         sides = ", ".join(f"{a} {block.low[k]:g} to {block.high[k]:g}" for k, a in enumerate("XYZ"))
@@ -103,11 +115,12 @@ def cut_stock(
             f"{in_unit_words(unit)}"
         )
     rapids, collisions = _rapids(moves, removed), _collisions(moves, removed)
+    assumed = _assumed_block(stated) if part is None and not given else []
     return StockCut(
         mine.source,
         mine.read.machine,
         block,
-        not given,
+        part is None and not given,
         field,
         _by_tool(moves, removed, mine.tools, mine.read.machine),
         rapids,
@@ -115,14 +128,16 @@ def cut_stock(
         None if same_as is None else str(same_as),
         tuple(one for other in every[1:] for one in stock_differences(_cut(other, stock, look)[0], field, TOLERANCE)),
         (
-            *_told(rapids),
+            *assumed,
+            *_told(rapids, stated is not None and bool(assumed)),
             *_bodies_told(collisions),
             *_told_of_stock(mine, settings, block, cell),
-            *mine.read.dangers,
+            *(danger for danger in mine.read.dangers if part is None or danger.code not in BELOW_SURFACE),
             *mine.read.issues,
             *_not_known(mine.whole),
         ),
         settings.from_defaults(),
+        settings.stock.part or "",
     )
 
 
@@ -149,11 +164,29 @@ def _read(program: Input, settings: Settings, machine: Machine, words: Dialect, 
 def _cut(one: _Cuts, field: HeightField, look: Heartbeat) -> tuple[HeightField, StraightMoves, Removed]:
     """Cut a stock by a program; return it, the program's moves in pieces, and what each takes off."""
     from leafcut.stock.cutting import cut
+
+    moves = _pieces(one, field.cell)
+    return field, moves, cut(field, moves, one.cutters, os.cpu_count() or 1, look, bodies=one.bodies)
+
+
+def _pieces(one: _Cuts, cell: float) -> StraightMoves:
+    """Return a program's moves in pieces, for cells of a side, mm."""
     from leafcut.stock.straight_moves import straight_moves
 
-    longest = max(_PIECE * one.smallest, _PIECE_CELLS * field.cell)
-    moves = straight_moves(one.read.program.path, _STRAYS * field.cell, longest).of_tools(one.cutters)
-    return field, moves, cut(field, moves, one.cutters, os.cpu_count() or 1, look, bodies=one.bodies)
+    longest = max(_PIECE * one.smallest, _PIECE_CELLS * cell)
+    return straight_moves(one.read.program.path, _STRAYS * cell, longest).of_tools(one.cutters)
+
+
+def _assumed_block(stated: StatedPart | None) -> list[Issue]:
+    """Return that the stock is assumed to be a full block, and what to give in its place."""
+    words = "the stock was assumed: a full block around the cuts, with its top at Z0"
+    if stated is None:
+        return [Issue("L510", f"{words}; give it with --workpiece", severity=Severity.NOTE)]
+    return [
+        Issue(
+            "L510", f"{words}, but the program was made for {stated.name}: give that file with --part to check rapids"
+        )
+    ]
 
 
 def _around(programs: Sequence[_Cuts]) -> StockBlock:
@@ -223,15 +256,16 @@ def _bodies_told(collisions: tuple[BodyCut, ...]) -> list[Issue]:
     ]
 
 
-def _told(rapids: tuple[RapidCut, ...]) -> list[Issue]:
-    """Return rapids in the material as dangers, the first ones each by itself."""
+def _told(rapids: tuple[RapidCut, ...], doubtful: bool) -> list[Issue]:
+    """Return rapids in the material, the first ones each by itself: dangers, or warnings in a doubtful stock."""
+    severity = Severity.WARNING if doubtful else Severity.DANGER
     issues = [
-        Issue("L802", f"rapid in the stock, {one.depth_mm:.2f} mm deep", f"line {one.line}", Severity.DANGER)
+        Issue("L802", f"rapid in the stock, {one.depth_mm:.2f} mm deep", f"line {one.line}", severity)
         for one in rapids[:_MOST_TOLD]
     ]
     if len(rapids) > _MOST_TOLD:
         message = f"{len(rapids) - _MOST_TOLD} more rapids in the stock"
-        issues.append(Issue("L802", message, f"line {rapids[_MOST_TOLD].line}", Severity.DANGER))
+        issues.append(Issue("L802", message, f"line {rapids[_MOST_TOLD].line}", severity))
     return issues
 
 

@@ -62,7 +62,7 @@ def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
     if _is_file(text):
         from leafcut.stock.mesh_field import block_of_mesh
 
-        return block_of_mesh(_solid(text, which))
+        return block_of_mesh(solid_file(text, which))
     if which != THE_ONLY:
         raise OptionError("--solid, --up, --z-zero: a block has no solids, a STEP file has; leave them out")
     parts = text.replace(";", ",").split(",")
@@ -94,7 +94,7 @@ def field_of(options: StockOptions, block: StockBlock, cell: float, which: Chose
         return HeightField.of_block(block, cell)
     from leafcut.stock.mesh_field import field_of_mesh
 
-    return field_of_mesh(_solid(options.workpiece, which), cell)
+    return field_of_mesh(solid_file(options.workpiece, which), cell)
 
 
 def told_of(
@@ -112,7 +112,7 @@ def told_of(
     if _is_file(options.workpiece):
         from leafcut.stock.mesh_field import overhang
 
-        area = overhang(_solid(options.workpiece, which))
+        area = overhang(solid_file(options.workpiece, which))
         if area > _SMALL_AREA:
             message = f"the stock has undercuts, {area:.1f} mm² seen from below: they count as full of material"
             found.append(Issue("L811", message))
@@ -127,15 +127,21 @@ def solid_of_file(text: str, which: ChosenSolid = THE_ONLY) -> Mesh | None:
     ReadError
         The file is no closed solid.
     """
-    return _solid(text, which) if _is_file(text) else None
+    return solid_file(text, which) if _is_file(text) else None
 
 
 def _is_file(text: str) -> bool:
     return StockOptions.specs()["workpiece"].names_file(text)
 
 
-def _solid(path: str, which: ChosenSolid) -> Mesh:
-    """Return the closed solid of a file, in mm."""
+def solid_file(path: str, which: ChosenSolid) -> Mesh:
+    """Return the closed solid of a file, in mm.
+
+    Raises
+    ------
+    ReadError
+        The file has no closed solid.
+    """
     try:
         return _loaded(path, which, Path(path).stat().st_mtime_ns)
     except OSError:

@@ -90,6 +90,7 @@ class DrillPlan:
     issues: tuple[Issue, ...]
     ground: Ground | None = None
     reliefs: tuple[Relief, ...] = ()
+    made_for: str = ""
 
     @property
     def solid(self) -> bool:

@@ -1,0 +1,126 @@
+"""The part that a program states it was made for, and the material before the program's own cuts."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from leafcut.model.cutter import Cutter
+from leafcut.model.mesh import Mesh
+from leafcut.model.part import Part
+from leafcut.options import ReadOptions
+from leafcut.quick_dataclass import dataclass
+
+if TYPE_CHECKING:
+    from leafcut.gcode.program import Program
+    from leafcut.model.heartbeat import Heartbeat
+    from leafcut.stock.height_field import HeightField
+    from leafcut.stock.straight_moves import StraightMoves
+
+#: The statement stands in the comments of so many lines at the top.
+_FIRST_LINES = 60
+_STATED = re.compile(
+    r"\bpart: (?P<name>.+?)(?:, (?P<up>-?[xyz]) up)?(?:, Z0 at Z(?P<z>-?[\d.]+) mm)?(?:, zero at X(?P<x>-?[\d.]+) Y(?P<y>-?[\d.]+) mm)?(?:, mirrored (?P<mirror>[xy]))?"
+    r"(?:, turned (?P<turn>-?[\d.]+) deg)?\s*\)?\s*$",
+    re.IGNORECASE,
+)
+#: The two lines of leafcut's header before it.
+_OURS, _SOURCE = re.compile(r"\bleafcut \d", re.IGNORECASE), re.compile(r"\bsource: ", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class StatedPart:
+    """The file of a part as a program's header names it, and its place in the program.
+
+    The part is turned with `up` up, its height `z`, mm, becomes Z0, and `placing` follows.
+    """
+
+    name: str
+    placing: ReadOptions
+    up: str = "z"
+    z: float = 0.0
+
+
+def stated_part(program: Program) -> StatedPart | None:
+    """Return the part that leafcut's header of a program states; None where it states none.
+
+    Comments of other CAM name parts as well; what they say has no place here.
+    """
+    header = list(program.lines[:_FIRST_LINES])
+    for before, source, line in zip(header, header[1:], header[2:], strict=False):
+        found = _STATED.search(line.strip())
+        if found and _OURS.search(before) and _SOURCE.search(source):
+            x, y = float(found["x"] or 0.0), float(found["y"] or 0.0)
+            turn = math.radians(float(found["turn"] or 0.0))
+            mirror = found["mirror"] and found["mirror"].lower()
+            placing = ReadOptions(mirror=mirror, rotate=turn, origin=(x, y))
+            return StatedPart(found["name"], placing, (found["up"] or "z").lower(), float(found["z"] or 0.0))
+    return None
+
+
+def part_as_placed(mesh: Mesh, stated: StatedPart | None) -> Mesh:
+    """Return a part in the coordinates of a program, as that states it; unchanged where it states nothing."""
+    from leafcut.processes.placing import placed_mesh, turned_mesh
+
+    if stated is None:
+        return mesh
+    return placed_mesh(turned_mesh(mesh, stated.up, stated.z), Part(mesh.name), stated.placing)
+
+
+def before_its_cuts(
+    mesh: Mesh, cell: float, moves: StraightMoves, cutters: Mapping[int, Cutter], look: Heartbeat
+) -> HeightField:
+    """Return the material of a part before a program's own cuts, as cells of a side, mm.
+
+    The part is the finished one. Where a tool only goes straight down, its hole is full up to the surface around it.
+    What a tool mills sideways is full up to the highest place of the part, which the tool has to pass.
+
+    Raises
+    ------
+    PlanError
+        There would be too many cells.
+    """
+    from leafcut.stock.cutting import cut
+    from leafcut.stock.height_field import HeightField
+    from leafcut.stock.mesh_field import block_of_mesh, field_of_mesh
+
+    field = field_of_mesh(mesh, cell)
+    fed = ~moves.rapid & np.isin(moves.tool, list(cutters))
+    across = np.hypot(*(moves.ends[:, 3:5] - moves.ends[:, :2]).T) > 0.0
+    mills = {number: cutters[number] for number in set(moves.tool[fed & across].tolist())}
+    if mills:
+        block = HeightField.of_block(block_of_mesh(mesh), cell)
+        top = block.heights.copy()
+        cut(block, moves.of_tools(mills), mills, os.cpu_count() or 1, look)
+        milled = block.heights < top
+        field.heights[milled] = top[milled]
+    holes = fed & ~across & ~np.isin(moves.tool, list(mills))
+    rows = np.column_stack([moves.ends[holes, 3:5], moves.tool[holes]])
+    for x, y, number in np.unique(rows, axis=0).tolist():
+        _fill(field, x, y, cutters[int(number)].radius)
+    return field
+
+
+def _fill(field: HeightField, x: float, y: float, radius: float) -> None:
+    """Fill a round hole up to the surface around it: half of the rim stands as high at least."""
+    reach = radius + 2.0 * field.cell
+    columns, rows = (
+        slice(max(round((at - reach - first) / field.cell), 0), max(round((at + reach - first) / field.cell) + 1, 0))
+        for at, first in ((x, field.x), (y, field.y))
+    )
+    heights = field.heights[rows, columns]
+    if not heights.size:
+        return
+    height, width = heights.shape
+    across = field.x + (columns.start + np.arange(width)) * field.cell - x
+    along = field.y + (rows.start + np.arange(height)) * field.cell - y
+    away = np.hypot(across[None, :], along[:, None])
+    rim = (away > radius + 0.5 * field.cell) & (away <= reach)
+    inside = away <= radius + 0.5 * field.cell
+    if rim.any():
+        heights[inside] = np.maximum(heights[inside], np.median(heights[rim]))
