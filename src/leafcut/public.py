@@ -44,7 +44,7 @@ from leafcut.model.cutting import (
 from leafcut.model.cutting_front import CuttingData, CuttingPoint, ToolFront
 from leafcut.model.difference import Difference
 from leafcut.model.heartbeat import Progress
-from leafcut.model.issue import Issue, Severity
+from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.machine import Machine, Probe
 from leafcut.model.measure import Measure
 from leafcut.model.mesh import Mesh
@@ -52,7 +52,7 @@ from leafcut.model.motion import Arc, DrillCycle, Kind
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Placement, Remnant, Stock
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
-from leafcut.model.part import Grouping, Hole, HoleStep, Part, ProgramZero, Slot
+from leafcut.model.part import Grouping, Hole, HoleStep, Opening, Part, ProgramZero, Slot
 from leafcut.model.pocket import (
     Pocket,
     PocketMeasures,
@@ -123,12 +123,14 @@ __all__ = [
     "Machine",
     "Measure",
     "Mesh",
+    "MissingWork",
     "Nest",
     "NestKeywords",
     "NestOutcome",
     "NestPart",
     "NextPlace",
     "Observer",
+    "Opening",
     "OperationOutcome",
     "OptimizeKeywords",
     "OptionError",

@@ -33,9 +33,9 @@ from packages import Installer, shop
 
 ROOT = Path(__file__).parents[2]
 EN = words("en")
-#: Done by the studio itself.
+#: Done by the studio itself, or of `leafcut stock` alone.
 NOT_OFFERED = {
-    "save_plan", "save_norms", "all_variants", "remnants_out", "remnant_size",
+    "part", "save_plan", "save_norms", "all_variants", "remnants_out", "remnant_size",
     *(set(SpeedOptions.specs()) - {"max_power", "max_torque", "drive_efficiency"}),
 }  # fmt: skip
 #: A page says the feed of a program's materials by the speed alone.

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 #: The statement stands in the comments of so many lines at the top.
 _FIRST_LINES = 60
 _STATED = re.compile(
-    r"\bpart: (?P<name>.+?)(?:, (?P<up>-?[xyz]) up)?(?:, Z0 at Z(?P<z>-?[\d.]+) mm)?(?:, zero at X(?P<x>-?[\d.]+) Y(?P<y>-?[\d.]+) mm)?(?:, mirrored (?P<mirror>[xy]))?"
+    r"\bpart: (?P<name>.+?)(?:, (?P<up>-?[xyz]) up)?(?:, Z0 at Z(?P<z>-?[\d.]+) mm)?"
+    r"(?:, zero at X(?P<x>-?[\d.]+) Y(?P<y>-?[\d.]+) mm)?(?:, mirrored (?P<mirror>[xy]))?"
     r"(?:, turned (?P<turn>-?[\d.]+) deg)?\s*\)?\s*$",
     re.IGNORECASE,
 )

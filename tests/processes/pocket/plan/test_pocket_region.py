@@ -96,7 +96,7 @@ def test_a_passage_that_is_too_narrow_parts_the_region_and_is_told() -> None:
     assert len(regions) == 2
     # The passage by itself, and all corners (four of each square) in one line.
     passage, corners = issues
-    assert "near (50.00, 20.00) is cut off" in passage.message and passage.severity is Severity.WARNING
+    assert "near (50.00, 20.00) is cut off" in passage.message and passage.severity is Severity.MISSING
     assert "8 corners" in corners.message
 
 
