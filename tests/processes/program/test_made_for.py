@@ -127,3 +127,20 @@ def test_a_foreign_program_in_an_assumed_block_keeps_its_dangers(
     told = {issue["code"]: issue["severity"] for issue in answer["issues"]}
     assert (told["L510"], told["L801"], told["L802"]) == ("note", "danger", "danger")
     assert answer["stock"]["derived"]
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("opencascade_at_hand")
+def test_a_turned_and_lifted_solid_is_placed_as_the_program_states(tmp_path: Path) -> None:
+    """A block at X0 to X20 with holes from its side X20: turned with +x up, its X20 is Z0."""
+    pytest.importorskip("OCP")
+    from made_solids import box, cut, cylinder, saved
+
+    holes = [cylinder((20, y, z), (-1, 0, 0), 3, 8) for y, z in ((10, 10), (30, 50))]
+    side = saved(tmp_path / "side.step", cut(box(0, 0, 0, 20, 40, 60), *holes))
+    program = tmp_path / "side.nc"
+    api.optimize(side, program, process="drill", machine="linuxcnc-mill", up="x", algorithm="nn", bound=False)
+    assert "(part: side.step, x up, Z0 at Z20 mm)" in program.read_text()
+    found = api.cut_stock(program, part=str(side))
+    assert not found.rapids and not dangers(found)
+    assert (found.block.low[2], found.block.high[2]) == pytest.approx((-20.0, 0.0))

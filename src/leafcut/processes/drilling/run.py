@@ -60,17 +60,42 @@ def _with_work_asked_for(part: Part, run: Run, source: Source, everything: bool)
     return replace(part, issues=tuple(issues), besides=())
 
 
+def _meshes(run: Run, source: Source, part: Part, of_step: bool) -> tuple[Mesh | None, Mesh | None]:
+    """Return the surface with the holes of a part, and its fixture, in the axes and with the zero of the part."""
+    from leafcut.processes.placing import upright_mesh
+    from leafcut.read.meshes import load_mesh
+    from leafcut.read.registry import format_name
+    from leafcut.read.step import step_mesh
+
+    ours, which = run.settings.of(DrillOptions), run.settings.read.solid
+    surface = fixture = None
+    if ours.surface is not None:
+        run.tell("reading the surface")
+        if which is not None and of_step and format_name(ours.surface) != part.format:
+            which = None  # it was of the drawing
+        surface = load_mesh(ours.surface, ours.surface_unit, which=which)
+    elif any(hole.depth is not None for hole in part.holes):
+        # What stands between the holes of a solid is known.
+        run.tell("reading the surface")
+        surface = Mesh(step_mesh(source.path, source.data, which), part.name)
+    if ours.fixture_file is not None:
+        run.tell("reading the fixture")
+        fixture = load_mesh(ours.fixture_file, ours.surface_unit, which="all")
+    return (
+        None if surface is None else upright_mesh(surface, part),
+        None if fixture is None else upright_mesh(fixture, part),
+    )
+
+
 def _plan(run: Run, sources: Sequence[Source], everything: bool = False) -> tuple[DrillPlan, DrillingRequest]:
     """Return the plan, and what the judge of its program sees: the part and the surface as they were read."""
     from leafcut.processes.drilling.judge import DrillingRequest
     from leafcut.processes.drilling.plan.drilling import plan_drilling
-    from leafcut.processes.placing import placed, placed_mesh, placing_words, upright_mesh
+    from leafcut.processes.placing import placed, placed_mesh, placing_words
     from leafcut.read import Match, read
     from leafcut.read.format import SNIFF_BYTES
     from leafcut.read.joining import read_drill_files
-    from leafcut.read.meshes import load_mesh
-    from leafcut.read.registry import format_name
-    from leafcut.read.step import sniff, step_mesh
+    from leafcut.read.step import sniff
     from leafcut.read.tool_formats import WITH_PRESETS
 
     look, reading = run.looking("reading"), run.settings.read
@@ -81,26 +106,10 @@ def _plan(run: Run, sources: Sequence[Source], everything: bool = False) -> tupl
         reading = replace(reading, solid=None)
     part = read(sources[0], reading, look) if len(sources) == 1 else read_drill_files(sources, reading, look)
     part = _with_work_asked_for(part, run, sources[0], everything)
-    surface = mesh = None
     solid = any(hole.depth is not None for hole in part.holes)
-    if ours.surface is not None:
-        run.tell("reading the surface")
-        which = run.settings.read.solid
-        if which is not None and of_step and format_name(ours.surface) != part.format:
-            which = None  # it was of the drawing
-        surface = load_mesh(ours.surface, ours.surface_unit, which=which)
-    elif solid:
-        # What stands between the holes of a solid is known.
-        run.tell("reading the surface")
-        surface = Mesh(step_mesh(sources[0].path, sources[0].data, run.settings.read.solid), part.name)
     if solid and "hole_heights" in run.settings.asked and ours.hole_heights == "one":
         raise OptionError("--hole-heights one: the holes of a solid have heights of their own; leave it out")
-    fixture = None
-    if ours.fixture_file is not None:
-        run.tell("reading the fixture")
-        fixture = load_mesh(ours.fixture_file, ours.surface_unit, which="all")
-    # A surface and a fixture have the axes of the solid, and the zero of the solid or drawing that they belong to.
-    surface, fixture = (None if one is None else upright_mesh(one, part) for one in (surface, fixture))
+    surface, fixture = _meshes(run, sources[0], part, of_step)
     mesh, fixture = (None if one is None else placed_mesh(one, part, run.settings.read) for one in (surface, fixture))
     if "material" in run.settings.asked and (job.tools is None or job.tools.suffix.lower() not in WITH_PRESETS):
         raise OptionError("--material: chooses among the presets of a Fusion tool library only; leave it out")
