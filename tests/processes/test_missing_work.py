@@ -42,6 +42,7 @@ def plates(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     ("line", "status"),
     [
@@ -85,6 +86,7 @@ def test_the_answer_says_what_is_missing_how_many_where_and_why(
     }  # fmt: skip
 
 
+@pytest.mark.hazard
 def test_the_page_shows_missing_work_before_anything_else_and_hatches_it(plates: Path) -> None:
     whole, lacking = (api.optimize(plates / f"{name}.dxf", **QUICK) for name in ("plain", "slot"))
     page = write_page(lacking)

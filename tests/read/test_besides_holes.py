@@ -36,6 +36,7 @@ def missing(part: Part) -> list[tuple[str, int, list[tuple[float, float]]]]:
     return [(i.missing.what, i.missing.count, list(i.missing.where)) for i in part.issues if i.missing]
 
 
+@pytest.mark.hazard
 def test_the_outline_around_all_holes_is_named_and_is_not_missing(tmp_path: Path) -> None:
     part = drawn(tmp_path, lambda document, space: None)
     assert missing(part) == []
@@ -80,6 +81,7 @@ def leaning_circle(document: Any, space: Any) -> None:
     space.add_circle((30, 40), 3, dxfattribs={"extrusion": (1, 0, 0)})
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     ("draw", "what"),
     [

@@ -75,6 +75,7 @@ def test_an_opening_without_a_floor_is_told(pockets: Part) -> None:
     assert pockets.issues[0].severity == "missing"
 
 
+@pytest.mark.hazard
 def test_round_openings_wider_than_the_tool_are_missing_work_and_narrower_ones_are_drilled(tmp_path: Path) -> None:
     """One opening ends above the lowest place of the solid, as a foot stands beside it."""
     solid = cut(

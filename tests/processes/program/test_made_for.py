@@ -55,6 +55,7 @@ def test_a_program_states_the_part_it_was_made_for(folder: Path, program: Path) 
     assert "part:" not in (folder / "flat.nc").read_text()
 
 
+@pytest.mark.hazard
 def test_our_own_program_is_not_accused_and_the_assumed_block_is_told(folder: Path, program: Path) -> None:
     """The holes of the low step are reached by rapids below the top of a full block, and above the part."""
     block = api.cut_stock(program)
@@ -73,6 +74,7 @@ def test_our_own_program_is_not_accused_and_the_assumed_block_is_told(folder: Pa
     assert part.removed_mm3 == pytest.approx(4 * np.pi * 9 * (5 + 3 / np.tan(np.radians(59)) / 3), rel=0.03)
 
 
+@pytest.mark.hazard
 def test_the_part_is_placed_as_the_program_states(folder: Path) -> None:
     placed = drilled(folder, "turned.nc", origin="10,5", rotate=90, mirror="x")
     found = api.cut_stock(placed, part=str(folder / "part.stl"))
@@ -82,6 +84,7 @@ def test_the_part_is_placed_as_the_program_states(folder: Path) -> None:
     assert found.block.high == pytest.approx((-10.0, -5.0, 0.0))
 
 
+@pytest.mark.hazard
 def test_a_rapid_through_the_part_stays_a_danger(folder: Path, program: Path) -> None:
     """A way at Z-10 from the low step to the high one runs 10 mm deep in the part."""
     text = program.read_text()
@@ -95,6 +98,7 @@ def test_a_rapid_through_the_part_stays_a_danger(folder: Path, program: Path) ->
     assert run(["stock", str(program), "--part", str(folder / "part.stl"), "--strict", "--no-defaults"]) == 0
 
 
+@pytest.mark.hazard
 def test_a_part_in_the_comments_of_another_cam_changes_no_danger(tmp_path: Path) -> None:
     file = tmp_path / "foreign.nc"
     file.write_text(
@@ -129,6 +133,7 @@ def test_a_foreign_program_in_an_assumed_block_keeps_its_dangers(
     assert answer["stock"]["derived"]
 
 
+@pytest.mark.hazard
 @pytest.mark.slow
 @pytest.mark.usefixtures("opencascade_at_hand")
 def test_a_turned_and_lifted_solid_is_placed_as_the_program_states(tmp_path: Path) -> None:
