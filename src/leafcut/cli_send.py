@@ -121,7 +121,7 @@ def send(
                 talk.zero_here()
             if locked and not (home or zero_here or unhomed):
                 raise SendError("it was locked by an alarm, and may not be where it thinks: add --home, or --unhomed")
-            facts, job = _ready(talk, job, accepted, unhomed=unhomed or zero_here, quiet=quiet)
+            facts, job = _ready(talk, job, unhomed=unhomed or zero_here, quiet=quiet)
             steps = _steps(job, facts, from_hole, from_line, quiet=quiet or as_json)
             if dry_run:
                 _tell(f"{program}: can be sent to {port}; nothing was sent", quiet=quiet or as_json)
@@ -147,16 +147,14 @@ def _check_wishes(
         raise OptionError("nobody is there to say when to start: use a terminal, or add --yes")
 
 
-def _ready(
-    talk: Conversation, job: SendJob, accept: Sequence[str], *, unhomed: bool, quiet: bool
-) -> tuple[Facts, SendJob]:
+def _ready(talk: Conversation, job: SendJob, *, unhomed: bool, quiet: bool) -> tuple[Facts, SendJob]:
     """Return what the controller says of itself, and the job with its times, after all that is checked."""
     from leafcut.sender.checking import check_program, check_ready
     from leafcut.sender.job import issues_to_tell
 
     facts = talk.facts()
     check_ready(facts, unhomed=unhomed, restarted=talk.restarted, family=talk.family)
-    differences = check_program(job, facts, unhomed=unhomed, accept=accept)
+    differences = check_program(job, facts, unhomed=unhomed)
     for issue in issues_to_tell([*job.issues, *differences]):
         print(f"leafcut: {issue.severity}: {issue}", file=sys.stderr)
     if not quiet and facts.soft_limits_off:

@@ -45,6 +45,8 @@ class FakeGrbl:
         self.taken: list[str] = []
         self.realtime: list[bytes] = []
         self.state, self.shown = "Idle", ""
+        #: The speed that is active; empty for a board without one.
+        self.speed = " S0"
         self.most = 0
         self.override = 100
         self.silent = self.lost = False
@@ -54,6 +56,8 @@ class FakeGrbl:
         self.settings |= {120: 10, 121: 10, 122: 10}
         self.origin = "-100.000,-100.000,-50.000"
         self.place = "-100.000,-100.000,-20.000"
+        #: The places of G28 and G30, in machine coordinates.
+        self.stored = {"G28": "0.000,0.000,0.000", "G30": "0.000,0.000,0.000"}
 
     @staticmethod
     def _over(paces: tuple[int, ...]) -> Iterator[int]:
@@ -160,10 +164,12 @@ class FakeGrbl:
                 self.say(f"${number}={value}")
         elif line == "$#":
             self.say(f"[G54:{self.origin}]")
+            for name, place in self.stored.items():
+                self.say(f"[{name}:{place}]")
             self.say("[G92:0.000,0.000,0.000]")
             self.say("[TLO:0.000]")
         elif line == "$G":
-            self.say("[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]")
+            self.say(f"[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0{self.speed}]")
         elif line == "$C":
             self.state = "Check"
         elif re.match(r"\$\d+=", line):

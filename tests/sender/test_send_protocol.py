@@ -370,3 +370,102 @@ def test_a_machine_that_differs_from_its_profile_is_told_and_timed_as_it_is() ->
     assert issue.code == "L820" and "$110=60 (800)" in issue.message and "$130" not in issue.message
     slower = job.on(facts.timed(job.machine))
     assert sum(map(sum, slower.seconds)) > sum(map(sum, job.seconds))
+
+
+def checked_on(board: FakeGrbl, *lines: str, accept: Sequence[str] = ()) -> None:
+    """Check a program on a board as it stands."""
+    talk = GrblConversation(board, clock=board.clock)
+    talk.connect()
+    text = "\n".join([*HEAD, *lines, "M30", ""])
+    check_program(job_of(text, "part.nc", MACHINE, dialect("grbl"), None, accept), talk.facts(), unhomed=False)
+
+
+#: The work zero of the fake board is at Z-50 in machine coordinates.
+LOW, HIGH = "-90.000,-100.000,-89.000", "-90.000,-100.000,-5.000"
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize("name", ["G28", "G30"])
+@pytest.mark.parametrize(
+    "lines, code, number, height",
+    [
+        (["G91 {} Z0"], "L802", 8, "-39.000"),
+        (["G91", "{} Z0", "G90"], "L802", 9, "-39.000"),
+        (["{}"], "L801", 8, "-39.000"),
+        (["{} Z20"], "L802", 8, "-39.000"),
+    ],
+)
+def test_a_stored_place_below_the_surface_is_refused(
+    name: str, lines: list[str], code: str, number: int, height: str
+) -> None:
+    """39 mm below the surface, and inside the travel: by `$#`, whatever the other stored place is."""
+    board = FakeGrbl()
+    board.stored |= {name: LOW, "G30" if name == "G28" else "G28": HIGH}
+    moves = [*drilled(1), *(line.format(name) for line in lines)]
+    told = rf"line {number} .*rapid at Z{height}, below the surface.*stored for {name} is Z-89\.000.*--accept {code}$"
+    with pytest.raises(SendError, match=told):
+        checked_on(board, *moves)
+    board.stored[name] = HIGH
+    checked_on(board, *moves)
+
+
+@pytest.mark.hazard
+def test_a_move_after_a_stored_place_or_a_machine_place_has_its_height() -> None:
+    """G53 is checked as G28 is, and so is the next move across, whose height the program alone does not say."""
+    board = FakeGrbl()
+    board.origin = "-100.000,-100.000,-30.000"
+    with pytest.raises(SendError, match=r"line 8 'G53 G0 Z-40' is a rapid at Z-10\.000.*the work zero is at Z-30\.000"):
+        checked_on(board, *drilled(1), "G53 G0 Z-40", "G0 X5")
+    with pytest.raises(SendError, match=r"line 9 'G0 X5' is a rapid at Z-10\.000.*line 8 left the tool there"):
+        checked_on(board, *drilled(1), "G53 G0 Z-40", "G0 X5", accept=["L802"])
+    checked_on(board, *drilled(1), "G53 G0 Z-40", "G0 X5", accept=["L801", "L802"])
+    checked_on(board, *drilled(1), "G53 G0 Z-5", "G0 X5")
+    # Named in a comment alone: where it goes by G53 counts, and not what is stored.
+    board.stored["G28"] = LOW
+    checked_on(board, *drilled(1), "G53 G0 Z-5 (not G28)")
+
+
+def test_a_board_that_does_not_report_a_stored_place_is_not_sent_there() -> None:
+    board = FakeGrbl()
+    del board.stored["G28"]
+    checked_on(board, *drilled(1))
+    with pytest.raises(SendError, match=r"line 8 goes to the place that is stored for G28, .* does not say where"):
+        checked_on(board, *drilled(1), "G28 G91 Z0")
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize("line", ["G28", "G53 G0 X-100 Y-100"])
+def test_a_first_move_across_starts_above_the_program(line: str) -> None:
+    """Both go sideways from where the tool stands: here 10 mm below the surface."""
+    board = FakeGrbl()
+    board.place = "-150.000,-150.000,-60.000"
+    text = "\n".join(["G21 G90 G94 G17", line, "G0 Z5", "M3 S900", *drilled(1), "M30", ""])
+    talk = GrblConversation(board, clock=board.clock)
+    talk.connect()
+    job = job_of(text, "part.nc", MACHINE, dialect("grbl"), None)
+    with pytest.raises(SendError, match=r"line 2 moves in X or Y before .* the tool is at Z-10\.000"):
+        check_program(job, talk.facts(), unhomed=False)
+    board.place = "-150.000,-150.000,-1.000"
+    check_program(job, talk.facts(), unhomed=False)
+
+
+@pytest.mark.hazard
+def test_a_cut_needs_a_spindle_that_the_program_starts_and_that_has_a_speed() -> None:
+    lines = ["G21 G90 G94 G17", "G0 Z5", "{}", *drilled(2), "M30", ""]
+
+    def job(start: str, accept: Sequence[str] = ()) -> SendJob:
+        return job_of("\n".join(lines).format(start), "part.nc", MACHINE, dialect("grbl"), None, accept)
+
+    with pytest.raises(OptionError, match=r"is not sent: L803 the program never starts the spindle.*--accept L803"):
+        job("G4 P1")
+    job("G4 P1", ["L803"])
+    board = FakeGrbl()
+    talk = GrblConversation(board, clock=board.clock)
+    talk.connect()
+    with pytest.raises(SendError, match=r"line 3 starts the spindle without a speed, .* S0, and line 6 cuts; add S"):
+        check_program(job("M3"), talk.facts(), unhomed=False)
+    check_program(job("M3 S900"), talk.facts(), unhomed=False)
+    check_program(job("S900\nM3"), talk.facts(), unhomed=False)
+    for speed in ("", " S900"):  # a spindle that is only switched, and one that has its speed
+        board.speed = speed
+        check_program(job("M3"), talk.facts(), unhomed=False)

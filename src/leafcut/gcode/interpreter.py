@@ -41,8 +41,8 @@ def interpret(
 ) -> Toolpath:
     """Return the motions and commands of a program.
 
-    Positions are NaN until the program moves their axis. Text after the end of the program is not looked at. G28 is
-    taken to end at machine zero.
+    Positions are NaN until the program moves their axis. Text after the end of the program is not looked at. G28 and
+    G30 are taken to end at machine zero.
 
     Parameters
     ----------
@@ -342,10 +342,10 @@ class Reader:
         moving = not letters.keys().isdisjoint(AXES)
         if special == 530 and state.dialect.length_offset == "edge" and state.offset_on:
             raise BlockError("a move to machine coordinates with a length offset on; D0 is missing")
-        if special in (280, 530):
-            if state.cycle is not None or (special == 280 and "motion" in g):
+        if special in (280, 300, 530):
+            if state.cycle is not None or (special != 530 and "motion" in g):
                 raise BlockError(f"G{special // 10} with another motion active; G80 is missing before it")
-            (run_home if special == 280 else run_machine)(state, letters)
+            (run_machine if special == 530 else run_home)(state, letters)
         elif special in _SHIFTS:
             if "motion" in g:
                 raise BlockError(f"G{special / 10:g} and a motion in one block, and only one set of axes")

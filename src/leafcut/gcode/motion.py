@@ -54,7 +54,7 @@ def run_machine(state: InterpreterState, letters: dict[str, Word]) -> None:
 
 
 def run_home(state: InterpreterState, letters: dict[str, Word]) -> None:
-    """Run G28: at rapid over the point that is programmed, then to the machine's zero in the same axes.
+    """Run G28 or G30: at rapid over the point that is programmed, then to the machine's zero in the same axes.
 
     That the reference point is machine zero is a convention; the program does not say it.
     """

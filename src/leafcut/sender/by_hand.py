@@ -15,7 +15,7 @@ from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind
 from leafcut.quick_dataclass import dataclass
 from leafcut.sender.answers import Report, place_in
-from leafcut.sender.checking import machine_places
+from leafcut.sender.checking import bulge, machine_places
 from leafcut.sender.explained import error_in_words
 from leafcut.sender.facts import Facts
 from leafcut.sender.grbl import ALARM_SECONDS, GrblConversation
@@ -183,7 +183,10 @@ def _check_frame(frame: FrameBox, facts: Facts) -> None:
 def fed_box(job: SendJob) -> tuple[XYZ, XYZ] | None:
     """Return the smallest and largest x, y and z of what a program cuts, in its own coordinates; None for nothing."""
     path = job.program.path
-    places = path.end[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)]
+    cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
+    arcs = np.flatnonzero(np.isin(path.kind, (Kind.ARC_CW, Kind.ARC_CCW))).tolist()
+    bulges = [place for row in arcs for place in bulge(path, row)]
+    places = np.concatenate([path.before[cuts], path.end[cuts], np.reshape(bulges, (-1, 3))])
     known = places[np.isfinite(places).all(axis=1)]
     if not len(known):
         return None

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from dataclasses import replace
 
 import numpy as np
 
 from leafcut.errors import SendError
+from leafcut.gcode.words import split_line, words_of
 from leafcut.geometry.arrays import Floats
+from leafcut.model.cycles import expand
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import XYZ
-from leafcut.model.toolpath import MOTIONS, Kind, Toolpath, arc_extremes
+from leafcut.model.toolpath import MOTIONS, PLACES, Kind, Toolpath, arc_extremes, last_rows
+from leafcut.proof.clearance import LEAST_CLEARANCE, height_checks
 from leafcut.sender.conversation import LOCKED
 from leafcut.sender.explained import state_in_words
 from leafcut.sender.facts import Facts
@@ -21,6 +24,9 @@ _ROOM = 0.005
 #: Speeds and travels that differ by more are told.
 _APART = 0.01
 
+
+#: Rules of `height_checks`: the code with which a person accepts a move that breaks the rule.
+_CODES = {"rapid below clearance": "L801", "rapid into the part": "L802"}
 
 #: States in which it waits for a person, and not for its own end.
 _STANDING = ("Check", "Hold", "Door")
@@ -72,8 +78,10 @@ def check_ready(facts: Facts, *, unhomed: bool, restarted: bool = False, family:
         )
 
 
-def check_program(job: SendJob, facts: Facts, *, unhomed: bool, accept: Collection[str] = ()) -> list[Issue]:
+def check_program(job: SendJob, facts: Facts, *, unhomed: bool, begun: bool = False) -> list[Issue]:
     """Return what a person should know; refuse a program that this machine, as it stands, cannot run.
+
+    `begun`: the program stands at a pause; its first move was checked before.
 
     Raises
     ------
@@ -94,8 +102,11 @@ def check_program(job: SendJob, facts: Facts, *, unhomed: bool, accept: Collecti
         )
     _check_speeds(job, facts)
     _check_travel(job, facts, unhomed=unhomed and not facts.knows_place)
-    if "L805" not in accept:
-        _check_start(job, facts)
+    if not job.laser:
+        path = path_on_machine(job, facts)
+        if not begun and "L805" not in job.accept:
+            _check_start(job, facts, path)
+        _check_heights(job, facts, path)
     return _differences(job, facts)
 
 
@@ -107,12 +118,35 @@ def _check_speeds(job: SendJob, facts: Facts) -> None:
         limit = f"{facts.names.fastest}={facts.fastest:g}"
         what = f"S{abs(path.value[row]):g} in line {int(path.line[row])} is above the controller's {limit}"
         raise SendError(f"{what}; is this the program of another machine?")
+    if not job.laser and _speed_now(facts) == 0.0:
+        _check_spindle(job)
+
+
+def _speed_now(facts: Facts) -> float | None:
+    """Return the spindle speed that is set in the controller, rpm; None where it does not report one."""
+    return next((float(word[1:]) for word in facts.modes if word.startswith("S")), None)
+
+
+def _check_spindle(job: SendJob) -> None:
+    """Refuse a cut with a spindle that was started without a speed: on this controller it turns at S0."""
+    program = job.program
+    path = program.path
+    cuts = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW))
+    starts = last_rows(path.kind == Kind.SPINDLE)[cuts]
+    for start in np.unique(starts[starts >= 0]).tolist():
+        block = int(np.searchsorted(program.first, start, side="right")) - 1
+        if path.value[start] == 0.0 and program.modal(block + 1).spindle:
+            cut = int(cuts[np.argmax(starts == start)])
+            raise SendError(
+                f"line {int(path.line[start])} starts the spindle without a speed, the controller's is S0, and line "
+                f"{int(path.line[cut])} cuts; add S to line {int(path.line[start])}"
+            )
 
 
 def machine_places(job: SendJob, facts: Facts, *, fed: bool = False) -> tuple[Floats, Floats]:
     """Return every place that a program reaches in machine coordinates, float64[n, 3] mm, NaN unknown, and its line.
 
-    `fed` leaves out where it only goes as a rapid.
+    `fed` leaves out where it only goes as a rapid; a cut counts from its start.
     """
     path = job.program.path
     frames = path.latest(Kind.FRAME, path.ref, 540)
@@ -120,26 +154,133 @@ def machine_places(job: SendJob, facts: Facts, *, fed: bool = False) -> tuple[Fl
     for frame in np.unique(frames).tolist():
         zero = np.array(facts.origin(int(frame)))
         moving = (frames == frame) & np.isin(path.kind, [int(k) for k in MOTIONS if not (fed and k is Kind.RAPID)])
-        places.append(path.end[moving] + zero)
-        lines.append(path.line[moving].astype(np.float64))
+        for ends in (path.end, path.before) if fed else (path.end,):
+            places.append(ends[moving] + zero)
+            lines.append(path.line[moving].astype(np.float64))
         for row in np.flatnonzero((frames == frame) & np.isin(path.kind, (Kind.ARC_CW, Kind.ARC_CCW))).tolist():
-            extremes = _extremes(path, row)
+            extremes = bulge(path, row)
             if extremes:
                 places.append(np.array(extremes) + zero)
                 lines.append(np.full(len(extremes), float(path.line[row])))
-    for row in [] if fed else np.flatnonzero(path.kind == Kind.MACHINE).tolist():
-        place, line = path.end[row], int(path.line[row])
-        text = job.program.lines[line - 1].upper().replace(" ", "")
-        for word in ("G28", "G30"):
-            if word in text:
-                stored = np.array(facts.places.get(word, (0.0, 0.0, 0.0)))
-                place = np.where(np.isfinite(place), stored, place)
-        places.append(place.reshape(1, 3))
-        lines.append(np.array([float(line)]))
+    if not fed:
+        rows = np.flatnonzero(path.kind == Kind.MACHINE)
+        places += [_machine_end(job, facts, path, row).reshape(1, 3) for row in rows.tolist()]
+        lines.append(path.line[rows].astype(np.float64))
     return np.concatenate(places), np.concatenate(lines)
 
 
-def _extremes(path: Toolpath, row: int) -> list[XYZ]:
+def _stored_name(job: SendJob, line: int) -> str | None:
+    """Return the word with which a line goes to a stored place, ``G28`` or ``G30``; None for G53."""
+    words = words_of(split_line(job.program.lines[line - 1].strip(), nested=True)[0].removeprefix("/"))
+    codes = {round(word.value * 10) for word in words if word.letter == "G"}
+    return "G28" if 280 in codes else "G30" if 300 in codes else None
+
+
+def _machine_end(job: SendJob, facts: Facts, path: Toolpath, row: int) -> Floats:
+    """Return where a move in machine coordinates ends, float64[3] mm, NaN for an axis that stays.
+
+    Raises
+    ------
+    SendError
+        It goes to a stored place, and the controller does not report that place.
+    """
+    place: Floats = path.end[row]
+    line = int(path.line[row])
+    name = _stored_name(job, line)
+    if name is None:
+        return place
+    if name not in facts.places:
+        raise SendError(
+            f"line {line} goes to the place that is stored for {name}, and the controller does not say where that is "
+            "($#); take the line out"
+        )
+    found: Floats = np.where(np.isfinite(place), np.array(facts.places[name]), place)
+    return found
+
+
+def path_on_machine(job: SendJob, facts: Facts) -> Toolpath:
+    """Return the program with each move in machine coordinates (G28, G30, G53) as a rapid in program coordinates.
+
+    What such a move leaves unknown in the program alone is known here, until the axis moves again.
+
+    Raises
+    ------
+    SendError
+        A move goes to a stored place that the controller does not report.
+    """
+    path = expand(job.program.path)
+    in_machine = path.kind == Kind.MACHINE
+    if not in_machine.any():
+        return path
+    frames = path.latest(Kind.FRAME, path.ref, 540)
+    zeros = np.zeros((len(path), 3))
+    for frame in np.unique(frames).tolist():
+        zeros[frames == frame] = facts.origin(int(frame))
+    placed = np.isin(path.kind, [int(kind) for kind in PLACES]) | in_machine
+    ends = np.where(placed[:, None], path.end + zeros, np.nan)
+    for row in np.flatnonzero(in_machine).tolist():
+        ends[row] = _machine_end(job, facts, path, row)
+    for axis in range(3):
+        # A frame moves no axis; a probe stops at a height that nobody knows before.
+        lost = (path.kind == Kind.PROBE) & (axis == 2)
+        last = last_rows(np.isfinite(ends[:, axis]) & ~lost | lost)
+        ends[:, axis] = np.where(last >= 0, np.where(lost, np.nan, ends[:, axis])[last], np.nan)
+    return replace(
+        path,
+        kind=np.where(in_machine, int(Kind.RAPID), path.kind).astype(path.kind.dtype),
+        end=np.where(placed[:, None], ends - zeros, path.end),
+    )
+
+
+def _check_heights(job: SendJob, facts: Facts, path: Toolpath) -> None:
+    """Refuse a rapid below the surface by, or after, a move in machine coordinates.
+
+    `find_dangers` has checked all other rapids: without the machine, only their heights are known.
+
+    Raises
+    ------
+    SendError
+        Names the line, the height, and the stored place or the work zero from which it follows.
+    """
+    was = expand(job.program.path)
+    moved = was.kind == Kind.MACHINE
+    if not moved.any():
+        return
+    before = path.before
+    unseen = moved | (np.isnan(was.before[:, 2]) & np.isfinite(before[:, 2]))
+    checks = height_checks(path, before, 0.0, LEAST_CLEARANCE, -np.inf, milled=False)
+    low = [
+        (int(row), code)
+        for what, mask, _ in checks
+        if (code := _CODES.get(what)) is not None and code not in job.accept
+        for row in np.flatnonzero(mask & unseen)[:1]
+    ]
+    if low:
+        row, code = min(low)
+        line, height = int(was.line[row]), float(np.fmin(before[row, 2], path.end[row, 2]))
+        raise SendError(
+            f"line {line} '{job.text(line)}' is a rapid at Z{height:.3f}, below the surface of the part: "
+            f"{_cause(job, facts, was, row)}; if that is right, add --accept {code}"
+        )
+
+
+def _cause(job: SendJob, facts: Facts, path: Toolpath, row: int) -> str:
+    """Return from where a height follows: the last move in machine coordinates, and what it goes by."""
+    at = int(np.flatnonzero(path.kind[: row + 1] == Kind.MACHINE)[-1])
+    line = int(path.line[at])
+    zero = facts.origin(int(path.latest(Kind.FRAME, path.ref, 540)[at]))[2]
+    where = "" if at == row else f"line {line} left the tool there, "
+    name = _stored_name(job, line)
+    if name is None:
+        return f"{where}the work zero is at Z{zero:.3f} in machine coordinates; go to a higher place"
+    return (
+        f"{where}the place stored for {name} is Z{facts.places[name][2]:.3f} in machine coordinates ($#), the work "
+        f"zero is at Z{zero:.3f}; store a place above the part ({name}.1), or take line {line} out"
+    )
+
+
+def bulge(path: Toolpath, row: int) -> list[XYZ]:
+    """Return the extreme places of an arc, mm in program coordinates; none where its start is not known."""
     try:
         return [(x, y, z) for x, y, z in arc_extremes(path, row)]
     except ValueError:
@@ -175,15 +316,17 @@ def _check_travel(job: SendJob, facts: Facts, *, unhomed: bool) -> None:
             )
 
 
-def _check_start(job: SendJob, facts: Facts) -> None:
-    """Refuse a first way in X or Y below the heights of the program, where it does not say Z before."""
-    path = job.program.path
+def _check_start(job: SendJob, facts: Facts, path: Toolpath) -> None:
+    """Refuse a first move in X or Y below the heights of the program, where the program does not say Z before."""
     place = facts.machine_place()
-    heights = path.end[np.isin(path.kind, (Kind.RAPID, Kind.FEED)), 2]
+    own = expand(job.program.path)
+    heights = own.end[np.isin(own.kind, (Kind.RAPID, Kind.FEED)), 2]
     known = heights[np.isfinite(heights)]
-    if job.laser or not len(known) or place is None:
+    if not len(known) or place is None:
         return
-    sideways = (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, :2]).any(axis=1) & np.isnan(path.end[:, 2])
+    # G28 goes in all axes at once, from the height where the tool is.
+    unknown = np.isnan(path.end[:, 2]) | (np.isnan(path.before[:, 2]) & (own.kind == Kind.MACHINE))
+    sideways = (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, :2]).any(axis=1) & unknown
     rows = np.flatnonzero(sideways)
     if not len(rows):
         return

@@ -29,7 +29,7 @@ from leafcut.sender.firmware import speaker_of
 from leafcut.sender.lines import SentStep, spoken, steps_of
 
 #: What nobody may send without saying so: what is dangerous, what the machine cannot do, what is not known.
-_NEVER = ("L806", "L808")
+_NEVER = ("L803", "L806", "L808")
 #: Rows that move the origin, or that only the machine can know.
 _LOST = {Kind.FOREIGN: "is not understood", Kind.SHIFT: "moves the origin, so that nothing behind it can be checked"}
 #: What the reader of a program takes for active before its first line; and its units where it does not state them.
@@ -64,6 +64,8 @@ class SendJob:
         What is sent.
     issues
         What a person should know before.
+    accept
+        Codes of issues that a person has seen, and that do not keep the program from being sent.
     """
 
     file: str
@@ -72,6 +74,7 @@ class SendJob:
     program: Program
     steps: tuple[SentStep, ...]
     issues: tuple[Issue, ...] = ()
+    accept: tuple[str, ...] = ()
 
     @property
     def laser(self) -> bool:
@@ -192,7 +195,7 @@ def job_of(
         issues.append(Issue("L102", f"the program does not state its units (G20 or G21): read as {name}"))
     if not (program.path.kind <= Kind.ARC_CCW).any():
         raise ReadError(file, "the program moves nothing")
-    return SendJob(file, machine, words, program, steps, tuple(issues))
+    return SendJob(file, machine, words, program, steps, tuple(issues), tuple(accept))
 
 
 def _opening(program: Program, words: Dialect, units: str) -> list[SentLine]:

@@ -498,7 +498,7 @@ class SendRun:
         """Look again at origins and place, and go on from the next line in the state that the program is in there."""
         self._wait_idle()
         self.facts = self.talk.facts()
-        check_program(self.job, self.facts, unhomed=self.unhomed, accept=("L805",))
+        check_program(self.job, self.facts, unhomed=self.unhomed, begun=True)
         place = self.facts.machine_place()
         height = None if place is None else place[2] - self.facts.origin(540)[2]
         try:

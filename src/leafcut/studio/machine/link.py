@@ -81,8 +81,6 @@ class RunWishes:
         The machine has no homing: a person has set its zero.
     alone
         Go on when no page shows the machine.
-    accept
-        Codes of dangers that a person has seen.
     """
 
     from_hole: int | None = None
@@ -90,7 +88,6 @@ class RunWishes:
     by_hole: bool = False
     unhomed: bool = False
     alone: bool = False
-    accept: tuple[str, ...] = ()
 
 
 class MachineLink:
@@ -213,9 +210,9 @@ class MachineLink:
         """Set Z0 by a plate of a thickness, mm, at a feed, mm/min, no farther down than `travel`, mm."""
         return self._post(holder, MachineTask.PROBING, lambda _: self._probe(plate, feed, travel), by_hand=True)
 
-    def frame(self, holder: str, job: SendJob, feed: float) -> Future[Any]:
-        """Trace the box of a program in the air, at a feed in mm/min; done when it has begun."""
-        return self._post(holder, MachineTask.FRAMING, lambda begun: self._frame(begun, job, feed))
+    def frame(self, holder: str, job: SendJob, wishes: RunWishes, feed: float) -> Future[Any]:
+        """Trace the box of a program in the air, at a feed in mm/min, after the checks of `check`; done when begun."""
+        return self._post(holder, MachineTask.FRAMING, lambda begun: self._frame(begun, job, wishes, feed))
 
     def check(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:
         """Return, in words, what a person should know before a program is run; nothing of it is sent."""
@@ -527,10 +524,11 @@ class MachineLink:
         if self._run is not None:
             self._run.touched = True
 
-    def _frame(self, begun: Callable[[], None], job: SendJob, feed: float) -> None:
+    def _frame(self, begun: Callable[[], None], job: SendJob, wishes: RunWishes, feed: float) -> None:
         talk = self._talk
         assert talk is not None
-        lines = frame_of(job, self._at_rest()).lines(feed)
+        _, facts, _, _ = self._ready(job, wishes)
+        lines = frame_of(job, facts).lines(feed)
         begun()
         for line in lines:
             talk.ask(line)
@@ -551,7 +549,7 @@ class MachineLink:
         check_ready(facts, unhomed=wishes.unhomed, restarted=talk.restarted, family=talk.family)
         if self.state.unsure and not wishes.unhomed:
             raise SendError("it was locked by an alarm, and may not be where it thinks: home it, or set its zero anew")
-        issues = check_program(job, facts, unhomed=wishes.unhomed, accept=wishes.accept)
+        issues = check_program(job, facts, unhomed=wishes.unhomed)
         told = [str(issue) for issue in issues_to_tell([*job.issues, *issues])]
         if facts.soft_limits_off:
             told.append(facts.soft_limits_off)

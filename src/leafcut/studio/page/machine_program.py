@@ -202,7 +202,6 @@ class MachineProgramPanel:
             by_hole=self.by_hole.on and holes,
             unhomed=self.unhomed.on,
             alone=self.alone.on,
-            accept=accepted_codes(self.accept.value),
         )
 
     async def _with_program(self, what: Callable[[str, SendJob], Any]) -> Any:
@@ -221,7 +220,7 @@ class MachineProgramPanel:
             self.panel.tell(self.view.words("machine.checked"))
 
     async def _frame(self) -> None:
-        await self._with_program(lambda key, job: self.link.frame(key, job, self.panel.jog_feed()))
+        await self._with_program(lambda key, job: self.link.frame(key, job, self._wishes(), self.panel.jog_feed()))
 
     async def _start(self) -> None:
         found = await self._with_program(lambda key, job: self.link.run(key, job, self._wishes()))

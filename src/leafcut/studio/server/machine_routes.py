@@ -62,12 +62,16 @@ class ProbeBody(BaseModel):
 
 
 class ProgramBody(BaseModel):
-    """The program: that of a run (`job`), or a file that is open (`source`); the machine; codes of accepted dangers."""
+    """The program: that of a run (`job`), or a file that is open (`source`); the machine; codes of accepted dangers.
+
+    `unhomed`: the machine has no homing, and a person has set its zero.
+    """
 
     job: Annotated[str, Field(max_length=12)] = ""
     source: Annotated[str, Field(max_length=16)] = ""
     machine: Annotated[str, Field(max_length=100)]
     accept: Annotated[str, Field(max_length=200)] = ""
+    unhomed: bool = False
 
 
 class FrameBody(ProgramBody):
@@ -77,12 +81,11 @@ class FrameBody(ProgramBody):
 
 
 class RunBody(ProgramBody):
-    """How it is run: from a hole on, hole by hole, on a machine without homing, and also when nobody asks any more."""
+    """How it is run: from a hole on, hole by hole, and also when nobody asks any more."""
 
     from_hole: int | None = None
     from_line: int | None = None
     by_hole: bool = False
-    unhomed: bool = False
     alone: bool = False
 
 
@@ -182,7 +185,7 @@ def _add_program(made: APIRouter, studio: Studio) -> None:
     @made.post("/machine/frame", summary="Trace the box of a program in the air")
     async def frame(body: FrameBody) -> dict[str, Any]:
         job = await asyncio.to_thread(_program, studio, body)
-        return await _done(studio, link.frame(PROGRAM, job, body.feed))
+        return await _done(studio, link.frame(PROGRAM, job, RunWishes(unhomed=body.unhomed), body.feed))
 
     @made.post("/machine/run", summary="Run a program")
     async def run(body: RunBody) -> dict[str, Any]:
@@ -212,9 +215,7 @@ def _add_program(made: APIRouter, studio: Studio) -> None:
 
 
 def _wishes(body: RunBody) -> RunWishes:
-    return RunWishes(
-        body.from_hole, body.from_line, body.by_hole, body.unhomed, body.alone, accepted_codes(body.accept)
-    )
+    return RunWishes(body.from_hole, body.from_line, body.by_hole, body.unhomed, body.alone)
 
 
 def _program(studio: Studio, body: ProgramBody) -> SendJob:
