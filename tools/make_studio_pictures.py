@@ -169,9 +169,8 @@ def machine(page: Page) -> None:
 def drill(page: Page) -> None:
     """Go through eight holes one by one, then on; hold."""
     page.locator("#view-control").get_by_text("Hole by hole").click()
-    begun = page.locator("#view-control button[data-sure]")
-    begun.click()
-    begun.click()
+    press(page, "Start")
+    press(page, "Start the machine")
     press(page, "Go on")  # the tool is in
     for hole in range(1, 9):
         press(page, f"Drill hole {hole}")

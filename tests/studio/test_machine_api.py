@@ -124,12 +124,13 @@ def test_the_frame_of_a_program_is_traced_in_the_air_and_only_within_the_travel(
     assert {s["machine"][2] for s in seen if s["machine"][:2] != seen[0]["machine"][:2]} == {height}
     far = open_board.file(plate(20).replace("X1.500", "X-60"))
     told = open_board.refused("frame", source=far, machine="mine:board", feed=9000)
-    assert told.startswith("the frame goes to X -210.000 mm in machine coordinates, outside the travel of -200 to 0 mm")
+    assert told.startswith("line 9 goes to X -210.000 mm in machine coordinates, outside the travel of -200 to 0 mm")
 
 
 def test_a_program_runs_is_held_goes_on_is_hurried_and_ends(open_board: Machine) -> None:
     checked = open_board.ask("check", source=open_board.file(plate(MANY)), machine="mine:board")
     assert checked["holes"] == MANY and checked["seconds"] > 1.0
+    assert checked["box"] == [[0.0, 0.0, -0.5], [13.5, 4.5, 0.5]] and checked["tools"] == [None]
     twice = {"source": open_board.file(plate(MANY)), "machine": "mine:board", "from_hole": 3, "from_line": 40}
     assert "both say where to go on" in open_board.refused("check", 400, **twice)
     assert checked["told"] == ["soft limits are off ($20=0): the controller itself stops at no limit"]

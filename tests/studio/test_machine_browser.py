@@ -10,13 +10,16 @@ from typing import Any
 import httpx2
 import pytest
 from playwright.sync_api import Browser, Page, expect
-from studio_page import LONG, opened, serious, sure, wait_for
+from studio_page import LONG, opened, serious, wait_for
 from studio_server import Server, running
 from waiting import until
 
 from grbl_board import PROFILE, ZERO, Board, plate
 from leafcut.sender.grbl import GrblConversation
 from leafcut.sender.port import SerialPort
+
+#: The views of the page by their keys.
+VIEWS = (("1", "work"), ("2", "jobs"), ("3", "machines"), ("4", "tools"), ("5", "lab"), ("6", "control"))
 
 
 @pytest.fixture(scope="module")
@@ -86,8 +89,8 @@ def work_is(page: Page, axis: str, words: str) -> None:
 
 
 def begin(page: Page) -> None:
-    expect(button(page, "Start")).to_be_enabled()
-    sure(button(page, "Start"))
+    button(page, "Start").click()
+    button(page, "Start the machine").click()
     expect(button(page, "Start")).to_be_hidden(timeout=LONG)
 
 
@@ -119,6 +122,9 @@ def test_it_is_jogged_zeroed_and_its_part_is_framed(own: Page, board: Board) -> 
     # The zero is where the plate cannot lie: its box leaves the travel in X.
     button(page, "Frame").click()
     expect(page.locator("#machine-line")).to_contain_text("outside the travel of -200 to 0 mm")
+    frame_says = page.locator("#machine-line").inner_text()
+    button(page, "Check").click()
+    expect(page.locator("#machine-line")).to_have_text(frame_says)
     board.forget()
     for to in ("-10.000", "-20.000"):
         page.get_by_role("button", name="X−", exact=True).click()
@@ -150,6 +156,48 @@ def test_holes_are_gone_through_one_by_one_with_their_lines_in_words(own: Page, 
         drill.click()
     expect(page.locator("#machine-line")).to_contain_text("plate.nc: all 27 lines done", timeout=LONG)
     assert board.lines().count("G1Z-0.5F600") == 5
+
+
+@pytest.mark.hazard
+def test_a_double_click_on_start_starts_nothing_and_the_dialog_states_what_will_move(own: Page, board: Board) -> None:
+    """Only a press on the other button of the dialog starts the machine, and not one that ends a double click."""
+    page = own
+    board.forget()
+    confirm = page.locator("#machine-confirm")
+    button(page, "Start").dblclick()
+    expect(confirm).to_be_visible()
+    expect(page.locator("#machine-confirm-box")).to_have_text("X 0 to 6 mm, Y 0 to 0 mm")
+    expect(page.locator("#machine-confirm-z")).to_have_text("-0.5 to 0.5 mm")
+    expect(page.locator("#machine-confirm-tool")).to_have_text("not named in the program")
+    expect(button(page, "Cancel")).to_be_focused()
+    assert serious(page, "confirm") == []
+    button(page, "Start the machine").dispatch_event("click", {"detail": 2})
+    expect(confirm).to_be_visible()
+    button(page, "Cancel").click()
+    expect(confirm).to_be_hidden()
+    # A check is answered after all that was asked for before.
+    button(page, "Check").click()
+    expect(page.locator("#machine-line")).to_have_text("Checked: the program can be run.")
+    expect(state(page)).to_have_text("Idle")
+    assert [line for line in board.lines() if not line.startswith("$")] == []
+
+
+@pytest.mark.hazard
+def test_stop_covers_nothing_in_any_view(own: Page) -> None:
+    """At 1280 x 720: the bar of Stop lies beside each view, and Stop itself is on top at its place."""
+    page = own
+    for key, name in VIEWS:
+        page.keyboard.press(key)
+        expect(page.locator(f"#view-{name}")).to_be_visible()
+        view = page.locator(f"#view-{name}").bounding_box()
+        stop = page.locator(".machine-stop").bounding_box()
+        assert view is not None and stop is not None
+        assert view["y"] + view["height"] <= stop["y"] + 0.5, name
+        assert stop["y"] + stop["height"] <= 720.5 and stop["height"] > 40.0
+    page.keyboard.press("6")
+    for name in ("Check", "Frame", "Start"):
+        button(page, name).click(trial=True)
+    button(page, "Stop").click(trial=True)
 
 
 def test_it_runs_is_held_goes_on_and_is_stopped_by_key_from_another_view_and_goes_on_at_a_hole(

@@ -146,10 +146,12 @@ class FrameBox:
 def frame_of(job: SendJob, facts: Facts) -> FrameBox:
     """Return the frame of a program on the machine as it stands: at its highest place, or higher where the tool is.
 
+    `checking.check_program` has found every place of the program within the travel, and so is the frame.
+
     Raises
     ------
     SendError
-        The program cuts nothing, or the frame would leave the machine's travel.
+        The program cuts nothing, or the machine does not report its place.
     """
     places, _ = machine_places(job, facts, fed=True)
     every, _ = machine_places(job, facts)
@@ -161,23 +163,7 @@ def frame_of(job: SendJob, facts: Facts) -> FrameBox:
     low, high = known[:, :2].min(axis=0), known[:, :2].max(axis=0)
     # A laser that never moves Z is framed where it stands.
     top = max([place[2], *heights.tolist()])
-    made = FrameBox((float(low[0]), float(low[1])), (float(high[0]), float(high[1])), float(top))
-    if facts.knows_place:
-        _check_frame(made, facts)
-    return made
-
-
-def _check_frame(frame: FrameBox, facts: Facts) -> None:
-    low, high = facts.travel()
-    ends = [(frame.low[0], frame.high[0]), (frame.low[1], frame.high[1]), (frame.height, frame.height)]
-    for axis, values in enumerate(ends):
-        for value in values:
-            if not low[axis] - _ROOM <= value <= high[axis] + _ROOM:
-                raise SendError(
-                    f"the frame goes to {_AXES[axis]} {value:.3f} mm in machine coordinates, outside the travel of "
-                    f"{low[axis]:g} to {high[axis]:g} mm ({facts.names.travel[axis]}); "
-                    "set the work zero anew, or move the part"
-                )
+    return FrameBox((float(low[0]), float(low[1])), (float(high[0]), float(high[1])), float(top))
 
 
 def fed_box(job: SendJob) -> tuple[XYZ, XYZ] | None:

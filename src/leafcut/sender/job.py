@@ -26,7 +26,7 @@ from leafcut.quick_dataclass import dataclass
 from leafcut.read.machine import load_machine
 from leafcut.sender.counting import SentLine
 from leafcut.sender.firmware import speaker_of
-from leafcut.sender.lines import SentStep, spoken, steps_of
+from leafcut.sender.lines import Pause, SentStep, spoken, steps_of
 
 #: What nobody may send without saying so: what is dangerous, what the machine cannot do, what is not known.
 _NEVER = ("L803", "L806", "L808")
@@ -242,6 +242,26 @@ def _holes(program: Program) -> list[DrilledHole]:
             found.append(DrilledHole(len(found) + 1, x, y, int(path.line[travel]), line))
             cut = True
     return found
+
+
+def tools_of(job: SendJob, line: int = 0) -> list[str | None]:
+    """Return the tools of a program from a line on, in order, as its comments name them: ``T1 drill 3 mm``.
+
+    The first entry is the tool of the first cut; None where the program does not name it.
+    """
+    path = job.program.path
+    cuts = path.line[(path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & (path.line >= line)]
+    first = int(cuts.min()) if len(cuts) else line
+    changes = [step for step in job.steps if isinstance(step, Pause) and step.change]
+    earlier = [_tool_name(change) for change in changes if change.number <= first]
+    return [earlier[-1] if earlier else None, *(_tool_name(change) for change in changes if change.number > first)]
+
+
+def _tool_name(change: Pause) -> str | None:
+    name = f"T{change.tool}"
+    if change.tool is None or change.remark.upper().startswith(name):
+        return change.remark or None
+    return f"{name} ({change.remark})" if change.remark else name
 
 
 def issues_to_tell(issues: Sequence[Issue]) -> list[Issue]:

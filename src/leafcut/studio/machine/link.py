@@ -19,15 +19,16 @@ from dataclasses import replace
 from typing import Any
 
 from leafcut.errors import LeafcutError, OptionError, SendError
+from leafcut.model.machine import XYZ
 from leafcut.quick_dataclass import dataclass
 from leafcut.sender.answers import Alarm, ControllerAnswer, Greeting, Status, Strange
-from leafcut.sender.by_hand import cancel_jog, check_jog, frame_of, jog, probe_z
+from leafcut.sender.by_hand import cancel_jog, check_jog, fed_box, frame_of, jog, probe_z
 from leafcut.sender.checking import check_program, check_ready
 from leafcut.sender.conversation import LOCKED, Interrupted, NotThisFirmware
 from leafcut.sender.explained import state_in_words
 from leafcut.sender.facts import Facts
 from leafcut.sender.grbl import GrblConversation
-from leafcut.sender.job import SendJob, issues_to_tell
+from leafcut.sender.job import SendJob, issues_to_tell, tools_of
 from leafcut.sender.lines import Pause, SentStep
 from leafcut.sender.port import BAUD, Port, PortLost, SerialPort
 from leafcut.sender.resuming import rest_of
@@ -88,6 +89,37 @@ class RunWishes:
     by_hole: bool = False
     unhomed: bool = False
     alone: bool = False
+
+
+@dataclass(frozen=True)
+class ReadyProgram:
+    """A program that was checked against the machine as it stands, and may be run.
+
+    Attributes
+    ----------
+    job, facts, steps
+        The program with the times of this machine; what the controller reported; what is sent.
+    line
+        The line from which the program goes on; 0 for its start.
+    told
+        What a person should know before.
+    """
+
+    job: SendJob
+    facts: Facts
+    steps: Sequence[SentStep]
+    line: int
+    told: tuple[str, ...]
+
+    @property
+    def box(self) -> tuple[XYZ, XYZ] | None:
+        """The smallest and the largest x, y and z of its cuts, mm in its own coordinates; None without a cut."""
+        return fed_box(self.job)
+
+    @property
+    def tools(self) -> list[str | None]:
+        """Its tools in order, from `line` on; None for one that the program does not name."""
+        return tools_of(self.job, self.line)
 
 
 class MachineLink:
@@ -215,11 +247,11 @@ class MachineLink:
         return self._post(holder, MachineTask.FRAMING, lambda begun: self._frame(begun, job, wishes, feed))
 
     def check(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:
-        """Return, in words, what a person should know before a program is run; nothing of it is sent."""
-        return self._post(holder, MachineTask.ASKING, lambda _: self._ready(job, wishes)[2])
+        """Return a `ReadyProgram`: what a person should know before a program is run; nothing of it is sent."""
+        return self._post(holder, MachineTask.ASKING, lambda _: self._ready(job, wishes))
 
     def run(self, holder: str, job: SendJob, wishes: RunWishes) -> Future[Any]:
-        """Run a program; done when it has begun, with what a person should know of it."""
+        """Run a program; done when it has begun, with its `ReadyProgram`."""
         return self._post(holder, MachineTask.RUNNING, lambda begun: self._send(begun, job, wishes))
 
     def answer(self, holder: str, words: str | None) -> None:
@@ -527,8 +559,7 @@ class MachineLink:
     def _frame(self, begun: Callable[[], None], job: SendJob, wishes: RunWishes, feed: float) -> None:
         talk = self._talk
         assert talk is not None
-        _, facts, _, _ = self._ready(job, wishes)
-        lines = frame_of(job, facts).lines(feed)
+        lines = frame_of(job, self._ready(job, wishes).facts).lines(feed)
         begun()
         for line in lines:
             talk.ask(line)
@@ -541,8 +572,8 @@ class MachineLink:
 
     # A program.
 
-    def _ready(self, job: SendJob, wishes: RunWishes) -> tuple[SendJob, Facts, list[str], Sequence[SentStep]]:
-        """Check a program against the machine as it stands; return what is told of it, and what is sent."""
+    def _ready(self, job: SendJob, wishes: RunWishes) -> ReadyProgram:
+        """Check a program against the machine as it stands."""
         talk = self._talk
         assert talk is not None
         facts = self._look_up()
@@ -555,17 +586,18 @@ class MachineLink:
             told.append(facts.soft_limits_off)
         if wishes.by_hole and not job.holes:
             raise SendError(f"{job.file} drills no holes that could be gone through one by one")
-        _, steps, tool = rest_of(job, facts, wishes.from_hole, wishes.from_line)
+        line, steps, tool = rest_of(job, facts, wishes.from_hole, wishes.from_line)
         if tool is not None:
             told.append(f"tool T{tool} must be in the spindle")
-        return job.on(facts.timed(job.machine)), facts, told, steps
+        return ReadyProgram(job.on(facts.timed(job.machine)), facts, steps, line, tuple(told))
 
     def _send(self, begun: Callable[..., None], job: SendJob, wishes: RunWishes) -> None:
         assert self._talk is not None
-        job, facts, told, steps = self._ready(job, wishes)
+        ready = self._ready(job, wishes)
+        job = ready.job
         self._wishes, self._left_alone = wishes, False
         self._answers.clear()
-        run = SendRun(self._talk, facts, job, steps, unhomed=wishes.unhomed, by_hole=wishes.by_hole)
+        run = SendRun(self._talk, ready.facts, job, ready.steps, unhomed=wishes.unhomed, by_hole=wishes.by_hole)
         run.prompt, run.observe = self._prompt, lambda view: self._observe(run, view)
         fed, other = job.seconds
         progress = ProgramProgress(
@@ -575,7 +607,7 @@ class MachineLink:
         self._run = run
         self._tell(progress=progress, ended=None)
         self._say("")
-        begun(told)
+        begun(ready)
         try:
             ending = run.run()
         finally:

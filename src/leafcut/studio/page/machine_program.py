@@ -5,18 +5,19 @@ from __future__ import annotations
 import asyncio
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import LeafcutError
 from leafcut.model.machine import XYZ
 from leafcut.sender.by_hand import fed_box
 from leafcut.sender.job import SendJob, accepted_codes
+from leafcut.sender.resuming import number_in_mm
 from leafcut.sender.run import Request
 from leafcut.studio.drawing.canvas import Canvas
 from leafcut.studio.folder import OWN
 from leafcut.studio.jobs.jobs import line_of
-from leafcut.studio.machine.link import RunWishes
+from leafcut.studio.machine.link import ReadyProgram, RunWishes
 from leafcut.studio.machine.program import program_of_file, program_of_job, sendable
 from leafcut.studio.machine.state import MachineState, MachineTask
 from leafcut.studio.page.elements import box, button, text
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 
 
 _USUAL = "grbl-3018"
+#: The second click of a double click on Start must not confirm what nobody has read.
+_ONE_CLICK = "(e) => { if (e.detail < 2) { e.target.closest('dialog').close(); emit(); } }"
 
 
 class MachineProgramPanel:
@@ -48,6 +51,9 @@ class MachineProgramPanel:
         self._next: tuple[float, float] | None = None
         self._asked: object = None
         self._ended: object = None
+        #: The program that waits for a person's confirmation, and how it is run.
+        self._to_start: tuple[SendJob, RunWishes] | None = None
+        self._asking = False
         w = view.words
         with drawing:
             self.canvas = Canvas(words=w.section("canvas"), layers={"issues": False})
@@ -79,7 +85,21 @@ class MachineProgramPanel:
             with box("div", "ends"):
                 self.check = button(w("machine.check"), self._check, "")
                 self.frame = button(w("machine.frame"), self._frame, "")
-            self.start = button(w("machine.start"), self._start, "primary wide", data_sure=w("machine.start_sure"))
+            self.start = button(w("machine.start"), self._ask_to_start, "primary wide")
+        self._confirming()
+
+    def _confirming(self) -> None:
+        """Add the dialog in which a person confirms the start, with what the machine will do."""
+        w = self.view.words
+        with box("dialog", "confirm", id="machine-confirm", aria_labelledby="machine-confirm-name") as self.confirm:
+            self.confirm_name = text("h2", "", id="machine-confirm-name", dir="auto")
+            self.confirm_facts = box("dl", "facts")
+            self.confirm_told = box("ul", "warnings")
+            text("p", w("machine.confirm_hint"), "quiet small")
+            with box("div", "ends"):
+                button(w("machine.confirm_cancel"), None, "", data_close="", autofocus="")
+                go = button(w("machine.confirm_start"), None, "primary", id="machine-confirm-start")
+        go.on("click", self._start, js_handler=_ONE_CLICK)
 
     def _running(self) -> None:
         w = self.view.words
@@ -216,21 +236,63 @@ class MachineProgramPanel:
     async def _check(self) -> None:
         found = await self._with_program(lambda key, job: self.link.check(key, job, self._wishes()))
         if found is not None:
-            self._tell_issues(found)
+            self._tell_issues(self.told, found.told)
             self.panel.tell(self.view.words("machine.checked"))
 
     async def _frame(self) -> None:
         await self._with_program(lambda key, job: self.link.frame(key, job, self._wishes(), self.panel.jog_feed()))
 
+    async def _ask_to_start(self) -> None:
+        """Check the program, and let a person confirm what it does."""
+        if self._asking:
+            return
+        self._asking = True
+        try:
+            wishes = self._wishes()
+            found = await self._with_program(lambda key, job: self.link.check(key, job, wishes))
+        except LeafcutError as problem:
+            self.panel.tell(str(problem), bad=True)
+            return
+        finally:
+            self._asking = False
+        if found is None or self.job is None:
+            return
+        self._to_start = (self.job, wishes)
+        self._show_confirm(found)
+        self.confirm.run_method("showModal")
+
+    def _show_confirm(self, ready: ReadyProgram) -> None:
+        w, job = self.view.words, ready.job
+        self.confirm_name.set_text(w("machine.confirm_title", name=job.file))
+        facts = {}
+        if ready.box is not None:
+            (x0, y0, z0), (x1, y1, z1) = ready.box
+            facts["box"] = w("machine.confirm_xy", x0=_mm(x0), x1=_mm(x1), y0=_mm(y0), y1=_mm(y1))
+            facts["z"] = w("machine.confirm_range", low=_mm(z0), high=_mm(z1))
+        if not job.laser:
+            facts["tool"] = " → ".join(name or w("machine.confirm_no_tool") for name in ready.tools)
+        if ready.line:
+            facts["from"] = f"{ready.line}: {job.text(ready.line)}"
+        self.confirm_facts.clear()
+        with self.confirm_facts:
+            for key, words in facts.items():
+                text("dt", w(f"machine.confirm_{key}"))
+                text("dd", words, id=f"machine-confirm-{key}", dir="auto")
+        self._tell_issues(self.confirm_told, ready.told)
+
     async def _start(self) -> None:
-        found = await self._with_program(lambda key, job: self.link.run(key, job, self._wishes()))
+        """Start the program that was confirmed."""
+        if self._to_start is None:
+            return
+        (job, wishes), self._to_start = self._to_start, None
+        found = await self.panel.ask(lambda key: self.link.run(key, job, wishes))
         if found is not None:
-            self._tell_issues(found)
+            self._tell_issues(self.told, found.told)
             self.panel.tell("")
 
-    def _tell_issues(self, lines: list[str]) -> None:
-        self.told.clear()
-        with self.told:
+    def _tell_issues(self, place: Element, lines: Sequence[str]) -> None:
+        place.clear()
+        with place:
             for line in lines:
                 text("li", self.view.words.plain(line), dir="auto")
 
@@ -365,6 +427,10 @@ class MachineProgramPanel:
             box_of[k] <= found[0][k] + 0.005 and found[1][k] - 0.005 <= box_of[k + 2] for k in range(2)
         )
         return {"box": box_of, "known": True, "fits": fits, "machine": name}
+
+
+def _mm(value: float) -> str:
+    return number_in_mm(round(value, 3))
 
 
 def _facts(job: SendJob, w: Any) -> str:

@@ -179,8 +179,11 @@ def _add_program(made: APIRouter, studio: Studio) -> None:
     @made.post("/machine/check", summary="Check a program against the machine as it stands; nothing of it is sent")
     async def check(body: RunBody) -> dict[str, Any]:
         job = await asyncio.to_thread(_program, studio, body)
-        told = await asyncio.wrap_future(link.check(PROGRAM, job, _wishes(body)))
-        return {"told": told, "seconds": float(sum(part.sum() for part in job.seconds)), "holes": len(job.holes)}
+        ready = await asyncio.wrap_future(link.check(PROGRAM, job, _wishes(body)))
+        seconds = float(sum(part.sum() for part in job.seconds))
+        return {
+            "told": ready.told, "seconds": seconds, "holes": len(job.holes), "box": ready.box, "tools": ready.tools,
+        }  # fmt: skip
 
     @made.post("/machine/frame", summary="Trace the box of a program in the air")
     async def frame(body: FrameBody) -> dict[str, Any]:
@@ -190,8 +193,8 @@ def _add_program(made: APIRouter, studio: Studio) -> None:
     @made.post("/machine/run", summary="Run a program")
     async def run(body: RunBody) -> dict[str, Any]:
         job = await asyncio.to_thread(_program, studio, body)
-        told = await asyncio.wrap_future(link.run(PROGRAM, job, _wishes(body)))
-        return {**_state(studio), "told": told}
+        ready = await asyncio.wrap_future(link.run(PROGRAM, job, _wishes(body)))
+        return {**_state(studio), "told": ready.told}
 
     @made.post("/machine/answer", summary="Answer what a program asks: the next hole, a tool, a pause")
     async def answer(body: AnswerBody) -> dict[str, Any]:

@@ -43,6 +43,8 @@ class FakeGrbl:
         self.line = b""
         self.said = b""
         self.taken: list[str] = []
+        #: Questions, settings and jogs.
+        self.asked: list[str] = []
         self.realtime: list[bytes] = []
         self.state, self.shown = "Idle", ""
         #: The speed that is active; empty for a board without one.
@@ -132,6 +134,7 @@ class FakeGrbl:
 
     def _take(self, line: str) -> None:
         if line == "" or line.startswith("$"):
+            self.asked.append(line)
             self._answer(line)
             return
         self.taken.append(line)
