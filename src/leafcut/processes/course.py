@@ -161,7 +161,7 @@ def machine_of(settings: Settings) -> Machine:
     return load_machine(settings.machine.machine, settings.machine.work_offset)
 
 
-def tools_of(settings: Settings, machine: Machine) -> ToolLibrary | None:
+def library_of(settings: Settings, machine: Machine) -> ToolLibrary | None:
     """Return the tool library that the settings name, or None; ``--material`` chooses among presets.
 
     Raises

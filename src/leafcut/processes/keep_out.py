@@ -11,7 +11,7 @@ from leafcut.errors import OptionError, PlanError
 from leafcut.model.issue import Issue
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.toolpath import MOTIONS, Kind, Toolpath
-from leafcut.processes.course import Run, tools_of
+from leafcut.processes.course import Run, library_of
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
@@ -109,7 +109,7 @@ def _radii(run: Run, program: Program) -> tuple[dict[int, float], list[int]]:
     """Return the radius of each tool, mm, from the library or else the comments, and the tools of unknown radius."""
     from leafcut.gcode.tool_comments import tool_width
 
-    tools = tools_of(run.settings, run.machine)
+    tools = library_of(run.settings, run.machine)
     library = tools.by_number if tools is not None else {}
     radii: dict[int, float] = {}
     unknown: list[int] = []

@@ -17,7 +17,7 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.work_material import WorkMaterial
 from leafcut.options import Settings
 from leafcut.options.speeds import SpeedOptions
-from leafcut.processes.course import machine_of, tools_of
+from leafcut.processes.course import library_of, machine_of
 from leafcut.processes.cutting_data.economics import Prices, ToolWork, Yields, best_of, yields
 from leafcut.processes.cutting_data.front import non_dominated
 from leafcut.processes.cutting_data.limits import CuttingLimit, SpeedGrid, refusal, within
@@ -145,7 +145,7 @@ def _works(
 
 def _end_mills(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
     """Yield the end mills of the library, which a drawing of holes has no work for."""
-    library = tools_of(settings, machine)
+    library = library_of(settings, machine)
     assert library is not None  # --cut-length needs --tools
     for tool in library.tools:
         if tool.kind is ToolKind.END_MILL:
@@ -198,7 +198,7 @@ def _check_tool(work: ToolWork) -> None:
 
 def _stated(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, float, float, float]]:
     """Yield every tool of the library, or the one drill, with its holes, mm fed, mm cut, and s besides, as stated."""
-    job, options, library = settings.job, settings.of(SpeedOptions), tools_of(settings, machine)
+    job, options, library = settings.job, settings.of(SpeedOptions), library_of(settings, machine)
     if library is not None:
         tools = list(library.tools)
     elif options.drill_diameter is not None:

@@ -23,7 +23,7 @@ def library_text(found: CuttingData, settings: Settings, file: str | Path) -> st
     OptionError
         The name of the file is not that of a TOML file.
     """
-    from leafcut.processes.course import tools_of
+    from leafcut.processes.course import library_of
 
     if Path(file).suffix.lower() != ".toml":
         raise OptionError(
@@ -34,7 +34,7 @@ def library_text(found: CuttingData, settings: Settings, file: str | Path) -> st
     if library is not None and library.suffix.lower() == ".toml":
         return _changed(library, chosen)
     tools = [one.tool for one in found.tools]
-    whole = tools_of(settings, found.machine)
+    whole = library_of(settings, found.machine)
     if whole is not None:
         tools = list(whole.tools)
     return _written(tools, chosen)

@@ -26,11 +26,11 @@ from leafcut.processes.course import (
     BoundTime,
     Run,
     check_words_used,
+    library_of,
     machine_issues,
     refuse,
     refuse_missing,
     share,
-    tools_of,
 )
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.processes.drilling.options import DrillOptions
@@ -113,7 +113,7 @@ def _plan(run: Run, sources: Sequence[Source], everything: bool = False) -> tupl
     mesh, fixture = (None if one is None else placed_mesh(one, part, run.settings.read) for one in (surface, fixture))
     if "material" in run.settings.asked and (job.tools is None or job.tools.suffix.lower() not in WITH_PRESETS):
         raise OptionError("--material: chooses among the presets of a Fusion tool library only; leave it out")
-    library = tools_of(run.settings, run.machine)
+    library = library_of(run.settings, run.machine)
     request = DrillingRequest(part, run.settings.read, job, ours, library, surface)
     made_for = "" if mesh is None else placing_words(str(ours.surface or sources[0].path), part, run.settings.read)
     part = placed(part, run.settings.read)

@@ -36,7 +36,7 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.model.work_material import WorkMaterial
 from leafcut.options import FeedOptions, JobOptions, Settings
-from leafcut.processes.course import Run, check_words_used, machine_issues, refuse, refuse_missing, tools_of
+from leafcut.processes.course import Run, check_words_used, library_of, machine_issues, refuse, refuse_missing
 from leafcut.processes.pocket.job import LaidPockets, PocketJob, PocketSolid, holes, raised
 from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.pocket.options import PocketOptions
@@ -224,7 +224,7 @@ def _library_mill(run: Run, depth: float | None) -> Tool | None:
     """Return the end mill of the tool library for pockets of a depth; None without a library."""
     from leafcut.processes.pocket.plan.tool import library_mill
 
-    tools = tools_of(run.settings, run.machine)
+    tools = library_of(run.settings, run.machine)
     if tools is None:
         return None
     return library_mill(tools, run.settings.of(PocketOptions), run.settings.job.diameter_tolerance, depth)

@@ -28,7 +28,7 @@ from leafcut.processes.keep_out import meetings
 from leafcut.processes.program.options import ResequenceOptions
 from leafcut.processes.program.plan.corners import rounds_freely
 from leafcut.processes.program.plan.pace import plan_pace
-from leafcut.processes.program.workpiece import block_of, check_size, stock_before, tools_of
+from leafcut.processes.program.workpiece import block_of, check_size, other_tools, stock_before, tools_of
 from leafcut.quick_dataclass import dataclass
 from leafcut.read.step import ChosenSolid
 from leafcut.stock.cutting_force import spindle_torque
@@ -72,6 +72,27 @@ def wants_pace(run: Run) -> bool:
     return options.air or run.settings.of(FeedOptions).feeds or options.low_retracts
 
 
+def check_library(run: Run, program: Program, source: str, process: str) -> list[Issue]:
+    """Return each tool that the library of ``--tools`` has with another diameter than the program names.
+
+    Raises
+    ------
+    OptionError
+        There is one, and new speeds or heights are asked for, which follow from the shapes of the tools.
+    """
+    others = [] if process in BEAMS else other_tools(program, run.settings, run.machine)
+    if wants_pace(run) and others:
+        raise OptionError(f"{_asked(run)[0]}: {source}: {others[0]}")
+    return others
+
+
+def _asked(run: Run) -> list[str]:
+    """Return the flags that ask for new speeds or heights."""
+    options, feeds = run.settings.of(ResequenceOptions), run.settings.of(FeedOptions).feeds
+    wanted = {"air": options.air, "feeds": feeds, "low_retracts": options.low_retracts}
+    return [flag_name(name) for name, wants in wanted.items() if wants]
+
+
 def with_new_pace(
     run: Run, words: Dialect, original: Program, program: Program, source: str, process: str,
     obstacles: Obstacles | None,
@@ -88,8 +109,7 @@ def with_new_pace(
         There are too many cells or pieces.
     """
     options, feeds = run.settings.of(ResequenceOptions), run.settings.of(FeedOptions).feeds
-    wanted = {"air": options.air, "feeds": feeds, "low_retracts": options.low_retracts}
-    asked = [flag_name(name) for name, wants in wanted.items() if wants]
+    asked = _asked(run)
     if process in BEAMS:
         raise OptionError(f"{asked[0]}: {source} drives a beam, which meets no material with its sides; leave it out")
     blind = [flag for flag in asked if flag != "--air"]

@@ -30,7 +30,7 @@ from leafcut.processes.course import BoundTime, Run, machine_issues, share
 from leafcut.processes.keep_out import obstacles_of
 from leafcut.processes.program.model import AvoidedAreas, ProgramDetail
 from leafcut.processes.program.options import ResequenceOptions
-from leafcut.processes.program.pace import wants_pace, with_new_pace
+from leafcut.processes.program.pace import check_library, wants_pace, with_new_pace
 from leafcut.processes.program.proving import Proved, SectionOrders, with_comments, write_proved
 from leafcut.processes.program.shown import shown_stock
 from leafcut.processes.program.stock_proof import stock_judge
@@ -85,9 +85,9 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
     text, encoding = decoded(data)
     read = read_foreign(text, source, run.settings, run.machine, words, run.looking("reading"), process=process)
     original, words, run = read.program, read.words, replace(run, machine=read.machine, behind=BEHIND)
-    dangers = read.dangers
+    others = check_library(run, original, source, read.process)
     judge, stock, met = stock_judge(run, original, source, read.process)
-    dangers = [*dangers, *met]
+    dangers = [*read.dangers, *met]
     _refuse_dangers(run, source, dangers)
     sequence = _planned(run, original, read.process)
     obstacles, noticed = obstacles_of(run, original, sequence.process in BEAMS)
@@ -146,6 +146,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
         seed=run.settings.solve.seed,
         verified=True,
         issues=(
+            *others,
             *dangers,
             *new_dangers,
             *_avoided_issues(avoided, obstacles),

@@ -27,6 +27,7 @@ from leafcut.processes.program.workpiece import (
     field_of,
     in_other_unit,
     in_unit_words,
+    other_tools,
     solid_file,
     told_of,
     tools_of,
@@ -128,6 +129,7 @@ def cut_stock(
         None if same_as is None else str(same_as),
         tuple(one for other in every[1:] for one in stock_differences(_cut(other, stock, look)[0], field, TOLERANCE)),
         (
+            *other_tools(mine.read.program, settings, mine.read.machine),
             *assumed,
             *_told(rapids, stated is not None and bool(assumed)),
             *_bodies_told(collisions),

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from leafcut.errors import OptionError, PlanError, ReadError, count_of, shown
-from leafcut.model.issue import Issue
+from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.options import Settings, StockOptions
@@ -31,6 +31,8 @@ _BELOW = 1.0
 _SMALL_AREA = 0.1
 #: Lengths that differ by less are the same, mm.
 _SAME = 1e-6
+#: Diameters that differ by more are those of two tools: comments round, and a mill is reground, mm and share.
+_OTHER_TOOL, _OTHER_SHARE = 0.1, 0.02
 #: No stock is longer, mm.
 LONGEST = 20_000.0
 #: A cut that is so many times the length of the stock away may be one in a stock of another unit.
@@ -181,6 +183,40 @@ def tools_of(
     return found
 
 
+def other_tools(program: Program, settings: Settings, machine: Machine) -> list[Issue]:
+    """Return each tool whose diameter in the library of ``--tools`` is not that in the program's own comments."""
+    from leafcut.gcode.tool_comments import tool_width
+
+    if not settings.job.tools:
+        return []
+    found = []
+    for number, block, tool in _tools_in_use(program, settings, machine):
+        named = tool_width(program, block)
+        if tool is not None and named and abs(named - tool.diameter) > max(_OTHER_TOOL, _OTHER_SHARE * named):
+            message = (
+                f"the library has T{number} with Ø{tool.diameter:.4g} mm, but the program's comment with "
+                f"Ø{named:.4g} mm; name the library of this program with --tools"
+            )
+            found.append(Issue("L813", message, f"line {int(program.text_line[block])}", Severity.WARNING))
+    return found
+
+
+def _tools_in_use(program: Program, settings: Settings, machine: Machine) -> list[tuple[int, int, Tool | None]]:
+    """Return number, first block with cuts, and tool in the library of each tool that cuts, in the order of use."""
+    from leafcut.model.toolpath import Kind
+    from leafcut.processes.course import library_of
+
+    whole = library_of(settings, machine)
+    library = whole.by_number if whole is not None else {}
+    kind = program.path.kind
+    works = np.flatnonzero((kind >= Kind.FEED) & (kind <= Kind.DRILL))
+    blocks = np.searchsorted(program.first, works, side="right") - 1
+    number_of = program.path.tool[works]
+    _, first_of = np.unique(number_of, return_index=True)
+    firsts = np.sort(first_of).tolist()
+    return [(int(number_of[at]), int(blocks[at]), library.get(int(number_of[at]))) for at in firsts]
+
+
 def known_tools(
     program: Program, settings: Settings, machine: Machine, *, flat: bool = False
 ) -> tuple[dict[int, Tool], dict[int, int]]:
@@ -190,21 +226,11 @@ def known_tools(
     as a flat mill.
     """
     from leafcut.gcode.tool_comments import tool_in_comments, tool_width
-    from leafcut.model.toolpath import Kind
-    from leafcut.processes.course import tools_of
 
-    tools = tools_of(settings, machine)
-    library = tools.by_number if tools is not None else {}
-    kind = program.path.kind
-    works = np.flatnonzero((kind >= Kind.FEED) & (kind <= Kind.DRILL))
-    blocks = np.searchsorted(program.first, works, side="right") - 1
     found: dict[int, Tool] = {}
     unknown: dict[int, int] = {}
-    number_of = program.path.tool[works]
-    _, first_of = np.unique(number_of, return_index=True)
-    for at in np.sort(first_of).tolist():
-        number, first = int(number_of[at]), int(blocks[at])
-        tool = library.get(number) or tool_in_comments(program, first)
+    for number, first, listed in _tools_in_use(program, settings, machine):
+        tool = listed or tool_in_comments(program, first)
         diameter = 0.0 if tool else settings.stock.mill_diameter or (tool_width(program, first) if flat else 0.0)
         if diameter:
             tool = Tool(number, diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
