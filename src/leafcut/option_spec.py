@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, fields
+from dataclasses import field, fields, replace
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
@@ -46,6 +46,8 @@ class OptionSpec:
     needs: str = ""
     #: How a point of three numbers is typed: ``-400,-200,-300``. Without it a point has two or three, or is "free".
     example: str = ""
+    #: Whether the value belongs to one file: the next file starts without it. Other values belong to the shop.
+    of_file: bool = False
 
     def names_file(self, value: object) -> bool:
         """Return whether a value is the path of a file."""
@@ -92,6 +94,8 @@ class OptionGroup:
     #: The table of a TOML file that holds these options, and what they are called together.
     section: ClassVar[str] = ""
     title: ClassVar[str] = ""
+    #: Whether every option of the group belongs to one file (`OptionSpec.of_file`).
+    of_file: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         for name, spec in self.specs().items():
@@ -129,7 +133,10 @@ class OptionGroup:
 
 @cache
 def _specs(group: type) -> Mapping[str, OptionSpec]:
-    return MappingProxyType({f.name: f.metadata["option"] for f in fields(group)})
+    specs = {f.name: f.metadata["option"] for f in fields(group)}
+    if getattr(group, "of_file", False):
+        specs = {name: replace(spec, of_file=True) for name, spec in specs.items()}
+    return MappingProxyType(specs)
 
 
 def _is_float(value: Any) -> bool:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
 
+from leafcut.processes.settings import all_options
 from leafcut.studio.page.kept_state import KeptState
 from leafcut.studio.page.page_state import View
 from leafcut.studio.studio import Studio
@@ -158,3 +160,63 @@ def test_a_page_with_nothing_but_defaults_is_none_to_come_back_to(studio: Studio
     other = View(studio, EN)
     KeptState.from_json(json.loads(kept.as_json())).put_into(other)
     assert (other.values, other.usual) == (view.values, view.usual)
+
+
+def options_of_file() -> set[str]:
+    return {name for _, name, spec in all_options() if spec.of_file}
+
+
+@pytest.mark.hazard
+def test_values_of_a_file_start_fresh_with_the_next_and_values_of_the_shop_stay_and_are_marked(studio: Studio) -> None:
+    """A pocket's depth of 4 mm is not the depth of the holes of the next drawing."""
+    of_file = {
+        "depth": "4", "thickness": "6", "depth_to": "tip", "layers": "pocket", "origin": "5,5", "units": "in",
+        "keep_out": "0,0,10,10", "surface": "part", "workpiece": "0,0,-5,60,20,0", "low_retracts": True, "air": True,
+        "sheet_size": "100,50", "pixel_size": "0.1", "beam_power": "900", "hole_order": "order", "plan": "plan",
+    }  # fmt: skip
+    of_shop = {
+        "machine": "haas-vf2", "tools": "mine:shop", "kerf_width": "1.2", "dialect": "haas", "feed": "100",
+        "algorithm": "aco", "time_limit": "5", "tool_diameter": "3",
+    }  # fmt: skip
+    view = View(studio, EN)
+    for name, value in (of_file | of_shop).items():
+        view.put(name, value)
+    view.take("example:plate-10", "plate-10")  # chosen before there was a file: they are meant for this one
+    assert view.values == of_file | of_shop and notes(view) == {}
+    view.take("example:plate-10", "plate-10")
+    assert view.values == of_file | of_shop
+    view.take("upload", "other.dxf")
+    assert view.values == of_shop
+    assert view.kept == set(of_shop)
+    assert set(notes(view).values()) == {"kept from the last job"} and "tools" in notes(view)
+    view.put("tools", "mine:other")
+    assert "tools" not in notes(view)
+    other = View(studio, EN)
+    KeptState.from_json(json.loads(KeptState.of(view, "summary", None).as_json())).put_into(other)
+    assert other.kept == view.kept == set(of_shop) - {"tools"}
+
+
+def test_a_file_starts_with_the_persons_own_defaults_and_not_with_what_the_last_one_had(
+    studio: Studio, shop: Path
+) -> None:
+    view, _ = begun(studio)
+    first = notes(view)
+    view.put("thickness", "20")
+    view.put("break_through", "")
+    view.put("start_point", "3,4")
+    view.take("upload", "other.dxf")
+    assert (view.values["thickness"], view.values["break_through"], view.values["start_point"]) == (
+        "6mm",
+        "0.7mm",
+        "3,4",
+    )
+    assert notes(view) == first | {"start_point": "kept from the last job"}
+
+
+def test_an_option_that_names_a_place_a_layer_or_a_depth_of_the_part_belongs_to_its_file() -> None:
+    """By the words of the options themselves, which are written by hand for another purpose."""
+    found = options_of_file()
+    spoken = re.compile(r"\blayers?\b|\bkeep-out|\bthickness of|\bdepth of blind|\bprogram zero|\bSTL|\bplan file")
+    named = {name for _, name, spec in all_options() if spoken.search(spec.help)}
+    assert named - found == set()
+    assert {"machine", "tools", "dialect", "kerf_width", "feed", "algorithm", "time_limit", "threads"}.isdisjoint(found)

@@ -244,14 +244,15 @@ def test_what_was_put_for_one_input_does_not_hold_for_the_next(studio: Studio) -
     view.put_for_input("quantity", "3")
     view.put_for_input("plan", "P" * 16, "sheet_plan.json")
     view.put("thickness", "6mm")
+    view.put("kerf_width", "1mm")
     assert (view.task().origin, view.task().options["quantity"]) == ("nest-of-jobs/1/2", "3")
     view.take("B" * 16, "other.dxf")
-    assert view.task() == Task("optimize", ("B" * 16,), "cut", {"thickness": "6mm"})
+    assert view.task() == Task("optimize", ("B" * 16,), "cut", {"kerf_width": "1mm"})
     assert view.shown == {}
     view.put_for_input("quantity", "3")
-    view.put("quantity", "5")  # now it is what the person wants
+    view.put("quantity", "5")  # typed, but still for this sheet
     view.take("C" * 16, "third.dxf")
-    assert view.task().options == {"thickness": "6mm", "quantity": "5"}
+    assert view.task().options == {"kerf_width": "1mm"}
 
 
 def test_a_wrong_value_of_another_work_stands_in_nobodys_way(studio: Studio) -> None:

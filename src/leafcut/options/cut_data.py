@@ -31,12 +31,14 @@ class CutDataOptions(OptionGroup):
         "cutting current, if the chart has several",
         minimum=0,
         default_words="the fastest in the chart that can pierce the sheet",
+        of_file=True,
     )
     nozzle: str | None = option(
         "text",
         None,
         "nozzle, if the chart has several",
         default_words="any in the chart",
+        of_file=True,
     )
     chart: Path | None = option(
         "path",
@@ -51,4 +53,5 @@ class CutDataOptions(OptionGroup):
         unit="mm/s",
         minimum=0.01,
         default_words="the chart's",
+        of_file=True,
     )

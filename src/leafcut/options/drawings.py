@@ -25,9 +25,14 @@ class ReadOptions(OptionGroup):
         "units of a file that does not state them",
         choices=("mm", "cm", "m", "in", "mil", "ft"),
         default_words="the file's, else mm",
+        of_file=True,
     )
     layers: tuple[str, ...] = option(
-        "names", (), "read only these layers; * and ? are wildcards", default_words="all visible layers"
+        "names",
+        (),
+        "read only these layers; * and ? are wildcards",
+        default_words="all visible layers",
+        of_file=True,
     )
     min_diameter: float | None = option(
         "quantity",
@@ -36,6 +41,7 @@ class ReadOptions(OptionGroup):
         unit="mm",
         minimum=0,
         default_words="none",
+        of_file=True,
     )
     max_diameter: float | None = option(
         "quantity",
@@ -44,6 +50,7 @@ class ReadOptions(OptionGroup):
         unit="mm",
         minimum=0,
         default_words="none",
+        of_file=True,
     )
     merge_tolerance: float = option(
         "quantity",
@@ -52,12 +59,14 @@ class ReadOptions(OptionGroup):
         unit="mm",
         minimum=0,
         maximum=1,
+        of_file=True,
     )
     concentric: str = option(
         "text",
         "smallest",
         "which of several concentric circles to drill, or to cut as a hole of a sheet",
         choices=("smallest", "largest", "all"),
+        of_file=True,
     )
     solid: int | None = option(
         "whole",
@@ -66,6 +75,7 @@ class ReadOptions(OptionGroup):
         minimum=1,
         maximum=1_000_000,
         default_words="the file's only one",
+        of_file=True,
     )
     up: str | None = option(
         "text",
@@ -89,6 +99,7 @@ class ReadOptions(OptionGroup):
         "mirror the drawing: x reverses X (a board flipped sideways), y reverses Y",
         choices=("x", "y"),
         default_words="as drawn",
+        of_file=True,
     )
     rotate: float = option(
         "quantity",
@@ -97,6 +108,7 @@ class ReadOptions(OptionGroup):
         unit="rad",
         minimum=-2 * math.pi,
         maximum=2 * math.pi,
+        of_file=True,
     )
     origin: str | tuple[float, ...] | None = option(
         "place",
@@ -105,6 +117,7 @@ class ReadOptions(OptionGroup):
         "outline, which is the same for all commands; or a point x,y",
         unit="mm",
         default_words="the drawing's zero",
+        of_file=True,
     )
     strict: bool = option(
         "flag",
@@ -119,6 +132,7 @@ class SheetOptions(OptionGroup):
 
     section: ClassVar[str] = "sheet"
     title: ClassVar[str] = "Sheet drawings"
+    of_file: ClassVar[bool] = True
 
     cut_layers: tuple[str, ...] = option(
         "names", (), "layers to cut; * and ? are wildcards", default_words="all others"
@@ -155,6 +169,7 @@ class PocketDrawingOptions(OptionGroup):
 
     section: ClassVar[str] = "pocket_drawing"
     title: ClassVar[str] = "Pocket drawings"
+    of_file: ClassVar[bool] = True
 
     outline: str | None = option(
         "text",

@@ -32,6 +32,7 @@ class MachineOptions(OptionGroup):
         unit="mm",
         default_words="the machine's, else unknown",
         example="-400,-200,-300",
+        of_file=True,
     )
 
 
@@ -56,6 +57,7 @@ class JobOptions(OptionGroup):
         minimum=0.001,
         maximum=1000,
         default_words="from --thickness, else 1 mm (spotting)",
+        of_file=True,
     )
     thickness: float | None = option(
         "quantity",
@@ -65,6 +67,7 @@ class JobOptions(OptionGroup):
         minimum=0.001,
         maximum=1000,
         default_words="unknown: holes are blind",
+        of_file=True,
     )
     break_through: float = option(
         "quantity",
@@ -74,6 +77,7 @@ class JobOptions(OptionGroup):
         minimum=0,
         maximum=100,
         needs="thickness",
+        of_file=True,
     )
     clearance_height: float = option(
         "quantity",
@@ -82,6 +86,7 @@ class JobOptions(OptionGroup):
         unit="mm",
         minimum=0.1,
         maximum=1000,
+        of_file=True,
     )
     retract_height: float = option(
         "quantity",
@@ -90,12 +95,14 @@ class JobOptions(OptionGroup):
         unit="mm",
         minimum=0.05,
         maximum=1000,
+        of_file=True,
     )
     retract: str = option(
         "text",
         "r",
         "retract after a hole to the R plane (G99) or the initial plane (G98)",
         choices=("r", "initial"),
+        of_file=True,
     )
     keep_out: tuple[str, ...] = option(
         "names",
@@ -104,6 +111,7 @@ class JobOptions(OptionGroup):
         "separated by commas; no cuts inside, rapids cross 1 mm above h, else at --clearance-height, or go around, "
         "with the tool radius as margin",
         default_words="none",
+        of_file=True,
     )
     spindle_speed: float | None = option(
         "quantity",
@@ -129,6 +137,7 @@ class JobOptions(OptionGroup):
         "cutting-data and for feeds of a program a name of `leafcut materials`, or a TOML file; it also chooses among "
         "the presets of the tools of a Fusion library",
         may_be_path=".toml",
+        of_file=True,
     )
     start_point: tuple[float, ...] | None = option(
         "point",
@@ -143,4 +152,4 @@ class JobOptions(OptionGroup):
         unit="mm",
         default_words="at the last hole",
     )
-    keep_order: bool = option("flag", False, "keep the given order; a program is only timed")
+    keep_order: bool = option("flag", False, "keep the given order; a program is only timed", of_file=True)

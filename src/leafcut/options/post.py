@@ -24,7 +24,7 @@ class PostOptions(OptionGroup):
     )
     output_units: str = option("text", "mm", "units of the program", choices=("mm", "inch"))
     line_numbers: bool = option("flag", False, "number the blocks N10, N20, …")
-    program_number: int = option("whole", 1, "program number, O0001", minimum=1, maximum=9999)
+    program_number: int = option("whole", 1, "program number, O0001", minimum=1, maximum=9999, of_file=True)
     header: bool = option(
         "flag",
         True,
@@ -38,9 +38,16 @@ class PostOptions(OptionGroup):
     )
     optional_stop: bool = option("flag", False, "optional stop (M1) before each tool change")
     beam_power: int = option(
-        "whole", 1000, "laser power for cutting, S word (GRBL: value of $30)", minimum=1, maximum=1_000_000
+        "whole",
+        1000,
+        "laser power for cutting, S word (GRBL: value of $30)",
+        minimum=1,
+        maximum=1_000_000,
+        of_file=True,
     )
-    mark_power: int = option("whole", 200, "laser power for marking, S word", minimum=1, maximum=1_000_000)
+    mark_power: int = option(
+        "whole", 200, "laser power for marking, S word", minimum=1, maximum=1_000_000, of_file=True
+    )
     path_tolerance: float = option(
         "quantity",
         0.1,
@@ -56,4 +63,5 @@ class PostOptions(OptionGroup):
         minimum=0,
         maximum=9_999_999,
         default_words="cutting data are written in the program",
+        of_file=True,
     )

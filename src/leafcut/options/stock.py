@@ -23,6 +23,7 @@ class StockOptions(OptionGroup):
         default_words="as the program shows: just around the cuts below Z0 (stock), or where no rapid has been "
         "(reorder --air)",
         may_be_path=(".stl", ".step", ".stp"),
+        of_file=True,
     )
     part: str | None = option(
         "text",
@@ -50,4 +51,5 @@ class StockOptions(OptionGroup):
         minimum=0.01,
         maximum=1000,
         default_words="such a tool is refused",
+        of_file=True,
     )

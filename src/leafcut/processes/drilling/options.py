@@ -25,6 +25,7 @@ class DrillOptions(OptionGroup):
         "shoulder",
         "depth reference: full diameter (shoulder) or drill point (tip)",
         choices=("shoulder", "tip"),
+        of_file=True,
     )
     hole_heights: str = option(
         "text",
@@ -32,6 +33,7 @@ class DrillOptions(OptionGroup):
         "height at which holes begin: one for all, which becomes Z0, or each its own as drawn, with ways at "
         "--clearance-height over the highest; Z0 is then that of the drawing",
         choices=("one", "drawn"),
+        of_file=True,
     )
     surface: Path | None = option(
         "path",
@@ -39,8 +41,11 @@ class DrillOptions(OptionGroup):
         "STL file of the part or its blank, with the zero of the drawing: each hole begins on it, and ways between "
         "holes are as low as it allows",
         default_words="flat",
+        of_file=True,
     )
-    surface_unit: str = option("text", "mm", "unit of the STL files", choices=("mm", "in", "cm", "m"), needs="surface")
+    surface_unit: str = option(
+        "text", "mm", "unit of the STL files", choices=("mm", "in", "cm", "m"), needs="surface", of_file=True
+    )
     surface_clearance: float = option(
         "quantity",
         2.0,
@@ -49,9 +54,14 @@ class DrillOptions(OptionGroup):
         minimum=0.1,
         maximum=1000,
         needs="surface",
+        of_file=True,
     )
     through: bool = option(
-        "flag", False, "drill each hole through the part, as thick as the surface is there", needs="surface"
+        "flag",
+        False,
+        "drill each hole through the part, as thick as the surface is there",
+        needs="surface",
+        of_file=True,
     )
     fixture: tuple[str, ...] = option(
         "names",
@@ -59,6 +69,7 @@ class DrillOptions(OptionGroup):
         "boxes that stand on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; ways go over",
         default_words="none",
         needs="surface",
+        of_file=True,
     )
     fixture_file: Path | None = option(
         "path",
@@ -66,6 +77,7 @@ class DrillOptions(OptionGroup):
         "STL or STEP file of what holds the part, such as clamps or a vise, with the zero of the surface; ways go over",
         default_words="none",
         needs="surface",
+        of_file=True,
     )
     tool_change_height: float = option(
         "quantity",
@@ -110,4 +122,5 @@ class DrillOptions(OptionGroup):
         None,
         "order file: drill these holes first, in this order; the search orders the rest",
         default_words="none",
+        of_file=True,
     )

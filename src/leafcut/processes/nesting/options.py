@@ -28,6 +28,7 @@ class NestOptions(OptionGroup):
         "sheet size, such as 3000x1500 or 120inx60in, with count and price 3000x1500:4@180, or a drawing of a remnant; "
         "several are allowed, the cheapest are used",
         default_words="the table of --machine; 2500x1250 for plasma-table",
+        of_file=True,
     )
     kerf: float = option("quantity", 2.0, "kerf width", unit="mm", minimum=0, maximum=50)
     gap: float = option(
@@ -35,7 +36,10 @@ class NestOptions(OptionGroup):
     )
     margin: float = option("quantity", 10.0, "margin along the sheet edge", unit="mm", minimum=0, maximum=1000)
     rotations: tuple[str, ...] = option(
-        "names", ("0", "90", "180", "270"), "allowed rotations of parts, or free for any"
+        "names",
+        ("0", "90", "180", "270"),
+        "allowed rotations of parts, or free for any",
+        of_file=True,
     )
     nester: str = option(
         "text",
@@ -50,6 +54,7 @@ class NestOptions(OptionGroup):
         minimum=1,
         maximum=100_000,
         default_words="as many as needed",
+        of_file=True,
     )
     variants: int = option("whole", 3, "number of nests to offer, best first", minimum=1, maximum=100)
     all_variants: bool = option("flag", False, "write every variant, not only the best")
@@ -66,6 +71,7 @@ class NestOptions(OptionGroup):
         "folder for drawings of the remnants, for use as --sheet",
         default_words="none",
         changes_program=False,
+        of_file=True,
     )
     remnant_size: float = option(
         "quantity",

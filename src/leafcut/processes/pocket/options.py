@@ -59,6 +59,7 @@ class PocketOptions(OptionGroup):
         "where the material of a solid's pockets begins: at its highest place, or at the surface around each, where "
         "all else of the solid is milled already",
         choices=("highest", "surface"),
+        of_file=True,
     )
     step_down: float | None = option(
         "quantity",

@@ -15,29 +15,33 @@ class ResequenceOptions(OptionGroup):
     section: ClassVar[str] = "resequence"
     title: ClassVar[str] = "Reordering"
 
-    merge_tools: bool = option("flag", False, "merge sections of the same tool where it is safe")
+    merge_tools: bool = option("flag", False, "merge sections of the same tool where it is safe", of_file=True)
     allow_reverse: bool = option(
         "flag",
         False,
         "cut open paths of constant depth from either end; only if climb milling and lead-ins do not matter (slots, "
         "engraving, laser)",
+        of_file=True,
     )
     mix_operations: bool = option(
         "flag",
         False,
         "mix operations that the program's comments separate; cuts that free a part stay after the work before them",
+        of_file=True,
     )
     renumber: bool = option("flag", False, "renumber blocks, in steps of 10")
     air: bool = option(
         "flag",
         False,
         "make fed moves in the air rapids, where the stock shows that they keep clear of all material",
+        of_file=True,
     )
     low_retracts: bool = option(
         "flag",
         False,
         "lower retracts and R planes to just above what stands under the way; clamps are not known: name them with "
         "--keep-out; needs --workpiece",
+        of_file=True,
     )
     air_clearance: float = option(
         "quantity",

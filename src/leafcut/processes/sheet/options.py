@@ -27,6 +27,7 @@ class CutOptions(OptionGroup):
         unit="mm/s",
         minimum=0.01,
         default_words="2500 mm/min, or the machine's highest feed rate if lower",
+        of_file=True,
     )
     kerf_width: float | None = option(
         "quantity", None, "kerf width", unit="mm", minimum=0.001, maximum=50, default_words="the chart's"
@@ -39,6 +40,7 @@ class CutOptions(OptionGroup):
         minimum=0,
         maximum=600,
         default_words="the chart's",
+        of_file=True,
     )
     pierce_height: float | None = option(
         "quantity",
@@ -48,6 +50,7 @@ class CutOptions(OptionGroup):
         minimum=0.01,
         maximum=100,
         default_words="the chart's",
+        of_file=True,
     )
     cut_height: float | None = option(
         "quantity",
@@ -57,6 +60,7 @@ class CutOptions(OptionGroup):
         minimum=0.01,
         maximum=100,
         default_words="the chart's",
+        of_file=True,
     )
     probe: str = option(
         "text",
@@ -210,7 +214,11 @@ class CutOptions(OptionGroup):
         default_words="a sixteenth of the contour, between 10 and 100 mm",
     )
     start_at: str = option(
-        "text", "any", "allowed start points on a contour: any, or corners only", choices=("any", "corners")
+        "text",
+        "any",
+        "allowed start points on a contour: any, or corners only",
+        choices=("any", "corners"),
+        of_file=True,
     )
     edge_start: str = option(
         "text",
@@ -264,20 +272,24 @@ class CutOptions(OptionGroup):
         None,
         "sheet size, such as 3000x1500, with its lower left corner at 0,0",
         default_words="the outline in the drawing, else unknown",
+        of_file=True,
     )
     sheet_margin: float = option(
         "quantity", 0.0, "minimum distance of leads from the sheet edge", unit="mm", minimum=0, maximum=1000
     )
-    plan: Path | None = option("path", None, "plan file with fixed choices to keep", default_words="none")
-    save_plan: Path | None = option("path", None, "plan file to write", default_words="none", changes_program=False)
+    plan: Path | None = option("path", None, "plan file with fixed choices to keep", default_words="none", of_file=True)
+    save_plan: Path | None = option(
+        "path", None, "plan file to write", default_words="none", changes_program=False, of_file=True
+    )
     save_norms: Path | None = option(
         "path",
         None,
         "CSV file to write: norms of time and consumption by part, sheet and batch",
         default_words="none",
         changes_program=False,
+        of_file=True,
     )
-    quantity: int = option("whole", 1, "number of sheets in the batch", minimum=1, maximum=1_000_000)
+    quantity: int = option("whole", 1, "number of sheets in the batch", minimum=1, maximum=1_000_000, of_file=True)
     gas_rate: float = option("number", 0.0, "gas or abrasive cost per hour of cutting", minimum=0)
     power_rate: float = option("number", 0.0, "power cost per hour of cutting", minimum=0)
     consumables_rate: float = option("number", 0.0, "consumables cost per hour of cutting", minimum=0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from leafcut.api import default_machine
@@ -97,11 +97,12 @@ def form(
     tools: Iterable[str],
     menus: Menus | None = None,
     usual: Mapping[str, str] | None = None,
+    kept: Collection[str] = (),
 ) -> list[dict[str, Any]]:
     """Return the form of a kind of work as the page draws it: groups with fields, in plain values.
 
     `machines` are name → what it is called; `tools` the names of the person's own libraries; `menus` what is offered
-    beside typing; `usual` where the person's own defaults said a value.
+    beside typing; `usual` where the person's own defaults said a value; `kept` the options that an earlier input had.
     """
     own = _own(machines, work, tools)
     groups = [
@@ -110,6 +111,8 @@ def form(
     ]
     for field in (one for group in groups for one in group["fields"] if one["name"] in (usual or {})):
         field["usual"] = words("form.usual", place=(usual or {})[field["name"]])
+    for field in (one for group in groups for one in group["fields"] if one["name"] in kept):
+        field["usual"] = words("form.kept")
     return groups
 
 

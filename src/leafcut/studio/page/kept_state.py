@@ -42,6 +42,7 @@ class KeptState:
     values: dict[str, Any] = field(default_factory=dict)
     shown: dict[str, str] = field(default_factory=dict)
     of_input: tuple[str, ...] = ()
+    kept: tuple[str, ...] = ()
     usual: dict[str, str] = field(default_factory=dict)
     known_defaults: tuple[str, ...] | None = None
     job: str = ""
@@ -56,7 +57,8 @@ class KeptState:
             view.source, view.name, view.second, view.second_name,
             tuple(one.word for one in view.parts), dict(view.part_names), view.origin, view.sheet,
             view.work, view.process, dict(view.values), dict(view.shown), tuple(sorted(view.of_input)),
-            dict(view.usual), None if view.known_defaults is None else tuple(sorted(view.known_defaults)),
+            tuple(sorted(view.kept)), dict(view.usual),
+            None if view.known_defaults is None else tuple(sorted(view.known_defaults)),
             view.job or "", view.pace, tab, edit,
         )  # fmt: skip
 
@@ -68,7 +70,7 @@ class KeptState:
         view.origin, view.sheet = self.origin, self.sheet
         view.work, view.process, view.pace = self.work, self.process, self.pace
         view.values, view.shown, view.of_input = dict(self.values), dict(self.shown), set(self.of_input)
-        view.usual = dict(self.usual)
+        view.kept, view.usual = set(self.kept), dict(self.usual)
         view.known_defaults = None if self.known_defaults is None else set(self.known_defaults)
         view.for_study = None
         found = {name: forms.problem_with(name, value) for name, value in self.values.items()}
@@ -101,6 +103,7 @@ class KeptState:
             values=values,
             shown={n: str(v) for n, v in _dict(plain, "shown").items() if n in values},
             of_input=tuple(n for n in _list(plain, "of_input") if n in values),
+            kept=tuple(n for n in _list(plain, "kept") if n in values),
             usual={n: str(v) for n, v in _dict(plain, "usual").items() if n in values},
             known_defaults=tuple(n for n in _list(plain, "known_defaults") if n in known)
             if isinstance(plain.get("known_defaults"), list)

@@ -16,16 +16,13 @@ from leafcut.studio.jobs.nest_request import WantedPart
 from leafcut.studio.jobs.task import Task, command_line, prepare, program_name
 from leafcut.studio.page import fitting_machines, forms
 from leafcut.studio.page.chart_menus import Menus, chart_menus, chart_problem
-from leafcut.studio.page.own_defaults import own_defaults, without_idle
+from leafcut.studio.page.own_defaults import OwnDefaults, own_defaults, without_idle
 from leafcut.studio.page.preview import Seen, look
 from leafcut.studio.page.whole import Zero
 from leafcut.studio.wording import Words
 
 if TYPE_CHECKING:
     from leafcut.studio.studio import Studio
-
-#: Options that count the holes and cuts of one drawing: of another they mean others.
-OF_DRAWING = ("hole_order", "plan")
 
 
 @dataclass
@@ -48,6 +45,8 @@ class View:
         Of the form: what was typed, what chosen files are called, and what is wrong.
     of_input
         Names of values that were put for this input alone: they go when another one comes.
+    kept
+        Names of values of the shop that were chosen for an earlier input.
     usual
         Names of values that the person's own defaults gave, and where: name → file and line.
     known_defaults
@@ -79,6 +78,7 @@ class View:
     shown: dict[str, str] = field(default_factory=dict)
     errors: dict[str, str] = field(default_factory=dict)
     of_input: set[str] = field(default_factory=set)
+    kept: set[str] = field(default_factory=set)
     usual: dict[str, str] = field(default_factory=dict)
     known_defaults: set[str] | None = None
     job: str | None = None
@@ -133,12 +133,23 @@ class View:
         return self.words("choose.left", machine=machine.removeprefix(OWN), usual=api.default_machine(self.work))
 
     def take(self, source: str, name: str, origin: str = "") -> None:
-        """Be at another input; what was put for the one before goes with it."""
-        orders = OF_DRAWING if self.source not in ("", source) else ()
-        for put in {*self.of_input, *orders} & self.values.keys():
+        """Be at another input; the values that belong to the one before go with it."""
+        for put in self.of_input & self.values.keys():
             self.put(put, "")
+        if self.source not in ("", source):
+            self._start_fresh()
         self.source, self.name, self.origin = source, name, origin
         self.second = self.second_name = ""
+
+    def _start_fresh(self) -> None:
+        """Reset the values that belong to a file to the person's own defaults; mark those of the shop as kept."""
+        mine = own_defaults(self.studio.folder) if self.known_defaults is not None else OwnDefaults()
+        for _, name, spec in all_options():
+            if spec.of_file and name not in self.usual and (name in self.values or name in mine.values):
+                self.put(name, mine.values.get(name, ""), mine.shown.get(name, ""))
+                if name in self.values and name in mine.places:
+                    self.usual[name] = mine.places[name]
+        self.kept = self.values.keys() - self.usual.keys()
 
     @property
     def wrong(self) -> dict[str, str]:
@@ -187,6 +198,7 @@ class View:
     def put(self, name: str, value: Any, shown: str = "") -> None:
         """Take a value as typed, and note what is wrong with it."""
         self.of_input.discard(name)
+        self.kept.discard(name)
         self.usual.pop(name, None)
         if value in (None, "", group_of(name).defaults()[name]):
             self.values.pop(name, None)
@@ -236,6 +248,7 @@ class View:
             tools=tools,
             menus=self._menus(self.work),
             usual=self.usual,
+            kept=self.kept,
         )
 
     def cut_form(self) -> list[dict[str, Any]]:

@@ -352,7 +352,7 @@ class InputPanel:
         view.origin = task.origin
         view.process, view.work = task.process, work_of(task, view.name)
         view.values, view.errors, view.for_study = dict(task.options), {}, None
-        view.usual, view.known_defaults = {}, None
+        view.usual, view.kept, view.known_defaults = {}, set(), None
         self.bench.restore(task, view.values)
         view.shown = {name: self._named(value) for name, value in task.options.items() if isinstance(value, str)}
         view.of_input = {"hole_order", "plan", *(("quantity",) if task.origin else ())} & view.values.keys()
