@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from fake_grbl import FakeGrbl
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fake_grbl import FakeGrbl
 from leafcut.errors import OptionError, SendError
 from leafcut.sender.by_hand import check_jog, jog_line, probe_z
 from leafcut.sender.conversation import Interrupted

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 from fake_families import CONFIGURATION, FakeFluidNc, FakeGrblHal
-from fake_grbl import FakeGrbl
 from fake_marlin import FakeMarlin
 
+from fake_grbl import FakeGrbl
 from leafcut.errors import OptionError, SendError
 from leafcut.gcode.dialects import dialect
 from leafcut.read.controllers.importing import imported

@@ -7,10 +7,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import pytest
-from fake_grbl import BUFFER, FakeGrbl
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fake_grbl import BUFFER, FakeGrbl
 from leafcut.errors import OptionError, SendError
 from leafcut.gcode.dialects import dialect
 from leafcut.read.machine import load_machine
