@@ -75,7 +75,7 @@ from leafcut.model.work_material import ToolLife, WorkMaterial
 from leafcut.options import ReadOptions
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.processes.pocket.model import PocketDetail
-from leafcut.processes.program.model import ProgramDetail, StockProof
+from leafcut.processes.program.model import AvoidedAreas, ProgramDetail, StockProof
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.read import Input, Source
 from leafcut.read import read as read_part
@@ -86,6 +86,7 @@ from leafcut.stock.stock_cut import BodyCut, RapidCut, StockCut, ToolCut
 
 __all__ = [
     "Arc",
+    "AvoidedAreas",
     "Body",
     "BodyCut",
     "BodySegment",

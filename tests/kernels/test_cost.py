@@ -1,8 +1,9 @@
-"""The compiled cost of travel against hand calculations and the plain reference of `timing.travel`."""
+"""The cost of travel against hand calculations and the plain reference of `timing.travel`."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from leafcut.kernels.cost import TIED, is_straight, rest_to_rest, straight, tour
 from leafcut.model.problem import METRICS, Metric
 from leafcut.solve.instance import cost_model
 from leafcut.timing.travel import travel_cost
+from plain_python import plain_python
 
 # To the nanometre: squares of what is smaller than 1e-154 are 0, which no machine will notice.
 COORDINATES = st.floats(-300, 300).map(lambda v: round(v, 6))
@@ -20,9 +22,10 @@ PLACES = st.tuples(COORDINATES, COORDINATES)
 
 
 @pytest.fixture(scope="module", autouse=True)
-def compiled() -> None:
-    """Compile `travel` before the cases, so that none of them pays for it."""
-    travel(cost_model(Metric(), np.zeros((2, 2))), 0, 1)
+def plain() -> Iterator[None]:
+    """Run `travel` as plain Python: to compile it takes longer than all cases."""
+    with plain_python():
+        yield
 
 
 def test_a_long_move_takes_distance_over_velocity_and_one_ramp() -> None:

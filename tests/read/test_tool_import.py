@@ -155,7 +155,11 @@ def test_drilling_obeys_or_refuses_the_material(tmp_path: Path) -> None:
     given = {"thickness": 6, "machine": "linuxcnc-mill", "time_limit": 1}
     text = leafcut.optimize(plate, tools=library, material="steel", **given).text
     assert "S1500" in text and "F150" in text
+    own = tmp_path / "own.toml"
+    own.write_text("[[tool]]\nnumber = 1\ndiameter = 5\nfeed = 100\nspindle_speed = 2000\n")
     with pytest.raises(OptionError, match="--material: chooses among the presets of a Fusion tool library only"):
+        leafcut.optimize(plate, tools=own, material="steel", **given)
+    with pytest.raises(OptionError, match="--material: only used with --tools"):
         leafcut.optimize(plate, material="steel", **given)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,7 +41,9 @@ def drawn_works(
     process = registry.process("drill")
     if "drill" not in format_.processes:
         raise PlanError(f"{drawing}: is a {format_.name}; speeds and feeds are chosen for a drawing with holes")
-    outcome = process.run(Run(settings, machine, progress), [source], "drill")
+    # The material is that of the speeds; drilling takes one for the presets of a Fusion library only.
+    asked = settings.asked - {"material"}
+    outcome = process.run(Run(replace(settings, asked=asked), machine, progress), [source], "drill")
     issues += [issue for issue in outcome.issues if issue.severity is not Severity.NOTE]
     times = clock(outcome.path_after, machine)
     path = times.path

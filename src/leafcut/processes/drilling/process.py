@@ -39,7 +39,11 @@ class Drilling(Process):
     title = "drilling"
     options = (DrillOptions,)
     uses = use(ReadOptions) | use(MachineOptions) | ORDERED | WRITTEN
-    uses |= use(JobOptions, but=("keep_order",)) | use(SolveOptions, *COLONIES)
+    uses |= (
+        use(JobOptions, but=("material", "keep_order"))
+        | use(JobOptions, material="tools")
+        | use(SolveOptions, *COLONIES)
+    )
     uses |= use(PostOptions, *CHANGES)
     otherwise = {"keep_order": "--algorithm none keeps the order of the drawing"}  # noqa: RUF012  # the protocol says that it is of the class
     command = "drill"

@@ -96,7 +96,6 @@ def _plan(run: Run, sources: Sequence[Source], everything: bool = False) -> tupl
     from leafcut.read.format import SNIFF_BYTES
     from leafcut.read.joining import read_drill_files
     from leafcut.read.step import sniff
-    from leafcut.read.tool_formats import WITH_PRESETS
 
     look, reading = run.looking("reading"), run.settings.read
     job, ours = run.settings.job, run.settings.of(DrillOptions)
@@ -111,8 +110,6 @@ def _plan(run: Run, sources: Sequence[Source], everything: bool = False) -> tupl
         raise OptionError("--hole-heights one: the holes of a solid have heights of their own; leave it out")
     surface, fixture = _meshes(run, sources[0], part, of_step)
     mesh, fixture = (None if one is None else placed_mesh(one, part, run.settings.read) for one in (surface, fixture))
-    if "material" in run.settings.asked and (job.tools is None or job.tools.suffix.lower() not in WITH_PRESETS):
-        raise OptionError("--material: chooses among the presets of a Fusion tool library only; leave it out")
     library = library_of(run.settings, run.machine)
     request = DrillingRequest(part, run.settings.read, job, ours, library, surface)
     made_for = "" if mesh is None else placing_words(str(ours.surface or sources[0].path), part, run.settings.read)
@@ -148,6 +145,11 @@ def drill(run: Run, *sources: Source, everything: bool = False) -> Outcome[Drill
     ReadError, OptionError, PlanError, PostError, VerifyError
         One line that says what was found and what to do.
     """
+    from leafcut.read.tool_formats import WITH_PRESETS
+
+    tools = run.settings.job.tools
+    if "material" in run.settings.asked and tools is not None and tools.suffix.lower() not in WITH_PRESETS:
+        raise OptionError("--material: chooses among the presets of a Fusion tool library only; leave it out")
     plan, request = _plan(run, sources, everything)
     refuse_missing(run.settings, sources[0], (*plan.part.issues, *plan.issues))
     return _order(run, plan, request)
