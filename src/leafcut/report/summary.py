@@ -57,8 +57,9 @@ def _others(outcome: Outcome) -> list[Issue]:
 def _title(outcome: Outcome, shown: ProcessReport) -> Text:
     from rich.text import Text
 
-    words = f"{shown.counts_words()} · {clean(outcome.machine.name)} ({clean(outcome.dialect)})"
-    return Text.assemble((clean(outcome.part.name), "bold"), "\n", (words, "dim"), overflow="fold")
+    machine = f"{clean(outcome.machine.name)} ({clean(outcome.dialect)})"
+    name = (clean(outcome.part.name), "bold")
+    return Text.assemble(name, f" · {shown.counts_words()}", "\n", (machine, "dim"), overflow="fold")
 
 
 def _table(shown: ProcessReport) -> Table:
