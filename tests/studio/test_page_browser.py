@@ -275,9 +275,7 @@ def test_what_is_told_covers_no_button_a_hand_made_order_is_of_one_drawing_and_j
     expect(page.locator("#command")).to_contain_text("--hole-order")
     expect(page.locator("#result-panel")).to_be_visible(timeout=LONG)
     opened(page, PLATE.with_name("plate_27.dxf"))  # the order is that of other holes
-    expect(page.locator("#command")).to_have_text(
-        "leafcut optimize plate_27.dxf -o plate_27.ngc --preset fast --thickness 6"
-    )
+    expect(page.locator("#command")).to_have_text("leafcut optimize plate_27.dxf -o plate_27.ngc --preset fast")
     run(page)
     expect(page.get_by_role("radio", name="Overlaid")).to_be_visible()  # the buttons stand in two rows
     page.set_input_files("#open-file", {"name": "none.dxf", "mimeType": "", "buffer": b"none"})
