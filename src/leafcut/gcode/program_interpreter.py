@@ -166,7 +166,26 @@ class _ProgramPass:
                 self.record.fixed.setdefault(block, _GOAL)
         self._fix_what_is_run_again()
         last = at if self.ended and not flow.calls else n
+        self._check_after_percent(last)
         return self.record.program(self.lines, last, self.state.assumed, self._title)
+
+    def _check_after_percent(self, last: int) -> None:
+        """Refuse words after a percent sign that ends the program: GRBL and Marlin skip the sign and go on.
+
+        Raises
+        ------
+        ReadError
+            Names the line of the first words.
+        """
+        if not self.ended or not self.lines[last - 1].strip(_FILLING + "\r\n").startswith("%"):
+            return
+        for k in range(last, len(self.lines)):
+            if self._means_something(k) and not self.lines[k].strip(_FILLING).startswith("%"):
+                reason = (
+                    f"the program goes on after the percent sign in line {last}, where some controllers end it; "
+                    "remove the sign, or what follows it"
+                )
+                raise ReadError(self.file, reason, k + 1)
 
     def _fix_what_is_run_again(self) -> None:
         """Let every block stay that stands behind the goal of a jump back that comes after it."""

@@ -106,6 +106,12 @@ def test_lower_retracts_are_new_moves_too(bar: Path) -> None:
     assert len(lines) > 2
 
 
+def test_slanting_rapids_that_stay_are_not_new() -> None:
+    text = HEAD + "G0 X80 Y10 Z20\nG0 X10 Y90 Z5\nG1 Z-2 F200\nG1 X14 F600\nG0 X90 Y90 Z30\n" + END
+    assert avoided(text, text) == 0
+    assert avoided(text, text.replace("X90 Y90 Z30", "X14 Y90 Z30\nG0 X90 Y90 Z3")) > 0
+
+
 def test_a_program_in_its_own_order_crosses_nothing_new(bar: Path) -> None:
     found = api.optimize(bar, keep_order=True, **FAST)
     assert found.detail.avoided.moves == 0

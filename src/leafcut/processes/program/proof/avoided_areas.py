@@ -55,6 +55,10 @@ def avoided_areas(original: Program, new: Program, safe_z: float = 0.0) -> Avoid
     was, now = _visited(original, number, level), _rapids(new, number, level, safe_z)
     if not len(was.row) or not len(now.row):
         return AvoidedAreas()
+    # A slanting rapid has two heights, so `_unvouched` does not recognise one that stays.
+    kept = set(_from_to(original, _rapids(original, number, level, safe_z), level))
+    fresh = np.array([move not in kept for move in _from_to(new, now, level)], dtype=bool)
+    now = _Ways(now.begin[fresh], now.end[fresh], now.z[fresh], now.row[fresh])
     strange = _unvouched(was, now)
     if not strange.any():
         return AvoidedAreas()
@@ -145,6 +149,12 @@ def _apart(ways: _Ways, program: Program, number: dict[object, int]) -> _Ways:
     shift = _APART * np.array([of_modal[k] for k in modals.tolist()], dtype=np.float64)
     moved = np.column_stack([shift, np.zeros(len(shift))])
     return _Ways(ways.begin + moved, ways.end + moved, ways.z, ways.row)
+
+
+def _from_to(program: Program, ways: _Ways, level: bool) -> list[tuple[float, ...]]:
+    """Return begin and end of each move in X, Y and Z, rounded, mm."""
+    z = np.column_stack([_before(program.path, level)[ways.row, 2], _leveled(program.path.end, level)[ways.row, 2]])
+    return [tuple(move) for move in (np.column_stack([ways.begin, ways.end, z]).round(3) + 0.0).tolist()]
 
 
 def _unvouched(was: _Ways, now: _Ways) -> NDArray[np.bool_]:
