@@ -77,7 +77,8 @@ def test_linuxcnc_accepts_the_program_and_makes_the_same_moves(
     name: str, data: Path, rs274: str, tmp_path: Path
 ) -> None:
     source = data / "boards" / f"{name}.drl" if name in BOARDS else data / "dxf" / f"{name}.dxf"
-    outcome = leafcut.optimize(source, machine="linuxcnc-mill", thickness="1.6mm", algorithm="2opt")
+    rpm = load_machine("linuxcnc-mill").spindle_max_rpm  # the assumed speed of some drills is out of range
+    outcome = leafcut.optimize(source, machine="linuxcnc-mill", thickness="1.6mm", algorithm="2opt", spindle_speed=rpm)
     status, output = run_rs274(rs274, outcome.text, tmp_path)
     assert status == 0, output
     theirs, ours = moves_of_rs274(output), moves_of_toolpath(outcome.path_after)

@@ -69,8 +69,8 @@ def axis(rs274: str) -> dict[str, Any]:
     found = of_linuxcnc(Path(rs274).with_name("axis"), "filter_program", "get_filter")
     command = f"{shlex.quote(sys.executable)} -m leafcut.cli filter {FAST}"
     lines = {
-        "dxf": f"{command} --thickness 6",
-        "svg": f"{command} --depth 2 --tool-diameter 6",
+        "dxf": f"{command} --thickness 6 --spindle-speed 6000",
+        "svg": f"{command} --depth 2 --tool-diameter 6 --spindle-speed 6000",
     }
     found["inifile"] = SimpleNamespace(find=lambda section, key: lines.get(key) if section == "FILTER" else None)
     return found

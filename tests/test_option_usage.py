@@ -116,6 +116,8 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         api.optimize(at["holes.csv"], depth=3, colonies=2, **LITTLE)
         api.optimize(at["holes.csv"], thickness=3, tools=at["tools.toml"], **APART, **LITTLE)
         api.optimize(at["holes.csv"], depth=3, machine="haas-vf2", algorithm="firefly", **LITTLE)
+        (out / "fusion.csv").write_text("T,D [mm],kind,feed [mm/min],rpm,preset\n1,3,drill,100,2000,Steel\n")
+        api.optimize(at["holes.csv"], depth=3, tools=out / "fusion.csv", material="steel", **FAST)
         surface = {"surface": at["block.stl"], "through": True, "fixture": "200 200 0 210 210 9"}
         surface["fixture_file"] = at["clamp.stl"]
         api.optimize(at["holes.csv"], **surface, **LITTLE)
@@ -193,7 +195,9 @@ def test_the_options_that_a_kind_of_work_names_are_those_that_its_runs_read(
     # The search looks whether there are colonies, to refuse them where they cannot be.
     # Speeds are chosen for a program that is planned, written and proved as usual, but not shown.
     unseen = {*PostOptions.specs(), *SolveOptions.specs(), *FireflyOptions.specs()} if work == "cutting-data" else set()
-    assert (sorted(named - reads), sorted(reads - named - unseen - {"colonies"})) == ([], [])
+    # Each drawing is read with its zero, also for work that has none.
+    unseen |= {"colonies", "origin", "up", "z_zero"}
+    assert (sorted(named - reads), sorted(reads - named - unseen)) == ([], [])
 
 
 @pytest.mark.parametrize("work", WORKS)

@@ -15,7 +15,7 @@ CHART = "process,material,thickness_mm,cut_speed_mm_min,amps\nplasma,hardox,7,20
 def cutting(page: Page) -> None:
     opened(page, PLATE)
     choose_work(page, "cut")
-    expect(page.get_by_label("Material", exact=True)).to_be_visible()
+    expect(page.get_by_label("Current", exact=True)).to_be_visible()  # drilling has none
 
 
 def offered(page: Page, label: str) -> list[str]:

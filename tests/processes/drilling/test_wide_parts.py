@@ -93,7 +93,7 @@ def block(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def outcome(block: Path) -> Any:
     tools = block.with_name("tools.toml")
     tools.write_text(DRILLS + BORE + SINK)
-    return api.optimize(block, tools=str(tools), **FAST)
+    return api.optimize(block, tools=str(tools), z_zero="drawn", **FAST)
 
 
 def bottoms(outcome: Any) -> list[tuple[int, float, float]]:
