@@ -16,6 +16,7 @@ from leafcut.solve import spanning_tree
 from leafcut.solve.instance import Instance, build_instance
 from leafcut.solve.spanning_tree import in_the_plane, smallest_tree
 from leafcut.timing.travel import travel_cost
+from plain_python import plain_python
 
 MACHINE = {"velocity": (250.0, 150.0), "acceleration": (800.0, 300.0), "per_mm": 1e-6}
 ZONES = np.array([[20.0, 10.0, 60.0, 40.0], [70.0, 70.0, 75.0, 95.0]])
@@ -32,7 +33,7 @@ METRICS = [
 @pytest.fixture(autouse=True, scope="module", params=[0, 500], ids=["in rounds", "all pairs"])
 def _how_trees_are_grown(request: pytest.FixtureRequest) -> Iterator[None]:
     """Every rule holds for trees of few nodes, made by looking at all pairs, and for those made in rounds."""
-    with pytest.MonkeyPatch.context() as patch:
+    with plain_python(), pytest.MonkeyPatch.context() as patch:  # to compile them takes longer than all cases
         patch.setattr(spanning_tree, "ALL_PAIRS", request.param)
         yield
 

@@ -33,6 +33,7 @@ class StockOptions(OptionGroup):
         default_words="a block (--workpiece)",
         needs="!workpiece",
         may_be_path=(".stl", ".step", ".stp"),
+        of_file=True,
     )
     cell: float | None = option(
         "quantity",
