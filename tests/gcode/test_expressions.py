@@ -54,6 +54,8 @@ def _join(children: st.SearchStrategy) -> st.SearchStrategy:
 
 
 def _try(function, *arguments: float) -> float:
+    if any(math.isnan(argument) for argument in arguments):  # a part of the expression has no value
+        return math.nan
     try:
         return function(*arguments)
     except (ZeroDivisionError, ValueError):
