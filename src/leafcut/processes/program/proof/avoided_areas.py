@@ -55,7 +55,6 @@ def avoided_areas(original: Program, new: Program, safe_z: float = 0.0) -> Avoid
     was, now = _visited(original, number, level), _rapids(new, number, level, safe_z)
     if not len(was.row) or not len(now.row):
         return AvoidedAreas()
-    # A slanting rapid has two heights, so `_unvouched` does not recognise one that stays.
     kept = set(_from_to(original, _rapids(original, number, level, safe_z), level))
     fresh = np.array([move not in kept for move in _from_to(new, now, level)], dtype=bool)
     now = _Ways(now.begin[fresh], now.end[fresh], now.z[fresh], now.row[fresh])
@@ -160,16 +159,12 @@ def _from_to(program: Program, ways: _Ways, level: bool) -> list[tuple[float, ..
 def _unvouched(was: _Ways, now: _Ways) -> NDArray[np.bool_]:
     """Return which new moves have a point that no move of the original, at its height or lower, is `NEAR`."""
     found = np.zeros(len(now.row), dtype=bool)
-    known = {(*a, *b, round(z, 2)) for a, b, z in _rounded(was)}
-    fresh = np.array([(*a, *b, round(z, 2)) not in known for a, b, z in _rounded(now)], dtype=bool)
     usable = np.isfinite(was.z) & np.isfinite(was.begin).all(axis=1) & np.isfinite(was.end).all(axis=1)
     lines: NDArray[Any] = np.asarray(shapely.linestrings(np.stack([was.begin[usable], was.end[usable]], axis=1)))
     z = was.z[usable]
     tree = shapely.STRtree(lines)
     for at in range(0, len(found), _MOVES):
-        part = np.arange(at, min(at + _MOVES, len(found)))[fresh[at : at + _MOVES]]
-        if not len(part):
-            continue
+        part = np.arange(at, min(at + _MOVES, len(found)))
         length = np.hypot(*(now.end[part] - now.begin[part]).T)
         count = np.ceil(length / _STEP).astype(np.int64) + 1
         move = np.repeat(part, count)
@@ -180,8 +175,3 @@ def _unvouched(was: _Ways, now: _Ways) -> NDArray[np.bool_]:
         vouched[point[z[line] <= now.z[move[point]] + _ROOM]] = True
         found[np.unique(move[~vouched])] = True
     return found
-
-
-def _rounded(ways: _Ways) -> list[tuple[tuple[float, float], tuple[float, float], float]]:
-    begin, end = ways.begin.round(3) + 0.0, ways.end.round(3) + 0.0
-    return list(zip(map(tuple, begin.tolist()), map(tuple, end.tolist()), ways.z.tolist(), strict=True))
