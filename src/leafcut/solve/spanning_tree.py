@@ -103,5 +103,5 @@ def _in_boxes(instance: Instance, extreme: np.ufunc, values: NDArray, hub: int, 
     runs = np.stack([tree.begin, tree.stop], axis=1).ravel()
     values = np.append(values[: len(tree.x)], none).astype(values.dtype)
     values[min(hub, len(tree.x))] = none
-    result: NDArray = extreme.reduceat(values, runs)[::2]
-    return result
+    # Contiguous also for several boxes: the kernels are then compiled for one kind of array only.
+    return np.ascontiguousarray(extreme.reduceat(values, runs)[::2])
