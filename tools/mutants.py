@@ -114,8 +114,9 @@ def lines_of_statement(file: Path, line: int) -> range:
 def stages(mutant: Mutant, lines_run: CoverageData) -> list[list[str]]:
     """Return the groups of tests that can see a change, in the order in which to run them.
 
-    Tests that execute the line come first, then the tests near the file. Compiled kernels and module-level lines have
-    no record: after the tests near them, all fast tests run.
+    Of the tests that execute the line, those near the file come first: they find most changes. The others follow, then
+    the rest of the tests near the file. Compiled kernels and module-level lines have no record: after the tests near
+    them, all fast tests run.
     """
     contexts = lines_run.contexts_by_lineno(str(mutant.file))
     names = {name for line in lines_of_statement(mutant.file, mutant.line) for name in contexts.get(line, ())}
@@ -125,7 +126,9 @@ def stages(mutant: Mutant, lines_run: CoverageData) -> list[list[str]]:
     tests = {name.rpartition("|")[0] for name in names if name.endswith("|run")}
     # The value of a fixture may be used by all tests of a file.
     files = {name.partition("::")[0] for name in names if name.endswith("|setup")}
-    return [sorted(files | {test for test in tests if test.partition("::")[0] not in files}), near] if names else [near]
+    chosen = files | {test for test in tests if test.partition("::")[0] not in files}
+    first = {test for test in chosen if test.startswith(f"{near[0]}/")}
+    return [sorted(group) for group in (first, chosen - first) if group] + [near]
 
 
 def killed(mutant: Mutant, groups: list[list[str]]) -> bool:

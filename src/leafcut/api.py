@@ -35,7 +35,8 @@ from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution, Solved
 from leafcut.options import Settings, flag_name
 from leafcut.processes import registry
-from leafcut.processes.course import Run, machine_of, refuse_missing, too_short
+from leafcut.processes.course import Run, machine_of, refuse_missing
+from leafcut.processes.deadline import Deadline
 from leafcut.processes.settings import collect, settings_for
 from leafcut.read import Input
 from leafcut.read.nest_list import WantedDrawing
@@ -108,7 +109,14 @@ def optimize(
         check_output(target, [*inputs, *outputs[:k]])
     settings = _usual(settings, process)
     with _telling_defaults(settings):
-        run = Run(settings, machine_of(settings), progress, cancelled or threading.Event(), observe)
+        run = Run(
+            settings,
+            machine_of(settings),
+            Deadline.of(settings.solve),
+            progress,
+            cancelled or threading.Event(),
+            observe,
+        )
         for target in outputs:
             check_output(target, _files(run.machine.controller))
         done, outcome = _work(run, sources, process)
@@ -176,8 +184,7 @@ def _work(run: Run, sources: Sequence[Input], asked: str) -> tuple[Process, Outc
     run = replace(run, settings=replace(settings, process=registry.needed_word(inputs, asked)))
     outcome = process.run(run, [loaded for _, loaded in inputs], asked)
     refuse_missing(run.settings, inputs[0][1], outcome.missing)
-    issues = (*outcome.issues, *too_short(run))
-    return process, replace(outcome, issues=issues, defaults=run.settings.from_defaults())
+    return process, replace(outcome, defaults=run.settings.from_defaults())
 
 
 @contextmanager

@@ -517,8 +517,8 @@ class OptimizeKeywords(TypedDict, total=False):
     ]
     """Quantity to minimise: machine time or travel distance (default: time)."""
     time_limit: Quantity | None
-    """Stop after this time, or sooner when five colonies in a row find no improvement (s; default: the preset
-    decides).
+    """Time for all searches together; they end sooner when five colonies in a row find no improvement (s; default:
+    the preset decides).
     """
     iterations: int | None
     """Stop after this many iterations (default: the preset decides)."""
@@ -810,8 +810,8 @@ class NestKeywords(TypedDict, total=False):
     ]
     """Search effort; the result is the same on every machine (default: default)."""
     time_limit: Quantity | None
-    """Stop after this time, or sooner when five colonies in a row find no improvement (s; default: the preset
-    decides).
+    """Time for all searches together; they end sooner when five colonies in a row find no improvement (s; default:
+    the preset decides).
     """
     iterations: int | None
     """Stop after this many iterations (default: the preset decides)."""
@@ -879,8 +879,8 @@ class SolveKeywords(TypedDict, total=False):
     ]
     """Search effort; the result is the same on every machine (default: default)."""
     time_limit: Quantity | None
-    """Stop after this time, or sooner when five colonies in a row find no improvement (s; default: the preset
-    decides).
+    """Time for all searches together; they end sooner when five colonies in a row find no improvement (s; default:
+    the preset decides).
     """
     iterations: int | None
     """Stop after this many iterations (default: the preset decides)."""
@@ -1279,8 +1279,8 @@ class CuttingDataKeywords(TypedDict, total=False):
     ]
     """Search effort; the result is the same on every machine (default: default)."""
     time_limit: Quantity | None
-    """Stop after this time, or sooner when five colonies in a row find no improvement (s; default: the preset
-    decides).
+    """Time for all searches together; they end sooner when five colonies in a row find no improvement (s; default:
+    the preset decides).
     """
     seed: int | None
     """Random seed: same seed, same result (default: 1)."""

@@ -70,7 +70,7 @@ class SolveOptions(OptionGroup):
     time_limit: float | None = option(
         "quantity",
         None,
-        "stop after this time, or sooner when five colonies in a row find no improvement",
+        "time for all searches together; they end sooner when five colonies in a row find no improvement",
         unit="s",
         minimum=0.001,
         default_words="the preset decides",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import threading
-import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import field, replace
 from typing import TYPE_CHECKING
@@ -13,9 +12,9 @@ from leafcut.errors import OptionError, PlanError, VerifyError
 from leafcut.model.heartbeat import Heartbeat, Progress, looking_for, passing_on
 from leafcut.model.issue import Issue, Severity, missing_work
 from leafcut.model.machine import Machine
-from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Observer
-from leafcut.options import Settings, SolveOptions, flag_name
+from leafcut.options import Settings, flag_name
+from leafcut.processes.deadline import BOUND_PART, Deadline
 from leafcut.quick_dataclass import dataclass
 
 if TYPE_CHECKING:
@@ -24,63 +23,25 @@ if TYPE_CHECKING:
     from leafcut.model.tool import ToolLibrary
 
 
-#: Of a time limit so much at least is the search's own, and so much that of its lower bounds.
-LEAST_SEARCHED, LEAST_BOUND = 0.05, 0.02
-#: Of what is left for the search so much is kept for its lower bounds.
-BOUND_PART = 0.1
-#: A run that takes this part of its time limit longer, and this, s, is late.
-LATE, LATE_SECONDS = 0.1, 0.1
-
-
-@dataclass
-class RunClock:
-    """The time of a run by the clock since it `began`, s, without what compiling took; and what its searches took."""
-
-    began: float = field(default_factory=time.perf_counter)
-    searched: float = 0.0
-
-    def elapsed(self) -> float:
-        """Return the seconds since the beginning."""
-        return time.perf_counter() - self.began
-
-    def leave_out(self, seconds: float) -> None:
-        """Count so many seconds that have gone by as none."""
-        self.began += seconds
-
-
 @dataclass(frozen=True)
 class Run:
-    """What every step of one run needs; its clock runs from when it was made.
-
-    What comes behind the search, to lay, write and prove the program, takes `behind` times as long as what came before.
-    """
+    """What every step of one run needs; all its searches share the deadline."""
 
     settings: Settings
     machine: Machine
+    deadline: Deadline
     progress: Progress | None = None
     cancelled: threading.Event = field(default_factory=threading.Event)
     observe: Observer | None = None
-    clock: RunClock = field(default_factory=RunClock)
-    behind: float = 1.0
 
-    def left(self) -> float:
-        """Return what is left of the time limit for the whole run, s, below 0 when it is over; infinite without one."""
+    def bound_late(self, part: float = 1.0) -> Callable[[float], bool]:
+        """Return what says by the seconds that a lower bound has taken whether it must end.
+
+        `part` is its share of the work of all lower bounds.
+        """
         limit = self.settings.solve.time_limit
-        return math.inf if limit is None else limit - self.clock.elapsed()
-
-    def reserve(self) -> float:
-        """Return how much of the time limit is kept for what comes behind the search, s, asked just before it."""
-        return self.behind * self.clock.elapsed()
-
-    def time_to_search(self) -> float | None:
-        """Return how much of the time limit for the whole run its search may take now, s; None without a limit."""
-        limit = self.settings.solve.time_limit
-        return None if limit is None else max(self.without_bounds(self.left() - self.reserve()), 0.001)
-
-    def without_bounds(self, seconds: float) -> float:
-        """Return what of the time for searches and their bounds is the searches' alone, s: some always is."""
-        part = 1.0 - BOUND_PART if self.settings.solve.bound else 1.0
-        return max(part * seconds, LEAST_SEARCHED * (self.settings.solve.time_limit or 0.0))
+        most = math.inf if limit is None else BOUND_PART * part * limit
+        return lambda seconds: seconds >= most
 
     def quiet(self) -> Run:
         """Return the same run with nobody to tell what it is doing."""
@@ -110,48 +71,6 @@ class Run:
     def passing_on(self, what: str, left: float = 1.0, part: float = 1.0) -> Progress | None:
         """Return what a search tells its progress to: it does `part` of the whole work, of which `left` is left."""
         return passing_on(self.progress, what, left, part)
-
-
-class BoundTime:
-    """Says when the lower bounds of a run have taken their time; made before the first search.
-
-    Attributes
-    ----------
-    reserve
-        Of a time limit, s: kept for what comes after the search.
-    """
-
-    def __init__(self, run: Run) -> None:
-        self._run, self.reserve = run, run.reserve()
-
-    def late(self, part: float = 1.0, to_come: float = 0.0) -> Callable[[float], bool]:
-        """Return what says by the seconds that a bound has taken whether it must end.
-
-        It may go on while nothing behind it needs the time, and for its `part` of a small share of the limit anyway.
-
-        Parameters
-        ----------
-        to_come
-            What the searches behind it may take, s.
-        """
-        least = part * LEAST_BOUND * (self._run.settings.solve.time_limit or 0.0)
-        return lambda seconds: seconds >= least and self._run.left() <= self.reserve + to_come
-
-
-def too_short(run: Run) -> list[Issue]:
-    """Return that a time limit was less than what the work needs besides its search, where the run ended late.
-
-    A run that somebody watches may have been held meanwhile: of that nothing is said.
-    """
-    limit, took = run.settings.solve.time_limit, run.clock.elapsed()
-    if limit is None or run.observe is not None or took <= (1.0 + LATE) * limit + LATE_SECONDS:
-        return []
-    besides = max(took - run.clock.searched, 0.0)
-    words = (
-        f"--time-limit {limit:.3g} s is too short for this work: reading, planning and proof took {besides:.3g} s, the "
-        f"search {run.clock.searched:.3g} s"
-    )
-    return [Issue("L416", words, severity=Severity.NOTE)]
 
 
 def machine_of(settings: Settings) -> Machine:
@@ -203,17 +122,6 @@ def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> No
     ):
         if name in settings.asked and not used:
             raise OptionError(f"{flag_name(name)}: {why}; leave it out")
-
-
-def share(options: SolveOptions, used: float, left: int, problem: RoutingProblem) -> SolveOptions:
-    """Return the options with this operation's part of the time that is left, by its part of the targets `left`.
-
-    `used` are the seconds that the searches before took: lower bounds and compiling are outside the limit.
-    """
-    if options.time_limit is None:
-        return options
-    rest = options.time_limit - used
-    return replace(options, time_limit=max(rest * problem.n_clusters / left, 0.001))
 
 
 def refuse(problems: Sequence[Difference]) -> None:

@@ -7,7 +7,6 @@ import io
 import json
 import math
 import re
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +21,6 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.sequence import Sequence
-from leafcut.processes.course import RunClock
 from leafcut.processes.program import run as resequencing
 from leafcut.processes.program.post import rewriter
 from leafcut.processes.program.proving import with_comments
@@ -338,33 +336,29 @@ def test_the_way_counts_behind_switches_and_a_program_needs_no_end(tmp_path: Pat
     assert found.detail.pieces == 3 and not found.detail.staying
 
 
-def test_a_program_whose_planning_takes_too_long_keeps_its_order(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The clock says so, whichever it is: no time at all is left from the first look on."""
-    monkeypatch.setattr(resequencing, "_LEAST_PLANNING", -1.0)
+def test_a_program_that_is_too_large_to_plan_keeps_its_order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(resequencing, "MOST_STEPS", 3)
     path = written(tmp_path, boards_program(3, 20))
-    found = leafcut.optimize(path, time_limit="1ms")
+    found = leafcut.optimize(path)
     assert found.text == path.read_text()
     assert "L507" in {issue.code for issue in found.issues}
     assert found.operations == ()
 
 
-def test_of_a_time_limit_twice_as_much_as_came_before_the_search_is_kept_for_what_is_behind_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Two seconds before, four behind; of the four that are left a tenth is the bound's."""
+def test_a_program_is_planned_whole_whatever_the_time_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its search has nine tenths of the limit, its lower bound one."""
     limits: list[float | None] = []
     inner = solving.solve
 
     def spy(problem: Any, options: Any, *rest: Any, **words: Any) -> Any:
         limits.append(options.time_limit)
-        return inner(problem, replace(options, time_limit=0.001), *rest, **words)
+        return inner(problem, options, *rest, **words)
 
     monkeypatch.setattr(solving, "solve", spy)
-    monkeypatch.setattr(RunClock, "elapsed", lambda _: 2.0)
-    assert leafcut.optimize(written(tmp_path, boards_program(3, 20)), time_limit="10s").detail.certificate.same
-    assert limits == [pytest.approx(3.6)]
+    found = leafcut.optimize(written(tmp_path, boards_program(3, 20)), time_limit="1ms")
+    assert found.detail.certificate.same
+    assert limits == [pytest.approx(0.001)]
+    assert found.after.time_s < found.before.time_s
 
 
 def test_every_face_says_how_many_pieces_stay_and_why_with_the_line(tmp_path: Path) -> None:

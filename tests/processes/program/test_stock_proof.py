@@ -13,6 +13,7 @@ from leafcut.cli import run
 from leafcut.errors import VerifyError
 from leafcut.gcode.dialects import dialect
 from leafcut.processes.course import Run, machine_of
+from leafcut.processes.deadline import Deadline
 from leafcut.processes.program.proof import certificate
 from leafcut.processes.program.reading import read_foreign
 from leafcut.processes.program.report import stock_words
@@ -49,7 +50,7 @@ def written(folder: Path, text: str) -> str:
 
 def judging(text: str, **options: object) -> tuple[Judging, Run]:
     """Return the judge of a program's text."""
-    made = Run(settings := collect(options), machine_of(settings))
+    made = Run(settings := collect(options), machine_of(settings), Deadline())
     program = read_foreign(text, "part.nc", settings, made.machine, dialect("linuxcnc")).program
     return stock_judge(made, program, "part.nc", "mill"), made
 

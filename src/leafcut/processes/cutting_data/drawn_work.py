@@ -15,6 +15,7 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
 from leafcut.options import Settings
 from leafcut.processes.course import Run
+from leafcut.processes.deadline import Deadline
 
 if TYPE_CHECKING:
     from leafcut.read import Input
@@ -43,7 +44,9 @@ def drawn_works(
         raise PlanError(f"{drawing}: is a {format_.name}; speeds and feeds are chosen for a drawing with holes")
     # The material is that of the speeds; drilling takes one for the presets of a Fusion library only.
     asked = settings.asked - {"material"}
-    outcome = process.run(Run(replace(settings, asked=asked), machine, progress), [source], "drill")
+    outcome = process.run(
+        Run(replace(settings, asked=asked), machine, Deadline.of(settings.solve), progress), [source], "drill"
+    )
     issues += [issue for issue in outcome.issues if issue.severity is not Severity.NOTE]
     times = clock(outcome.path_after, machine)
     path = times.path

@@ -22,16 +22,8 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import SolveOptions, flag_name
-from leafcut.processes.course import (
-    BoundTime,
-    Run,
-    check_words_used,
-    library_of,
-    machine_issues,
-    refuse,
-    refuse_missing,
-    share,
-)
+from leafcut.processes.course import Run, check_words_used, library_of, machine_issues, refuse, refuse_missing
+from leafcut.processes.deadline import Deadline
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.processes.drilling.options import DrillOptions
 
@@ -177,10 +169,9 @@ def _order(run: Run, plan: DrillPlan, request: DrillingRequest) -> Outcome[Drill
 
     # What no order changes is known before any is sought.
     refuse(check_envelope(lay([drawing_order(o) for o in plan.operations]), run.machine))
-    with announced(run.tell, run.clock.leave_out):
-        nearest = _solve_operations(run.quiet(), plan, SolveOptions(algorithm="nn", bound=False), BoundTime(run))
-        bounds, searching = BoundTime(run), replace(run.settings.solve, time_limit=run.time_to_search())
-        solutions = _solve_operations(run, plan, searching, bounds)
+    with announced(run.tell):
+        nearest = _solve_operations(run.quiet(), plan, SolveOptions(algorithm="nn", bound=False))
+        solutions = _solve_operations(run, plan, run.settings.solve)
     plans = [[drawing_order(o) for o in plan.operations], [s.nodes for s in nearest], [s.nodes for s in solutions]]
     paths = [lay(orders) for orders in plans]
     measures = [measure(path, run.machine, start=plan.start) for path in paths]
@@ -189,7 +180,7 @@ def _order(run: Run, plan: DrillPlan, request: DrillingRequest) -> Outcome[Drill
     free = run.settings.solve.algorithm not in ("nn", "none") and run.settings.of(DrillOptions).hole_order is None
     if free and costs[winner] < costs[2]:
         # No tool's path is longer than theirs, but where one tool ends the next begins: all together may be.
-        solutions = _restated(run, plan, plans[winner], solutions, ("none", "nn")[winner], bounds)
+        solutions = _restated(run, plan, plans[winner], solutions, ("none", "nn")[winner])
         paths[2], measures[2] = paths[winner], measures[winner]
     before, after = paths[0], paths[2]
     text = _write(run, plan, words, after, measures)
@@ -256,7 +247,7 @@ def _problems(run: Run, plan: DrillPlan) -> list[RoutingProblem]:
     return problems
 
 
-def _solve_operations(run: Run, plan: DrillPlan, options: SolveOptions, bounds: BoundTime) -> list[Solution]:
+def _solve_operations(run: Run, plan: DrillPlan, options: SolveOptions) -> list[Solution]:
     """Solve one routing problem per operation, each beginning where the one before ends; all are ordered together."""
     from leafcut.processes.drilling.hole_order import wanted_nodes
     from leafcut.processes.drilling.plan.drill_toolpath import drawing_order
@@ -265,45 +256,41 @@ def _solve_operations(run: Run, plan: DrillPlan, options: SolveOptions, bounds: 
 
     problems = _problems(run, plan)
     total = left = sum(problem.n_clusters for problem in problems)
-    used = 0.0
+    deadline = run.deadline if options.algorithm != "nn" else Deadline()
 
     def search(number: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
-        nonlocal left, used
+        nonlocal left
         label, holes = plan.operations[number].tool.label, problems[number].n_clusters
         tell = run.passing_on(f"ordering {label}", left / total, holes / total)
-        own = share(options, used, left, problem)
-        to_come = max((options.time_limit or 0.0) - used - (own.time_limit or 0.0), 0.0)
+        own = replace(options, time_limit=deadline.part(problem.n_clusters / left).seconds)
         found = solve(
             problem, own, run.settings.aco, firefly=run.settings.firefly, progress=tell, observe=run.observe,
-            cancelled=run.cancelled, bound_late=bounds.late(holes / total, to_come),
+            cancelled=run.cancelled, bound_late=run.bound_late(holes / total),
         )  # fmt: skip
-        used, left = used + found.seconds, max(left - holes, 1)
-        if options.algorithm != "nn":
-            run.clock.searched += found.seconds
+        deadline.spend(found.seconds)
+        left = max(left - holes, 1)
         return found
 
     def quick(_: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
-        nonlocal used
         found = solve(problem, options, run.settings.aco, firefly=run.settings.firefly, cancelled=run.cancelled)
-        used += found.seconds
-        run.clock.searched += found.seconds
+        deadline.spend(found.seconds)
         return found
 
     wanted = {} if options.algorithm == "nn" else wanted_nodes(plan, run.settings.of(DrillOptions).hole_order)
     if wanted:
-        return _as_wanted(run, plan, problems, wanted, partial(search, options=options), bounds)
+        return _as_wanted(run, plan, problems, wanted, partial(search, options=options))
     stages = [
         Stage(replace(problem, start=None if number else plan.start), number > 0, drawing_order(operation))
         for number, (operation, problem) in enumerate(zip(plan.operations, problems, strict=True))
     ]
     return solve_together(
-        stages, search, options, quick, run.cancelled, lambda problem: bounds.late(problem.n_clusters / total)
+        stages, search, options, quick, run.cancelled, lambda problem: run.bound_late(problem.n_clusters / total)
     )
 
 
 def _as_wanted(
     run: Run, plan: DrillPlan, problems: list[RoutingProblem], wanted: dict[int, NDArray[np.int32]],
-    search: Callable[[int, RoutingProblem], Solution], bounds: BoundTime,
+    search: Callable[[int, RoutingProblem], Solution],
 ) -> list[Solution]:  # fmt: skip
     """Solve one operation after another, those with holes that are wanted first around these."""
     from leafcut.processes.drilling.hole_order import solve_after
@@ -316,7 +303,7 @@ def _as_wanted(
         problem = replace(endless, start=place)
         if number in wanted:
             bound = run.settings.solve.bound
-            late = bounds.late(1.0 / len(problems))
+            late = run.bound_late(1.0 / len(problems))
             seek = partial(certify, problem, bound=None, cancelled=run.cancelled, late=late) if bound else _as_it_is
             solutions.append(solve_after(problem, wanted[number], partial(search, number), seek))
         else:
@@ -330,9 +317,8 @@ def _as_it_is(solution: Solution) -> Solution:
 
 
 def _restated(
-    run: Run, plan: DrillPlan, orders: list[NDArray[np.int32]], solutions: list[Solution], algorithm: str,
-    bounds: BoundTime,
-) -> list[Solution]:  # fmt: skip
+    run: Run, plan: DrillPlan, orders: list[NDArray[np.int32]], solutions: list[Solution], algorithm: str
+) -> list[Solution]:
     """Return the solutions with other orders in place of theirs, at those orders' costs and bounds."""
     from leafcut.processes.drilling.plan.drill_toolpath import last_place
     from leafcut.solve.certificate import certify
@@ -346,7 +332,7 @@ def _restated(
             solution, algorithm=algorithm, nodes=nodes, cost=cost, history=((solution.seconds, cost),), lower_bound=None
         )
         # The bound of the search was that of a path from where the search's own order before it ended.
-        late = bounds.late(1.0 / len(solutions))
+        late = run.bound_late(1.0 / len(solutions))
         bound = run.settings.solve.bound
         restated.append(certify(here, told, None, run.cancelled, late=late) if bound else told)
         place = last_place(here, nodes, place)

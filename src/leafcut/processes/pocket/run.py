@@ -86,14 +86,14 @@ def pocket(run: Run, source: Source) -> Outcome[PocketDetail]:
 
     job, issues = _prepared(run, source)
     refuse(check_envelope(_box(job), run.machine))  # what no strategy changes is known before any is tried
-    with announced(run.tell, run.clock.leave_out):
-        cleared, time = [], SearchTime(job.run, 1.0 - ORDERING if len(job.part.pockets) > 1 else 1.0)
+    with announced(run.tell):
+        cleared, time = [], SearchTime(run.deadline.part(1.0 - ORDERING if len(job.part.pockets) > 1 else 1.0))
         for number, one in enumerate(job.part.pockets):
             found, more = _cleared(job, one, number, time)
             cleared.append(found)
             issues += more
-        usual = _ordered(replace(job, run=run.quiet()), [c.ways[c.plan.usual.strategy] for c in cleared])[0]
-        chosen, solution = _ordered(job, [c.ways[c.plan.result.strategy] for c in cleared])
+        usual = _ordered(replace(job, run=run.quiet()), [c.ways[c.plan.usual.strategy] for c in cleared], 0.5)[0]
+        chosen, solution = _ordered(job, [c.ways[c.plan.result.strategy] for c in cleared], 1.0)
     even = [clearing for c in cleared for clearing in c.even[c.plan.result.strategy]]
     even_s = _laid(job, [even[int(node)] for node in solution.nodes]).measure.time_s if job.limits else None
     return _outcome(job, issues, cleared, solution, (_laid(job, usual), _laid(job, chosen)), even_s)
@@ -288,9 +288,7 @@ def _cleared(job: PocketJob, one: Pocket, number: int, time: SearchTime) -> tupl
     asked = job.run.settings.of(PocketOptions).strategy
     ways_tried = [way for way in WAYS if asked in ("best", way.name)]
     each = len(regions) * (len(job.part.pockets) - number)
-    searching = sum(way.searches for way in ways_tried)
-    time.begin(each * searching, each * len(ways_tried), len(regions) * len(job.part.pockets))
-    # First what does not search: then it is known how long it takes to look at a path, and that much is kept.
+    time.to_come = each * sum(way.searches for way in ways_tried)
     for place, way in enumerate(sorted(ways_tried, key=lambda one: one.searches)):
         words, share = f"{several}{way.name}", (number + place / len(ways_tried)) / len(job.part.pockets)
         job.run.tell(trial(words, words), None, share)
@@ -398,12 +396,17 @@ def _clearing(
         along = _along(way.name, region.middle)
         return Clearing(region, region.polygon, fitted(closed(along, region) if closes else along, tolerance), levels)
     if closes:
-        return Clearing(region, region.polygon, fitted(closed(time.spent_on(way, region), region), tolerance), levels)
+        return Clearing(
+            region,
+            region.polygon,
+            fitted(closed(way.path(region, time.run_of(way, job.run)), region), tolerance),
+            levels,
+        )
     inside = [r for r in roughed if region.polygon.intersects(r.polygon)] if job.rules.stock > 0.0 else []
     if not inside:
         # Where stock leaves no room the tool clears up to the wall.
-        return Clearing(region, region.polygon, fitted(time.spent_on(way, region), tolerance), levels)
-    rough = [fitted(time.spent_on(way, r), tolerance) for r in inside]
+        return Clearing(region, region.polygon, fitted(way.path(region, time.run_of(way, job.run)), tolerance), levels)
+    rough = [fitted(way.path(r, time.run_of(way, job.run)), tolerance) for r in inside]
     allowed = shapely.union_all([r.polygon for r in inside])
     whole = PocketPath(way.name, tuple(piece for path in rough for piece in path.pieces))
     return Clearing(region, allowed, whole, levels, fitted(wall_passes(region, allowed), tolerance))
@@ -470,8 +473,8 @@ def _beyond(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
 # -- order and toolpath ----------------------------------------------------------------------------------------------
 
 
-def _ordered(job: PocketJob, pockets: list[list[Clearing]]) -> tuple[list[Clearing], Solution]:
-    """Return all regions in the order in which they are cleared, and the solution it comes from."""
+def _ordered(job: PocketJob, pockets: list[list[Clearing]], share: float) -> tuple[list[Clearing], Solution]:
+    """Return all regions in the order in which they are cleared, and the solution; `share` of the time left is used."""
     from leafcut.solve.solve import solve
     from leafcut.timing.travel import travel_metric
 
@@ -487,9 +490,7 @@ def _ordered(job: PocketJob, pockets: list[list[Clearing]]) -> tuple[list[Cleari
         start=job.start,
         end=job.heights.end,
     )
-    options = settings.solve
-    if options.time_limit is not None:
-        options = replace(options, time_limit=max(0.5 * min(ORDERING * options.time_limit, run.left()), 0.001))
+    options = replace(settings.solve, time_limit=run.deadline.part(share).seconds)
     if len(clearings) == 1:
         options = replace(options, algorithm="none", bound=False, target_gap=None)
     tell = run.passing_on("ordering the pockets")
@@ -497,6 +498,7 @@ def _ordered(job: PocketJob, pockets: list[list[Clearing]]) -> tuple[list[Cleari
         problem, options, settings.aco, firefly=settings.firefly, progress=tell, observe=run.observe,
         cancelled=run.cancelled,
     )  # fmt: skip
+    run.deadline.spend(found.seconds)
     return [clearings[int(node)] for node in found.nodes], found
 
 

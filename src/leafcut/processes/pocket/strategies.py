@@ -11,7 +11,8 @@ from weakref import WeakKeyDictionary
 from leafcut.errors import OptionError
 from leafcut.model.pocket import PocketPath
 from leafcut.options import Settings
-from leafcut.processes.course import LEAST_SEARCHED, Run
+from leafcut.processes.course import Run
+from leafcut.processes.deadline import Deadline
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.quick_dataclass import dataclass
 
@@ -39,14 +40,6 @@ _GRIDS: WeakKeyDictionary[CentreRegion, tuple[RoutingProblem, Grid, Ways, Retrac
 Strategy = Callable[["CentreRegion", Run], PocketPath]
 
 
-def _clock(run: Run) -> Callable[[], bool]:
-    """Return what says whether the run is cancelled, or its time limit used up from now on."""
-    from leafcut.solve.stop import Stop
-
-    limit = run.settings.solve.time_limit
-    return Stop(seconds=math.inf if limit is None else limit, cancelled=run.cancelled).now
-
-
 def _planned(region: CentreRegion) -> CentreRegion:
     """Return the region with the step-over that passes are laid at."""
     return replace(region, rules=region.rules.planned)
@@ -68,7 +61,8 @@ def _zigzag(region: CentreRegion, run: Run) -> PocketPath:
     from leafcut.processes.pocket.plan.zigzag import zigzag
 
     options, wide = run.settings.of(PocketOptions), _too_wide(region)
-    return zigzag(_planned(region), options.zigzag_angle, options.finishing_pass, _clock(run), wide)
+    with run.deadline.running(run.cancelled) as late:
+        return zigzag(_planned(region), options.zigzag_angle, options.finishing_pass, late, wide)
 
 
 def _contour(region: CentreRegion, run: Run) -> PocketPath:
@@ -87,7 +81,9 @@ def _contour(region: CentreRegion, run: Run) -> PocketPath:
 def _connected(region: CentreRegion, run: Run) -> PocketPath:
     from leafcut.processes.pocket.plan.connected import best
 
-    return best(region, _too_wide(region), _clock(run))
+    wide = _too_wide(region)
+    with run.deadline.running(run.cancelled) as late:
+        return best(region, wide, late)
 
 
 def _adaptive(region: CentreRegion, run: Run) -> PocketPath:
@@ -119,7 +115,7 @@ def _grid(name: str) -> Strategy:
         from leafcut.processes.pocket.plan.grid import GridContext, Retract, grid_problem, lay_grid
         from leafcut.solve.solve import solve
 
-        settings, asked, began = run.settings, run.settings.of(PocketOptions), run.clock.elapsed()
+        settings, asked = run.settings, run.settings.of(PocketOptions)
         closes = asked.closed_path
         # Of a closed path no link is made by a lift, however long the way at depth is.
         retract = Retract(fixed=math.inf) if closes else None
@@ -129,10 +125,7 @@ def _grid(name: str) -> Strategy:
             problem, context = grid_problem(region, retract, finish=asked.finishing_pass, closed=closes)
             if asked.strategy != name:
                 _GRIDS[region] = problem, context.grid, context.ways, context.retract, context.finish
-        limit = settings.solve.time_limit
-        if limit is not None:
-            limit = max(limit - (run.clock.elapsed() - began), 0.001)  # to make the grid took some of it
-        options = replace(settings.solve, bound=False, target_gap=None, time_limit=limit)
+        options = replace(settings.solve, bound=False, target_gap=None, time_limit=run.deadline.seconds)
         if asked.strategy != name:
             # To stand beside the others a short search will do: it is within a few thousandths of a long one.
             options = replace(options, preset="fast")
@@ -146,6 +139,7 @@ def _grid(name: str) -> Strategy:
             observe=run.observe,
             cancelled=run.cancelled,
         )
+        run.deadline.spend(found.seconds)
         order = turned_to_wall(found.nodes, context.grid.points, region) if closes else found.nodes
         return lay_grid(context, order, name)
 
@@ -177,46 +171,21 @@ WAYS = (
 
 
 class SearchTime:
-    """Shares a time limit among the searches of all pockets: what one does not need is there for those behind it.
+    """Shares a deadline equally among the searches of all pockets.
 
-    What else is done to a path, as measuring it, takes about as long for one as for another: for the paths to come,
-    and for the proof of those that are chosen, the mean of those so far is kept.
+    Attributes
+    ----------
+    to_come
+        How many searches are still to be made.
     """
 
-    def __init__(self, run: Run, part: float) -> None:
-        """Begin with a part of what is left of the run's time limit, if it has one."""
-        limit = run.settings.solve.time_limit
-        self._run, self._all, self._searches, self._paths, self._proofs = run, 1, 1, 1, 1
-        self._began, self._done = run.clock.elapsed(), 0
-        self._kept = 0.0 if limit is None else (1.0 - part) * run.left()
+    def __init__(self, deadline: Deadline) -> None:
+        self.deadline, self.to_come = deadline, 1
 
-    def begin(self, searches: int, paths: int, proofs: int) -> None:
-        """Share what is left among so many searches.
-
-        So many paths, these among them, are still to be made, and in the end so many of all are proved.
-        """
-        self._all, self._searches, self._paths, self._proofs = max(self._all, searches), searches, paths, proofs
-
-    def spent_on(self, way: ClearingWay, region: CentreRegion) -> PocketPath:
-        """Return the path of a strategy over a region, which takes its share where it searches."""
-        limit, clock = self._run.settings.solve.time_limit, self._run.clock
-        if limit is None:
-            return way.path(region, self._run)
-        run = self._run
-        if way.searches:
-            besides = clock.elapsed() - self._began - clock.searched
-            # To prove a path takes about as long as to measure it.
-            besides *= (self._paths + self._proofs) / max(self._done, 1)
-            left = run.left() - self._kept - besides
-            share = max(left / max(self._searches, 1), LEAST_SEARCHED * limit / self._all, 0.001)
-            run = replace(run, settings=run.settings.but(replace(run.settings.solve, time_limit=share)))
-        began = clock.elapsed()
-        try:
-            path = way.path(region, run)
-            self._done += 1
-            return path
-        finally:
-            if way.searches:
-                clock.searched += clock.elapsed() - began
-                self._searches -= 1
-            self._paths -= 1
+    def run_of(self, way: ClearingWay, run: Run) -> Run:
+        """Return the run of the next path of a strategy: with its share of the time, if the strategy searches."""
+        if not way.searches:
+            return run
+        deadline = self.deadline.part(1.0 / max(self.to_come, 1))
+        self.to_come -= 1
+        return replace(run, deadline=deadline)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -26,7 +25,7 @@ from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import PLACES, STILL, Kind, Toolpath, arc_sweep, position_before
-from leafcut.processes.course import BoundTime, Run, machine_issues, share
+from leafcut.processes.course import Run, machine_issues
 from leafcut.processes.keep_out import obstacles_of
 from leafcut.processes.program.model import AvoidedAreas, ProgramDetail
 from leafcut.processes.program.options import ResequenceOptions
@@ -42,11 +41,8 @@ if TYPE_CHECKING:
     from leafcut.processes.program.reading import ProgramRead
 
 
-#: To write and prove a program takes so many times as long as to read and plan it; where it keeps its order, half a
-#: time. Measured on 40,000 lines.
-BEHIND = 2.0
-#: Planning may take so long whatever the time limit, s: most of it is spent on looking at large programs.
-_LEAST_PLANNING = 5.0
+#: Planning a program that needs more steps than this is given up, and its order kept.
+MOST_STEPS = 1_000_000
 #: A way round an obstacle is taken to cost as much as a rise by so much, mm: it depends on the way.
 _ROUND = 50.0
 #: Rows that say where the tool is, in coordinates of the program or the machine.
@@ -84,16 +80,14 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
         raise OptionError(f"{words.name} {reason}: leafcut writes and verifies its programs, but does not reorder them")
     text, encoding = decoded(data)
     read = read_foreign(text, source, run.settings, run.machine, words, run.looking("reading"), process=process)
-    original, words, run = read.program, read.words, replace(run, machine=read.machine, behind=BEHIND)
+    original, words, run = read.program, read.words, replace(run, machine=read.machine)
     others = check_library(run, original, source, read.process)
     judge, stock, met = stock_judge(run, original, source, read.process)
     dangers = [*read.dangers, *met]
     _refuse_dangers(run, source, dangers)
     sequence = _planned(run, original, read.process)
     obstacles, noticed = obstacles_of(run, original, sequence.process in BEAMS)
-    bounds = BoundTime(run)
-    searching = replace(run, settings=run.settings.but(replace(run.settings.solve, time_limit=run.time_to_search())))
-    with announced(run.tell, run.clock.leave_out):
+    with announced(run.tell):
         stands, begins = _stands(run, original, sequence)
 
         def timed_as_run(program: Program) -> Measure:
@@ -102,7 +96,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
             lines = sent_lines(program.lines) if corner_style(run.machine) == "grbl" else None
             return measure(program.path, run.machine, dark, stands, lines)
 
-        solutions = _solve_sections(searching, sequence, obstacles, begins, bounds)
+        solutions = _solve_sections(run, sequence, obstacles, begins)
         solutions = [
             None if found is None else _with_few_speeds(original, section, found)
             for section, found in zip(sequence.sections, solutions, strict=True)
@@ -216,22 +210,23 @@ def _avoided_issues(avoided: AvoidedAreas, obstacles: Obstacles | None) -> list[
     return [Issue("L515", avoided.text, severity=severity)] if avoided.moves else []
 
 
-class _OutOfTime(Exception):
-    """Planning took longer than the time limit."""
+class _TooManySteps(Exception):
+    """Planning took more than `MOST_STEPS`."""
 
 
 def _planned(run: Run, original: Program, process: str) -> Sequence:
-    """Return the program in pieces; all of it stays where it is if finding them takes longer than the time limit."""
+    """Return the program in pieces; all of it stays where it is if finding them takes too many steps."""
     from leafcut.processes.program.plan.resequencing import all_stay, find_sequence
     from leafcut.processes.program.plan.sections.program_rows import known_process
 
-    options, limit = run.settings.of(ResequenceOptions), run.settings.solve.time_limit
-    began = time.monotonic()
+    options, steps = run.settings.of(ResequenceOptions), 0
     tell = run.looking("finding what can be reordered")
 
     def look() -> None:
-        if limit is not None and time.monotonic() - began > max(limit, _LEAST_PLANNING):
-            raise _OutOfTime
+        nonlocal steps
+        steps += 1
+        if steps > MOST_STEPS:
+            raise _TooManySteps
         tell()
 
     try:
@@ -243,14 +238,14 @@ def _planned(run: Run, original: Program, process: str) -> Sequence:
             mix_operations=options.mix_operations,
             look=look,
         )
-    except _OutOfTime:
-        said = "the order stays: planning took longer than --time-limit; allow more time"
+    except _TooManySteps:
+        said = "the order stays: the program is too large to plan; divide it into several"
         found = known_process(original) if process == "auto" else process
-        return replace(all_stay(original, found, "time-limit"), issues=(Issue("L507", said),))
+        return replace(all_stay(original, found, "too-large"), issues=(Issue("L507", said),))
 
 
 def _solve_sections(
-    run: Run, sequence: Sequence, obstacles: Obstacles | None, start: Point | None, bounds: BoundTime
+    run: Run, sequence: Sequence, obstacles: Obstacles | None, start: Point | None
 ) -> list[Solution | None]:
     """Return an order for every section, all ordered together; None where the order is kept.
 
@@ -274,34 +269,30 @@ def _solve_sections(
         stages.append(Stage(build_problem(section, metric, begins, section.end), follows, own))
         goes = section.end is not None
     total = left = sum(stage.problem.n_clusters for stage in stages)
-    used = 0.0
 
     def search(number: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
-        nonlocal left, used
+        nonlocal left
         pieces = stages[number].problem.n_clusters
         what = f"ordering section {number + 1}"
         run.tell(what, share=1.0 - left / total)
-        own = share(options, used, left, problem)
-        to_come = max((options.time_limit or 0.0) - used - (own.time_limit or 0.0), 0.0)
+        own = replace(options, time_limit=run.deadline.part(problem.n_clusters / left).seconds)
         found = solve(
             problem, own, settings.aco, firefly=settings.firefly,
             progress=run.passing_on(what, left / total, pieces / total), observe=run.observe,
-            cancelled=run.cancelled, bound_late=bounds.late(pieces / total, to_come),
+            cancelled=run.cancelled, bound_late=run.bound_late(pieces / total),
         )  # fmt: skip
-        used, left = used + found.seconds, max(left - pieces, 1)
-        run.clock.searched += found.seconds
+        run.deadline.spend(found.seconds)
+        left = max(left - pieces, 1)
         return found
 
     def quick(_: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
-        nonlocal used
         found = solve(problem, options, settings.aco, firefly=settings.firefly, cancelled=run.cancelled)
-        used += found.seconds
-        run.clock.searched += found.seconds
+        run.deadline.spend(found.seconds)
         return found
 
     return list(
         solve_together(
-            stages, search, settings.solve, quick, run.cancelled, lambda one: bounds.late(one.n_clusters / total)
+            stages, search, settings.solve, quick, run.cancelled, lambda one: run.bound_late(one.n_clusters / total)
         )
     )
 

@@ -10,6 +10,7 @@ from leafcut.processes.sheet.job import SheetJob
 from leafcut.processes.sheet.options import CutOptions
 
 if TYPE_CHECKING:
+    from leafcut.processes.deadline import Deadline
     from leafcut.processes.sheet.plan.chains.chain_starts import Chain
     from leafcut.processes.sheet.plan.cutting import Cutting
 
@@ -36,17 +37,17 @@ def chained(job: SheetJob) -> tuple[Cutting, float]:
     if not options.chains or keep or settings.solve.algorithm == "none":
         return with_chains(cutting, planned), 0.0
     blocks = chain_blocks(cutting, bands(cutting, options), planned)
-    seconds, total = 0.0, sum(map(len, blocks))
+    deadline, seconds, left = run.deadline.part(SHARE), 0.0, sum(map(len, blocks))
     chains = planned
     for block in blocks:
         run.tell("looking for bridges")
-        more, spent = _search(job, block, chains, len(block) / total)
-        chains, seconds = [*chains, *more], seconds + spent
+        more, spent = _search(job, block, chains, deadline.part(len(block) / left))
+        chains, seconds, left = [*chains, *more], seconds + spent, left - len(block)
     return with_chains(cutting, chains), seconds
 
 
-def _search(job: SheetJob, block: list[int], before: Sequence[Chain], part: float) -> tuple[list[Chain], float]:
-    """Return the chains of one block, and the seconds that it took; `part` of the time is for it."""
+def _search(job: SheetJob, block: list[int], before: Sequence[Chain], deadline: Deadline) -> tuple[list[Chain], float]:
+    """Return the chains of one block, and the seconds that it took."""
     from leafcut.processes.sheet.plan.chains.chain_cutting import chain_problem, chains_of
     from leafcut.solve.solve import solve
 
@@ -55,11 +56,8 @@ def _search(job: SheetJob, block: list[int], before: Sequence[Chain], part: floa
     found = chain_problem(cutting, rules, job.overhead, min(run.machine.rapid_velocity[:2]), block)
     if found is None:
         return [], 0.0
-    options = replace(settings.solve, bound=False, algorithm="auto")
-    if options.time_limit is not None:
-        seconds = min(SHARE * part * options.time_limit, job.search_seconds())
-        options = replace(options, time_limit=max(seconds, 0.001))
+    options = replace(settings.solve, bound=False, algorithm="auto", time_limit=deadline.seconds)
     tell = run.passing_on("joining cuts", 0.0, 1.0)
     solution = solve(found.problem, options, settings.aco, progress=tell, cancelled=run.cancelled)
-    run.clock.searched += solution.seconds
+    deadline.spend(solution.seconds)
     return chains_of(cutting, found, [int(n) for n in solution.nodes], rules, before), solution.seconds

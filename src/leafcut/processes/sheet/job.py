@@ -15,7 +15,7 @@ from leafcut.model.cutting import CutData, PlanFile
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.processes.course import BoundTime, Run, check_words_used, refuse, refuse_missing
+from leafcut.processes.course import Run, check_words_used, refuse, refuse_missing
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.quick_dataclass import dataclass
@@ -52,13 +52,8 @@ class SheetJob:
     words: Dialect
     plan: PlanFile | None
     probe: Probe | None
-    bounds: BoundTime
     #: Parts as a head may meet them that stays down between cuts; None where it rises.
     freed: FreedShapes | None = None
-
-    def search_seconds(self) -> float:
-        """Return what is left of the time limit for searching, s, infinite without one."""
-        return self.run.left() - self.bounds.reserve
 
     @property
     def switches(self) -> bool:
@@ -129,7 +124,6 @@ def prepared(run: Run, source: Source) -> tuple[SheetJob, list[Issue]]:
         words=words,
         plan=plan,
         probe=probe,
-        bounds=BoundTime(run),
         freed=None if words.moves_z else FreedShapes(cutting.sheet, 0.5 * run.machine.nozzle_diameter),
     )
     issues += _register_issues(words, data, options)

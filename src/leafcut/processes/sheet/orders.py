@@ -12,6 +12,7 @@ from leafcut.errors import PlanError
 from leafcut.model.solution import Solution
 from leafcut.options import AcoOptions, SolveOptions
 from leafcut.options.search import ANTS_AS_PARTS
+from leafcut.processes.deadline import Deadline
 from leafcut.processes.sheet.job import SheetJob
 from leafcut.processes.sheet.options import CutOptions
 
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
     from leafcut.processes.sheet.plan.cutting import Cutting
     from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
 
-#: Starts slide as long as more than this part of what is kept for all behind the search is left of a time limit.
-SLIDES_KEEP = 0.75
+#: Part of the time left that the search for the order gets; the rest is for sliding and spreading the starts.
+ORDER_PART = 0.9
 
 
 def as_planned(job: SheetJob) -> tuple[SheetJob, list[CutStart]] | None:
@@ -58,11 +59,13 @@ def ordered(job: SheetJob, before: list[CutStart] | None) -> tuple[list[CutStart
     if options.solve.algorithm == "none":
         return clear_pierces(job.cutting, order, travel, job.start, job.end), solutions
     run.tell("refining the starts")
-    late = SLIDES_KEEP * job.bounds.reserve
-    order = slide_starts(job.cutting, order, travel, job.start, job.end, lambda: run.left() <= late)
-    if rules.heat_distance > 0.0:
+    spreads = rules.heat_distance > 0.0
+    with run.deadline.part(0.5 if spreads else 1.0).running(run.cancelled) as late:
+        order = slide_starts(job.cutting, order, travel, job.start, job.end, late)
+    if spreads:
         rule = HeatRule(rules.heat_distance, rules.heat_time)
-        order = spread_starts(job.cutting, order, rule, travel, job.start, bands(job.cutting, rules))
+        with run.deadline.part(1.0).running(run.cancelled) as late:
+            order = spread_starts(job.cutting, order, rule, travel, job.start, bands(job.cutting, rules), late)
     return clear_pierces(job.cutting, order, travel, job.start, job.end), solutions
 
 
@@ -85,6 +88,7 @@ def _solve_bands(
     cutting, run = job.cutting, job.run
     groups = bands(cutting, run.settings.of(CutOptions))
     total = left = sum(map(len, groups))
+    deadline = run.deadline.part(ORDER_PART) if options.algorithm != "nn" else Deadline()
     place, solutions = job.start, list[Solution]()
     order: list[CutStart] = []
     for number, members in enumerate(groups, 1):
@@ -92,15 +96,13 @@ def _solve_bands(
         problem, starts = build_problem(cutting, members, job.metric, job.overhead, place, end)
         name = "ordering the cuts" if len(groups) == 1 else f"ordering band {number}"
         tell = run.passing_on(name, left / total, len(members) / total)
-        part = len(members) / total
-        budget = _budget(job, options, len(members) / left, part)
+        budget = replace(options, time_limit=deadline.part(len(members) / left).seconds)
         aco = _ants(run.settings.aco, cutting, members)
         found = solve(
             problem, budget, aco, firefly=run.settings.firefly, progress=tell, observe=run.observe,
-            cancelled=run.cancelled, bound_late=job.bounds.late(part),
+            cancelled=run.cancelled, bound_late=run.bound_late(len(members) / total),
         )  # fmt: skip
-        if options.algorithm != "nn":
-            run.clock.searched += found.seconds
+        deadline.spend(found.seconds)
         if before is not None and options.algorithm != "nn":
             node_of = {int(n): k for k, n in enumerate(starts)}
             position = {id(s): n for n, s in enumerate(cutting.starts)}
@@ -120,14 +122,6 @@ def _ants(options: AcoOptions, cutting: Cutting, members: Sequence[int]) -> AcoO
     if options.n_ants != ANTS_AS_PARTS:
         return options
     return replace(options, n_ants=max(1, len({cutting.contours[k].source.part for k in members})))
-
-
-def _budget(job: SheetJob, options: SolveOptions, of_left: float, of_all: float) -> SolveOptions:
-    """Return the options with a part of the time that is left for searching; some of the limit there always is."""
-    if options.time_limit is None:
-        return options
-    seconds = max(of_left * job.run.without_bounds(job.search_seconds()), of_all * job.run.without_bounds(0.0))
-    return replace(options, time_limit=max(seconds, 0.001))
 
 
 def check_precedence(cutting: Cutting, order: Sequence[CutStart]) -> None:

@@ -18,7 +18,7 @@ from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.processes.course import BoundTime, Run, machine_issues, refuse
+from leafcut.processes.course import Run, machine_issues, refuse
 from leafcut.processes.keep_out import meetings
 from leafcut.processes.sheet.job import SheetJob, prepared
 from leafcut.processes.sheet.model import SheetDetail
@@ -35,9 +35,6 @@ if TYPE_CHECKING:
 
 #: Where leads met, an order is sought anew so often at most; of more cuts than this never.
 ROUNDS, MOST_AGAIN = 2, 1000
-#: Starts that slide, laying, writing and proof take so many times as long as all before the search. Measured: 1.1 times
-#: on 300 contours, 1.5 to 2 times on 1,500 strokes.
-BEHIND = 1.5
 
 
 def cut(run: Run, source: Source) -> Outcome[SheetDetail]:
@@ -55,18 +52,15 @@ def cut(run: Run, source: Source) -> Outcome[SheetDetail]:
     from leafcut.proof.envelope import check_envelope
     from leafcut.solve.compiling import announced
 
-    run = replace(run, behind=BEHIND)
     job, issues = prepared(run, source)
     options = run.settings.of(CutOptions)
-    with announced(run.tell, run.clock.leave_out):
+    with announced(run.tell):
         drawn = plan_order(job.cutting, job.plan) if job.plan else drawing_order(job.cutting)
         drawn = clear_pierces(job.cutting, in_bands(job.cutting, drawn, options), job.travel(), None, None)
         drawn_laid = _laid(job, drawn)
         # What no order changes is known before any is sought.
         refuse(check_envelope(drawn_laid.path, run.machine))
         nearest = nearest_order(job)
-        # All that came before: what comes behind lays orders, too.
-        job = replace(job, bounds=BoundTime(run))
         cutting, spent = chained(job)
         joined = replace(job, cutting=cutting)
         found, solutions = ordered(joined, drawn if cutting is job.cutting else None)
@@ -117,7 +111,7 @@ def _without_meeting(
     from leafcut.processes.sheet.plan.leads.leads_apart import starts_apart
 
     for _ in range(ROUNDS):
-        if job.search_seconds() <= 0.0:
+        if job.run.deadline.left <= 0.0:
             break
         again = replace(job, cutting=starts_apart(job.cutting, best.order))
         order, found = ordered(again, best.order)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from leafcut.geometry.arrays import Point
 from leafcut.processes.sheet.plan.cutting import Cutting
@@ -63,10 +63,12 @@ def spread_starts(
     travel: Travel,
     start: Point | None,
     bands: Sequence[Sequence[int]] = (),
+    late: Callable[[], bool] = lambda: False,
 ) -> list[CutStart]:
     """Return the cuts with as few starts too near as small changes of the order and of the starts can bring about.
 
-    What must come first still does, what a plan file fixes stays, and no cut leaves its band (`cutting.bands`).
+    What must come first still does, what a plan file fixes stays, and no cut leaves its band (`cutting.bands`). Once it
+    is `late`, the other cuts stay where they are.
     """
     order = list(order)
     band = {k: number for number, members in enumerate(bands) for k in members}
@@ -80,6 +82,8 @@ def spread_starts(
             break
         changed = False
         for contour in [order[j].contour for j in sorted(near)]:
+            if late():
+                return order
             j = next(k for k, s in enumerate(order) if s.contour == contour)
             better = _best_change(cutting, order, j, rule, travel, start, limits)
             if better is not None:

@@ -37,7 +37,7 @@ PHRASES: dict[str, str] = {
     "goes-on": "because what stays behind begins where they end",
     "refused": "because another order was not proved ({cause})",
     "keep-order": "because of --keep-order",
-    "time-limit": "because planning took longer than --time-limit",
+    "too-large": "because the program is too large to plan",
 }
 OPERATION = "operation"
 #: Longer texts of blocks are cut.

@@ -1,0 +1,75 @@
+"""The time limit of a run, shared among its searches."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from threading import Event
+
+from leafcut.options import SolveOptions
+from leafcut.solve.stop import clock
+
+#: Part of its share of the limit that a search gets even if earlier searches overran, and the least at all, s.
+LEAST_PART, LEAST_SECONDS = 0.05, 0.001
+#: Part of the limit that is kept for lower bounds.
+BOUND_PART = 0.1
+
+
+class Deadline:
+    """Seconds that the searches of a run may take together.
+
+    Only searches count: reading, planning, compiling and proof always finish. A search gets a part of what is left, so
+    time that one does not need goes to those after it.
+
+    Attributes
+    ----------
+    limit
+        Seconds for all searches; infinite without a limit.
+    """
+
+    def __init__(self, limit: float | None = None, whole: Deadline | None = None) -> None:
+        """Start with all of `limit` left; `whole` is the deadline that this one is a part of."""
+        self.limit = math.inf if limit is None else limit
+        self._spent, self._whole = 0.0, whole
+        self._began: float | None = None
+
+    @classmethod
+    def of(cls, options: SolveOptions) -> Deadline:
+        """Return the deadline of all searches of a run: its time limit without the part for lower bounds."""
+        if options.time_limit is None:
+            return cls()
+        return cls((1.0 - BOUND_PART if options.bound else 1.0) * options.time_limit)
+
+    @property
+    def left(self) -> float:
+        """Seconds left, 0 or more; infinite without a limit."""
+        running = 0.0 if self._began is None else clock() - self._began
+        return max(self.limit - self._spent - running, 0.0)
+
+    @property
+    def seconds(self) -> float | None:
+        """Seconds left as a time limit of `SolveOptions`: None without a limit, else more than 0."""
+        return None if math.isinf(self.limit) else max(self.left, LEAST_SECONDS)
+
+    def part(self, share: float) -> Deadline:
+        """Return the deadline of searches that are a share of those still to come."""
+        if math.isinf(self.limit):
+            return Deadline(None, self)
+        return Deadline(max(share * self.left, LEAST_PART * share * self.limit, LEAST_SECONDS), self)
+
+    def spend(self, seconds: float) -> None:
+        """Count the seconds of a search that measured itself."""
+        self._spent += seconds
+        if self._whole is not None:
+            self._whole.spend(seconds)
+
+    @contextmanager
+    def running(self, cancelled: Event) -> Iterator[Callable[[], bool]]:
+        """Count the time of a search; yield what says whether it must stop now."""
+        self._began = clock()
+        try:
+            yield lambda: cancelled.is_set() or self.left <= 0.0
+        finally:
+            seconds, self._began = clock() - self._began, None
+            self.spend(seconds)

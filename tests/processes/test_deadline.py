@@ -1,0 +1,150 @@
+"""A time limit is that of all searches of a run together: what else a run does is not counted."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+import shapely
+
+from leafcut.model.pocket import PocketPath, PocketRules
+from leafcut.options import SolveOptions
+from leafcut.processes import deadline as module
+from leafcut.processes.course import Run, machine_of
+from leafcut.processes.deadline import Deadline
+from leafcut.processes.pocket.plan import grid
+from leafcut.processes.pocket.plan.region import CentreRegion
+from leafcut.processes.pocket.strategies import WAYS, ClearingWay, SearchTime
+from leafcut.processes.settings import collect
+from leafcut.solve import solve as solving
+
+
+def given_to(works: list[float], takes: Callable[[float], float], limit: float | None) -> list[float | None]:
+    """Return the time limits of searches that do so much work each, and take `takes` of their limits."""
+    deadline, left, given = Deadline(limit), sum(works), []
+    for work in works:
+        part = deadline.part(work / left)
+        given.append(part.seconds)
+        part.spend(takes(part.seconds or 0.0))
+        left -= work
+    return given
+
+
+def test_searches_share_the_limit_by_their_work() -> None:
+    assert given_to([1.0, 3.0, 4.0], lambda limit: limit, 8.0) == pytest.approx([1.0, 3.0, 4.0])
+
+
+def test_time_that_one_search_does_not_need_goes_to_those_after_it() -> None:
+    assert given_to([1.0, 1.0, 1.0], lambda _: 1.0, 9.0) == pytest.approx([3.0, 4.0, 7.0])
+
+
+def test_a_search_that_overruns_leaves_the_others_a_twentieth_of_their_share() -> None:
+    """Of 8 s each of four searches may have 2 s; the first takes a minute."""
+    given = given_to([1.0] * 4, lambda _: 60.0, 8.0)
+    assert given == pytest.approx([2.0, 0.05 * 8.0 / 3, 0.05 * 8.0 / 2, 0.05 * 8.0])
+
+
+def test_a_small_overrun_of_each_search_does_not_add_up() -> None:
+    """Five searches that each take half a second too long end half a second late, not two and a half."""
+    deadline = Deadline(10.0)
+    for left in range(5, 0, -1):
+        part = deadline.part(1.0 / left)
+        part.spend(part.limit + 0.5)
+    assert deadline.left == 0.0
+    deadline = Deadline(10.5 + 1e-9)
+    for left in range(5, 0, -1):
+        part = deadline.part(1.0 / left)
+        part.spend(part.limit)
+    assert deadline.left <= 1e-9
+
+
+def test_without_a_limit_no_search_has_one() -> None:
+    assert given_to([1.0, 1.0], lambda _: 1e9, None) == [None, None]
+    assert Deadline().left == float("inf")
+    with Deadline().running(threading.Event()) as late:
+        assert not late()
+
+
+def test_a_limit_is_never_zero() -> None:
+    """`SolveOptions` refuses it."""
+    deadline = Deadline(0.002)
+    deadline.spend(1.0)
+    assert deadline.seconds == deadline.part(0.5).seconds == pytest.approx(0.001)
+
+
+def test_a_search_without_a_clock_of_its_own_stops_at_its_deadline_or_when_cancelled(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    now, cancelled = [100.0], threading.Event()
+    monkeypatch.setattr(module, "clock", lambda: now[0])
+    deadline = Deadline(10.0)
+    with deadline.part(0.5).running(cancelled) as late:
+        now[0] += 4.9
+        assert not late()
+        now[0] += 0.2
+        assert late()
+    assert deadline.left == pytest.approx(4.9)
+    now[0] += 1e6  # no search runs
+    assert deadline.left == pytest.approx(4.9)
+    with deadline.running(cancelled) as late:
+        cancelled.set()
+        assert late()
+
+
+@pytest.mark.parametrize(("bound", "searched"), [(True, 9.0), (False, 10.0)])
+def test_a_tenth_of_the_limit_is_kept_for_lower_bounds(bound: bool, searched: float) -> None:
+    assert Deadline.of(SolveOptions(time_limit=10.0, bound=bound)).seconds == pytest.approx(searched)
+    settings = collect({"time_limit": 10.0})
+    late = Run(settings, machine_of(settings), Deadline.of(settings.solve)).bound_late(0.25)
+    assert not late(0.24)
+    assert late(0.26)
+
+
+def test_without_a_limit_a_lower_bound_is_never_late() -> None:
+    settings = collect({})
+    assert Deadline.of(settings.solve).seconds is None
+    assert not Run(settings, machine_of(settings), Deadline.of(settings.solve)).bound_late()(1e9)
+
+
+def test_only_strategies_that_search_take_a_share_of_the_time() -> None:
+    settings, given = collect({"time_limit": 10.0}), list[float | None]()
+    run = Run(settings, machine_of(settings), Deadline.of(settings.solve))
+
+    def path(_: object, one: Run) -> PocketPath:
+        given.append(one.deadline.seconds)
+        if one.deadline is not run.deadline:
+            one.deadline.spend(one.deadline.limit)
+        return PocketPath("", ())
+
+    time, region = SearchTime(Deadline(10.0)), CentreRegion(shapely.box(0, 0, 9, 9), PocketRules(4.0, 2.0))
+    time.to_come = 2
+    for searches in (False, True, False, True):
+        way = ClearingWay("", path, "", searches=searches)
+        way.path(region, time.run_of(way, run))
+    assert given[1] == given[3] == pytest.approx(5.0)
+    assert given[0] == given[2] == run.deadline.seconds
+
+
+def test_making_a_grid_is_not_searching(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However long that takes, the search for the order of its points has all of its time."""
+    now, asked = [0.0], list[float | None]()
+    made, found = grid.grid_problem, solving.solve
+
+    def slow(*given: Any, **named: Any) -> Any:
+        now[0] += 1e6
+        return made(*given, **named)
+
+    def spy(problem: Any, options: Any, *rest: Any, **named: Any) -> Any:
+        asked.append(options.time_limit)
+        return found(problem, SolveOptions(algorithm="nn", bound=False), *rest, **named)
+
+    monkeypatch.setattr(module, "clock", lambda: now[0])
+    monkeypatch.setattr(grid, "grid_problem", slow)
+    monkeypatch.setattr(solving, "solve", spy)
+    settings = collect({"time_limit": 5.0, "strategy": "ants", "preset": "fast"})
+    region = CentreRegion(shapely.box(0, 0, 30, 30), PocketRules(tool_diameter=10.0, step_over=6.0))
+    (ants,) = (way for way in WAYS if way.name == "ants")
+    ants.path(region, Run(settings, machine_of(settings), Deadline(5.0)))
+    assert asked == [pytest.approx(5.0)]
