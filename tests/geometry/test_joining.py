@@ -7,6 +7,7 @@ import random
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -136,3 +137,20 @@ def test_cleaning_drops_what_has_no_length_and_halves_long_arcs() -> None:
     assert good.area == pytest.approx(path.area)
     assert np.abs(good.bulges).max() <= 1
     assert cleaned(line((3, 3), (3, 3))) is None
+
+
+@pytest.mark.parametrize("radius", [4_900.0, 20_000.0, 2_000_000.0])
+@pytest.mark.parametrize("closed", [True, False])
+def test_cleaning_replaces_arcs_of_a_huge_radius_by_lines_that_are_as_true(radius: float, closed: bool) -> None:
+    bulge = math.tan(0.25 * 2.0 * math.asin(300.0 / radius))
+    path = Polyline(np.array([[0, 0, 0], [600, 0, 0], [600, 200, bulge], [0, 200, 0.0]]), closed)
+    good = cleaned(path)
+    assert good is not None
+    assert any(s.is_arc for s in good.segments()) is (radius < 5_000.0)
+    rise = radius - math.sqrt(radius**2 - 300.0**2)
+    chords = math.ceil(math.sqrt(rise / 0.002)) if radius > 5_000.0 else 1
+    assert good.n_segments <= path.n_segments + chords
+    apart = shapely.hausdorff_distance(
+        shapely.LineString(good.flattened(1e-4)), shapely.LineString(path.flattened(1e-4)), densify=0.01
+    )
+    assert apart <= 0.0025

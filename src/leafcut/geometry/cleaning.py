@@ -1,4 +1,4 @@
-"""A path without what only drawing programs leave in it: segments without length, arcs beyond a half circle."""
+"""Paths without segments of zero length, arcs beyond a half circle, and arcs of a huge radius."""
 
 from __future__ import annotations
 
@@ -14,15 +14,22 @@ from leafcut.geometry.polyline import Polyline
 SAME = 1e-5
 #: The bulge of a half circle, and room for rounding.
 _HALF = 1.0 + 1e-9
+#: A larger arc becomes lines, mm: controllers take no longer radius, and no shop has such a curve.
+LARGEST_RADIUS = 5000.0
+#: Such lines leave the arc of a drawing by at most this, mm.
+FLAT = 0.002
 
 
 def cleaned(path: Polyline) -> Polyline | None:
-    """Return a path whose segments all have length and turn by a half circle at most, or None when nothing is left.
+    """Return a path whose segments have a length and turn by a half circle at most, or None when nothing is left.
+
+    An arc of more than `LARGEST_RADIUS` becomes lines within `FLAT` of it.
 
     A circle drawn as one arc that ends where it began is not known from its vertices, so it is not made here.
     """
     if np.abs(path.bulges).max(initial=0.0) > _HALF:
         path = _halved(path)
+    path = without_huge_arcs(path, FLAT)
     rows = path.vertices
     after = np.roll(rows, -1, axis=0)
     keep = np.hypot(after[:, 0] - rows[:, 0], after[:, 1] - rows[:, 1]) > SAME
@@ -49,6 +56,22 @@ def _halved(path: Polyline) -> Polyline:
         angle = math.atan2(s.start[1] - s.center[1], s.start[0] - s.center[0]) + 2.0 * math.atan(s.bulge)
         middle = (s.center[0] + s.radius * math.cos(angle), s.center[1] + s.radius * math.sin(angle))
         rows += [(*s.start, half), (*middle, half)]
+    if not path.closed:
+        rows.append((*path.end, 0.0))
+    return Polyline(np.array(rows), path.closed)
+
+
+def without_huge_arcs(path: Polyline, tolerance: float) -> Polyline:
+    """Return a path in which every arc of more than `LARGEST_RADIUS` is lines within `tolerance` of it, mm."""
+    if not any(s.is_arc and s.radius > LARGEST_RADIUS for s in path.segments()):
+        return path
+    rows: list[tuple[float, float, float]] = []
+    for s in path.segments():
+        if s.is_arc and s.radius > LARGEST_RADIUS:
+            arc = Polyline(np.array([[*s.start, s.bulge], [*s.end, 0.0]]))
+            rows += [(x, y, 0.0) for x, y in arc.flattened(tolerance)[:-1].tolist()]
+        else:
+            rows.append((*s.start, s.bulge))
     if not path.closed:
         rows.append((*path.end, 0.0))
     return Polyline(np.array(rows), path.closed)

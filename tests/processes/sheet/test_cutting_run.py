@@ -133,6 +133,22 @@ def test_the_order_has_nine_tenths_of_the_time_of_all_searches(drawing: Path, li
     assert limits[0] == pytest.approx(0.9 * 9.0)
 
 
+@pytest.mark.parametrize("bow", [0.008, 0.3])
+def test_an_almost_straight_spline_is_cut_as_lines(tmp_path: Path, bow: float) -> None:
+    """As one arc it had a radius of 7 km, which no program can state."""
+    document = ezdxf.new(units=4)
+    space = document.modelspace()
+    space.add_lwpolyline([(0, 200), (0, 0), (600, 0), (600, 200)])
+    spline = space.add_spline()
+    spline.dxf.degree = 3
+    spline.control_points = [(600, 200, 0), (400, 200 + bow, 0), (200, 200 + bow, 0), (0, 200, 0)]
+    spline.knots = [0, 0, 0, 0, 1, 1, 1, 1]
+    document.saveas(tmp_path / "flat.dxf")
+    cut = api.optimize(tmp_path / "flat.dxf", process="cut", thickness="3mm", machine="laser-table", algorithm="nn")
+    assert cut.verified
+    assert all(math.dist(arc.center[:2], (300, 100)) < 6_000 for arc in cut.path_after.arcs)
+
+
 def test_a_hole_into_which_the_kerf_does_not_go_is_told_and_the_rest_is_cut(tmp_path: Path) -> None:
     document = ezdxf.new(units=4)
     document.modelspace().add_lwpolyline([(0, 0), (60, 0), (60, 60), (0, 60)], close=True)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from leafcut.geometry.arrays import Points
+from leafcut.geometry.cleaning import without_huge_arcs
 from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.pocket import PocketPath
@@ -15,8 +16,6 @@ from leafcut.model.pocket import PocketPath
 FITTED_PART = 0.5
 #: Points nearer than this are one, mm: a program's decimals hardly tell them apart.
 NEAREST = 0.005
-#: A larger arc is written as lines, mm: controllers take no longer radius, and no shop has such a curve.
-LARGEST_RADIUS = 5000.0
 
 
 def fitted(path: PocketPath, tolerance: float) -> PocketPath:
@@ -44,7 +43,7 @@ def _lines(points: Points, tolerance: float) -> Polyline:
     points = _apart(points)
     if len(points) < 3:
         return Polyline.of_points(points)
-    return _without_huge_arcs(fit_arcs(points, FITTED_PART * tolerance), FITTED_PART * tolerance)
+    return without_huge_arcs(fit_arcs(points, FITTED_PART * tolerance), FITTED_PART * tolerance)
 
 
 def _apart(points: Points) -> Points:
@@ -56,17 +55,3 @@ def _apart(points: Points) -> Points:
     while len(kept) > 1 and np.hypot(*(points[-1] - kept[-1])) <= NEAREST:
         kept.pop()
     return np.array([*kept, points[-1]])
-
-
-def _without_huge_arcs(path: Polyline, tolerance: float) -> Polyline:
-    rows = path.vertices.copy()
-    huge = [i for i, s in enumerate(path.segments()) if s.is_arc and s.radius > LARGEST_RADIUS]
-    if not huge:
-        return path
-    pieces, at = [], 0
-    for i in huge:
-        arc = Polyline(np.array([rows[i], [*rows[i + 1, :2], 0.0]]))
-        chords = arc.flattened(tolerance)[:-1]
-        pieces += [rows[at:i], np.column_stack([chords, np.zeros(len(chords))])]
-        at = i + 1
-    return Polyline(np.concatenate([*pieces, rows[at:]]))
