@@ -51,6 +51,45 @@ def test_linuxcnc_tables_have_the_units_of_the_machine_and_kinds_in_their_commen
     assert [line.split(":")[0] for line in inch.left_out] == ["T3", "T4", "T5"]
 
 
+@pytest.mark.parametrize(
+    ("comment", "kind"),
+    [
+        ("1/2 2fl long em", "end-mill"),
+        ("EM 6mm", "end-mill"),
+        ("3/8 4fl carbide", "end-mill"),
+        ("3/4 roughing", "end-mill"),
+        ("16 mm Schaftfräser", "end-mill"),
+        ("2 flute drill", "drill"),
+        ("Bohrer poliert", "drill"),
+        ("5.0 hss", "drill"),
+        ("HSS 1/4 in", "drill"),
+        ("#7 tap drill", "drill"),
+        ("hss end mill", "end-mill"),
+        ("hss 1/4 ball", None),
+        ("2-1/4 face mill", None),
+        ("demo zero diameter", None),
+        ("spotting hss", "centre-drill"),
+    ],
+)
+def test_kinds_are_understood_as_shops_write_them_in_a_linuxcnc_table(
+    comment: str, kind: str | None, tmp_path: Path
+) -> None:
+    """Comments of LinuxCNC's sample configurations, and of shops."""
+    (tmp_path / "tool.tbl").write_text(f"T1 P1 D5 ;{comment}\nT2 P2 D3 ;drill\n", encoding="utf-8")
+    library = load_tools(tmp_path / "tool.tbl")
+    assert (library.by_number[1].kind.value if 1 in library.by_number else None) == kind
+
+
+@pytest.mark.parametrize("comment", ["C'sink 82 deg", "82° csk", "chamfer mill 82deg", "82 degree mill-drill"])
+def test_a_countersink_of_a_linuxcnc_table_needs_its_angle(comment: str, tmp_path: Path) -> None:
+    (tmp_path / "tool.tbl").write_text(f"T1 D12 ;{comment}\nT2 D12 ;c'sink\nT3 D3 ;60 deg V-bit\n", encoding="utf-8")
+    library = load_tools(tmp_path / "tool.tbl")
+    assert library.by_number[1].kind is ToolKind.CHAMFER_MILL
+    assert library.by_number[1].point_angle == pytest.approx(math.radians(82))
+    assert library.by_number[3].kind is ToolKind.V_BIT
+    assert library.left_out == ("T2: its comment 'c'sink' does not state the angle of its cone, such as 90 deg",)
+
+
 @pytest.mark.parametrize("name", ["shop.json", "shop.tools"])
 def test_fusion_says_units_feeds_and_numbers_of_every_tool(name: str, tmp_path: Path) -> None:
     file = tmp_path / name

@@ -21,7 +21,7 @@ from typing import Any
 from leafcut.errors import DataError, shown
 from leafcut.model.tool import CONES, MILLS
 from leafcut.read.format import parse_json
-from leafcut.read.tool_kinds import FUSION_KINDS, Preset, RawRow, ToolRow, kind_in
+from leafcut.read.tool_kinds import FUSION_KINDS, Preset, RawRow, ToolRow, cone_in, kind_in
 from leafcut.read.tool_table import rows_of_table
 
 #: A library larger than this is none, bytes; so is what it unpacks to.
@@ -108,15 +108,20 @@ def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
         if "T" not in values or not re.fullmatch(r"[0-9]{1,9}", values["T"]):
             raise DataError(f"{path}: line {number}: '{shown(line, 40)}' is not a line of a LinuxCNC tool table")
         name = f"T{values['T']}"
-        kind = kind_in(comment)
+        kind, cone = kind_in(comment), cone_in(comment)
+        if kind is None and cone is not None:
+            kind = cone[0]
+        said = f"its comment '{shown(comment.strip(), 30)}'" if comment.strip() else "no comment"
         if kind is None:
-            said = f"its comment '{shown(comment.strip(), 30)}'" if comment.strip() else "no comment"
-            yield name, f"{said} does not say that it is a drill, centre drill, reamer, end mill or slot mill"
+            yield name, f"{said} names no kind of tool that leafcut knows, such as drill or end mill"
+        elif cone is not None and not cone[1]:
+            yield name, f"{said} does not state the angle of its cone, such as 90 deg"
         elif "D" not in values:
             yield name, "it has no diameter (D)"
         else:
             row = {"number": int(values["T"]), "kind": kind, "diameter": f"{values['D']} {units}"}
-            yield name, {**row, "name": _name(comment)}
+            angle = {"point_angle": cone[1]} if cone is not None else {}
+            yield name, {**row, **angle, "name": _name(comment)}
 
 
 def _fusion(path: Path, data: bytes, _: str) -> Iterator[RawRow]:

@@ -12,17 +12,27 @@ ToolRow = tuple[str, dict[str, Any] | str]
 #: The same before one of its presets is chosen.
 RawRow = tuple[str, dict[str, Any] | str | list[Preset]]
 
-#: What a comment calls a tool, the first that fits.
+#: Words for each kind in a comment; the first that fits counts. A size and "HSS" alone mean a drill; teeth a mill.
 _IN_WORDS = (
     ("centre-drill", r"\b(centre|center|spot)[\s-]*drill|\bspot(ting)?\b"),
     ("reamer", r"\bream"),
     ("slot-mill", r"\bslot[\s-]*(mill|drill|cutter)|\brouter\b"),
     ("ball-mill", r"\bball[\s-]*(nose|end)"),
-    ("end-mill", r"\b(flat\s*)?end[\s-]*mill"),
-    ("drill", r"\bdrill\b"),
+    ("end-mill", r"\bend[\s-]*mill|\bem\b|\bschaftfr(ä|ae)ser\b"),
+    ("drill", r"\bdrill\b|\bbohrer\b|^[\W\d]*(mm|in|inch)?\s*hss[\W\d]*(mm|in|inch)?\W*$"),
+    ("end-mill", r"\b[1-9]\s*-?(fl|flutes?)\b|\brough(er|ing)\b"),
 )
-#: What cuts otherwise than by its words: no flat end, no hole of its width.
-_OTHER_WORDS = re.compile(r"\b(tap|bull|chamfer|v-?bit|engrav|face|fly|thread|probe|dove)(?!\s*drill)", re.IGNORECASE)
+#: Tools that are none of these although such a word is in their comment.
+_OTHER_WORDS = re.compile(
+    r"\b(tap|bull|chamfer|v-?bit|engrav|face|fly|thread|probe|dove|mill[\s-]*drill|c'?sink|csk|countersink)(?!\s*drill)",
+    re.IGNORECASE,
+)
+#: Words for tools with a cone, and the angle without which they cannot be used.
+_CONES = (
+    ("chamfer-mill", r"\bchamfer|\bc'?sink|\bcsk\b|\bcountersink|\bmill[\s-]*drill"),
+    ("v-bit", r"\bv-?bit|\bengrav"),
+)
+_ANGLE = re.compile(r"\b([1-9][0-9]{1,2})\s*(deg\b|degrees?\b|°)", re.IGNORECASE)
 FUSION_KINDS = {
     "drill": "drill", "center drill": "centre-drill", "spot drill": "centre-drill", "reamer": "reamer",
     "flat end mill": "end-mill", "bull nose end mill": "end-mill", "ball end mill": "ball-mill",
@@ -35,3 +45,10 @@ def kind_in(comment: str) -> str | None:
     if _OTHER_WORDS.search(comment):
         return None
     return next((kind for kind, words in _IN_WORDS if re.search(words, comment, re.IGNORECASE)), None)
+
+
+def cone_in(comment: str) -> tuple[str, str] | None:
+    """Return the kind of tool with a cone that a comment names, and its full angle in words; "" for no angle."""
+    kind = next((kind for kind, words in _CONES if re.search(words, comment, re.IGNORECASE)), None)
+    angle = _ANGLE.search(comment)
+    return None if kind is None else (kind, f"{angle.group(1)} deg" if angle else "")
