@@ -289,3 +289,14 @@ def test_a_flag_that_overrides_a_wrong_answer_of_a_file_is_what_counts(tmp_path:
     (tmp_path / "answers.toml").write_text('name = "a"\ncontroller = "grbl"\nrapid = "fast"\n')
     words = ["machine", "new", "--answers", str(tmp_path / "answers.toml"), "-o", str(tmp_path / "a.toml")]
     assert run([*words, "--rapid", "2 m/min"]) == 0
+
+
+def test_a_profile_of_a_board_is_not_named_after_its_port(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (SETTINGS / "grbl_3018.txt").read_text()
+    monkeypatch.setattr("leafcut.cli_machine._asked", lambda *_: ("grbl", text))
+    assert run(["machine", "import", "--port", "/dev/ttyUSB0"]) == 0
+    out = capsys.readouterr().out
+    assert 'name = "grbl-board"' in out
+    assert "tty" not in out

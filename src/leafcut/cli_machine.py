@@ -78,7 +78,8 @@ def _import(
     name = DASH if file == HELD else file
     _check_output(output, [name])
     if port is not None:
-        name, (kind, text) = port, _asked(port, baud, kind)
+        kind, text = _asked(port, baud, kind)
+        name = f"{kind}-board"  # a port such as ttyUSB0 names no machine
     elif name is None:
         raise OptionError("machine import needs FILE, or --port")
     elif name == DASH:

@@ -89,6 +89,23 @@ def of_file(name: str) -> ImportedMachine:
     return imported(read_settings(HERE / name), str(HERE / name))
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "controller"),
+    [
+        ("MACHINE = ", "MACHINE = Plasma-THC ", "plasma"),
+        ("[TRAJ]", "[HAL]\nHALFILE = plasma-5i20.hal\n[TRAJ]", "plasma"),
+        ("[TRAJ]", "[PLASMA]\nCUT = 1\n[TRAJ]", "plasma"),
+        ("[TRAJ]", "[QTPLASMAC]\nMODE = 0\n[HAL]\nHALFILE = plasma.hal\n[TRAJ]", "qtplasmac"),
+        ("[TRAJ]", "[TRAJ]", "linuxcnc"),
+    ],
+)
+def test_a_linuxcnc_file_that_names_plasma_is_of_a_plasma_table(old: str, new: str, controller: str) -> None:
+    """Names as in LinuxCNC's sample configurations for plasma."""
+    machine = imported(INI.replace(old, new, 1), "x.ini").machine
+    assert machine.controller == controller
+    assert (machine.head is Head.TORCH) is (controller != "linuxcnc")
+
+
 def test_there_are_three_files_of_each_kind() -> None:
     assert set(EXPECTED) == {f.name for f in HERE.iterdir() if f.is_file() and f.suffix != ".md"}
     assert {kind: sum(row[0] == kind for row in EXPECTED.values()) for kind in KINDS} == dict.fromkeys(KINDS, 3)

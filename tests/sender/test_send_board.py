@@ -256,6 +256,7 @@ def test_a_profile_is_made_of_what_the_board_says_at_its_port(
     assert leafcut(["machine", "import", "--port", board.port, "-o", str(out)]) == 0
     found, given = load_machine(str(out)), SETTINGS
     assert found.control == "grbl"
+    assert found.name == "grbl-board"
     assert found.rapid_velocity == pytest.approx([given[k] / 60.0 for k in (110, 111, 112)])
     assert found.acceleration == pytest.approx([given[k] for k in (120, 121, 122)])
     assert found.corner_deviation == pytest.approx(given[11])

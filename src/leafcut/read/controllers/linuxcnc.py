@@ -20,7 +20,12 @@ _NO_LIMIT = 1e6
 #: Share of the acceleration that is kept for a corner where the file does not say it (ARC_BLEND_KINK_RATIO).
 _KINK_RATIO = 0.1
 _UNITS = {"mm": "mm", "metric": "mm", "in": "in", "inch": "in", "imperial": "in"}
-_PLASMA = re.compile(r"qtplasmac|plasmac", re.IGNORECASE)
+_QTPLASMAC, _PLASMA = re.compile(r"plasmac", re.IGNORECASE), re.compile(r"plasma", re.IGNORECASE)
+#: Entries that may name a plasma table: key and section.
+_NAMES = (
+    ("DISPLAY", "DISPLAY"), ("MACHINE", "EMC"), ("PYVCP", "DISPLAY"), ("EMBED_TAB_COMMAND", "DISPLAY"),
+    ("HALFILE", "HAL"), ("PARAMETER_FILE", "RS274NGC"),
+)  # fmt: skip
 
 
 def read(text: str, file: str, units: str | None = None) -> Values:
@@ -148,13 +153,19 @@ class _Reader:
         self.values.home_at(Axes(tuple(homes), self.units, words, assumed=not places))
 
     def work(self) -> None:
-        """What does the work: a plasma torch where the screen is one for that."""
-        screens = [self.ini.get("DISPLAY", "DISPLAY"), self.ini.get("MACHINE", "EMC")]
-        plasma = next((one for one in screens if one is not None and _PLASMA.search(one.text)), None)
-        if "QTPLASMAC" in self.ini.sections or "PLASMAC" in self.ini.sections or plasma is not None:
-            where = plasma.place if plasma is not None else "its section"
+        """Find what does the work: a plasma torch if an entry or a section names one."""
+        named = [one for one in (self.ini.get(*place) for place in _NAMES) if one is not None]
+        own = next((one for one in named[:2] if _QTPLASMAC.search(one.text)), None)
+        if "QTPLASMAC" in self.ini.sections or "PLASMAC" in self.ini.sections or own is not None:
+            where = own.place if own is not None else "its section"
             self.values.derive("controller", "qtplasmac", f"the file is set up for QtPlasmaC, {where}")
             self.values.work(Head.TORCH, f"QtPlasmaC, {where}")
+            return
+        plasma = next((one for one in named if _PLASMA.search(one.text)), None)
+        if "PLASMA" in self.ini.sections or plasma is not None:
+            where = plasma.place if plasma is not None else "its section [PLASMA]"
+            self.values.derive("controller", "plasma", f"the file names plasma, {where}")
+            self.values.work(Head.TORCH, f"plasma, {where}")
             return
         self.values.derive("controller", "linuxcnc", "the file is one of LinuxCNC")
         self.values.assume("process", Head.SPINDLE.value, "the file does not say what does the work")
