@@ -133,6 +133,11 @@ def test_every_block_knows_what_was_active_before_it() -> None:
         ("M6", Kind.FOREIGN, (0.0, 0.0, 10.0)),
         ("G53 G1 X3", Kind.FOREIGN, (math.nan, 0.0, 10.0)),
         ("G18 G81 X1 Y-2 R1", Kind.FOREIGN, (math.nan,) * 3),
+        ("$H", Kind.FOREIGN, (math.nan,) * 3),
+        ("$J=G91 X5 F100", Kind.FOREIGN, (math.nan,) * 3),
+        ("$132=200", Kind.FOREIGN, (math.nan,) * 3),
+        ("$X", Kind.FOREIGN, (0.0, 0.0, 10.0)),
+        ("$#", Kind.FOREIGN, (0.0, 0.0, 10.0)),
     ],
 )
 def test_what_moves_the_origin_or_is_not_understood_is_one_row_with_the_place_that_is_then_known(

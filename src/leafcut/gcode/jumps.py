@@ -21,6 +21,8 @@ _OPENING = r"(?:[ \t]|\([^()]*\))*+/?[1-9]?[ \t]*+(?:[nN][ \t]*+[0-9]++[ \t]*+)?
 _STATEMENT = re.compile(
     _OPENING + r"(IF(?=[ \t]*\[)|WHILE(?=[ \t]*\[)|GOTO|DO(?=[ \t]*[0-9])|END(?=[ \t]*[0-9]))", re.IGNORECASE
 )
+#: ``$H``, ``$J=…``, ``$132=300``, ``$$``; no word of LinuxCNC such as ``$0``.
+_BOARD = re.compile(r"\s*(\$(?:[A-Za-z]+=?|[0-9]+=|[$#]))")
 _OUTPUT = re.compile(_OPENING + r"(?:DPRNT|BPRNT|POPEN|PCLOS)(?![A-Za-z])", re.IGNORECASE)
 _LABEL = re.compile(r"(?:[ \t]|\([^()]*\))*+/?[1-9]?[ \t]*+[nN][ \t]*+([0-9]{1,18})(?![0-9])")
 _PROGRAM = re.compile(r"[ \t]*[oO:][ \t]*[0-9]")
@@ -61,6 +63,12 @@ def statement_of(line: str) -> Statement | None:
     if found is None:
         return None
     return Statement(found.group(1).upper(), split_line(line[found.end() :], nested=True)[0])
+
+
+def board_command(line: str) -> str:
+    """Return the command of GRBL, such as ``$H`` or ``$J=``, that is all of a line; "" for a line of G-code."""
+    found = _BOARD.match(line)
+    return "" if found is None else found.group(1)
 
 
 def is_output(line: str) -> bool:

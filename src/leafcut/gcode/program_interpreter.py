@@ -10,6 +10,7 @@ next.
 from __future__ import annotations
 
 import io
+import math
 from functools import cached_property
 
 from leafcut.errors import OptionError, ReadError
@@ -20,7 +21,7 @@ from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.expressions import ProgramParameters, Reading, read_block, spelled_words
 from leafcut.gcode.fast_path import FastPath
 from leafcut.gcode.foreign_state import ForeignState
-from leafcut.gcode.jumps import Statement, Undecided, has_statements, is_output, statement_of
+from leafcut.gcode.jumps import Statement, Undecided, board_command, has_statements, is_output, statement_of
 from leafcut.gcode.obeyed import obeyed_lines
 from leafcut.gcode.program import Program
 from leafcut.gcode.saying import Stretches, as_read, is_obeyed, may_read_parameters, say, shown_comments, text_behind
@@ -126,6 +127,10 @@ def _readable(line: str) -> bool | None:
         return None
 
 
+#: Commands of GRBL that only unlock, check or report. Source: GRBL 1.1, "Commands".
+_TELLS = ("$X", "$C", "$G", "$I", "$N", "$#", "$$")
+
+
 class _ProgramPass:
     """One program on its way through."""
 
@@ -206,6 +211,9 @@ class _ProgramPass:
             statement = statement_of(line)
             if statement is not None:
                 return self._state(statement, at)
+            command = board_command(line)
+            if command:
+                return self._command(command, at)
             control = control_of(line) if "o" in line or "O" in line else None
             return self._words(line, at) if control is None else self._obey(control, at)
         except Undecided as unknown:
@@ -269,6 +277,24 @@ class _ProgramPass:
         self.record.add(at + 1, len(self.state.path), _DIRECTS)
         self.record.note_depth(depth, len(self.flow.calls))
         return after
+
+    def _command(self, command: str, at: int) -> int:
+        """Keep a command of the board, such as ``$H``.
+
+        Homing and jogging leave the tool anywhere; a changed setting may change anything.
+        """
+        state = self.state
+        state.line, rows, path = at + 1, len(state.path), state.path
+        if command in _TELLS:
+            x, y, z = path.position
+            path.set_place(Kind.FOREIGN, (x, y, z), 0, at + 1)
+        elif command.startswith(("$H", "$J")):
+            path.set_place(Kind.FOREIGN, (math.nan, math.nan, math.nan), 1, at + 1)
+        else:
+            self.runner.lose_all(command)
+        self.record.say(self._text_of(at))
+        self.record.add(at + 1, rows, f"{command} is a command of the board")
+        return at + 1
 
     def _words(self, line: str, at: int) -> int:
         state, runner, flow = self.state, self.runner, self.flow

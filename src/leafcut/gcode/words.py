@@ -143,8 +143,13 @@ def _without_comments(line: str) -> tuple[str, tuple[str, ...]]:
 
 
 def words_of(body: str) -> tuple[Word, ...]:
-    """Return the words of a line without comments and marks."""
+    """Return the words of a line without comments and marks.
+
+    A colon before a number at the start of a line stands for O, as in the ISO code of Fanuc.
+    """
     words = []
+    if body[:1] == ":" and body[1:2].isdigit():
+        body = f"O{body[1:]}"
     position, end = 0, len(body)
     match = _WORD.match
     while position < end:

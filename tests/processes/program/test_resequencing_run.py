@@ -44,6 +44,19 @@ def written(tmp_path: Path, text: str, name: str = "board.nc", encoding: str = "
     return path
 
 
+@pytest.mark.parametrize("line", [":0097", "$X", "$H"])
+def test_a_colon_number_and_commands_of_the_board_stay_and_the_rest_is_ordered(tmp_path: Path, line: str) -> None:
+    """A colon stands for O on a Fanuc; senders pass lines with a dollar sign to GRBL."""
+    text = boards_program(5, 20).replace("(ÜBERSICHT)", line)
+    found = leafcut.optimize(written(tmp_path, text))
+    assert found.after.travel_mm < 0.6 * found.before.travel_mm
+    assert found.text.splitlines().count(line) == 1
+    old, new = written(tmp_path, text), written(tmp_path, found.text, "new.nc")
+    assert leafcut.verify_programs(old, new).same
+    if line.startswith("$"):
+        assert not leafcut.verify_programs(old, written(tmp_path, found.text.replace(line, ""), "less.nc")).same
+
+
 @pytest.mark.parametrize("n", [97, *(pytest.param(n, marks=pytest.mark.slow) for n in (121, 200))])
 def test_random_order_loses_most_of_its_travel(tmp_path: Path, n: int) -> None:
     """62 % at least, and within the certified gap of the least possible; the holes are the same."""
