@@ -954,7 +954,7 @@ def _verify(
     as_json: Json = False,
     options: dict[str, Any],
 ) -> int:
-    """Check that two programs do the same work, or show where they differ."""
+    """Check that two programs do the same work, to 0.002 mm, or show where they differ."""
     from leafcut import api
 
     if more:
