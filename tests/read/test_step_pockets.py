@@ -255,3 +255,17 @@ def test_what_no_section_shows_as_it_is_seen_from_above_is_no_sheet(tmp_path: Pa
     solid = fused(box(0, 0, 0, 40, 20, 4), box(20, 10, 4, 60, 40, 8))
     with pytest.raises(LeafcutError, match="is no flat sheet"):
         read_contours(saved(tmp_path / "two.step", solid))
+
+
+def test_a_flat_sheet_has_its_edge_and_its_openings_as_outlines(tmp_path: Path) -> None:
+    """Ø6 and a window of 12 × 4; the lower left corner of the sheet may be the zero."""
+    sheet = cut(box(5, 7, -3, 65, 47, 0), cylinder((20, 20, 0), DOWN, 3, 3), rounded(40, 20, -3, 52, 24, 0, 1))
+    part = read_contours(saved(tmp_path / "sheet.step", sheet))
+    assert sorted(abs(contour.path.area) for contour in part.contours) == [
+        pytest.approx(math.pi * 9),
+        pytest.approx(12 * 4 - CORNER),
+        pytest.approx(60 * 40),
+    ]
+    assert part.issues == ()
+    assert part.reference is not None
+    assert part.reference.contours[0].path.extents == pytest.approx((5, 7, 65, 47))

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from dataclasses import field, replace
-from typing import Any
 
 from leafcut.errors import ReadError, count_of, shown
 from leafcut.model import Hole, Issue, Part, Severity
@@ -62,7 +61,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     holes = finds.holes()
     kept, noticed = sift(holes, options)
     if not kept:
-        raise ReadError(source.path, _nothing(walk, finds, document, options, noticed))
+        raise ReadError(source.path, _nothing(walk, finds, noticed))
     undrilled: list[Issue] = []
     contours: list[Issue] = []
     others = walk.others + finds.others
@@ -192,7 +191,7 @@ def _not_holes(kinds: Counter[str]) -> list[Issue]:
     ]
 
 
-def _nothing(walk: BlockWalk[Shape], finds: Finds, document: Any, options: ReadOptions, noticed: list[Issue]) -> str:
+def _nothing(walk: BlockWalk[Shape], finds: Finds, noticed: list[Issue]) -> str:
     """Return why there are no holes: what was found instead, in one line."""
     parts = [f"{number} {shown(kind)}" for kind, number in (walk.others + finds.others).most_common(6)]
     parts += [f"{number} {kind} not circular" for kind, number in finds.squashed.items()]
@@ -206,9 +205,6 @@ def _nothing(walk: BlockWalk[Shape], finds: Finds, document: Any, options: ReadO
     parts += [issue.message for issue in noticed]
     if walk.hidden:
         parts.append(f"on layers that are off, frozen or not chosen: {hidden_by_layer(walk)}")
-    if options.layers:
-        names = sorted(str(layer.dxf.get("name", "")) for layer in document.layers)
-        parts.append(f"the drawing has the layers {shown(', '.join(names), 120)}")
     return f"no holes: {'; '.join(parts) or 'the drawing is empty'}"
 
 
