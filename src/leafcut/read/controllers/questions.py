@@ -221,7 +221,7 @@ class _Answers:
         if question.name == "max-feed":
             rapid = self.values.found.get("rapid.velocity")
             if rapid is not None:
-                words = [rapid.value] * 2 if isinstance(rapid.value, str) else rapid.value[:2]
+                words = [rapid.value] if isinstance(rapid.value, str) else rapid.value[:2]
                 slower = min(words, key=lambda word: parse_quantity(word, "mm/s"))
                 return slower, "the slower rapid of x and y"
         table, _, key = question.keys[0].rpartition(".")

@@ -121,8 +121,8 @@ class _BlockWriter:
     def _axes(self, place: int) -> dict[str, str]:
         """Return the texts of X and Y of a place of the cut, by letter."""
         said = self.stroke.places[place]
-        row = self.stroke.rows[max(place - 1, 0)]
-        at = self.program.path.end[row] if place else position_before(self.program.path, row)
+        # An axis without text does not move in its block, so its place before the block is that behind it.
+        at = position_before(self.program.path, self.stroke.rows[max(place - 1, 0)])
         return {
             letter: format_length(float(value), self.unit) if text is None else text
             for letter, text, value in zip("XY", said, at, strict=False)
