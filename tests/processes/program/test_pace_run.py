@@ -162,6 +162,19 @@ def test_a_feed_rises_by_no_more_than_its_option(tmp_path: Path) -> None:
         assert max(feeds) > 600 * most / 1.11
 
 
+def test_a_program_that_only_plunges_has_no_feeds_to_fit(tmp_path: Path) -> None:
+    """Both plunges become rapids down to the clearance; the rest of them keeps its feed."""
+    text = HEAD + "G0 X10 Y10\nG0 Z5\nG1 Z-2 F60\nG0 Z5\nG0 X40 Y10\nG1 Z-2\nG0 Z5\n" + TAIL
+    library = tmp_path / "tools.toml"
+    library.write_text(
+        '[[tool]]\nnumber = 1\nkind = "end-mill"\n'
+        'diameter = "6 mm"\nfeed = "450 mm/min"\nspindle_speed = "6000 rpm"\nplunge_feed = "100 mm/min"\n'
+    )
+    found = reordered(tmp_path, text, air=True, feeds=True, workpiece=BLOCK, tools=library)
+    assert (found.detail.pace.tools, found.detail.pace.feeds_s) == ((), pytest.approx(0.0, abs=0.5))
+    assert body(found).count("G0 Z1.0") == 2
+
+
 def test_a_librarys_feed_and_speed_are_the_limit_and_what_is_above_it_goes_down(tmp_path: Path) -> None:
     """450 mm/min at 6000 1/min are 0.075 mm a revolution: the slot is cut with 450, the side with 450 / 0.866 = 519."""
     library = tmp_path / "tools.toml"

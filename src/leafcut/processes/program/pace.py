@@ -447,6 +447,8 @@ class _Job:
         by_tool = []
         for number, limit in sorted(pace.limits.items()):
             mine = loads.cuts_of(number) & np.isfinite(speed)
+            if not mine.any():  # all its moves are rapid now, but for plunges
+                continue
             feed, after = loads.feed[mine], speed[mine]
             ratio = after / feed
             by_tool.append(
