@@ -225,16 +225,21 @@ def test_a_hole_wider_than_two_kerfs_is_cut_and_a_neck_in_one_is_told() -> None:
     assert "a neck narrower than the kerf" in next(i.message for i in issues if i.code == "L611")
 
 
-def test_a_part_whose_mouth_the_kerf_closes_is_reported_and_left_whole() -> None:
-    """A C with a mouth of 1 mm: the kerf would close it, so neither it nor its hole is cut."""
+def test_a_part_with_a_mouth_narrower_than_the_kerf_is_cut_round_and_the_mouth_reported() -> None:
+    """A C with a mouth of 1 mm: its hole and the outside are cut; 20 × 20 mm and the mouth of 10 × 1 mm stay."""
     c = Polyline.of_points(
         [(0, 0), (40, 0), (40, 19.5), (30, 19.5), (30, 10), (10, 10), (10, 30), (30, 30), (30, 20.5), (40, 20.5),
          (40, 40), (0, 40)], closed=True,
     )  # fmt: skip
     sheet = sheet_of((c, 0, -1, 1), (Polyline.circle(5, 5, 2), 1, 0, 1), (square(60, 0, 20), 0, -1, 2))
     cutting = cutting_of(sheet)
-    assert [c.index for c in cutting.contours] == [2]
-    assert "part 1" in next(i.message for i in cutting.issues if i.code == "L611")
+    assert [c.index for c in cutting.contours] == [0, 1, 2]
+    assert cutting.contours[0].path.extents == pytest.approx((-0.75, -0.75, 40.75, 40.75), abs=0.02)
+    (issue,) = (i for i in cutting.issues if i.code == "L612")
+    assert "a notch of part 1 has a mouth narrower than the kerf of 1.5 mm: 410 mm²" in issue.message
+    assert issue.missing is not None
+    assert (issue.missing.what, issue.missing.count) == ("place", 1)
+    assert abs(issue.missing.outlines[0].area) == pytest.approx(18.5**2, rel=0.01)
 
 
 def test_a_slot_narrower_than_the_kerf_is_told_with_its_place() -> None:

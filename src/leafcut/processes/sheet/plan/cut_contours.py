@@ -61,6 +61,8 @@ class CutContour:
         Of an open cut: its lead-in at either end; None where it cannot begin there.
     by_path
         True: the program compensates the kerf here, where a controller that does elsewhere has no room for its lead.
+    pinched
+        Of an outline: what the kerf cannot reach of its notches, because their mouths are narrower than the kerf.
     """
 
     index: int
@@ -76,6 +78,7 @@ class CutContour:
     common: float = 0.0
     inlets: tuple[Lead | None, Lead | None] = (NO_LEAD, NO_LEAD)
     by_path: bool = False
+    pinched: tuple[Polyline, ...] = ()
 
     def rules_of(self, rules: CutRules) -> CutRules:
         """Return the rules that it is cut by, of those of its sheet."""
@@ -121,12 +124,11 @@ def flat_line(path: Polyline) -> Any:
 def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], list[Issue]]:
     """Return the contours that can be cut, in the order of the sheet, and what was found about the others.
 
-    A hole into which the kerf does not go, or in which it cannot pierce, and a part whose outline it would close up,
-    are reported and not cut.
+    A hole into which the kerf does not go, or in which it cannot pierce, is reported and not cut. So are the notches of
+    an outline whose mouths are narrower than the kerf; the rest of the outline is cut.
     """
     made: dict[int, CutContour] = {}
     remarks: list[_Remark] = []
-    dropped: set[int] = set()
     for index, source in enumerate(sheet.contours):
         if source.contour.kind == "sheet":
             continue
@@ -135,11 +137,9 @@ def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], l
             made[index] = contour
             remarks += _remarks(contour, rules)
             continue
-        if not source.is_hole:
-            dropped.add(source.part)
         remarks.append(_too_narrow(index, source, rules))
     issues = _grouped(remarks)
-    kept = [c for c in made.values() if c.source.part not in dropped or not c.source.part]
+    kept = list(made.values())
     if not kept:
         raise PlanError(f"{sheet.name}: nothing is left to cut" + (f"; {issues[0].message}" if issues else ""))
     return kept, issues
@@ -152,15 +152,19 @@ def _prepared(index: int, source: SheetContour, rules: CutRules) -> CutContour |
         return CutContour(index, source, drawn, flat_line(drawn), False, 0.0)
     path = drawn if drawn.area >= 0.0 else drawn.reversed()
     diameter = 2.0 * math.sqrt(abs(drawn.area) / math.pi)
+    pinched: tuple[Polyline, ...] = ()
     if rules.half > 0.0:
         rings = offset(path, -rules.half if source.is_hole else rules.half, OFFSET_TOLERANCE)
-        if len(rings) != 1:
+        if not rings or (source.is_hole and len(rings) > 1):
             return None
+        pinched = tuple(rings[1:])
         path = rings[0] if rings[0].area >= 0.0 else rings[0].reversed()
     line = flat_line(path)
     if rules.half > 0.0 and source.is_hole and not _holds_pierce(path, line, rules):
         return None
-    return CutContour(index, source, path, line, source.is_hole, diameter, corners_along(drawn, path, line))
+    return CutContour(
+        index, source, path, line, source.is_hole, diameter, corners_along(drawn, path, line), pinched=pinched
+    )
 
 
 def _holds_pierce(path: Polyline, line: Any, rules: CutRules) -> bool:
@@ -243,10 +247,7 @@ def _too_narrow(index: int, source: SheetContour, rules: CutRules) -> _Remark:
     x, y = source.contour.path.start
     low_x, low_y, high_x, high_y = source.contour.path.extents
     size, kerf = f"{high_x - low_x:.4g} × {high_y - low_y:.4g} mm", f"{rules.kerf:.4g} mm"
-    if not source.is_hole:
-        words = f"part {source.part}, {size}, has a gap narrower than the kerf of {kerf}: it is not cut"
-        several = f"{{n}} parts have a gap narrower than the kerf of {kerf}: they are not cut"
-    elif min(high_x - low_x, high_y - low_y) < 2.0 * rules.kerf:
+    if min(high_x - low_x, high_y - low_y) < 2.0 * rules.kerf:
         narrow = f"narrower than two kerfs of {kerf}, with no room for a pierce: not cut"
         words = f"a hole of {size} in part {source.part} is {narrow}"
         several = f"{{n}} holes are {narrow}"
@@ -255,7 +256,7 @@ def _too_narrow(index: int, source: SheetContour, rules: CutRules) -> _Remark:
         words = f"a hole of {size} in part {source.part} has {narrow}"
         several = f"{{n}} holes have {narrow}"
     path = source.contour.path
-    work = MissingWork("hole" if source.is_hole else "part", 1, ((x, y),), (path,))
+    work = MissingWork("hole", 1, ((x, y),), (path,))
     return _Remark("L611", words, several, _place(index, source, x, y), work)
 
 
@@ -264,10 +265,26 @@ def _place(index: int, source: SheetContour, x: float, y: float) -> str:
     return f"contour {index + 1} at ({x:.6g}, {y:.6g}){handle}"
 
 
+def _pinched(contour: CutContour, rules: CutRules) -> _Remark:
+    """Return how much of the notches of an outline the kerf cannot reach."""
+    source = contour.source
+    drawn = shapely.Polygon(source.contour.path.flattened(FLATNESS))
+    reached = shapely.Polygon(contour.line.coords).buffer(-rules.half)
+    area = reached.difference(drawn).area
+    mouth = f"a mouth narrower than the kerf of {rules.kerf:.4g} mm"
+    words = f"a notch of part {source.part} has {mouth}: {area:.3g} mm² of the part's notches stay uncut"
+    several = f"{{n}} parts have notches with {mouth}, which stay uncut"
+    x, y = contour.pinched[0].start
+    work = MissingWork("place", len(contour.pinched), ((x, y),), contour.pinched)
+    return _Remark("L612", words, several, _place(contour.index, source, x, y), work)
+
+
 def _remarks(contour: CutContour, rules: CutRules) -> list[_Remark]:
     """Return what a person should know of a contour that is cut: places out of reach, a hole too small to be good."""
     source, found = contour.source, []
-    if contour.has_leads and rules.half > 0.0:
+    if contour.pinched:
+        found.append(_pinched(contour, rules))
+    elif contour.has_leads and rules.half > 0.0:
         points = source.contour.path.flattened(max(FLATNESS, 0.1 * rules.kerf))
         away = shapely.distance(shapely.points(points), contour.line)
         worst = int(np.argmax(away))

@@ -87,7 +87,7 @@ class SheetShapes:
 
 def shapes_of(sheet: Sheet, half: float) -> SheetShapes:
     """Return the shapes of a sheet for a kerf whose middle keeps `half` mm from the parts."""
-    targets, narrow, closed_up = list[Target](), set[int](), set[int]()
+    targets, narrow = list[Target](), set[int]()
     for index, source in enumerate(sheet.contours):
         if source.contour.kind == "sheet":
             continue
@@ -96,15 +96,12 @@ def shapes_of(sheet: Sheet, half: float) -> SheetShapes:
             targets.append(target)
             continue
         narrow.add(index)
-        if not source.is_hole and source.part:
-            closed_up.add(source.part)
-    left = narrow | {t.index for t in targets if t.source.part in closed_up}
     parts, numbers = _metal(sheet)
     rings = [path.flattened(FLATNESS) for path in sheet.paths]
     outline = shapely.Polygon(rings[0], rings[1:]) if rings else None
     return SheetShapes(
-        targets=tuple(t for t in targets if t.index not in left),
-        left_out=tuple(sorted(left)),
+        targets=tuple(targets),
+        left_out=tuple(sorted(narrow)),
         parts=parts,
         numbers=numbers,
         sheet=outline,
@@ -113,21 +110,22 @@ def shapes_of(sheet: Sheet, half: float) -> SheetShapes:
 
 
 def _target(index: int, source: SheetContour, half: float) -> Target | None:
-    """Return what is to be cut of a contour; None where the kerf closes it up or divides it, or no pierce has room."""
+    """Return what is to be cut of a contour; None if the kerf fills or divides a hole, or no pierce has room in it."""
     points = source.contour.path.flattened(FLATNESS)
     edge = shapely.LineString(points if len(points) > 1 else np.repeat(points, 2, axis=0))
     if source.contour.kind == "mark" or not source.contour.path.closed:
         return Target(index, source, None, edge, edge, np.zeros((0, 2)))
     shape = shapely.Polygon(points)
     grown = shape.buffer(-half if source.is_hole else half, quad_segs=QUARTER)
-    rings = [ring for polygon in shapely.get_parts(grown) for ring in (polygon.exterior, *polygon.interiors)]
-    if grown.is_empty or len(rings) != 1:
+    polygons = shapely.get_parts(grown)
+    if grown.is_empty or len(polygons) != 1:
         return None
     # A pierce is as wide as the kerf, half a kerf away from the way at least, and that half a kerf from the part.
     pierces = [not source.is_hole or not shape.buffer(-2.0 * half + by).is_empty for by in (TOLERANCE, -TOLERANCE)]
     if not pierces[0]:
         return None
-    way = shapely.LineString(rings[0].coords)
+    # The kerf closes notches with a narrow mouth; it follows the outer ring.
+    way = shapely.LineString(polygons[0].exterior.coords)
     return Target(index, source, shape, edge, way, _corners(source.contour.path), not pierces[1])
 
 
