@@ -82,6 +82,7 @@ CODES: dict[str, str] = {
     "L443": "the mesh of a surface or a fixture is not closed",
     "L444": "where a fixture stands",
     "L445": "a surface or a fixture may have another unit",
+    "L446": "a deep hole is drilled in one stroke",
     "L501": "blocks of a program keep their place",
     "L502": "nothing in a program can be reordered",
     "L503": "tool changes were saved",
@@ -136,10 +137,11 @@ CODES: dict[str, str] = {
 }
 
 #: Codes of issues that belong beside the word "verified", with the name of their line: feeds, speeds, depths, materials
-#: and units that nobody gave, and corners that the tool does not reach.
+#: and units that nobody gave, corners that the tool does not reach, and deep holes without pecks.
 LIMITS = {
     **dict.fromkeys(("L102", "L401", "L402", "L405", "L413", "L414", "L510"), "assumed"),
     **dict.fromkeys(("L701", "L711"), "not cut"),
+    "L446": "deep hole",
 }
 
 

@@ -12,6 +12,7 @@ import pytest
 from leafcut.errors import OptionError, PlanError
 from leafcut.kinds import Head
 from leafcut.model import Hole, Kind, Machine, Metric, Part, Recipe, Severity, Slot, Tool, ToolKind, ToolLibrary
+from leafcut.model.issue import LIMITS
 from leafcut.model.mesh import Mesh
 from leafcut.processes.drilling.plan.drill_toolpath import build_problem, drawing_order, lay_toolpath
 from leafcut.processes.drilling.plan.drilling import plan_drilling
@@ -400,6 +401,48 @@ def test_points_without_a_diameter_are_one_millimetre_wide_or_as_wide_as_the_onl
         made = plan(points, library)
         assert [o.tool.diameter for o in made.operations] == [diameter]
         assert f"2 points have no diameter and are drilled as {diameter:g} mm holes" in [i.message for i in made.issues]
+
+
+def deep_strokes(made: object) -> list[str]:
+    return [issue.message for issue in made.issues if issue.code == "L446"]
+
+
+@pytest.mark.hazard
+def test_a_hole_deeper_than_five_diameters_in_one_stroke_is_a_warning_beside_verified() -> None:
+    """A plate of 60 mm is 10 times a drill of 6 mm, 5 times one of 12 mm: below the plate a drill is free."""
+    part = Part("two", (Hole(0, 0, 6.0), Hole(30, 12.5, 6.0), Hole(50, 0, 12.0)))
+    made = plan(part, None, thickness=60.0)
+    assert deep_strokes(made) == [
+        "T1 drill Ø6 at 0, 0 drills 60 mm deep, 10.0 diameters, in one stroke (2 holes deeper than 5 diameters): give "
+        "--peck and no other --cycle, or give its tool the cycle G83 and a peck in the library"
+    ]
+    assert {i.severity for i in made.issues if i.code == "L446"} == {Severity.WARNING} and "L446" in LIMITS
+    assert deep_strokes(plan(part, None, thickness=60.0, cycle="G81", peck=6.0)) != []
+    blind = plan(part, None, thickness=None, depth=30.5, depth_to="tip")
+    assert "T1 drill Ø6 at 0, 0 drills 30.5 mm deep, 5.1 diameters, in one stroke (2 holes" in deep_strokes(blind)[0]
+    assert deep_strokes(plan(part, None, thickness=None, depth=30.0, depth_to="tip")) == []
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize("cycle", ["G83", "G73"])
+def test_pecks_longer_than_five_diameters_are_a_warning_and_shorter_ones_are_none(cycle: str) -> None:
+    part = Part("one", (Hole(0, 0, 6.0),))
+    assert deep_strokes(plan(part, None, thickness=60.0, cycle=cycle, peck=6.0)) == []
+    assert (
+        "in strokes of 40 mm (1 hole deeper"
+        in deep_strokes(plan(part, None, thickness=60.0, cycle=cycle, peck=40.0))[0]
+    )
+    assert "in one stroke" in deep_strokes(plan(part, None, thickness=60.0, cycle=cycle, peck=200.0))[0]
+
+
+def test_boards_other_tools_and_slots_have_no_warning_of_deep_holes() -> None:
+    board = Part("board", (Hole(0, 0, 0.2),), format="excellon")
+    assert deep_strokes(plan(board, None, thickness=1.6, spindle_speed=6000.0)) == []
+    drill = replace(DRILL5, peck=2.0, flute_length=None)
+    made = plan(Part("one", (Hole(0, 0, 6.0),)), ToolLibrary((TAP6, drill), (Recipe(6.0, (5, 16)),)), thickness=40.0)
+    assert [o.tool for o in made.operations] == [drill, TAP6] and deep_strokes(made) == []
+    slot = Part("slot", slots=(Slot((0, 0), (9, 0), 1.0),))
+    assert deep_strokes(plan(slot, None, thickness=10.0)) == []
 
 
 def far_below(made: object) -> list[str]:

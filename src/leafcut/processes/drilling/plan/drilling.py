@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.geometry.zones import touches_any_zone, widened
+from leafcut.model.cycles import PECKING
 from leafcut.model.heights import SAME_HEIGHT, HeightCount
 from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.machine import Machine
@@ -37,6 +38,8 @@ from leafcut.quick_dataclass import dataclass
 
 #: A tool that comes out this far below the part, mm, may meet the table, a vise or a parallel: it is reported.
 FAR_BELOW = 3.0
+#: In a longer stroke, diameters, chips pack the flutes of a twist drill, and it breaks: without pecks 3 to 5 are usual.
+LONGEST_STROKE = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,6 +212,7 @@ def plan_drilling(
             *chooser.issues(),
             *_tap_lead_issues(operations, rule),
             *_far_below(part, operations, rule, tops, deeper, under),
+            *_deep_strokes(part, operations, tops, deeper, under),
         ),
         ground=ground,
     )
@@ -409,6 +413,42 @@ def _far_below(
         "smaller --break-through"
     )
     return [Issue("L404", words)]
+
+
+def _deep_strokes(
+    part: Part, operations: tuple[DrillOperation, ...], tops: NDArray[np.float64], deeper: NDArray[np.float64],
+    under: NDArray[np.float64],
+) -> list[Issue]:  # fmt: skip
+    """Return a warning for each drill that goes deeper than `LONGEST_STROKE` diameters in one stroke; none on boards.
+
+    `under` is the underside of the part at each hole, float64[n], mm; −∞ where it is not known.
+    """
+    issues: list[Issue] = []
+    for one in operations if part.format != "excellon" else ():
+        if one.slots or one.tips is not None or one.tool.kind is not ToolKind.DRILL:
+            continue
+        depths = tops[one.targets] - np.maximum(one.bottoms(tops, deeper), under[one.targets])
+        strokes = np.minimum(depths, one.cycle.peck) if one.cycle.name in PECKING else depths
+        limit = LONGEST_STROKE * one.tool.diameter
+        deep = np.flatnonzero(strokes > limit + SAME_HEIGHT)
+        if not len(deep):
+            continue
+        number = int(deep[np.argmax(depths[deep])])
+        hole = part.holes[int(one.targets[number])]
+        depth, stroke = float(depths[number]), float(strokes[number])
+        where = (
+            f"{one.tool.label} at {hole.x:g}, {hole.y:g} drills {depth:.4g} mm deep, {depth / one.tool.diameter:.1f}"
+        )
+        many = f"{count_of(len(deep), 'hole')} deeper than {LONGEST_STROKE:g} diameters"
+        if stroke < depth:
+            words = f"{where} diameters, in strokes of {stroke:.4g} mm ({many}): use a smaller peck"
+        else:
+            words = (
+                f"{where} diameters, in one stroke ({many}): give --peck and no other --cycle, or give its tool the "
+                "cycle G83 and a peck in the library"
+            )
+        issues.append(Issue("L446", words))
+    return issues
 
 
 def _check_zones(plan: DrillPlan) -> None:
