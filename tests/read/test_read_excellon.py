@@ -8,7 +8,8 @@ import pytest
 
 from leafcut.errors import ReadError
 from leafcut.options import ReadOptions
-from leafcut.read import excellon, read
+from leafcut.read import Match, excellon, formats, read, registry
+from leafcut.read.format import Source
 
 KICAD = """M48
 ; DRILL file {KiCad 6.0.11} date Sat
@@ -223,3 +224,45 @@ def test_real_boards_have_the_holes_slots_and_tools_that_a_plain_search_finds(da
 
 def test_a_g_code_program_is_not_taken_for_a_drill_file():
     assert excellon.sniff(b"%\nO0001\nG21 G90\nM48\nT1 M6\nG81 X1 Y1 Z-2 R1 F100\nM30\n%\n") == 0
+
+
+@pytest.mark.parametrize("name", ["thruhole.tap", "board.nc", "board.cnc", "board.txt", "board.ngc"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        KICAD,
+        "%\nT1C0.028F197S550\nX0.2475Y0.1525\nT2C0.038F197S550\nX0.1475Y0.2525\nM30\n",
+        "T01C0.8\nT02C1.1\nG05\nT01\nX1.0Y2.0\nX3.0Y4.0G85X3.0Y6.0\nT02\nG00X1.0Y1.0\nM15\nG01X2.0\nM16\nG05\nM30\n",
+    ],
+)
+def test_a_drill_file_is_known_by_its_words_whatever_its_name_is(text_file, name, text):
+    part = read(text_file(name, text))
+    assert part.format == "excellon"
+    assert len(part.holes) + len(part.slots) in (2, 3)
+
+
+@pytest.mark.parametrize("units, place", [("in", (6.2865, 3.8735)), ("mm", (2.475, 1.525))])
+def test_units_give_the_usual_format_of_a_file_that_states_none(text_file, units, place):
+    path = text_file("as.drl", "%\nT1C0.028F197S550\nX2475Y1525\nX002475Y002525\nM30\n")
+    with pytest.raises(ReadError, match="give --units in"):
+        read(path)
+    part = read(path, ReadOptions(units=units))
+    assert (part.holes[0].x, part.holes[0].y) == place
+    assert codes(part) == ["L102"] and "gives no format" in part.issues[0].message
+
+
+def test_places_after_tools_without_a_size_are_no_program():
+    assert excellon.sniff(b"%\nT1\nX1000Y1000\nX2000Y1000\nM30\n") == Match.YES
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "T1 M6 (CUTTER 3 MM)\nS9000 M3\nG0 Z5.\nG81 X1. Y1. Z-2. R1. F100.\nX2.Y2.\nM30\n",
+        "G92 X2500. Y1250.\nT201C45.\nX100.Y200.\nX150.Y200.\nG50\n",
+        "%\nT1C1\nM06\nX1.Y1.\nZ-2.\nM30\n",
+        "G91\nT1\nX1.Y1.\nX2.Y2.\n",
+    ],
+)
+def test_a_program_with_bare_places_stays_a_program(text):
+    assert registry.choose(formats(), Source("program.tap", text.encode())).name == "gcode"

@@ -32,6 +32,8 @@ from leafcut.read.format import (
 #: A command is never this long; a longer line is no drill file, and slow to match.
 MAX_COMMAND = 200
 
+#: The usual format of coordinates without a point: digits before it and after it.
+_DIGITS = {"mm": (3, 3), "in": (2, 4)}
 _NUMBER = r"[+-]?\d*\.?\d*"
 _COORDINATE = re.compile(rf"[XY]{_NUMBER}")
 _SLOT = re.compile(rf"((?:X{_NUMBER})?(?:Y{_NUMBER})?)G85((?:X{_NUMBER})?(?:Y{_NUMBER})?)")
@@ -43,6 +45,15 @@ _FORMAT_COMMENT = re.compile(
 )
 _MARK_TOOL = re.compile(rb"^T\d.*C[.\d]", re.MULTILINE)
 _MARK_HEADER = re.compile(rb"^(?:METRIC|INCH|M71|M72|FMAT)", re.MULTILINE)
+_MARK_BARE_TOOL = re.compile(rb"^T\d{1,6}\s*$", re.MULTILINE)
+_MARK_PLACE = re.compile(rb"^X[-+.\d]+Y[-+.\d]+\s*$", re.MULTILINE)
+_MARK_G = re.compile(rb"^[^;(\n]*G\d", re.MULTILINE)
+#: Words of a program that no drill file has: a height, spindle and tool change, G words but those of drilling, routing,
+#: slots, absolute and incremental places and the zero.
+_MARK_PROGRAM = re.compile(
+    rb"^(?!T\d|METRIC|INCH|M7[12])[^;(\n]*?(?:Z|M0?[3-6](?!\d)|G(?!0?[0-5](?!\d)|4[0-2](?!\d)|85(?!\d)|9[013](?!\d))\d)",
+    re.MULTILINE,
+)
 _GERBONARA_PLACE = re.compile(r"^.*?:(\d+) \"(.*?)\": (.*)$", re.DOTALL)
 #: gerbonara's warnings that change nothing about the holes.
 _HARMLESS = re.compile(
@@ -52,12 +63,20 @@ _HARMLESS = re.compile(
 
 
 def sniff(head: bytes) -> Match:
-    """Say whether a file has the header of Excellon, or at least its tools and coordinates."""
+    """Say whether a file has the header of Excellon, or at least its tools and coordinates.
+
+    Without a header only its words tell it from a program: some boards come as ``.tap`` or ``.nc``.
+    """
     lines = head.replace(b"\r", b"\n")
     tools = bool(_MARK_TOOL.search(lines))
     if re.search(rb"^M48\s*$", lines, re.MULTILINE) and (tools or _MARK_HEADER.search(lines)):
         return Match.YES
-    return Match.MAYBE if tools and re.search(rb"^X[-+.\d]+Y[-+.\d]+\s*$", lines, re.MULTILINE) else Match.NO
+    if not _MARK_PLACE.search(lines):
+        return Match.NO
+    if tools and not _MARK_PROGRAM.search(lines):
+        return Match.YES
+    bare = _MARK_BARE_TOOL.search(lines) and not _MARK_G.search(lines) and not _MARK_PROGRAM.search(lines)
+    return Match.YES if bare else Match.MAYBE if tools else Match.NO
 
 
 @dataclass
@@ -91,7 +110,7 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
         A command is not known, a coordinate cannot be read with certainty, or there are no holes and slots; where there
         is not even a tool, an `EmptyDrillFile`.
     """
-    prepared = _prepare(source)
+    prepared = _prepare(source, options.units)
     issues: list[Issue] = []
     _check_whole(source, prepared, issues)
     parser = _parse(source, prepared, issues)
@@ -122,7 +141,7 @@ def _format_assumed(part: Part, metric: bool | None) -> Issue:
     )
 
 
-def _prepare(source: Source) -> _Prepared:
+def _prepare(source: Source, units: str | None) -> _Prepared:
     prepared = _Prepared()
     in_header = False
     for number, raw in enumerate(source.text().splitlines(), 1):
@@ -142,8 +161,11 @@ def _prepare(source: Source) -> _Prepared:
     if "M48" not in prepared.lines and next((x for x in prepared.lines if x[0] != ";"), "") != "%":
         prepared.lines.insert(0, "%")
         prepared.numbers.insert(0, 1)
+    if prepared.metric is None and units in _DIGITS:
+        prepared.metric = units == "mm"
+        prepared.digits = _DIGITS[units] if prepared.digits == (None, None) else prepared.digits
     if prepared.has_plain_integers and not prepared.has_format and prepared.metric:
-        prepared.digits = (3, 3)
+        prepared.digits = _DIGITS["mm"]
     return prepared
 
 
@@ -247,7 +269,10 @@ def _place(message: str, prepared: _Prepared) -> tuple[int | None, str, str]:
 
 def _reason(text: str) -> str:
     if "No number format" in text or "NoneType" in text:
-        return "the number has no decimal point, and the file does not say where it belongs (METRIC or INCH is missing)"
+        return (
+            "the number has no decimal point, and the file does not say where it belongs (METRIC or INCH is missing); "
+            "give --units in (format 00.0000) or --units mm (000.000)"
+        )
     if "Unknown excellon statement" in text:
         return "unknown Excellon command"
     return shown(text, 100)
