@@ -16,6 +16,11 @@ class Counts:
     stages: int
     tool_changes: int
 
+    @property
+    def works(self) -> bool:
+        """Whether the program cuts or drills anything."""
+        return self.holes > 0 or self.cuts > 0
+
 
 @dataclass(frozen=True, slots=True)
 class Certificate:

@@ -457,3 +457,16 @@ def test_a_rapid_that_was_made_without_power_is_so_in_another_order(tmp_path: Pa
         power = float(found.group(1)) if (found := re.search(r"S([0-9.]+)", line)) else power
         dark += [power == 0.0] if line.startswith("G0") else []
     assert len(dark) == 8 and all(dark)
+
+
+@pytest.mark.parametrize(
+    "text", ["G21 G90 G94 G17\nG0 Z5.\nG0 X10. Y10.\nX50.\nM30\n", "%\nT1C0.5\nX1.0Y2.0\nM3 S900\nM30\n"]
+)
+def test_a_program_that_cuts_nothing_says_so_beside_verified(text: str, tmp_path: Path, capsys: Any) -> None:
+    path = tmp_path / "empty.nc"
+    path.write_text(text)
+    assert run(["optimize", str(path), "--machine", "haas-vf2", "-o", str(tmp_path / "new.nc")]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "verified yes, but no cut and no hole was found in this program" in told
+    assert "same work" not in told
+    assert "L502 no cut and no hole was found in the program: check that this is the file that you mean" in told

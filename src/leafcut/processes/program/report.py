@@ -32,6 +32,8 @@ class ProgramReport(PathReport[ProgramDetail]):
     def __init__(self, outcome: Outcome[ProgramDetail]) -> None:
         super().__init__(outcome)
         self.beam = outcome.process in BEAMS
+        if not outcome.detail.certificate.before.works:
+            self.found = "but no cut and no hole was found in this program"
 
     def counts(self) -> dict[str, int]:
         """Return what the proof counted, and how the program is divided."""

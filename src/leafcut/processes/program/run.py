@@ -141,6 +141,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
         verified=True,
         issues=(
             *others,
+            *_no_work_issues(proved),
             *dangers,
             *new_dangers,
             *_avoided_issues(avoided, obstacles),
@@ -202,6 +203,13 @@ def _with_avoided(run: Run, words: Dialect, original: Program, proved: Proved) -
 
 def _avoided_comments(avoided: AvoidedAreas) -> list[str]:
     return [f"leafcut: {avoided.crossings}", f"leafcut: name clamps with --keep-out, first: line {avoided.line}"]
+
+
+def _no_work_issues(proved: Proved) -> list[Issue]:
+    """Return a warning about a program that neither cuts nor drills: it may be another file than the one meant."""
+    if proved.certificate.before.works:
+        return []
+    return [Issue("L502", "no cut and no hole was found in the program: check that this is the file that you mean")]
 
 
 def _avoided_issues(avoided: AvoidedAreas, obstacles: Obstacles | None) -> list[Issue]:
