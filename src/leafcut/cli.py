@@ -422,10 +422,12 @@ def _status_of(outcome: Outcome) -> int:
 
 
 def _without_what_is_known(outcome: Outcome) -> Outcome:
-    """Return an outcome without the note that a person had of this machine before (L403)."""
-    issues = outcome.issues
-    if any(issue.code == "L403" for issue in issues) and not first_time(f"L403 {outcome.machine.name}"):
-        return replace(outcome, issues=tuple(issue for issue in issues if issue.code != "L403"))
+    """Return an outcome without the note that a person had of this machine before (L403); a warning always stays."""
+    from leafcut.model.issue import Severity
+
+    known = [issue for issue in outcome.issues if issue.code == "L403" and issue.severity is Severity.NOTE]
+    if known and not first_time(f"L403 {outcome.machine.name}"):
+        return replace(outcome, issues=tuple(issue for issue in outcome.issues if issue not in known))
     return outcome
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -24,10 +25,11 @@ from leafcut.model.outcome import Outcome
 from leafcut.model.part import TURNS, Hole, Part, ProgramZero
 from leafcut.model.toolpath import Kind
 from leafcut.options import PocketDrawingOptions, ReadOptions
-from leafcut.processes.placing import placed
+from leafcut.processes.placing import negative_axes, placed
 from leafcut.processes.settings import collect
 from leafcut.read import Source, read, read_contours, read_pockets
 from leafcut.read.joining import read_drill_files
+from leafcut.read.machine import load_machine
 from leafcut.read.reference import outline_of
 from leafcut.report.page import write_page
 from leafcut.report.summary import print_summary
@@ -219,6 +221,45 @@ def test_summary_page_header_and_json_state_the_zero(plate: Path, capsys: pytest
 )
 def test_the_words_of_a_zero(zero: ProgramZero, scale: float, words: list[str]) -> None:
     assert [told for _, told in zero.facts(scale)] == words
+
+
+@pytest.mark.parametrize(
+    ("box", "table", "mill"),
+    [
+        ((0, 0, 100, 50), "", ""),
+        ((-1, 2, 100, 50), "X", ""),
+        ((-106, -63, 106, 2), "X and Y", "Y"),
+        ((0, -230, 50, -191), "Y", "Y"),
+        ((-50, -50, 50, 50), "X and Y", ""),
+    ],
+)
+def test_the_negative_side_of_the_zero(box: tuple[float, ...], table: str, mill: str) -> None:
+    """Tables begin at 0, or some millimetres before it for leads; the travel of a mill ends at 0."""
+    assert negative_axes(box, load_machine("pcb-drill")) == table
+    assert negative_axes(box, load_machine("haas-vf2")) == mill
+    assert negative_axes(box, replace(load_machine("pcb-drill"), work_offset=(300.0, 300.0, 0.0))) == ""
+    assert negative_axes((-4, 0, 9, 9), load_machine("plasma-table")) == ""
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize("process", ["drill", "cut", "pocket"])
+def test_a_part_on_the_negative_side_of_the_zero_is_stated_in_every_run(
+    plate: Path, process: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The plate is 120 mm wide: with its zero beyond its right edge all of it is at negative X."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    given = {
+        "drill": ["--depth", "2"],
+        "cut": ["--thickness", "3", "--cut-layers", "OUTLINE"],
+        "pocket": ["--depth", "2", "--pocket-layers", "POCKET", "--tool-diameter", "6", "--strategy", "zigzag"],
+    }[process]
+    program = tmp_path / "plate.nc"
+    command = [process, str(plate), *given, "--preset", "fast", "--origin", "200,20", "-o", str(program)]
+    for _ in range(2 if process == "drill" else 1):
+        assert run(command) in (0, 3)
+        told = " ".join(capsys.readouterr().out.split())
+        assert "L403 the part lies on the negative side of the zero in X: X-1" in told
+    assert "(the part lies on the negative side of the zero in X)" in program.read_text()
 
 
 @pytest.mark.hazard

@@ -27,10 +27,12 @@ def header_lines(
     beside: str = "in the drawing's order",
     zero: ProgramZero | None = None,
     part: str = "",
+    negative: str = "",
 ) -> list[str]:
     """Return the lines of the header; `seconds` are the machine times before and after, `beside` says what before was.
 
-    `part` is the solid or surface that the program was made for, and how it is placed.
+    `part` is the solid or surface that the program was made for, and how it is placed. `negative` names the axes on
+    whose negative side of the zero it lies.
 
     Nothing in it changes from run to run, so that the same seed gives the same bytes; the date stands in it only when
     `date` asks for it.
@@ -48,6 +50,8 @@ def header_lines(
     scale, unit = (MM_PER_INCH, "in") if units == "inch" else (1.0, "mm")
     if zero is not None:
         lines.extend(f"{name}: {words}" for name, words in zero.facts(scale))
+    if negative:
+        lines.append(f"the part lies on the negative side of the zero in {negative}")
     low, high = path.extents
     for axis, least, most in zip("XYZ", low, high, strict=True):
         lines.append(f"{axis} {_short(least / scale)} to {_short(most / scale)} {unit}")

@@ -18,12 +18,17 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.issue import Issue
+from leafcut.model.machine import Machine
 from leafcut.model.mesh import Mesh
 from leafcut.model.part import TURNS, Part, ProgramZero
 from leafcut.options import ORIGINS, ReadOptions
 
 #: x and y of a turn by so many quarters, without the rounding of sines.
 _QUARTERS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
+#: The travel of a table begins at the zero of the machine, to this, mm: a margin for leads is common.
+TABLE_START = 20.0
+#: Places nearer than this are one, mm.
+_SAME_PLACE = 0.01
 #: An angle this near to a quarter is one, rad.
 _SAME_ANGLE = 1e-9
 
@@ -78,6 +83,23 @@ def placing_words(file: str, part: Part, options: ReadOptions) -> str:
     if options.rotate:
         words.append(f"turned {math.degrees(options.rotate):.6g} deg")
     return ", ".join(words)
+
+
+def negative_axes(box: tuple[float, float, float, float], machine: Machine) -> str:
+    """Return the axes on whose negative side of the zero work lies: "X", "Y", "X and Y"; "" if its place is known.
+
+    `box`: smallest x and y, largest x and y of the work, mm.
+
+    Most of it counts. On a table whose travel begins at the zero of the machine, any of it does.
+    """
+    if machine.work_offset is not None:
+        return ""
+    low, high = box[:2], box[2:]
+    lowest = [
+        low[k] - min(machine.travel_min[k], 0.0) if abs(machine.travel_min[k]) <= TABLE_START else low[k] + high[k]
+        for k in (0, 1)
+    ]
+    return " and ".join(name for name, value in zip("XY", lowest, strict=True) if value < -_SAME_PLACE)
 
 
 def _exact(length: float) -> str:

@@ -26,6 +26,7 @@ from leafcut.processes.course import Run, check_words_used, library_of, machine_
 from leafcut.processes.deadline import Deadline
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.processes.drilling.options import DrillOptions
+from leafcut.processes.placing import negative_axes
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -203,7 +204,7 @@ def _order(run: Run, plan: DrillPlan, request: DrillingRequest) -> Outcome[Drill
         seed=run.settings.solve.seed,
         verified=True,
         written=_verify(run, plan, request, words, after, text),
-        issues=(*plan.part.issues, *plan.issues, *machine_issues(run.machine)),
+        issues=(*plan.part.issues, *plan.issues, *machine_issues(run.machine, plan.part.extents)),
         options=run.settings.changed(),
         version=__version__,
         detail=DrillingDetail(
@@ -347,6 +348,7 @@ def _write(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, measures: 
     header = header_lines(
         source=Path(plan.part.source or plan.part.name).name,
         zero=plan.part.zero,
+        negative=negative_axes(plan.part.extents, run.machine),
         version=__version__,
         machine=run.machine,
         tools=plan.tools,

@@ -9,6 +9,7 @@ from leafcut._version import __version__
 from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.course import refuse
+from leafcut.processes.placing import negative_axes
 from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes, raised
 from leafcut.processes.pocket.options import PocketOptions
 
@@ -32,6 +33,7 @@ def write_pockets(job: PocketJob, before: LaidPockets, after: LaidPockets, usual
     header = header_lines(
         source=Path(job.part.source or job.part.name).name,
         zero=job.part.zero,
+        negative=negative_axes(job.part.extents, job.run.machine),
         version=__version__,
         machine=job.run.machine,
         tools=(tool,),

@@ -577,7 +577,7 @@ def _outcome(
             *_entry_issues(after.descents),
             *_stops(job),
             *left,
-            *machine_issues(run.machine),
+            *machine_issues(run.machine, job.part.extents),
         ),
         options=settings.changed(),
         version=__version__,

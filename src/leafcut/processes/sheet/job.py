@@ -60,6 +60,11 @@ class SheetJob:
         """Whether the controller can put the torch off while it moves."""
         return switches(self.words)
 
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """Smallest x and y, largest x and y of what is cut, mm."""
+        return _box(self.cutting.sheet)
+
     def travel(self) -> Callable[[Point, Point], float]:
         """Return what a way costs."""
         from leafcut.timing.travel import travel_cost
@@ -134,10 +139,17 @@ def prepared(run: Run, source: Source) -> tuple[SheetJob, list[Issue]]:
 def _bounds(sheet: Sheet) -> Toolpath:
     """Return a way between the lowest and the highest corner of what is cut: where the machine must reach at least."""
     builder = ToolpathBuilder()
-    boxes = np.array([c.contour.path.extents for c in sheet.contours])
-    builder.rapid(*boxes[:, :2].min(axis=0).tolist())
-    builder.rapid(*boxes[:, 2:].max(axis=0).tolist())
+    x0, y0, x1, y1 = _box(sheet)
+    builder.rapid(x0, y0)
+    builder.rapid(x1, y1)
     return builder.build()
+
+
+def _box(sheet: Sheet) -> tuple[float, float, float, float]:
+    boxes = np.array([c.contour.path.extents for c in sheet.contours])
+    x0, y0 = boxes[:, :2].min(axis=0).tolist()
+    x1, y1 = boxes[:, 2:].max(axis=0).tolist()
+    return x0, y0, x1, y1
 
 
 def switches(words: Dialect) -> bool:

@@ -20,6 +20,7 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.course import Run, machine_issues, refuse
 from leafcut.processes.keep_out import meetings
+from leafcut.processes.placing import negative_axes
 from leafcut.processes.sheet.job import SheetJob, prepared
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.options import CutOptions
@@ -237,7 +238,7 @@ def _outcome(
             *_heat_issues(job, after),
             *_probing_issues(job, after),
             *_freed_issues(after),
-            *machine_issues(run.machine),
+            *machine_issues(run.machine, job.box),
         ),
         options=settings.changed(),
         version=__version__,
@@ -307,6 +308,7 @@ def _write(job: SheetJob, before: _LaidOrder, after: _LaidOrder) -> str:
     header = header_lines(
         source=Path(job.part.source or job.part.name).name,
         zero=job.part.zero,
+        negative=negative_axes(job.box, job.run.machine),
         version=__version__,
         machine=job.run.machine,
         tools=(),
