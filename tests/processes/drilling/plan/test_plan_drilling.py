@@ -403,6 +403,24 @@ def test_points_without_a_diameter_are_one_millimetre_wide_or_as_wide_as_the_onl
         assert f"2 points have no diameter and are drilled as {diameter:g} mm holes" in [i.message for i in made.issues]
 
 
+def test_assumed_feeds_name_the_material_that_they_are_for() -> None:
+    """Whoever gives both feed and speed knows the material."""
+
+    def told(**given: float) -> str:
+        (words,) = [issue.message for issue in plan(library=None, **given).issues if issue.code == "L401"]
+        return words
+
+    material = ", for high-speed steel in mild steel or aluminium; check them, or give --tools"
+    assert told().endswith(f"rpm{material}") and told(feed=2.0).endswith(f"120 mm/min at 1273 rpm{material}")
+    assert (
+        told(feed=2.0, spindle_speed=3000.0)
+        == "T1 drill Ø5 assumed: 120 mm/min at 3000 rpm; check them, or give --tools"
+    )
+    library = replace(LIBRARY, tools=(replace(DRILL5, feed=0.0, spindle_rpm=0.0),), recipes=(), without_feeds=True)
+    (filled,) = [issue.message for issue in plan(library=library).issues if issue.code == "L401"]
+    assert filled.endswith("rpm assumed, for high-speed steel in mild steel or aluminium; check them")
+
+
 def deep_strokes(made: object) -> list[str]:
     return [issue.message for issue in made.issues if issue.code == "L446"]
 

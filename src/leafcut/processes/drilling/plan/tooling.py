@@ -150,8 +150,8 @@ class ToolChooser:
         for tool in self._assumed.values():
             yield Issue(
                 "L401",
-                f"{tool.label} assumed: {tool.feed * 60:.6g} mm/min at {tool.spindle_rpm:.0f} rpm; "
-                f"check them, or give --tools{self._too_fast(tool)}",
+                f"{tool.label} assumed: {tool.feed * 60:.6g} mm/min at {tool.spindle_rpm:.0f} rpm"
+                f"{self._material()}; check them, or give --tools{self._too_fast(tool)}",
                 severity=Severity.WARNING if self._too_fast(tool) else Severity.NOTE,
             )
             if tool.kind is ToolKind.DRILL and tool.diameter > LARGEST_COMMON_DRILL:
@@ -164,7 +164,7 @@ class ToolChooser:
             yield Issue(
                 "L401",
                 f"{tool.label}: its library gives no feeds; {tool.feed * 60:.6g} mm/min at {tool.spindle_rpm:.0f} rpm "
-                f"assumed; check them{self._too_fast(tool)}",
+                f"assumed{self._material()}; check them{self._too_fast(tool)}",
                 severity=Severity.WARNING if self._too_fast(tool) else Severity.NOTE,
             )
         if self.library is not None and self.library.left_out:
@@ -287,6 +287,11 @@ class ToolChooser:
         if tool.kind is ToolKind.SLOT_MILL:
             return f"{needs}: mill the slot as a pocket, or give the --spindle-speed that your mill and material need"
         return f"{needs}: mill the hole, or give the --spindle-speed that your drill and material need"
+
+    def _material(self) -> str:
+        """Return the material of the assumed feeds and speeds; nothing where a person gave both."""
+        given = self.options.feed and self.job.spindle_speed
+        return "" if given else ", for high-speed steel in mild steel or aluminium"
 
     def _too_fast(self, tool: Tool) -> str:
         """Return the right speed of a tool whose assumed speed is much higher, to be added to its issue; else nothing.
