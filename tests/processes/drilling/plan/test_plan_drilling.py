@@ -421,6 +421,22 @@ def test_assumed_feeds_name_the_material_that_they_are_for() -> None:
     assert filled.endswith("rpm assumed, for high-speed steel in mild steel or aluminium; check them")
 
 
+@pytest.mark.parametrize(
+    ("diameter", "told"),
+    [
+        (1.6, []),  # 0.5 mm and the point, 0.481 mm
+        (3.2, ["T1 drill Ø3.2 comes out 1.46 mm below the board, the farthest: use a thicker backing board"]),
+        (10.0, []),  # that is a warning of its own
+    ],
+)
+def test_more_than_a_millimetre_below_a_board_is_stated(diameter: float, told: list[str]) -> None:
+    holes = (Hole(0, 0, diameter), Hole(30, 0, diameter))
+    for format_, expected in (("excellon", told), ("dxf", [])):
+        made = plan(Part("board", holes, format=format_), None, thickness=1.6, spindle_speed=6000.0)
+        assert [issue.message for issue in made.issues if issue.code == "L402"] == expected
+    assert len(far_below(made)) == (diameter == 10.0)
+
+
 def deep_strokes(made: object) -> list[str]:
     return [issue.message for issue in made.issues if issue.code == "L446"]
 

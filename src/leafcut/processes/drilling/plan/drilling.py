@@ -13,7 +13,7 @@ from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.geometry.zones import touches_any_zone, widened
 from leafcut.model.cycles import PECKING
 from leafcut.model.heights import SAME_HEIGHT, HeightCount
-from leafcut.model.issue import Issue, MissingWork
+from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.mesh import Mesh
 from leafcut.model.part import Part
@@ -38,6 +38,8 @@ from leafcut.quick_dataclass import dataclass
 
 #: A tool that comes out this far below the part, mm, may meet the table, a vise or a parallel: it is reported.
 FAR_BELOW = 3.0
+#: The same under a circuit board, mm: the backing board below it is often 2 mm thick or less.
+BELOW_BOARD = 1.0
 #: In a longer stroke, diameters, chips pack the flutes of a twist drill, and it breaks: without pecks 3 to 5 are usual.
 LONGEST_STROKE = 5.0
 
@@ -389,11 +391,11 @@ def _far_below(
     part: Part, operations: tuple[DrillOperation, ...], rule: DepthRule, tops: NDArray[np.float64],
     deeper: NDArray[np.float64], under: NDArray[np.float64],
 ) -> list[Issue]:  # fmt: skip
-    """Return a warning where tools come out far below the part, with the farthest.
+    """Return a warning where tools come out far below the part, with the farthest; a note where under a board.
 
     `under` is the underside of the part at each hole, float64[n], mm; −∞ where it is not known.
     """
-    farthest, count, label, place = FAR_BELOW, 0, "", (0.0, 0.0)
+    farthest, count, label, place = BELOW_BOARD if part.format == "excellon" else FAR_BELOW, 0, "", (0.0, 0.0)
     for one in operations:
         if one.slots:
             below = np.full(len(one.targets), -one.cycle.bottom - rule.depth if rule.through else -np.inf)
@@ -401,12 +403,15 @@ def _far_below(
             below = under[one.targets] - one.bottoms(tops, deeper)
         far = np.flatnonzero(below > FAR_BELOW + 1e-9)
         count += len(far)
-        if len(far) and float(below.max()) > farthest:
+        if float(below.max(initial=0.0)) > farthest + 1e-9:
             farthest, target = float(below.max()), int(one.targets[np.argmax(below)])
             label = one.tool.label
             place = part.slots[target].start if one.slots else (part.holes[target].x, part.holes[target].y)
-    if not count:
+    if not label:
         return []
+    if not count:
+        words = f"{label} comes out {farthest:.2f} mm below the board, the farthest: use a thicker backing board"
+        return [Issue("L402", words, severity=Severity.NOTE)]
     words = (
         f"{label} at {place[0]:g}, {place[1]:g} comes out {farthest:.2f} mm below the part "
         f"({count_of(count, 'place')} with more than {FAR_BELOW:g} mm): leave room below it for the tip, or give a "
