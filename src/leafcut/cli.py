@@ -203,12 +203,18 @@ def _failure(problem: Exception) -> tuple[str, int]:
 
 def _warn(issues: Iterable[Any], place: str = "") -> None:
     """Say on standard error what matters even to somebody who wants no summary: holes lost, depths assumed."""
+    from leafcut.model.issue import LIMITS
+
     told = sorted((i for i in issues if i.severity != "note"), key=lambda i: _WORST_FIRST.index(i.severity))
-    lines = list(dict.fromkeys(f"{place}{issue.severity}: {issue}" for issue in told))
-    for line in lines[:MOST_WARNINGS]:
-        _refuse(line, DONE)
-    if len(lines) > MOST_WARNINGS:
-        _refuse(f"warning: {len(lines) - MOST_WARNINGS} more", DONE)
+    lines = {f"{place}{issue.severity}: {issue}": issue.code in LIMITS for issue in told}
+    most = MOST_WARNINGS
+    for line, is_limit in lines.items():
+        # What was assumed is never folded.
+        if is_limit or most > 0:
+            _refuse(line, DONE)
+        most -= not is_limit
+    if most < 0:
+        _refuse(f"warning: {-most} more", DONE)
 
 
 def _refuse(line: str, status: int) -> int:

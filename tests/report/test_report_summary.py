@@ -8,11 +8,12 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
+from leafcut import cli
 from leafcut.model import Issue, Outcome
 from leafcut.model.issue import CODES, LIMITS, Severity
 from leafcut.report.page import write_page
 from leafcut.report.summary import MOST_ISSUES, print_summary
-from leafcut.report.wording import MOST_LIMITS, at_most_words, clean, cost_words, percent_words, time_words
+from leafcut.report.wording import at_most_words, clean, cost_words, percent_words, time_words
 from page_parser import Page
 
 
@@ -134,7 +135,13 @@ def test_assumptions_and_corners_that_are_not_cut_stand_beside_verified(outcome_
     assert page.index("assumed: no depth given: 1 mm deep") < page.index("machine time")
 
 
-def test_many_assumptions_are_counted(outcome_of):
-    issues = tuple(Issue("L401", f"T{n} drill assumed") for n in range(MOST_LIMITS + 30))
+@pytest.mark.hazard
+def test_assumptions_are_never_folded_into_and_so_many_more(outcome_of, capsys):
+    issues = tuple(Issue("L401", f"T{n} drill assumed") for n in range(42))
+    others = tuple(Issue("L208", f"line {n}") for n in range(15))
     text = shown(outcome_of(issues=issues))
-    assert text.count("drill assumed") == MOST_LIMITS and "30 more" in text
+    assert text.count("drill assumed") == 42 and "more" not in text
+    assert write_page(outcome_of(issues=issues)).count("drill assumed") >= 42
+    cli._warn((*others, *issues))
+    told = capsys.readouterr().err
+    assert told.count("drill assumed") == 42 and told.count("L208") == 10 and "warning: 5 more" in told

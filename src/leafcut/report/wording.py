@@ -21,8 +21,6 @@ LEAST_GAP = 1e-4
 #: Of a search that ended by `solve.thrift`.
 SPARED = "more search would take longer than it saves"
 MINUS = "−"
-#: Number of assumptions and places not cut that stand beside "verified".
-MOST_LIMITS = 12
 
 #: Unicode categories that print nothing and may mislead: controls, direction overrides, surrogates, private use.
 _UNPRINTABLE = frozenset({"Cc", "Cf", "Cs", "Co", "Zl", "Zp"})
@@ -181,11 +179,12 @@ class IssueGroup:
 
 
 def limits(issues: Iterable[Issue]) -> list[tuple[str, str]]:
-    """Return what belongs beside the word "verified", as pairs of name and text: assumptions, and places not cut."""
+    """Return what belongs beside the word "verified", as pairs of name and text: assumptions, and places not cut.
+
+    All of them: an assumption that is folded into "and 3 more" is taken for a fact.
+    """
     groups = [group for group in group_issues(issues, by_message=True) if group.code in LIMITS]
-    lines = [(LIMITS[g.code], g.message + (f" ({g.place})" if g.place else "")) for g in groups[:MOST_LIMITS]]
-    rest = len(groups) - len(lines)
-    return [*lines, ("and", f"{rest:,} more")] if rest else lines
+    return [(LIMITS[g.code], g.message + (f" ({g.place})" if g.place else "")) for g in groups]
 
 
 def group_issues(issues: Iterable[Issue], *, by_message: bool = False) -> list[IssueGroup]:
