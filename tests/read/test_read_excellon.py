@@ -156,7 +156,9 @@ def test_a_doubled_hit_is_drilled_once(text_file):
 @pytest.mark.parametrize(
     "text, line, words",
     [
-        (body("X1.0Y1.0\nWHAT"), 7, "unknown Excellon command"),
+        (body("X1.0Y1.0\nWHAT"), 7, "unknown Excellon command; export only drills"),
+        (body("R,T\nX1.0Y1.0"), 6, "unknown Excellon command; export only drills"),
+        (body("G93X1.0Y0\nX1.0Y1.0"), 6, "moves the zero"),
         (body("X1.0Y1.0\nT7\nX2.0Y2.0"), 7, "Undefined tool"),
         (body("X1.0Y1.0\nG85X2.0Y2.0"), 7, "needs a start and an end"),
         (body("X1.0Y1.0\nG02X2.0Y2.0A1.0"), 7, "routed arc"),
@@ -266,3 +268,19 @@ def test_places_after_tools_without_a_size_are_no_program():
 )
 def test_a_program_with_bare_places_stays_a_program(text):
     assert registry.choose(formats(), Source("program.tap", text.encode())).name == "gcode"
+
+
+def test_resets_of_counters_and_a_zero_set_to_zero_change_nothing(text_file):
+    plain = read(text_file("a.drl", body("X1.0Y2.0\nX5.0Y5.0")))
+    reset = read(text_file("a.drl", body("R,H\nG93X0Y0\nG93X0.0Y0.000\nX1.0Y2.0\nr,cp\nX5.0Y5.0")))
+    assert reset.holes == plain.holes and not reset.issues
+
+
+@pytest.mark.parametrize("header", ["INCH,TZ\n", ";FILE_FORMAT=2:4\nINCH,TZ\n"])
+def test_holes_that_all_lie_inside_one_of_them_cannot_be_right(text_file, header):
+    """X3 is 0.0003 in = 0.00762 mm; the file means 3 in."""
+    path = text_file("tz.drl", f"M48\n{header}T1C0.0394\n%\nT1\nX3Y1\nX2Y1\nM30\n")
+    told = " ".join(issue.message for issue in read(path).issues if issue.code == "L102")
+    assert "2 holes span 0.00254 × 0 mm, less than the widest of them, 1.00076 mm: that cannot be right" in told
+    whole = text_file("tz.drl", f"M48\n{header}T1C0.0394\n%\nT1\nX30000Y10000\nX20000Y10000\nM30\n")
+    assert "cannot be right" not in str(read(whole).issues)

@@ -40,6 +40,10 @@ _SLOT = re.compile(rf"((?:X{_NUMBER})?(?:Y{_NUMBER})?)G85((?:X{_NUMBER})?(?:Y{_N
 _TOOL = re.compile(r"T(\d{1,6})((?:[A-Z][+-]?[.\d]*)*)")
 _TOOL_DIAMETER = re.compile(r"C([.\d]+)")
 _REPEAT = re.compile(r"R(\d+)")
+#: Excellon, CNC-7: these reset hit counters, cutter distances and clocks of the machine. R,T resets the tools.
+_COUNTERS = {"R,H", "R,D", "R,C", "R,CP", "R,CR"}
+#: G93 sets the zero of the program: to the zero that it has.
+_NO_ZERO_SET = re.compile(r"G93(?:X[+-]?0*\.?0*)?(?:Y[+-]?0*\.?0*)?")
 _FORMAT_COMMENT = re.compile(
     r";\s*FORMAT=\{(\d):(\d)\s*/[^/]*/[^/]*/\s*(suppress leading|suppress trailing|keep)?", re.I
 )
@@ -128,6 +132,8 @@ def read_excellon(source: Source, options: ReadOptions) -> Part:
         issues.append(units_unknown("the file", part, Severity.WARNING))
     if prepared.has_plain_integers and not prepared.has_format:
         issues.append(_format_assumed(part, prepared.metric))
+    if prepared.has_plain_integers and (narrow := _too_narrow(holes)):
+        issues.append(narrow)
     return replace(part, issues=(*issues, *noticed))
 
 
@@ -138,6 +144,22 @@ def _format_assumed(part: Part, metric: bool | None) -> Issue:
         "L102",
         f"coordinates have no decimal point and the file gives no format; with the usual {form} the holes span "
         f"{right - left:g} × {high - low:g} mm",
+    )
+
+
+def _too_narrow(holes: list[Hole]) -> Issue | None:
+    """Return a warning where all of several holes lie inside one of them: their numbers are read in a wrong format."""
+    places = {(hole.x, hole.y) for hole in holes}
+    if len(places) < 2:
+        return None
+    (left, low), (right, high) = (tuple(pick(values) for values in zip(*places, strict=True)) for pick in (min, max))
+    widest = max(hole.diameter for hole in holes)
+    if max(right - left, high - low) >= widest:
+        return None
+    return Issue(
+        "L102",
+        f"{len(places)} holes span {right - left:.3g} × {high - low:.3g} mm, less than the widest of them, "
+        f"{widest:g} mm: that cannot be right; export the file with decimal points",
     )
 
 
@@ -198,6 +220,11 @@ def _command(source: Source, prepared: _Prepared, line: str, number: int, in_hea
         line = f"G0{line[1:]}"
     if line == "G91":
         line = "ICI,ON"
+    if line in _COUNTERS or _NO_ZERO_SET.fullmatch(line):
+        return
+    if line.startswith("G93"):
+        reason = f"'{shown(line)}' moves the zero, and leafcut reads drill files with one zero; export it without G93"
+        raise ReadError(source.path, reason, number)
     if re.match(r"G0[23]", line):
         raise ReadError(source.path, f"routed arc '{shown(line)}': only holes and straight slots are read", number)
     if match := re.fullmatch(r"(METRIC|M71|INCH|M72)(,.*)?", line):
@@ -274,7 +301,7 @@ def _reason(text: str) -> str:
             "give --units in (format 00.0000) or --units mm (000.000)"
         )
     if "Unknown excellon statement" in text:
-        return "unknown Excellon command"
+        return "unknown Excellon command; export only drills: header M48, tools with a C size, and places X Y"
     return shown(text, 100)
 
 
