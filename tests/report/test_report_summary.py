@@ -11,6 +11,7 @@ from rich.console import Console
 from leafcut import cli
 from leafcut.model import Issue, Outcome
 from leafcut.model.issue import CODES, LIMITS, Severity
+from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.report.page import write_page
 from leafcut.report.summary import MOST_ISSUES, print_summary
 from leafcut.report.wording import at_most_words, clean, cost_words, percent_words, time_words
@@ -145,3 +146,11 @@ def test_assumptions_are_never_folded_into_and_so_many_more(outcome_of, capsys):
     cli._warn((*others, *issues))
     told = capsys.readouterr().err
     assert told.count("drill assumed") == 42 and told.count("L208") == 10 and "warning: 5 more" in told
+
+
+@pytest.mark.parametrize(("saved", "stated", "answer"), [(-0.37, False, 0.0), (0.0, False, 0.0), (2.5, True, 2.5)])
+def test_low_ways_that_take_longer_save_nothing(outcome_of, saved, stated, answer):
+    """A short hop below the highest place may take as long as one over it."""
+    outcome = outcome_of(detail=DrillingDetail(saved))
+    assert ("low ways" in shown(outcome)) is stated and "−0" not in shown(outcome)
+    assert outcome.shown.answer() == {"low_ways_saved_s": answer}

@@ -13,20 +13,24 @@ from leafcut.report.part_edge import near_edge
 from leafcut.report.path_report import PathReport
 from leafcut.report.wording import time_words
 
+#: Less is not worth a line, s: it is shown as 0.00 s.
+_LEAST_SAVED = 0.005
+
 
 class DrillingReport(PathReport[DrillingDetail]):
     """What holes show."""
 
     def answer(self) -> dict[str, Any]:
-        """Return what the ways over a surface save."""
+        """Return what low ways over a surface save: nothing where they take longer."""
         saved = self.outcome.detail.low_ways_saved_s
-        return {} if saved is None else {"low_ways_saved_s": saved}
+        return {} if saved is None else {"low_ways_saved_s": max(saved, 0.0)}
 
     def facts(self) -> list[Fact]:
-        """Return what every path tells, and what the ways over a surface save."""
+        """Return what every path tells, and what low ways over a surface save, if anything."""
         saved = self.outcome.detail.low_ways_saved_s
-        low = [] if saved is None else [Fact("low ways", f"save {time_words(saved)} against all ways over the highest")]
-        return [*low, *super().facts()]
+        if saved is None or saved < _LEAST_SAVED:
+            return super().facts()
+        return [Fact("low ways", f"save {time_words(saved)} against all ways over the highest"), *super().facts()]
 
     def stock(self) -> ShownStock:
         """Return the tools, and the part or what is known of the plate: its edge and its thickness."""
