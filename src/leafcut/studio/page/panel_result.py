@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
+from leafcut.model.issue import LIMITS
 from leafcut.studio.jobs.history import JobRecord
 from leafcut.studio.page import headline
 from leafcut.studio.page.elements import box, button, link, table, text
@@ -212,7 +213,10 @@ class ResultPanel:
         worst.sort(key=lambda issue: issue["severity"] != "danger")
         self._list_of_warnings(worst, "warnings worst", _MOST_ISSUES)
         found = [issue for issue in _warnings(answer) if issue["severity"] == "warning"]
-        self._list_of_warnings(found, "warnings", _MOST_WARNINGS)
+        # What was assumed is never folded.
+        found.sort(key=lambda issue: issue["code"] not in LIMITS)
+        most = max(_MOST_WARNINGS, sum(issue["code"] in LIMITS for issue in found))
+        self._list_of_warnings(found, "warnings", most)
 
     def _list_of_warnings(self, found: list[dict[str, str]], classes: str, most: int) -> None:
         if not found:
