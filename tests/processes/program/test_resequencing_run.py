@@ -470,3 +470,16 @@ def test_a_program_that_cuts_nothing_says_so_beside_verified(text: str, tmp_path
     assert "verified yes, but no cut and no hole was found in this program" in told
     assert "same work" not in told
     assert "L502 no cut and no hole was found in the program: check that this is the file that you mean" in told
+
+
+@pytest.mark.parametrize("machine", ["grbl-3018", "linuxcnc-mill"])
+@pytest.mark.parametrize("places", [[(90, 60)], [(90, 60), (20, 20), (60, 90)]])
+def test_reorder_and_simulate_state_one_time_for_a_program(machine: str, places: list[Any], tmp_path: Path) -> None:
+    """Both count the first move, from X0 Y0, whether or not anything can be reordered."""
+    path = tmp_path / "contour.nc"
+    cuts = "".join(f"G0 X{x} Y{y}\nG1 Z-1 F300\nX{x + 5}\nG0 Z15\n" for x, y in places)
+    path.write_text(f"G21 G90 G94 G17\nT1 M6\nS5000 M3\nG0 Z15\n{cuts}M5\nM30\n")
+    simulated = leafcut.simulate(path, machine=machine).measure
+    outcome = leafcut.optimize(path, machine=machine)
+    assert bool(outcome.operations) == (len(places) > 1)
+    assert outcome.before.time_s == pytest.approx(simulated.time_s)

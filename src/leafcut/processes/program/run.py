@@ -308,13 +308,15 @@ def _solve_sections(
 def _stands(run: Run, original: Program, sequence: Sequence) -> tuple[Point | None, Point | None]:
     """Return where the tool stands before the program moves it, and the same if the first section begins there."""
     start = run.settings.job.start_point
-    if start is None or not sequence.sections:
+    if start is None:
         return None, None
+    stands = float(start[0]), float(start[1])
+    if not sequence.sections:
+        return stands, None
     path = original.path
     before = slice(0, int(original.first[sequence.sections[0].pieces[0].begin]))
     known = np.isfinite(path.end[before, :2]).any(axis=1) & np.isin(path.kind[before], _PLACES)
     moved = known.any() or ((path.kind[before] == Kind.FOREIGN) & (path.ref[before] != STILL)).any()
-    stands = float(start[0]), float(start[1])
     return stands, None if moved else stands
 
 
