@@ -73,6 +73,7 @@ class ToolChooser:
         board: bool = False,
     ) -> None:
         self.library, self.machine, self.job, self.options = library, machine, job, options
+        self._board = board
         self._fastest = BOARD_SPEED if board else SURFACE_SPEED
         self._assumed: dict[tuple[ToolKind, float], Tool] = {}
         self._chosen: dict[tuple[float, str], tuple[Step, ...]] = {}
@@ -290,8 +291,9 @@ class ToolChooser:
 
     def _material(self) -> str:
         """Return the material of the assumed feeds and speeds; nothing where a person gave both."""
-        given = self.options.feed and self.job.spindle_speed
-        return "" if given else ", for high-speed steel in mild steel or aluminium"
+        if self.options.feed and self.job.spindle_speed:
+            return ""
+        return ", for circuit boards" if self._board else ", for high-speed steel in mild steel or aluminium"
 
     def _too_fast(self, tool: Tool) -> str:
         """Return the right speed of a tool whose assumed speed is much higher, to be added to its issue; else nothing.
