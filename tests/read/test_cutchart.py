@@ -88,6 +88,20 @@ def test_data_that_are_not_certain_are_said_to_be_so() -> None:
     assert {"L413", "L414"} <= {i.code for i in issues}
 
 
+@pytest.mark.parametrize("process", ["laser", "laser_fiber", "laser_diode_5W", "laser_fiber_4kW"])
+def test_no_laser_gets_the_rows_of_another_kind_or_power(process: str) -> None:
+    """Own figures are enough for any laser; rows that name neither kind nor power are for every one."""
+    with pytest.raises(OptionError, match=r"the chart has .*laser_fiber_3kw.*cut_process|no data for .*--chart"):
+        find_cut_data(load_chart(), process, "mild_steel", 3.0)
+    data, _ = find_cut_data(load_chart(), process, "mild_steel", 3.0, feed=5.0, kerf=0.2, pierce_delay=0.0)
+    assert (data.process, data.feed) == (process.lower(), 5.0)
+
+
+def test_rows_that_name_neither_kind_nor_power_are_for_every_laser(tmp_path: Path) -> None:
+    rows = chart(tmp_path, "laser,mild_steel,3,,1000,1,0.5,1,0.2,")
+    assert find_cut_data(rows, "laser_fiber_3kW", "mild_steel", 3.0)[0].feed == pytest.approx(1000 / 60)
+
+
 def test_a_manufacturers_row_goes_before_a_sample_file(tmp_path: Path) -> None:
     rows = chart(
         tmp_path,
@@ -131,10 +145,10 @@ def test_water_jets_cut_by_the_equation_of_their_source() -> None:
         ("oxyfuel", "steel", 20.0),
         ("waterjet", "stainless", 8.0),
         ("waterjet", "brass", 5.0),
-        ("laser", "stainless", 3.0),
-        ("laser", "brass", 3.0),
-        ("laser", "wood", 3.0),
-        ("laser", "acrylic", 5.0),
+        ("laser_fiber_3kW", "stainless", 3.0),
+        ("laser_fiber_3kW", "brass", 3.0),
+        ("laser_co2_60W", "wood", 3.0),
+        ("laser_co2_60W", "acrylic", 5.0),
     ],
 )
 def test_every_process_has_rows_of_its_materials_and_says_how_far_to_trust_them(

@@ -40,6 +40,8 @@ class Machine:
     name, description, controller, head
         `controller` is the name of a dialect, or the path of its TOML file; `head` is spindle, torch (plasma),
         laser, flame or water.
+    cut_process
+        What cuts, kind and power, as cut charts name it (``laser_fiber_3kW``); empty: not known, or a spindle.
     family
         The shipped dialect that the controller's is based on where it is not a shipped one: timing goes by it.
     units
@@ -104,6 +106,7 @@ class Machine:
     travel_min: XYZ
     travel_max: XYZ
     head: Head = Head.SPINDLE
+    cut_process: str = ""
     units: str = "mm"
     rapid_style: str = "linear"
     acceleration_factor: float = 1.0

@@ -217,7 +217,8 @@ def find_cut_data(
     Parameters
     ----------
     process
-        ``plasma``, ``laser``, ``oxyfuel``, ``waterjet``, or the full name in the chart (``laser_fiber_3kW``).
+        The name in the chart, with kind and power where it has them: ``plasma``, ``laser_fiber_3kW``. Only rows of
+        that name are used, or where there are none those that name neither kind nor power.
     thickness
         mm.
     nozzle
@@ -234,10 +235,10 @@ def find_cut_data(
         Nothing of that thickness; says the nearest ones.
     """
     rows = list(rows)
-    known = [r for r in rows if is_process(r.process, process)]
+    known = [r for r in rows if r.process == process.lower()] or [r for r in rows if r.process == method_of(process)]
     own = _own_row(process, material, thickness, amps, given)
     if not known and own is None:
-        raise OptionError(f"--cut-process: the chart has no '{process}'{nearest(process, _all(rows, 'process'))}")
+        raise OptionError(_no_process(rows, process, material))
     material = material_name(material)
     named = [r for r in known if r.material == material]
     if not named and own is None:
@@ -261,6 +262,20 @@ def find_cut_data(
     if own is None:
         raise PlanError(_no_row(fitting, process, material, thickness))
     return _finished(own, thickness, given, [])
+
+
+def _no_process(rows: list[ChartRow], process: str, material: str) -> str:
+    """Return which processes a chart has instead of one; another power or kind never stands in for it."""
+    kinds = sorted(kinds_for(rows, process, material) or {r.process for r in rows if is_process(r.process, process)})
+    if kinds:
+        return (
+            f"--cut-process: the chart has {', '.join(kinds)}, but nothing for a {process} of unknown kind and power; "
+            "name yours, here or as cut_process in the machine's profile"
+        )
+    alike = sorted({r.process for r in rows if method_of(r.process) == method_of(process)})
+    if not alike:
+        return f"--cut-process: the chart has no '{process}'{nearest(process, _all(rows, 'process'))}"
+    return f"the chart has no data for {process}, only for {', '.join(alike)}; give a --chart that has it, or {_OWN}"
 
 
 def _of_nozzle(rows: list[ChartRow], nozzle: str, what: str) -> list[ChartRow]:
@@ -297,18 +312,16 @@ def _all(rows: Iterable[ChartRow], field: str) -> list[str]:
 def _best(
     rows: list[ChartRow], thickness: float, given: dict[str, float | None]
 ) -> tuple[ChartRow, list[Issue]] | None:
-    """Return the row of a thickness: of the process that comes first, the current that fits best.
+    """Return the row of a thickness, of the current that fits best.
 
     A chart comes before an estimate, what pierces and is complete before what is not, and then the faster.
     """
-    groups: dict[tuple[str, float], list[ChartRow]] = {}
+    groups: dict[float, list[ChartRow]] = {}
     for row in rows:
-        groups.setdefault((row.process, row.amps or 0.0), []).append(row)
-    found = {key: at for key in sorted(groups) if (at := _at_thickness(groups[key], thickness)) is not None}
-    if not found:
+        groups.setdefault(row.amps or 0.0, []).append(row)
+    ways = [at for amps in sorted(groups) if (at := _at_thickness(groups[amps], thickness)) is not None]
+    if not ways:
         return None
-    first = min(found, key=lambda key: (found[key][0].trust == _ESTIMATE, key))[0]
-    ways = [at for key, at in found.items() if key[0] == first]
 
     def rank(at: tuple[ChartRow, list[Issue]]) -> tuple[bool, bool, float]:
         row = at[0]
@@ -402,7 +415,7 @@ def _no_row(rows: list[ChartRow], process: str, material: str, thickness: float)
 
 
 def _others(rows: list[ChartRow], chosen: ChartRow) -> list[Issue]:
-    """Return a note on other currents or lasers that the chart has for about this thickness."""
+    """Return a note on other currents that the chart has for about this thickness."""
     mine = _way(chosen)
     others = {
         _way(r): None
@@ -412,7 +425,7 @@ def _others(rows: list[ChartRow], chosen: ChartRow) -> list[Issue]:
     if not others:
         return []
     text = f"cut with {mine}; for about this thickness the chart also has {', '.join(others)}"
-    return [Issue("L412", f"{text}: choose with --amps or --cut-process", severity=Severity.NOTE)]
+    return [Issue("L412", f"{text}: choose with --amps", severity=Severity.NOTE)]
 
 
 def _way(row: ChartRow) -> str:

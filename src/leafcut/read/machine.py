@@ -15,7 +15,7 @@ from typing import Any
 from leafcut.errors import DataError, OptionError, nearest, shown
 from leafcut.files import parse_toml, read_toml
 from leafcut.gcode.dialects import DIALECTS, dialect, dialects
-from leafcut.kinds import Head
+from leafcut.kinds import Head, method_of
 from leafcut.model.machine import XYZ, Machine, Probe
 from leafcut.plugins import PluginKind, file_of
 from leafcut.read.machine_keys import (
@@ -168,6 +168,7 @@ def _machine_of(data: dict[str, Any], place: str) -> Machine:
         controller=controller,
         family=family,
         head=Head(top.text("process", choices=tuple(Head))),
+        cut_process=top.text("cut_process", ""),
         units=top.text("units", choices=("mm", "in")),
         rapid_style=rapid.text("style", choices=RAPID_STYLES),
         rapid_velocity=velocity,
@@ -271,6 +272,7 @@ def _check(machine: Machine, place: str, top: TomlTable) -> None:
 
     if not machine.name or not machine.controller:
         raise refuse("name" if not machine.name else "controller", "is empty")
+    _check_cut_process(machine, refuse)
     for i, axis in enumerate("xyz"):
         low, high = machine.travel_min[i], machine.travel_max[i]
         for key, value in (
@@ -278,8 +280,8 @@ def _check(machine: Machine, place: str, top: TomlTable) -> None:
             ("rapid.acceleration", machine.acceleration[i]),
         ):
             if not value > 0:
-                shown = top.table("rapid", KEYS["rapid"]).typed(key.removeprefix("rapid."), i)
-                raise refuse(key, f"of {axis} is {shown}, but must be above 0")
+                typed = top.table("rapid", KEYS["rapid"]).typed(key.removeprefix("rapid."), i)
+                raise refuse(key, f"of {axis} is {typed}, but must be above 0")
         if not high > low:
             raise refuse("travel.max", f"of {axis} is {high:g} mm, but must be above the smallest, {low:g} mm")
         if not low - _ROOM <= machine.home[i] <= high + _ROOM:
@@ -297,6 +299,14 @@ def _check(machine: Machine, place: str, top: TomlTable) -> None:
     for key, seconds in (("spindle.start_time", machine.spindle_start_s), ("tool_change.time", machine.tool_change_s)):
         if seconds < 0:
             raise refuse(key, f"is {seconds:g} s, but must not be negative")
+
+
+def _check_cut_process(machine: Machine, refuse: Callable[[str, str], DataError]) -> None:
+    name, method = machine.cut_process, machine.head.method
+    if name and method is None:
+        raise refuse("cut_process", "is for a machine that cuts sheet, not for one with a spindle; leave it out")
+    if name and method_of(name) != method:
+        raise refuse("cut_process", f"is '{shown(name)}', but its name must begin with '{method}'")
 
 
 def _check_loads(machine: Machine, refuse: Callable[[str, str], DataError]) -> None:

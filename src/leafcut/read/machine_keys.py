@@ -101,6 +101,13 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
         choices=tuple(Head),
     ),
     ProfileKey(
+        "cut_process",
+        "what cuts, kind and power, as cut charts name it; only rows of that name are used",
+        why="--cut-process names it, unless the chart has rows for every laser, torch or jet of that process",
+        example="laser_fiber_3kW",
+        bounds="begins with how the machine cuts: plasma, laser, oxyfuel or waterjet",
+    ),
+    ProfileKey(
         "units",
         "units of a program that does not state them: mm, in",
         "mm",

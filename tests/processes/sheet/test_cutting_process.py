@@ -10,7 +10,9 @@ import pytest
 
 from leafcut import api
 from leafcut.errors import OptionError
-from leafcut.read.machine import load_machine
+from leafcut.processes.sheet.job import cut_process_of
+from leafcut.read.cutchart import load_chart
+from leafcut.read.machine import load_machine, machine_names, machine_template
 from rs274_moves import run_rs274
 
 FAST: dict[str, Any] = {"process": "cut", "thickness": "6", "iterations": 5, "threads": 1}
@@ -79,6 +81,53 @@ def test_a_table_or_a_dialect_that_cuts_in_another_way_is_refused_with_one_that_
         api.optimize(plate, cut_process=how, machine=TABLES[other][0], **FAST)
     with pytest.raises(OptionError, match=rf"cut by {other}, not by {how}; choose --dialect"):
         api.optimize(plate, cut_process=how, dialect=TABLES[other][1], **FAST)
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    "machine, asked, words",
+    [
+        ("grbl-laser-5w", None, "no data for laser_diode_5w, only for laser_co2_60w, .*--chart .*--cut-speed"),
+        ("grbl-laser-20w", "laser", "no data for laser_diode_20w"),
+        ("grbl-laser-5w", "laser_co2_60W", "--cut-process laser_co2_60w: grbl-laser-5w has laser_diode_5w"),
+        ("laser-table", "laser_co2_60W", "laser-table has laser_fiber_3kw"),
+        ("laser-table", None, "the chart has no 'plywood' for laser_fiber_3kw"),
+        ("mine.toml", None, "the chart has laser_co2_60w, .*unknown kind and power; name yours"),
+    ],
+)
+def test_a_laser_gets_no_cutting_data_of_another_kind_or_power(
+    machine: str, asked: str | None, words: str, plate: Path, tmp_path: Path
+) -> None:
+    if machine == "mine.toml":
+        text = machine_template("grbl-laser-co2").replace("\ncut_process =", "\n# cut_process =")
+        file = tmp_path / machine
+        file.write_text(text.replace('cut_process = "a tube', '# "a tube'), encoding="utf-8")
+        machine = str(file)
+    with pytest.raises(OptionError, match=words) as caught:
+        api.optimize(plate, machine=machine, cut_process=asked, material="plywood", **FAST)
+    assert "\n" not in str(caught.value)
+
+
+def test_every_shipped_table_uses_the_rows_of_its_own_source_only() -> None:
+    """Diodes get none, since no chart at hand is of them."""
+    named = {row.process for row in load_chart()}
+    found = {
+        name: cut_process_of(machine, None)[0]
+        for name in machine_names()
+        if (machine := load_machine(name)).head.method
+    }
+    assert found == {
+        "plasma-table": "plasma", "flame-table": "oxyfuel", "water-table": "waterjet",
+        "laser-table": "laser_fiber_3kw", "grbl-laser-co2": "laser_co2_60w",
+        "grbl-laser-5w": "laser_diode_5w", "grbl-laser-20w": "laser_diode_20w",
+    }  # fmt: skip
+    assert {name for name, process in found.items() if process not in named} == {"grbl-laser-5w", "grbl-laser-20w"}
+
+
+def test_another_power_than_the_machine_has_is_used_where_it_is_named_with_a_warning() -> None:
+    process, issues = cut_process_of(load_machine("laser-table"), "laser_fiber_6kW")
+    assert (process, [i.code for i in issues]) == ("laser_fiber_6kw", ["L413"])
+    assert "though laser-table has laser_fiber_3kw" in issues[0].message
 
 
 def test_a_flame_does_not_touch_the_sheet_to_find_it(plate: Path) -> None:

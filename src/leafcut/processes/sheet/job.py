@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from leafcut.errors import OptionError
+from leafcut.errors import OptionError, shown
 from leafcut.geometry.arrays import Point
 from leafcut.kinds import CutMethod, Head, method_of
 from leafcut.model.cutting import CutData, PlanFile
@@ -184,9 +184,10 @@ def _cut_data(run: Run) -> tuple[CutData, list[Issue]]:
     _check_process(data.cut_process or machine_kind, machine_kind, run.machine.name)
     if thickness is None:
         raise OptionError("cutting needs the sheet's thickness; give --thickness")
-    return find_cut_data(
+    process, warnings = cut_process_of(run.machine, data.cut_process)
+    found, issues = find_cut_data(
         load_chart(data.chart),
-        data.cut_process or machine_kind,
+        process,
         run.settings.job.material,
         thickness,
         data.amps,
@@ -197,6 +198,33 @@ def _cut_data(run: Run) -> tuple[CutData, list[Issue]]:
         pierce_height=options.pierce_height,
         cut_height=options.cut_height,
     )
+    return found, [*warnings, *issues]
+
+
+def cut_process_of(machine: Machine, asked: str | None) -> tuple[str, list[Issue]]:
+    """Return the name in the cut chart of what cuts, and a warning where it is another power than the machine has.
+
+    Raises
+    ------
+    OptionError
+        The machine cuts with another kind: a diode is no CO2 laser.
+    """
+    from leafcut.read.cutchart import is_process
+
+    own = machine.cut_process.lower() or str(machine.head.method)
+    if asked is None or is_process(own, asked):
+        return own, []
+    asked = asked.lower()
+    if is_process(asked, own):
+        return asked, []
+    kind, kind_asked = (name.split("_")[:2] for name in (own, asked))
+    if kind != kind_asked:
+        raise OptionError(
+            f"--cut-process {shown(asked)}: {machine.name} has {own}; choose another --machine, or a profile of your "
+            f'own with cut_process = "{shown(asked)}"'
+        )
+    words = f"cut with the data of {asked}, as --cut-process says, though {machine.name} has {own}: check the power"
+    return asked, [Issue("L413", words)]
 
 
 def _check_process(asked: str, kind: str, machine: str) -> None:

@@ -11,7 +11,7 @@ from leafcut.errors import LeafcutError, OptionError
 from leafcut.read.chart_choices import choices_of
 from leafcut.read.cutchart import ChartRow, load_chart
 from leafcut.studio.folder import Folder
-from leafcut.studio.page.fitting_machines import head_of
+from leafcut.studio.page.fitting_machines import machine_of
 from leafcut.studio.wording import Words
 from leafcut.units import parse_quantity
 
@@ -60,9 +60,9 @@ def _rows(chart: Path | None) -> list[ChartRow]:
 
 
 def _process_of(machine: str, folder: Folder) -> str:
-    """Return how a machine cuts; nothing of one that does not, or is not known."""
-    head = head_of(machine, folder)
-    return str(head.method or "") if head is not None else ""
+    """Return what a machine cuts with; nothing of one that does not cut, or is not known."""
+    found = machine_of(machine, folder)
+    return "" if found is None else found.cut_process or str(found.head.method or "")
 
 
 def _number(value: Any, unit: str) -> float | None:

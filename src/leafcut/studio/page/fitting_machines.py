@@ -8,6 +8,7 @@ from functools import cache
 
 from leafcut.errors import LeafcutError
 from leafcut.kinds import Head
+from leafcut.model.machine import Machine
 from leafcut.processes import registry
 from leafcut.read.machine import load_machine, machine_names
 from leafcut.studio.folder import OWN, Folder
@@ -15,23 +16,29 @@ from leafcut.studio.wording import Words
 
 
 @cache
-def _heads() -> dict[str, Head]:
-    """Return what the machines of leafcut's and of packages work with: no other name is looked for, as no path is."""
+def _machines() -> dict[str, Machine]:
+    """Return the machines of leafcut's and of packages: no other name is looked for, as no path is."""
     found = {}
     for name in machine_names():
         with suppress(LeafcutError):
-            found[name] = load_machine(name).head
+            found[name] = load_machine(name)
     return found
 
 
-def head_of(name: str, folder: Folder) -> Head | None:
-    """Return what a machine works with, one of a person's own by its profile as it is now; None for an unknown one."""
+def machine_of(name: str, folder: Folder) -> Machine | None:
+    """Return a machine, one of a person's own by its profile as it is now; None for an unknown one."""
     if not name.startswith(OWN):
-        return _heads().get(name)
+        return _machines().get(name)
     try:
-        return load_machine(str(folder.own_path("machines", name.removeprefix(OWN)))).head
+        return load_machine(str(folder.own_path("machines", name.removeprefix(OWN))))
     except LeafcutError:
         return None
+
+
+def head_of(name: str, folder: Folder) -> Head | None:
+    """Return what a machine works with; None for an unknown one."""
+    machine = machine_of(name, folder)
+    return None if machine is None else machine.head
 
 
 def fits(name: str, work: str, folder: Folder) -> bool:
