@@ -24,6 +24,7 @@ from leafcut.model.toolpath import Kind, ToolpathBuilder
 from leafcut.options import ReadOptions
 from leafcut.processes.pocket.plan.rules import milled_pockets
 from leafcut.processes.pocket.proof.pocket import check_pockets
+from leafcut.processes.sheet.job import check_thickness
 from leafcut.read import read_contours, read_pockets
 from made_solids import DOWN, UP, box, cone, cut, cylinder, fused, rounded, saved
 
@@ -249,6 +250,18 @@ def test_the_outline_of_a_sheet_and_what_goes_through_it_are_cut(block: Path, tm
     assert not [issue for issue in outcome.issues if issue.code == "L219"]
     assert outcome.verified
     assert len(outcome.part.contours) == 2
+
+
+@pytest.mark.hazard
+def test_a_sheet_of_another_thickness_than_its_solid_is_refused_with_both(tmp_path: Path) -> None:
+    """A solid drawn as 3.175 mm, an eighth of an inch, is cut as 3.2 mm."""
+    flat = saved(tmp_path / "flat.step", box(0, 0, 5, 60, 40, 8.175))
+    with pytest.raises(OptionError, match=r"--thickness 6 mm: the solid is 3.175 mm high; give --thickness 3.175mm"):
+        api.optimize(flat, process="cut", thickness=6, threads=1)
+    part = read_contours(flat)
+    check_thickness(part, 3.2)
+    with pytest.raises(OptionError, match=r"is 3.175 mm high"):
+        check_thickness(part, 3.0)
 
 
 def test_what_no_section_shows_as_it_is_seen_from_above_is_no_sheet(tmp_path: Path) -> None:

@@ -195,6 +195,8 @@ class Part:
         What the places of `ReadOptions.origin` refer to (`read.reference`); None for what is worked.
     zero
         Where the zero of the program lies. Of a solid a reader gives the height, and `processes.placing` the rest.
+    height
+        Of a solid as it lies, mm; None for a drawing.
     """
 
     name: str
@@ -213,6 +215,7 @@ class Part:
     edge: tuple[Contour, ...] = ()
     reference: Part | None = None
     zero: ProgramZero | None = None
+    height: float | None = None
     openings: tuple[Opening, ...] = ()
     besides: tuple[Issue, ...] = ()
 

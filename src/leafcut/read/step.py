@@ -172,7 +172,8 @@ def _placeable(part: Part, told: dict[str, Any], options: ReadOptions) -> Part:
     pose = Pose.of(options)
     outline = np.array(told["box"] if told["box"] and _is_quarter(options.rotate) else told["hull"])
     reference = Part(part.name, contours=(Contour(Polyline.of_points(outline, closed=True)),))
-    return replace(part, reference=reference, zero=ProgramZero(up=pose.up, level=pose.level, z=round(told["z"], 6)))
+    zero = ProgramZero(up=pose.up, level=pose.level, z=round(told["z"], 6))
+    return replace(part, reference=reference, zero=zero, height=round(told["height"], 6))
 
 
 def _is_quarter(angle: float) -> bool:

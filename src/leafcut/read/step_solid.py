@@ -252,7 +252,10 @@ def _found(
         shape = _moved(shape, TURNS["z"], -z)
         triangles = triangles - (0.0, 0.0, z)
         faces = [face_of(one) for one in parts_of(shape, TopAbs_FACE)]
-    told = {} if what == "mesh" else {"z": z, "hull": _hull(triangles), "box": _box_of(shape) if boxed else []}
+    told: dict[str, Any] = {}
+    if what != "mesh":
+        height = float(np.ptp(triangles[:, :, 2])) if len(triangles) else 0.0
+        told = {"z": z, "height": height, "hull": _hull(triangles), "box": _box_of(shape) if boxed else []}
     return told | _told_of(what, shape, triangles, faces), triangles
 
 

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 
 #: Thicknesses that differ by less are the same, mm: inches become mm with a rounding error.
 _SAME_THICKNESS = 0.001
+#: A sheet is at most this much thicker or thinner than its solid, mm: gauges and inches are rounded in drawings.
+_ROLLED = 0.1
 #: A sheet thicker than this, mm, is not safely cut through where the beam is lit as it moves on (an estimate: below,
 #: the wait for the pierce is some tenths of a second).
 _RELIT = 3.0
@@ -165,10 +167,20 @@ def _sheet(run: Run, source: Source) -> tuple[Part, Sheet]:
     from leafcut.read import read_contours
 
     part = read_contours(source, run.settings.read, run.looking("reading"))
+    check_thickness(part, run.settings.job.thickness)
     part = placed(part, run.settings.read)
     return part, with_chosen_holes(
         prepare_sheet(part, run.settings.sheet, run.settings.read.concentric), run.settings.read
     )
+
+
+def check_thickness(part: Part, thickness: float | None) -> None:
+    """Refuse cutting data of another thickness than the solid has."""
+    if part.height is not None and thickness is not None and abs(thickness - part.height) > _ROLLED:
+        raise OptionError(
+            f"--thickness {thickness:g} mm: the solid is {part.height:.4g} mm high; give --thickness "
+            f"{part.height:.4g}mm, or turn the solid (--up)"
+        )
 
 
 def _cut_data(run: Run) -> tuple[CutData, list[Issue]]:
