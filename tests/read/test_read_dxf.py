@@ -285,6 +285,26 @@ def test_layers_are_chosen_by_wildcards_in_upper_or_lower_case(draw):
         read(path, ReadOptions(layers=("HOLE",)))
 
 
+@pytest.mark.hazard
+def test_circles_on_layers_of_frames_and_dimensions_are_drilled_only_where_layers_choose_them(draw):
+    def build(doc, space):
+        for i, layer in enumerate(("PART", "border", "Title block", "DIM", "SCHRIFTFELD")):
+            space.add_circle((10 * i, 0), 1, dxfattribs={"layer": layer})
+        space.add_circle((40, 20), 1, dxfattribs={"layer": "border"})
+
+    path = draw(build)
+    part = read(path)
+    assert [h.x for h in part.holes] == [0]
+    (left,) = [issue for issue in part.issues if issue.code == "L204"]
+    assert left.severity is Severity.WARNING
+    assert "2 on layer border, 1 on layer Title block" in left.message
+    assert "--layers" in left.message
+    assert len(read(path, ReadOptions(layers=("*",))).holes) == 6
+    frame = draw(lambda d, s: s.add_circle((0, 0), 1, dxfattribs={"layer": "border"}))
+    with pytest.raises(ReadError, match=r"no holes: .*1 on layer border; choose the layers to drill with --layers"):
+        read(frame)
+
+
 def test_diameters_are_chosen_by_their_limits_inclusive(draw):
     path = draw(lambda d, s: [s.add_circle((10 * i, 0), i / 8) for i in (1, 2, 3)], units=1)  # Ø 6.35, 12.7, 19.05
     part = read(path, ReadOptions(min_diameter=6.36, max_diameter=12.7))

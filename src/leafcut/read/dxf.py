@@ -22,7 +22,7 @@ from leafcut.read.dxf_document import hidden_by_layer, layers_of, open_document,
 from leafcut.read.dxf_edge import edge_of
 from leafcut.read.dxf_shapes import ROUND, Matrix, Shape, half_axes, is_flat, moved, seen_span, shape_of
 from leafcut.read.dxf_whole import read_dxf_whole
-from leafcut.read.filter_holes import sift
+from leafcut.read.filter_holes import part_holes, sift
 from leafcut.read.format import (
     FREE_HOLES,
     MAX_COORDINATE,
@@ -58,8 +58,9 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     for shape, matrix, layer in walk.shapes():
         source.look()
         finds.add(shape, matrix, layer)
-    holes = finds.holes()
+    holes, aside = part_holes(finds.holes(), options)
     kept, noticed = sift(holes, options)
+    noticed = [*aside, *noticed]
     if not kept:
         raise ReadError(source.path, _nothing(walk, finds, noticed))
     undrilled: list[Issue] = []

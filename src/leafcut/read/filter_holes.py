@@ -5,6 +5,7 @@ from __future__ import annotations
 import fnmatch
 import math
 import re
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import product
@@ -12,18 +13,44 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import count_of
+from leafcut.errors import count_of, shown
 from leafcut.model import Hole, Issue, Severity
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import MissingWork
 from leafcut.options import ReadOptions
 from leafcut.read.format import places_of
 
+#: Layers whose names show that nothing on them is a part: frames and title blocks, dimensions and texts, helper points.
+ASIDE = (
+    *("FRAME*", "BORDER*", "TITLE*", "RAHMEN*", "ZEICHNUNGSRAHMEN*", "SCHRIFTFELD*", "CADRE*", "CARTOUCHE*"),
+    *("MARCO*", "CAJETIN*", "DIM*", "BEMA*", "COTA*", "TEXT*", "ANNO*", "DEFPOINTS"),
+)
+
 
 def layer_filter(patterns: tuple[str, ...]) -> Callable[[str], bool]:
     """Return the test for ``--layers``: wildcards * and ?, upper and lower case alike; without patterns all pass."""
     tests = [re.compile(fnmatch.translate(p), re.IGNORECASE) for p in patterns]
     return lambda layer: not tests or any(t.match(layer) for t in tests)
+
+
+def part_holes(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole], list[Issue]]:
+    """Return the holes without those on layers of frames, texts and dimensions, unless `options.layers` choose them.
+
+    What is left out (L204) may be a balloon, a projection symbol or a centring mark; a wrong name is seen by its count.
+    """
+    aside = layer_filter(ASIDE)
+    gone = [] if options.layers else [hole for hole in holes if aside(hole.layer)]
+    if not gone:
+        return list(holes), []
+    layers = Counter(hole.layer for hole in gone)
+    words = ", ".join(f"{count} on layer {shown(layer, 30)}" for layer, count in layers.most_common(5))
+    more = " …" if len(layers) > 5 else ""
+    message = (
+        f"circles of a drawing frame, a text or a dimension by the name of their layer, not drilled: {words}{more}; "
+        "choose the layers to drill with --layers"
+    )
+    places = [(hole.x, hole.y) for hole in gone]
+    return [hole for hole in holes if not aside(hole.layer)], [Issue("L204", message, places_of(places, len(places)))]
 
 
 def chosen_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole], list[Issue]]:

@@ -12,15 +12,10 @@ from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Hole, Part
 from leafcut.options import ReadOptions
-from leafcut.read.filter_holes import layer_filter
+from leafcut.read.filter_holes import ASIDE, layer_filter
 from leafcut.read.format import Format, Source
 from leafcut.read.registry import run
 
-#: Layers whose names show that nothing on them is a part: frames and title blocks, dimensions and texts, helper points.
-ASIDE = (
-    *("FRAME*", "BORDER*", "TITLE*", "RAHMEN*", "ZEICHNUNGSRAHMEN*", "SCHRIFTFELD*", "CADRE*", "CARTOUCHE*"),
-    *("MARCO*", "CAJETIN*", "DIM*", "BEMA*", "COTA*", "TEXT*", "ANNO*", "DEFPOINTS"),
-)
 #: Ends of lines nearer than this are joined, mm; a constant, so that `--join-tolerance` does not move the zero.
 JOINED = 0.05
 
