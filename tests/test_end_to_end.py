@@ -22,7 +22,7 @@ from rs274_moves import moves_of_rs274, moves_of_toolpath, run_rs274
 BOARDS = ["custom_pads_test", "test_pads_inside_pads", "ecc83-pp", "sonde_xilinx", "StickHub", "complex_hierarchy",
           "pic_programmer", "flat_hierarchy", "carte_test", "kit-dev-coldfire-xilinx_5213"]  # fmt: skip
 DRILLING = [name for name in machine_names() if load_machine(name).head is Head.SPINDLE]
-DRAWINGS = ["camotics_buildbotics_logo", "deepnestport_6", "deepnestport_10", "dxfjs_array-rotated",
+DRAWINGS = ["deepnestport_6", "deepnestport_10", "dxfjs_array-rotated",
             "dxfjs_arrayed-holes", "dxfjs_blocks1", "dxfjs_issue42", "ezdxf_forms"]  # fmt: skip
 PLATES = ["plate_10", "plate_27", "plate_45", "plate_65", "plate_70", "plate_8x8_10", "plate_8x8_21",
           "plate_15x15_35", "plate_15x15_70", "board_97", "board_121",

@@ -9,7 +9,9 @@ from typing import Any
 import ezdxf
 import pytest
 
+from leafcut.errors import ReadError
 from leafcut.model import Part
+from leafcut.options import ReadOptions
 from leafcut.read import read
 
 HOLES = ((10, 10), (50, 10), (90, 10))
@@ -54,6 +56,52 @@ def test_frames_around_the_plate_are_no_missing_work_and_boxes_beside_it_are_not
         "2 outlines around all holes, the innermost 100 × 60 mm, are not cut",
         "1 contour beside the outline, not cut",
     ]
+
+
+@pytest.mark.hazard
+def test_a_circle_around_holes_or_contours_is_an_outline_and_is_not_drilled(draw: Any) -> None:
+    """A nut: a square in a circle. A round flange: its edge lies around its bolt holes, not around those beside it."""
+
+    def plate(document: Any, space: Any) -> None:
+        space.add_circle((0, 0), 2)
+        space.add_lwpolyline([(-1, -1), (1, -1), (1, 1), (-1, 1)], close=True)
+        space.add_circle((100, 0), 30)
+        for angle in (0, 90, 180, 270):
+            space.add_circle((100 + 20 * math.cos(math.radians(angle)), 20 * math.sin(math.radians(angle))), 3)
+        space.add_circle((200, 0), 3)
+
+    part = read(draw(plate))
+    assert sorted(hole.x for hole in part.holes) == pytest.approx([80, 100, 100, 120, 200])
+    assert missing(part) == [("circle", 2, [(0, 0), (100, 0)])]
+    assert any("2 circles around holes or contours, taken as an outline" in i.message for i in part.issues)
+    assert [issue.message for issue in part.besides] == ["1 contour not cut or milled: no drill makes it"]
+
+
+def test_a_round_edge_of_a_plate_is_named_and_is_not_missing(draw: Any) -> None:
+    def flange(document: Any, space: Any) -> None:
+        space.add_circle((0, 0), 30)
+        for x in (-20, 20):
+            space.add_circle((x, 0), 3)
+
+    part = read(draw(flange))
+    assert [hole.diameter for hole in part.holes] == [6, 6]
+    assert [(i.message, i.missing) for i in part.issues] == [
+        ("the outline around all holes, 60 × 60 mm, is not cut", None)
+    ]
+
+
+def test_circles_with_one_centre_are_steps_of_a_hole_and_no_outline(draw: Any) -> None:
+    path = draw(lambda d, s: [s.add_circle((0, 0), radius) for radius in (5, 3)])
+    assert len(read(path, ReadOptions(concentric="all")).holes) == 2
+
+
+def test_a_drawing_of_outlines_only_has_no_holes_and_says_why(draw: Any) -> None:
+    def nut(document: Any, space: Any) -> None:
+        space.add_circle((0, 0), 2)
+        space.add_lwpolyline([(-1, -1), (1, -1), (1, 1), (-1, 1)], close=True)
+
+    with pytest.raises(ReadError, match=r"no holes: .*1 circle around holes or contours, taken as an outline"):
+        read(draw(nut))
 
 
 def straight_slot(document: Any, space: Any) -> None:

@@ -9,20 +9,20 @@ from leafcut.read import read
 
 #: Holes of each drawing, counted by eye and by exploding its blocks; a text is what the refusal has to name.
 DRAWINGS = {
-    "camotics_buildbotics_logo": 2,  # two pairs of circles with one centre
+    "camotics_buildbotics_logo": "2 circles around holes or contours",  # two rings of a logo
     "camotics_lampshade_side": "21 LWPOLYLINE",
     "deepnestport_1": 1,
     "deepnestport_3": "13 ARC",
     "deepnestport_4": "300 ARC",
     "deepnestport_6": 7,
-    "deepnestport_10": 4,
+    "deepnestport_10": 3,  # in a round part
     "deepnestport_11": 1,
     "dxfjs_array-rotated": 6,
     "dxfjs_arrayed-holes": 14,
     "dxfjs_blocks1": 1,  # its second circle is squashed by its block
     "dxfjs_closedlwpolylinebug": "INSERT",
     "dxfjs_issue21": "3 LWPOLYLINE",
-    "dxfjs_issue39": 3,  # four bulged circles, two of them with one centre
+    "dxfjs_issue39": 2,  # four bulged circles, two with one centre, one around another 0.1 mm off
     "dxfjs_issue42": 11,
     "dxfjs_issue53": "121 SPLINE",
     "dxfjs_openscad_export": "452 LINE",

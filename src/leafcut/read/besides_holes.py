@@ -91,17 +91,22 @@ def closed_besides_holes(
     return Besides(tuple(one.path for one in closed), Counter(found.kinds[k] for one in closed for k in one.members))
 
 
-def besides_holes(paths: Sequence[Polyline], holes: Sequence[Hole]) -> tuple[list[Issue], list[Issue]]:
+def besides_holes(
+    contours: Sequence[Polyline], holes: Sequence[Hole], circles: Sequence[Hole] = ()
+) -> tuple[list[Issue], list[Issue]]:
     """Return what closed contours are that no drill makes, as issues (L201); apart from them those of other contours.
 
     A contour around all holes is the outline of the plate, or a frame around it: a note. Slots, and circles that are
     drawn as other curves, are missing work; so are contours in the outline, for whoever asks for more than holes. What
-    lies beside the outline is a note.
+    lies beside the outline is a note. `circles` lie around holes or contours; those that do not lie around all holes
+    are missing work.
     """
+    paths = [*contours, *(Polyline.circle(one.x, one.y, 0.5 * one.diameter) for one in circles)]
     if not paths:
         return [], []
     shapes = polygons(paths)
     kinds = _kinds(paths, shapes, holes)
+    kinds[len(contours) :] = ["outline" if kind == "outline" else "circle" for kind in kinds[len(contours) :]]
     issues: list[Issue] = []
     others: list[Issue] = []
     for kind, noun, why in _KINDS:
@@ -109,25 +114,29 @@ def besides_holes(paths: Sequence[Polyline], holes: Sequence[Hole]) -> tuple[lis
         if not own:
             continue
         places = [_place(shapes[k]) for k in own]
-        words = f"{count_of(len(own), noun)} {why}"
+        where = _INSIDE if kind == "contour" and "outline" in kinds else why
+        words = f"{count_of(len(own), noun)} {where}"
         if kind == "outline":
-            x0, y0, x1, y1 = shapely.bounds(shapes[min(own, key=lambda k: abs(paths[k].area))]).tolist()
+            x0, y0, x1, y1 = paths[min(own, key=lambda k: abs(paths[k].area))].extents
             size = f"{x1 - x0:.4g} × {y1 - y0:.4g} mm"
             words = f"the outline around all holes, {size}, is not cut"
             if len(own) > 1:
                 words = f"{count_of(len(own), 'outline')} around all holes, the innermost {size}, are not cut"
         work = MissingWork(noun, len(own), tuple(places), tuple(paths[k] for k in own))
-        missing = work if kind in ("hole", "slot", "contour") else None
+        missing = work if kind in ("hole", "slot", "circle", "contour") else None
         issue = Issue("L201", words, places_of(places, len(own)), Severity.NOTE, missing)
         (others if kind == "contour" else issues).append(issue)
     return issues, others
 
 
+#: What is said of contours where the outline of the part is known.
+_INSIDE = "inside the part, not cut or milled: no drill makes it"
 #: Kind, noun, and what is said of it.
 _KINDS = (
     ("slot", "slot", "not milled: only round holes are drilled"),
     ("hole", "hole", "drawn as lines or a free curve, not drilled: draw it as a circle"),
-    ("contour", "contour", "inside the part, not cut or milled: no drill makes it"),
+    ("circle", "circle", "around holes or contours, taken as an outline, not drilled: use leafcut cut"),
+    ("contour", "contour", "not cut or milled: no drill makes it"),
     ("outline", "outline", ""),
     ("beside", "contour", "beside the outline, not cut"),
 )
@@ -135,9 +144,9 @@ _KINDS = (
 
 def _kinds(paths: Sequence[Polyline], shapes: NDArray[Any], holes: Sequence[Hole]) -> list[str]:
     """Return what each contour is: ``outline``, ``slot``, ``hole``, ``contour`` or ``beside``."""
-    centres = shapely.points([(hole.x, hole.y) for hole in holes])
+    centres = shapely.points(np.array([(hole.x, hole.y) for hole in holes]).reshape(-1, 2))
     grown = shapely.buffer(shapes, _AT_THE_EDGE)
-    around = [bool(shapely.covers(shape, centres).all()) for shape in grown]
+    around = [bool(holes) and bool(shapely.covers(shape, centres).all()) for shape in grown]
     plates = [k for k, yes in enumerate(around) if yes]
     plate = min(plates, key=lambda k: abs(paths[k].area), default=None)
     found = []

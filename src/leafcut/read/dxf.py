@@ -11,6 +11,7 @@ from collections import Counter
 from dataclasses import field, replace
 
 from leafcut.errors import ReadError, count_of, shown
+from leafcut.geometry.polyline import Polyline
 from leafcut.model import Hole, Issue, Part, Severity
 from leafcut.model.issue import MissingWork
 from leafcut.options import ReadOptions
@@ -22,7 +23,7 @@ from leafcut.read.dxf_document import hidden_by_layer, layers_of, open_document,
 from leafcut.read.dxf_edge import edge_of
 from leafcut.read.dxf_shapes import ROUND, Matrix, Shape, half_axes, is_flat, moved, seen_span, shape_of
 from leafcut.read.dxf_whole import read_dxf_whole
-from leafcut.read.filter_holes import part_holes, sift
+from leafcut.read.filter_holes import circles_around, part_holes, sift
 from leafcut.read.format import (
     FREE_HOLES,
     MAX_COORDINATE,
@@ -65,15 +66,25 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
         raise ReadError(source.path, _nothing(walk, finds, noticed))
     undrilled: list[Issue] = []
     contours: list[Issue] = []
+    paths: tuple[Polyline, ...] = ()
     others = walk.others + finds.others
     if any(kind in _LINES for kind in others + finds.squashed):
-        from leafcut.read.besides_holes import besides_holes, closed_besides_holes  # start-up
+        from leafcut.read.besides_holes import closed_besides_holes  # start-up
 
         besides = closed_besides_holes(
             document, walk.layers, copies_of(source, "blocks"), factor, source.path, points_of(source), finds.owned
         )
-        undrilled, contours = besides_holes(besides.paths, kept)
+        paths = besides.paths
         others -= Counter(besides.entities)
+    around = circles_around(kept, paths, options.merge_tolerance)
+    if paths or around:
+        from leafcut.read.besides_holes import besides_holes  # start-up
+
+        circles = [kept[k] for k in around]
+        kept = tuple(hole for k, hole in enumerate(kept) if k not in around)
+        undrilled, contours = besides_holes(paths, kept, circles)
+    if not kept:
+        raise ReadError(source.path, _nothing(walk, finds, document, options, [*noticed, *undrilled]))
     issues += walk_issues(walk) + finds.issues() + undrilled + _not_holes(others)
     edge = edge_of(document, options, factor, source.path, points_of(source), finds.owned)
     part = Part(

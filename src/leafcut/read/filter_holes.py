@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import count_of, shown
+from leafcut.geometry.polyline import Polyline
 from leafcut.model import Hole, Issue, Severity
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import MissingWork
@@ -176,6 +177,30 @@ def _one_per_centre(holes: list[Hole], options: ReadOptions, issues: list[Issue]
             )
         )
     return [_at(hole, highest[i]) for i, hole in enumerate(holes) if i not in gone]
+
+
+def circles_around(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: float) -> list[int]:
+    """Return which circles lie around other holes or closed contours: these are outlines, and no drill makes them.
+
+    Circles with one centre, within `tolerance` (mm), are steps of one hole.
+    """
+    table = np.array([(hole.x, hole.y, 0.5 * hole.diameter) for hole in holes]).reshape(-1, 3)
+    order = np.argsort(table[:, 0], kind="stable")
+    x, y, radius = table[order].T
+    first, last = np.searchsorted(x, x - radius, "left"), np.searchsorted(x, x + radius, "right")
+    found = set()
+    for k in np.flatnonzero((last - first > 1) & (radius > radius.min(initial=np.inf))).tolist():
+        near = slice(first[k], last[k])
+        apart = np.hypot(x[near] - x[k], y[near] - y[k])
+        if ((apart > tolerance) & (apart + radius[near] <= radius[k])).any():
+            found.add(int(order[k]))
+    for path in paths:
+        x0, y0, x1, y1 = path.extents
+        low, high = table[:, :2] - table[:, 2:], table[:, :2] + table[:, 2:]
+        for k in np.flatnonzero(((low <= (x0, y0)) & (high >= (x1, y1))).all(axis=1)).tolist():
+            if np.hypot(*(path.flattened() - table[k, :2]).T).max() <= table[k, 2]:
+                found.add(k)
+    return sorted(found)
 
 
 def anchors(points: NDArray[np.float64], tolerance: float) -> list[int]:
