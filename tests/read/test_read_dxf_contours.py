@@ -212,6 +212,31 @@ def test_nothing_to_cut_says_what_was_found_instead(draw, hand_drawn):
         read_contours(hand_drawn(""))
 
 
+def test_a_drawing_far_from_its_zero_is_refused_with_the_distance(draw):
+    """A site plan in the coordinates of a country."""
+    with pytest.raises(ReadError, match=r"1 LINE skipped: more than 1 km from the zero of the drawing, .*move it"):
+        read_contours(draw(lambda d, s: s.add_line((1e7, 0), (1e7, 50))))
+
+
+@pytest.mark.hazard
+def test_a_drawing_that_is_too_small_as_a_whole_is_refused_unless_the_unit_is_given(draw):
+    """A bridge in metres, a map in degrees: 0.1 to 1 mm."""
+
+    def build(document, space):
+        space.add_line((0, 0), (0.5, 0.2))
+        space.add_circle((0, 0), 0.05)
+        space.add_circle((0.5, 0.2), 0.05)
+
+    path = draw(build)
+    with pytest.raises(ReadError, match=r"the whole drawing is 0.6 × 0.3 mm: its unit is probably wrong; .*--units"):
+        read_contours(path)
+    with pytest.raises(ReadError, match=r"the whole drawing is 0.6 × 0.3 mm"):
+        read(path)
+    for units in ("mm", "in"):
+        assert len(read_contours(path, ReadOptions(units=units)).contours) == 3
+        assert len(read(path, ReadOptions(units=units)).holes) == 2
+
+
 def test_more_lines_than_any_sheet_has_are_refused(hand_drawn, monkeypatch):
     from leafcut.read import dxf_contours
 

@@ -28,11 +28,13 @@ from leafcut.read.format import (
     FREE_HOLES,
     MAX_COORDINATE,
     MAX_HOLES,
+    OUT_OF_RANGE,
     Format,
     Source,
     copies_of,
     places_of,
     points_of,
+    refuse_tiny,
     too_many_holes,
     units_unknown,
 )
@@ -90,6 +92,8 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     part = Part(
         source.name, kept, source=source.file_name, format="dxf", units=unit or "mm", edge=edge, besides=tuple(contours)
     )
+    if len(kept) > 1:
+        refuse_tiny(source.path, part, options)
     if unit is None:
         issues.insert(0, units_unknown("the drawing", part, Severity.WARNING))
     bare = sum(h.diameter == 0 for h in kept)
@@ -109,6 +113,7 @@ class Finds:
     #: Of every entity that gave pieces: type, layer, handle.
     owners: dict[int, tuple[str, str, str]] = field(default_factory=dict)
     leaning: list[tuple[float, float]] = field(default_factory=list)
+    far: Counter[str] = field(default_factory=Counter)
     out_of_range: Counter[str] = field(default_factory=Counter)
     squashed: Counter[str] = field(default_factory=Counter)
     others: Counter[str] = field(default_factory=Counter)
@@ -128,7 +133,8 @@ class Finds:
             large, small = half_axes(curve)
             radius = 0.5 * (large + small) * self.factor
             if not (max(abs(x), abs(y), abs(z)) <= MAX_COORDINATE and radius <= MAX_COORDINATE):
-                self.out_of_range[shape.dxftype] += 1
+                finite = all(math.isfinite(value) for value in (x, y, z, radius))
+                (self.far if finite else self.out_of_range)[shape.dxftype] += 1
                 return
             if shape.dxftype == "POINT":
                 self._keep(Hole(x, y, 0.0, layer, shape.handle, z))
@@ -182,6 +188,8 @@ class Finds:
             message = f"{count_of(len(self.leaning), 'circle')} not in the plane of the plate: not drilled"
             missing = MissingWork("hole", len(self.leaning), tuple(self.leaning))
             found.append(Issue("L202", message, places_of(self.leaning, len(self.leaning)), missing=missing))
+        for kind, number in self.far.items():
+            found.append(Issue("L203", f"{number} {kind} {OUT_OF_RANGE}", missing=MissingWork("hole", number)))
         for kind, number in self.out_of_range.items():
             missing = MissingWork("hole", number)
             found.append(Issue("L203", f"{number} {kind} with coordinates or radius out of range", missing=missing))
@@ -207,6 +215,7 @@ def _nothing(walk: BlockWalk[Shape], finds: Finds, noticed: list[Issue]) -> str:
     """Return why there are no holes: what was found instead, in one line."""
     parts = [f"{number} {shown(kind)}" for kind, number in (walk.others + finds.others).most_common(6)]
     parts += [f"{number} {kind} not circular" for kind, number in finds.squashed.items()]
+    parts += [f"{number} {kind} {OUT_OF_RANGE}" for kind, number in finds.far.items()]
     parts += [f"{number} {kind} with numbers out of range" for kind, number in finds.out_of_range.items()]
     if finds.leaning:
         parts.append(f"{count_of(len(finds.leaning), 'circle')} not in the plane")

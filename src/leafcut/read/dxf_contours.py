@@ -25,10 +25,12 @@ from leafcut.read.format import (
     CURVE_TOLERANCE,
     MAX_COORDINATE,
     MAX_SEGMENTS,
+    OUT_OF_RANGE,
     Source,
     copies_of,
     places_of,
     points_of,
+    refuse_tiny,
     too_many_segments,
     units_unknown,
 )
@@ -68,6 +70,7 @@ def read_dxf_contours(source: Source, options: ReadOptions, *, texts: bool = Tru
         raise ReadError(source.path, f"nothing to cut: {reasons}")
     issues += _heights(tuple(c for c in contours if c.kind != "text"))
     part = Part(source.name, source=source.file_name, format="dxf", units=unit or "mm", contours=contours)
+    refuse_tiny(source.path, part, options)
     if unit is None:
         issues.insert(0, units_unknown("the drawing", part, Severity.WARNING))
     return replace(part, issues=tuple(issues))
@@ -145,7 +148,8 @@ class Strokes:
         dx, dy = matrix[3][0] * self.factor, matrix[3][1] * self.factor
         x0, y0, x1, y1 = made.path.extents
         if not max(abs(x0 + dx), abs(x1 + dx), abs(y0 + dy), abs(y1 + dy)) <= MAX_COORDINATE:
-            self._skip(stroke, "coordinates or radius out of range")
+            finite = np.isfinite((x0 + dx, x1 + dx, y0 + dy, y1 + dy)).all()
+            self._skip(stroke, OUT_OF_RANGE if finite else "coordinates or radius out of range")
             return
         self._segments += made.path.n_segments
         if self._segments > MAX_SEGMENTS:

@@ -26,6 +26,10 @@ MAX_BYTES = 512 * 1024 * 1024
 MAX_HOLES = 1_000_000
 #: No machine that leafcut writes for is a kilometre wide; beyond this a number is a mistake, mm.
 MAX_COORDINATE = 1e6
+#: What is wrong with such an entity, and what to do.
+OUT_OF_RANGE = "more than 1 km from the zero of the drawing, or larger: move it to the zero, or give --units"
+#: A drawing that is smaller than this on its longer side is in another unit, mm; `--units` says that it is not.
+SMALLEST_DRAWING = 2.0
 #: More lines and arcs than this are refused, whatever the file.
 MAX_SEGMENTS = 1_000_000
 #: Splines and ellipses become arcs and lines that leave them by at most this, mm.
@@ -298,6 +302,27 @@ def units_unknown(what: str, part: Part, severity: Severity) -> Issue:
         "set --units if that is wrong",
         severity=severity,
     )
+
+
+def refuse_tiny(path: str, part: Part, options: ReadOptions) -> None:
+    """Refuse a drawing so small that its unit must be another, unless the user gives the unit, or chooses layers.
+
+    Raises
+    ------
+    ReadError
+        It is: states its size.
+    """
+    if options.units or options.layers:
+        return
+    left, low, right, high = part.extents
+    wide = float(part.diameters.max(initial=0.0))
+    width, height = right - left + wide, high - low + wide
+    if max(width, height) < SMALLEST_DRAWING:
+        raise ReadError(
+            path,
+            f"the whole drawing is {width:.3g} × {height:.3g} mm: its unit is probably wrong; give it with --units "
+            "(mm if the part is so small)",
+        )
 
 
 def too_many_holes(path: str) -> ReadError:

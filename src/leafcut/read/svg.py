@@ -24,6 +24,7 @@ from leafcut.read.format import (
     CURVE_TOLERANCE,
     MAX_COORDINATE,
     MAX_SEGMENTS,
+    OUT_OF_RANGE,
     Format,
     Match,
     ReadBudget,
@@ -311,7 +312,7 @@ class _Walk:
             path = placed_outline(outline, place.matrix, CURVE_TOLERANCE, self.points)
             far = 0.0 if path is None else np.abs(path.extents).max()
         if not far <= MAX_COORDINATE:
-            raise ValueError("coordinates out of range")
+            raise ValueError(OUT_OF_RANGE if np.isfinite(far) else "coordinates out of range")
         if path is None:
             return
         self._segments += path.n_segments

@@ -130,7 +130,9 @@ def test_a_part_that_crosses_a_layer_named_as_a_sheet_lies_beyond_its_edge() -> 
 def test_what_is_named_a_sheet_and_lies_round_some_of_the_parts_is_not_cut_as_a_part_round_holes(beyond) -> None:
     """Parts in it would be cut as its holes: on the wrong side of every line."""
     drawing = [box(0, 0, 100, 50, "SHEET"), box(5, 5, 10, 10), disc(10, 10, 2), *beyond]
-    assert "layer SHEET is named as a sheet's edge" in refusal(*drawing, open_paths="cut")
+    text = refusal(*drawing, open_paths="cut")
+    assert "layer SHEET is named as the edge of a sheet, and an outline on it lies around parts, but " in text
+    assert "but not around 1 contour, at" in text or "but is one of several paths, at" in text
     named = sheet(*drawing, open_paths="cut", cut_layers="*")
     assert named.outline is None and len(named.contours) == len(drawing)
 
@@ -177,7 +179,7 @@ def test_what_was_mended_or_assumed_is_said(code: str, contours: list[Contour], 
         ([line((0, 0), (9, 0), (9, 9), (0, 0.2), layer="A")], "0.2 mm apart on layer A"),
         ([Contour(Polyline.of_points([(0, 0), (10, 10), (10, 0), (0, 10)], True))], "itself, at (5, 5)"),
         ([Contour(Polyline.of_points([(0, 0), (10, 0)], True))], "enclosing no area"),
-        ([box(0, 0, 9, 9), box(5, 5, 9, 9)], "begins at (0, 0) and the one that begins at (5, 5)"),
+        ([box(0, 0, 9, 9), box(5, 5, 9, 9)], "the outline that begins at (0, 0) and the outline that begins at (5, 5)"),
         ([box(0, 0, 9, 9, "A"), disc(9, 5, 2, "B")], "--cut-layers"),
         ([], "nothing is left to cut"),
         ([line((1, 1), (1, 1))], "nothing is left to cut"),
@@ -460,6 +462,7 @@ def test_a_part_that_its_touching_holes_divide_is_refused_with_the_size_of_the_s
         assert "L423" in codes(sheet(plate, *holes))
         return
     text = refusal(plate, *holes)
+    assert "the part with the outline that begins at (0, 0)" in text
     assert f"falls into {pieces} pieces" in text and "move them apart" in text
     x0, y0, x1, y1 = min(shapely.get_parts(left), key=lambda piece: piece.area).bounds
     width, height = (float(word) for word in text.partition("smallest ")[2].partition(" mm")[0].split(" × "))

@@ -212,12 +212,12 @@ def _named_sheet(
             return closed[k]
         if inside[: len(cuts)].any():
             beyond = [m for m, within in zip(others, inside, strict=True) if not within]
-            what = f"{count_of(len(beyond), 'contour')} not inside" if beyond else "more than one path on it"
+            fact = f"not around {count_of(len(beyond), 'contour')}" if beyond else "is one of several paths"
             places = _at([m.contour.path.start for m in (beyond or maybe)])
             layer = closed[k].contour.layer
             raise PlanError(
-                f"layer {layer} is named as a sheet's edge and lies around parts, but there is {what}, {places}; "
-                f"leave out what is no part with --ignore-layers, or assign {layer} with --sheet-layers or "
+                f"layer {layer} is named as the edge of a sheet, and an outline on it lies around parts, but {fact}, "
+                f"{places}; leave out the others with --ignore-layers, or assign {layer} with --sheet-layers or "
                 "--cut-layers"
             )
     return None
@@ -310,8 +310,8 @@ def _check_whole(
         if len(pieces) > 1:
             x0, y0, x1, y1 = min(pieces, key=lambda piece: piece.area).bounds
             raise PlanError(
-                f"{_named(closed[part])} falls into {len(pieces)} pieces, the smallest {x1 - x0:.3g} × {y1 - y0:.3g} "
-                f"mm at ({x0:.5g}, {y0:.5g}): its holes touch its outline or each other; move them apart"
+                f"the part with {_named(closed[part])} falls into {len(pieces)} pieces, the smallest {x1 - x0:.3g} × "
+                f"{y1 - y0:.3g} mm at ({x0:.5g}, {y0:.5g}): its holes touch its outline or each other; move them apart"
             )
 
 
@@ -453,7 +453,7 @@ def _look_for_frame(contours: Sequence[SheetContour], outline: Polyline | None, 
 def _named(made: _PlacedContour) -> str:
     x, y = made.contour.path.start
     layer = f" on layer {made.contour.layer}" if made.contour.layer else ""
-    return f"the one that begins at ({x:g}, {y:g}){layer}"
+    return f"the outline that begins at ({x:g}, {y:g}){layer}"
 
 
 def _ends(made: _PlacedContour) -> str:
