@@ -260,7 +260,8 @@ class PocketMeasures:
 class PocketResult:
     """One strategy on one pocket: its path and what it does; or why it has none.
 
-    `program_s` is the time of a program of this pocket alone: all levels, with every way down and up.
+    `program_s` is the time of a program of this pocket alone: all levels, with every way down and up. Of a strategy
+    that costs less than the written one `passed_over` says why it is not written.
     """
 
     strategy: str
@@ -268,6 +269,7 @@ class PocketResult:
     measures: PocketMeasures | None = None
     refused: str = ""
     program_s: float = 0.0
+    passed_over: str = ""
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import math
 import threading
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -22,10 +23,12 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.model.heartbeat import Trial
 from leafcut.model.outcome import Outcome
-from leafcut.model.pocket import PocketPath
+from leafcut.model.pocket import PocketMeasures, PocketPath, PocketResult
 from leafcut.model.toolpath import Kind
 from leafcut.processes.pocket import run as pocketing
 from leafcut.processes.pocket import strategies as room
+from leafcut.processes.pocket.options import PocketOptions
+from leafcut.processes.pocket.report.pocket_report import PocketReport
 from leafcut.processes.settings import collect
 from leafcut.report.json_answer import as_json
 from leafcut.report.summary import print_summary
@@ -99,6 +102,31 @@ def test_every_level_of_the_program_clears_the_pocket_and_stays_inside_it(outcom
         swept = shapely.union_all(lines)
         assert swept.difference(POCKET.buffer(0.011)).area < 1e-6
         assert POCKET.difference(swept).area / POCKET.area < 1e-3
+
+
+def test_a_cheaper_strategy_that_is_not_written_has_the_reason_beside_it(outcome: Outcome) -> None:
+    [plan] = outcome.detail.plans
+    options = {PocketOptions: PocketOptions(tool_diameter=10.0, step_over=0.6)}
+    settings = SimpleNamespace(of=options.__getitem__, solve=SimpleNamespace(objective="time"))
+    job: Any = SimpleNamespace(run=SimpleNamespace(settings=settings), exact=plan.rules, rules=plan.rules)
+    sound = PocketMeasures(1000.0, 0.0, 0, reachable_mm2=1000.0)
+    cheaper = {
+        "zigzag": (replace(sound, max_step_over=1.5 * plan.rules.step_over), "mm apart, more than the step-over of"),
+        "contour": (replace(sound, uncovered_mm2=20.0), "leaves 2 % uncut"),
+        "connected": (replace(sound, gouge_mm2=3.0), "gouges 3 mm² of the walls"),
+        "firefly": (replace(sound, retracts=2), "costs at most 5 % less, with more retracts"),
+    }
+    results = [PocketResult(name, measures=m, program_s=98.0) for name, (m, _) in cheaper.items()]
+    written, slower = (PocketResult(name, measures=sound, program_s=s) for name, s in (("ants", 100.0), ("own", 101.0)))
+    found = pocketing.with_reasons(job, [*results, written, slower], written)
+    assert [r.passed_over for r in found[4:]] == ["", ""]
+    for result in found[:4]:
+        assert cheaper[result.strategy][1] in result.passed_over
+    shown = replace(outcome, detail=replace(outcome.detail, plans=(replace(plan, results=tuple(found), chosen=4),)))
+    facts = {fact.name: fact.words for fact in PocketReport(shown).facts()}
+    assert facts["contour"] == "not written: leaves 2 % uncut"
+    rows = {row["strategy"]: row for row in PocketReport(shown).answer()["strategies"]}
+    assert rows["connected"]["passed_over"] == "gouges 3 mm² of the walls" and "passed_over" not in rows["ants"]
 
 
 def test_the_strategies_are_told_beside_each_other(outcome) -> None:

@@ -302,6 +302,7 @@ def _cleared(job: PocketJob, one: Pocket, number: int, time: SearchTime) -> tupl
     results = [found[way.name] for way in ways_tried]
     chosen, levels = _chosen(job, one, results), job.levels[number]
     in_floor = job.around[number] is not None
+    results = with_reasons(job, results, results[chosen])
     plan = PocketPlan(one, job.rules, levels.levels, tuple(results), chosen, levels.begin, in_floor)
     return _Cleared(plan, ways, even), issues
 
@@ -439,35 +440,67 @@ def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
     whole = [row for row in sound if row[2].uncovered_percent <= options.uncovered_tolerance]
     if not whole:
         return min(sound, key=lambda row: row[2].uncovered_percent)[0]
-    timed = job.run.settings.solve.objective == "time"
-    costs = [(row[1].program_s if timed else row[2].feed_mm + row[2].rapid_mm) for row in whole]
+    costs = [_cost(job, row[1], row[2]) for row in whole]
     near = [
         (row[2].retracts, cost, row[0]) for row, cost in zip(whole, costs, strict=True) if cost <= NEARLY * min(costs)
     ]
     return min(near)[2]
 
 
-def _beyond(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
-    """Return in what a strategy goes beyond what is asked for, and what to do; empty where it keeps all of it.
+def _cost(job: PocketJob, result: PocketResult, measures: PocketMeasures) -> float:
+    """Return what a strategy costs: the time of its program, s, or the length of its path, mm."""
+    timed = job.run.settings.solve.objective == "time"
+    return result.program_s if timed else measures.feed_mm + measures.rapid_mm
+
+
+def with_reasons(job: PocketJob, results: list[PocketResult], written: PocketResult) -> list[PocketResult]:
+    """Return results with the reason why those that cost less than the written one are not written."""
+    best = written.measures
+    if best is None:
+        return results
+    allowed, cost = job.run.settings.of(PocketOptions).uncovered_tolerance, _cost(job, written, best)
+    found = []
+    for result in results:
+        reason, m = "", result.measures
+        if m is not None and result is not written and _cost(job, result, m) < cost:
+            reason = _excess(job, result.strategy, m)
+            if m.gouge_mm2:
+                reason = f"gouges {m.gouge_mm2:.3g} mm² of the walls"
+            elif not reason and m.uncovered_percent > allowed:
+                reason = f"leaves {m.uncovered_percent:.3g} % uncut"
+            elif not reason:
+                reason = f"costs at most {100.0 * (NEARLY - 1.0):.0f} % less, with more retracts"
+        found.append(replace(result, passed_over=reason))
+    return found
+
+
+def _excess(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
+    """Return in what a strategy goes beyond what is asked for; empty where it keeps all of it.
 
     What is asked for holds for every strategy: the step-over, and the engagement where a limit is given.
     """
-    rules = job.exact
+    rules, limit = job.exact, job.exact.max_engagement
     if not rules.keeps(measures.max_step_over):
-        return (
-            f"has passes {measures.max_step_over:.2f} mm apart, more than the step-over of {rules.step_over:.4g} mm; "
-            "choose another --strategy, or a larger --step-over"
-        )
-    limit = rules.max_engagement
+        return f"has passes {measures.max_step_over:.2f} mm apart, more than the step-over of {rules.step_over:.4g} mm"
     if limit is None or measures.max_engagement <= limit:
         return ""
     stock = " with the stock on its walls" if strategy == "adaptive" and job.rules.stock > 0.0 else ""
-    other = "choose a smaller --tool-diameter" if strategy == "adaptive" else "use --strategy adaptive"
-    other = "leave out --stock" if stock else other
     return (
         f"engages {math.degrees(measures.max_engagement):.0f}°{stock}, more than --max-engagement "
-        f"{math.degrees(limit):.0f}°; {other}, or give a larger limit"
+        f"{math.degrees(limit):.0f}°"
     )
+
+
+def _beyond(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
+    """Return in what a strategy goes beyond what is asked for, and what to do; empty where it keeps all of it."""
+    excess = _excess(job, strategy, measures)
+    if not excess:
+        return ""
+    if not job.exact.keeps(measures.max_step_over):
+        return f"{excess}; choose another --strategy, or a larger --step-over"
+    other = "choose a smaller --tool-diameter" if strategy == "adaptive" else "use --strategy adaptive"
+    other = "leave out --stock" if strategy == "adaptive" and job.rules.stock > 0.0 else other
+    return f"{excess}; {other}, or give a larger limit"
 
 
 # -- order and toolpath ----------------------------------------------------------------------------------------------

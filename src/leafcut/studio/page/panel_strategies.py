@@ -42,8 +42,9 @@ class StrategiesPanel:
                 for row in answer["strategies"]:
                     self._row(row, f"way-{row['strategy']}" in known)
         for row in answer["strategies"]:
-            if "refused" in row:
-                text("p", f"{row['strategy']}: {w.plain(row['refused'])}", "quiet small", lang=w.spoken(row["refused"]))
+            reason = row.get("refused") or row.get("passed_over")
+            if reason:
+                text("p", f"{row['strategy']}: {w.plain(reason)}", "quiet small", lang=w.spoken(reason))
 
     def leave(self) -> None:
         """Show what is written again, unless the page is at another job by now."""

@@ -202,6 +202,7 @@ def _strategies(outcome: Outcome[PocketDetail]) -> list[PageRow]:
             "name": row.name,
             "chosen": row.chosen,
             "refused": clean(row.refused),
+            "passed_over": clean(row.passed_over),
             "cells": () if row.measures is None else _cells(row),
             "bar": ""
             if row.measures is None

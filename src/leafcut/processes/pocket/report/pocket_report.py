@@ -92,6 +92,11 @@ class PocketReport(PathReport[PocketDetail]):
                 for row in self._figures()
                 if row.measures is None
             ),
+            *(
+                Fact(row.name, f"not written: {clean(row.passed_over)}", "dim")
+                for row in self._figures()
+                if row.passed_over
+            ),
         ]
 
     def overview(self) -> dict[str, Any]:

@@ -39,6 +39,7 @@ class StrategyFigures:
     """One strategy over all pockets of a drawing: sums and the largest, of one level each; None where it is refused.
 
     `mean_engagement` is over the length of the feed; `program_s` is the time of one program of all pockets.
+    `passed_over` says why it is not written in the first pocket in which it costs less than what is.
     """
 
     name: str
@@ -46,6 +47,7 @@ class StrategyFigures:
     measures: PocketMeasures | None
     refused: str = ""
     program_s: float = 0.0
+    passed_over: str = ""
 
 
 def figures(plans: Sequence[PocketPlan], programs: Sequence[PocketProgram] = ()) -> list[StrategyFigures]:
@@ -61,7 +63,8 @@ def figures(plans: Sequence[PocketPlan], programs: Sequence[PocketProgram] = ())
         known = [r.measures for r in mine if r.measures is not None]
         found = None if refused else _between(added(known), whole.get(name))
         time_s = whole[name].time_s if name in whole else sum(r.program_s for r in mine)
-        rows.append(StrategyFigures(name, chosen, found, refused, time_s))
+        passed_over = next((r.passed_over for r in mine if r.passed_over), "")
+        rows.append(StrategyFigures(name, chosen, found, refused, time_s, passed_over))
     return rows
 
 
@@ -135,6 +138,7 @@ def pockets_as_json(outcome: Outcome[PocketDetail]) -> dict[str, Any]:
                 "chosen": row.chosen,
                 **({} if row.measures is None else {**_plain(row.measures), "time_s": plain_number(row.program_s)}),
                 **({"refused": clean(row.refused)} if row.measures is None else {}),
+                **({"passed_over": clean(row.passed_over)} if row.passed_over else {}),
             }
             for row in figures(plans, outcome.detail.programs)
         ],
