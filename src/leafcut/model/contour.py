@@ -5,6 +5,12 @@ from __future__ import annotations
 from leafcut.geometry.polyline import Polyline
 from leafcut.quick_dataclass import dataclass
 
+#: Layers whose names show that nothing on them is a part: frames and title blocks, dimensions and texts, helper points.
+ASIDE = (
+    *("FRAME*", "BORDER*", "TITLE*", "RAHMEN*", "ZEICHNUNGSRAHMEN*", "SCHRIFTFELD*", "CADRE*", "CARTOUCHE*"),
+    *("MARCO*", "CAJETIN*", "DIM*", "BEMA*", "COTA*", "TEXT*", "ANNO*", "DEFPOINTS"),
+)
+
 
 @dataclass(frozen=True)
 class Contour:

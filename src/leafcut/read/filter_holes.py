@@ -16,16 +16,11 @@ from numpy.typing import NDArray
 from leafcut.errors import count_of, shown
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Hole, Issue, Severity
+from leafcut.model.contour import ASIDE
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import MissingWork
 from leafcut.options import ReadOptions
 from leafcut.read.format import places_of
-
-#: Layers whose names show that nothing on them is a part: frames and title blocks, dimensions and texts, helper points.
-ASIDE = (
-    *("FRAME*", "BORDER*", "TITLE*", "RAHMEN*", "ZEICHNUNGSRAHMEN*", "SCHRIFTFELD*", "CADRE*", "CARTOUCHE*"),
-    *("MARCO*", "CAJETIN*", "DIM*", "BEMA*", "COTA*", "TEXT*", "ANNO*", "DEFPOINTS"),
-)
 
 
 def layer_filter(patterns: tuple[str, ...]) -> Callable[[str], bool]:

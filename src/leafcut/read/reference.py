@@ -11,8 +11,9 @@ from dataclasses import replace
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Hole, Part
+from leafcut.model.contour import ASIDE
 from leafcut.options import ReadOptions
-from leafcut.read.filter_holes import ASIDE, layer_filter
+from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import Format, Source
 from leafcut.read.registry import run
 

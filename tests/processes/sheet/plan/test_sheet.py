@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from dataclasses import replace
 from pathlib import Path
 
 import ezdxf
@@ -137,6 +138,17 @@ def test_what_is_named_a_sheet_and_lies_round_some_of_the_parts_is_not_cut_as_a_
     assert named.outline is None and len(named.contours) == len(drawing)
 
 
+@pytest.mark.hazard
+def test_an_outline_on_a_layer_named_as_a_frame_around_parts_is_refused_unless_options_settle_it() -> None:
+    """As a part it would make holes of the parts in it: cut on the wrong side of their lines."""
+    drawing = [box(0, 0, 420, 297, "BORDER"), box(50, 50, 200, 100, "0"), disc(100, 100, 20, "0")]
+    text = refusal(*drawing)
+    assert "layer BORDER is named as a drawing frame" in text and "--ignore-layers" in text
+    assert sheet(*drawing, ignore_layers="BORDER").n_parts == 1
+    assert sheet(*drawing, cut_layers="BORDER,0").n_parts == 2
+    assert sheet(*(replace(c, layer="FRAME") for c in drawing)).n_parts == 2
+
+
 def test_an_open_cut_from_edge_to_edge_of_the_sheet_leaves_it_the_sheet() -> None:
     found = sheet(box(0, 0, 100, 50, "SHEET"), box(5, 5, 9, 9), line((50, 0), (50, 50)), open_paths="cut")
     assert found.outline is not None and found.n_parts == 1
@@ -159,7 +171,7 @@ def test_a_drawing_with_nothing_but_marks_by_name_is_cut() -> None:
         ("L314", [line((0, 0), (9, 0)), line((9, 0), (9, 9), (0, 0)), line((9, 0), (20, 0))], {"open_paths": "cut"}),
         ("L421", [box(0, 0, 9, 9), line((2, 2), (3, 3), layer="SCRIBE")], {}),
         ("L422", [box(0, 0, 99, 99), box(9, 9, 9, 9), box(10, 10, 3, 3)], {}),
-        ("L422", [box(0, 0, 99, 99, "frame"), box(9, 9, 9, 9), box(29, 9, 9, 9)], {}),
+        ("L422", [box(0, 0, 99, 99, "outer"), box(9, 9, 9, 9), box(29, 9, 9, 9)], {}),
         (
             "L422",
             [box(0, 0, 99, 99), box(9, 9, 9, 9), box(10, 10, 3, 3), box(50, 9, 9, 9), disc(55, 13, 2), disc(150, 5, 3)],

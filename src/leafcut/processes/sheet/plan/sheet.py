@@ -21,12 +21,12 @@ from leafcut.geometry.containment import around, conflicts, nesting
 from leafcut.geometry.overlaps import SAME
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.tidying import join_advice, polygons, tidy
-from leafcut.model.contour import Contour
+from leafcut.model.contour import ASIDE, Contour
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Part
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.options import SheetOptions
-from leafcut.processes.layers import kinds_of
+from leafcut.processes.layers import kinds_of, matcher
 from leafcut.processes.sheet.plan.hole_sizes import round_diameter
 from leafcut.quick_dataclass import dataclass
 
@@ -91,6 +91,7 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: s
         raise PlanError(f"{part.source or part.name}: nothing is left to cut or mark{hint}")
     contours = _placed(closed, shapes, [*opened, *marks])
     _check_inside(contours, outline, holes)
+    _refuse_frames(contours, options)
     _look_for_frame(contours, outline, issues)
     return Sheet(part.name, contours, outline, issues=tuple(issues), holes=holes, price=price)
 
@@ -427,6 +428,24 @@ def _check_inside(contours: Sequence[SheetContour], outline: Polyline | None, ho
             f"{count_of(len(beyond), 'contour')} beyond the edge of the sheet{or_holes}: {what}, "
             f"{_at([c.contour.path.start for c in beyond])}; move it or use a larger sheet"
         )
+
+
+def _refuse_frames(contours: Sequence[SheetContour], options: SheetOptions) -> None:
+    """Refuse an outline around others on a layer that is named as a drawing frame, unless `options` have it cut.
+
+    As the edge of a part it would make holes of the parts in it, cut on the wrong side of their lines.
+    """
+    aside, chosen = matcher(ASIDE), matcher(options.cut_layers)
+    for inner in contours:
+        if not inner.contour.path.closed or inner.contour.kind != "cut":
+            continue
+        frame = contours[inner.parent].contour if inner.parent >= 0 else inner.contour
+        if aside(frame.layer) and not chosen(frame.layer) and not aside(inner.contour.layer):
+            raise PlanError(
+                f"layer {frame.layer} is named as a drawing frame, a text or a dimension, and an outline on it lies "
+                f"around others, {_at([frame.path.start])}; leave it out with --ignore-layers, or name the layers to "
+                "cut with --cut-layers"
+            )
 
 
 def _look_for_frame(contours: Sequence[SheetContour], outline: Polyline | None, issues: list[Issue]) -> None:
