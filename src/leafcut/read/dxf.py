@@ -86,7 +86,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
         kept = tuple(hole for k, hole in enumerate(kept) if k not in around)
         undrilled, contours = besides_holes(paths, kept, circles)
     if not kept:
-        raise ReadError(source.path, _nothing(walk, finds, document, options, [*noticed, *undrilled]))
+        raise ReadError(source.path, _nothing(walk, finds, [*noticed, *undrilled]))
     issues += walk_issues(walk) + finds.issues() + undrilled + _not_holes(others)
     edge = edge_of(document, options, factor, source.path, points_of(source), finds.owned)
     part = Part(
