@@ -88,6 +88,28 @@ def test_a_program_that_never_starts_its_spindle_has_one_that_is_switched_by_han
     assert (issue.code, issue.severity) == ("L803", Severity.WARNING)
 
 
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    "text, found",
+    [
+        ("G0 Z53.4\nG1 Z42.9 F100\nX10\nG0 Z80\n", ["L814"]),
+        ("G81 X5 Y5 Z0 R9 F100\nG80\n", ["L814"]),
+        ("G1 Z1 F100\nG18 G2 X10 Z1 I5 K0\nG0 Z5\n", []),
+        ("G1 Z1 F100\nX10\nG1 Z-0.1\nG0 Z5\n", []),
+    ],
+)
+def test_a_program_whose_cuts_all_lie_above_z0_has_an_unknown_surface(text: str, found: list[str]) -> None:
+    """Its rapids are compared with no surface. The arc of the third program goes down to Z-4."""
+    assert codes(text + "M2\n") == found and codes(text + "M2\n", "laser") == []
+
+
+def test_an_unknown_surface_is_told_with_the_heights_of_the_cuts_and_what_to_give() -> None:
+    """One line, a warning."""
+    (issue,) = dangers("G0 Z53.4\nG1 Z42.9 F100\nX10\nG1 Z53\nG0 Z80\nM2\n")
+    assert issue.severity is Severity.WARNING and "lowest Z42.900, highest Z53.000" in issue.message
+    assert issue.message.endswith("check them with leafcut stock --workpiece")
+
+
 def test_where_the_tool_goes_unknown_is_told_and_a_probe_is_not() -> None:
     """Behind G68 nothing is counted or checked; the tool length alone, and what a probe finds, is no such place."""
     text = "G43 H1 Z6\nG38.2 Z-5 F50\nG0 Z5\nG68 X0 Y0 R30\nG0 X30\nG1 Z-1 F100\nX40\nG0 Z5\nM2\n"

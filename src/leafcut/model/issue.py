@@ -133,6 +133,7 @@ CODES: dict[str, str] = {
     "L811": "the stock has undercuts, which count as material",
     "L812": "the cells of the stock model are coarse for a tool",
     "L813": "the tool library has another tool than the program names",
+    "L814": "all cuts of a program lie above Z0",
     "L820": "a controller is not set as the profile of its machine says",
 }
 

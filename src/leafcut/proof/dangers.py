@@ -20,9 +20,12 @@ from leafcut.model.toolpath import STILL, Kind, Toolpath, last_rows
 from leafcut.proof.clearance import LEAST_CLEARANCE, DangerCheck, height_checks, spindle_check, torch_check
 from leafcut.proof.difference import place
 from leafcut.proof.envelope import check_envelope
+from leafcut.stock.straight_moves import straight_moves
 
 #: Room for the rounding of written heights, mm.
 _ROOM = 0.002
+#: Chords of arcs lie off them by this at most, mm.
+_STRAYS = 0.01
 #: S0, as it is written.
 _NO_SPEED = re.compile(r"S\s*0+(?:\.0*)?(?![\d.])", re.IGNORECASE)
 #: By what is wrong: the code, how much it matters, and what it is, of one and of several.
@@ -69,6 +72,8 @@ def find_dangers(program: Program, machine: Machine, process: str, heights: bool
     found = [_issue(path, before, what, mask) for what, mask, _ in checks if mask.any()]
     never = not _turning(program, rows, True).any()
     found = [_by_hand(issue) if never and issue.code == "L803" else issue for issue in found]
+    if process not in BEAMS and heights:
+        found += _surface_unknown(path)
     found += [*_not_followed(program), *_of_machine(program.path, machine)]
     return sorted(found, key=lambda issue: (RANK[issue.severity], issue.code))
 
@@ -135,6 +140,22 @@ def _issue(path: Toolpath, before: NDArray[np.float64], what: str, mask: Mask) -
 def _by_hand(issue: Issue) -> Issue:
     message = "the program never starts the spindle (M3): start it before you run the program"
     return replace(issue, message=message, severity=Severity.WARNING)
+
+
+def _surface_unknown(path: Toolpath) -> Iterator[Issue]:
+    """Yield that no cut goes below Z0, so that the top of the stock is elsewhere and no rapid was compared with it."""
+    cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, 2])
+    if not cuts.any() or path.end[cuts, 2].min() < -_ROOM:
+        return
+    # Arcs in XZ and YZ may go lower than their ends.
+    moves = straight_moves(path, _STRAYS, math.inf)
+    heights = moves.ends[~moves.rapid][:, 5]
+    if len(heights) and heights.min() >= -_ROOM:
+        yield Issue(
+            "L814",
+            f"no cut goes below Z0 (lowest Z{heights.min():.3f}, highest Z{heights.max():.3f}): the surface is "
+            "unknown, so rapids were not checked against it; check them with leafcut stock --workpiece",
+        )
 
 
 def _not_followed(program: Program) -> Iterator[Issue]:
