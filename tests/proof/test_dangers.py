@@ -74,6 +74,78 @@ def test_a_series_of_cycles_rises_on_a_slant_in_linuxcnc_for_dangers_and_times_a
     assert slanting.time_s == pytest.approx(written.time_s, abs=0.02)
 
 
+#: Two passes of a slot, Y24.288 and Y25.712, to Z-9; then a rapid down between them, to Z-2.
+SLOT = """(T1 D=3.175 CR=0. - flat end mill)
+T1 M6
+M3 S1000
+G0 X20 Y24.288 Z15
+G1 Z-9 F300
+X100
+Y25.712
+X20
+G0 Z15
+"""
+DOWN = "X93.816 Y25\nG0 Z-2\nG1 Z-3 F100\nG0 Z15\n"
+OTHER = "(T2 D={} CR=0. - flat end mill)\nT2 M6\nM3 S1000\nG0 Z15\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        SLOT + DOWN,
+        SLOT + OTHER.format(3) + DOWN,
+        SLOT + OTHER.format(4.5) + DOWN,
+        SLOT.replace("flat end", "ball end") + DOWN.replace("Y25", "Y25.712"),
+        SLOT.replace("X100\nY25.712\nX20", "G2 X80 I30\nG2 X20 I-30") + DOWN.replace("X93.816 Y25", "X50 Y54.288"),
+        SLOT.replace("X100\nY25.712", "X100 Z-1.5\nY25.712") + DOWN.replace("X93.816 Y25", "X20 Y24.288"),
+    ],
+    ids=[
+        "between passes",
+        "narrower tool",
+        "as wide as both",
+        "ball on its pass",
+        "on an arc",
+        "at the end of a slope",
+    ],
+)
+def test_a_rapid_down_into_a_place_that_is_cut_as_deep_and_as_wide_is_no_danger(text: str) -> None:
+    """The place is air: what the tool sweeps there was swept before."""
+    assert codes(text + "M2\n") == []
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    "text",
+    [
+        SLOT + DOWN.replace("Z-2", "Z-9.1"),
+        SLOT + DOWN.replace("Y25", "Y26"),
+        SLOT + DOWN.replace("X93.816", "X100.5"),
+        SLOT + OTHER.format(5) + DOWN,
+        SLOT + OTHER.format(6) + DOWN.replace("X93.816 Y25", "X100 Y25.712"),
+        SLOT + "T2 M6\nM3 S1000\n" + DOWN,
+        SLOT.replace("Y25.712", "Y27.6") + DOWN.replace("Y25", "Y26"),
+        SLOT.replace("flat end", "ball end") + DOWN,
+        SLOT.replace("CR=0.", "CR=1.") + DOWN,
+        SLOT.replace("(T1 D=3.175 CR=0. - flat end mill)", "") + DOWN,
+        SLOT.replace("X100\n", "X100 Z-1\n") + DOWN.replace("Y25", "Y24.288"),
+        SLOT.replace("X100\n", "G41 D1 X100\n").replace("X20\nG0", "X20\nG40\nG0") + DOWN,
+        SLOT.replace("G1 Z-9 F300\nX100", "G53 G0 Z0\nG1 X100 Z-9 F300") + DOWN.replace("Y25", "Y24.288"),
+        SLOT + "G55\nG0 Z15\n" + DOWN,
+        SLOT + "G92 X50 Y24.288\nG0 Z15\n" + DOWN,
+        SLOT.replace("G0 X20 Y24.288 Z15\n", "G0 Z15\n" + DOWN + "G0 X20 Y24.288 Z15\n"),
+    ],
+    ids=[
+        "deeper", "beside", "past its end", "wider tool", "wider tool at a corner", "unknown tool",
+        "rib between passes", "ball mill", "bull-nose mill",
+        "unknown diameter", "slope", "compensated path", "from an unknown height",
+        "other work offset", "shifted origin", "cut later",
+    ],
+)  # fmt: skip
+def test_a_rapid_down_into_what_earlier_cuts_left_is_a_danger(text: str) -> None:
+    """Less deep, less wide, elsewhere, later, or of unknown width."""
+    assert codes(text + "M2\n") == ["L802"]
+
+
 def test_a_danger_tells_how_often_and_where_first() -> None:
     """The first by its line, not the deepest."""
     (issue,) = dangers("G1 Z-1 F100\nG0 X10\nG0 X20\nG0 X30\nG0 Z5\nM2\n")

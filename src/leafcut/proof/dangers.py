@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,11 +44,17 @@ _KINDS = {
 }
 
 
-def find_dangers(program: Program, machine: Machine, process: str, heights: bool = True) -> list[Issue]:
+def find_dangers(
+    program: Program,
+    machine: Machine,
+    process: str,
+    heights: bool = True,
+    simulated: Mapping[str, Mask] = MappingProxyType({}),
+) -> list[Issue]:
     """Return what is dangerous in a program, and what its machine cannot do; the worst first, one issue for each kind.
 
-    A rapid is taken for one through material where it is below Z0.05, or goes down below Z0 at a place where no cut had
-    an end as deep before: whether the material there is gone otherwise is not looked at.
+    A rapid is taken for one through material where it is below Z0.05, or goes down below Z0 at a place that earlier
+    cuts have not cleared as deep and as wide as its tool.
 
     Parameters
     ----------
@@ -55,6 +62,8 @@ def find_dangers(program: Program, machine: Machine, process: str, heights: bool
         ``drill``, ``mill``, ``laser`` or ``plasma``. A laser's heights and rapids harm nothing.
     heights
         False: its controller moves Z.
+    simulated
+        By code: the rows of the path, bool[n], whose rapids a simulation of the stock has checked instead.
     """
     source = replace(program.path, line=np.arange(len(program.path), dtype=np.int32))
     path = expand(source)
@@ -68,11 +77,15 @@ def find_dangers(program: Program, machine: Machine, process: str, heights: bool
         checks.append(spindle_check(path, _turning(program, rows, True)))
     elif process == ProgramKind.PLASMA:
         checks.append(torch_check(path, before, _turning(program, rows, False)))
-    checks = [(what, mask & ~_cut_before(path, before, mask), text) for what, mask, text in checks]
+    rapid = path.kind == Kind.RAPID
+    for at, (what, mask, text) in enumerate(checks):
+        if (by_stock := simulated.get(_KINDS[what][0])) is not None:
+            checks[at] = what, mask & ~(by_stock[rows] & rapid), text
+    checks = [(what, mask & ~_cleared(program, rows, path, before, mask), text) for what, mask, text in checks]
     found = [_issue(path, before, what, mask) for what, mask, _ in checks if mask.any()]
     never = not _turning(program, rows, True).any()
     found = [_by_hand(issue) if never and issue.code == "L803" else issue for issue in found]
-    if process not in BEAMS and heights:
+    if process not in BEAMS and heights and "L801" not in simulated:
         found += _surface_unknown(path)
     found += [*_not_followed(program), *_of_machine(program.path, machine)]
     return sorted(found, key=lambda issue: (RANK[issue.severity], issue.code))
@@ -82,29 +95,17 @@ def find_dangers(program: Program, machine: Machine, process: str, heights: bool
 RANK = {Severity.DANGER: 0, Severity.WARNING: 1, Severity.NOTE: 2}
 
 
-def _cut_before(path: Toolpath, before: NDArray[np.float64], mask: Mask) -> Mask:
-    """Return which of some rapids straight down end no deeper than an end of an earlier cut at that X and Y."""
+def _cleared(
+    program: Program, rows: NDArray[np.int32], path: Toolpath, before: NDArray[np.float64], mask: Mask
+) -> Mask:
+    """Return which of some rapids straight down end where earlier cuts have removed the material."""
     result = np.zeros(len(path), dtype=bool)
     straight = mask & (path.kind == Kind.RAPID) & np.isclose(path.end[:, :2], before[:, :2]).all(axis=1)
-    rows = np.flatnonzero(straight)
-    if not len(rows):
-        return result
-    cuts = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW))
-    ends = np.concatenate([before[cuts], path.end[cuts]])
-    when = np.concatenate([cuts, cuts])
-    keys = np.round(np.nan_to_num(ends[:, 0]) * 1e3) * 1e10 + np.round(np.nan_to_num(ends[:, 1]) * 1e3)
-    wanted = np.round(path.end[rows, 0] * 1e3) * 1e10 + np.round(path.end[rows, 1] * 1e3)
-    there = np.isin(keys, wanted)
-    events = sorted(
-        [(int(w), float(k), float(z)) for w, k, z in zip(when[there], keys[there], ends[there, 2], strict=True)]
-        + [(int(row), float(k), math.nan) for row, k in zip(rows, wanted, strict=True)]
-    )
-    deepest: dict[float, float] = {}
-    for row, key, z in events:
-        if math.isnan(z) and straight[row]:
-            result[row] = path.end[row, 2] >= deepest.get(key, math.inf) - _ROOM
-        elif not math.isnan(z):
-            deepest[key] = min(z, deepest.get(key, math.inf))
+    down = np.flatnonzero(straight)
+    if len(down):
+        from leafcut.proof.cleared import cleared_before
+
+        result[down] = cleared_before(program, rows, path, down)
     return result
 
 

@@ -58,6 +58,29 @@ def test_a_rapid_that_meets_the_stock_is_a_danger_with_its_line_and_depth(tmp_pa
     assert (issue.severity, issue.place) == ("danger", "line 8")
 
 
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    "second, place, found",
+    [
+        ("Y13", "X20 Y12", []),
+        ("Y17", "X20 Y13.5", ["danger"]),
+        ("Y13", "X60 Y10", ["danger"]),
+        ("Y13", "X31 Y12", ["danger"]),
+    ],
+)
+def test_the_simulation_decides_on_rapids_down_inside_the_stock_that_it_knows(
+    second: str, place: str, found: list[str], tmp_path: Path
+) -> None:
+    """A ball mill cuts two passes; only the simulation knows whether a rapid between them, to Z-0.5, meets the rib.
+
+    Beside an assumed block the stock is unknown: there a rapid below Z0 stays a danger.
+    """
+    text = SLOT.replace("flat", "ball").replace("G1 X10\n", f"G1 {second}\nG1 X10\n")
+    text = text.replace("M5", f"G0 {place}\nG0 Z-0.5\nG0 Z5\nM5")
+    issues = leafcut.cut_stock(made(tmp_path, text)).issues
+    assert [issue.severity for issue in issues if issue.code == "L802"] == found
+
+
 def test_with_strict_a_rapid_in_the_stock_ends_with_status_1(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -17,8 +17,11 @@ from leafcut.quick_dataclass import dataclass
 from leafcut.units import SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from leafcut.gcode.dialects import Dialect
     from leafcut.gcode.program import Program
+    from leafcut.geometry.arrays import Mask
     from leafcut.model.machine import Machine
     from leafcut.processes.course import Run
 
@@ -48,10 +51,14 @@ class ProgramRead:
 
         Of a program of leafcut's for a solid or a surface, a rapid below Z0 is a warning.
         """
+        return self.dangers_beside({})
+
+    def dangers_beside(self, simulated: Mapping[str, Mask]) -> list[Issue]:
+        """Return the dangers but for rapids that a simulation of the stock has checked: rows of the path, by code."""
         from leafcut.processes.program.made_for import stated_part
         from leafcut.proof.dangers import find_dangers
 
-        found = find_dangers(self.program, self.machine, self.process, self.words.states_z)
+        found = find_dangers(self.program, self.machine, self.process, self.words.states_z, simulated)
         if stated_part(self.program) is None:
             return found
         # The surface of a solid is not Z0 everywhere: over its lower steps the tool runs below that.

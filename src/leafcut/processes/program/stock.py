@@ -17,6 +17,7 @@ from leafcut.model.heartbeat import Progress, looking_for
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
+from leafcut.model.toolpath import Kind
 from leafcut.options import Settings
 from leafcut.processes.course import machine_of
 from leafcut.processes.program.made_for import StatedPart, before_its_cuts, part_as_placed, stated_part
@@ -134,13 +135,38 @@ def cut_stock(
             *_told(rapids, stated is not None and bool(assumed)),
             *_bodies_told(collisions),
             *_told_of_stock(mine, settings, block, cell),
-            *(danger for danger in mine.read.dangers if part is None or danger.code not in BELOW_SURFACE),
+            *_dangers(mine, None if given or part is not None else block, part is not None),
             *mine.read.issues,
             *_not_known(mine.whole),
         ),
         settings.from_defaults(),
         settings.stock.part or "",
     )
+
+
+def _dangers(one: _Cuts, assumed: StockBlock | None, in_part: bool) -> list[Issue]:
+    """Return the dangers of a program beside those that the simulation finds.
+
+    A block that was assumed ends at its cuts: what rapids meet beside it is unknown, and so is how far they stay above.
+    The simulation knows one origin of the coordinates.
+    """
+    path = one.read.program.path
+    if any(
+        len(np.unique(path.latest(kind, path.ref)[path.kind <= Kind.DRILL])) > 1 for kind in (Kind.FRAME, Kind.SHIFT)
+    ):
+        return one.read.dangers
+    mine = np.isin(path.tool, list(one.cutters))
+    simulated = mine & np.isfinite(path.before).all(axis=1) & np.isfinite(path.end[:, :2]).all(axis=1)
+    if assumed is not None:
+        radius = np.zeros(len(path))
+        radius[mine] = [one.cutters[k].radius for k in path.tool[mine].tolist()]
+        for places in (path.before, path.end):
+            for axis in (0, 1):
+                low, high = assumed.low[axis] + radius - TOLERANCE, assumed.high[axis] - radius + TOLERANCE
+                simulated &= (places[:, axis] >= low) & (places[:, axis] <= high)
+    codes = ("L802",) if assumed is not None else BELOW_SURFACE
+    found = one.read.dangers_beside(dict.fromkeys(codes, simulated))
+    return [danger for danger in found if not in_part or danger.code not in BELOW_SURFACE]
 
 
 def _read(program: Input, settings: Settings, machine: Machine, words: Dialect, look: Heartbeat) -> _Cuts:
@@ -273,8 +299,6 @@ def _told(rapids: tuple[RapidCut, ...], doubtful: bool) -> list[Issue]:
 
 def _not_known(moves: StraightMoves) -> list[Issue]:
     """Return that of cuts whose begin is not known only the end is looked at."""
-    from leafcut.model.toolpath import Kind
-
     fed = moves.unknown[moves.path.kind[moves.unknown] != Kind.RAPID]
     if not len(fed):
         return []
