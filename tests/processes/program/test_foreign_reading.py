@@ -51,6 +51,16 @@ def test_a_program_that_takes_its_feed_from_the_controller_is_ordered_and_keeps_
     assert timed[0].measure.by_kind["feed"] > 1.5 * timed[1].measure.by_kind["feed"]
 
 
+def test_m3_s0_starts_the_beam_of_a_laser_that_a_later_s_gives_its_power(tmp_path: Path) -> None:
+    """A mill with the same program starts at the first S above 0, and not before."""
+    source = tmp_path / "a.nc"
+    cuts = "G1 X90 Z-5 F1000\nX150\n{}G0 Z6\nX75\n{}G1 Y75 Z-5\nG0 Z9\nM30\n"
+    source.write_text("G21 G90\nM3 S0\nG0 X0 Y0 Z6\nS1000\n" + cuts.format("S0\n", "S900\n"))
+    assert [i.code for i in leafcut.simulate(source, machine="grbl-laser-5w").issues] == []
+    source.write_text("G21 G90\nM3 S0\nG0 X0 Y0 Z6\n" + cuts.format("", "S900\n"))
+    assert "L803" in [i.code for i in leafcut.simulate(source, machine="grbl-3018").issues]
+
+
 @pytest.mark.parametrize(
     ("text", "what"),
     [

@@ -58,7 +58,9 @@ class ProgramRead:
         from leafcut.processes.program.made_for import stated_part
         from leafcut.proof.dangers import find_dangers
 
-        found = find_dangers(self.program, self.machine, self.process, self.words.states_z, simulated)
+        # A laser drives a beam by S, whatever else a program looks like.
+        process = ProgramKind.LASER if self.machine.head is Head.LASER else self.process
+        found = find_dangers(self.program, self.machine, process, self.words.states_z, simulated)
         if stated_part(self.program) is None:
             return found
         # The surface of a solid is not Z0 everywhere: over its lower steps the tool runs below that.
