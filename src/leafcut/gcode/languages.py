@@ -37,13 +37,22 @@ _LATHE = (
     re.compile(r"G96(?![0-9.])", re.IGNORECASE),
     re.compile(r"G(?:50|92)(?=S[0-9])", re.IGNORECASE),
     re.compile(r"T[0-9]{4}(?![0-9.])(?!.*M0*6(?![0-9]))", re.IGNORECASE),
-    re.compile(r"G7(?![0-9.])", re.IGNORECASE),
     re.compile(r"G7[0-3](?![0-9.])(?=.*P[0-9]+.*Q[0-9]|[UW][0-9.]+R[0-9.])|G76(?![0-9.])(?=.*P[0-9])", re.IGNORECASE),
 )
+#: Words of a lathe alone, also with M6: diameter mode, radius mode (G8 P1 is another on Fanuc), the plane of its arcs.
+_LATHE_MODES = (
+    re.compile(r"G0?7(?![0-9.])", re.IGNORECASE),
+    re.compile(r"G0?8(?![0-9.])(?!.*P[0-9])", re.IGNORECASE),
+    re.compile(r"G18(?![0-9.])", re.IGNORECASE),
+)
+_ARC = re.compile(r"G0?[23](?![0-9.])", re.IGNORECASE)
+#: What a lathe has not: the planes of a mill, the rotary axes of work that turns under a mill.
+_OF_MILL = re.compile(r"G1[79](?![0-9.])|[AB][-+\[#.0-9]", re.IGNORECASE)
 _Y = re.compile(r"Y\s*[-+\[#.0-9]", re.IGNORECASE)
 _X = re.compile(r"[XU]\s*[-+\[#.0-9]", re.IGNORECASE)
 _Z = re.compile(r"[ZW]\s*[-+\[#.0-9]", re.IGNORECASE)
-_DRILLS = re.compile(r"(?:G8[1-9]|M0*6)(?![0-9.])", re.IGNORECASE)
+_DRILLS = re.compile(r"G8[1-9](?![0-9.])", re.IGNORECASE)
+_CHANGES = re.compile(r"M0*6(?![0-9.])", re.IGNORECASE)
 _REMARK = re.compile(r"\([^()]*\)|;.*")
 
 
@@ -58,7 +67,7 @@ def other_language(text: str) -> str:
         (_heidenhain_iso(lines), "a program in Heidenhain's DIN/ISO ({})"),
         (_siemens(lines), "a program in the language of Siemens ({}), not in plain G-code"),
         (_print(lines, code), "a program for a 3D printer ({})"),
-        (_lathe(code, text), "a program for a lathe ({}, and no Y)"),
+        (_lathe(code, text), "a program for a lathe ({})"),
     ):
         if found:
             does = "leafcut orders the work of mills, drills, lasers and torches whose programs are in G-code"
@@ -97,14 +106,29 @@ def _print(lines: list[str], code: list[str]) -> str:
 
 
 def _lathe(code: list[str], text: str) -> str:
-    """Return the word of a lathe in a program that moves X and Z and never Y, and that calls no cycle of a mill."""
+    """Return the word of a lathe, with its line, in a program that moves X and Z, never Y, and has no drilling cycle.
+
+    G18 alone is no such word: a slot along X may be milled in it. Its arcs are those of a turned contour.
+    """
     if any(_Y.search(line) or _DRILLS.search(line) for line in code):
         return ""
     if not (any(_X.search(line) for line in code) and any(_Z.search(line) for line in code)):
         return ""
     compact = ["".join(line.split()) for line in code]
-    words = (m.group().upper() for pattern in _LATHE for m in map(pattern.search, compact) if m is not None)
-    found = next(words, "")
+    patterns = list(_LATHE_MODES[:2])
+    if any(map(_ARC.search, compact)) and not any(map(_OF_MILL.search, compact)):
+        patterns.append(_LATHE_MODES[2])
+    if not any(map(_CHANGES.search, compact)):
+        patterns += _LATHE
+    found = next(
+        (
+            f"{word.group().upper()}, and no Y; line {number}"
+            for pattern in patterns
+            for number, word in enumerate(map(pattern.search, compact), 1)
+            if word is not None
+        ),
+        "",
+    )
     return "" if _Y.search(_REMARK.sub(" ", text[_LOOKED_AT:])) else found
 
 

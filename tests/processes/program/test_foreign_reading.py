@@ -61,11 +61,14 @@ def test_m3_s0_starts_the_beam_of_a_laser_that_a_later_s_gives_its_power(tmp_pat
     assert "L803" in [i.code for i in leafcut.simulate(source, machine="grbl-3018").issues]
 
 
+@pytest.mark.hazard
 @pytest.mark.parametrize(
     ("text", "what"),
     [
         ("O1\nG50 S2000\nT0101\nG96 S200 M3\nG0 X50. Z2.\nG1 Z-20. F.2\nM30\n", r"a program for a lathe \(G96"),
         ("G21 G18\nG7\nM3 S500\nG0 X20 Z1\nG1 Z-5 F50\nX22\nM2\n", r"a program for a lathe \(G7"),
+        ("G21\nG64\nG18\nG0 X13 Z1 S900 M3\nG1 Z-8 F50\nG3 X15 Z-10 I-1 K-2\nG0 Z9\nM2\n", r"\(G18, and no Y; line 3"),
+        ("G20 G8\nT1 M6\nM3 S500\nG0 X1 Z.1\nG1 Z-.5 F5\nM2\n", r"for a lathe \(G8, and no Y; line 1"),
         ("T0202\nG97 S800 M3\nG0 X2.1 Z.1\nG1 Z-1.5 F.01\nM30\n", r"a program for a lathe \(T0202, and no Y"),
         (
             "%PLATE G71 *\nN10 G30 G17 X+0 Y+0 Z-40*\nN20 T1 G17 S2000*\n",
@@ -97,6 +100,10 @@ def test_programs_of_other_machines_and_languages_are_refused_by_name(tmp_path: 
     [
         "(BEGIN PGM)\nG21 G90\nG0 X1 Y1\n",
         "G21 G18 G90 (no Y)\nM3 S900\nG0 X0 Z5\nG1 Z-1 F100\nX50\nG0 Z5\nM30\n",
+        "G21 G17 G90\nM3 S900\nG0 X0 Z5\nG1 Z-1 F100\nG18 G2 X10 I5 K0\nG17\nG0 Z5\nM30\n",
+        "G21 G18 G90\nM3 S900\nG0 X0 Z5 A0\nG1 Z-1 F100\nG2 X10 I5 K0\nG0 Z5\nM30\n",
+        "G21 G17 G90\nG8 P1\nM3 S900\nG0 X0 Z5\nG1 Z-1 F100\nX50\nG0 Z5\nM30\n",
+        "G21 G18 G90\nM3 S900\nG0 X0 Z5\nG81 Z-9 R1 F100\nG80\nG7\nM30\n",
         "G21 G90\nM68 E3 Q0\nM67 E3 Q50\nG1 X5 Y1 F100\nM190 P3\n",
         "(MSG, TRANS X10)\nG21 G0 X1 Y1\nG96 D2000 S30\nG1 X3 Y2 F10\n",
         "%\nO0001\nT0101 M06\nG21 G90 G0 X1. Z5.\nG1 Z-1. F10.\nX4.\nM30\n%\n",
