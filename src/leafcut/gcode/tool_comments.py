@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -39,6 +40,11 @@ _DIAMETERS = (
         rf"(?<![\w./#-]){_NUMBER}{_NO_COUNT}{_UNIT}[\s-]?(?:[a-z]{{1,20}}[\s-]{{1,3}}){{0,2}}?{_MILL}", re.IGNORECASE
     ),
 )
+_REMARK = re.compile(r"\([^()]*\)|;.*")
+#: A number with its unit.
+_SIZE = re.compile(
+    r"(?<![\w./])(?:[0-9]{1,3}/[0-9]{1,3}|[0-9]{0,4}\.?[0-9]{1,6}\.?)\s?-?(mm\b|inch(?:es)?\b|\")", re.IGNORECASE
+)
 #: A comment that says which tool it is about: T5, 5 = …
 _NAMED = re.compile(r"\bT\s?([0-9]{1,9})\b|^[\s(;]*([0-9]{1,9})\s?=", re.IGNORECASE)
 
@@ -55,6 +61,23 @@ _ANGLE = re.compile(r"([0-9]{1,3}(?:\.[0-9]{0,6})?)\s?(?:deg|°)", re.IGNORECASE
 _CORNER = re.compile(r"\bCR\s?=\s?([0-9]{0,4}\.?[0-9]{1,6})", re.IGNORECASE)
 #: What a drill of which nothing more is said has.
 _USUAL_POINT = math.radians(118)
+
+
+def sizes_in_other_unit(lines: Iterable[str], unit: str) -> tuple[int, str]:
+    """Return line and text of the first size in a comment that has another unit than `unit`, ``mm`` or ``in``.
+
+    Line 0 where there is none, or where comments also give sizes in that unit.
+    """
+    first = (0, "")
+    for number, text in enumerate(lines, 1):
+        if "(" not in text and ";" not in text:
+            continue
+        for remark in _REMARK.findall(text):
+            for size in _SIZE.finditer(remark):
+                if (size.group(1).lower() == "mm") == (unit == "mm"):
+                    return 0, ""
+                first = first if first[0] else (number, size.group())
+    return first
 
 
 def tool_width(program: Program, block: int) -> float:

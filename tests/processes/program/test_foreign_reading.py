@@ -47,6 +47,8 @@ def test_a_program_that_takes_its_feed_from_the_controller_is_ordered_and_keeps_
     assert "F#<_hal[plasmac.cut-feed-rate]>" in own.text
     again = leafcut.optimize(tmp_path / "own.ngc", machine="plasma-table", thickness=6)
     assert again.verified and again.text.count("F#<_hal[") >= 1 and "F3390" not in again.text
+    (material,) = [issue for issue in again.issues if "does not define" in issue.message]
+    assert material.code == "L413" and material in leafcut.simulate(tmp_path / "own.ngc", machine="plasma-table").issues
     timed = [leafcut.simulate(tmp_path / "own.ngc", machine="plasma-table", cut_speed=v) for v in (2000, 4000)]
     assert timed[0].measure.by_kind["feed"] > 1.5 * timed[1].measure.by_kind["feed"]
 

@@ -56,11 +56,14 @@ class ProgramRead:
     def dangers_beside(self, simulated: Mapping[str, Mask]) -> list[Issue]:
         """Return the dangers but for rapids that a simulation of the stock has checked: rows of the path, by code."""
         from leafcut.processes.program.made_for import stated_part
-        from leafcut.proof.dangers import find_dangers
+        from leafcut.proof.dangers import RANK, find_dangers
+        from leafcut.proof.doubts import find_doubts
 
         # A laser drives a beam by S, whatever else a program looks like.
         process = ProgramKind.LASER if self.machine.head is Head.LASER else self.process
         found = find_dangers(self.program, self.machine, process, self.words.states_z, simulated)
+        found += find_doubts(self.program, self.words, process)
+        found.sort(key=lambda issue: (RANK[issue.severity], issue.code))
         if stated_part(self.program) is None:
             return found
         # The surface of a solid is not Z0 everywhere: over its lower steps the tool runs below that.
@@ -245,6 +248,7 @@ def _read(text: str, source: str, settings: Settings, machine: Machine, words: D
     """Return a program as it is read for a machine, in its units and with its feeds."""
     from leafcut.gcode.lines import Lines
     from leafcut.gcode.program_interpreter import interpret_program, lines_of
+    from leafcut.gcode.tool_comments import sizes_in_other_unit
 
     units = settings.read.units or machine.units
     if units not in ("mm", "in"):
@@ -260,10 +264,17 @@ def _read(text: str, source: str, settings: Settings, machine: Machine, words: D
         raise OptionError("--units: the program states its own units (G20 or G21); leave it out")
     if program.assumed_units:
         whose = "--units" if settings.read.units else machine.name
-        message = (
-            f"the program does not state its units (G20 or G21): read as {_UNIT_WORDS[units]}, the units of {whose}"
-        )
-        issues.append(Issue("L102", f"{message}; set --units to change that", severity=Severity.NOTE))
+        name = _UNIT_WORDS[units]
+        line, size = sizes_in_other_unit(program.lines, units)
+        if line:
+            message = (
+                f"the program does not state its units (G20 or G21): read as {name}, the units of {whose}, but a "
+                f"comment gives the size {size}; check it, and set --units to change that"
+            )
+            issues.append(Issue("L102", message, f"line {line}"))
+        else:
+            message = f"the program does not state its units (G20 or G21): read as {name}, the units of {whose}"
+            issues.append(Issue("L102", f"{message}; set --units to change that", severity=Severity.NOTE))
     return ProgramRead(program, words, machine, tuple(issues))
 
 

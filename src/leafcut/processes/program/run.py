@@ -147,6 +147,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
             *_avoided_issues(avoided, obstacles),
             *noticed,
             *read.issues,
+            *_unknown_materials(run, words, original),
             *sequence.issues,
             *_offers(run, sequence),
             *proved.issues,
@@ -167,6 +168,13 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
         options=run.settings.changed(),
         version=__version__,
     )
+
+
+def _unknown_materials(run: Run, words: Dialect, original: Program) -> list[Issue]:
+    """Return that cuts use materials that the program does not define."""
+    from leafcut.processes.program.simulate import run_of_controller
+
+    return run_of_controller(original, words, run.settings.job.clearance_height)[1]
 
 
 def _refuse_dangers(run: Run, source: str, dangers: list[Issue]) -> None:

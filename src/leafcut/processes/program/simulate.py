@@ -46,7 +46,7 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
     look = looking_for(progress, "reading")
     read = read_foreign(read_program(program), str(program), settings, machine, words, look)
     _check_lifts(settings, read.words)
-    run, unknown = _as_run(read.program, read.words, settings.job.clearance_height)
+    run, unknown = run_of_controller(read.program, read.words, settings.job.clearance_height)
     # From where `optimize` counts, too, unless `--start-point` says otherwise.
     lines = sent_lines(read.program.lines)
     cost = measure(run, read.machine, start=(0.0, 0.0), lines=lines)
@@ -88,7 +88,7 @@ def _check_lifts(settings: Settings, words: Dialect) -> None:
         raise OptionError(f"--clearance-height: a program for {words.name} sets its own heights; leave it out")
 
 
-def _as_run(program: Program, words: Dialect, clearance: float) -> tuple[Toolpath, list[Issue]]:
+def run_of_controller(program: Program, words: Dialect, clearance: float) -> tuple[Toolpath, list[Issue]]:
     """Return what a program does with what its controller adds at every cut, and what of that is not known."""
     from leafcut.gcode.material import as_run
 

@@ -1,0 +1,81 @@
+"""Words of a program that its controller obeys, or does not know, and that are probably a mistake."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import numpy as np
+
+from leafcut.errors import count_of
+from leafcut.gcode.dialects import Dialect
+from leafcut.gcode.program import Program
+from leafcut.kinds import BEAMS
+from leafcut.model.issue import Issue
+from leafcut.model.toolpath import Kind
+
+#: A dwell of more is probably given in the unit of another controller, s.
+_LONG = 60.0
+#: Units of dwells in words, by the unit of the dialect.
+_UNITS = {"s": "seconds", "ms": "milliseconds", "cs": "hundredths of a second"}
+_REMARK = re.compile(r"\([^()]*\)|;.*")
+_CHANGE = re.compile(r"M0*6(?![0-9])", re.IGNORECASE)
+#: Heights that differ by less are the same, mm.
+_SAME = 1e-6
+_TAPS = ("G84", "G74")
+
+
+def find_doubts(program: Program, words: Dialect, process: str) -> list[Issue]:
+    """Return what is probably a mistake: a spindle that turns backwards, long dwells, M6 where it is no word."""
+    if words.language != "g-code":
+        return []
+    backwards = [] if process in BEAMS else _backwards(program)
+    return [*backwards, *_long_dwells(program, words), *_unknown_changes(program, words)]
+
+
+def _backwards(program: Program) -> Iterator[Issue]:
+    """Yield that a tool cuts with M4. The way up out of a tapped hole is none of these cuts, nor is a tapping cycle."""
+    path = program.path
+    after = np.array([program.modals[k].spindle for k in program.before[1:].tolist()], dtype=np.int64)
+    turns = np.repeat(after, np.diff(program.first))
+    with np.errstate(invalid="ignore"):
+        across = (np.abs(path.end[:, :2] - path.before[:, :2]) > _SAME).any(axis=1)
+        down = path.end[:, 2] < path.before[:, 2] - _SAME
+    cuts = ((path.kind == Kind.FEED) & (across | down)) | (path.kind == Kind.ARC_CW) | (path.kind == Kind.ARC_CCW)
+    drills = np.flatnonzero(path.kind == Kind.DRILL)
+    cuts[drills] = [path.cycles[k].name not in _TAPS for k in path.ref[drills].tolist()]
+    rows = np.flatnonzero(cuts & (turns < 0))
+    if len(rows):
+        message = "M4 turns the spindle backwards in cuts: mills and drills need M3, unless they are left-handed"
+        yield Issue("L806", message, f"line {int(path.line[rows[0]])}")
+
+
+def _long_dwells(program: Program, words: Dialect) -> Iterator[Issue]:
+    """Yield that dwells take more than a minute each: of blocks, and of cycles."""
+    path = program.path
+    seconds = np.where(path.kind == Kind.DWELL, path.value, 0.0)
+    drills = np.flatnonzero(path.kind == Kind.DRILL)
+    seconds[drills] = [path.cycles[k].dwell for k in path.ref[drills].tolist()]
+    rows = np.flatnonzero(seconds > _LONG)
+    if len(rows):
+        dwells, longest = count_of(len(rows), "dwell"), f"{seconds.max():,.0f} s"
+        unit = _UNITS.get(words.dwell_unit, "a unit of its own")
+        message = (
+            f"{dwells} of more than {_LONG:g} s, the longest {longest}: {words.name} reads {words.dwell_letter} in "
+            f"{unit}, and other controllers in another unit; check it"
+        )
+        yield Issue("L102", message, f"line {int(path.line[rows[0]])}")
+
+
+def _unknown_changes(program: Program, words: Dialect) -> Iterator[Issue]:
+    """Yield that the controller does not know M6."""
+    if 6 in words.m_codes:
+        return
+    for line in np.unique(program.path.line[program.path.kind == Kind.TOOL]).tolist():
+        if _CHANGE.search(_REMARK.sub(" ", program.lines[line - 1])):
+            message = (
+                f"M6 is no word of {words.name}: the controller stops with an error or changes no tool, unless the "
+                "sender carries it out; put M0 in its place"
+            )
+            yield Issue("L806", message, f"line {line}")
+            return

@@ -1,0 +1,86 @@
+"""Words of a program that are probably a mistake, told by `simulate` and `reorder` alike."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import leafcut
+from leafcut.gcode.dialects import dialect
+from leafcut.gcode.program_interpreter import interpret_program
+from leafcut.model.issue import Issue
+from leafcut.proof.doubts import find_doubts
+
+HEAD = "G21 G90 G17\nT1 M6\nG0 Z5.\nG0 X0. Y0.\nM{} S1000\n"
+CUT = "G1 Z-1. F100.\nX10.\nG0 Z5.\nM2\n"
+
+
+def doubts(text: str, process: str = "mill", words: str = "linuxcnc") -> list[Issue]:
+    return find_doubts(interpret_program(text, dialect(words)), dialect(words), process)
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    ("code", "text", "process", "found"),
+    [
+        (4, CUT, "mill", ["L806"]),
+        (4, "G81 X5 Y5 Z-3 R1 F100\nG80\nM2\n", "drill", ["L806"]),
+        (3, CUT, "mill", []),
+        (4, CUT, "laser", []),
+        (3, "G1 Z-9 F100\nM4\nG1 Z5\nM3\nG1 X9\nM2\n", "mill", []),
+        (4, "G84 X5 Y5 Z-3 R1 F100\nG80\nM2\n", "drill", []),
+    ],
+    ids=["cut", "hole", "forwards", "laser", "out of a tapped hole", "tapping cycle"],
+)
+def test_a_tool_that_cuts_with_a_spindle_turning_backwards_is_reported(
+    code: int, text: str, process: str, found: list[str]
+) -> None:
+    assert [issue.code for issue in doubts(HEAD.format(code) + text, process)] == found
+
+
+@pytest.mark.parametrize(
+    ("text", "words", "found"),
+    [
+        ("G84 X5 Y5 Z-3 R1 F100 P1000\nX9\nG80\n", "linuxcnc", "2 dwells of more than 60 s, the longest 1,000 s"),
+        ("G4 P1000\n", "linuxcnc", "linuxcnc reads P in seconds"),
+        ("G4 P60\n", "linuxcnc", ""),
+        ("G4 P1000\n", "fanuc", ""),
+        ("G4 P90000\n", "fanuc", "1 dwell of more than 60 s, the longest 90 s: fanuc reads P in milliseconds"),
+    ],
+)
+def test_a_dwell_of_more_than_a_minute_is_reported_with_the_unit_it_is_read_in(
+    text: str, words: str, found: str
+) -> None:
+    issues = doubts(HEAD.format(3) + text + CUT, words=words)
+    assert [issue.code for issue in issues] == ["L102"] * bool(found)
+    assert not found or found in issues[0].message
+
+
+@pytest.mark.parametrize(("words", "found"), [("grbl", ["line 2"]), ("linuxcnc", [])])
+def test_m6_is_reported_where_the_controller_does_not_know_it(words: str, found: list[str]) -> None:
+    """GRBL stops with error 20. A change by M0 is no M6, and a remark is none either."""
+    assert [issue.place for issue in doubts(HEAD.format(3) + CUT, words=words)] == found
+    assert doubts(HEAD.format(3).replace("T1 M6", "T1\nM0 (M6)") + CUT, words="grbl") == []
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    ("comment", "units", "told"),
+    [
+        ("(FACE MILL 0.6 INCH)", None, "gives the size 0.6 INCH"),
+        ('(T1 1/4" END MILL)', None, 'gives the size 1/4"'),
+        ("(6 mm flat)", "in", "gives the size 6 mm"),
+        ("(0.25 INCH, 6.35 mm)", None, ""),
+        ("(STEP 2 IN PROGRESS)", None, ""),
+        ("(FACE MILL 0.6 INCH)", "in", ""),
+    ],
+)
+def test_an_assumed_unit_that_the_comments_contradict_is_a_warning(
+    comment: str, units: str | None, told: str, tmp_path: Path
+) -> None:
+    source = tmp_path / "a.nc"
+    source.write_text(f"{comment}\nG90 G17\nT1 M6\nG0 Z5\nG0 X0 Y0\nM3 S1000\n{CUT}")
+    for issues in (leafcut.simulate(source, units=units).issues, leafcut.optimize(source, units=units).issues):
+        (issue,) = [issue for issue in issues if issue.code == "L102"]
+        assert issue.severity == ("warning" if told else "note") and told in issue.message
