@@ -40,6 +40,7 @@ FAULTS = [
     ("G2 X10", 3, "an arc needs I and J, or R"),
     ("F0\nG1 X5", 4, "a cut without a feed"),
     ("G93\nG1 X5", 4, "needs its own F"),
+    ("G1 X2 A5\nG93\nG1 X5 F2", 5, "but line 3 moves the rotary axis A: programs with four or five axes are not read"),
     ("G80\nX5", 4, "without G0, G1"),
     ("G81 X1 Z-1", 3, "lacks R"),
     ("G82 X1 Z-1 R1", 3, "needs its dwell"),

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from leafcut.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.proof.envelope import check_envelope
@@ -123,3 +124,18 @@ def test_spindle_speeds_must_be_among_those_it_has(rpm: float, fine: bool) -> No
     builder = ToolpathBuilder()
     builder.spindle(rpm)
     assert (whats(builder.build()) == []) is fine
+
+
+@pytest.mark.parametrize(
+    "head, told",
+    [
+        (Head.TORCH, []),
+        (Head.WATER, []),
+        (Head.LASER, ["S6001 is out of range; the power of the laser is S100 to S6000"]),
+    ],
+)
+def test_no_spindle_is_named_where_none_turns(head: Head, told: list[str]) -> None:
+    """S is the power of a laser, and nothing of a torch or a jet."""
+    builder = ToolpathBuilder()
+    builder.spindle(6001)
+    assert [found.text for found in check_envelope(builder.build(), replace(MILL, head=head))] == told

@@ -543,6 +543,7 @@ class BlockRunner(Reader):
             return
         other = next((letter for letter in _OTHER_AXES if letter in letters), None)
         if other is not None:
+            state.note_axis(other)
             raise UnclearBlock(f"{letters[other]}: the axis {other} is not understood")
         if state.transform and moving:
             raise UnclearBlock(f"G{state.transform / 10:g} is active, which is not understood")

@@ -6,7 +6,7 @@ import math
 from dataclasses import field
 
 from leafcut.gcode.state import AXES, CycleWords, InterpreterState
-from leafcut.gcode.words import UnclearBlock, Word
+from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.model.toolpath import UNKNOWN, Kind
 from leafcut.quick_dataclass import dataclass
 from leafcut.units import SECONDS_PER_MINUTE
@@ -26,6 +26,7 @@ class ForeignState(InterpreterState):
     `feed_said` and `cycle_said` are F and the words of the cycle as they were written. `register` is the length offset.
     `foreign_motion` is the motion or cycle that is active but not understood,
     `transform` a G code in tenths that turns, scales or mirrors all that follows, `surface` says that G96 is active.
+    `rotary` is the line and the letter of the first move of a rotary axis.
     `feed_forgotten`: G94 or G95 came after the last F, for which LinuxCNC forgets it.
     """
 
@@ -40,6 +41,7 @@ class ForeignState(InterpreterState):
     transform: int = 0
     surface: bool = False
     feed_forgotten: bool = False
+    rotary: tuple[int, str] | None = None
     unsure: set[str] = field(default_factory=set)
     default_unit: float | None = None
     assumed: bool = False
@@ -122,6 +124,11 @@ class ForeignState(InterpreterState):
         self._bare_feed = None
         super().set_feed(word)
 
+    def note_axis(self, letter: str) -> None:
+        """Note the first move of a rotary axis."""
+        if letter in "ABC" and self.rotary is None:
+            self.rotary = self.line, letter
+
     def feed_for(self, letters: dict[str, Word], length: float) -> float:
         """Return the feed of a cut, mm/s; with G96 the revolutions are not known."""
         if self._bare_feed is not None and self.default_unit is not None:
@@ -133,6 +140,12 @@ class ForeignState(InterpreterState):
             raise UnclearBlock("its feed per revolution is that of a speed that is not known")
         if self.surface and self.feed_mode == 95:
             raise UnclearBlock("a feed per revolution (G95) with constant surface speed (G96)")
+        if self.feed_mode == 93 and self.rotary is not None and not length > 0.0:
+            line, axis = self.rotary
+            raise BlockError(
+                f"a cut in inverse time (G93) needs a known length, but line {line} moves the rotary axis {axis}: "
+                "programs with four or five axes are not read"
+            )
         return super().feed_for(letters, length)
 
     def choose_frame(self, number: int) -> None:

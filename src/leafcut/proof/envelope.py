@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.kinds import Head
 from leafcut.model.difference import Difference
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import MOTIONS, Kind, Toolpath, arc_extremes
@@ -110,13 +111,19 @@ def _feeds(path: Toolpath, machine: Machine) -> list[Difference]:
 
 
 def _speeds(path: Toolpath, machine: Machine) -> list[Difference]:
+    # S of a torch or a jet is no speed.
+    if machine.head not in (Head.SPINDLE, Head.LASER):
+        return []
+    low, high = machine.spindle_min_rpm, machine.spindle_max_rpm
     speeds = np.abs(path.value)
-    turning = (path.kind == Kind.SPINDLE) & (speeds > 0)
-    limits = f"the spindle turns {machine.spindle_min_rpm:g} to {machine.spindle_max_rpm:g} rpm"
-    rows = np.flatnonzero(
-        turning & ((speeds > machine.spindle_max_rpm + 0.5) | (speeds < machine.spindle_min_rpm - 0.5))
-    )
-    return [
-        Difference("spindle speed", 0, int(path.line[row]), f"{speeds[row]:g} rpm is out of range; {limits}")
-        for row in rows
-    ]
+    rows = np.flatnonzero((path.kind == Kind.SPINDLE) & (speeds > 0) & ((speeds > high + 0.5) | (speeds < low - 0.5)))
+    if machine.head is Head.LASER:
+        what = "laser power"
+        texts = [
+            f"S{speed:g} is out of range; the power of the laser is S{low:g} to S{high:g}" for speed in speeds[rows]
+        ]
+    else:
+        what = "spindle speed"
+        texts = [f"{speed:g} rpm is out of range; the spindle turns {low:g} to {high:g} rpm" for speed in speeds[rows]]
+    lines = path.line[rows].tolist()
+    return [Difference(what, 0, line, text) for line, text in zip(lines, texts, strict=True)]
