@@ -88,6 +88,17 @@ def test_issues_that_say_the_same_are_grouped_and_at_most_twelve_are_named(outco
     assert f"+ {3 * (14 - MOST_ISSUES)} more" in [line.strip() for line in lines]
 
 
+def test_issues_of_the_motion_and_the_machine_come_first_of_their_kind_and_are_never_folded(outcome_of):
+    others = sorted(code for code in CODES.keys() - LIMITS.keys() if code < "L8")
+    issues = tuple(Issue(code, "something", severity=Severity.NOTE) for code in (*others, "L805", "L808"))
+    warnings = tuple(Issue(code, "a warning") for code in (others[0], "L806"))
+    lines = [line.split()[0] for line in shown(outcome_of(issues=(*issues, *warnings))).splitlines() if line[:1] == "L"]
+    assert lines[:5] == ["L806", others[0], "L805", "L808", others[0]] and len(lines) == MOST_ISSUES
+    many = tuple(Issue(code, "a warning") for code in others[: MOST_ISSUES + 1])
+    lines = [line.split()[0] for line in shown(outcome_of(issues=(*issues, *many))).splitlines() if line[:1] == "L"]
+    assert lines[MOST_ISSUES:] == ["L805", "L808"]
+
+
 def test_what_is_not_verified_is_said_to_be_so(outcome_of):
     assert "verified  no" in shown(outcome_of(verified=False))
     assert "verified  yes" in shown(outcome_of())

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 from leafcut.model.issue import LIMITS, Issue, Severity, missing_words
 from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import ProcessReport, SummaryTable
-from leafcut.report.wording import clean, group_issues, limits
+from leafcut.report.wording import MOTION, clean, group_issues, limits
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
     from rich.table import Table
     from rich.text import Text
 
-#: So many different issues are named; the report page has them all.
+#: So many different issues are named, and all of the motion and the machine; the report page has them all.
 MOST_ISSUES = 12
 MOST_CHARACTERS = 219
 _WORST = (Severity.DANGER, Severity.MISSING)
@@ -113,7 +113,8 @@ def _issues(outcome: Outcome) -> Table:
     table.add_column(no_wrap=True, min_width=4)
     table.add_column(overflow="fold")
     groups = group_issues((i for i in _others(outcome) if i.code not in LIMITS), by_message=True)
-    for group in groups[:MOST_ISSUES]:
+    folded = [g for g in groups[MOST_ISSUES:] if not g.code.startswith(MOTION)]
+    for group in (g for g in groups if g not in folded):
         style = "yellow" if group.severity is Severity.WARNING else "dim"
         number = f"{group.number:,} × " if group.number > 1 else ""
         place = f" ({group.place})" if group.place else ""
@@ -121,7 +122,7 @@ def _issues(outcome: Outcome) -> Table:
         # The end of a message says what to do, so it is cut only when it is longer than three lines.
         words.truncate(MOST_CHARACTERS, overflow="ellipsis")
         table.add_row(Text(group.code, style), words)
-    rest = sum(group.number for group in groups[MOST_ISSUES:])
+    rest = sum(group.number for group in folded)
     if rest:
         table.add_row("", Text(f"+ {rest:,} more", "dim"))
     return table

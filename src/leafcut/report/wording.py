@@ -163,6 +163,8 @@ def tool_count(outcome: Outcome) -> int:
     return len({o.tool.number for o in outcome.operations})
 
 
+#: Codes of what a program does by itself: dangers, and limits of the machine.
+MOTION = "L8"
 #: The worst first.
 SEVERITIES = (Severity.DANGER, Severity.MISSING, Severity.WARNING, Severity.NOTE)
 
@@ -188,12 +190,15 @@ def limits(issues: Iterable[Issue]) -> list[tuple[str, str]]:
 
 
 def group_issues(issues: Iterable[Issue], *, by_message: bool = False) -> list[IssueGroup]:
-    """Return the issues grouped by code, or by what they say; the worst first, then by code, then as they came."""
+    """Return the issues grouped by code, or by what they say, then as they came.
+
+    The worst come first, among them those of the motion and the machine, then by code.
+    """
     first: dict[tuple[str, Severity, str], Issue] = {}
     numbers: Counter[tuple[str, Severity, str]] = Counter()
     for issue in issues:
         key = (issue.code, issue.severity, issue.message if by_message else "")
         numbers[key] += 1
         first.setdefault(key, issue)
-    order = sorted(first, key=lambda key: (SEVERITIES.index(key[1]), key[0]))
+    order = sorted(first, key=lambda key: (SEVERITIES.index(key[1]), not key[0].startswith(MOTION), key[0]))
     return [IssueGroup(*key[:2], numbers[key], clean(first[key].message), clean(first[key].place)) for key in order]
