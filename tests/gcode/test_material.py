@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from leafcut.gcode.dialects import dialect
-from leafcut.gcode.material import Material, as_run, materials_of, with_feeds
+from leafcut.gcode.material import Material, as_run, materials_of
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.kinds import Head
 from leafcut.model.machine import Machine
@@ -93,8 +93,17 @@ HAL = "F#<_hal[plasmac.cut-feed-rate]>"
 
 def test_a_feed_from_a_material_is_that_of_the_program_or_else_the_one_that_is_said() -> None:
     """1200 mm/min of the program's own material; 50 mm/s are 3000 mm/min, and of an inch program 118.110236."""
-    text = f"(o=1, nu=7, fr=1200)\nM190 P7\nG1 X1 {HAL}\nM190 P8\nG1 X2 {HAL}\nG20\nX3 {HAL}\n"
-    found, numbers = with_feeds(text, HAL, 50.0)
-    said = ["1200.000001", "3000.000001", "118.110237"]
-    assert [line.partition("F")[2] for line in found.splitlines() if line.partition("F")[2]] == said
-    assert numbers == {float(number) for number in said}
+    text = f"G21\n(o=1, nu=7, fr=1200)\nM190 P7\nG1 X1 {HAL}\nM190 P8\nG1 X2 {HAL} ({HAL})\nG20\nX3 {HAL}\nM2\n"
+    program = interpret_program(text, dialect("qtplasmac"), material_feed=50.0)
+    said = [1200.000001, 3000.000001, 118.110237]
+    assert program.feed_words == dict.fromkeys(said, HAL)
+    feeds = program.path.value[program.path.kind == Kind.FEED]
+    assert feeds.tolist() == pytest.approx([20.0, 50.0, 50.0], abs=1e-6)
+    # The text is read as it is written, and no block of it has to stay for the sake of its feed.
+    assert "".join(program.lines) == text
+    assert not any("parameters" in reason for reason in program.fixed.values())
+
+
+def test_a_feed_from_a_material_is_not_known_where_nobody_says_it() -> None:
+    program = interpret_program(f"G21\nG1 X1 {HAL}\nM2\n", dialect("qtplasmac"))
+    assert any(program.fixed) and program.feed_words == {}

@@ -69,37 +69,32 @@ def materials_of(lines: Sequence[str]) -> list[Choice]:
     return found
 
 
-def with_feeds(text: str, word: str, feed: float) -> tuple[str, frozenset[float]]:
-    """Return a program with numbers where it takes its feeds from the controller's material, and these numbers.
+class MaterialFeeds:
+    """Feeds that a program takes from the controller's material: each is that of the number that the text selects.
 
-    They are as they are written, in units of the program per minute, and none that anybody writes: a millionth more.
-
-    Parameters
+    Attributes
     ----------
     word
-        What says so, such as ``F#<_hal[plasmac.cut-feed-rate]>``.
-    feed
-        Of materials that the program does not tell, mm/s.
+        What says so in a block, such as ``F#<_hal[plasmac.cut-feed-rate]>``.
+    words
+        `word` by the feeds that it stands for. No program writes such a feed: it is a millionth more than its
+        material's.
     """
-    if word not in text:
-        return text, frozenset()
-    numbers: set[float] = set()
-    lines = text.splitlines(keepends=True)
-    choices, unit = materials_of(lines), 1.0
-    starts = [line for line, _ in choices]
-    for number, line in enumerate(lines, 1):
-        units = _UNITS.search(line)
-        if units is not None:
-            unit = MM_PER_INCH if units.group(1) == "20" else 1.0
-        if word not in line:
-            continue
-        chosen = bisect_right(starts, number)
-        material = choices[chosen - 1][1] if chosen else None
-        known = material.feed if material is not None and material.feed > 0.0 else feed
-        said = f"{known * SECONDS_PER_MINUTE / unit + _APART:.6f}"
-        numbers.add(float(said))
-        lines[number - 1] = line.replace(word, f"F{said}")
-    return "".join(lines), frozenset(numbers)
+
+    def __init__(self, lines: Sequence[str], word: str, otherwise: float) -> None:
+        """Take the materials of a program's lines; `otherwise` is the feed of any that they do not define, mm/s."""
+        self.word, self.words = word, dict[float, str]()
+        self._choices, self._otherwise = materials_of(lines), otherwise
+        self._starts = [line for line, _ in self._choices]
+
+    def feed_at(self, line: int, unit: float) -> float:
+        """Return the feed at a line, in units of the program per minute; `unit` is one of them in mm."""
+        chosen = bisect_right(self._starts, line)
+        material = self._choices[chosen - 1][1] if chosen else None
+        known = material.feed if material is not None and material.feed > 0.0 else self._otherwise
+        feed = round(known * SECONDS_PER_MINUTE / unit + _APART, 6)
+        self.words[feed] = self.word
+        return feed
 
 
 def _material(figures: dict[str, float], unit: float) -> Material:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import io
 import math
+from dataclasses import replace
 from functools import cached_property
 
 from leafcut.errors import OptionError, ReadError
@@ -22,10 +23,11 @@ from leafcut.gcode.expressions import ProgramParameters, Reading, read_block, sp
 from leafcut.gcode.fast_path import FastPath
 from leafcut.gcode.foreign_state import ForeignState
 from leafcut.gcode.jumps import Statement, Undecided, board_command, has_statements, is_output, statement_of
+from leafcut.gcode.material import MaterialFeeds
 from leafcut.gcode.obeyed import obeyed_lines
 from leafcut.gcode.program import Program
 from leafcut.gcode.saying import Stretches, as_read, is_obeyed, may_read_parameters, say, shown_comments, text_behind
-from leafcut.gcode.words import Block, BlockError, has_nested_comment, split_line, words_of
+from leafcut.gcode.words import Block, BlockError, Word, has_nested_comment, split_line, words_of
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.toolpath import Kind
 from leafcut.units import MM_PER_UNIT
@@ -54,6 +56,7 @@ def interpret_program(
     *,
     units: str | None = None,
     look: Heartbeat = unseen,
+    material_feed: float | None = None,
 ) -> Program:
     """Return what a program of any CAM does, block by block.
 
@@ -74,6 +77,9 @@ def interpret_program(
         "mm" or "in" for a program that does not state them before its first length; None: that is an error.
     look
         Called as it goes on.
+    material_feed
+        The feed of the controller's materials that the program does not define, mm/s; None: where the program takes
+        its feed from the material, it is not known.
 
     Raises
     ------
@@ -84,7 +90,7 @@ def interpret_program(
     if units is not None and units not in MM_PER_UNIT:
         raise OptionError(f"unknown unit '{units}'; use mm or in")
     state = ForeignState(dialect, default_unit=None if units is None else MM_PER_UNIT[units])
-    return _ProgramPass(text, state, file, look).program()
+    return _ProgramPass(text, state, file, look, material_feed).program()
 
 
 def lines_of(text: str, dialect: Dialect, file: str) -> tuple[str, ...]:
@@ -134,10 +140,14 @@ _TELLS = ("$X", "$C", "$G", "$I", "$N", "$#", "$$")
 class _ProgramPass:
     """One program on its way through."""
 
-    def __init__(self, text: str, state: ForeignState, file: str, look: Heartbeat) -> None:
+    def __init__(self, text: str, state: ForeignState, file: str, look: Heartbeat, material_feed: float | None) -> None:
         self.file, self.look = file, look
         self.lines = lines_of(text, state.dialect, file)
         self.state = state
+        torch = state.dialect.torch
+        self.feeds: MaterialFeeds | None = None
+        if material_feed is not None and torch is not None and torch.material_feed:
+            self.feeds = MaterialFeeds(self.lines, torch.material_feed, material_feed)
         self.runner = BlockRunner(state)
         self.record = BlockRecord(state, obeyed=obeyed_lines(self.lines, state.dialect))
         self.obeyed = {said.line for said in self.record.obeyed}
@@ -172,7 +182,8 @@ class _ProgramPass:
         self._fix_what_is_run_again()
         last = at if self.ended and not flow.calls else n
         self._check_after_percent(last)
-        return self.record.program(self.lines, last, self.state.assumed, self._title)
+        program = self.record.program(self.lines, last, self.state.assumed, self._title)
+        return program if self.feeds is None else replace(program, feed_words=self.feeds.words)
 
     def _check_after_percent(self, last: int) -> None:
         """Refuse words after a percent sign that ends the program: GRBL and Marlin skip the sign and go on.
@@ -306,7 +317,7 @@ class _ProgramPass:
             self.record.add(at + 1, rows, _SENDS)
             return at + 1
         self.parameters.asked = False
-        reading = read_block(line, at + 1, self.parameters)
+        reading = self._read_block(line, at + 1)
         block, settings, of_machine = reading.block, reading.settings, reading.of_machine
         runner.begins = bool(flow.calls) and flow.calls[-1].start == at
         runner.run(block)
@@ -339,6 +350,17 @@ class _ProgramPass:
             self.record.note_depth(depth, len(flow.calls))
         self.ended |= runner.ended
         return after
+
+    def _read_block(self, line: str, number: int) -> Reading:
+        """Return what a line holds; its feed may be that of the controller's material."""
+        feeds = self.feeds
+        if feeds is None or feeds.word not in line or feeds.word not in split_line(line, nested=True)[0]:
+            return read_block(line, number, self.parameters)
+        before, _, after = line.partition(feeds.word)
+        reading = read_block(f"{before} {after}", number, self.parameters)
+        feed = feeds.feed_at(number, self.state.unit or self.state.default_unit or 1.0)
+        words = (*reading.block.words, Word("F", feed, f"{feed:.6f}"))
+        return reading._replace(block=replace(reading.block, words=words))
 
     def _computed(self, reading: Reading, line: str) -> str:
         """Return why a block with parameters stays, "" where it need not: they are the same while none is set."""

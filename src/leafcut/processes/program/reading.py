@@ -246,17 +246,14 @@ def _own(text: str, source: str, settings: Settings, machine: Machine, words: Di
 
 def _read(text: str, source: str, settings: Settings, machine: Machine, words: Dialect, look: Heartbeat) -> ProgramRead:
     """Return a program as it is read for a machine, in its units and with its feeds."""
-    from leafcut.gcode.lines import Lines
-    from leafcut.gcode.program_interpreter import interpret_program, lines_of
+    from leafcut.gcode.program_interpreter import interpret_program
     from leafcut.gcode.tool_comments import sizes_in_other_unit
 
     units = settings.read.units or machine.units
     if units not in ("mm", "in"):
         raise OptionError(f"--units {units}: a program is in mm or in inches; use mm or in")
-    known, feed_words, issues = _with_machine_feeds(text, settings, words)
-    program = interpret_program(known, words, source, units=units, look=look)
-    if known is not text:
-        program = replace(program, lines=Lines(lines_of(text, words, source)), feed_words=feed_words)
+    feed, issues = _material_feed(text, settings, words)
+    program = interpret_program(text, words, source, units=units, look=look, material_feed=feed)
     if program.title_lines:
         what = "line 1 is" if program.title_lines == 1 else f"lines 1 to {program.title_lines} are"
         issues.append(Issue("L101", f"{what} not G-code, and stand above the percent sign: ignored as a title"))
@@ -281,25 +278,22 @@ def _read(text: str, source: str, settings: Settings, machine: Machine, words: D
 _UNIT_WORDS = {"mm": "mm", "in": "inches"}
 
 
-def _with_machine_feeds(text: str, settings: Settings, words: Dialect) -> tuple[str, dict[float, str], list[Issue]]:
-    """Return a program with numbers where its feeds come from the controller's materials, and which feeds these are."""
-    from leafcut.gcode.material import with_feeds
-
+def _material_feed(text: str, settings: Settings, words: Dialect) -> tuple[float | None, list[Issue]]:
+    """Return the feed of materials that a program does not define, mm/s; None where no feed comes from a material."""
     word = "" if words.torch is None else words.torch.material_feed
     if not word or word not in text:
         for name in _OF_MATERIALS:
             # The material of `reorder --feeds` is what its tools mill.
             if name in settings.asked and not (name == "material" and settings.of(FeedOptions).feeds):
                 raise OptionError(f"{flag_name(name)}: not used, the program states its own feeds; leave it out")
-        return text, {}, []
+        return None, []
     issues: list[Issue] = []
     feed = settings.cut_data.cut_speed
     if feed is None:
         feed, whose = _chart_feed(settings)
         said = f"{word}: the feed of the controller's material is counted as {feed * SECONDS_PER_MINUTE:,.0f} mm/min"
         issues.append(Issue("L413", f"{said}, {whose}; set it with --cut-speed", severity=Severity.NOTE))
-    numbered, feeds = with_feeds(text, word, feed)
-    return numbered, dict.fromkeys(feeds, word), issues
+    return feed, issues
 
 
 def _chart_feed(settings: Settings) -> tuple[float, str]:
