@@ -5,7 +5,8 @@ choice is not arbitrary. Run the fast tests once and note which of them execute 
 source file, run the tests that can see the change until the first failure, and restore the file. Print each mutant
 with its result. Run this in a clean clone that nothing else uses.
 
-`make test` may kill a few mutants more: tests that start a process, or use a cached result, are not noted.
+`make test` may kill a few mutants more: only `--most` seconds of the tests are run for each mutant, and tests that
+start a process, or use a cached result, are not noted. An endless loop counts as killed.
 """
 
 from __future__ import annotations
@@ -13,9 +14,9 @@ from __future__ import annotations
 import argparse
 import ast
 import difflib
-import os
+import math
 import random
-import signal
+import resource
 import subprocess
 import sys
 import tempfile
@@ -41,8 +42,11 @@ GROUPS = {
 #: Cases of the fast tier, as in the Makefile.
 FAST = "not (slow or browser or external)"
 
-#: A run of the tests is ended after this time, s; the mutant then counts as killed (an endless loop).
-LONGEST = 1200.0
+#: Processor time that a changed kernel may need to be compiled, s, and that of a test in addition to its own.
+COMPILING, EACH = 90.0, 0.005
+
+#: Tests that use the kernels, besides those of the kernels.
+BESIDE_KERNELS = ("tests/solve/", "tests/stock/", "tests/timing/")
 
 
 class Mutant(NamedTuple):
@@ -111,65 +115,79 @@ def lines_of_statement(file: Path, line: int) -> range:
     return lines
 
 
-def stages(mutant: Mutant, lines_run: CoverageData) -> list[list[str]]:
-    """Return the groups of tests that can see a change, in the order in which to run them.
+class Recorded(NamedTuple):
+    """What the fast tests did in a run without a mutant: the lines that each executed, and the processor time, s."""
 
-    Of the tests that execute the line, those near the file come first: they find most changes. The others follow, then
-    the rest of the tests near the file. Compiled kernels and module-level lines have no record: after the tests near
-    them, all fast tests run.
+    lines: CoverageData
+    seconds: dict[str, float]
+
+
+def tests_for(mutant: Mutant, recorded: Recorded) -> list[str]:
+    """Return the tests that can see a change, in the order in which to run them.
+
+    Tests near the file that execute the line come first, then the others that do, each group from the quickest on.
+    Compiled kernels and module-level lines have no record: all tests near them follow.
     """
-    contexts = lines_run.contexts_by_lineno(str(mutant.file))
+    contexts = recorded.lines.contexts_by_lineno(str(mutant.file))
     names = {name for line in lines_of_statement(mutant.file, mutant.line) for name in contexts.get(line, ())}
-    near = [near_folder(mutant.file)]
-    if mutant.file.is_relative_to(SOURCE / "kernels") or "" in names:
-        return [near, []]
-    tests = {name.rpartition("|")[0] for name in names if name.endswith("|run")}
     # The value of a fixture may be used by all tests of a file.
     files = {name.partition("::")[0] for name in names if name.endswith("|setup")}
-    chosen = files | {test for test in tests if test.partition("::")[0] not in files}
-    first = {test for test in chosen if test.startswith(f"{near[0]}/")}
-    return [sorted(group) for group in (first, chosen - first) if group] + [near]
+    run = {name.rpartition("|")[0] for name in names if name.endswith("|run")}
+    run |= {test for test in recorded.seconds if test.partition("::")[0] in files}
+    near = (f"{near_folder(mutant.file)}/",)
+    others: set[str] = set()
+    if mutant.file.is_relative_to(SOURCE / "kernels"):
+        others = {test for test in recorded.seconds if test.startswith((*near, *BESIDE_KERNELS))}
+    elif "" in names or not names:
+        others = {test for test in recorded.seconds if test.startswith(near)}
+    chosen = [test for test in run | others if test in recorded.seconds]
+    return sorted(chosen, key=lambda test: (test not in run, not test.startswith(near), recorded.seconds[test]))
 
 
-def killed(mutant: Mutant, groups: list[list[str]]) -> bool:
-    """Apply a mutant and run groups of tests until the first failure; return whether any test fails."""
+def killed(mutant: Mutant, tests: list[str], seconds: float) -> bool:
+    """Apply a mutant and run tests until the first failure; return whether any fails, or needs much longer than usual.
+
+    `seconds` is the processor time that they need without the mutant.
+    """
     original = mutant.file.read_bytes()
     try:
         mutant.file.write_text(mutant.text, encoding="utf-8")
-        return not all(passes(group) for group in groups)
+        return not passes(tests, "-n", "0", most=3.0 * seconds + COMPILING)
     finally:
         mutant.file.write_bytes(original)
 
 
-def passes(tests: list[str], *flags: str, quiet: bool = True) -> bool:
-    """Run fast tests until the first failure; return whether all pass within `LONGEST`."""
+def passes(tests: list[str], *flags: str, most: float = math.inf, quiet: bool = True) -> bool:
+    """Run fast tests until the first failure; return whether all pass within `most` seconds of processor time."""
     output = subprocess.DEVNULL if quiet else None
+
+    def limit() -> None:
+        if math.isfinite(most):
+            resource.setrlimit(resource.RLIMIT_CPU, (int(most), int(most)))
+
     with tempfile.NamedTemporaryFile("w", encoding="utf-8", suffix=".txt") as names:
         names.write("\n".join(tests))
         names.flush()
         chosen = [f"@{names.name}"] if tests else []
-        command = [sys.executable, "-m", "pytest", "-x", "-n", "2", "--dist", "worksteal", "-m", FAST, *flags, *chosen]
-        run = subprocess.Popen(command, cwd=ROOT, stdout=output, stderr=output, start_new_session=True)
-        try:
-            return run.wait(LONGEST) in (0, 5)  # 5: no fast test was collected
-        except subprocess.TimeoutExpired:
-            os.killpg(run.pid, signal.SIGKILL)
-            run.wait()
-            return False
+        command = [sys.executable, "-m", "pytest", "-x", "-p", "no:cacheprovider", "-m", FAST, *flags, *chosen]
+        run = subprocess.run(command, cwd=ROOT, stdout=output, stderr=output, preexec_fn=limit, check=False)
+        return run.returncode in (0, 5)  # 5: no fast test was collected
 
 
-def record_lines(files: set[Path]) -> CoverageData:
-    """Run the fast tests once; return which of them execute which lines of the files."""
+def record(files: set[Path]) -> Recorded:
+    """Run the fast tests once; return which of them execute which lines of the files, and their times."""
+    times = ROOT / "build" / "mutant_times.tsv"
     with tempfile.NamedTemporaryFile("w", encoding="utf-8", suffix=".ini") as settings:
         # Only these files are traced: the run then takes hardly longer than without a record.
         settings.write("[run]\ninclude =\n" + "".join(f"    {file}\n" for file in sorted(files)))
         settings.flush()
-        flags = ("--cov", f"--cov-config={settings.name}", "--cov-context=test", "--cov-report=")
-        if not passes([], *flags, quiet=False):
+        flags = ["--cov", f"--cov-config={settings.name}", "--cov-context=test", "--cov-report="]
+        if not passes([], "-n", "2", "--dist", "worksteal", *flags, f"--case-times={times}", quiet=False):
             sys.exit("the fast tests fail without a mutant; every mutant would count as killed")
-    lines_run = CoverageData(str(ROOT / ".coverage"))
-    lines_run.read()
-    return lines_run
+    lines = CoverageData(str(ROOT / ".coverage"))
+    lines.read()
+    rows = [row.split("\t") for row in times.read_text(encoding="utf-8").splitlines()[1:]]
+    return Recorded(lines, {case: float(cpu) + EACH for cpu, _, case in rows if not case.startswith("setup of ")})
 
 
 def main() -> None:
@@ -177,6 +195,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=100, help="number of mutants")
     parser.add_argument("--seed", default="", help="default: the hash of the commit")
+    parser.add_argument("--most", type=float, default=90.0, help="most processor time of the tests for a mutant, s")
     parser.add_argument("--part", default="1/1", help="K/N: run every N-th mutant, starting at the K-th")
     given = parser.parse_args()
     if subprocess.run(["git", "status", "--porcelain"], cwd=ROOT, capture_output=True, check=True).stdout:
@@ -185,20 +204,22 @@ def main() -> None:
     seed = given.seed or commit.stdout.strip()
     part, parts = map(int, given.part.split("/"))
     mutants = draw(given.count, seed)[part - 1 :: parts]
-    lines_run = record_lines({mutant.file for mutant in mutants})
-    groups = [stages(mutant, lines_run) for mutant in mutants]
-    if not passes(sorted({test for group in groups for test in group[0]}), "--collect-only"):
-        sys.exit("pytest does not find all tests that the record of lines names")
+    recorded = record({mutant.file for mutant in mutants})
     print(f"{len(mutants)} mutants of seed {seed}", flush=True)
     survivors = 0
-    for number, (mutant, tests) in enumerate(zip(mutants, groups, strict=True), 1):
+    for number, mutant in enumerate(mutants, 1):
+        tests, seconds = tests_for(mutant, recorded), 0.0
+        for count, test in enumerate(tests):
+            seconds += recorded.seconds[test]
+            if seconds > given.most:
+                tests = tests[:count]
+                break
         start, diff = time.monotonic(), mutant.diff()
-        dead = killed(mutant, tests)
+        dead = bool(tests) and killed(mutant, tests, seconds)
         survivors += not dead
         place = f"{mutant.file.relative_to(ROOT)}:{mutant.line}"
-        seconds = time.monotonic() - start
-        result = "killed" if dead else "SURVIVED"
-        print(f"{number}. {mutant.group}: {place}: {result} ({seconds:.0f} s)\n{diff}", flush=True)
+        result = "killed" if dead else "SURVIVED" if tests else "NO TEST"
+        print(f"{number}. {mutant.group}: {place}: {result} ({time.monotonic() - start:.0f} s)\n{diff}", flush=True)
     print(f"{len(mutants) - survivors} of {len(mutants)} killed ({1 - survivors / len(mutants):.0%})")
 
 
