@@ -1,4 +1,4 @@
-"""Requested time limit compared with the time taken: every process, several limits, on an idle or loaded machine.
+"""Requested time limit compared with the time of the searches: every process, on an idle or loaded machine.
 
     python -m benchmarks limits
     python -m benchmarks limits drill cut --limits 1 5 --load 4
@@ -43,7 +43,7 @@ SEARCHES = (
     ("leafcut.processes.pocket.plan.connected", "best"),
     ("leafcut.processes.nesting.plan.nesting", "variants"),
 )
-#: A run is late if it exceeds its limit, or the minimum, by 10 % and 0.1 s.
+#: A run is late if its searches exceed the limit by 10 % and 0.1 s.
 LATE, LEAST = 0.1, 0.1
 
 
@@ -149,14 +149,10 @@ def measured(name: str, limits: list[float], folder: str) -> Iterator[list[str]]
     work.make(count, Path(folder) / work.file)
     seconds(work, count, 0.001, folder)  # compiles the kernels
     for limit in limits:
-        # Measured for each run, since the load of a machine changes.
-        least = seconds(work, count, 0.001, folder)[1]
         search, whole = seconds(work, count, limit, folder)
-        allowed = max(limit, least)
-        over = whole - allowed
-        note = "late" if over > max(LATE * allowed, LEAST) else "needs more" if least > limit else ""
-        times = [f"{limit:g} s", f"{least:.1f} s", f"{search:.1f} s", f"{whole:.1f} s"]
-        yield [name, f"{count:,} {work.counts}", *times, f"{100.0 * over / allowed:+.0f} %", note]
+        note = "late" if search - limit > max(LATE * limit, LEAST) else ""
+        times = [f"{limit:g} s", f"{search:.1f} s", f"{whole:.1f} s"]
+        yield [name, f"{count:,} {work.counts}", *times, note]
 
 
 def main(argv: Sequence[str]) -> int:
@@ -178,13 +174,12 @@ def main(argv: Sequence[str]) -> int:
     machine = f"beside {given.load} busy processes" if given.load else "on an idle machine"
     text = f"""# Time limits
 
-Seconds by the clock, {machine}. *Minimum*: the run with a limit of 1 ms. *Search*: all searches of a run. *Whole*:
-the run with reading, planning, bounds and proof. *Over*: the whole run compared with its limit, or with the minimum if
-that is longer. A run is *late* if it exceeds this by more than a tenth. It *needs more* if the minimum exceeds the
-limit. A run ends before its limit if its search cannot improve the answer.
+Seconds by the clock, {machine}. A limit holds for all searches of a run together (*search*). *Whole*: the run with
+reading, planning, bounds and proof, which always finish. A run is *late* if its searches exceed the limit by more than
+a tenth. A search ends before its limit if it cannot improve the answer.
 
 {page.facts("limits", argv, ["leafcut", "numpy", "numba"])}
 
-{page.table(["work", "size", "limit", "minimum", "search", "whole", "over", "note"], rows)}"""
+{page.table(["work", "size", "limit", "search", "whole", "note"], rows)}"""
     page.publish("limits", text, given.write)
     return 0

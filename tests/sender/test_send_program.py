@@ -62,7 +62,9 @@ def test_only_a_tool_chosen_right_above_makes_of_a_pause_a_change() -> None:
     [
         ("G81 X1 Y1 Z-1 R1 F100", r"part\.nc:4: G81 is not a word of grbl; post the program for this controller"),
         ("G38.2 Z-5 F50", "G38.2 is not a word of grbl"),
-        ("$130=999", r"part\.nc:4: unexpected character '='"),
+        ("$130=999", r"part\.nc:4: '=': parameters"),
+        ("$H", r"part\.nc:4: unexpected character '\$'"),
+        ("$J=G91 X1 F100", r"part\.nc:4: unexpected character '\$'"),
         ("?", r"part\.nc:4: unexpected character '\?'"),
         ("G0 X1 \x18", r"part\.nc:4: unexpected character"),
         ("G0 X1é", r"part\.nc:4"),
