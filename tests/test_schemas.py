@@ -196,6 +196,7 @@ RUNS = [
     "pocket pocket.dxf --depth 1 --tool-diameter 10 --strategy contour",
     "nest bracket.dxf:1 --sheet 600x400 --nester rectangles --variants 1",
     f"batch {CAM} -o out --algorithm none -q --executor threads", f"solve {MAP} --preset fast",
+    f"reorder {CAM} --algorithm none --feeds --mill-diameter 6 --workpiece -500,-500,-20,500,500,0",
     f"simulate {CAM}", f"simulate {CAM} {CAM}", f"stock {CAM} --mill-diameter 6", f"verify {CAM} {CAM}",
     "cutting-data --holes 1 --depth 3 --drill-diameter 6 --material steel-c45",
 ]  # fmt: skip
@@ -213,6 +214,37 @@ def answering(application: App, place: str = "") -> Iterator[str]:
             yield from answering(application[name], f"{name} ")
         elif "as_json" in inspect.signature(command).parameters:
             yield place + name
+
+
+def values_of(answer: Any) -> Iterator[Any]:
+    """Yield all numbers and texts of an answer."""
+    if isinstance(answer, dict | list):
+        for value in answer.values() if isinstance(answer, dict) else answer:
+            yield from values_of(value)
+    else:
+        yield answer
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("drill nosuch.dxf", "nosuch.dxf"),
+        ("drill", "INPUT"),
+        ("drill a.dxf --no-such-option", "--no-such-option"),
+        ("machines --show nosuch", "nosuch"),
+        ("verify nosuch.nc nosuch.nc", "nosuch.nc"),
+    ],
+)
+def test_a_refusal_is_one_object_and_the_same_line_on_standard_error(
+    words: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run([*words.split(), "--json"]) in (1, 2)
+    out, err = capsys.readouterr()
+    answer = json.loads(out)
+    assert list(answer) == ["schema", "error"]
+    assert told in answer["error"]
+    assert err == f"leafcut: {answer['error']}\n"
 
 
 def test_every_command_that_answers_in_json_is_tested() -> None:
@@ -238,3 +270,4 @@ def test_a_json_answer_is_one_object_that_begins_with_its_schema(
     assert run([*words.split(), "--json"]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert next(iter(answer.items())) == ("schema", 1)
+    assert not {"inf", "-inf", "nan"} & {*map(str, values_of(answer))}

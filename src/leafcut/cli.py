@@ -116,14 +116,14 @@ def run(arguments: Sequence[str]) -> int:
     try:
         return _answered(arguments)
     except KeyboardInterrupt:
-        return _refuse("interrupted; nothing was written", REFUSED)
+        return _refused(arguments, "interrupted; nothing was written", REFUSED)
     except BrokenPipeError:
         # The reader of our output went away, which is its right; keep Python from complaining at exit.
         with suppress(OSError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except Exception as problem:  # the last net: no traceback reaches a user
-        return _refuse(*_failure(problem))
+        return _refused(arguments, *_failure(problem))
 
 
 def _answered(arguments: Sequence[str]) -> int:
@@ -156,7 +156,7 @@ def _parsed(arguments: Sequence[str], words: Sequence[str]) -> int:
     try:
         return _by_parser(arguments, words)
     except CycloptsError as problem:
-        return _refuse(_told(problem, command_in(arguments)), USAGE)
+        return _refused(arguments, _told(problem, command_in(arguments)), USAGE)
 
 
 def _by_parser(arguments: Sequence[str], words: Sequence[str]) -> int:
@@ -217,11 +217,22 @@ def _warn(issues: Iterable[Any], place: str = "") -> None:
         _refuse(f"warning: {-most} more", DONE)
 
 
+def _refused(arguments: Sequence[str], line: str, status: int) -> int:
+    """Print why nothing was done: one line, and with --json also an object on standard output."""
+    if "--json" in arguments:
+        print_json({"error": _printable(line)})
+    return _refuse(line, status)
+
+
 def _refuse(line: str, status: int) -> int:
-    line = line.replace(HELD, DASH)  # a word that nobody took for standard input
-    shown = "".join(c if c.isprintable() else "?" for c in line)  # names of files may hold anything
-    print(f"leafcut: {shown}", file=sys.stderr)
+    print(f"leafcut: {_printable(line)}", file=sys.stderr)
     return status
+
+
+def _printable(line: str) -> str:
+    """Return a line as it is shown; names of files may hold any character."""
+    line = line.replace(HELD, DASH)  # a word that nobody took for standard input
+    return "".join(c if c.isprintable() else "?" for c in line)
 
 
 @contextmanager

@@ -68,7 +68,7 @@ class PaceChange:
     air_s, feeds_s, retracts_s
         What rapids in the air save, what new feeds do, and what lower heights do, s; None where that was not asked for.
     rapids, clearance_mm
-        So many stretches of cuts are rapids now; the nearest that one of them comes to material, mm (infinite: none).
+        How many stretches of cuts are rapids now; how near these come to material, mm; None where they never do.
     lowered
         So many heights are lower.
     changed
@@ -84,7 +84,7 @@ class PaceChange:
     retracts_s: float | None = None
     lowered: int = 0
     rapids: int = 0
-    clearance_mm: float = 0.0
+    clearance_mm: float | None = None
     changed: int = 0
     assumed: bool = False
     tools: tuple[ToolPace, ...] = ()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
 from leafcut.model.process_report import Fact
 from leafcut.report.wording import clean, count, time_words
@@ -25,7 +23,7 @@ def pace_facts(pace: PaceChange) -> list[Fact]:
         words = f"{_saved(pace.retracts_s)}, {count(pace.lowered, 'height')} lower" if pace.lowered else "as they were"
         facts.append(Fact("retracts", words))
     if pace.air_s is not None:
-        near = f", {pace.clearance_mm:.2g} mm or more from all material" if math.isfinite(pace.clearance_mm) else ""
+        near = f", {pace.clearance_mm:.2g} mm or more from all material" if pace.clearance_mm is not None else ""
         words = f"{_saved(pace.air_s)}, {count(pace.rapids, 'cut')} in the air now a rapid{near}"
         facts.append(Fact("air", words if pace.rapids else "no cut in the air that could be a rapid"))
     if pace.feeds_s is not None:

@@ -323,7 +323,7 @@ class _Job:
             self.change(found, loads, pace, speed, stretches),
             air_s=before - between if rules.air else None,
             feeds_s=between - after if rules.feeds else None,
-            clearance_mm=nearest,
+            clearance_mm=nearest if math.isfinite(nearest) else None,
         )
         raised = np.isfinite(speed) & loads.mills & (speed > loads.feed)
         if rules.feeds and raised.any() and rounds_freely(program.path, self.run.machine, math.inf).any():
@@ -464,7 +464,7 @@ class _Job:
             air_s=0.0 if self.rules.air else None,
             feeds_s=0.0 if self.rules.feeds else None,
             rapids=sum(map(math.isinf, every)),
-            clearance_mm=math.inf,
+            clearance_mm=None,
             changed=sum(any(math.isfinite(part.speed) for part in parts) for parts in stretches.values()),
             tools=tuple(by_tool),
         )
