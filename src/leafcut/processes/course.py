@@ -21,6 +21,7 @@ from leafcut.quick_dataclass import dataclass
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
     from leafcut.model.difference import Difference
+    from leafcut.model.part import Part
     from leafcut.model.tool import ToolLibrary
 
 
@@ -136,6 +137,22 @@ def refuse(problems: Sequence[Difference]) -> None:
     if problems:
         more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
         raise VerifyError(f"the program was not written: {problems[0]}{more}")
+
+
+def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Settings) -> None:
+    """Write nothing when a part exceeds the travel; a drawing in inches may state the wrong unit.
+
+    Raises
+    ------
+    VerifyError
+        As `refuse`.
+    """
+    try:
+        refuse(problems)
+    except VerifyError as problem:
+        if part.units == "in" and not settings.read.units:
+            problem.add_note("the drawing states inches: if it is in millimetres, give --units mm")
+        raise
 
 
 def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) -> None:

@@ -22,7 +22,15 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import SolveOptions, flag_name
-from leafcut.processes.course import Run, check_words_used, library_of, machine_issues, refuse, refuse_missing
+from leafcut.processes.course import (
+    Run,
+    check_words_used,
+    library_of,
+    machine_issues,
+    refuse,
+    refuse_missing,
+    refuse_too_large,
+)
 from leafcut.processes.deadline import Deadline
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.processes.drilling.options import DrillOptions
@@ -169,7 +177,8 @@ def _order(run: Run, plan: DrillPlan, request: DrillingRequest) -> Outcome[Drill
         )
 
     # What no order changes is known before any is sought.
-    refuse(check_envelope(lay([drawing_order(o) for o in plan.operations]), run.machine))
+    drawn = lay([drawing_order(o) for o in plan.operations])
+    refuse_too_large(check_envelope(drawn, run.machine), plan.part, run.settings)
     with announced(run.tell):
         nearest = _solve_operations(run.quiet(), plan, SolveOptions(algorithm="nn", bound=False))
         solutions = _solve_operations(run, plan, run.settings.solve)

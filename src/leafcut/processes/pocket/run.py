@@ -36,7 +36,7 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.model.work_material import WorkMaterial
 from leafcut.options import FeedOptions, JobOptions, Settings
-from leafcut.processes.course import Run, check_words_used, library_of, machine_issues, refuse, refuse_missing
+from leafcut.processes.course import Run, check_words_used, library_of, machine_issues, refuse_missing, refuse_too_large
 from leafcut.processes.pocket.job import LaidPockets, PocketJob, PocketSolid, holes, raised
 from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.pocket.options import PocketOptions
@@ -85,7 +85,8 @@ def pocket(run: Run, source: Source) -> Outcome[PocketDetail]:
     from leafcut.solve.compiling import announced
 
     job, issues = _prepared(run, source)
-    refuse(check_envelope(_box(job), run.machine))  # what no strategy changes is known before any is tried
+    # What no strategy changes is known before any is tried.
+    refuse_too_large(check_envelope(_box(job), run.machine), job.part, run.settings)
     with announced(run.tell):
         cleared, time = [], SearchTime(run.deadline.part(1.0 - ORDERING if len(job.part.pockets) > 1 else 1.0))
         for number, one in enumerate(job.part.pockets):

@@ -15,7 +15,7 @@ from leafcut.model.cutting import CutData, PlanFile
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.problem import Metric
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.processes.course import Run, check_words_used, refuse, refuse_missing
+from leafcut.processes.course import Run, check_words_used, refuse_missing, refuse_too_large
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.quick_dataclass import dataclass
@@ -109,7 +109,7 @@ def prepared(run: Run, source: Source) -> tuple[SheetJob, list[Issue]]:
     if rules.compensation == "geometry" and data.can_pierce:
         sheet, narrow = on_their_middle(sheet, data.kerf)
         issues += narrow
-    refuse(check_envelope(_bounds(sheet), run.machine))
+    refuse_too_large(check_envelope(_bounds(sheet), run.machine), part, settings)
     marks = any(c.contour.kind == "mark" for c in sheet.contours)
     check_words(words, settings.post, marks=marks, compensates=options.compensation == "controller")
     plan = load_plan(options.plan) if options.plan else None
