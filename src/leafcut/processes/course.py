@@ -1,4 +1,4 @@
-"""What every run shares: its settings, its machine, and how it tells what it is doing."""
+"""State and helpers that all steps of a run share: settings, machine, deadline and progress."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Run:
-    """What every step of one run needs; all its searches share the deadline."""
+    """Settings, machine and progress of one run; all its searches share the deadline."""
 
     settings: Settings
     machine: Machine
@@ -37,7 +37,7 @@ class Run:
     observe: Observer | None = None
 
     def bound_late(self, part: float = 1.0) -> Callable[[float], bool]:
-        """Return what says by the seconds that a lower bound has taken whether it must end.
+        """Return a function of the seconds that a lower bound has taken; it is true when the bound must end.
 
         `part` is its share of the work of all lower bounds.
         """
@@ -46,11 +46,11 @@ class Run:
         return lambda seconds: seconds >= most
 
     def quiet(self) -> Run:
-        """Return the same run with nobody to tell what it is doing."""
+        """Return the same run without progress messages."""
         return replace(self, progress=None, observe=None)
 
     def for_words(self, words: Dialect) -> Run:
-        """Return the run of a machine whose safe height a program can say: without moves to machine zero it has none.
+        """Return the run for a dialect: without moves to machine zero, the machine has no safe height.
 
         The tool then rises to the clearance height.
         """
@@ -59,19 +59,19 @@ class Run:
         return replace(self, machine=replace(self.machine, safe_z=None))
 
     def tell(self, what: str, cost: float | None = None, share: float = 0.0, gap: float | None = None) -> None:
-        """Pass on what is being done."""
+        """Report progress."""
         if self.progress is not None:
             self.progress(what, cost, share, gap)
 
     def looking(self, what: str) -> Heartbeat:
-        """Tell what is begun; return what the stage calls as it goes on.
+        """Report that a stage starts; return the function that the stage calls while it works.
 
-        That tells the same again, now and then: who is told can end the run, as a job that is cancelled does.
+        This function repeats the report from time to time. The receiver may raise to end the run (a cancelled job).
         """
         return looking_for(self.progress, what)
 
     def passing_on(self, what: str, left: float = 1.0, part: float = 1.0) -> Progress | None:
-        """Return what a search tells its progress to: it does `part` of the whole work, of which `left` is left."""
+        """Return the progress callback of a search that does `part` of the whole work, while `left` of it is left."""
         return passing_on(self.progress, what, left, part)
 
 
@@ -98,12 +98,12 @@ def library_of(settings: Settings, machine: Machine) -> ToolLibrary | None:
 
 
 def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> None:
-    """Refuse what was asked for and this controller, or this machine, has no use for.
+    """Refuse options that this controller or this machine cannot use.
 
     Raises
     ------
     OptionError
-        Says which option, and why it would not be obeyed.
+        Names the option and the reason.
     """
     torch = words.torch
     powered = torch is not None and bool(torch.power)

@@ -19,8 +19,8 @@ BOUND_PART = 0.1
 class Deadline:
     """Seconds that the searches of a run may take together.
 
-    Only searches count: reading, planning, compiling and proof always finish. A search gets a part of what is left, so
-    time that one does not need goes to those after it.
+    Only searches count: reading, planning, compiling and proof always finish. Each search gets a part of the time left.
+    Later searches get the time that an earlier search does not need.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Deadline:
     """
 
     def __init__(self, limit: float | None = None, whole: Deadline | None = None) -> None:
-        """Start with all of `limit` left; `whole` is the deadline that this one is a part of."""
+        """Start a deadline of `limit` seconds, None for no limit; `whole` is the deadline that contains it."""
         self.limit = math.inf if limit is None else limit
         self._spent, self._whole = 0.0, whole
         self._began: float | None = None
@@ -53,20 +53,20 @@ class Deadline:
         return None if math.isinf(self.limit) else max(self.left, LEAST_SECONDS)
 
     def part(self, share: float) -> Deadline:
-        """Return the deadline of searches that are a share of those still to come."""
+        """Return the deadline of searches that do a share of the remaining work."""
         if math.isinf(self.limit):
             return Deadline(None, self)
         return Deadline(max(share * self.left, LEAST_PART * share * self.limit, LEAST_SECONDS), self)
 
     def spend(self, seconds: float) -> None:
-        """Count the seconds of a search that measured itself."""
+        """Count the seconds of a finished search."""
         self._spent += seconds
         if self._whole is not None:
             self._whole.spend(seconds)
 
     @contextmanager
     def running(self, cancelled: Event) -> Iterator[Callable[[], bool]]:
-        """Count the time of a search; yield what says whether it must stop now."""
+        """Count the time of a search; yield a function that is true when the search must stop."""
         self._began = clock()
         try:
             yield lambda: cancelled.is_set() or self.left <= 0.0

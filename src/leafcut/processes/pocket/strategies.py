@@ -1,4 +1,4 @@
-"""The ways to clear a pocket that there are: name → what makes the path of one region."""
+"""Strategies that clear a pocket: each has a name and a function that makes the path of one region."""
 
 from __future__ import annotations
 
@@ -23,17 +23,16 @@ if TYPE_CHECKING:
     from leafcut.processes.pocket.plan.region import CentreRegion
     from leafcut.processes.pocket.plan.region_paths import Ways
 
-#: Ants that --algorithm may ask for; beside other algorithms the ants that are tried are leafcut's own.
+#: Ants that --algorithm may select; with any other algorithm, the strategy `ants` uses leafcut's own.
 ANTS = ("colony", "as", "eas", "asrank", "mmas", "acs")
-#: What --algorithm may say where a strategy that orders a grid is asked for.
+#: Algorithms that each strategy with a grid accepts.
 OF_GRID = {"ants": ("auto", *ANTS), "firefly": ("auto", "firefly")}
 
-#: Where the corners of rings and what is cleared between them come out wider than the step-over, rings so much nearer
-#: to each other are tried, in step-overs.
+#: Distances between rings, in step-overs: closer ones are tried if corners leave more than the step-over.
 NEARER = (1.0, 0.98, 0.95, 0.92, 0.89)
 
-#: The problem of a region's grid, from when the first strategy that orders the grid has made it to the second one.
-#: A context holds its region, which would never be let go of here: kept is all else of it.
+#: Problem of a region's grid, kept from the first strategy that orders the grid for the second. A context holds its
+#: region, which would then never be freed: only its other values are kept.
 _GRIDS: WeakKeyDictionary[CentreRegion, tuple[RoutingProblem, Grid, Ways, Retract, bool]] = WeakKeyDictionary()
 
 #: Makes the path of the tool's centre over one level of one region.
@@ -41,14 +40,14 @@ Strategy = Callable[["CentreRegion", Run], PocketPath]
 
 
 def _planned(region: CentreRegion) -> CentreRegion:
-    """Return the region with the step-over that passes are laid at."""
+    """Return the region with the step-over of the planned passes."""
     return replace(region, rules=region.rules.planned)
 
 
 def _too_wide(region: CentreRegion) -> Callable[[PocketPath], Points]:
-    """Return what finds the places of a path whose passes are further apart than the step-over.
+    """Return a function that finds places of a path where passes are further apart than the step-over.
 
-    It looks at the path as it is written: arcs move passes by a few thousandths of a millimetre.
+    It examines the path as it is written: arcs move passes by a few thousandths of a millimetre.
     """
     from leafcut.processes.pocket.plan.arcs import fitted
     from leafcut.stock.too_wide import TooWide
@@ -93,12 +92,12 @@ def _adaptive(region: CentreRegion, run: Run) -> PocketPath:
 
 
 def check_algorithm(settings: Settings) -> None:
-    """Refuse an algorithm that a strategy was given with and that it would not use.
+    """Refuse an algorithm that the strategy would not use.
 
     Raises
     ------
     OptionError
-        Says what the strategy uses.
+        Names the algorithms of the strategy.
     """
     strategy, algorithm = settings.of(PocketOptions).strategy, settings.solve.algorithm
     taken = OF_GRID.get(strategy, (algorithm,))
@@ -117,7 +116,7 @@ def _grid(name: str) -> Strategy:
 
         settings, asked = run.settings, run.settings.of(PocketOptions)
         closes = asked.closed_path
-        # Of a closed path no link is made by a lift, however long the way at depth is.
+        # A closed path is never linked by a lift, however long the move at depth is.
         retract = Retract(fixed=math.inf) if closes else None
         if (made := _GRIDS.pop(region, None)) is not None:
             problem, context = made[0], GridContext(region, *made[1:])
@@ -127,7 +126,7 @@ def _grid(name: str) -> Strategy:
                 _GRIDS[region] = problem, context.grid, context.ways, context.retract, context.finish
         options = replace(settings.solve, bound=False, target_gap=None, time_limit=run.deadline.seconds)
         if asked.strategy != name:
-            # To stand beside the others a short search will do: it is within a few thousandths of a long one.
+            # A short search is enough for the comparison: it comes within a few thousandths of a long one.
             options = replace(options, preset="fast")
         ants = options.algorithm if options.algorithm in ANTS else "auto"
         found = solve(
@@ -148,16 +147,16 @@ def _grid(name: str) -> Strategy:
 
 @dataclass(frozen=True)
 class ClearingWay:
-    """A strategy and what it is called in words."""
+    """A strategy, with a description."""
 
     name: str
     path: Strategy
     words: str
-    #: Whether it goes on as long as a time limit lets it.
+    #: Whether it searches until the time limit.
     searches: bool = True
 
 
-#: Every strategy, in the order in which they are told.
+#: All strategies, in the order of the report.
 WAYS = (
     ClearingWay("zigzag", _zigzag, "back-and-forth lines, then along the walls"),
     ClearingWay("contour", _contour, "rings, linked from the inside out", searches=False),

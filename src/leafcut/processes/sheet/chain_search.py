@@ -1,4 +1,4 @@
-"""Chains found for a sheet: the bridges, the search, and the cutting with what the search chose."""
+"""Search for chains of a sheet: cuts that bridges join."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ if TYPE_CHECKING:
     from leafcut.processes.sheet.plan.chains.chain_starts import Chain
     from leafcut.processes.sheet.plan.cutting import Cutting
 
-#: The part of a time limit that is spent on chains; the rest is for the order of all cuts.
+#: Part of the time limit for chains; the rest is for the order of all cuts.
 SHARE = 0.4
 
 
 def chained(job: SheetJob) -> tuple[Cutting, float]:
-    """Return the cutting with chains where they save time, and the seconds that it took to search for them.
+    """Return the cutting with chains where they save time, and the seconds of the search.
 
-    The bridges that a plan file fixes are kept; with ``keep_order`` all that it has.
+    Bridges that a plan file fixes are kept; with ``keep_order`` all its bridges are.
 
     Raises
     ------
     PlanError
-        A bridge of the plan cannot be made.
+        A bridge of the plan file cannot be made.
     """
     from leafcut.processes.sheet.plan.chains.chain_cutting import chain_blocks, planned_chains, with_chains
     from leafcut.processes.sheet.plan.cutting import bands
@@ -47,7 +47,7 @@ def chained(job: SheetJob) -> tuple[Cutting, float]:
 
 
 def _search(job: SheetJob, block: list[int], before: Sequence[Chain], deadline: Deadline) -> tuple[list[Chain], float]:
-    """Return the chains of one block, and the seconds that it took."""
+    """Return the chains of one block, and the seconds of the search."""
     from leafcut.processes.sheet.plan.chains.chain_cutting import chain_problem, chains_of
     from leafcut.solve.solve import solve
 

@@ -1,4 +1,4 @@
-"""The orders of the cuts of a sheet: found, as a plan file has it, and by nearest neighbours."""
+"""Orders of the cuts of a sheet: by search, from a plan file, and by nearest neighbours."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ORDER_PART = 0.9
 
 
 def as_planned(job: SheetJob) -> tuple[SheetJob, list[CutStart]] | None:
-    """Return the plan file's own order with all its choices; None without a plan, or where they do not fit any more."""
+    """Return the order and all choices of the plan file; None without a plan file, or if they no longer fit."""
     from leafcut.processes.sheet.plan.apply_plan_file import follow_plan, plan_order
     from leafcut.processes.sheet.plan.chains.chain_cutting import planned_chains, with_chains
 
@@ -40,9 +40,9 @@ def as_planned(job: SheetJob) -> tuple[SheetJob, list[CutStart]] | None:
 
 
 def ordered(job: SheetJob, before: list[CutStart] | None) -> tuple[list[CutStart], list[Solution]]:
-    """Return the best order found, its starts slid to where they are best, and the solutions it came from.
+    """Return the best order found, with its starts moved to their best places, and the solutions it came from.
 
-    `before` is a known order, None for the drawing's.
+    `before` is a known order; None means the order of the drawing.
     """
     from leafcut.processes.sheet.plan.cutting import bands, drawing_order, in_bands
     from leafcut.processes.sheet.plan.heat import HeatRule, spread_starts
@@ -81,7 +81,7 @@ def nearest_order(job: SheetJob) -> list[CutStart]:
 def _solve_bands(
     job: SheetJob, options: SolveOptions, before: list[CutStart] | None
 ) -> tuple[list[CutStart], list[Solution]]:
-    """Order band after band, each beginning where the one before ended."""
+    """Order the bands one after the other; each starts where the last one ends."""
     from leafcut.processes.sheet.plan.cutting import bands, build_problem
     from leafcut.solve.solve import keep_better, solve
 
@@ -118,14 +118,14 @@ def _solve_bands(
 
 
 def _ants(options: AcoOptions, cutting: Cutting, members: Sequence[int]) -> AcoOptions:
-    """Return the options with as many ants as there are parts among the contours `members`, where that is asked for."""
+    """Return the options with one ant for each part among the contours `members`, if they ask for that."""
     if options.n_ants != ANTS_AS_PARTS:
         return options
     return replace(options, n_ants=max(1, len({cutting.contours[k].source.part for k in members})))
 
 
 def check_precedence(cutting: Cutting, order: Sequence[CutStart]) -> None:
-    """Refuse an order that cuts a part loose before what is inside it: nothing later would see it."""
+    """Refuse an order that frees a part before the contours inside it are cut; no later check would see it."""
     cut = [k for s in order for k in s.contours]
     at = {k: place for place, k in enumerate(cut)}
     if len(at) != len(cutting.contours) or len(cut) != len(at):

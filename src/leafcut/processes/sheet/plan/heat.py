@@ -1,4 +1,4 @@
-"""Heat: a cut that starts beside the one before it starts in hot metal; such starts are kept apart."""
+"""Keep starts of consecutive cuts apart: a cut that starts beside the last one starts in hot metal."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
 from leafcut.quick_dataclass import dataclass
 from leafcut.timing.travel import Travel
 
-#: A cut is moved by so many places in the order at most, and so many cuts back are looked at for heat.
+#: A cut moves by at most `REACH` places in the order; heat of the last `LOOK_BACK` cuts counts.
 REACH, LOOK_BACK = 40, 12
 #: Passes over all starts that are too near.
 PASSES = 4
-#: What a start that is too near costs, in the unit of the ways: more than any way.
+#: Cost of a start that is too near, in the unit of travel: more than any travel.
 PENALTY = 1e6
 
 
 @dataclass(frozen=True)
 class HeatRule:
-    """Starts nearer than `distance` (mm) must be `seconds` apart at least; with 0 s, not follow each other."""
+    """Starts nearer than `distance`, mm, must be at least `seconds` apart; with 0 s, they must not be consecutive."""
 
     distance: float
     seconds: float = 0.0
@@ -29,23 +29,23 @@ class HeatRule:
 
 @dataclass(frozen=True)
 class _Limits:
-    """What a change of the order must keep: the contours that come before each, and the band of each."""
+    """Limits of a change of the order: contours that must be cut before each contour, and its band."""
 
     before: dict[int, set[int]]
     band: dict[int, int]
 
     def may_swap(self, first: int, second: int) -> bool:
-        """Return whether a cut may go behind the one that comes after it now."""
+        """Return whether a cut and its successor may be exchanged."""
         return first not in self.before.get(second, ()) and self.band.get(first) == self.band.get(second)
 
 
 def too_near(cutting: Cutting, order: Sequence[CutStart], rule: HeatRule) -> list[tuple[int, int]]:
-    """Return pairs of places in the order whose starts are nearer than they may be, the later one second."""
+    """Return pairs of positions in the order whose starts are too near; the later position is second."""
     return [(i, j) for j in range(len(order)) for i in _hot_before(cutting, order, j, rule)]
 
 
 def _hot_before(cutting: Cutting, order: Sequence[CutStart], j: int, rule: HeatRule) -> list[int]:
-    """Return the cuts before the one at `j` that are too near and too short a time ago."""
+    """Return the earlier cuts that are too near to the cut at `j`, in place and in time."""
     found, ago = [], 0.0
     for i in range(j - 1, max(j - 1 - LOOK_BACK, -1), -1):
         ago += cutting.seconds(order[i])
@@ -65,10 +65,9 @@ def spread_starts(
     bands: Sequence[Sequence[int]] = (),
     late: Callable[[], bool] = lambda: False,
 ) -> list[CutStart]:
-    """Return the cuts with as few starts too near as small changes of the order and of the starts can bring about.
+    """Return the cuts with fewer starts too near, by small changes of the order and of the starts.
 
-    What must come first still does, what a plan file fixes stays, and no cut leaves its band (`cutting.bands`). Once it
-    is `late`, the other cuts stay where they are.
+    Precedence, choices of a plan file and bands (`cutting.bands`) are kept. Once it is `late`, nothing more changes.
     """
     order = list(order)
     band = {k: number for number, members in enumerate(bands) for k in members}
@@ -102,7 +101,7 @@ def _best_change(
     start: Point | None,
     limits: _Limits,
 ) -> list[CutStart] | None:
-    """Return the order with the cut at `j` somewhere near, at any of its starts, if that costs less."""
+    """Return the order with the cut at `j` moved to another position or start, if that costs less."""
     own = order[j]
     starts = [cutting.starts[n] for n in cutting.by_contour[own.contour]] if own.pierce else []
     starts = [own] if "start" in cutting.fixed.get(own.contour, ()) else [own, *starts]
@@ -120,7 +119,7 @@ def _best_change(
 
 
 def _room(rest: list[CutStart], j: int, contour: int, limits: _Limits) -> tuple[int, int]:
-    """Return between which places of the other cuts a cut may stand, `REACH` from where it was at most."""
+    """Return the range of positions for a cut among the other cuts, at most `REACH` from its own."""
     low, high = j, j
     while low > 0 and j - low < REACH and limits.may_swap(rest[low - 1].contour, contour):
         low -= 1
@@ -138,7 +137,7 @@ def _cost(
     travel: Travel,
     start: Point | None,
 ) -> float:
-    """Return what the cuts from `first` to before `last` cost: the ways to them, and their heat."""
+    """Return the cost of the cuts from `first` to before `last`: travel and heat."""
     total = 0.0
     here = order[first - 1].exit if first else start
     for k in range(first, min(last, len(order))):
