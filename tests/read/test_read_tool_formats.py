@@ -65,10 +65,13 @@ def test_linuxcnc_tables_have_the_units_of_the_machine_and_kinds_in_their_commen
         ("HSS 1/4 in", "drill"),
         ("#7 tap drill", "drill"),
         ("hss end mill", "end-mill"),
-        ("hss 1/4 ball", None),
+        ("hss 1/4 ball", "ball-mill"),
         ("2-1/4 face mill", None),
         ("demo zero diameter", None),
         ("spotting hss", "centre-drill"),
+        ("6mm ball 2 flute", "ball-mill"),
+        *((f"{word} 4 flute", None) for word in ("keyseat cutter", "Woodruff", "t-slot", "counterbore", "lollipop")),
+        *((f"{word} 2 fl", None) for word in ("vee cutter 60 deg", "corner radius R1", "taper", "step", "dovetail")),
     ],
 )
 def test_kinds_are_understood_as_shops_write_them_in_a_linuxcnc_table(
@@ -87,7 +90,9 @@ def test_a_countersink_of_a_linuxcnc_table_needs_its_angle(comment: str, tmp_pat
     assert library.by_number[1].kind is ToolKind.CHAMFER_MILL
     assert library.by_number[1].point_angle == pytest.approx(math.radians(82))
     assert library.by_number[3].kind is ToolKind.V_BIT
-    assert library.left_out == ("T2: its comment 'c'sink' does not state the angle of its cone, such as 90 deg",)
+    (tmp_path / "one.tbl").write_text("T1 D12 ;45 deg chamfer mill\nT2 D12 ;45 deg included chamfer mill\n")
+    assert [tool.number for tool in load_tools(tmp_path / "one.tbl").tools] == [2]  # 45 degrees of one side, or in all?
+    assert library.left_out == ("T2: its comment 'c'sink' does not state the full angle of its cone, such as 90 deg",)
 
 
 @pytest.mark.parametrize("name", ["shop.json", "shop.tools"])

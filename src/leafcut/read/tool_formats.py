@@ -115,7 +115,7 @@ def _linuxcnc(path: Path, data: bytes, units: str) -> Iterator[RawRow]:
         if kind is None:
             yield name, f"{said} names no kind of tool that leafcut knows, such as drill or end mill"
         elif cone is not None and not cone[1]:
-            yield name, f"{said} does not state the angle of its cone, such as 90 deg"
+            yield name, f"{said} does not state the full angle of its cone, such as 90 deg"
         elif "D" not in values:
             yield name, "it has no diameter (D)"
         else:

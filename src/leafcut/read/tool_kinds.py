@@ -17,14 +17,15 @@ _IN_WORDS = (
     ("centre-drill", r"\b(centre|center|spot)[\s-]*drill|\bspot(ting)?\b"),
     ("reamer", r"\bream"),
     ("slot-mill", r"\bslot[\s-]*(mill|drill|cutter)|\brouter\b"),
-    ("ball-mill", r"\bball[\s-]*(nose|end)"),
+    ("ball-mill", r"\bball\b"),
     ("end-mill", r"\bend[\s-]*mill|\bem\b|\bschaftfr(ä|ae)ser\b"),
     ("drill", r"\bdrill\b|\bbohrer\b|^[\W\d]*(mm|in|inch)?\s*hss[\W\d]*(mm|in|inch)?\W*$"),
     ("end-mill", r"\b[1-9]\s*-?(fl|flutes?)\b|\brough(er|ing)\b"),
 )
 #: Tools that are none of these although such a word is in their comment.
 _OTHER_WORDS = re.compile(
-    r"\b(tap|bull|chamfer|v-?bit|engrav|face|fly|thread|probe|dove|mill[\s-]*drill|c'?sink|csk|countersink)(?!\s*drill)",
+    r"\b(tap|bull|chamfer|v-?bit|vee|engrav|face|fly|thread|probe|dove|mill[\s-]*drill|c'?sink|csk|countersink|c'?bore"
+    r"|counterbore|key|woodruff|t-?slot|lollipop|(corner\s*)?radius|taper|step|saw|slitting|form)(?!\s*drill)",
     re.IGNORECASE,
 )
 #: Words for tools with a cone, and the angle without which they cannot be used.
@@ -32,6 +33,8 @@ _CONES = (
     ("chamfer-mill", r"\bchamfer|\bc'?sink|\bcsk\b|\bcountersink|\bmill[\s-]*drill"),
     ("v-bit", r"\bv-?bit|\bengrav"),
 )
+#: A smaller angle of a chamfer mill or countersink is probably that of one side, degrees.
+SMALLEST_CHAMFER = 60
 _ANGLE = re.compile(r"\b([1-9][0-9]{1,2})\s*(deg\b|degrees?\b|°)", re.IGNORECASE)
 FUSION_KINDS = {
     "drill": "drill", "center drill": "centre-drill", "spot drill": "centre-drill", "reamer": "reamer",
@@ -48,7 +51,15 @@ def kind_in(comment: str) -> str | None:
 
 
 def cone_in(comment: str) -> tuple[str, str] | None:
-    """Return the kind of tool with a cone that a comment names, and its full angle in words; "" for no angle."""
+    """Return the kind of tool with a cone that a comment names, and its full angle in words; "" for no angle.
+
+    A small angle of a chamfer mill is usually that of one side, so it counts only where the comment says "included".
+    """
     kind = next((kind for kind, words in _CONES if re.search(words, comment, re.IGNORECASE)), None)
-    angle = _ANGLE.search(comment)
-    return None if kind is None else (kind, f"{angle.group(1)} deg" if angle else "")
+    if kind is None:
+        return None
+    found = _ANGLE.search(comment)
+    one_side = found is not None and kind == "chamfer-mill" and int(found.group(1)) < SMALLEST_CHAMFER
+    if found is None or (one_side and "incl" not in comment.lower()):
+        return kind, ""
+    return kind, f"{found.group(1)} deg"
