@@ -209,7 +209,7 @@ def _warn(issues: Iterable[Any], place: str = "") -> None:
     lines = {f"{place}{issue.severity}: {issue}": issue.code in LIMITS for issue in told}
     most = MOST_WARNINGS
     for line, is_limit in lines.items():
-        # What was assumed is never folded.
+        # Never fold assumptions.
         if is_limit or most > 0:
             _refuse(line, DONE)
         most -= not is_limit

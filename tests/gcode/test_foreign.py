@@ -137,6 +137,9 @@ def test_every_block_knows_what_was_active_before_it() -> None:
         ("$J=G91 X5 F100", Kind.FOREIGN, (math.nan,) * 3),
         ("$132=200", Kind.FOREIGN, (math.nan,) * 3),
         ("$X", Kind.FOREIGN, (0.0, 0.0, 10.0)),
+        ("$N", Kind.FOREIGN, (0.0, 0.0, 10.0)),
+        ("$N0=G20 G91", Kind.FOREIGN, (math.nan,) * 3),
+        ("$C", Kind.FOREIGN, (math.nan,) * 3),
         ("$#", Kind.FOREIGN, (0.0, 0.0, 10.0)),
     ],
 )

@@ -209,9 +209,7 @@ def test_what_is_not_written_so_is_refused(blocks: str, words: str) -> None:
 
 @pytest.mark.parametrize(("text", "line", "block"), [("G21\nG0 X1\n", 1, 0), ("0 BEGIN PGM A MM\n2 M30\n", 2, 1)])
 def test_a_missing_block_number_says_what_to_do(text: str, line: int, block: int) -> None:
-    told = (
-        f"line {line}: block {block} is missing: a plain-language program numbers its blocks from 0 without gaps; take"
-    )
+    told = f"line {line}: block {block} is missing: a Klartext (conversational) program numbers its blocks from 0"
     with pytest.raises(ReadError, match=re.escape(told)):
         interpret_klartext(text)
 

@@ -104,6 +104,14 @@ def test_a_feed_from_a_material_is_that_of_the_program_or_else_the_one_that_is_s
     assert not any("parameters" in reason for reason in program.fixed.values())
 
 
+@pytest.mark.parametrize(("word", "units"), [("G20", "mm"), ("G21", "in")])
+def test_the_unit_of_a_feed_from_a_material_is_that_of_its_own_block(word: str, units: str) -> None:
+    """50 mm/s, whatever unit the machine has."""
+    text = f"M190 P8\n{word} G1 X1 {HAL}\nM2\n"
+    program = interpret_program(text, dialect("qtplasmac"), units=units, material_feed=50.0)
+    assert program.path.value[program.path.kind == Kind.FEED].tolist() == pytest.approx([50.0], abs=1e-6)
+
+
 def test_a_feed_from_a_material_is_not_known_where_nobody_says_it() -> None:
     program = interpret_program(f"G21\nG1 X1 {HAL}\nM2\n", dialect("qtplasmac"))
     assert any(program.fixed) and program.feed_words == {}

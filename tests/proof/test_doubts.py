@@ -64,6 +64,12 @@ def test_m6_is_reported_where_the_controller_does_not_know_it(words: str, found:
     assert doubts(HEAD.format(3).replace("T1 M6", "T1\nM0 (M6)") + CUT, words="grbl") == []
 
 
+@pytest.mark.parametrize(("words", "found"), [("grbl", []), ("grbl-laser", []), ("linuxcnc", ["L806"])])
+def test_a_command_of_grbl_is_reported_on_other_controllers(words: str, found: list[str]) -> None:
+    text = HEAD.format(3).replace("T1 M6\n", "$H\n") + CUT
+    assert [issue.code for issue in doubts(text, words=words)] == found
+
+
 @pytest.mark.hazard
 @pytest.mark.parametrize(
     ("comment", "units", "told"),

@@ -22,7 +22,7 @@ _STATEMENT = re.compile(
     _OPENING + r"(IF(?=[ \t]*\[)|WHILE(?=[ \t]*\[)|GOTO|DO(?=[ \t]*[0-9])|END(?=[ \t]*[0-9]))", re.IGNORECASE
 )
 #: ``$H``, ``$J=…``, ``$132=300``, ``$$``; no word of LinuxCNC such as ``$0``.
-_BOARD = re.compile(r"\s*(\$(?:[A-Za-z]+=?|[0-9]+=|[$#]))")
+_BOARD = re.compile(r"\s*(\$(?:[A-Za-z]+[0-9]*=?|[0-9]+=|[$#]))")
 _OUTPUT = re.compile(_OPENING + r"(?:DPRNT|BPRNT|POPEN|PCLOS)(?![A-Za-z])", re.IGNORECASE)
 _LABEL = re.compile(r"(?:[ \t]|\([^()]*\))*+/?[1-9]?[ \t]*+[nN][ \t]*+([0-9]{1,18})(?![0-9])")
 _PROGRAM = re.compile(r"[ \t]*[oO:][ \t]*[0-9]")

@@ -85,8 +85,9 @@ def _blocks(text: str) -> Iterator[tuple[int, str]]:
             numbered = _NUMBERED.fullmatch(said)
             if numbered is None or int(numbered[1]) != expected:
                 raise BlockError(
-                    f"line {number}: block {expected} is missing: a plain-language program numbers its blocks from 0 "
-                    "without gaps; take the file as the controller saved it, or choose the machine of this program"
+                    f"line {number}: block {expected} is missing: a Klartext (conversational) program numbers its "
+                    "blocks from 0 without gaps; take the file as the controller saved it, or choose the machine of "
+                    "this program"
                 )
             begin, said, expected = number, numbered[2], expected + 1
         more = said.endswith("~") and not said.startswith(";")

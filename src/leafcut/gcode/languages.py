@@ -71,7 +71,8 @@ def other_language(text: str) -> str:
     ):
         if found:
             does = "leafcut orders the work of mills, drills, lasers and torches whose programs are in G-code"
-            return f"this is {what.format(found)}; {does}"
+            hint = "; if it is for a mill, state G17 in its first lines" if "lathe" in what else ""
+            return f"this is {what.format(found)}; {does}{hint}"
     return ""
 
 

@@ -29,7 +29,7 @@ from leafcut.gcode.program import Program
 from leafcut.gcode.saying import Stretches, as_read, is_obeyed, may_read_parameters, say, shown_comments, text_behind
 from leafcut.gcode.words import Block, BlockError, Word, has_nested_comment, split_line, words_of
 from leafcut.model.heartbeat import Heartbeat, unseen
-from leafcut.model.toolpath import Kind
+from leafcut.model.toolpath import STILL, Kind
 from leafcut.units import MM_PER_UNIT
 
 #: Spaces, and what old editors and tape punches leave at the end of a file.
@@ -134,7 +134,9 @@ def _readable(line: str) -> bool | None:
 
 
 #: Commands of GRBL that only unlock, check or report. Source: GRBL 1.1, "Commands".
-_TELLS = ("$X", "$C", "$G", "$I", "$N", "$#", "$$")
+_TELLS = ("$X", "$G", "$I", "$N", "$#", "$$")
+#: Millimetres per unit that a G word selects; a block may select it for its own feed.
+_UNIT_OF = {20.0: MM_PER_UNIT["in"], 21.0: MM_PER_UNIT["mm"]}
 
 
 class _ProgramPass:
@@ -298,7 +300,7 @@ class _ProgramPass:
         state.line, rows, path = at + 1, len(state.path), state.path
         if command in _TELLS:
             x, y, z = path.position
-            path.set_place(Kind.FOREIGN, (x, y, z), 0, at + 1)
+            path.set_place(Kind.FOREIGN, (x, y, z), STILL, at + 1)
         elif command.startswith(("$H", "$J")):
             path.set_place(Kind.FOREIGN, (math.nan, math.nan, math.nan), 1, at + 1)
         else:
@@ -358,7 +360,9 @@ class _ProgramPass:
             return read_block(line, number, self.parameters)
         before, _, after = line.partition(feeds.word)
         reading = read_block(f"{before} {after}", number, self.parameters)
-        feed = feeds.feed_at(number, self.state.unit or self.state.default_unit or 1.0)
+        stated = {_UNIT_OF[w.value] for w in reading.block.words if w.letter == "G" and w.value in _UNIT_OF}
+        unit = stated.pop() if len(stated) == 1 else self.state.unit or self.state.default_unit or 1.0
+        feed = feeds.feed_at(number, unit)
         words = (*reading.block.words, Word("F", feed, f"{feed:.6f}"))
         return reading._replace(block=replace(reading.block, words=words))
 

@@ -144,7 +144,7 @@ def _by_hand(issue: Issue) -> Issue:
 
 
 def _surface_unknown(path: Toolpath) -> Iterator[Issue]:
-    """Yield that no cut goes below Z0, so that the top of the stock is elsewhere and no rapid was compared with it."""
+    """Report that no cut goes below Z0: the surface of the stock is unknown (L814)."""
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW) & np.isfinite(path.end[:, 2])
     if not cuts.any() or path.end[cuts, 2].min() < -_ROOM:
         return

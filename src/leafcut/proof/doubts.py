@@ -9,6 +9,7 @@ import numpy as np
 
 from leafcut.errors import count_of
 from leafcut.gcode.dialects import Dialect
+from leafcut.gcode.jumps import board_command
 from leafcut.gcode.program import Program
 from leafcut.kinds import BEAMS
 from leafcut.model.issue import Issue
@@ -30,7 +31,12 @@ def find_doubts(program: Program, words: Dialect, process: str) -> list[Issue]:
     if words.language != "g-code":
         return []
     backwards = [] if process in BEAMS else _backwards(program)
-    return [*backwards, *_long_dwells(program, words), *_unknown_changes(program, words)]
+    return [
+        *backwards,
+        *_long_dwells(program, words),
+        *_unknown_changes(program, words),
+        *_board_commands(program, words),
+    ]
 
 
 def _backwards(program: Program) -> Iterator[Issue]:
@@ -74,8 +80,19 @@ def _unknown_changes(program: Program, words: Dialect) -> Iterator[Issue]:
     for line in np.unique(program.path.line[program.path.kind == Kind.TOOL]).tolist():
         if _CHANGE.search(_REMARK.sub(" ", program.lines[line - 1])):
             message = (
-                f"M6 is no word of {words.name}: the controller stops with an error or changes no tool, unless the "
-                "sender carries it out; put M0 in its place"
+                f"{words.name} does not support M6: it stops with an error or skips the tool change, unless the sender "
+                "handles it; use M0"
             )
             yield Issue("L806", message, f"line {line}")
+            return
+
+
+def _board_commands(program: Program, words: Dialect) -> Iterator[Issue]:
+    """Yield that the program has a command of GRBL, such as ``$H``, and the controller is another one."""
+    if words.family.startswith("grbl"):
+        return
+    for number, line in enumerate(program.lines, 1):
+        command = board_command(line) if "$" in line else ""
+        if command:
+            yield Issue("L806", f"{command} is a command of GRBL; {words.name} does not know it", f"line {number}")
             return

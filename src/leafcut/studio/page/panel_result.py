@@ -213,7 +213,7 @@ class ResultPanel:
         worst.sort(key=lambda issue: issue["severity"] != "danger")
         self._list_of_warnings(worst, "warnings worst", _MOST_ISSUES)
         found = [issue for issue in _warnings(answer) if issue["severity"] == "warning"]
-        # What was assumed is never folded.
+        # Never fold assumptions.
         found.sort(key=lambda issue: issue["code"] not in LIMITS)
         most = max(_MOST_WARNINGS, sum(issue["code"] in LIMITS for issue in found))
         self._list_of_warnings(found, "warnings", most)

@@ -427,7 +427,7 @@ def test_assumed_feeds_name_the_material_that_they_are_for() -> None:
     ("diameter", "told"),
     [
         (1.6, []),  # 0.5 mm and the point, 0.481 mm
-        (3.2, ["T1 drill Ø3.2 comes out 1.46 mm below the board, the farthest: use a thicker backing board"]),
+        (3.2, ["T1 drill Ø3.2 exits up to 1.46 mm below the board: use a thicker backing board"]),
         (10.0, []),  # that is a warning of its own
     ],
 )
@@ -450,7 +450,7 @@ def test_a_hole_deeper_than_five_diameters_in_one_stroke_is_a_warning_beside_ver
     made = plan(part, None, thickness=60.0)
     assert deep_strokes(made) == [
         "T1 drill Ø6 at 0, 0 drills 60 mm deep, 10.0 diameters, in one stroke (2 holes deeper than 5 diameters): give "
-        "--peck and no other --cycle, or give its tool the cycle G83 and a peck in the library"
+        "--peck, or set cycle G83 and peck for the tool in the library"
     ]
     assert {i.severity for i in made.issues if i.code == "L446"} == {Severity.WARNING} and "L446" in LIMITS
     assert deep_strokes(plan(part, None, thickness=60.0, cycle="G81", peck=6.0)) != []
@@ -465,7 +465,7 @@ def test_pecks_longer_than_five_diameters_are_a_warning_and_shorter_ones_are_non
     part = Part("one", (Hole(0, 0, 6.0),))
     assert deep_strokes(plan(part, None, thickness=60.0, cycle=cycle, peck=6.0)) == []
     assert (
-        "in strokes of 40 mm (1 hole deeper"
+        "in strokes of 40 mm (1 hole with strokes longer than 5 diameters)"
         in deep_strokes(plan(part, None, thickness=60.0, cycle=cycle, peck=40.0))[0]
     )
     assert "in one stroke" in deep_strokes(plan(part, None, thickness=60.0, cycle=cycle, peck=200.0))[0]

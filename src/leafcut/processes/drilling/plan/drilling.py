@@ -391,7 +391,7 @@ def _far_below(
     part: Part, operations: tuple[DrillOperation, ...], rule: DepthRule, tops: NDArray[np.float64],
     deeper: NDArray[np.float64], under: NDArray[np.float64],
 ) -> list[Issue]:  # fmt: skip
-    """Return a warning where tools come out far below the part, with the farthest; a note where under a board.
+    """Return a warning where tools exit far below the part, with the greatest depth; a note under a board.
 
     `under` is the underside of the part at each hole, float64[n], mm; −∞ where it is not known.
     """
@@ -410,7 +410,7 @@ def _far_below(
     if not label:
         return []
     if not count:
-        words = f"{label} comes out {farthest:.2f} mm below the board, the farthest: use a thicker backing board"
+        words = f"{label} exits up to {farthest:.2f} mm below the board: use a thicker backing board"
         return [Issue("L402", words, severity=Severity.NOTE)]
     words = (
         f"{label} at {place[0]:g}, {place[1]:g} comes out {farthest:.2f} mm below the part "
@@ -444,13 +444,15 @@ def _deep_strokes(
         where = (
             f"{one.tool.label} at {hole.x:g}, {hole.y:g} drills {depth:.4g} mm deep, {depth / one.tool.diameter:.1f}"
         )
-        many = f"{count_of(len(deep), 'hole')} deeper than {LONGEST_STROKE:g} diameters"
+        holes = count_of(len(deep), "hole")
         if stroke < depth:
+            many = f"{holes} with strokes longer than {LONGEST_STROKE:g} diameters"
             words = f"{where} diameters, in strokes of {stroke:.4g} mm ({many}): use a smaller peck"
         else:
+            many = f"{holes} deeper than {LONGEST_STROKE:g} diameters"
             words = (
-                f"{where} diameters, in one stroke ({many}): give --peck and no other --cycle, or give its tool the "
-                "cycle G83 and a peck in the library"
+                f"{where} diameters, in one stroke ({many}): give --peck, or set cycle G83 and peck for the tool in "
+                "the library"
             )
         issues.append(Issue("L446", words))
     return issues
