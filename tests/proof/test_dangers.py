@@ -146,6 +146,52 @@ def test_a_rapid_down_into_what_earlier_cuts_left_is_a_danger(text: str) -> None
     assert codes(text + "M2\n") == ["L802"]
 
 
+#: A slot to Z-5, then, after something else, a rapid down into it.
+CUT, INTO = "M3 S1000\nG1 Z-5 F100\nX20\nG0 Z5\n", "M3 S1000\nG0 X10 Y0 Z5\nG0 Z-4\nG1 Z-6\nG0 Z5\n"
+STOPS = [
+    ("T1 M6 (3 MM END MILL)\n", "T1 M6 (10 MM END MILL)\n"),
+    ("T1 M6 (3 MM END MILL)\n", "T1 M6\n"),
+    ("T1 M6 (3 MM END MILL)\n", "T2 M6\n"),
+    ("(3 MM END MILL)\n", "M6\n"),
+    ("(3 MM END MILL)\n", "M0 (10 MM END MILL)\n"),
+    ("(3 MM END MILL)\n", "M0 (TURN THE PART OVER)\n"),
+    ("(3 MM END MILL)\n", "M1\n"),
+    ("(3 MM END MILL)\n", "M60\n"),
+    ("(3 MM END MILL)\n", "G0 A180\n"),
+    ("T1 M6 (3 MM END MILL)\nG43 H1\nG0 X0 Y0 Z5\n", "G43 H2\n"),
+]
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize("head, stop", STOPS, ids=[stop.strip() for _, stop in STOPS])
+@pytest.mark.parametrize("x", [10, 20])
+def test_cuts_before_a_stop_or_of_another_tool_of_the_same_number_clear_nothing(head: str, stop: str, x: int) -> None:
+    """The tool, its length or the side of the part may be another one; at X20 the tool has not moved since the cut."""
+    move = "X10 Y0 Z5" if x == 10 else ""
+    assert codes(head + CUT + stop + INTO.replace("X10 Y0 Z5", move) + "M2\n") == ["L802"]
+
+
+@pytest.mark.parametrize(
+    "head, change",
+    [
+        ("T1 M6 (10 MM END MILL)\n", "T1 M6 (3 MM END MILL)\n"),
+        ("(T1 D=3 flat end mill)\nT1 M6\n", "T1 M6\n"),
+        ("T1 M6 (10 MM END MILL)\nG43 H1\nG0 X0 Y0 Z5\n", "T2 M6 (3 MM END MILL)\nG43 H2\n"),
+        ("T1 M6\nG43 H1\nG0 X0 Y0 Z5\n", "G49\nG43 H1\n"),
+    ],
+)
+def test_a_wider_tool_clears_for_a_narrower_one_of_any_number(head: str, change: str) -> None:
+    """Each change has its own diameter; a length offset that is restated changes no height."""
+    assert codes(head + CUT + change + INTO + "M2\n") == []
+
+
+def test_many_rapids_into_slots_of_the_same_tool_are_no_danger() -> None:
+    """More than are compared with areas."""
+    slot = "".join(f"G0 Z{1 - p}\nG1 Z{-p} F100\nX20\nG0 Z5\nX0\n" for p in (1, 2, 3, 4))
+    text = "T1 M6 (3 MM END MILL)\nM3 S1000\n" + "".join(f"G0 X0 Y{0.5 * k}\n{slot}" for k in range(400))
+    assert codes(text + "M2\n") == []
+
+
 def test_a_danger_tells_how_often_and_where_first() -> None:
     """The first by its line, not the deepest."""
     (issue,) = dangers("G1 Z-1 F100\nG0 X10\nG0 X20\nG0 X30\nG0 Z5\nM2\n")

@@ -88,12 +88,13 @@ def tool_width(program: Program, block: int) -> float:
     return _described(program, block)[0]
 
 
-def tool_in_comments(program: Program, block: int) -> Tool | None:
+def tool_in_comments(program: Program, block: int, since: int = 0) -> Tool | None:
     """Return the tool of a block as that comment describes it; None where no diameter is given, or no angle of a cone.
 
-    What mills is taken to be flat where the comment says nothing else.
+    What mills is taken to be flat where the comment says nothing else. A comment up to line `since` counts only if it
+    names the tool.
     """
-    width, comment = _described(program, block)
+    width, comment = _described(program, block, since)
     if not width:
         return None
     number = program.modal(block).tool or 0
@@ -110,7 +111,7 @@ def tool_in_comments(program: Program, block: int) -> Tool | None:
     return Tool(number, width, kind, point_angle=math.pi, corner_radius=0.0 if kind is ToolKind.BALL_MILL else radius)
 
 
-def _described(program: Program, block: int) -> tuple[float, str]:
+def _described(program: Program, block: int, since: int = 0) -> tuple[float, str]:
     """Return the diameter that the last comment before a block gives for its tool, mm, and the comment; 0 if none."""
     # Of what is called, the call counts: the last change of tool in the text may be that of a later one.
     line = int(program.text_line[block]) - 1
@@ -121,7 +122,10 @@ def _described(program: Program, block: int) -> tuple[float, str]:
     last = int(program.text_line[made[-1]]) if len(made) else 1
     for number in range(line, max(last - _BEFORE_CHANGE, 0, line - _FARTHEST_COMMENT) - 1, -1):
         said = _said(program.lines[number], unit)
-        if said and (tool is None or said[1] in (None, tool)):
+        if not said:
+            continue
+        named = tool is not None and said[1] == tool
+        if named or (number >= since and None in (tool, said[1])):
             return said[0], said[2]
     for text in program.lines[: min(line, _TOP)]:
         said = _said(text, unit)

@@ -171,11 +171,13 @@ def at_machine_height(path: Toolpath, safe_z: float) -> Mask:
 def _returns(path: Toolpath, before: NDArray[np.float64]) -> Mask:
     """Return which motions end no deeper than a feed has gone at this x, y since the tool arrived here.
 
+    A stop, a change of tool or length offset, and a block that is not understood begin a new stay.
     A running minimum within each stay: every stay is shifted down by more than the whole range of heights, so that a
     minimum carried over from an earlier stay is recognised by being too high.
     """
     arrives = _moves_across(path, before) | (path.kind == Kind.MACHINE)
-    stay = np.cumsum(arrives)
+    other = np.isin(path.kind, [int(k) for k in (Kind.TOOL, Kind.PAUSE, Kind.FOREIGN)])
+    stay = np.cumsum(arrives | other | (np.diff(path.offset, prepend=0) != 0))
     heights = path.end[:, 2]
     known = heights[np.isfinite(heights)]
     shift = 2.0 * float(np.ptp(known)) + 1.0 if len(known) else 1.0

@@ -26,27 +26,61 @@ _GRAZE = 0.02
 _SEGMENTS = 16
 #: Swept areas that are joined at once.
 _AT_ONCE = 6
-#: Most cuts that are examined for one rapid, and most rapids: others count as not cleared.
-_MOST_CUTS, _MOST_RAPIDS = 200, 1000
-#: More shifts of the origin than a program has.
-_SHIFTS = 1_000_000_000
+#: Most cuts whose areas are joined for one rapid: others clear nothing.
+_MOST_CUTS = 200
+#: Most rapids that are compared with the areas of cuts: others count as not cleared.
+_MOST_RAPIDS = 1000
+#: Rapids that are compared with the middles of cuts at once.
+_RAPIDS_AT_ONCE = 256
 
 
 class _Cuts(NamedTuple):
-    """Straight cuts: ends, float64[n, 4], mm; height at or below which each is, its row, tool and origin, each [n]."""
+    """Straight cuts: ends, float64[n, 4], mm; height at or below which each is, and its row, each [n]."""
 
     ends: NDArray[np.float64]
     z: NDArray[np.float64]
     row: NDArray[np.int64]
-    tool: NDArray[np.int64]
-    origin: NDArray[np.int64]
+
+
+class _Stages(NamedTuple):
+    """Which rows of a path have something in common.
+
+    Attributes
+    ----------
+    setup
+        int64[n, 3]: rows that differ have no places in common: work offset, shifts, stops. At a stop (M0, M1, M60, or
+        a block that is not understood) the part may be turned over, and the tool changed.
+    stage
+        int64[n]: rises at each stop and each change of tool: the tool stays the same within a stage.
+    offset
+        int64[n]: length offset; within a stage, another one means other heights.
+    """
+
+    setup: NDArray[np.int64]
+    stage: NDArray[np.int64]
+    offset: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, path: Toolpath) -> _Stages:
+        """Return those of a path."""
+        stop = (path.kind == Kind.PAUSE) | (path.kind == Kind.FOREIGN)
+        frame, shift = path.latest(Kind.FRAME, path.ref, 540), path.latest(Kind.SHIFT, path.ref)
+        stage = np.cumsum(stop | (path.kind == Kind.TOOL))
+        return cls(np.column_stack([frame, shift, np.cumsum(stop)]), stage, path.offset)
+
+    def comparable(self, earlier: NDArray[np.int64], row: NDArray[np.int64]) -> Mask:
+        """Return which earlier rows have places and heights in common with `row`."""
+        other_height = (self.stage[earlier] == self.stage[row]) & (self.offset[earlier] != self.offset[row])
+        same: Mask = (self.setup[earlier] == self.setup[row]).all(axis=1) & ~other_height
+        return same
 
 
 def cleared_before(program: Program, rows: NDArray[np.int32], path: Toolpath, down: NDArray[np.int64]) -> Mask:
     """Return which rapids straight down end where earlier cuts have removed the material: bool[len(down)].
 
-    A cut of the same tool clears its own middle, whatever the shape of the tool. Flat mills clear what they sweep: if
-    the diameters are known from the comments, the tool must fit into the union of these areas.
+    A cut clears its own middle for the same tool, whatever its shape, until the next stop or
+    change of tool. Flat mills clear what they sweep: if the diameters are known from the comments, the tool must fit
+    into the union of these areas.
 
     Parameters
     ----------
@@ -55,29 +89,46 @@ def cleared_before(program: Program, rows: NDArray[np.int32], path: Toolpath, do
     down
         Rows of these rapids in `path`, ascending.
     """
-    result = np.zeros(len(down), dtype=bool)
-    # Places under two work offsets, or before and after a shift, have nothing in common.
-    origin = path.latest(Kind.FRAME, path.ref, 540) * _SHIFTS + path.latest(Kind.SHIFT, path.ref)
-    cuts = _cuts(path, origin)
+    stages = _Stages.of(path)
+    cuts = _cuts(path)
     if not len(cuts.row):
-        return result
-    tools = _tools(program, rows, path)
-    radius = {number: 0.5 * tool.diameter for number, tool in tools.items()}
-    swept = {number: radius[number] if _is_flat(tool) else 0.0 for number, tool in tools.items()}
-    width = np.array([swept.get(number, 0.0) for number in cuts.tool.tolist()])
+        return np.zeros(len(down), dtype=bool)
     lines: NDArray[Any] = np.asarray(shapely.linestrings(cuts.ends.reshape(-1, 2, 2)))
     tree = shapely.STRtree(lines)
-    reach = max(float(width.max()), _ON)
-    for at, row in enumerate(down[:_MOST_RAPIDS].tolist()):
+    cleared = _on_own_path(path, stages, cuts, tree, down)
+    rest = np.flatnonzero(~cleared)
+    tools = _tools(program, rows, path, stages, down[rest])
+    radius = {stage: 0.5 * tool.diameter for stage, tool in tools.items()}
+    swept = {stage: radius[stage] if _is_flat(tool) else 0.0 for stage, tool in tools.items()}
+    width = np.array([swept.get(stage, 0.0) for stage in stages.stage[cuts.row].tolist()])
+    reach, checked = float(width.max()), 0
+    for at in rest.tolist():
+        row = int(down[at])
+        if (own := radius.get(int(stages.stage[row]))) is None:
+            continue
         place = shapely.Point(path.end[row, :2])
-        near = np.asarray(tree.query(place, predicate="dwithin", distance=reach + radius.get(int(path.tool[row]), 0.0)))
-        near = near[(cuts.row[near] < row) & (cuts.origin[near] == origin[row])]
-        near = near[cuts.z[near] <= path.end[row, 2] + _ROOM]
-        away = np.asarray(shapely.distance(tree.geometries[near], place))
-        tool = int(path.tool[row])
-        result[at] = bool(((cuts.tool[near] == tool) & (away <= _ON)).any()) or (
-            tool in radius and _covered(place, radius[tool], tree, near, away, width)
+        near = np.asarray(tree.query(place, predicate="dwithin", distance=reach + own))
+        near = near[(width[near] > 0.0) & (cuts.row[near] < row) & (cuts.z[near] <= path.end[row, 2] + _ROOM)]
+        near = near[stages.comparable(cuts.row[near], np.full(len(near), row))]
+        if not len(near) or checked >= _MOST_RAPIDS:
+            continue
+        checked += 1
+        cleared[at] = _covered(
+            place, own, tree, near, np.asarray(shapely.distance(tree.geometries[near], place)), width
         )
+    return cleared
+
+
+def _on_own_path(path: Toolpath, stages: _Stages, cuts: _Cuts, tree: shapely.STRtree, down: NDArray[np.int64]) -> Mask:
+    """Return which rapids end on earlier cuts of the same stage that are at least as deep."""
+    result = np.zeros(len(down), dtype=bool)
+    for begin in range(0, len(down), _RAPIDS_AT_ONCE):
+        some = down[begin : begin + _RAPIDS_AT_ONCE]
+        at, near = tree.query(shapely.points(path.end[some, :2]), predicate="dwithin", distance=_ON)
+        row, cut = some[at], cuts.row[near]
+        own = (cut < row) & (cuts.z[near] <= path.end[row, 2] + _ROOM) & (stages.stage[cut] == stages.stage[row])
+        at, row, cut = at[own], row[own], cut[own]
+        result[begin + at[stages.comparable(cut, row)]] = True
     return result
 
 
@@ -97,8 +148,7 @@ def _covered(
     # The polygon contains its circle, and those of the cuts lie inside theirs.
     left: BaseGeometry = place.buffer((radius - _GRAZE) / np.cos(0.25 * np.pi / _SEGMENTS), quad_segs=_SEGMENTS)
     # Nearest first: those that cover most of it, then the rest.
-    near = near[np.argsort(away, kind="stable")]
-    near = near[width[near] > 0.0][:_MOST_CUTS]
+    near = near[np.argsort(away, kind="stable")][:_MOST_CUTS]
     # Most places that are not cleared show it at their edge.
     edge: NDArray[Any] = np.asarray(shapely.points(shapely.get_coordinates(left)[:: _SEGMENTS // 4]))
     if not (shapely.distance(edge[:, None], tree.geometries[near]) <= width[near]).any(axis=1).all():
@@ -112,7 +162,7 @@ def _covered(
     return False
 
 
-def _cuts(path: Toolpath, origin: NDArray[np.int64]) -> _Cuts:
+def _cuts(path: Toolpath) -> _Cuts:
     """Return the cuts of a path; the ends of a slanting one are places with a height of their own.
 
     Where a cut begins at an unknown place, its end alone counts. What the tool sweeps beside a path that the controller
@@ -130,18 +180,28 @@ def _cuts(path: Toolpath, origin: NDArray[np.int64]) -> _Cuts:
         [np.hstack([begin[:, :2], end[:, :2]]), *(np.tile(place[slants, :2], 2) for place in (begin, end))]
     )
     z = np.concatenate([np.maximum(begin[:, 2], end[:, 2]), begin[slants, 2], end[slants, 2]])
-    row = moves.row[fed][which]
-    return _Cuts(ends, z, row, moves.tool[fed][which], origin[row])
+    return _Cuts(ends, z, moves.row[fed][which])
 
 
-def _tools(program: Program, rows: NDArray[np.int32], path: Toolpath) -> dict[int, Tool]:
-    """Return the tools that cut and whose shape the comments describe, by number."""
-    cuts = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW))
-    numbers, first = np.unique(path.tool[cuts], return_index=True)
-    blocks = np.searchsorted(program.first, rows[cuts[first]], side="right") - 1
+def _tools(
+    program: Program,
+    rows: NDArray[np.int32],
+    path: Toolpath,
+    stages: _Stages,
+    down: NDArray[np.int64],
+) -> dict[int, Tool]:
+    """Return the tools that the comments describe, by stage, of rapids `down` and of the cuts to compare with them."""
+    stops = stages.setup[:, 2]
+    fed = np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW))
+    used = np.union1d(fed[np.isin(stops[fed], stops[down])], down)
+    numbers, first = np.unique(stages.stage[used], return_index=True)
+    blocks = np.searchsorted(program.first, rows, side="right") - 1
+    # A comment before the last cut of an earlier stage describes the tool of that.
+    earlier = np.searchsorted(stages.stage[fed], numbers) - 1
+    since = np.where(earlier >= 0, program.text_line[blocks[fed[earlier]]], 0)
     found = {}
-    for number, block in zip(numbers.tolist(), blocks.tolist(), strict=True):
-        tool = tool_in_comments(program, block)
+    for stage, block, line in zip(numbers.tolist(), blocks[used[first]].tolist(), since.tolist(), strict=True):
+        tool = tool_in_comments(program, block, line)
         if tool is not None:
-            found[number] = tool
+            found[stage] = tool
     return found
