@@ -192,6 +192,17 @@ def test_many_rapids_into_slots_of_the_same_tool_are_no_danger() -> None:
     assert codes(text + "M2\n") == []
 
 
+@pytest.mark.hazard
+def test_rapids_that_are_not_compared_are_reported_and_no_danger(monkeypatch: pytest.MonkeyPatch) -> None:
+    """L815 with their number and the first; the first of three is compared."""
+    monkeypatch.setattr("leafcut.proof.cleared._MOST_RAPIDS", 1)
+    downs = "".join(f"G0 X{x} Y0.1\nG0 Z-4\nG0 Z5\n" for x in (5, 10, 15))
+    text = "T1 M6 (10 MM END MILL)\n" + CUT + "T2 M6 (3 MM END MILL)\nM3 S1000\n" + downs
+    (issue,) = dangers(text + "M2\n")
+    assert (issue.code, issue.severity, issue.place) == ("L815", Severity.WARNING, "line 16")
+    assert issue.message.startswith("2 rapids down below Z0 were not compared") and "X10.000 Y0.100" in issue.message
+
+
 def test_a_danger_tells_how_often_and_where_first() -> None:
     """The first by its line, not the deepest."""
     (issue,) = dangers("G1 Z-1 F100\nG0 X10\nG0 X20\nG0 X30\nG0 Z5\nM2\n")

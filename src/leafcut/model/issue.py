@@ -134,6 +134,7 @@ CODES: dict[str, str] = {
     "L812": "the cells of the stock model are coarse for a tool",
     "L813": "the tool library has another tool than the program names",
     "L814": "all cuts of a program lie above Z0",
+    "L815": "rapids of a program were not compared with its earlier cuts",
     "L820": "a controller is not set as the profile of its machine says",
 }
 

@@ -28,7 +28,7 @@ _SEGMENTS = 16
 _AT_ONCE = 6
 #: Most cuts whose areas are joined for one rapid: others clear nothing.
 _MOST_CUTS = 200
-#: Most rapids that are compared with the areas of cuts: others count as not cleared.
+#: Most rapids that are compared with the areas of cuts: others are unchecked.
 _MOST_RAPIDS = 1000
 #: Rapids that are compared with the middles of cuts at once.
 _RAPIDS_AT_ONCE = 256
@@ -75,10 +75,12 @@ class _Stages(NamedTuple):
         return same
 
 
-def cleared_before(program: Program, rows: NDArray[np.int32], path: Toolpath, down: NDArray[np.int64]) -> Mask:
-    """Return which rapids straight down end where earlier cuts have removed the material: bool[len(down)].
+def cleared_before(
+    program: Program, rows: NDArray[np.int32], path: Toolpath, down: NDArray[np.int64]
+) -> tuple[Mask, Mask]:
+    """Return which rapids straight down end where earlier cuts have removed the material, and which are unchecked.
 
-    A cut clears its own middle for the same tool, whatever its shape, until the next stop or
+    Both are bool[len(down)]. A cut clears its own middle for the same tool, whatever its shape, until the next stop or
     change of tool. Flat mills clear what they sweep: if the diameters are known from the comments, the tool must fit
     into the union of these areas.
 
@@ -89,10 +91,11 @@ def cleared_before(program: Program, rows: NDArray[np.int32], path: Toolpath, do
     down
         Rows of these rapids in `path`, ascending.
     """
+    unchecked = np.zeros(len(down), dtype=bool)
     stages = _Stages.of(path)
     cuts = _cuts(path)
     if not len(cuts.row):
-        return np.zeros(len(down), dtype=bool)
+        return unchecked.copy(), unchecked
     lines: NDArray[Any] = np.asarray(shapely.linestrings(cuts.ends.reshape(-1, 2, 2)))
     tree = shapely.STRtree(lines)
     cleared = _on_own_path(path, stages, cuts, tree, down)
@@ -110,13 +113,16 @@ def cleared_before(program: Program, rows: NDArray[np.int32], path: Toolpath, do
         near = np.asarray(tree.query(place, predicate="dwithin", distance=reach + own))
         near = near[(width[near] > 0.0) & (cuts.row[near] < row) & (cuts.z[near] <= path.end[row, 2] + _ROOM)]
         near = near[stages.comparable(cuts.row[near], np.full(len(near), row))]
-        if not len(near) or checked >= _MOST_RAPIDS:
+        if not len(near):
+            continue
+        if checked >= _MOST_RAPIDS:
+            unchecked[at] = True
             continue
         checked += 1
         cleared[at] = _covered(
             place, own, tree, near, np.asarray(shapely.distance(tree.geometries[near], place)), width
         )
-    return cleared
+    return cleared, unchecked
 
 
 def _on_own_path(path: Toolpath, stages: _Stages, cuts: _Cuts, tree: shapely.STRtree, down: NDArray[np.int64]) -> Mask:

@@ -81,8 +81,13 @@ def find_dangers(
     for at, (what, mask, text) in enumerate(checks):
         if (by_stock := simulated.get(_KINDS[what][0])) is not None:
             checks[at] = what, mask & ~(by_stock[rows] & rapid), text
-    checks = [(what, mask & ~_cleared(program, rows, path, before, mask), text) for what, mask, text in checks]
-    found = [_issue(path, before, what, mask) for what, mask, _ in checks if mask.any()]
+    unchecked: list[Issue] = []
+    for at, (what, mask, text) in enumerate(checks):
+        cleared, unanswered = _cleared(program, rows, path, before, mask)
+        checks[at] = what, mask & ~cleared & ~unanswered, text
+        if unanswered.any():
+            unchecked.append(_not_compared(path, unanswered))
+    found = unchecked + [_issue(path, before, what, mask) for what, mask, _ in checks if mask.any()]
     never = not _turning(program, rows, True).any()
     found = [_by_hand(issue) if never and issue.code == "L803" else issue for issue in found]
     if process not in BEAMS and heights and "L801" not in simulated:
@@ -97,16 +102,25 @@ RANK = {Severity.DANGER: 0, Severity.WARNING: 1, Severity.NOTE: 2}
 
 def _cleared(
     program: Program, rows: NDArray[np.int32], path: Toolpath, before: NDArray[np.float64], mask: Mask
-) -> Mask:
-    """Return which of some rapids straight down end where earlier cuts have removed the material."""
-    result = np.zeros(len(path), dtype=bool)
+) -> tuple[Mask, Mask]:
+    """Return which rapids straight down end where earlier cuts removed the material, and which are unchecked."""
+    cleared, unchecked = np.zeros((2, len(path)), dtype=bool)
     straight = mask & (path.kind == Kind.RAPID) & np.isclose(path.end[:, :2], before[:, :2]).all(axis=1)
     down = np.flatnonzero(straight)
     if len(down):
         from leafcut.proof.cleared import cleared_before
 
-        result[down] = cleared_before(program, rows, path, down)
-    return result
+        cleared[down], unchecked[down] = cleared_before(program, rows, path, down)
+    return cleared, unchecked
+
+
+def _not_compared(path: Toolpath, mask: Mask) -> Issue:
+    number, row = int(mask.sum()), int(np.argmax(mask))
+    message = (
+        f"{number:,} rapids down below Z0 were not compared with earlier cuts, because there are too many; the first "
+        f"is to {place(*path.end[row].tolist())}; check them with leafcut stock"
+    )
+    return Issue("L815", message, f"line {int(path.line[row])}")
 
 
 def _turning(program: Program, rows: NDArray[np.int32], unknown: bool) -> Mask:
