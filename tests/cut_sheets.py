@@ -91,6 +91,19 @@ def part_in_hole() -> Sheet:
     )
 
 
+def part_in_notch(mouth: float) -> Sheet:
+    """A C of 100 mm whose notch of 60 mm has a mouth at the right; part 2 with a hole lies in the notch."""
+    low, high = 70.0 - 0.5 * mouth, 70.0 + 0.5 * mouth
+    inner = [(100.0, low), (100.0, 40.0), (40.0, 40.0), (40.0, 100.0), (100.0, 100.0), (100.0, high)]
+    corners = [(20.0, 20.0), (120.0, 20.0), (120.0, low), *inner, (120.0, high), (120.0, 120.0), (20.0, 120.0)]
+    return sheet_of(
+        (Polyline.of_points(corners, closed=True), 0, -1, 1),
+        (square(55, 60, 20), 0, -1, 2),
+        (Polyline.circle(65, 70, 6), 1, 1, 2),
+        size=200,
+    )
+
+
 def rules_of(data: CutData = PLASMA, *, switches: bool = True, **options: Any) -> CutRules:
     return resolve_rules(data, CutOptions(**options), switches=switches)
 

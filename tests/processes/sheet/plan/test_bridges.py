@@ -9,7 +9,18 @@ import numpy as np
 import pytest
 import shapely
 
-from cut_sheets import PLASMA, part_in_hole, rectangle, ring, rules_of, sheet_of, square, two_squares
+from cut_sheets import (
+    PLASMA,
+    cutting_of,
+    part_in_hole,
+    part_in_notch,
+    rectangle,
+    ring,
+    rules_of,
+    sheet_of,
+    square,
+    two_squares,
+)
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.plan.chains.bridges import (
     LEAVES_WITHIN,
@@ -53,6 +64,14 @@ def test_bridges_between_two_squares_are_as_long_as_said_and_shorter_than_the_re
     assert found.length == pytest.approx(np.hypot(*step.T))
     assert found.length.max() < 30.0
     assert found.length.min() == pytest.approx(20.0 - KERF, abs=0.5)
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize("mouth, joined", [(2.9, set()), (6.0, {(0, 1), (1, 0)})])
+def test_no_bridge_joins_an_outline_and_a_part_in_its_closed_notch(mouth: float, joined: set[tuple[int, int]]) -> None:
+    """Two kerfs of 1.5 mm close the first mouth: a chain from the outline would cut the part on loose scrap."""
+    cutting = cutting_of(part_in_notch(mouth))
+    assert pairs(find_bridges(cutting.contours, [0, 1], cutting.scrap, 30.0)) == joined
 
 
 def test_where_the_reach_is_less_than_the_room_between_there_are_none() -> None:

@@ -19,6 +19,7 @@ from cut_sheets import (
     assert_nothing_is_gouged,
     cutting_of,
     part_in_hole,
+    part_in_notch,
     ring,
     sheet_of,
     square,
@@ -51,6 +52,20 @@ DISTANCE = Metric()
 
 def problem_of(cutting: Cutting, metric: Metric = DISTANCE, overhead: float = 0.0):
     return build_problem(cutting, range(len(cutting.contours)), metric, overhead, (0.0, 0.0), None)
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    "mouth, compensation, closed",
+    [(0.5, "geometry", True), (2.9, "geometry", True), (3.2, "geometry", False), (0.5, "none", True)],
+)
+def test_a_part_in_a_notch_that_the_kerf_closes_is_cut_first(mouth: float, compensation: str, closed: bool) -> None:
+    """The kerf is 1.5 mm; two of them close a mouth below 3 mm, and detach the scrap in the notch with the part."""
+    cutting = cutting_of(part_in_notch(mouth), compensation=compensation, small_hole=0.0)
+    order = [cutting.contours[s.contour].index for s in drawing_order(cutting)]
+    assert order == ([2, 1, 0] if closed else [0, 2, 1])
+    swept = bands(cutting, CutOptions(sweep="x", sweep_width=1.0))
+    assert len(swept) == (1 if closed else 2)
 
 
 def assert_legal(cutting: Cutting, order) -> None:

@@ -9,15 +9,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from proved_sheets import checked, laid, planned, program
+from proved_sheets import STEEL, checked, laid, planned, program
 
-from cut_sheets import sheet_of, square
+from cut_sheets import part_in_notch, sheet_of, square
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.machine import Probe
 from leafcut.options import PostOptions
 from leafcut.processes.sheet.options import CutOptions
+from leafcut.processes.sheet.plan.cut_rules import resolve_rules
+from leafcut.processes.sheet.plan.cutting import drawing_order, prepare_cutting
 from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_back
 from leafcut.processes.sheet.proof.sheet_shapes import shapes_of
 
@@ -207,6 +209,19 @@ def test_a_wrong_plan_is_caught(mutate: Callable[[Cuts], Cuts], whats: set[str])
     wrong = mutate(plan.cuts)
     found = checked(program(wrong), CutPlan(plan.sheet, plan.data, wrong), rules)
     assert whats <= {d.what for d in found}
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize("mouth, closed", [(0.5, True), (2.9, True), (3.2, False)])
+def test_a_part_in_a_notch_that_is_cut_loose_before_it_is_caught(mouth: float, closed: bool) -> None:
+    """The part lies outside of the drawn C, but inside of the edge of its kerf."""
+    rules = resolve_rules(STEEL, CutOptions(), switches=True)
+    cutting = prepare_cutting(part_in_notch(mouth), rules)
+    cuts = tuple(cutting.cut(s) for s in sorted(drawing_order(cutting), key=lambda s: s.contour == 0))
+    assert checked(program(cuts), CutPlan(cutting.sheet, STEEL, cuts), rules) == []
+    late = (cuts[-1], *cuts[:-1])
+    found = checked(program(late), CutPlan(cutting.sheet, STEEL, late), rules)
+    assert [d.what for d in found] == ["out of order"] * (2 if closed else 0), found
 
 
 TEXTS = [

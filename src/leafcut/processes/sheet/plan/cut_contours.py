@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -63,6 +64,9 @@ class CutContour:
         True: the program compensates the kerf here, where a controller that does elsewhere has no room for its lead.
     pinched
         Of an outline: what the kerf cannot reach of its notches, because their mouths are narrower than the kerf.
+    notch_of
+        In `Sheet.contours`, of the outline whose cut detaches the scrap around this contour: it lies in a notch with a
+        mouth that the kerf closes; -1 for none.
     """
 
     index: int
@@ -79,6 +83,7 @@ class CutContour:
     inlets: tuple[Lead | None, Lead | None] = (NO_LEAD, NO_LEAD)
     by_path: bool = False
     pinched: tuple[Polyline, ...] = ()
+    notch_of: int = -1
 
     def rules_of(self, rules: CutRules) -> CutRules:
         """Return the rules that it is cut by, of those of its sheet."""
@@ -165,6 +170,26 @@ def _prepared(index: int, source: SheetContour, rules: CutRules) -> CutContour |
     return CutContour(
         index, source, path, line, source.is_hole, diameter, corners_along(drawn, path, line), pinched=pinched
     )
+
+
+def with_notches(contours: list[CutContour], rules: CutRules) -> list[CutContour]:
+    """Return the contours with `notch_of` set: an outline's kerf burns its edge, so a mouth below two kerfs closes."""
+    reach = 0.5 * rules.kerf + ROUNDING
+    tree: Any = shapely.STRtree(np.array([c.line for c in contours], dtype=object))
+    areas = [shapely.Polygon(c.line.coords).area if c.path.closed else 0.0 for c in contours]
+    found: dict[int, tuple[float, int]] = {}
+    for k, outline in enumerate(contours):
+        if not outline.has_leads or outline.hole:
+            continue
+        near = tree.query(outline.line.envelope.buffer(reach), predicate="contains").tolist()
+        beside = [n for n in near if n != k and contours[n].source.parent == outline.source.parent]
+        if not beside:
+            continue
+        burnt = shapely.Polygon(shapely.Polygon(outline.line.coords).buffer(reach).exterior)
+        for n in beside:
+            if burnt.area > areas[n] and burnt.contains(contours[n].line):
+                found[n] = min(found.get(n, (math.inf, -1)), (burnt.area, outline.index))
+    return [replace(c, notch_of=found[n][1]) if n in found else c for n, c in enumerate(contours)]
 
 
 def _holds_pierce(path: Polyline, line: Any, rules: CutRules) -> bool:

@@ -27,7 +27,7 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.chains.chain_path import chain_length, make_chain
-from leafcut.processes.sheet.plan.cut_contours import ROUNDING, CutContour, prepare_contours
+from leafcut.processes.sheet.plan.cut_contours import ROUNDING, CutContour, prepare_contours, with_notches
 from leafcut.processes.sheet.plan.cut_path import make_cut
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.cutter_compensation import by_path_where_needed
@@ -130,6 +130,7 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
 
         contours, order, found = with_common_lines(contours, scrap, rules)
         scrap, issues = beside_leads(Scrap(sheet, contours, rules), contours), [*issues, *found]
+    contours = with_notches(contours, rules)
     starts = find_starts(contours, scrap, rules)
     issues = [*issues, *_lead_issues(contours, starts, rules)]
     return Cutting(sheet, rules, contours, scrap, starts, tuple(issues), tuple(order))
@@ -217,9 +218,9 @@ def process_pairs(sheet: Sheet, contours: Sequence[CutContour]) -> Iterable[tupl
 def _around(sheet: Sheet, position: Mapping[int, int], contour: CutContour) -> int | None:
     """Return the next contour around one that is cut, by `position` of its index; a hole too narrow to be cut is not.
 
-    None: there is none.
+    An outline is around the parts in its notches that the kerf closes. None: there is none.
     """
-    parent = contour.source.parent
+    parent = contour.notch_of if contour.notch_of >= 0 else contour.source.parent
     while parent >= 0 and parent not in position:
         parent = sheet.contours[parent].parent
     return position.get(parent)

@@ -33,17 +33,34 @@ def disordered(laid: LaidRuns) -> list[Difference]:
     """Return what is cut after the contour around it has cut it loose."""
     closed = [t for t in laid.shapes.targets if t.shape is not None]
     everything = list(laid.shapes.targets)
-    points = shapely.line_interpolate_point(np.array([t.edge for t in everything], dtype=object), 0.0)
-    tree = shapely.STRtree(points)
+    edges = np.array([t.edge for t in everything], dtype=object)
+    tree, whole = shapely.STRtree(shapely.line_interpolate_point(edges, 0.0)), shapely.STRtree(edges)
     found = []
     for around in closed:
         shape = around.shape.buffer(-TOLERANCE)
-        for number in tree.query(shape, predicate="contains").tolist():
+        inside = set(tree.query(shape, predicate="contains").tolist())
+        if not around.source.is_hole:
+            inside |= _in_notches(laid, around, whole, inside)
+        for number in sorted(inside):
             inner = everything[number]
             late = _later(laid, inner, around) if inner.index != around.index else None
             if late is not None:
                 text = f"{inner.name} comes after {around.name}, which cuts it loose"
                 found.append(wrong("out of order", text, laid.runs[late].line))
+    return found
+
+
+def _in_notches(laid: LaidRuns, around: Target, edges: Any, known: set[int]) -> set[int]:
+    """Return what lies within the outer edge of an outline's kerf: in a notch, detached where the kerf closes it.
+
+    Only what is not `known` to lie inside is sought.
+    """
+    reach = 0.5 * laid.plan.data.kerf - TOLERANCE
+    near = set(edges.query(shapely.box(*around.way.buffer(reach, quad_segs=1).bounds), predicate="contains").tolist())
+    if all(laid.shapes.targets[number].index == around.index for number in near - known):
+        return set()
+    burnt = shapely.Polygon(around.way.coords).buffer(reach)
+    found: set[int] = set(edges.query(shapely.Polygon(burnt.exterior), predicate="contains").tolist())
     return found
 
 

@@ -66,7 +66,12 @@ def clockwise_of(contour: CutContour, rules: CutRules) -> bool:
 
 
 def scrap_of(contour: CutContour) -> int:
-    """Return which scrap lies along a contour: the hole (index in `Sheet.contours`) that it is in; -1 for the sheet."""
+    """Return which scrap lies along a contour: the hole (index in `Sheet.contours`) that it is in; -1 for the sheet.
+
+    A notch that the kerf of its outline closes is a scrap of its own: -2 less the index of the outline.
+    """
+    if contour.notch_of >= 0:
+        return -2 - contour.notch_of
     return contour.index if contour.hole else contour.source.parent
 
 
