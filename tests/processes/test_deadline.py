@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -18,6 +19,8 @@ from leafcut.processes.pocket.plan import grid
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.strategies import WAYS, ClearingWay, SearchTime
 from leafcut.processes.settings import collect
+from leafcut.processes.sheet import run as cutting
+from leafcut.processes.sheet.plan import freed_parts
 from leafcut.solve import solve as solving
 
 
@@ -125,6 +128,30 @@ def test_only_strategies_that_search_take_a_share_of_the_time() -> None:
         way.path(region, time.run_of(way, run))
     assert given[1] == given[3] == pytest.approx(5.0)
     assert given[0] == given[2] == run.deadline.seconds
+
+
+def test_freeing_parts_later_ends_with_the_time_of_all_searches(monkeypatch: pytest.MonkeyPatch) -> None:
+    now, looks = [0.0], list[bool]()
+    deadline = Deadline(10.0)
+
+    def slow(*given: Any) -> list[int]:
+        looks.append(given[-1]())
+        now[0] += 10.0
+        looks.append(given[-1]())
+        return []
+
+    plan = SimpleNamespace(cuts=(), crossings=1, close=0)
+    laid: Any = SimpleNamespace(plan=plan, round=SimpleNamespace(crossing=(1,)), order=[], score=lambda _: 0.0)
+    job: Any = SimpleNamespace(
+        freed=(), cutting=SimpleNamespace(contours=[], pairs=[]), travel=lambda: None,
+        run=SimpleNamespace(deadline=deadline, cancelled=threading.Event()),
+    )  # fmt: skip
+    monkeypatch.setattr(module, "clock", lambda: now[0])
+    monkeypatch.setattr(freed_parts, "cut_free_later", slow)
+    monkeypatch.setattr(cutting, "_laid", lambda *_: laid)
+    assert cutting._kept_off(job, laid) is laid
+    assert looks == [True, False]
+    assert deadline.left == 0.0
 
 
 def test_making_a_grid_is_not_searching(monkeypatch: pytest.MonkeyPatch) -> None:

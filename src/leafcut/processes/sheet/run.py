@@ -170,7 +170,8 @@ def _kept_off(job: SheetJob, laid: _LaidOrder) -> _LaidOrder:
         return laid
     numbers = [c.index for c in job.cutting.contours]
     pairs = [(numbers[a], numbers[b]) for a, b in job.cutting.pairs]
-    place = cut_free_later(job.freed, laid.plan.cuts, pairs, job.travel(), lambda: not job.run.cancelled.is_set())
+    with job.run.deadline.part(1.0).running(job.run.cancelled) as late:
+        place = cut_free_later(job.freed, laid.plan.cuts, pairs, job.travel(), lambda: not late())
     other = _laid(job, [laid.order[k] for k in place])
     ranks = [(one.plan.crossings or 0, one.plan.close, one.score(job.run)) for one in (other, laid)]
     return other if ranks[0] < ranks[1] else laid
