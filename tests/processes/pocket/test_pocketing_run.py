@@ -32,6 +32,7 @@ from leafcut.processes.pocket.report.pocket_report import PocketReport
 from leafcut.processes.settings import collect
 from leafcut.report.json_answer import as_json
 from leafcut.report.summary import print_summary
+from leafcut.solve import solve as solving
 from rs274_moves import run_rs274
 
 FAST: dict[str, Any] = {
@@ -414,6 +415,23 @@ def test_a_time_limit_leaves_the_connected_way_longer_but_whole(
     assert found.measures.uncovered_percent <= 0.1 and found.measures.retracts == 0
     [whole] = [r for r in outcome.detail.plans[0].results if r.strategy == "connected"]
     assert found.measures.feed_mm > whole.measures.feed_mm
+
+
+@pytest.mark.usefixtures("contour_only")
+def test_the_bounds_of_both_orders_of_pockets_end_with_their_tenth_of_the_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of 10 s one is kept for lower bounds: half a second for the usual order, and as much for the one written."""
+    inner, late = solving.solve, list[tuple[bool, bool]]()
+
+    def spy(*given: Any, **named: Any) -> Any:
+        late.append((named["bound_late"](0.49), named["bound_late"](0.51)))
+        return inner(*given, **named)
+
+    monkeypatch.setattr(solving, "solve", spy)
+    (tmp_path / "two.wkt").write_text(shapely.union(shapely.box(0, 0, 20, 20), shapely.box(30, 0, 50, 20)).wkt)
+    assert api.optimize(tmp_path / "two.wkt", **{**FAST, "strategy": "contour", "time_limit": "10s"}).verified
+    assert late == [(False, True), (False, True)]
 
 
 @pytest.mark.usefixtures("contour_only")

@@ -55,6 +55,8 @@ if TYPE_CHECKING:
 
 #: This part of a time limit is for the order of several pockets, for what shops run and for what is written.
 ORDERING = 0.1
+#: Part of the time for lower bounds that each of these two orders has.
+BOUND_SHARE = 0.5
 #: Of ways that cost little more than the best, the one that is lifted least: every way down wears the tool and marks
 #: the floor.
 NEARLY = 1.05
@@ -530,7 +532,7 @@ def _ordered(job: PocketJob, pockets: list[list[Clearing]], share: float) -> tup
     tell = run.passing_on("ordering the pockets")
     found = solve(
         problem, options, settings.aco, firefly=settings.firefly, progress=tell, observe=run.observe,
-        cancelled=run.cancelled,
+        cancelled=run.cancelled, bound_late=run.bound_late(BOUND_SHARE),
     )  # fmt: skip
     run.deadline.spend(found.seconds)
     return [clearings[int(node)] for node in found.nodes], found
