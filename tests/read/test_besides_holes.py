@@ -60,21 +60,59 @@ def test_frames_around_the_plate_are_no_missing_work_and_boxes_beside_it_are_not
 
 @pytest.mark.hazard
 def test_a_circle_around_holes_or_contours_is_an_outline_and_is_not_drilled(draw: Any) -> None:
-    """A nut: a square in a circle. A round flange: its edge lies around its bolt holes, not around those beside it."""
+    """The edge of a flange is around its bolt holes, not around those beside it; a disc has two windows."""
 
     def plate(document: Any, space: Any) -> None:
-        space.add_circle((0, 0), 2)
-        space.add_lwpolyline([(-1, -1), (1, -1), (1, 1), (-1, 1)], close=True)
-        space.add_circle((100, 0), 30)
+        space.add_circle((100, 0), 30, dxfattribs={"layer": "EDGE"})
         for angle in (0, 90, 180, 270):
             space.add_circle((100 + 20 * math.cos(math.radians(angle)), 20 * math.sin(math.radians(angle))), 3)
         space.add_circle((200, 0), 3)
+        space.add_circle((0, 0), 20)
+        rectangle(space, -15, -2, -5, 2)
+        rectangle(space, 5, -2, 15, 2)
+
+    path = draw(plate)
+    part = read(path)
+    assert sorted(hole.x for hole in part.holes) == pytest.approx([80, 100, 100, 120, 200])
+    assert [(what, sorted(where)) for what, _, where in missing(part)] == [("circle", [(0, 0), (100, 0)])]
+    assert any(
+        "2 circles not drilled: a circle that encloses other holes or contours" in i.message for i in part.issues
+    )
+    assert [issue.message for issue in part.besides] == ["2 contours not machined: only round holes are drilled"]
+    assert [hole.diameter for hole in read(path, ReadOptions(layers=("EDGE",))).holes] == [60]
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize("corners", [4, 6])
+def test_a_hole_with_a_contour_drawn_in_it_is_drilled(draw: Any, corners: int) -> None:
+    def plate(document: Any, space: Any) -> None:
+        for x in (0, 40):
+            space.add_circle((x, 0), 4)
+        around = [(math.cos(k * math.tau / corners), math.sin(k * math.tau / corners)) for k in range(corners)]
+        space.add_lwpolyline(around, close=True)
+        rectangle(space, 42, -1, 43, 1)
 
     part = read(draw(plate))
-    assert sorted(hole.x for hole in part.holes) == pytest.approx([80, 100, 100, 120, 200])
-    assert missing(part) == [("circle", 2, [(0, 0), (100, 0)])]
-    assert any("2 circles around holes or contours, taken as an outline" in i.message for i in part.issues)
-    assert [issue.message for issue in part.besides] == ["1 contour not cut or milled: no drill makes it"]
+    assert [(hole.x, hole.diameter) for hole in part.holes] == [(0, 8), (40, 8)]
+    assert missing(part) == []
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize(("concentric", "left"), [("smallest", [6]), ("largest", [10]), ("all", [6, 10])])
+def test_a_pilot_somewhat_beside_the_centre_of_its_counterbore_is_a_step(
+    draw: Any, concentric: Any, left: list[float]
+) -> None:
+    path = draw(lambda d, s: [s.add_circle((0, 0), 5), s.add_circle((0.02, 0), 3)])
+    part = read(path, ReadOptions(concentric=concentric))
+    assert sorted(hole.diameter for hole in part.holes) == left
+    assert [what for what, _, _ in missing(part)] == ([] if concentric == "all" else ["circle"])
+
+
+@pytest.mark.hazard
+def test_holes_around_the_centre_of_a_disc_are_no_steps_of_it(draw: Any) -> None:
+    path = draw(lambda d, s: [s.add_circle((0, 0), 200), *(s.add_circle((x, 0), 3) for x in (-8, 8))])
+    for concentric in ("smallest", "largest"):
+        assert [hole.diameter for hole in read(path, ReadOptions(concentric=concentric)).holes] == [6, 6]
 
 
 def test_a_round_edge_of_a_plate_is_named_and_is_not_missing(draw: Any) -> None:
@@ -96,12 +134,13 @@ def test_circles_with_one_centre_are_steps_of_a_hole_and_no_outline(draw: Any) -
 
 
 def test_a_drawing_of_outlines_only_has_no_holes_and_says_why(draw: Any) -> None:
-    def nut(document: Any, space: Any) -> None:
-        space.add_circle((0, 0), 2)
-        space.add_lwpolyline([(-1, -1), (1, -1), (1, 1), (-1, 1)], close=True)
+    def disc(document: Any, space: Any) -> None:
+        space.add_circle((0, 0), 20)
+        rectangle(space, -15, -2, -5, 2)
+        rectangle(space, 5, -2, 15, 2)
 
-    with pytest.raises(ReadError, match=r"no holes: .*1 circle around holes or contours, taken as an outline"):
-        read(draw(nut))
+    with pytest.raises(ReadError, match=r"no holes: .*1 circle not drilled: a circle that encloses other holes or"):
+        read(draw(disc))
 
 
 def straight_slot(document: Any, space: Any) -> None:

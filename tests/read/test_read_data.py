@@ -9,7 +9,7 @@ from leafcut.read import read
 
 #: Holes of each drawing, counted by eye and by exploding its blocks; a text is what the refusal has to name.
 DRAWINGS = {
-    "camotics_buildbotics_logo": "2 circles around holes or contours",  # two rings of a logo
+    "camotics_buildbotics_logo": 2,  # rings with one curve in each
     "camotics_lampshade_side": "21 LWPOLYLINE",
     "deepnestport_1": 1,
     "deepnestport_3": "13 ARC",

@@ -130,13 +130,18 @@ def besides_holes(
 
 
 #: What is said of contours where the outline of the part is known.
-_INSIDE = "inside the part, not cut or milled: no drill makes it"
+_INSIDE = "inside the part, not machined: only round holes are drilled"
+#: A circle around holes or contours.
+_ENCLOSES = (
+    "not drilled: a circle that encloses other holes or contours is an outline; cut it with leafcut cut, or to "
+    "drill it select its layer alone with --layers"
+)
 #: Kind, noun, and what is said of it.
 _KINDS = (
     ("slot", "slot", "not milled: only round holes are drilled"),
     ("hole", "hole", "drawn as lines or a free curve, not drilled: draw it as a circle"),
-    ("circle", "circle", "around holes or contours, taken as an outline, not drilled: use leafcut cut"),
-    ("contour", "contour", "not cut or milled: no drill makes it"),
+    ("circle", "circle", _ENCLOSES),
+    ("contour", "contour", "not machined: only round holes are drilled"),
     ("outline", "outline", ""),
     ("beside", "contour", "beside the outline, not cut"),
 )

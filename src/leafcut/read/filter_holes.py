@@ -6,9 +6,10 @@ import fnmatch
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,9 @@ from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import MissingWork
 from leafcut.options import ReadOptions
 from leafcut.read.format import places_of
+
+#: Circles are concentric if their centres are apart by at most this part of the radius of the larger one.
+_CONCENTRIC = 0.05
 
 
 def layer_filter(patterns: tuple[str, ...]) -> Callable[[str], bool]:
@@ -150,7 +154,7 @@ def _one_per_centre(holes: list[Hole], options: ReadOptions, issues: list[Issue]
     circles = [i for i, hole in enumerate(holes) if hole.diameter > 0]
     order = sorted(circles, key=lambda i: sign * holes[i].diameter)
     table = np.array([(holes[i].x, holes[i].y, 0.0) for i in order]).reshape(-1, 3)
-    found = anchors(table, options.merge_tolerance)
+    found = _concentric_anchors(table, [0.5 * holes[i].diameter for i in order], options.merge_tolerance)
     gone = {row for rank, row in enumerate(order) if found[rank] != rank}
     highest = [hole.z for hole in holes]
     for rank, row in enumerate(order):
@@ -174,28 +178,74 @@ def _one_per_centre(holes: list[Hole], options: ReadOptions, issues: list[Issue]
     return [_at(hole, highest[i]) for i, hole in enumerate(holes) if i not in gone]
 
 
-def circles_around(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: float) -> list[int]:
-    """Return which circles lie around other holes or closed contours: these are outlines, and no drill makes them.
+def _concentric_anchors(centres: NDArray[np.float64], radii: list[float], tolerance: float) -> list[int]:
+    """Return for every circle the first that is concentric with it, as `anchors`; centres may be somewhat apart."""
+    found = anchors(centres, tolerance)
+    table = np.column_stack([centres[:, :2], radii])
+    pairs = []
+    for k, near, apart in _neighbours(table, np.maximum(tolerance, _CONCENTRIC * table[:, 2])):
+        steps = near[apart <= _concentric_within(table[k, 2], table[near, 2], tolerance)]
+        pairs += [(min(k, step), max(k, step)) for step in steps.tolist()]
+    for stays, goes in sorted(pairs):
+        if found[stays] == stays and found[goes] == goes:
+            found[goes] = stays
+    return [found[k] for k in found]
 
-    Circles with one centre, within `tolerance` (mm), are steps of one hole.
+
+def circles_around(holes: Sequence[Hole], paths: Sequence[Polyline], tolerance: float) -> list[int]:
+    """Return which circles are outlines: around an off-centre hole, or around separate off-centre closed contours.
+
+    Concentric circles are steps of one hole. A concentric contour, or a single contour, may be drawn in a hole: the
+    square of a screw head, a letter.
     """
     table = np.array([(hole.x, hole.y, 0.5 * hole.diameter) for hole in holes]).reshape(-1, 3)
-    order = np.argsort(table[:, 0], kind="stable")
-    x, y, radius = table[order].T
-    first, last = np.searchsorted(x, x - radius, "left"), np.searchsorted(x, x + radius, "right")
+    radius = table[:, 2]
     found = set()
-    for k in np.flatnonzero((last - first > 1) & (radius > radius.min(initial=np.inf))).tolist():
-        near = slice(first[k], last[k])
-        apart = np.hypot(x[near] - x[k], y[near] - y[k])
-        if ((apart > tolerance) & (apart + radius[near] <= radius[k])).any():
-            found.add(int(order[k]))
+    for k, near, apart in _neighbours(table, radius):
+        off = apart > _concentric_within(radius[k], radius[near], tolerance)
+        if (off & (apart + radius[near] <= radius[k])).any():
+            found.add(k)
+    boxes: dict[int, list[tuple[float, float, float, float]]] = {}
+    low, high = table[:, :2] - table[:, 2:], table[:, :2] + table[:, 2:]
     for path in paths:
         x0, y0, x1, y1 = path.extents
-        low, high = table[:, :2] - table[:, 2:], table[:, :2] + table[:, 2:]
+        middle, half = (0.5 * (x0 + x1), 0.5 * (y0 + y1)), 0.5 * min(x1 - x0, y1 - y0)
         for k in np.flatnonzero(((low <= (x0, y0)) & (high >= (x1, y1))).all(axis=1)).tolist():
-            if np.hypot(*(path.flattened() - table[k, :2]).T).max() <= table[k, 2]:
-                found.add(k)
+            if math.dist(middle, table[k, :2]) <= _concentric_within(radius[k], half, tolerance):
+                continue
+            if np.hypot(*(path.flattened() - table[k, :2]).T).max() <= radius[k]:
+                boxes.setdefault(k, []).append((x0, y0, x1, y1))
+    for k, around in boxes.items():
+        # Two boxes are apart if one begins, in an axis, after another ends.
+        starts, ends = np.array(around)[:, :2].max(axis=0), np.array(around)[:, 2:].min(axis=0)
+        if (starts > ends).any():
+            found.add(k)
     return sorted(found)
+
+
+def _concentric_within(radius: float, inner: Any, tolerance: float) -> Any:
+    """Return up to which distance of their centres, mm, an item of the radius `inner` is concentric with a circle.
+
+    The item contains the centre of the circle, so holes around the centre of a large disc are not concentric with it.
+    """
+    return np.maximum(tolerance, np.minimum(_CONCENTRIC * radius, inner))
+
+
+def _neighbours(
+    table: NDArray[np.float64], reach: NDArray[np.float64]
+) -> Iterator[tuple[int, NDArray[np.intp], NDArray[np.float64]]]:
+    """Yield each circle, the smaller circles up to `reach` beside it in X, and the distances of their centres, mm.
+
+    `table`: float64[n, 3], x, y and radius.
+    """
+    x, y, radius = table.T
+    order = np.argsort(x, kind="stable")
+    first = np.searchsorted(x[order], x - reach, "left")
+    last = np.searchsorted(x[order], x + reach, "right")
+    for k in np.flatnonzero((last - first > 1) & (radius > radius.min(initial=np.inf))).tolist():
+        near = order[first[k] : last[k]]
+        near = near[radius[near] < radius[k]]
+        yield k, near, np.hypot(x[near] - x[k], y[near] - y[k])
 
 
 def anchors(points: NDArray[np.float64], tolerance: float) -> list[int]:
