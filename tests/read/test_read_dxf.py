@@ -8,9 +8,11 @@ import pytest
 from ezdxf.math import Matrix44, Vec3
 
 from leafcut.errors import ReadError
-from leafcut.model import Severity
+from leafcut.model import Hole, Severity
+from leafcut.model.contour import is_aside
 from leafcut.options import ReadOptions
 from leafcut.read import read
+from leafcut.read.filter_holes import part_holes
 
 
 def places(part, digits=6):
@@ -303,6 +305,22 @@ def test_circles_on_layers_of_frames_and_dimensions_are_drilled_only_where_layer
     frame = draw(lambda d, s: s.add_circle((0, 0), 1, dxfattribs={"layer": "border"}))
     with pytest.raises(ReadError, match=r"no holes: .*1 on layer border; choose the layers to drill with --layers"):
         read(frame)
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    "layer", ["DIMPLES", "Frame holes", "TEXTURE", "DIMPLE PLATE", "FRAME_OUT", "A3", "Рама TEXT", ""]
+)
+def test_holes_on_layers_with_other_words_in_their_names_are_drilled(layer):
+    assert not is_aside(layer)
+    assert part_holes([Hole(0, 0, 5, layer)], ReadOptions()) == ([Hole(0, 0, 5, layer)], [])
+
+
+@pytest.mark.parametrize(
+    "layer", ["DIM_2", "dims", "TITLE-BLOCK", "Drawing frame A3", "Texts", "Bemaßung", "Cajetín", "$TEXT"]
+)
+def test_layers_of_frames_dimensions_and_texts_are_known_by_all_of_their_words(layer):
+    assert is_aside(layer)
 
 
 def test_diameters_are_chosen_by_their_limits_inclusive(draw):

@@ -2,14 +2,48 @@
 
 from __future__ import annotations
 
+import re
+import unicodedata
+
 from leafcut.geometry.polyline import Polyline
 from leafcut.quick_dataclass import dataclass
 
-#: Layers whose names show that nothing on them is a part: frames and title blocks, dimensions and texts, helper points.
-ASIDE = (
-    *("FRAME*", "BORDER*", "TITLE*", "RAHMEN*", "ZEICHNUNGSRAHMEN*", "SCHRIFTFELD*", "CADRE*", "CARTOUCHE*"),
-    *("MARCO*", "CAJETIN*", "DIM*", "BEMA*", "COTA*", "TEXT*", "ANNO*", "DEFPOINTS"),
+#: Words of layer names for frames, title blocks, dimensions and texts; accents are left out.
+_ASIDE = (
+    *("ANNO", "ANNOTATION", "ANNOTATIONS", "BORDER", "BORDERS", "DEFPOINTS", "DIM", "DIMS", "DIMENSION", "DIMENSIONS"),
+    *("DIMENSIONING", "FRAME", "FRAMES", "TEXT", "TEXTS", "TITLE", "TITLES", "TITLEBLOCK", "TITLEBLOCKS"),
+    *("BEMA", "BEMASSUNG", "BEMASSUNGEN", "BLATTRAHMEN", "RAHMEN", "SCHRIFTFELD", "SCHRIFTFELDER", "TEXTE"),
+    *("ZEICHNUNGSRAHMEN", "CADRE", "CADRES", "CARTOUCHE", "CARTOUCHES", "COTATION", "COTATIONS", "COTE", "COTES"),
+    *(
+        "TEXTES",
+        "ACOTACION",
+        "ACOTACIONES",
+        "CAJETIN",
+        "CAJETINES",
+        "COTA",
+        "COTAS",
+        "MARCO",
+        "MARCOS",
+        "TEXTO",
+        "TEXTOS",
+    ),
 )
+#: Words that may stand beside them.
+_BESIDE = ("BLOCK", "BLOCKS", "DRAWING", "LAYER", "LINE", "LINES", "SHEET", "A0", "A1", "A2", "A3", "A4")
+
+
+def is_aside(layer: str) -> bool:
+    """Return whether the name of a layer shows that nothing on it is a part: frames, title blocks, dimensions, texts.
+
+    All of its words must show that: ``Title block``, ``DIM_2``, not ``FRAME_OUT`` or ``TEXTURE``.
+    """
+    letters = unicodedata.normalize("NFKD", layer.casefold().upper())
+    words = re.findall(r"[^\W\d_]+[0-9]*", "".join(c for c in letters if not unicodedata.combining(c)))
+    named = [word.rstrip("0123456789") in _ASIDE for word in words]
+    return any(named) and all(
+        is_named or word in _BESIDE or word.rstrip("0123456789") in _BESIDE
+        for word, is_named in zip(words, named, strict=True)
+    )
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from leafcut.errors import count_of, shown
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Hole, Issue, Severity
-from leafcut.model.contour import ASIDE
+from leafcut.model.contour import is_aside
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import MissingWork
 from leafcut.options import ReadOptions
@@ -38,19 +38,19 @@ def part_holes(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole],
 
     What is left out (L204) may be a balloon, a projection symbol or a centring mark; a wrong name is seen by its count.
     """
-    aside = layer_filter(ASIDE)
-    gone = [] if options.layers else [hole for hole in holes if aside(hole.layer)]
+    aside = set() if options.layers else {layer for layer in {hole.layer for hole in holes} if is_aside(layer)}
+    gone = [hole for hole in holes if hole.layer in aside]
     if not gone:
         return list(holes), []
     layers = Counter(hole.layer for hole in gone)
     words = ", ".join(f"{count} on layer {shown(layer, 30)}" for layer, count in layers.most_common(5))
     more = " …" if len(layers) > 5 else ""
     message = (
-        f"circles of a drawing frame, a text or a dimension by the name of their layer, not drilled: {words}{more}; "
+        f"circles not drilled, because their layers are named as a drawing frame, text or dimension: {words}{more}; "
         "choose the layers to drill with --layers"
     )
     places = [(hole.x, hole.y) for hole in gone]
-    return [hole for hole in holes if not aside(hole.layer)], [Issue("L204", message, places_of(places, len(places)))]
+    return [hole for hole in holes if hole.layer not in aside], [Issue("L204", message, places_of(places, len(places)))]
 
 
 def chosen_layers(holes: Sequence[Hole], options: ReadOptions) -> tuple[list[Hole], list[Issue]]:

@@ -11,9 +11,8 @@ from dataclasses import replace
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Hole, Part
-from leafcut.model.contour import ASIDE
+from leafcut.model.contour import is_aside
 from leafcut.options import ReadOptions
-from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import Format, Source
 from leafcut.read.registry import run
 
@@ -59,9 +58,8 @@ def outline_of(whole: Part) -> Part:
     from leafcut.geometry.tidying import tidy  # start-up: it needs shapely
 
     drawn = [c for c in whole.contours if c.kind != "text"]
-    aside = layer_filter(ASIDE)
-    kept = [c.path for c in drawn if not aside(c.layer)]
-    holes = [h for h in whole.holes if not aside(h.layer)]
+    kept = [c.path for c in drawn if not is_aside(c.layer)]
+    holes = [h for h in whole.holes if not is_aside(h.layer)]
     if not kept and not holes:
         kept, holes = [c.path for c in drawn], list(whole.holes)
     try:

@@ -143,10 +143,23 @@ def test_an_outline_on_a_layer_named_as_a_frame_around_parts_is_refused_unless_o
     """As a part it would make holes of the parts in it: cut on the wrong side of their lines."""
     drawing = [box(0, 0, 420, 297, "BORDER"), box(50, 50, 200, 100, "0"), disc(100, 100, 20, "0")]
     text = refusal(*drawing)
-    assert "layer BORDER is named as a drawing frame" in text and "--ignore-layers" in text
+    assert "the name of layer BORDER indicates a drawing frame" in text and "--ignore-layers" in text
     assert sheet(*drawing, ignore_layers="BORDER").n_parts == 1
     assert sheet(*drawing, cut_layers="BORDER,0").n_parts == 2
     assert sheet(*(replace(c, layer="FRAME") for c in drawing)).n_parts == 2
+    assert "BORDER" in refusal(drawing[0], box(20, 50, 9, 9), box(50, 50, 9, 9))
+    assert "BORDER" in refusal(drawing[0], box(20, 50, 9, 9), box(300, 5, 90, 40, "TITLE"))
+
+
+@pytest.mark.hazard
+def test_an_outline_on_a_layer_named_as_a_frame_around_one_window_is_cut_and_reported() -> None:
+    window = sheet(box(0, 0, 100, 50, "FRAME"), box(10, 10, 80, 30))
+    assert window.n_parts == 1 and codes(window) == ["L422"]
+    assert "FRAME" in window.issues[0].message and "--ignore-layers" in window.issues[0].message
+
+
+def test_a_part_on_a_layer_with_more_than_a_frame_in_its_name_is_cut() -> None:
+    assert sheet(box(0, 0, 100, 50, "FRAME_OUT"), disc(20, 20, 5), disc(60, 20, 5)).n_parts == 1
 
 
 def test_an_open_cut_from_edge_to_edge_of_the_sheet_leaves_it_the_sheet() -> None:

@@ -21,7 +21,7 @@ from leafcut.geometry.containment import around, conflicts, nesting
 from leafcut.geometry.overlaps import SAME
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.tidying import join_advice, polygons, tidy
-from leafcut.model.contour import ASIDE, Contour
+from leafcut.model.contour import Contour, is_aside
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Part
 from leafcut.model.sheet import Sheet, SheetContour
@@ -91,7 +91,7 @@ def prepare_sheet(part: Part, options: SheetOptions | None = None, concentric: s
         raise PlanError(f"{part.source or part.name}: nothing is left to cut or mark{hint}")
     contours = _placed(closed, shapes, [*opened, *marks])
     _check_inside(contours, outline, holes)
-    _refuse_frames(contours, options)
+    _refuse_frames(contours, options, issues)
     _look_for_frame(contours, outline, issues)
     return Sheet(part.name, contours, outline, issues=tuple(issues), holes=holes, price=price)
 
@@ -430,22 +430,32 @@ def _check_inside(contours: Sequence[SheetContour], outline: Polyline | None, ho
         )
 
 
-def _refuse_frames(contours: Sequence[SheetContour], options: SheetOptions) -> None:
-    """Refuse an outline around others on a layer that is named as a drawing frame, unless `options` have it cut.
+def _refuse_frames(contours: Sequence[SheetContour], options: SheetOptions, issues: list[Issue]) -> None:
+    """Refuse an outline around parts on a layer that is named as a drawing frame, unless `options` have it cut.
 
-    As the edge of a part it would make holes of the parts in it, cut on the wrong side of their lines.
+    As the edge of a part it would make holes of the parts in it, cut on the wrong side of their lines. Around a single
+    outline it may be the edge of a part with a window, which is a warning (L422).
     """
-    aside, chosen = matcher(ASIDE), matcher(options.cut_layers)
-    for inner in contours:
-        if not inner.contour.path.closed or inner.contour.kind != "cut":
+    chosen = matcher(options.cut_layers)
+    inside: dict[int, list[int]] = {}
+    for k, inner in enumerate(contours):
+        if inner.parent >= 0 and inner.contour.path.closed and inner.contour.kind == "cut":
+            inside.setdefault(inner.parent, []).append(k)
+    for k, within in inside.items():
+        frame = contours[k].contour
+        if not is_aside(frame.layer) or chosen(frame.layer) or all(is_aside(contours[i].contour.layer) for i in within):
             continue
-        frame = contours[inner.parent].contour if inner.parent >= 0 else inner.contour
-        if aside(frame.layer) and not chosen(frame.layer) and not aside(inner.contour.layer):
+        if len(within) > 1 or within[0] in inside:
             raise PlanError(
-                f"layer {frame.layer} is named as a drawing frame, a text or a dimension, and an outline on it lies "
-                f"around others, {_at([frame.path.start])}; leave it out with --ignore-layers, or name the layers to "
-                "cut with --cut-layers"
+                f"the name of layer {frame.layer} indicates a drawing frame, a text or a dimension, and an outline on "
+                f"it lies around others, {_at([frame.path.start])}; leave it out with --ignore-layers, or name the "
+                "layers to cut with --cut-layers"
             )
+        words = (
+            f"the outline on layer {frame.layer} is cut as a part, and the outline in it as its hole; if it is a "
+            "drawing frame, leave it out with --ignore-layers"
+        )
+        issues.append(Issue("L422", words, _at([frame.path.start])))
 
 
 def _look_for_frame(contours: Sequence[SheetContour], outline: Polyline | None, issues: list[Issue]) -> None:
