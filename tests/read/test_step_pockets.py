@@ -18,7 +18,8 @@ from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
 from leafcut import api
 from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError
 from leafcut.geometry.polyline import Polyline
-from leafcut.model import Part
+from leafcut.model import Part, Severity
+from leafcut.model.issue import LIMITS
 from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.toolpath import Kind, ToolpathBuilder
 from leafcut.options import ReadOptions
@@ -259,9 +260,24 @@ def test_a_sheet_of_another_thickness_than_its_solid_is_refused_with_both(tmp_pa
     with pytest.raises(OptionError, match=r"--thickness 6 mm: the solid is 3.175 mm high; give --thickness 3.175mm"):
         api.optimize(flat, process="cut", thickness=6, threads=1)
     part = read_contours(flat)
-    check_thickness(part, 3.2)
+    assert check_thickness(part, 3.2) == []
     with pytest.raises(OptionError, match=r"is 3.175 mm high"):
-        check_thickness(part, 3.0)
+        check_thickness(part, 2.6)
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    ("height", "thickness", "more"), [(3.175, 3.038, 3.7), (3.175, 3, 2.6), (6.35, 6, 5.7), (20, 18, 17.9)]
+)
+def test_a_usual_substitute_for_the_thickness_of_a_solid_is_a_warning_with_both(
+    height: float, thickness: float, more: float
+) -> None:
+    part = Part("flat", height=height)
+    (issue,) = check_thickness(part, thickness)
+    assert issue.code in LIMITS and issue.severity is Severity.WARNING
+    assert f"solid is {height:g} mm high, and the sheet {thickness:g} mm" in issue.message
+    with pytest.raises(OptionError, match=f"the solid is {height:g} mm high"):
+        check_thickness(part, more)
 
 
 def test_what_no_section_shows_as_it_is_seen_from_above_is_no_sheet(tmp_path: Path) -> None:

@@ -32,8 +32,10 @@ if TYPE_CHECKING:
 
 #: Thicknesses that differ by less are the same, mm: inches become mm with a rounding error.
 _SAME_THICKNESS = 0.001
-#: A sheet is at most this much thicker or thinner than its solid, mm: gauges and inches are rounded in drawings.
+#: A sheet is as thick as its solid within this, mm: gauges and inches are rounded in drawings.
 _ROLLED = 0.1
+#: A usual substitute differs by at most this, mm, or this part of the height (3 mm or 11 gauge for 1/8 in).
+_SUBSTITUTE, _SUBSTITUTE_PART = 0.5, 0.1
 #: A sheet thicker than this, mm, is not safely cut through where the beam is lit as it moves on (an estimate: below,
 #: the wait for the pierce is some tenths of a second).
 _RELIT = 3.0
@@ -167,20 +169,30 @@ def _sheet(run: Run, source: Source) -> tuple[Part, Sheet]:
     from leafcut.read import read_contours
 
     part = read_contours(source, run.settings.read, run.looking("reading"))
-    check_thickness(part, run.settings.job.thickness)
+    part = replace(part, issues=(*part.issues, *check_thickness(part, run.settings.job.thickness)))
     part = placed(part, run.settings.read)
     return part, with_chosen_holes(
         prepare_sheet(part, run.settings.sheet, run.settings.read.concentric), run.settings.read
     )
 
 
-def check_thickness(part: Part, thickness: float | None) -> None:
-    """Refuse cutting data of another thickness than the solid has."""
-    if part.height is not None and thickness is not None and abs(thickness - part.height) > _ROLLED:
+def check_thickness(part: Part, thickness: float | None) -> list[Issue]:
+    """Refuse cutting data of another thickness than the solid has; a usual substitute is a warning (L413)."""
+    if part.height is None or thickness is None:
+        return []
+    apart = abs(thickness - part.height)
+    if apart <= _ROLLED:
+        return []
+    if apart > max(_SUBSTITUTE, _SUBSTITUTE_PART * part.height) + _SAME_THICKNESS:
         raise OptionError(
             f"--thickness {thickness:g} mm: the solid is {part.height:.4g} mm high; give --thickness "
             f"{part.height:.4g}mm, or turn the solid (--up)"
         )
+    words = (
+        f"the solid is {part.height:.4g} mm high, and the sheet {thickness:.4g} mm (--thickness), whose cutting data "
+        "are used: check that slots, tabs and bends fit this sheet"
+    )
+    return [Issue("L413", words)]
 
 
 def _cut_data(run: Run) -> tuple[CutData, list[Issue]]:
