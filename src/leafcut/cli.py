@@ -441,10 +441,16 @@ def _status_of(outcome: Outcome) -> int:
 
 
 def _without_what_is_known(outcome: Outcome) -> Outcome:
-    """Return an outcome without the note that a person had of this machine before (L403); a warning always stays."""
+    """Return an outcome without the known note on this machine (L403); notes on the part itself always stay."""
     from leafcut.model.issue import Severity
 
-    known = [issue for issue in outcome.issues if issue.code == "L403" and issue.severity is Severity.NOTE]
+    known = [
+        issue
+        for issue in outcome.issues
+        if issue.code == "L403"
+        and issue.severity is Severity.NOTE
+        and not issue.message.startswith("the part reaches ")
+    ]
     if known and not first_time(f"L403 {outcome.machine.name}"):
         return replace(outcome, issues=tuple(issue for issue in outcome.issues if issue not in known))
     return outcome

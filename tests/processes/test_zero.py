@@ -21,10 +21,12 @@ from leafcut.cli import run
 from leafcut.errors import OptionError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
+from leafcut.model.issue import Severity
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import TURNS, Hole, Part, ProgramZero
 from leafcut.model.toolpath import Kind
 from leafcut.options import PocketDrawingOptions, ReadOptions
+from leafcut.processes.course import machine_issues
 from leafcut.processes.placing import negative_axes, placed
 from leafcut.processes.settings import collect
 from leafcut.read import Source, read, read_contours, read_pockets
@@ -228,7 +230,9 @@ def test_the_words_of_a_zero(zero: ProgramZero, scale: float, words: list[str]) 
     [
         ((0, 0, 100, 50), "", ""),
         ((-1, 2, 100, 50), "X", ""),
-        ((-106, -63, 106, 2), "X and Y", "Y"),
+        ((-106, -63, 106, 2), "X and Y", ""),
+        ((-106, -63, 0, 2), "X and Y", "X"),
+        ((0, 0, 0, 50), "", ""),
         ((0, -230, 50, -191), "Y", "Y"),
         ((-50, -50, 50, 50), "X and Y", ""),
     ],
@@ -258,8 +262,17 @@ def test_a_part_on_the_negative_side_of_the_zero_is_stated_in_every_run(
     for _ in range(2 if process == "drill" else 1):
         assert run(command) in (0, 3)
         told = " ".join(capsys.readouterr().out.split())
-        assert "L403 the part lies on the negative side of the zero in X: X-1" in told
-    assert "(the part lies on the negative side of the zero in X)" in program.read_text()
+        assert "L403 the part reaches X-1" in told
+    assert "(the part reaches the negative side of the zero in X)" in program.read_text()
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize(("zero_is_set", "severity"), [(False, Severity.WARNING), (True, Severity.NOTE)])
+def test_a_negative_part_is_a_warning_unless_the_zero_was_chosen(zero_is_set: bool, severity: Severity) -> None:
+    first, *_ = machine_issues(load_machine("haas-vf2"), (-50, 0, -10, 40), zero_is_set)
+    assert first.severity is severity
+    assert first.message.startswith("the part reaches X-50: it extends over X-50 to -10, Y0 to 40 mm;")
+    assert not any("reaches" in i.message for i in machine_issues(load_machine("haas-vf2"), (-50, 0, 10, 40)))
 
 
 @pytest.mark.hazard

@@ -32,7 +32,7 @@ def header_lines(
     """Return the lines of the header; `seconds` are the machine times before and after, `beside` says what before was.
 
     `part` is the solid or surface that the program was made for, and how it is placed. `negative` names the axes on
-    whose negative side of the zero it lies.
+    whose negative side of the zero it is.
 
     Nothing in it changes from run to run, so that the same seed gives the same bytes; the date stands in it only when
     `date` asks for it.
@@ -51,7 +51,7 @@ def header_lines(
     if zero is not None:
         lines.extend(f"{name}: {words}" for name, words in zero.facts(scale))
     if negative:
-        lines.append(f"the part lies on the negative side of the zero in {negative}")
+        lines.append(f"the part reaches the negative side of the zero in {negative}")
     low, high = path.extents
     for axis, least, most in zip("XYZ", low, high, strict=True):
         lines.append(f"{axis} {_short(least / scale)} to {_short(most / scale)} {unit}")

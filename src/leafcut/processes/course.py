@@ -169,19 +169,23 @@ def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) 
         raise PlanError(f"{source}: {missing[0]}{more}; --strict refuses a program that does not do all of the work")
 
 
-def machine_issues(machine: Machine, box: tuple[float, float, float, float] | None = None) -> list[Issue]:
+def machine_issues(
+    machine: Machine, box: tuple[float, float, float, float] | None = None, zero_is_set: bool = False
+) -> list[Issue]:
     """Return what is not known of the machine: what could not be checked, and what was taken for it.
 
-    A part on the negative side of the zero is a warning; `box` is that of its work (`placing.negative_axes`).
+    A part on the negative side of the zero is a warning, or a note if ``--origin`` set the zero; `box` is that of its
+    work (`placing.negative_axes`).
     """
     issues = []
     if box is not None and (axes := negative_axes(box, machine)):
         x0, y0, x1, y1 = box
+        lowest = " ".join(f"{axis}{low:.4g}" for axis, low in (("X", x0), ("Y", y0)) if axis in axes)
         message = (
-            f"the part lies on the negative side of the zero in {axes}: X{x0:.4g} to {x1:.4g}, Y{y0:.4g} to "
-            f"{y1:.4g} mm; set the zero of the workpiece for that, or give --origin lower-left"
+            f"the part reaches {lowest}: it extends over X{x0:.4g} to {x1:.4g}, Y{y0:.4g} to {y1:.4g} mm; set the zero "
+            "of the workpiece for that, or give --origin lower-left"
         )
-        issues.append(Issue("L403", message))
+        issues.append(Issue("L403", message, severity=Severity.NOTE if zero_is_set else Severity.WARNING))
     if machine.assumed:
         values = ", ".join(f"{key} {words.partition(' (')[0]}" for key, words in machine.assumed.items())
         message = f"the profile of {machine.name} is incomplete; assumed: {values}"

@@ -86,20 +86,21 @@ def placing_words(file: str, part: Part, options: ReadOptions) -> str:
 
 
 def negative_axes(box: tuple[float, float, float, float], machine: Machine) -> str:
-    """Return the axes on whose negative side of the zero work lies: "X", "Y", "X and Y"; "" if its place is known.
+    """Return the axes in which all work is negative: "X", "Y", "X and Y"; "" if its place is known.
 
     `box`: smallest x and y, largest x and y of the work, mm.
 
-    Most of it counts. On a table whose travel begins at the zero of the machine, any of it does.
+    On a table whose travel begins at the zero of the machine, any negative work counts.
     """
     if machine.work_offset is not None:
         return ""
-    low, high = box[:2], box[2:]
-    lowest = [
-        low[k] - min(machine.travel_min[k], 0.0) if abs(machine.travel_min[k]) <= TABLE_START else low[k] + high[k]
-        for k in (0, 1)
-    ]
-    return " and ".join(name for name, value in zip("XY", lowest, strict=True) if value < -_SAME_PLACE)
+    axes = []
+    for k, name in enumerate("XY"):
+        low, high, start = box[k], box[k + 2], machine.travel_min[k]
+        is_table = abs(start) <= TABLE_START
+        if low < (min(start, 0.0) if is_table else 0.0) - _SAME_PLACE and (is_table or high <= _SAME_PLACE):
+            axes.append(name)
+    return " and ".join(axes)
 
 
 def _exact(length: float) -> str:

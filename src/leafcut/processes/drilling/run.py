@@ -213,7 +213,11 @@ def _order(run: Run, plan: DrillPlan, request: DrillingRequest) -> Outcome[Drill
         seed=run.settings.solve.seed,
         verified=True,
         written=_verify(run, plan, request, words, after, text),
-        issues=(*plan.part.issues, *plan.issues, *machine_issues(run.machine, plan.part.extents)),
+        issues=(
+            *plan.part.issues,
+            *plan.issues,
+            *machine_issues(run.machine, plan.part.extents, run.settings.read.origin is not None),
+        ),
         options=run.settings.changed(),
         version=__version__,
         detail=DrillingDetail(

@@ -613,7 +613,7 @@ def _outcome(
             *_entry_issues(after.descents),
             *_stops(job),
             *left,
-            *machine_issues(run.machine, job.part.extents),
+            *machine_issues(run.machine, job.part.extents, settings.read.origin is not None),
         ),
         options=settings.changed(),
         version=__version__,

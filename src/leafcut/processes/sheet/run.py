@@ -239,7 +239,7 @@ def _outcome(
             *_heat_issues(job, after),
             *_probing_issues(job, after),
             *_freed_issues(after),
-            *machine_issues(run.machine, job.box),
+            *machine_issues(run.machine, job.box, settings.read.origin is not None),
         ),
         options=settings.changed(),
         version=__version__,
