@@ -114,7 +114,10 @@ def test_impossible_or_missing_numbers_are_skipped_and_reported(hand_drawn, enti
 @pytest.mark.parametrize(
     ("entities", "words"),
     [
-        (CIRCLE.format("1e7", 0, 1), "no holes: 1 CIRCLE more than 1 km from the zero of the drawing, or larger: move"),
+        (
+            CIRCLE.format("1e7", 0, 1),
+            "no holes: 1 CIRCLE lying or extending more than 1 km from the drawing zero: move",
+        ),
         (CIRCLE.format("nan", 0, 1), "no holes: 1 CIRCLE with numbers out of range"),
         (CIRCLE.format(1, 2, 3) + "210\n1\n220\n0\n230\n0\n", "no holes: 1 circle not in the plane"),
         (INSERT.format("NOPE", 3), "no holes: blocks that are missing or refer to themselves"),

@@ -27,7 +27,7 @@ MAX_HOLES = 1_000_000
 #: No machine that leafcut writes for is a kilometre wide; beyond this a number is a mistake, mm.
 MAX_COORDINATE = 1e6
 #: What is wrong with such an entity, and what to do.
-OUT_OF_RANGE = "more than 1 km from the zero of the drawing, or larger: move it to the zero, or give --units"
+OUT_OF_RANGE = "lying or extending more than 1 km from the drawing zero: move it to the zero, or give --units"
 #: A drawing that is smaller than this on its longer side is in another unit, mm; `--units` says that it is not.
 SMALLEST_DRAWING = 2.0
 #: More lines and arcs than this are refused, whatever the file.
