@@ -128,6 +128,13 @@ def test_a_round_edge_of_a_plate_is_named_and_is_not_missing(draw: Any) -> None:
     ]
 
 
+def test_a_contour_in_the_only_hole_is_no_outline(draw: Any) -> None:
+    part = read(draw(lambda d, s: [s.add_circle((0, 0), 4), rectangle(s, -1, -1, 1, 1)]))
+    assert [hole.diameter for hole in part.holes] == [8]
+    assert part.issues == ()
+    assert [issue.message for issue in part.besides] == ["1 contour not machined: only round holes are drilled"]
+
+
 def test_circles_with_one_centre_are_steps_of_a_hole_and_no_outline(draw: Any) -> None:
     path = draw(lambda d, s: [s.add_circle((0, 0), radius) for radius in (5, 3)])
     assert len(read(path, ReadOptions(concentric="all")).holes) == 2

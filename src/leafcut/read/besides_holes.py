@@ -151,7 +151,12 @@ def _kinds(paths: Sequence[Polyline], shapes: NDArray[Any], holes: Sequence[Hole
     """Return what each contour is: ``outline``, ``slot``, ``hole``, ``contour`` or ``beside``."""
     centres = shapely.points(np.array([(hole.x, hole.y) for hole in holes]).reshape(-1, 2))
     grown = shapely.buffer(shapes, _AT_THE_EDGE)
-    around = [bool(holes) and bool(shapely.covers(shape, centres).all()) for shape in grown]
+    # A contour drawn in a single hole contains its centre, too.
+    smallest = min((0.25 * math.pi * hole.diameter**2 for hole in holes), default=math.inf)
+    around = [
+        abs(path.area) > smallest and bool(shapely.covers(shape, centres).all())
+        for path, shape in zip(paths, grown, strict=True)
+    ]
     plates = [k for k, yes in enumerate(around) if yes]
     plate = min(plates, key=lambda k: abs(paths[k].area), default=None)
     found = []
