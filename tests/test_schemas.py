@@ -247,6 +247,16 @@ def test_a_refusal_is_one_object_and_the_same_line_on_standard_error(
     assert err == f"leafcut: {answer['error']}\n"
 
 
+def test_an_error_that_the_answer_reports_is_not_answered_again(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(warming, "warm_all", lambda _: SimpleNamespace(compiled=3, seconds=1.0, kept=False))
+    assert run(["warm-up", "--json"]) == 1
+    out, err = capsys.readouterr()
+    assert json.loads(out) == {"schema": 1, "compiled": 3, "seconds": 1.0, "kept": False}
+    assert "NUMBA_CACHE_DIR" in err
+
+
 def test_every_command_that_answers_in_json_is_tested() -> None:
     commands = {*answering(app())}
     run_here = {command for words in RUNS for command in commands if f"{words} ".startswith(f"{command} ")}

@@ -124,7 +124,7 @@ def run(arguments: Sequence[str]) -> int:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except Exception as problem:  # the last net: no traceback reaches a user
-        return _refused(arguments, *_failure(problem))
+        return _refused(() if getattr(problem, "answered", False) else arguments, *_failure(problem))
 
 
 def _answered(arguments: Sequence[str]) -> int:

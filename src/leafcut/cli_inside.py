@@ -130,7 +130,9 @@ def _warm_up(*, as_json: _Json = False) -> int:
     elif warmed.compiled:
         print(f"{count_of(warmed.compiled, 'kernel')} compiled in {warmed.seconds:.0f} s")
     if not warmed.kept:
-        raise LeafcutError("no folder for compiled code can be written; set NUMBA_CACHE_DIR to one that can")
+        problem = LeafcutError("no folder for compiled code can be written; set NUMBA_CACHE_DIR to one that can")
+        problem.answered = as_json
+        raise problem
     return 0
 
 

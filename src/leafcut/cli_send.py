@@ -279,7 +279,9 @@ def _finish(ending: Ending | None, job: SendJob, port: str, *, as_json: bool, qu
     elif ending.complete:
         _tell(words, quiet=quiet)
     if not ending.complete:
-        raise SendError(words)
+        stopped = SendError(words)
+        stopped.answered = as_json
+        raise stopped
     return 0
 
 

@@ -55,7 +55,15 @@ def brief(message: str) -> str:
 
 
 class LeafcutError(Exception):
-    """The root: catch this to catch all that leafcut raises on purpose."""
+    """Base class of all errors that leafcut raises on purpose.
+
+    Attributes
+    ----------
+    answered
+        Whether a JSON answer that reports the error has been printed.
+    """
+
+    answered = False
 
     def __init__(self, message: str = "") -> None:
         super().__init__(brief(message))
