@@ -400,17 +400,13 @@ def _clearing(
         along = _along(way.name, region.middle)
         return Clearing(region, region.polygon, fitted(closed(along, region) if closes else along, tolerance), levels)
     if closes:
-        return Clearing(
-            region,
-            region.polygon,
-            fitted(closed(way.path(region, time.run_of(way, job.run)), region), tolerance),
-            levels,
-        )
+        path = closed(time.path(way, region, job.run), region)
+        return Clearing(region, region.polygon, fitted(path, tolerance), levels)
     inside = [r for r in roughed if region.polygon.intersects(r.polygon)] if job.rules.stock > 0.0 else []
     if not inside:
         # Where stock leaves no room the tool clears up to the wall.
-        return Clearing(region, region.polygon, fitted(way.path(region, time.run_of(way, job.run)), tolerance), levels)
-    rough = [fitted(way.path(r, time.run_of(way, job.run)), tolerance) for r in inside]
+        return Clearing(region, region.polygon, fitted(time.path(way, region, job.run), tolerance), levels)
+    rough = [fitted(time.path(way, r, job.run), tolerance) for r in inside]
     allowed = shapely.union_all([r.polygon for r in inside])
     whole = PocketPath(way.name, tuple(piece for path in rough for piece in path.pieces))
     return Clearing(region, allowed, whole, levels, fitted(wall_passes(region, allowed), tolerance))

@@ -181,10 +181,9 @@ class SearchTime:
     def __init__(self, deadline: Deadline) -> None:
         self.deadline, self.to_come = deadline, 1
 
-    def run_of(self, way: ClearingWay, run: Run) -> Run:
-        """Return the run of the next path of a strategy: with its share of the time, if the strategy searches."""
-        if not way.searches:
-            return run
-        deadline = self.deadline.part(1.0 / max(self.to_come, 1))
-        self.to_come -= 1
-        return replace(run, deadline=deadline)
+    def path(self, way: ClearingWay, region: CentreRegion, run: Run) -> PocketPath:
+        """Return the path of a strategy over a region; it gets its share of the time if it searches."""
+        if way.searches:
+            run = replace(run, deadline=self.deadline.part(1.0 / max(self.to_come, 1)))
+            self.to_come -= 1
+        return way.path(region, run)
