@@ -107,6 +107,7 @@ def test_without_a_folder_the_table_tells_that_nothing_was_written(
         (2, ["a.nc", "b.nc", "--machine", "haas-vf3"], "did you mean 'haas-vf2'"),
         (1, ["z*.nc", "a.nc"], "z*.nc: no file matches"),
         (2, ["a.nc", "-o", "-", "--json"], "--json and -o - both write to standard output"),
+        (2, ["a.nc", "--output=-", "--json"], "--json and -o - both write to standard output"),
         (2, ["a.nc", "--report", "-"], "--report -: only a program can go to standard output"),
     ],
     ids=str,

@@ -5,13 +5,13 @@ from __future__ import annotations
 import gc
 import io
 import os
+import re
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -220,7 +220,7 @@ def _warn(issues: Iterable[Any], place: str = "") -> None:
 
 def _refused(arguments: Sequence[str], line: str, status: int) -> int:
     """Print why nothing was done: one line, and with --json also an object, unless the program goes to that output."""
-    program = any(words in (["-o", DASH], ["--output", DASH]) for words in map(list, pairwise(arguments)))
+    program = re.search(r"(^| )(-o|--output)[ =]-( |$)", " ".join(arguments))
     if "--json" in arguments and not program:
         print_json({"error": _printable(line)})
     return _refuse(line, status)
