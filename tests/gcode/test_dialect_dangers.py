@@ -97,6 +97,14 @@ def test_a_call_of_siemens_is_closed_before_anything_else_even_a_feed() -> None:
     ]  # fmt: skip
 
 
+def test_a_hole_of_siemens_has_the_line_of_its_place() -> None:
+    """Not that of the call: the proof and the messages name the line where the hole is."""
+    lines = lines_of("siemens", *[DrillCycle("G81", 2.0, -3.0)] * 3)
+    path = interpret("\n".join(lines), dialect("siemens"))
+    call = next(number for number, line in enumerate(lines, 1) if line.startswith("MCALL CYCLE81"))
+    assert path.line[path.kind == Kind.DRILL].tolist() == [call + 1, call + 2, call + 3]
+
+
 @pytest.mark.parametrize(
     "text, words",
     [

@@ -429,3 +429,18 @@ def test_turns_and_planes_of_arcs_are_said_where_the_controller_has_them() -> No
     assert written(b)[-1] == "G18 G3 I5 K0 P2 F60"
     with pytest.raises(PostError, match="no arcs of several turns"):
         written(b, "haas", end=False)
+
+
+@pytest.mark.parametrize("name", MILLING)
+def test_blending_is_written_or_refused(name: str) -> None:
+    """A controller without words for it must not get a program whose corners are cut another way than planned."""
+    b = started()
+    b.blending(640, 0.1)
+    b.feed(x=1.0, feed=5.0)
+    b.end()
+    profile = dialect(name)
+    if profile.corner_tolerance or profile.rounding:
+        assert "G64" in write_program(b.build(), profile, PostOptions())
+    else:
+        with pytest.raises(PostError, match="no words for a toolpath's BLENDING"):
+            write_program(b.build(), profile, PostOptions())

@@ -89,6 +89,14 @@ def test_a_last_piece_that_rose_for_the_end_rises_as_high_when_it_is_first() -> 
     assert " / G1 Z-1 / Z1 / G0 Z5.0 / G99 G81 X0 Y0 Z-3 R1 F100 / G0 Z5 / M5 / M2" in new
 
 
+@pytest.mark.parametrize("came, rose, height", [(4, 9, 4), (9, 5, 5)])
+def test_behind_the_last_piece_the_tool_rises_as_it_came_or_rose(came: int, rose: int, height: int) -> None:
+    """The original goes from Z1 to the stop at `rose`; made first, the piece is left at the lower of both heights."""
+    text = f"G99 G81 X0 Y0 Z-3 R1 F100 / G0 X9 Y0 Z{came} / G1 Z-1 / Z1"
+    new = rewritten(f"{HEAD}{text} / G0 Z{rose} / M5 / M2", [1, 0])
+    assert f" / G1 Z-1 / Z1 / G0 Z{height}.0 / G99 G81 X0 Y0 Z-3 R1" in new
+
+
 def test_a_series_that_began_below_its_plane_is_not_begun_below_it_elsewhere() -> None:
     """The tool comes from 0, goes over at the plane 2, and the second hole rises to its own plane 1; made second, the
     series begins at 2."""
