@@ -87,7 +87,7 @@ CODES: dict[str, str] = {
     "L502": "nothing in a program can be reordered",
     "L503": "tool changes were saved",
     "L504": "cuts of a program can be reversed",
-    "L505": "a section of a program keeps its order: no other could be written or proved",
+    "L505": "pieces of work keep their place: another order could not be written or proved",
     "L506": "joining sections of one tool would save tool changes",
     "L507": "a program keeps its order: it is too large to plan",
     "L508": "a program crossed keep-out zones, and now goes over or around them",

@@ -108,8 +108,9 @@ def test_what_is_not_the_same_work_is_not_written(tmp_path: Path, monkeypatch: p
     found = leafcut.optimize(path, out)
     assert out.read_bytes() == path.read_bytes()
     assert found.after == found.before
-    (issue,) = (i for i in found.issues if i.code == "L505")
-    assert "depth -3 became -3.1" in issue.message
+    issues = [i for i in found.issues if i.code == "L505"]
+    assert all("depth -3 became -3.1" in i.message for i in issues)
+    assert sum(s.count for s in found.detail.staying if s.reason == "refused") == 12
     assert found.gap is None
 
 
@@ -146,9 +147,30 @@ def test_a_section_that_cannot_be_written_or_proved_keeps_its_own_order(
     lines = [line for line in found.text.splitlines() if "leafcut" not in line]
     assert lines[12:] == TWO_SECTIONS.splitlines()[12:]
     assert lines[4:9] != TWO_SECTIONS.splitlines()[4:9]
+    issues = [i for i in found.issues if i.code == "L505"]
+    assert {i.place for i in issues} <= {f"line {n}" for n in range(15, 20)}
+    assert all(("no words for it" in i.message) == (error is not None) for i in issues)
+
+
+def test_only_the_piece_that_the_proof_names_keeps_its_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The rewriter spoils the feed of the fifth of nine holes unless it is fifth: four and four are ordered."""
+    drilled = [0, 50, 20, 70, 10, 90, 40, 80, 30]
+    lines = [f"G0 X{x} Y0\nG1 Z-2 F{100 + x}\nG0 Z5" for x in drilled]
+    path = written(tmp_path, "\n".join(["G21 G90", "T1 M6", "S900 M3", "G0 Z5", *lines, "G0 Z20", "M5", "M2", ""]))
+    right = rewriter.rewrite
+
+    def wrong(program: Program, sequence: Sequence, orders: list, **options: bool) -> str:
+        text = right(program, sequence, orders, **options)
+        return text if np.flatnonzero(orders[0] == 4) == 4 else text.replace("F110", "F111")
+
+    monkeypatch.setattr(rewriter, "rewrite", wrong)
+    found = leafcut.optimize(path)
+    places = [int(float(x)) for x in re.findall(r"^(?:G0 )?X(\S+)", found.text, re.MULTILINE)]
+    assert places == [0, 20, 50, 70, 10, 30, 40, 80, 90]
     (issue,) = (i for i in found.issues if i.code == "L505")
-    assert issue.place == "line 15"
-    assert ("no words for it" in issue.message) == (error is not None)
+    assert issue.place == "line 17"
+    assert [(one.reason, one.count) for one in found.detail.staying if one.reason == "refused"] == [("refused", 1)]
+    assert found.gap is None
 
 
 def test_an_option_that_cannot_be_followed_is_refused_not_left_out(tmp_path: Path) -> None:

@@ -26,11 +26,14 @@ if TYPE_CHECKING:
     from leafcut.model.certificate import Certificate
     from leafcut.processes.program.proof.stock_judge import StockJudge
 
-#: The order of the pieces of every section; None: as it is.
+#: The order of the pieces of every section, int32[n], ~k for piece k from its other end; None: as it is.
 SectionOrders = list[NDArray[np.int32] | None]
 
-#: After so many trials all sections keep their order: each takes as long as a proof.
-_MOST_TRIALS = 4
+#: A piece of work: the numbers of its section and of the piece in that section.
+PieceNumber = tuple[int, int]
+
+#: After so many trials all pieces keep their order: each trial takes as long as a proof.
+_MOST_TRIALS = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,16 +46,19 @@ class Proved:
         As it is written, and as it runs.
     certificate
         The proof.
+    orders
+        The orders in which the sections are written.
     kept
-        Why sections, by number, keep their own order though another one was asked for.
+        Pieces that keep their place although another order was asked for, and the reason.
     issues
-        Why they do.
+        One for each reason.
     """
 
     text: str
     program: Program
     certificate: Certificate
-    kept: dict[int, str] = field(default_factory=dict)
+    orders: SectionOrders = field(default_factory=list)
+    kept: dict[PieceNumber, str] = field(default_factory=dict)
     issues: tuple[Issue, ...] = ()
 
 
@@ -68,9 +74,9 @@ def write_proved(
 ) -> Proved:
     """Return the program with its sections in their orders, and the proof that it does the same work.
 
-    A section whose new order cannot be written, or not be proved, keeps its own one; where that does not help, all
-    sections do, and at last the program stays as it is. In the end nothing in it meets any of the `obstacles`, and
-    what it leaves of the stock has a `judge` of its own.
+    If the new order cannot be written or proved, the pieces that the proof names keep their place, and no other piece
+    passes them. If that does not help, their sections keep their order, then all sections, and at last the program
+    stays as it is. No rapid of the result meets one of the `obstacles`; a `judge` compares what it leaves of the stock.
 
     Raises
     ------
@@ -78,34 +84,59 @@ def write_proved(
         Not even the program as it is can be written so, or proved to be safe.
     """
     writer = _OrderWriter(run, words, original, sequence, source, obstacles, judge)
-    free = {number for number, order in enumerate(orders) if order is not None}
-    kept: dict[int, str] = {}
+    everything = {
+        (number, piece)
+        for number, (section, order) in enumerate(zip(sequence.sections, orders, strict=True))
+        if order is not None
+        for piece in range(len(section.pieces))
+    }
+    kept: dict[PieceNumber, str] = {}
     trials = 0
     while obstacles is not None or not run.settings.job.keep_order:
         trials += 1
+        written = [_with_pieces_kept(order, {p for n, p in kept if n == k}) for k, order in enumerate(orders)]
         try:
-            found = writer.proved(writer.in_order([order if k in free else None for k, order in enumerate(orders)]))
+            found = writer.proved(writer.in_order(written))
         except _Refused as refused:
-            guilty = (refused.sections & free if trials < _MOST_TRIALS else set()) or set(free)
-            free -= guilty
-            kept.update(dict.fromkeys(guilty, str(refused)))
-            if not guilty:
-                kept = dict.fromkeys(range(len(orders)), str(refused))
+            free = everything - kept.keys()
+            guilty: set[PieceNumber] = set()
+            if trials < _MOST_TRIALS:
+                guilty = refused.pieces & free or {one for one in free if one[0] in refused.sections}
+            kept |= dict.fromkeys(guilty or free, str(refused))
+            if not free:
                 break
         else:
-            return replace(found, kept=kept, issues=tuple(writer.issues(kept)))
+            return replace(found, orders=written, kept=kept, issues=tuple(writer.issues(kept)))
     try:
         found = writer.proved("".join(original.lines))
     except _Refused as refused:
         raise VerifyError(f"the program was not written: {refused}") from None
-    return replace(found, kept=kept, issues=tuple(writer.issues(kept)))
+    return replace(found, orders=[None for _ in orders], kept=kept, issues=tuple(writer.issues(kept)))
+
+
+def _with_pieces_kept(order: NDArray[np.int32] | None, kept: set[int]) -> NDArray[np.int32] | None:
+    """Return the order with some pieces in their own place; the pieces before and behind them stay there.
+
+    It breaks no precedence that the order and the original obey.
+    """
+    if order is None or not kept:
+        return order
+    if len(kept) == len(order):
+        return None
+    fixed = np.array(sorted(kept), dtype=np.int32)
+    piece = np.where(order < 0, ~order, order)
+    staying = np.isin(piece, fixed)
+    # Runs of pieces between those that stay have even numbers, those that stay the odd numbers between.
+    run = 2 * np.searchsorted(fixed, piece) + staying
+    new: NDArray[np.int32] = np.where(staying, piece, order)[np.argsort(run, kind="stable")].astype(np.int32)
+    return new
 
 
 class _Refused(Exception):
-    """An order that does not do, with the sections that it is about, as far as that is known."""
+    """An order that cannot be used, with the pieces and sections at fault, as far as they are known."""
 
-    def __init__(self, reason: str, sections: set[int]) -> None:
-        self.sections = sections
+    def __init__(self, reason: str, sections: set[int], pieces: Iterable[PieceNumber] = ()) -> None:
+        self.sections, self.pieces = sections, set(pieces)
         super().__init__(reason)
 
 
@@ -166,8 +197,8 @@ class _OrderWriter:
             more = len(certificate.differences) - 1
             said = f"{certificate.differences[0]}{f' (and {more} more)' if more > 0 else ''}"
             lines = {line for d in certificate.differences for line, _ in ((d.original, d.new), *d.also) if line}
-            guilty = {self._section_at(line) for line in lines}
-            raise _Refused(said, guilty - {-1})
+            sections = {self._section_at(line) for line in lines} - {-1}
+            raise _Refused(said, sections, self._pieces_at(lines))
         if self.obstacles is not None and (met := meetings(self.run, self.obstacles, new.path)):
             raise _Refused(f"{met[0]}{f' (and {len(met) - 1} more)' if len(met) > 1 else ''}", set())
         if self.judge is not None and text != "".join(self.original.lines):
@@ -180,16 +211,29 @@ class _OrderWriter:
             new = read_new(self.run, self.words, text)
         return Proved(text, new, certificate)
 
-    def issues(self, kept: dict[int, str]) -> Iterator[Issue]:
-        """Yield why sections keep their own order though another one was asked for, each reason once."""
-        by_reason: dict[str, list[int]] = {}
-        for number, reason in sorted(kept.items()):
-            by_reason.setdefault(reason, []).append(number)
-        for reason, numbers in by_reason.items():
-            begin, end = self._lines_of(self.sequence.sections[numbers[0]])
-            more = f", and {len(numbers) - 1} more sections," if len(numbers) > 1 else ""
-            said = f"the work up to line {end}{more} keeps its order, because another one failed: {reason}"
-            yield Issue("L505", said, f"line {begin}")
+    def issues(self, kept: dict[PieceNumber, str]) -> Iterator[Issue]:
+        """Yield why pieces keep their place although another order was asked for, each reason once."""
+        by_reason: dict[str, list[PieceNumber]] = {}
+        for place, reason in sorted(kept.items()):
+            by_reason.setdefault(reason, []).append(place)
+        for reason, places in by_reason.items():
+            number, piece = places[0]
+            line = self.sequence.sections[number].pieces[piece].line
+            said = f"the piece of work keeps its place, because another order failed: {reason}"
+            if len(places) > 1:
+                said = f"{len(places):,} pieces of work keep their place, because another order failed: {reason}"
+            yield Issue("L505", said, f"line {line}")
+
+    def _pieces_at(self, lines: set[int]) -> set[PieceNumber]:
+        """Return the pieces with a block on one of these lines of the original."""
+        text_line = self.original.text_line
+        named = np.isin(text_line, list(lines))
+        return {
+            (number, piece)
+            for number, section in enumerate(self.sequence.sections)
+            for piece, work in enumerate(section.pieces)
+            if named[work.begin : work.end].any()
+        }
 
     def _section_at(self, line: int) -> int:
         """Return the section that has a line of the original, or the last one before it; -1 where there is none."""

@@ -106,15 +106,18 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
         measures.append(timed_as_run(proved.program))
         timed = run.settings.solve.objective == "time"
         before, after = (m.time_s if timed else m.travel_mm for m in measures)
-        stay, refused = frozenset(proved.kept), proved.kept
+        refused = proved.kept
         if after > before:
             # The solver's cost leaves out what the look-ahead knows; what is no better is not written. Of a program
             # that crosses obstacles its own order is the measure once it goes over or round them.
             own = write_proved(run, words, original, sequence, [None for _ in solutions], source, obstacles, judge)
             measured = timed_as_run(own.program)
             if obstacles is None or (measured.time_s if timed else measured.travel_mm) <= after:
-                stay, proved, measures[1] = frozenset(range(len(solutions))), own, measured
-        solutions = [_unchanged(s) if s is not None and k in stay else s for k, s in enumerate(solutions)]
+                proved, measures[1] = own, measured
+        solutions = [
+            None if found is None else _as_written(section, found, order)
+            for section, found, order in zip(sequence.sections, solutions, proved.orders, strict=True)
+        ]
         # Rapids that the stock allows are none of the dangers that are guessed without it.
         new_dangers = _new_dangers(read, proved.program)
         paced = None
@@ -353,6 +356,16 @@ def _metric(run: Run, section: Section, obstacles: Obstacles | None) -> Metric:
 
 def _unchanged(solution: Solution) -> Solution:
     return replace(solution, nodes=np.arange(len(solution.nodes), dtype=np.int32), lower_bound=None)
+
+
+def _as_written(section: Section, solution: Solution, order: NDArray[np.int32] | None) -> Solution:
+    """Return the solution with the order in which its section is written."""
+    from leafcut.processes.program.plan.resequencing import nodes_in_order
+
+    if order is None:
+        return _unchanged(solution)
+    nodes = nodes_in_order(section, order)
+    return solution if np.array_equal(nodes, solution.nodes) else replace(solution, nodes=nodes, lower_bound=None)
 
 
 def _with_few_speeds(program: Program, section: Section, solution: Solution) -> Solution:

@@ -119,6 +119,14 @@ def piece_order(section: Section, nodes: NDArray[np.int32]) -> NDArray[np.int32]
     return order
 
 
+def nodes_in_order(section: Section, order: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return the nodes int32[n] of `build_problem` that give an order of pieces: the inverse of `piece_order`."""
+    reversible = _reversible(section)
+    turned = len(section.pieces) + np.searchsorted(reversible, ~order)
+    nodes: NDArray[np.int32] = np.where(order < 0, turned, order).astype(np.int32)
+    return nodes
+
+
 def speeds_of(program: Program, section: Section) -> NDArray[np.float64]:
     """Return with how many revolutions per minute each piece of a section begins its work, float64[n]."""
     kind, first = program.path.kind, program.first

@@ -99,13 +99,13 @@ def count_pieces(sequence: Sequence) -> int:
     return len(sequence.stays) + sum(len(section.pieces) for section in sequence.sections)
 
 
-def grouped(sequence: Sequence, refused: dict[int, str], keep_order: bool) -> tuple[Staying, ...]:
+def grouped(sequence: Sequence, refused: dict[tuple[int, int], str], keep_order: bool) -> tuple[Staying, ...]:
     """Return why pieces stay, grouped, the most first.
 
     Parameters
     ----------
     refused
-        By the number of a section, why another order of it was not written.
+        By the numbers of a section and of a piece of it: why the piece was not written in another order.
     keep_order
         No other order was asked for.
     """
@@ -115,8 +115,8 @@ def grouped(sequence: Sequence, refused: dict[int, str], keep_order: bool) -> tu
             stay = section.stays[place] if section.stays else None
             if stay is None and keep_order:
                 stay = Stay("keep-order", piece.line)
-            elif stay is None and number in refused:
-                stay = Stay("refused", piece.line, cause=refused[number])
+            elif stay is None and (number, place) in refused:
+                stay = Stay("refused", piece.line, cause=refused[number, place])
             stays += [] if stay is None else [stay]
     groups: dict[tuple[str, str], list[Stay]] = {}
     for stay in stays:
