@@ -138,14 +138,17 @@ MUTATIONS = [
     ("contours", r"Z-1 F100", "Z-1.01 F100", "depth -1 became -1.01"),
     ("contours", r"F300", "F301", "feed in mm/min 300 became 301"),
     ("contours", r"G2 (.*)", r"G3 \1", "clockwise arc became counter-clockwise arc"),
-    ("contours", r"I-5 J0", "I-5 J-0.001\nG1 X0", ""),
+    ("contours", r"I-5 J0", "I-5 J-0.003", ""),
+    ("contours", r"I-5 J0", "I-5 J0\nG1 X0.1\nG1 X0", ""),
     ("contours", r"G64 P0.01", "G64 P0.1", "blending tolerance 0.01 became 0.1"),
     ("contours", r"G64 P0.01", "G64 P0.01 Q0.1", "tolerance of short moves 0.01 became 0.1"),
     ("contours", r"G64 P0.01", "G61", "blending G64 became G61"),
     ("contours", r"G0 X20 Y0\nG0 Z1", "G0 Z3\nG0 X20 Y0\nG0 Z1", "leaves X0.000 Y0.000 at Z3.000, Z5.000"),
     ("contours", r"G0 Z5\nG0 X20 Y0", "G0 Z4\nG0 X20 Y0", "at Z4.000, Z5.000 before"),
     ("contours", r"G0 Z5\nG0 X20 Y0", "G0 Z5\nG0 X9 Z4\nG0 Z5\nG0 X20 Y0", "at Z4.000"),
-    ("contours", r"G1 Y10\n", "G1 Y5\nG1 Y10\n", ""),
+    ("contours", r"G1 Y10\n", "G1 Y5\nG1 Y4\nG1 Y10\n", ""),
+    ("contours", r"G1 Y10\n", "G1 Y5 X10.01\nG1 X10 Y10\n", ""),
+    ("contours", r"G1 Y10\n", "G1 Y5 F299\nG1 Y10 F300\n", ""),
     ("contours", r"G1 Y10\n", "G1 Y10\nG0 Z5\nG0 Z-1\n", "without a rapid"),
     ("contours", r"G0 X0 Y0\nM5", "G0 X1 Y0\nM5", "does not go to where it was"),
     ("contours", r"T3", "T2", "'change to tool 3' became 'change to tool 2'"),
@@ -191,6 +194,32 @@ def test_every_single_change_is_caught_and_said(name: str, old: str, new: str, w
     texts = [str(d) for d in certificate.differences]
     assert any(words in text for text in texts), texts
     assert all("\n" not in text for text in texts)
+
+
+@pytest.mark.parametrize(
+    "old, new",
+    [
+        (r"G1 Y10\n", "G1 Y5\nG1 Y10\n"),
+        (r"G1 Y10\n", "G1 Y3\nG1 X10.0005 Y5\nG1 X10 Y7.1\nG1 Y10\n"),
+        (r"G1 Y10\n", "G1 Y10\nG1 Y10\n"),
+        (r"Z-1 F100", "Z-0.4 F100\nG1 Z-1"),
+    ],
+)
+def test_a_line_divided_into_others_is_the_same_work(old: str, new: str) -> None:
+    """The tool goes the same way at the same feed; in the other direction it is the same rule."""
+    original = written(PROGRAMS["contours"])
+    divided, n = re.subn(old, new, original, count=1)
+    assert n == 1
+    assert certified(original, divided).same
+    assert certified(divided, original).same
+
+
+@pytest.mark.parametrize("head, foot", [("G41 D1", "G40"), ("G93", "G94")])
+def test_a_line_divided_where_each_move_counts_is_another_work(head: str, foot: str) -> None:
+    """Radius compensation depends on the moves beside, and in inverse time each move takes the time of its F."""
+    whole = f"G21 G90 T1 M6\nS1 M3\nG0 X0 Y0\n{head}\nG1 X10 F2\nX30 F2\nY30 F2\n{foot}\nM5\nM2\n"
+    assert certified(whole, whole).same
+    assert not certified(whole, whole.replace("X30 F2", "X20 F2\nX30 F2")).same
 
 
 def moved(name: str, what: str, to: str) -> tuple[str, str]:

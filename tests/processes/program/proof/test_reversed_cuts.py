@@ -55,7 +55,7 @@ def test_the_same_direction_is_no_reversal() -> None:
         ("G3 X5 I-2", "G2 X5 I-2", "arc"),
         ("I-2", "R2.5", "arc"),
         ("X9 Y0", "X9 Y0 / G0 Z5 / Z1 / G1 Z-1", "cut"),
-        ("G1 Z-1 F50 / X9 Y0 F200", "G1 Z0 F50 / Z-1 / X9 Y0 F200", "cut"),
+        ("G1 Z-1 F50 / X9 Y0 F200", "G1 Z0 F50 / Z0.5 / Z-1 / X9 Y0 F200", "cut"),
         ("Z1 /", "Z0 /", "cut"),
         ("G1 X0 / G0 Z5", "G1 X0 / G0 Z3", "lower retract"),
         ("G0 X20 Y3 / Z1", "G0 Z3 / X20 Y3 / Z1", "lower"),

@@ -93,7 +93,9 @@ def certify(
       the travel.
 
     Feeds above the work count as cuts; feeds of a laser or torch that is off do not. When only one of the two uses
-    drilling cycles, both are compared as single moves. Coordinates agree within `tolerance_mm` on every axis.
+    drilling cycles, both are compared as single moves. Coordinates agree within `tolerance_mm` on every axis. A line
+    may be divided into other feeds, if the places between lie within half of `tolerance_mm` of it; moves of no length
+    do not count.
 
     With `allow_reverse`, open cuts at one level may be reversed (`reversed_cuts`). `look` is called during the work.
     With `notes`, the certificate also tells which parts come free before which. For parts that lie beside each other
@@ -104,8 +106,33 @@ def certify(
     PlanError
         A cycle has more pecks than any machine would drill.
     """
+
+    def compared(straight: float | None) -> Certificate:
+        return _compared(original, new, straight, machine, tolerance_mm, allow_reverse, beyond, look, notes)
+
+    as_written = compared(None)
+    if as_written.same or as_written.before.cuts + as_written.before.dwells == 0:
+        return as_written
+    straight = compared(tolerance_mm / 2)
+    return straight if straight.same else as_written
+
+
+def _compared(
+    original: Program,
+    new: Program,
+    straight: float | None,
+    machine: Machine | None,
+    tolerance_mm: float,
+    allow_reverse: bool,
+    beyond: Bounds | None,
+    look: Heartbeat,
+    notes: bool,
+) -> Certificate:
+    """Return the certificate of two programs, as they are or with every `straight` cut as one."""
     written_out, beam = only_moves(original.path) != only_moves(new.path), cuts_with_beam(original)
-    before, after = (read_work(program, written_out=written_out, beam=beam) for program in (original, new))
+    before, after = (
+        read_work(program, written_out=written_out, beam=beam, straight=straight) for program in (original, new)
+    )
     grouping = compare_walls(before.walls, after.walls)
     found = _Found(look, notes)
     found.add(grouping.differences)

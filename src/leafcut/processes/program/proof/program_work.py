@@ -12,6 +12,7 @@ from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.barriers import Mark, Wall, barriers_of, walls_of, with_dwells
 from leafcut.processes.program.proof.features import Features, States, direction_of, features_of, states_of_program
+from leafcut.processes.program.proof.straight import needed_rows, only_rows
 from leafcut.quick_dataclass import dataclass
 
 #: Moves shorter than this are none, mm.
@@ -53,8 +54,10 @@ class ProgramWork:
     dark_rapids: bool
 
 
-def read_work(program: Program, *, written_out: bool, beam: bool) -> ProgramWork:
+def read_work(program: Program, *, written_out: bool, beam: bool, straight: float | None = None) -> ProgramWork:
     """Return what a program makes, cycles `written_out` or not; feeds with a `beam` that is off are travel.
+
+    With `straight`, a tolerance in mm, every straight cut is a single feature, however many feeds it consists of.
 
     Raises
     ------
@@ -67,7 +70,11 @@ def read_work(program: Program, *, written_out: bool, beam: bool) -> ProgramWork
         path = expand(path)
     source = path.line.astype(np.int64)
     path = replace(path, line=program.path.line[source])
-    states, before = states_of_program(program).take(source), path.before
+    states = states_of_program(program).take(source)
+    if straight is not None:
+        rows = needed_rows(path, states, still=STILL, tolerance=straight)
+        path, states, source = only_rows(path, rows), states.take(rows), source[rows]
+    before = path.before
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
     dark = cuts & (states.of("direction") == 0) & np.full(len(path), beam)
     compensated = (path.kind == Kind.RAPID) & _compensated(path, states)
