@@ -442,6 +442,7 @@ class BlockRunner(Reader):
         if not self.unclear:
             return
         path.cut_back(rows, arcs)
+        state.length_row = -1
         lost = [any(axes[axis] for _, axes in self.unclear) for axis in range(3)]
         after = [UNKNOWN if gone else p for p, gone in zip(place, lost, strict=True)]
         if any(lost):

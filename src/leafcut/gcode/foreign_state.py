@@ -14,6 +14,9 @@ from leafcut.units import SECONDS_PER_MINUTE
 #: Instead of the register of a tool length that is in none; registers go up to 99,999.
 DYNAMIC_LENGTH = 100_000
 
+#: After these the length offset that is active may be another one: the tool, or the table of the controller.
+_MAY_CHANGE_LENGTH = frozenset({Kind.TOOL, Kind.PAUSE, Kind.SHIFT, Kind.FOREIGN})
+
 
 @dataclass
 class ForeignState(InterpreterState):
@@ -46,6 +49,8 @@ class ForeignState(InterpreterState):
     default_unit: float | None = None
     assumed: bool = False
     _bare_feed: float | None = None
+    #: The first row that was not looked at since a length offset was taken; -1 before the first.
+    length_row: int = -1
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -160,9 +165,15 @@ class ForeignState(InterpreterState):
         self.path.offset(DYNAMIC_LENGTH, line=self.line)
 
     def set_register(self, number: int) -> None:
-        """Take a tool length offset; another one than before moves the origin of Z by what the program does not say."""
-        self.path.offset(number, line=self.line)
+        """Take a tool length offset; another one than before moves the origin of Z by what the program does not say.
+
+        The active one, taken again, changes nothing, unless the tool or the table may have changed since.
+        """
         self.offset_on = number != 0
+        since, self.length_row = self.length_row, len(self.path)
+        if number == self.register and since >= 0 and not _MAY_CHANGE_LENGTH.intersection(self.path.kinds_from(since)):
+            return
+        self.path.offset(number, line=self.line)
         if number != self.register:
             self.register = number
             self.path.position[2] = UNKNOWN

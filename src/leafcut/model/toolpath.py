@@ -237,6 +237,10 @@ class ToolpathBuilder:
     _cycles: dict[DrillCycle, int] = field(default_factory=dict)
     _arcs: list[Arc] = field(default_factory=list)
 
+    def kinds_from(self, row: int) -> list[int]:
+        """Return the kinds of the rows from `row` on."""
+        return [int(kind) for kind in self._rows[WIDTH * row :: WIDTH]]
+
     def rapid(self, x: float | None = None, y: float | None = None, z: float | None = None, line: int = 0) -> None:
         """Move at rapid to a place; an axis that is None stays where it is."""
         self._move(Kind.RAPID, x, y, z, 0.0, 0, line)
