@@ -166,9 +166,14 @@ def curved_slot_in_a_block(document: Any, space: Any) -> None:
     space.add_blockref("SLOT", (60, 25))
 
 
-def circle_in_chords(document: Any, space: Any) -> None:
-    corners = [(30 + 4 * math.cos(a * math.tau / 36), 40 + 4 * math.sin(a * math.tau / 36)) for a in range(36)]
-    space.add_lwpolyline(corners, close=True)
+def polygon(n: int, radius: float = 4.0, other: float | None = None) -> list[tuple[float, float]]:
+    """Return n corners around (30, 40), on a circle or on an ellipse with another half axis."""
+    angles = [k * math.tau / n for k in range(n)]
+    return [(30 + radius * math.cos(a), 40 + (other or radius) * math.sin(a)) for a in angles]
+
+
+def oval_in_chords(document: Any, space: Any) -> None:
+    space.add_lwpolyline(polygon(36, 4.0, 3.9), close=True)
 
 
 def leaning_circle(document: Any, space: Any) -> None:
@@ -181,13 +186,59 @@ def leaning_circle(document: Any, space: Any) -> None:
     [
         (straight_slot, "slot"),
         (curved_slot_in_a_block, "slot"),
-        (circle_in_chords, "hole"),
+        (oval_in_chords, "hole"),
         (leaning_circle, "hole"),
     ],
 )
 def test_a_skipped_slot_or_circle_is_missing_work(tmp_path: Path, draw: Any, what: str) -> None:
     found = missing(drawn(tmp_path, draw))
     assert [(kind, count) for kind, count, _ in found] == [(what, 1)]
+
+
+@pytest.mark.parametrize("as_lines", [False, True])
+@pytest.mark.parametrize("n", [12, 36, 100])
+def test_a_polygon_with_its_corners_on_a_circle_is_a_hole(tmp_path: Path, n: int, as_lines: bool) -> None:
+    """The hole is the circle through the corners, as OpenSCAD draws them; the summary names it."""
+
+    def draw(document: Any, space: Any) -> None:
+        corners = polygon(n)
+        if as_lines:
+            for k in range(n):
+                space.add_line(corners[k - 1], corners[k])
+        else:
+            space.add_lwpolyline(corners, close=True)
+
+    part = drawn(tmp_path, draw)
+    assert [(h.x, h.y, h.diameter) for h in part.holes[3:]] == [pytest.approx((30, 40, 8))]
+    assert missing(part) == []
+    (issue,) = (i for i in part.issues if i.code == "L405")
+    assert "taken as round holes (Ø8)" in issue.message
+
+
+@pytest.mark.parametrize(
+    "corners",
+    [
+        polygon(8),
+        polygon(36, 4.0, 3.95),
+        polygon(36)[:30],
+        [polygon(13)[5 * k % 13] for k in range(13)],
+    ],
+    ids=["octagon", "oval", "flat side", "star"],
+)
+def test_other_polygons_are_no_holes(tmp_path: Path, corners: list[tuple[float, float]]) -> None:
+    part = drawn(tmp_path, lambda document, space: space.add_lwpolyline(corners, close=True))
+    assert len(part.holes) == 3
+
+
+def test_a_plate_drawn_as_a_polygon_around_its_holes_is_the_outline(tmp_path: Path) -> None:
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = 4
+    space = document.modelspace()
+    space.add_lwpolyline(polygon(48, 50.0), close=True)
+    for x in (10, 50):
+        space.add_circle((x, 40), 3)
+    document.saveas(tmp_path / "disc.dxf")
+    assert len(read(tmp_path / "disc.dxf").holes) == 2
 
 
 @pytest.mark.parametrize("size", [(20, 6), (20, 19), (60, 3), (5, 5)])

@@ -25,7 +25,7 @@ DRAWINGS = {
     "dxfjs_issue39": 2,  # four bulged circles, two with one centre, one around another 0.1 mm off
     "dxfjs_issue42": 11,
     "dxfjs_issue53": "121 SPLINE",
-    "dxfjs_openscad_export": "452 LINE",
+    "dxfjs_openscad_export": 4,  # polygons of 30 corners, two around each centre
     "dxfjs_splines": "2 SPLINE",
     "ezdxf_edgeminer_polylines": "22 ARC",
     "ezdxf_forms": 5,

@@ -54,7 +54,7 @@ CODES: dict[str, str] = {
     "L402": "a depth was assumed",
     "L403": "the position of the part on the machine is unknown",
     "L404": "a tool comes out far below the part",
-    "L405": "points were read as holes",
+    "L405": "points or polygons were read as holes",
     "L406": "a drawing does not lie at Z0",
     "L407": "a tool of the library is not used",
     "L408": "the machine profile lacks values needed for the machine time",

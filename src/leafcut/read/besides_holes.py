@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import LeafcutError, count_of
 from leafcut.geometry.curves import Spend
-from leafcut.geometry.polyline import Polyline
+from leafcut.geometry.polyline import STRAIGHT, Polyline
 from leafcut.geometry.tidying import polygons, tidy
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole
@@ -35,6 +35,10 @@ _SAME_WIDTH = 0.01
 _LONGER = 0.05
 #: 4 π A / P² of a circle drawn in sixteen chords or more.
 _ROUND = 0.98
+#: Polygons of fewer corners, such as hexagons for nuts, are no circles.
+_POLYGON = 12
+#: How far corners of a polygon may be from the circle, by its radius and in mm: drawings round to 0.001 mm.
+_OFF_CIRCLE, _LEAST_OFF_CIRCLE = 0.002, 0.002
 #: An outline may touch the holes at its edge, mm.
 _AT_THE_EDGE = 0.01
 
@@ -89,6 +93,35 @@ def closed_besides_holes(
         return Besides()
     closed = [one for one in made if one.path.closed and abs(one.path.area) > 0.0]
     return Besides(tuple(one.path for one in closed), Counter(found.kinds[k] for one in closed for k in one.members))
+
+
+def polygon_hole(path: Polyline) -> Hole | None:
+    """Return the hole that a closed polygon stands for, or None: its corners lie on a circle, close to each other.
+
+    OpenSCAD and many SVG files draw circles so, with the corners on the circle.
+    """
+    corners, bulges = path.vertices[:, :2], path.vertices[:, 2]
+    if len(corners) < _POLYGON or (np.abs(bulges) > STRAIGHT).any():
+        return None
+    centre = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+    # The middle of the extents is near the centre; the circle of least squares through the corners is exact.
+    offset = corners - centre
+    equations = np.column_stack([2.0 * offset, np.ones(len(offset))])
+    (x, y, rest), _, rank, _ = np.linalg.lstsq(equations, (offset**2).sum(axis=1), rcond=None)
+    if rank < 3 or rest + x * x + y * y <= 0.0:
+        return None
+    radius = math.sqrt(rest + x * x + y * y)
+    away = np.hypot(*(offset - (x, y)).T)
+    steps = np.hypot(*np.diff(corners, axis=0, append=corners[:1]).T)
+    close = steps.max() <= 2.0 * radius * math.sin(math.pi / _POLYGON) * 1.01
+    if not close or np.abs(away - radius).max() > max(_OFF_CIRCLE * radius, _LEAST_OFF_CIRCLE):
+        return None
+    around = np.unwrap(np.arctan2(offset[:, 1] - y, offset[:, 0] - x))
+    turns = np.diff(around)
+    # Once around the centre in one direction: no star, no spiral.
+    if not ((turns > 0.0).all() or (turns < 0.0).all()) or abs(around[-1] - around[0]) >= math.tau:
+        return None
+    return Hole(float(centre[0] + x), float(centre[1] + y), round(2.0 * radius, 3))
 
 
 def besides_holes(

@@ -61,30 +61,36 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     for shape, matrix, layer in walk.shapes():
         source.look()
         finds.add(shape, matrix, layer)
-    holes, aside = part_holes(finds.holes(), options)
-    kept, noticed = sift(holes, options)
-    noticed = [*aside, *noticed]
-    if not kept:
-        raise ReadError(source.path, _nothing(walk, finds, noticed))
-    undrilled: list[Issue] = []
-    contours: list[Issue] = []
+    circles = finds.holes()
+    polygons: list[Hole] = []
     paths: tuple[Polyline, ...] = ()
     others = walk.others + finds.others
     if any(kind in _LINES for kind in others + finds.squashed):
-        from leafcut.read.besides_holes import closed_besides_holes  # start-up
+        from leafcut.read.besides_holes import closed_besides_holes, polygon_hole  # start-up
 
         besides = closed_besides_holes(
             document, walk.layers, copies_of(source, "blocks"), factor, source.path, points_of(source), finds.owned
         )
-        paths = besides.paths
+        found = [(path, polygon_hole(path)) for path in besides.paths]
+        paths = tuple(path for path, hole in found if hole is None)
+        polygons = [hole for _, hole in found if hole is not None]
         others -= Counter(besides.entities)
+    holes, aside = part_holes([*circles, *polygons], options)
+    kept, noticed = sift(holes, options)
+    noticed = [*aside, *noticed]
+    if polygons:
+        noticed.append(_polygons(polygons))
+    if not kept:
+        raise ReadError(source.path, _nothing(walk, finds, noticed))
+    undrilled: list[Issue] = []
+    contours: list[Issue] = []
     around = circles_around(kept, paths, options.merge_tolerance)
     if paths or around:
         from leafcut.read.besides_holes import besides_holes  # start-up
 
-        circles = [kept[k] for k in around]
+        outlines = [kept[k] for k in around]
         kept = tuple(hole for k, hole in enumerate(kept) if k not in around)
-        undrilled, contours = besides_holes(paths, kept, circles)
+        undrilled, contours = besides_holes(paths, kept, outlines)
     if not kept:
         raise ReadError(source.path, _nothing(walk, finds, [*noticed, *undrilled]))
     issues += walk_issues(walk) + finds.issues() + undrilled + _not_holes(others)
@@ -203,6 +209,13 @@ class Finds:
             message = f"{count_of(self.n_joined, 'hole')} made of arcs that close a circle"
             found.append(Issue("L303", message, severity=Severity.NOTE))
         return found
+
+
+def _polygons(holes: list[Hole]) -> Issue:
+    sizes = ", ".join(f"Ø{diameter:.4g}" for diameter in sorted({round(hole.diameter, 3) for hole in holes})[:5])
+    places = [(hole.x, hole.y) for hole in holes]
+    message = f"{count_of(len(holes), 'polygon')} with corners on a circle: taken as round holes ({sizes})"
+    return Issue("L405", message, places_of(places, len(places)))
 
 
 def _not_holes(kinds: Counter[str]) -> list[Issue]:
