@@ -419,7 +419,10 @@ def test_every_face_says_how_many_pieces_stay_and_why_with_the_line(tmp_path: Pa
     said = console.export_text()
     assert f"1 of 3 pieces stays: 1 {text}" in said
     assert "2 of 3 pieces of work free to be ordered" in said
-    kept = as_json(leafcut.optimize(file, machine="linuxcnc-mill", keep_order=True))
+    outcome = leafcut.optimize(file, machine="linuxcnc-mill", keep_order=True)
+    kept = as_json(outcome)
+    print_summary(outcome, console)
+    assert "order unchanged" in console.export_text()
     assert [(g["reason"], g["count"]) for g in kept["staying"]] == [("keep-order", 2), ("alone", 1)]
 
 

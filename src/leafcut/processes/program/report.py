@@ -50,6 +50,8 @@ class ProgramReport(PathReport[ProgramDetail]):
         free = detail.pieces - sum(group.count for group in detail.staying)
         if detail.pieces:
             words.append(f"{free:,} of {count(detail.pieces, 'piece')} of work free to be ordered")
+        if self.outcome.after == self.outcome.before:
+            words.append("order unchanged")
         turned = detail.certificate.reversed_cuts
         return " · ".join([*(words or ["no work"]), *([f"{turned} reversed"] if turned else [])])
 
