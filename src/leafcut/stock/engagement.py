@@ -153,8 +153,12 @@ def _pairs(
     place ahead only where cos a > −√(1 − (d / 2r)²).
     """
     (x, y), (ahead_x, ahead_y) = np.ascontiguousarray(way.xy.T), np.ascontiguousarray(way.ahead.T)
-    for stretch, one, other in near_pairs(way.xy[block], way.xy[: block[-1] + 1], reach):
-        who, whom = block[one], other
+    places, earlier = way.xy[block], way.xy[: block[-1] + 1]
+    # Only what is near the block is sorted into cells: all earlier places would be sorted once for every block.
+    around = (earlier >= places.min(axis=0) - reach) & (earlier <= places.max(axis=0) + reach)
+    near = np.flatnonzero(around[:, 0] & around[:, 1])
+    for stretch, one, other in near_pairs(places, earlier[near], reach):
+        who, whom = block[one], near[other]
         dx, dy = x[whom] - x[who], y[whom] - y[who]
         square = dx * dx + dy * dy
         keep = np.flatnonzero((square < reach * reach) & (whom < who))
