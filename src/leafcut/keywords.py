@@ -124,7 +124,7 @@ class OptimizeKeywords(TypedDict, total=False):
     keep_out: str | Sequence[str] | None
     """Keep-out zones such as clamps: rectangles 'x0 y0 x1 y1' in mm, or 'x0 y0 x1 y1 h' with the height above Z0,
     separated by commas; no cuts inside, rapids cross 1 mm above h, else at --clearance-height, or go around,
-    with the tool radius as margin (default: none).
+    with the radius of the tool as margin, or that of a shank or holder below h (default: none).
     """
     spindle_speed: Quantity | None
     """Spindle speed of assumed drills, or of the end mill (rpm; default: 20 m/min surface speed; for end mills
@@ -1192,7 +1192,7 @@ class CuttingDataKeywords(TypedDict, total=False):
     keep_out: str | Sequence[str] | None
     """Keep-out zones such as clamps: rectangles 'x0 y0 x1 y1' in mm, or 'x0 y0 x1 y1 h' with the height above Z0,
     separated by commas; no cuts inside, rapids cross 1 mm above h, else at --clearance-height, or go around,
-    with the tool radius as margin (default: none).
+    with the radius of the tool as margin, or that of a shank or holder below h (default: none).
     """
     spindle_speed: Quantity | None
     """Spindle speed of assumed drills, or of the end mill (rpm; default: 20 m/min surface speed; for end mills

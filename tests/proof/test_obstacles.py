@@ -115,6 +115,28 @@ def test_the_radius_of_the_tool_in_the_spindle_is_kept_away_from_a_zone() -> Non
     assert whats(builder, **rules, tool_radii={2: 3.1}) == set()
 
 
+@pytest.mark.hazard
+def test_a_holder_below_the_height_of_a_zone_is_kept_away_from_it() -> None:
+    """At y 12, 7 mm beside the zone of 10 mm; the holder has 8 mm and is 14 mm above the tip: at Z9 in the hole."""
+    rules = {"zones": [[20.0, -5.0, 30.0, 5.0]], "height": 10.0, "tool_radii": {1: 2.0}}
+    hole = begun()
+    hole.rapid(25.0, 12.0)
+    hole.drill(25.0, 12.0, G81, feed=2.0)
+    assert whats(hole, **rules) == set()
+    assert whats(hole, **rules, bodies={1: [(14.0, 8.0)]}) == {"cuts", "crosses"}
+    assert whats(hole, **rules, bodies={1: [(15.1, 8.0)]}) == set()
+    assert whats(hole, **rules, bodies={1: [(14.0, 6.9)]}) == set()
+    assert whats(hole, **rules, bodies={2: [(14.0, 8.0)]}) == set()
+    way = begun()
+    way.rapid(z=2.0)
+    way.rapid(0.0, 12.0)
+    way.rapid(50.0, 12.0)
+    assert whats(way, **rules, bodies={1: [(7.0, 8.0)]}) == {"crosses"}
+    assert whats(way, **rules, bodies={1: [(8.1, 8.0)]}) == set()
+    found = check_obstacles(hole.build(), rules["zones"], 10.0, bodies={1: [(14.0, 8.0)]})
+    assert "the shank or holder of the tool meets a --keep-out zone below its height" in found[0].text
+
+
 def test_an_arc_is_looked_at_along_its_way_and_not_its_chord() -> None:
     """From (0, 0) round (10, 0) to (20, 0): the chord misses an obstacle at (10, 10), the half circle does not."""
     for zone, met in (([8.0, 9.0, 12.0, 12.0], {"cuts"}), ([8.0, -12.0, 12.0, -9.0], set())):

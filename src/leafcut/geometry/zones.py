@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 _TOUCH = 1e-9
 
 
-def widened(zones: ArrayLike, by: float) -> NDArray[np.float64]:
-    """Return `zones` (float64[k, 4]: x0 ≤ x1, y0 ≤ y1) with every side moved outwards by `by` mm."""
+def widened(zones: ArrayLike, by: ArrayLike) -> NDArray[np.float64]:
+    """Return `zones` (float64[k, 4]: x0 ≤ x1, y0 ≤ y1) with every side moved outwards by `by` mm, one or float64[k]."""
     table = np.asarray(zones, dtype=np.float64).reshape(-1, 4)
-    wider: NDArray[np.float64] = table + np.array([-by, -by, by, by])
+    wider: NDArray[np.float64] = table + np.multiply.outer(np.asarray(by, dtype=np.float64), [-1.0, -1.0, 1.0, 1.0])
     return wider
 
 

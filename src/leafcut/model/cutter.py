@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from enum import StrEnum
 from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from leafcut.errors import OptionError
 from leafcut.model.tool import CONES, BodySegment, Tool, ToolKind
@@ -75,6 +78,12 @@ class Cutter:
         if distance <= reach:
             return self.corner - math.sqrt(max(self.corner**2 - (distance - self.flat) ** 2, 0.0))
         return math.inf if math.isinf(self.slope) else rise + self.slope * (distance - reach)
+
+    def radius_at(self, depth: float) -> float:
+        """Return the largest radius that cuts at a depth of the tip, mm: less than `radius` on a point only."""
+        if self.corner > 0.0 or math.isinf(self.slope):
+            return self.radius
+        return min(self.flat + max(depth, 0.0) / self.slope, self.radius)
 
 
 def flat_mill(diameter: float) -> Cutter:
@@ -166,6 +175,29 @@ def discs_of(tool: Tool) -> tuple[BodyDisc, ...]:
             above = part.above + (part.slope * wider * k / steps if k else 0.0)
             discs.append(BodyDisc(part.body, above, part.flat + wider * (k + 1) / steps))
     return tuple(disc for disc in discs if disc.radius > 0.5 * tool.diameter + SAME_RADIUS)
+
+
+def widest_below(
+    radius: float, bodies: Sequence[tuple[float, float]], tip: float, heights: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the largest radius of a tool below each height, float64[k], mm.
+
+    Parameters
+    ----------
+    radius, bodies
+        Of the flutes, mm; of what is above them, how far above the tip, and the radius, mm.
+    tip
+        Height of the tip, mm.
+    """
+    widest = np.full(np.shape(heights), radius)
+    for above, wide in bodies:
+        widest = np.where(tip + above < heights, np.maximum(widest, wide), widest)
+    return widest
+
+
+def bodies_of(tool: Tool) -> list[tuple[float, float]]:
+    """Return the discs of a tool above its flutes as heights above the tip and radii, mm."""
+    return [(disc.above, disc.radius) for disc in discs_of(tool)]
 
 
 def body_of(tool: Tool) -> tuple[BodyPart, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import field
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.zones import PASSING, touches_any_zone, way_round, widened
+from leafcut.model.cutter import widest_below
 from leafcut.quick_dataclass import dataclass
 
 
@@ -26,15 +27,22 @@ class Obstacles:
         float64[k]: a rapid at this height or above may cross each zone, mm; infinite where the tool cannot be lifted:
         it goes round.
     radii
-        By tool, mm: so far its centre stays outside; 0 for others.
+        Of the flutes, by tool, mm: so far its centre stays outside; 0 for others.
     dogleg
         The axes of a rapid do not arrive together, and it may go anywhere in the rectangle between its ends.
+    bodies
+        By tool, of what is above its flutes: how far above the tip, and the radius, mm.
+    lowest
+        By tool, mm: how low its tip goes. Its centre stays as far outside of a zone as all that is then below the
+        height of the zone.
     """
 
     zones: NDArray[np.float64]
     heights: NDArray[np.float64]
     radii: Mapping[int, float] = field(default_factory=dict)
     dogleg: bool = False
+    bodies: Mapping[int, Sequence[tuple[float, float]]] = field(default_factory=dict)
+    lowest: Mapping[int, float] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.zones)
@@ -46,7 +54,7 @@ class Obstacles:
 
     def of_tool(self, tool: int | None) -> NDArray[np.float64]:
         """Return the rectangles, float64[k, 4], that the centre of a tool stays out of."""
-        return widened(self.zones, self.radii.get(tool or 0, 0.0))
+        return widened(self.zones, self._margins(tool or 0))
 
     def between(self, a: Point, b: Point, tool: int | None) -> float:
         """Return the height at or above which a rapid may go from `a` to `b`, mm; −∞ where none is in the way.
@@ -69,4 +77,10 @@ class Obstacles:
 
     def round_room(self) -> NDArray[np.float64]:
         """Return the rectangles, float64[k, 4], in which all ways round them turn, whatever the tool."""
-        return widened(self.zones, PASSING + max(self.radii.values(), default=0.0))
+        widest = max((float(self._margins(tool).max(initial=0.0)) for tool in self.radii), default=0.0)
+        return widened(self.zones, PASSING + widest)
+
+    def _margins(self, tool: int) -> NDArray[np.float64]:
+        """Return how far the centre of a tool stays outside of each zone, float64[k], mm."""
+        bodies, lowest = self.bodies.get(tool, ()), self.lowest.get(tool, -math.inf)
+        return widest_below(self.radii.get(tool, 0.0), bodies, lowest, self.heights)

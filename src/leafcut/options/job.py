@@ -109,7 +109,7 @@ class JobOptions(OptionGroup):
         (),
         "keep-out zones such as clamps: rectangles 'x0 y0 x1 y1' in mm, or 'x0 y0 x1 y1 h' with the height above Z0, "
         "separated by commas; no cuts inside, rapids cross 1 mm above h, else at --clearance-height, or go around, "
-        "with the tool radius as margin",
+        "with the radius of the tool as margin, or that of a shank or holder below h",
         default_words="none",
         of_file=True,
     )

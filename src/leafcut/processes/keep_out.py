@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from leafcut.errors import OptionError, PlanError
+from leafcut.model.cutter import bodies_of
 from leafcut.model.issue import Issue
 from leafcut.model.obstacles import Obstacles
+from leafcut.model.tool import Tool
 from leafcut.model.toolpath import MOTIONS, Kind, Toolpath
 from leafcut.processes.course import Run, library_of
 
@@ -40,7 +43,9 @@ def obstacles_of(run: Run, program: Program, beam: bool) -> tuple[Obstacles | No
     zones = parse_zones(settings.keep_out)
     if not len(zones):
         return None, []
-    radii, unknown = ({}, []) if beam else _radii(run, program)
+    known = None if beam else library_of(run.settings, run.machine)
+    library = {} if known is None else known.by_number
+    radii, unknown = ({}, []) if beam else _radii(program, library)
     lifts = _lifts(program.path)
     heights = crossing_heights(settings.keep_out, settings.clearance_height)
     heights = heights if lifts else np.full(len(zones), math.inf)
@@ -48,7 +53,14 @@ def obstacles_of(run: Run, program: Program, beam: bool) -> tuple[Obstacles | No
         raise OptionError(
             "--clearance-height: this program never moves Z, so rapids go around keep-out zones; leave it out"
         )
-    obstacles = Obstacles(zones, heights, radii, run.machine.rapid_style == "dogleg")
+    obstacles = Obstacles(
+        zones,
+        heights,
+        radii,
+        run.machine.rapid_style == "dogleg",
+        {number: bodies_of(library[number]) for number in radii if number in library},
+        {number: _lowest(program.path, number) for number in radii},
+    )
     met = meetings(run, obstacles, program.path)
     cut = next((d for d in met if d.what.startswith("cuts")), None)
     if cut is not None:
@@ -82,6 +94,7 @@ def meetings(run: Run, obstacles: Obstacles, path: Toolpath) -> list[Difference]
         obstacles.zones,
         obstacles.heights,
         tool_radii=obstacles.radii,
+        bodies=obstacles.bodies,
         safe_z=run.machine.safe_z or 0.0,
         dogleg=obstacles.dogleg,
     )
@@ -105,12 +118,19 @@ def _lifts(path: Toolpath) -> bool:
     return bool(len(z) and np.ptp(z) > _FLAT)
 
 
-def _radii(run: Run, program: Program) -> tuple[dict[int, float], list[int]]:
+def _lowest(path: Toolpath, tool: int) -> float:
+    """Return how low the tip of a tool goes, mm; −∞ where that is not known."""
+    mine = path.tool == tool
+    z = path.end[mine & np.isin(path.kind, [int(k) for k in MOTIONS]), 2]
+    bottoms = [path.cycles[ref].bottom for ref in path.ref[mine & (path.kind == Kind.DRILL)].tolist()]
+    known = [*z[np.isfinite(z)].tolist(), *bottoms]
+    return min(known, default=-math.inf)
+
+
+def _radii(program: Program, library: Mapping[int, Tool]) -> tuple[dict[int, float], list[int]]:
     """Return the radius of each tool, mm, from the library or else the comments, and the tools of unknown radius."""
     from leafcut.gcode.tool_comments import tool_width
 
-    tools = library_of(run.settings, run.machine)
-    library = tools.by_number if tools is not None else {}
     radii: dict[int, float] = {}
     unknown: list[int] = []
     kind = program.path.kind

@@ -6,7 +6,7 @@ It shares no geometry with what plans ways round or over them (`leafcut.geometry
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
@@ -32,10 +32,13 @@ def check_obstacles(
     height: ArrayLike,
     *,
     tool_radii: Mapping[int, float] = MappingProxyType({}),
+    bodies: Mapping[int, Sequence[tuple[float, float]]] = MappingProxyType({}),
     safe_z: float = 0.0,
     dogleg: bool = False,
 ) -> list[Difference]:
     """Return every motion that comes nearer to an obstacle than its tool is wide; nothing when none does.
+
+    So does every motion on which what is above the flutes of the tool comes into an obstacle, below its height.
 
     Parameters
     ----------
@@ -50,6 +53,8 @@ def check_obstacles(
     tool_radii
         By number, mm; 0 where it is not given. Arcs are arcs; with `dogleg` a rapid is all of the rectangle between its
         ends.
+    bodies
+        By number what is above the flutes of a tool and wider than it: how far above the tip, and the radius, mm.
     safe_z
         After a move to this height of the machine or above, a tool whose height is not known is up.
     """
@@ -73,15 +78,20 @@ def check_obstacles(
         return shorten(unseen[:100], len(unseen))
     shapes = _shapes(path, before, rows, dogleg)
     radius = np.array([tool_radii.get(tool, 0.0) for tool in path.tool[rows].tolist()])
-    needed = np.full(len(rows), -math.inf)
+    needed, with_body = np.full(len(rows), -math.inf), np.zeros(len(rows), dtype=bool)
     for box, over in zip(boxes, heights.tolist(), strict=True):
-        meets = shapely.distance(shapes, box) <= np.maximum(radius - _ROOM, 0.0)
-        meets &= ~(lowest[rows] >= over - _ROOM)
+        away = shapely.distance(shapes, box)
+        meets = (away <= np.maximum(radius - _ROOM, 0.0)) & ~(lowest[rows] >= over - _ROOM)
+        for number, discs in bodies.items():
+            for above, wide in discs:
+                body = (path.tool[rows] == number) & (away <= wide - _ROOM) & ~(lowest[rows] + above >= over - _ROOM)
+                with_body |= body & ~meets
+                meets |= body
         needed[meets] = np.maximum(needed[meets], over)
     from_anywhere = rapid[rows] & np.isnan(before[rows, :2]).any(axis=1) & np.isfinite(lowest[rows] + highest)
     needed[from_anywhere] = highest
     inside = np.flatnonzero(needed > -math.inf)
-    found = [_difference(path, before, int(rows[k]), float(needed[k])) for k in inside.tolist()]
+    found = [_difference(path, before, int(rows[k]), float(needed[k]), bool(with_body[k])) for k in inside.tolist()]
     found += unseen
     return shorten(found[:100], len(found))
 
@@ -133,10 +143,12 @@ def _unseen(path: Toolpath, before: NDArray[np.float64], row: int) -> Difference
     return Difference("may cross an obstacle", 0, int(path.line[row]), why)
 
 
-def _difference(path: Toolpath, before: NDArray[np.float64], row: int, height: float) -> Difference:
+def _difference(path: Toolpath, before: NDArray[np.float64], row: int, height: float, body: bool) -> Difference:
     came, goes = (place(*p) for p in (before[row].tolist(), path.end[row].tolist()))
     rapid = path.kind[row] == Kind.RAPID
     over = f"only at Z{height:.3f} or above" if math.isfinite(height) else "nowhere"
     rule = f"a rapid may cross a --keep-out zone {over}" if rapid else "cutting is forbidden in a --keep-out zone"
     what = "crosses an obstacle" if rapid else "cuts in an obstacle"
+    if body:
+        rule = "the shank or holder of the tool meets a --keep-out zone below its height"
     return Difference(what, 0, int(path.line[row]), f"{rule}; this move goes from {came} to {goes}")

@@ -87,7 +87,7 @@ def check_program(
     `milled` the rapids down below the surface are left to `processes.pocket.proof.pocket`. `tops` has the places and
     the heights of holes that begin at different ones, float64[n, 3]. `surface` has the triangles of what is not flat,
     float64[n, 3, 3]: every rapid must be clear of them, and of every move what is above the flutes of its tool,
-    `bodies` (`check_surface`). `surface_z` is the height of one that is, mm.
+    `bodies` (`check_surface`), which stay out of the zones, too. `surface_z` is the height of one that is, mm.
     """
     differences = compare_motion(
         expand(planned, keep=dialect.cycles),
@@ -110,7 +110,7 @@ def check_program(
             level=surface is None,
         ),
         *_check_surface(written, surface, machine, tool_radii, bodies),
-        *_check_obstacles(written, zones, zone_height, machine, tool_radii),
+        *_check_obstacles(written, zones, zone_height, machine, tool_radii, bodies),
     ]
 
 
@@ -135,6 +135,7 @@ def _check_obstacles(
     height: ArrayLike,
     machine: Machine,
     tool_radii: Mapping[int, float],
+    bodies: Mapping[int, Sequence[tuple[float, float]]],
 ) -> list[Difference]:
     """Return every motion that comes too near to what stands on the table, if anything does."""
     if zones is None or not zones.size:
@@ -146,6 +147,7 @@ def _check_obstacles(
         zones,
         height,
         tool_radii=tool_radii,
+        bodies=bodies,
         safe_z=machine.safe_z or 0.0,
         dogleg=machine.rapid_style == "dogleg",
     )

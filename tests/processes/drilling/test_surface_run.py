@@ -458,6 +458,46 @@ def test_a_hole_beside_the_surface_is_refused_with_its_place(folder: Path, tmp_p
         api.optimize(tmp_path / "holes.csv", process="drill", surface=str(folder / "plate.stl"), through=True, **FAST)
 
 
+def spotted(folder: Path, tmp_path: Path, xy: str, depth: float) -> Any:
+    """Drill a hole of 3.3 mm after a spot drill of 10 mm and 90 degrees that goes so deep."""
+    (tmp_path / "tools.toml").write_text(
+        '[[tool]]\nnumber = 1\ndiameter = "10 mm"\nkind = "centre-drill"\nfeed = "2 mm/s"\npoint_angle = "90 deg"\n'
+        f'spindle_speed = "1500 rpm"\ndepth = "{depth} mm"\n'
+        '[[tool]]\nnumber = 2\ndiameter = "3.3 mm"\nkind = "drill"\nfeed = "2 mm/s"\nspindle_speed = "1500 rpm"\n'
+    )
+    (tmp_path / "holes.csv").write_text(f"x,y,diameter\n{xy},3.3\n60,70,3.3\n")
+    return drilled(
+        folder, str(tmp_path / "holes.csv"), through=False, depth=6, tools=str(tmp_path / "tools.toml"),
+        centre_drill=True,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("depth", "refused"), [(2.0, False), (2.8, False), (3.1, True), (5.0, True)])
+def test_of_a_spot_drill_the_radius_at_its_depth_must_lie_on_the_part(
+    folder: Path, tmp_path: Path, depth: float, refused: bool
+) -> None:
+    """The hole is 3 mm from the edge; a point of 90 degrees cuts a radius as large as its depth."""
+    if refused:
+        with pytest.raises(LeafcutError, match="the hole at 3, 40 is beside the surface"):
+            spotted(folder, tmp_path, "3,40", depth)
+    else:
+        assert spotted(folder, tmp_path, "3,40", depth).verified
+
+
+@pytest.mark.hazard
+def test_the_full_radius_of_a_spot_drill_goes_down_above_what_stands_beside_the_hole(
+    folder: Path, tmp_path: Path
+) -> None:
+    """A boss of 18 mm begins 4 mm beside the hole: a point 2 mm deep does not reach it, the flutes do."""
+    path = spotted(folder, tmp_path, "11,40", 2.0).path_after
+    planes = {
+        (int(path.tool[row]), tuple(path.end[row, :2].tolist())): path.cycles[path.ref[row]].r_plane
+        for row in np.flatnonzero(path.kind == Kind.DRILL)
+    }
+    assert planes[1, (11.0, 40.0)] == 20.0
+    assert planes[1, (60.0, 70.0)] == -4.0
+
+
 def test_uneven_rims_and_other_drawn_heights_are_told(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "holes.csv").write_text("x,y,z,diameter\n5,5,0,5\n40,10,0,5\n60,70,-7,5\n")
     given = {"surface": str(folder / "plate.stl"), "through": True, "hole_heights": "drawn", **FAST}

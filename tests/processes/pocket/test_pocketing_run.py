@@ -59,6 +59,26 @@ def drawing(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return file
 
 
+@pytest.mark.hazard
+@pytest.mark.parametrize(("stickout", "refused"), [(12, True), (16, False)])
+def test_the_holder_of_the_mill_stays_out_of_a_clamp_as_high_as_it(
+    tmp_path: Path, stickout: float, refused: bool
+) -> None:
+    """A clamp of 9 mm, 10 mm beside a pocket 4 mm deep; a holder of 40 mm is at Z8 there, or at Z12."""
+    drawing, tools = tmp_path / "plate.wkt", tmp_path / "tools.toml"
+    drawing.write_text(shapely.box(0, 0, 40, 30).wkt)
+    tools.write_text(
+        '[[tool]]\nnumber = 1\ndiameter = "6 mm"\nkind = "end-mill"\nfeed = "300 mm/min"\nplunge_feed = "90 mm/min"\n'
+        f'spindle_speed = "6000 rpm"\nstickout = "{stickout} mm"\nholder = "40 x 50"\n'
+    )
+    given = {**FAST, "strategy": "contour", "depth": 4, "tool_diameter": 6, "tools": tools, "keep_out": "50 0 60 30 9"}
+    if refused:
+        with pytest.raises(VerifyError, match="the shank or holder of the tool meets a --keep-out zone"):
+            api.optimize(drawing, **given)
+    else:
+        assert api.optimize(drawing, **given).verified
+
+
 @pytest.fixture
 def contour_only(monkeypatch: pytest.MonkeyPatch) -> None:
     """Keep one strategy where the others do not matter."""

@@ -155,6 +155,28 @@ def test_a_tool_whose_width_nobody_tells_is_told(tmp_path: Path) -> None:
     assert "L509" not in {issue.code for issue in told.issues}
 
 
+@pytest.mark.hazard
+@pytest.mark.parametrize(("stickout", "refused"), [(11, True), (13, False), (None, False)])
+def test_the_holder_of_the_library_stays_out_of_a_clamp_as_high_as_it(
+    stickout: float | None, refused: bool, tmp_path: Path
+) -> None:
+    """A clamp of 9 mm, 10 mm beside the end of a slot: a holder of 40 mm is at -2 + 11 = Z9 there, or at Z11."""
+    source, tools = tmp_path / "part.nc", tmp_path / "tools.toml"
+    source.write_text(MILLED)
+    held = "" if stickout is None else f'stickout = "{stickout} mm"\nholder = "40 x 50"\n'
+    tools.write_text(
+        '[[tool]]\nnumber = 1\ndiameter = "6 mm"\nkind = "end-mill"\nfeed = "300 mm/min"\nplunge_feed = "90 mm/min"\n'
+        f'spindle_speed = "6000 rpm"\n{held}'
+    )
+    if refused:
+        with pytest.raises(PlanError, match="cuts in an obstacle: the shank or holder of the tool meets a --keep-out"):
+            api.optimize(source, keep_out="30 0 32 30 9", tools=tools, **FAST)
+    else:
+        found = api.optimize(source, keep_out="30 0 32 30 9", tools=tools, **FAST)
+        bodies = {} if stickout is None else {1: [(stickout, 20.0)]}
+        assert check_obstacles(found.path_after, [[30, 0, 32, 30]], 10.0, tool_radii={1: 3.0}, bodies=bodies) == []
+
+
 @pytest.mark.parametrize("machine", ["laser-table", "plasma-table"])
 def test_a_head_that_keeps_its_height_goes_round_what_is_named_on_a_sheet(machine: str, tmp_path: Path) -> None:
     """On 0.1.0 the rapids of a laser crossed clamps; a torch crosses them at the clearance height."""

@@ -261,9 +261,24 @@ def _tops(
         return drawn, None
     from leafcut.stock.surface import rims_of  # not at the top: it takes a kernel, and most plates are flat
 
-    radius = np.array([0.5 * max(tool.diameter for tool in tools) for tools in steps], dtype=np.float64)
-    rims = rims_of(request.triangles, request.places[: len(holes)], radius)
-    return (drawn if own else rims.top), (rims.under if request.options.through else None)
+    places, radius = request.places[: len(holes)], [0.5 * max(tool.diameter for tool in tools) for tools in steps]
+    rims = rims_of(request.triangles, places, np.array(radius, dtype=np.float64))
+    above = np.maximum(rims.top - drawn, 0.0) if own else np.zeros(len(holes))
+    cut = [
+        max(min(wide, 0.5 * hole.diameter), *(_cut_radius(tool, over) for tool in tools))
+        for hole, tools, wide, over in zip(holes, steps, radius, above.tolist(), strict=True)
+    ]
+    inner = rims_of(request.triangles, places, np.array(cut, dtype=np.float64))
+    tops = drawn if own else np.maximum(rims.top, inner.top)
+    return tops, (inner.under if request.options.through else None)
+
+
+def _cut_radius(tool: Tool, above: float) -> float:
+    """Return the radius that a tool cuts with material so high above the hole, mm: of a centre drill, of its point."""
+    if tool.kind is not ToolKind.CENTRE_DRILL or tool.point_angle >= math.pi:
+        return 0.5 * tool.diameter
+    deep = _CENTRE_SHARE * tool.diameter if tool.depth is None else tool.depth
+    return min(0.5 * tool.diameter, 0.5 * tool.tip_diameter + (deep + above) * math.tan(0.5 * tool.point_angle))
 
 
 def _point(tool: Tool) -> float:

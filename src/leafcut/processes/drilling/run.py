@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from leafcut._version import __version__
 from leafcut.errors import OptionError
-from leafcut.model.cutter import discs_of
+from leafcut.model.cutter import bodies_of
 from leafcut.model.measure import Measure
 from leafcut.model.mesh import Mesh
 from leafcut.model.outcome import OperationOutcome, Outcome
@@ -407,7 +407,7 @@ def _verify(run: Run, plan: DrillPlan, request: DrillingRequest, words: Dialect,
         zones=plan.zones,
         zone_height=crossing_heights(run.settings.job.keep_out, plan.clearance_height),
         tool_radii={tool.number: 0.5 * tool.diameter for tool in plan.tools},
-        bodies={tool.number: [(disc.above, disc.radius) for disc in discs_of(tool)] for tool in plan.tools},
+        bodies={tool.number: bodies_of(tool) for tool in plan.tools},
         tops=tops,
         surface=None if plan.ground is None else plan.ground.triangles,
     )

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from leafcut._version import __version__
+from leafcut.model.cutter import bodies_of
 from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.course import refuse
@@ -101,6 +102,7 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpat
             zones=parse_zones(job.run.settings.job.keep_out),
             zone_height=crossing_heights(job.run.settings.job.keep_out, heights.clearance + job.top),
             tool_radii={tool.number: 0.5 * tool.diameter},
+            bodies={tool.number: bodies_of(tool)},
             milled=True,
             surface_z=job.top,
         )

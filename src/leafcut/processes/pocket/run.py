@@ -15,6 +15,8 @@ from leafcut._version import __version__
 from leafcut.errors import OptionError, PlanError, SolveError, count_of
 from leafcut.geometry.arrays import Point, Points
 from leafcut.geometry.regions import as_polyline
+from leafcut.geometry.zones import widened
+from leafcut.model.cutter import bodies_of, widest_below
 from leafcut.model.heartbeat import trial
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import OperationOutcome, Outcome
@@ -163,13 +165,18 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     part = placed(part, settings.read)
     surface, keep_out = part.pockets[0].top or 0.0, settings.job.keep_out
     refuse_higher_zones(keep_out, settings.job.clearance_height + surface)
-    high = crossing_heights(keep_out, math.inf) > settings.job.retract_height + surface
+    over, retract = (
+        crossing_heights(keep_out, settings.job.clearance_height + surface),
+        settings.job.retract_height + surface,
+    )
+    high, radius = over > retract, 0.5 * data.tool.diameter
+    beside = widest_below(radius, bodies_of(data.tool), retract, over) - radius
     heights = PocketHeights(
         clearance=settings.job.clearance_height,
         retract=settings.job.retract_height,
         always_clearance=settings.job.retract == "initial",
         end=_xy(settings.job.end_point),
-        zones=parse_zones(keep_out)[high],
+        zones=widened(parse_zones(keep_out), beside)[high],
     )
     words = dialect(settings.post.dialect or run.machine.controller)
     run = run.for_words(words)

@@ -14,6 +14,7 @@ from leafcut.kinds import Head
 from leafcut.model import Hole, Kind, Machine, Metric, Part, Recipe, Severity, Slot, Tool, ToolKind, ToolLibrary
 from leafcut.model.issue import LIMITS
 from leafcut.model.mesh import Mesh
+from leafcut.model.tool import BodySegment
 from leafcut.processes.drilling.plan.drill_toolpath import build_problem, drawing_order, lay_toolpath
 from leafcut.processes.drilling.plan.drilling import plan_drilling
 from leafcut.processes.zones import crossing_heights, parse_zones
@@ -306,6 +307,46 @@ def test_a_zone_is_crossed_a_millimetre_above_its_height() -> None:
         plan(keep_out=("20 5 40 15 9.5",))
     rows = laid(plan(keep_out=("20 5 40 15 9.5",), clearance_height=10.5))
     assert (Kind.RAPID, (30, 20, 10.5)) in rows
+
+
+#: A drill of 5 mm whose holder, Ø 40, is 20 mm above the tip.
+HELD = replace(DRILL5, stickout=20.0, holder=(BodySegment(60.0, 40.0, 40.0),))
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    ("clamp", "refused"),
+    [
+        ("49 15 80 40 8", True),
+        ("49 15 80 40 6.9", False),
+        ("50.1 15 80 40 8", False),
+        ("44.5 34.5 80 80 8", False),
+        ("44 34 80 80 8", True),
+        ("49 15 80 40", True),
+    ],
+)
+def test_a_holder_stays_out_of_a_clamp_that_is_as_high(clamp: str, refused: bool) -> None:
+    """By hand: the tip goes to -10 - 0.5 - 1.502, so the holder to Z7.998: 1 mm above a clamp of 6.9 mm, not of 8 mm.
+
+    From (30, 20) a corner at (44.5, 34.5) is 20.5 mm away, one at (44, 34) is 19.8 mm away; the holder has 20 mm.
+    """
+    library = ToolLibrary((HELD,))
+    if refused:
+        with pytest.raises(PlanError, match=r"at 30, 20 its shank or holder comes into a keep-out zone below its"):
+            plan(library=library, keep_out=(clamp,))
+        plan(keep_out=(clamp,))
+    else:
+        plan(library=library, keep_out=(clamp,))
+
+
+@pytest.mark.hazard
+def test_a_move_is_lifted_where_the_holder_would_meet_a_clamp_and_the_flutes_would_not() -> None:
+    """A clamp of 30 mm, 15 mm beside the way from (30, 0) to (90, 0): at the R plane the holder is at Z22, below it."""
+    part = Part("two holes", (Hole(30, 0, 5.0), Hole(90, 0, 5.0)))
+    given: dict[str, object] = {"part": part, "keep_out": ("59 15 61 40 30",), "clearance_height": 40}
+    # Over the first hole the tool is at Z40 once before the first hole, and once more before a lifted move.
+    for tool, times in ((HELD, 2), (DRILL5, 1), (replace(HELD, stickout=29.0), 1)):
+        assert laid(plan(library=ToolLibrary((tool,)), **given)).count((Kind.RAPID, (30, 0, 40))) == times
 
 
 def test_a_dogleg_rapid_is_lifted_when_the_box_between_its_ends_touches_a_zone() -> None:

@@ -48,7 +48,7 @@ class DepthRule:
             A tap or a reamer would meet the cone that a drill's point leaves, or a blind hole would not stay blind.
         """
         if tool.kind is ToolKind.CENTRE_DRILL:
-            return tool.depth if tool.depth is not None else CENTRE_DEPTH_RATIO * tool.diameter
+            return centre_depth(tool)
         if self.through:
             return self.depth + self.break_through + tool.point_length
         if tool.kind in (ToolKind.TAP, ToolKind.REAMER) and not self.to_shoulder:
@@ -64,6 +64,11 @@ class DepthRule:
                 "out for through holes"
             )
         return tip
+
+
+def centre_depth(tool: Tool) -> float:
+    """Return how far the tip of a centre drill goes below the surface, mm."""
+    return tool.depth if tool.depth is not None else CENTRE_DEPTH_RATIO * tool.diameter
 
 
 def tap_lead_issue(tool: Tool, rule: DepthRule) -> Issue | None:

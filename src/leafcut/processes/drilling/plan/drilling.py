@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.geometry.zones import touches_any_zone, widened
+from leafcut.model.cutter import bodies_of, cutter_of, widest_below
 from leafcut.model.cycles import PECKING
 from leafcut.model.heights import SAME_HEIGHT, HeightCount
 from leafcut.model.issue import Issue, MissingWork, Severity
@@ -22,7 +24,7 @@ from leafcut.model.tool import Tool, ToolKind, ToolLibrary
 from leafcut.model.toolpath import DrillCycle
 from leafcut.options import JobOptions
 from leafcut.processes.drilling.options import DrillOptions
-from leafcut.processes.drilling.plan.depths import DepthRule, depth_rule, tap_lead_issue
+from leafcut.processes.drilling.plan.depths import DepthRule, centre_depth, depth_rule, tap_lead_issue
 from leafcut.processes.drilling.plan.ground import (
     Ground,
     check_bodies,
@@ -107,13 +109,20 @@ class DrillPlan:
         """The tools in the order of their use, each once."""
         return tuple({o.tool.number: o.tool for o in self.operations}.values())
 
-    def zones_for(self, tool: Tool) -> NDArray[np.float64]:
-        """Return the zones, float64[k, 4], that the centre of `tool` keeps out of: wider by its radius."""
-        return widened(self.zones, 0.5 * tool.diameter)
+    def zones_for(self, tool: Tool, tip: float) -> NDArray[np.float64]:
+        """Return the zones, float64[k, 4], that the centre of `tool` keeps out of with its tip at a height, mm.
+
+        They are wider by its radius, or by that of its shank or holder if these come below the height of the zone.
+        """
+        return widened(self.zones, self.reach(tool, tip))
+
+    def reach(self, tool: Tool, tip: float) -> NDArray[np.float64]:
+        """Return the largest radius of `tool` below each zone's height, float64[k], with its tip at a height, mm."""
+        return widest_below(0.5 * tool.diameter, bodies_of(tool), tip, self.zone_heights)
 
     def high_zones_for(self, tool: Tool) -> NDArray[np.float64]:
         """Return the zones as `zones_for`, without those that rapids at the retract height may cross."""
-        return self.zones_for(tool)[self.zone_heights > self.retract_height]
+        return self.zones_for(tool, self.retract_height)[self.zone_heights > self.retract_height]
 
 
 def plan_drilling(
@@ -158,7 +167,8 @@ def plan_drilling(
     else:
         work = _collect(part, chooser)
         drawn = options.hole_heights == "drawn" or own
-        found = tops_of(part, ground, _radii(part, work), drawn)
+        radii = _radii(part, work)
+        found = tops_of(part, ground, radii, _bite(part, work, radii), drawn)
         tops, surface, heights = found.tops, np.maximum(found.tops, found.surface), found.issues
         # Below a hole that opens into a cavity stands the part again.
         opens = [hole.z - hole.depth if hole.through and hole.depth is not None else -np.inf for hole in part.holes]
@@ -281,6 +291,30 @@ def _radii(part: Part, work: dict[Step, list[int]]) -> NDArray[np.float64]:
     return radii
 
 
+def _bite(
+    part: Part, work: dict[Step, list[int]], radii: NDArray[np.float64]
+) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+    """Return the function from the height of material above the top of each hole to the widest radius cut, mm.
+
+    A centre drill cuts with its point alone; the hole itself is always cut.
+    """
+
+    def widest(above: NDArray[np.float64]) -> NDArray[np.float64]:
+        cut = np.minimum(radii, [0.5 * hole.diameter for hole in part.holes])
+        for step, targets in work.items():
+            if step.slots:
+                continue
+            cutter = cutter_of(step.tool)
+            reach = np.full(len(targets), cutter.radius)
+            if step.tool.kind is ToolKind.CENTRE_DRILL:
+                deep = above[targets] + centre_depth(step.tool)
+                reach = np.array([cutter.radius_at(one) for one in deep.tolist()])
+            cut[targets] = np.maximum(cut[targets], reach)
+        return cut
+
+    return widest
+
+
 def _relief(plan: DrillPlan, ground: Ground, machine: Machine, operation: DrillOperation) -> Relief:
     """Return how high the ways of an operation are."""
     return ground.relief(
@@ -289,7 +323,7 @@ def _relief(plan: DrillPlan, ground: Ground, machine: Machine, operation: DrillO
         plan.part.hole_xy[operation.targets].round(6),
         plan.r_planes[operation.targets],
         plan.clearance_height,
-        plan.zones_for(operation.tool),
+        widened(plan.zones, 0.5 * operation.tool.diameter),
     )
 
 
@@ -466,14 +500,39 @@ def _check_zones(plan: DrillPlan) -> None:
             begin, end = np.array([s.start for s in slots]), np.array([s.end for s in slots])
         else:
             begin = end = plan.part.hole_xy[operation.targets]
-        inside = np.flatnonzero(touches_any_zone(begin, end, plan.zones_for(operation.tool)))
+        kind, tool = "slot" if operation.slots else "hole", operation.tool
+        inside = np.flatnonzero(touches_any_zone(begin, end, widened(plan.zones, 0.5 * tool.diameter)))
         if len(inside):
             x, y = begin[inside[0]]
-            kind = "slot" if operation.slots else "hole"
             raise PlanError(
                 f"the {kind} at {x:g}, {y:g} is in a keep-out zone, or closer to it than the radius of "
-                f"{operation.tool.label} ({count_of(len(inside), kind)} in all); change --keep-out, or leave them out"
+                f"{tool.label} ({count_of(len(inside), kind)} in all); change --keep-out, or leave them out"
             )
+        if not bodies_of(tool) or not len(plan.zones):
+            continue
+        tips = np.full(len(begin), operation.cycle.bottom)
+        if not operation.slots:
+            tips = operation.bottoms(plan.tops, plan.deeper)
+        away = _distances(begin, end, plan.zones)
+        meets = [k for k, tip in enumerate(tips.tolist()) if (away[k] <= plan.reach(tool, tip)).any()]
+        if meets:
+            x, y = begin[meets[0]]
+            raise PlanError(
+                f"{tool.label}: at {x:g}, {y:g} its shank or holder comes into a keep-out zone below its height "
+                f"({count_of(len(meets), kind)} in all); use a longer tool, change --keep-out, or leave them out"
+            )
+
+
+def _distances(begin: NDArray[np.float64], end: NDArray[np.float64], zones: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how far straight cuts, float64[n, 2], are from zones, float64[k, 4]: float64[n, k], mm."""
+    import shapely  # not at the top: most tools have no known holder, and start without it
+
+    cuts: Any = np.asarray(shapely.linestrings(np.stack([begin, end], axis=1)))
+    still = (begin == end).all(axis=1)
+    cuts[still] = shapely.points(end[still])
+    boxes: Any = shapely.box(*zones.T)
+    away: NDArray[np.float64] = shapely.distance(cuts[:, None], boxes[None, :])
+    return away
 
 
 def _collect(part: Part, chooser: ToolChooser) -> dict[Step, list[int]]:

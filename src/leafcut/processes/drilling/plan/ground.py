@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ from leafcut.model.problem import Relief
 from leafcut.model.shown_stock import FixtureBox
 from leafcut.model.tool import Tool
 from leafcut.quick_dataclass import dataclass
-from leafcut.stock.surface import TILES, TILES_DOGLEG, rims_of, safe_tiles
+from leafcut.stock.surface import TILES, TILES_DOGLEG, Rims, rims_of, safe_tiles
 
 #: A rim that is more uneven than this is told, mm.
 UNEVEN = 0.2
@@ -116,12 +116,11 @@ class Ground:
         most = TILES_DOGLEG if machine.rapid_style == "dogleg" else TILES
         bars = [_box(np.array([*zone[:2], 0.0, *zone[2:], otherwise - self.clearance])) for zone in zones]
         lowest, room = float(heights.min(initial=np.inf)), self.clearance
-        bodies = [
-            (disc.radius + room, room - disc.above)
-            for disc in discs_of(tool)
-            if lowest + disc.above < self.highest + room
-        ]
         around = np.concatenate([self.triangles, *bars])
+        highest = float(around[:, :, 2].max())
+        bodies = [
+            (disc.radius + room, room - disc.above) for disc in discs_of(tool) if lowest + disc.above < highest + room
+        ]
         tiles = safe_tiles(around, 0.5 * tool.diameter + room, room, most, bodies)
         acceleration = machine.acceleration[2] * machine.acceleration_factor
         return Relief(
@@ -295,13 +294,22 @@ def _part_above(corners: NDArray[np.float64], height: float) -> NDArray[np.float
     return np.array(found).reshape(-1, 2)
 
 
-def tops_of(part: Part, ground: Ground, radius: NDArray[np.float64], drawn: bool) -> Tops:
+def tops_of(
+    part: Part,
+    ground: Ground,
+    radius: NDArray[np.float64],
+    bite: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    drawn: bool,
+) -> Tops:
     """Return where each hole begins, and where the part ends under it.
 
     Parameters
     ----------
     radius
-        float64[n]: of the widest tool that makes each hole, mm.
+        float64[n]: of the widest tool that makes each hole, mm. The highest place within it is the top.
+    bite
+        From the height of the surface above the top of each hole, float64[n], to the widest radius that is cut, mm. The
+        part must reach so far.
     drawn
         Each hole begins where it is drawn; the surface is compared.
 
@@ -311,7 +319,8 @@ def tops_of(part: Part, ground: Ground, radius: NDArray[np.float64], drawn: bool
         A hole lies beside the surface or under a fixture, or the surface has another unit than the drawing.
     """
     xy = part.hole_xy
-    rims = rims_of(ground.mesh.triangles, xy, radius)
+    heights = np.array([hole.z for hole in part.holes], dtype=np.float64)
+    rims = rims_within(ground.mesh.triangles, xy, radius, bite, heights if drawn else None)
     beside = np.flatnonzero(~np.isfinite(rims.lowest))
     if len(beside):
         x, y = xy[beside[0]]
@@ -340,7 +349,6 @@ def tops_of(part: Part, ground: Ground, radius: NDArray[np.float64], drawn: bool
                 f"{rims.lowest[worst]:.3f} and Z{rims.top[worst]:.3f}; the higher place counts",
             )
         )
-    heights = np.array([hole.z for hole in part.holes], dtype=np.float64)
     # A drawing all of whose holes lie at one height says nothing of the surface.
     if drawn or np.ptp(heights) > SAME_HEIGHT:
         # The surface of a solid is that of the finished part: below a counterbore it is lower than where a hole begins.
@@ -370,6 +378,26 @@ def tops_of(part: Part, ground: Ground, radius: NDArray[np.float64], drawn: bool
             )
         )
     return Tops(tops, rims.top, rims.under, issues)
+
+
+def rims_within(
+    triangles: NDArray[np.float64],
+    xy: NDArray[np.float64],
+    radius: NDArray[np.float64],
+    bite: Callable[[NDArray[np.float64]], NDArray[np.float64]],
+    tops: NDArray[np.float64] | None,
+) -> Rims:
+    """Return the highest place within the full radius of tools, and the lowest and the underside of what they cut.
+
+    `tops`, float64[n], are the heights at which holes begin; None: on the surface.
+    """
+    whole = rims_of(triangles, xy, radius)
+    above = np.zeros(len(xy)) if tops is None else np.maximum(whole.top - tops, 0.0)
+    cut = bite(above)
+    if (cut >= radius).all():
+        return whole
+    inner = rims_of(triangles, xy, cut)
+    return Rims(np.maximum(whole.top, inner.top), inner.lowest, inner.under)
 
 
 def _check_fixtures(part: Part, ground: Ground, radius: NDArray[np.float64]) -> None:

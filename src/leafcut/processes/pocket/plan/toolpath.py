@@ -76,7 +76,8 @@ class Clearing:
 class PocketHeights:
     """Heights and places of a program, mm; `zones` float64[k, 4] are crossed at the clearance height only.
 
-    Zones that rapids at the retract height may cross are not among them.
+    Zones that rapids at the retract height may cross are not among them. They are wider by as much as a shank or holder
+    that is then below their height is wider than the flutes.
     """
 
     clearance: float
