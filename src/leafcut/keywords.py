@@ -131,7 +131,9 @@ class OptimizeKeywords(TypedDict, total=False):
     from the tool library or --material).
     """
     diameter_tolerance: Quantity | None
-    """Largest difference between tool and hole diameter (mm; default: 0.05mm)."""
+    """Largest difference between tool and hole diameter; assumed drills have catalogue sizes within it (mm;
+    default: 0.05mm).
+    """
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
     data and for feeds of a program a name of `leafcut materials`, or a TOML file; it also chooses among the
@@ -1199,7 +1201,9 @@ class CuttingDataKeywords(TypedDict, total=False):
     from the tool library or --material).
     """
     diameter_tolerance: Quantity | None
-    """Largest difference between tool and hole diameter (mm; default: 0.05mm)."""
+    """Largest difference between tool and hole diameter; assumed drills have catalogue sizes within it (mm;
+    default: 0.05mm).
+    """
     material: str | None
     """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
     data and for feeds of a program a name of `leafcut materials`, or a TOML file; it also chooses among the

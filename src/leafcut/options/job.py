@@ -124,7 +124,7 @@ class JobOptions(OptionGroup):
     diameter_tolerance: float = option(
         "quantity",
         0.05,
-        "largest difference between tool and hole diameter",
+        "largest difference between tool and hole diameter; assumed drills have catalogue sizes within it",
         unit="mm",
         minimum=0,
         maximum=5,

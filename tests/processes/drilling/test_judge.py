@@ -107,6 +107,33 @@ def test_what_leafcut_drills_with_a_library_passes_the_judge(options: dict[str, 
         assert faults(asked, program(asked, name, units), name, units) == []
 
 
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    ("drawn", "tolerance", "accepted"),
+    [(3.0, 0.0, True), (3.04, 0.05, True), (3.05, 0.05, True), (3.051, 0.05, False), (2.949, 0.05, False),
+     (3.04, 0.039, False), (2.96, 0.05, True), (3.01, 0.0, False)],
+)  # fmt: skip
+def test_an_assumed_drill_may_differ_from_the_hole_by_the_tolerance_and_no_more(
+    drawn: float, tolerance: float, accepted: bool
+) -> None:
+    """The program takes drills of 3 mm, whatever the drawing says; on a board none may differ."""
+    text = program(request(PLAIN_HOLES, None), "linuxcnc", "mm")
+    holes = tuple(replace(hole, diameter=drawn if hole.diameter == 3.0 else 5.0) for hole in PLAIN_HOLES.holes)
+    asked = request(replace(PLAIN_HOLES, holes=holes), None, diameter_tolerance=tolerance)
+    assert faults(asked, text) == ([] if accepted else ["wrong tool", "wrong tool"])
+    board = replace(asked, part=replace(asked.part, format="excellon"))
+    assert faults(board, text) == ([] if drawn == 3.0 else ["wrong tool", "wrong tool"])
+
+
+def test_slots_and_holes_of_nearly_catalogue_sizes_pass_the_judge() -> None:
+    holes = tuple(replace(hole, diameter=hole.diameter + 0.013 * k) for k, hole in enumerate(HOLES))
+    part = replace(PART, holes=holes, slots=(replace(PART.slots[0], width=3.97),))
+    for options in ({}, {"depth": 4.0, "thickness": None}, {"diameter_tolerance": 0.0}):
+        asked = request(part, None, **options)
+        for name, units in (("linuxcnc", "mm"), ("grbl", "inch"), ("siemens", "mm")):
+            assert faults(asked, program(asked, name, units), name, units) == []
+
+
 BY_HAND = """G21 G17 G90 G94
 (T1 drill D3)
 T1 M6

@@ -43,6 +43,8 @@ _DECIMALS, _THINNEST = 4, 1e-4
 _NO_NUMBER = -1
 #: Diameters and depths of a library that differ by less are equal, mm; angles of countersinks, rad.
 _SAME, _SAME_ANGLE = 1e-9, math.radians(1.0)
+#: A tool that works so near to a drawn place, mm, is meant for it; whether it is near enough is compared later.
+_SAME_PLACE = 0.01
 #: An angle so near to a quarter turn is one, rad.
 _QUARTER = 1e-9
 #: The comment by which a program names an assumed tool where it takes it up: ``(T1 drill D6.35)``.
@@ -181,7 +183,10 @@ def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: f
     room = rounding + _ARITHMETIC
     names = None if request.library is not None else _names(text)
     made, passes, wrong = _made(path, names)
-    holes, slots = list(_wanted_holes(request)), list(_wanted_slots(request))
+    tools = _ToolsUsed(
+        request, [(one.x, one.y, one.tool) for one in made] + [(*one.begin[:2], one.tool) for one in passes]
+    )
+    holes, slots = list(_wanted_holes(request, tools)), list(_wanted_slots(request, tools))
     left, differences = _compare_holes(request.part.holes, holes, made, room)
     wrong += differences + _compare_slots(slots, passes, room)
     drawn = _Places([(one.x, one.y) for one in holes])
@@ -203,10 +208,10 @@ def judge_holes(request: DrillingRequest, text: str, path: Toolpath, rounding: f
 # What must be made.
 
 
-def _wanted_holes(request: DrillingRequest) -> Iterator[_Cut]:
+def _wanted_holes(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_Cut]:
     """Yield every cut of every hole, in the order in which its tools must come."""
     part, job = request.part, request.job
-    steps = [_tools_of(request, hole) for hole in part.holes]
+    steps = [_tools_of(request, used, hole, k) for k, hole in enumerate(part.holes)]
     solid = any(hole.depth is not None for hole in part.holes)
     tops, under = _tops(request, steps, solid)
     for k, (hole, tools) in enumerate(zip(part.holes, steps, strict=True)):
@@ -234,11 +239,11 @@ def _wanted_holes(request: DrillingRequest) -> Iterator[_Cut]:
                 yield _Cut(x, y, tops[k] - wide.tip + flat, _name(request, wider), k)
 
 
-def _wanted_slots(request: DrillingRequest) -> Iterator[_SlotCut]:
+def _wanted_slots(request: DrillingRequest, used: _ToolsUsed) -> Iterator[_SlotCut]:
     """Yield every slot; all begin at Z0."""
     job, ends = request.job, request.places[len(request.part.holes) :].reshape(-1, 2, 2).tolist()
     for slot, ((x0, y0), (x1, y1)) in zip(request.part.slots, ends, strict=True):
-        tool = _slot_tool(request, slot)
+        tool = _slot_tool(request, used, slot, (x0, y0), (x1, y1))
         if job.depth is not None:
             depth = job.depth + (_point(tool) if request.options.depth_to == "shoulder" else 0.0)
         elif job.thickness is not None:
@@ -296,7 +301,29 @@ def _assumed(kind: ToolKind, diameter: float) -> Tool:
     return Tool(_NO_NUMBER, max(round(diameter, _DECIMALS), _THINNEST), kind, point_angle=angle)
 
 
-def _tools_of(request: DrillingRequest, hole: Hole) -> list[Tool]:
+class _ToolsUsed:
+    """The assumed tools that a program names where it drills or cuts."""
+
+    def __init__(self, request: DrillingRequest, works: Sequence[tuple[float, float, str]]) -> None:
+        # Of a board the file says which drills there are: none is as good as another.
+        board = request.part.format == "excellon"
+        self._tolerance = 0.5 * 10.0**-_DECIMALS + (0.0 if board else request.job.diameter_tolerance)
+        known = [one for one in works if math.isfinite(one[0] + one[1])]
+        self._places = _Places([(x, y) for x, y, _ in known])
+        self._tools = [name for _, _, name in known]
+
+    def assumed(self, kind: ToolKind, diameter: float, *places: tuple[float, float]) -> Tool:
+        """Return the tool used at a place, if within the tolerance of a diameter; else a tool of that diameter."""
+        widths = [diameter]
+        for x, y in places:
+            for k in self._places.near(x, y, _SAME_PLACE):
+                name, _, width = self._tools[k].partition(" ")
+                if name == kind.value and abs(float(width) - diameter) <= self._tolerance + _SAME:
+                    widths.append(float(width))
+        return _assumed(kind, min(widths[1:] or widths, key=lambda one: abs(one - diameter)))
+
+
+def _tools_of(request: DrillingRequest, used: _ToolsUsed, hole: Hole, number: int) -> list[Tool]:
     """Return the tools that make a hole, in their order: those of a recipe, else the nearest drill.
 
     A recipe for the layer goes before one for all. A hole for which the library has no tool gets one that no program
@@ -304,7 +331,8 @@ def _tools_of(request: DrillingRequest, hole: Hole) -> list[Tool]:
     """
     library, tolerance = request.library, request.job.diameter_tolerance
     if library is None:
-        return [_assumed(ToolKind.DRILL, hole.diameter if hole.diameter > 0.0 else _BARE_POINT)]
+        x, y = request.places[number].tolist()
+        return [used.assumed(ToolKind.DRILL, hole.diameter if hole.diameter > 0.0 else _BARE_POINT, (x, y))]
     drills = [tool for tool in library.tools if tool.kind is ToolKind.DRILL]
     diameter = hole.diameter
     if diameter <= 0.0:
@@ -327,10 +355,10 @@ def _tools_of(request: DrillingRequest, hole: Hole) -> list[Tool]:
     return tools
 
 
-def _slot_tool(request: DrillingRequest, slot: Slot) -> Tool:
+def _slot_tool(request: DrillingRequest, used: _ToolsUsed, slot: Slot, *ends: tuple[float, float]) -> Tool:
     """Return the slot mill that is nearest to the width of a slot."""
     if request.library is None:
-        return _assumed(ToolKind.SLOT_MILL, slot.width)
+        return used.assumed(ToolKind.SLOT_MILL, slot.width, *ends)
     mills = [tool for tool in request.library.tools if tool.kind is ToolKind.SLOT_MILL]
     near = [(abs(tool.diameter - slot.width), k) for k, tool in enumerate(mills)]
     return mills[min(near)[1]] if near else _assumed(ToolKind.SLOT_MILL, slot.width)

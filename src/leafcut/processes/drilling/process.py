@@ -41,7 +41,7 @@ class Drilling(Process):
     uses = use(ReadOptions) | use(MachineOptions) | ORDERED | WRITTEN
     uses |= (
         use(JobOptions, but=("material", "keep_order"))
-        | use(JobOptions, material="tools")
+        | use(JobOptions, material="tools", diameter_tolerance="")
         | use(SolveOptions, *COLONIES)
     )
     uses |= use(PostOptions, *CHANGES)

@@ -84,6 +84,67 @@ def test_holes_of_one_diameter_share_a_drill_and_bare_points_are_as_wide_as_the_
     assert any("1 points have no diameter" in issue.message for issue in chooser.issues())
 
 
+#: 28 holes as a real drawing has them: 12.40 to 12.53 mm, in steps of 0.005 mm.
+DRAWN = [12.40 + 0.005 * k for k in range(27)] + [12.40]
+
+
+def test_holes_of_nearly_one_size_share_the_assumed_drill_of_the_nearest_catalogue_size() -> None:
+    """By hand: up to 12.45 mm the nearest tenth is 12.4 mm (a tie goes down), above it 12.5 mm."""
+    chooser = ToolChooser(None, MILL, *drilling())
+    chosen = [chooser.steps_for_hole(Hole(0, 0, diameter))[0].tool.diameter for diameter in DRAWN]
+    assert chosen == [12.4 if diameter < 12.4501 else 12.5 for diameter in DRAWN]
+    told = [issue.message for issue in chooser.issues() if "catalogue size" in issue.message]
+    assert told == [
+        "T1 drill Ø12.4 makes 10 holes of Ø12.405 to 12.45: within --diameter-tolerance 0.05 mm the nearest catalogue "
+        "size counts",
+        "T2 drill Ø12.5 makes 15 holes of Ø12.455 to 12.53: within --diameter-tolerance 0.05 mm the nearest catalogue "
+        "size counts",
+    ]
+
+
+@pytest.mark.parametrize(
+    "diameter",
+    [0.8, 1.05, 2.95, 3.0, 3.3, 3.25, 6.75, 10.2, 14.25, 25.4, 0.5 * 25.4, 25.4 / 4, 25.4 / 8, 25.4 * 17 / 64,
+     0.201 * 25.4, 0.1695 * 25.4, 0.413 * 25.4, 0.0135 * 25.4, 0.257 * 25.4],
+)  # fmt: skip
+def test_metric_fractional_number_and_letter_sizes_stay(diameter: float) -> None:
+    for drawn in (diameter, round(diameter, 3)):
+        chooser = ToolChooser(None, MILL, *drilling(spindle_speed=2000))
+        assert chooser.steps_for_hole(Hole(0, 0, drawn))[0].tool.diameter == pytest.approx(diameter, abs=1e-4)
+        assert not [issue for issue in chooser.issues() if "catalogue size" in issue.message]
+
+
+@pytest.mark.parametrize(
+    ("drawn", "tolerance", "drill"),
+    [
+        (12.43, 0.05, 12.4),
+        (12.43, 0.03, 12.4),
+        (12.43, 0.029, 12.43),
+        (12.43, 0.0, 12.43),
+        (6.36, 0.05, 6.35),
+        (2.93, 0.05, 2.95),
+        (15.12, 0.05, 15.1),
+        (0.134, 0.05, 0.13),
+        (0.003, 0.05, 0.003),
+    ],
+)
+def test_no_assumed_drill_is_farther_from_its_hole_than_the_tolerance(
+    drawn: float, tolerance: float, drill: float
+) -> None:
+    chooser = ToolChooser(None, MILL, *drilling(spindle_speed=2000, diameter_tolerance=tolerance))
+    assert chooser.steps_for_hole(Hole(0, 0, drawn))[0].tool.diameter == drill
+
+
+def test_slots_share_assumed_mills_of_catalogue_sizes_and_boards_keep_all_diameters() -> None:
+    for board, widths in ((False, [6.0, 6.0]), (True, [6.02, 5.98])):
+        chooser = ToolChooser(None, MILL, *drilling(spindle_speed=2000), board=board)
+        slots = [Slot((0.0, 0.0), (9.0, 0.0), width) for width in (6.02, 5.98)]
+        assert [chooser.step_for_slot(slot).tool.diameter for slot in slots] == widths
+        assert chooser.steps_for_hole(Hole(0, 0, 1.53))[0].tool.diameter == (1.53 if board else 1.55)
+        told = [issue.message for issue in chooser.issues() if "makes 2 slots of Ø5.98 to 6.02" in issue.message]
+        assert len(told) == (not board)
+
+
 def test_a_slot_is_routed_by_a_slot_mill_of_its_width_and_by_no_drill() -> None:
     slot = Slot((1.0, 2.0), (9.0, 2.0), 5.0)
     with pytest.raises(PlanError, match="no slot mill of 5 mm for the slot at 1, 2"):

@@ -1,4 +1,4 @@
-"""Which tools make a hole: the library's recipes and drills, or an assumed drill per diameter."""
+"""Which tools make a hole: the library's recipes and drills, or an assumed drill per catalogue size."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from dataclasses import replace
 from fnmatch import fnmatch
 from typing import NamedTuple
 
-from leafcut.errors import PlanError
+from leafcut.errors import PlanError, count_of
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.part import Hole, HoleStep, Slot
 from leafcut.model.tool import CONES, Tool, ToolKind, ToolLibrary
 from leafcut.options import JobOptions
 from leafcut.processes.drilling.options import DrillOptions
+from leafcut.processes.drilling.plan.drill_sizes import EQUAL, catalogue_size
 
 #: Cutting data of assumed tools: high-speed steel in mild steel or aluminium, on the careful side (estimate).
 SURFACE_SPEED = 20_000.0 / 60.0  # mm/s
@@ -78,6 +79,7 @@ class ToolChooser:
         self._assumed: dict[tuple[ToolKind, float], Tool] = {}
         self._chosen: dict[tuple[float, str], tuple[Step, ...]] = {}
         self._bare_points = 0
+        self._nearly: dict[Tool, list[float]] = {}
         self._filled: dict[int, Tool] = {}
         self._widened = set[tuple[Step, ...]]()
 
@@ -120,6 +122,8 @@ class ToolChooser:
         key = (round(diameter, 6), hole.layer)
         if key not in self._chosen:
             self._chosen[key] = tuple(Step(tool) for tool in self._tools_for(diameter, hole))
+        if self.library is None:
+            self._note_size(self._chosen[key][0].tool, diameter)
         return self._chosen[key]
 
     @property
@@ -137,7 +141,9 @@ class ToolChooser:
             The library has no slot mill of this width.
         """
         if self.library is None:
-            return Step(self._assume(ToolKind.SLOT_MILL, slot.width), slots=True)
+            assumed = self._assume(ToolKind.SLOT_MILL, slot.width)
+            self._note_size(assumed, slot.width)
+            return Step(assumed, slots=True)
         tool = self._nearest(slot.width, ToolKind.SLOT_MILL)
         if tool is None:
             raise PlanError(
@@ -161,6 +167,8 @@ class ToolChooser:
                     f"{tool.label}: unusually large for a drill; leave out circles that are not drilled "
                     "with --max-diameter",
                 )
+            if tool in self._nearly:
+                yield self._nearly_as_wide(tool, self._nearly[tool])
         for tool in self._filled.values():
             yield Issue(
                 "L401",
@@ -241,7 +249,12 @@ class ToolChooser:
         )
 
     def _assume(self, kind: ToolKind, diameter: float) -> Tool:
-        """Return a tool of this diameter with careful cutting data (see the constants above)."""
+        """Return a tool of the catalogue size for this diameter with careful cutting data (see the constants above).
+
+        A drill file of a board states its drills: they keep their diameters.
+        """
+        if not self._board:
+            diameter = catalogue_size(diameter, self.job.diameter_tolerance)
         diameter = max(round(diameter, 4), _RESOLUTION)
         if (kind, diameter) not in self._assumed:
             tool = Tool(
@@ -254,6 +267,22 @@ class ToolChooser:
             rpm, feed = self._cutting_data(tool)
             self._assumed[kind, diameter] = replace(tool, feed=feed, spindle_rpm=rpm)
         return self._assumed[kind, diameter]
+
+    def _note_size(self, tool: Tool, diameter: float) -> None:
+        """Remember a diameter that an assumed tool does not have."""
+        if abs(tool.diameter - diameter) > EQUAL:
+            self._nearly.setdefault(tool, []).append(diameter)
+
+    def _nearly_as_wide(self, tool: Tool, diameters: list[float]) -> Issue:
+        """Return which diameters an assumed tool makes that it does not have."""
+        low, high = (f"{one:.5g}" for one in (min(diameters), max(diameters)))
+        works = count_of(len(diameters), "slot" if tool.kind is ToolKind.SLOT_MILL else "hole")
+        return Issue(
+            "L401",
+            f"{tool.label} makes {works} of Ø{low}{'' if low == high else f' to {high}'}: within --diameter-tolerance "
+            f"{self.job.diameter_tolerance:g} mm the nearest catalogue size counts",
+            severity=Severity.NOTE,
+        )
 
     def _cutting_data(self, tool: Tool) -> tuple[float, float]:
         """Return the speed of a tool, its own or an assumed one, rpm, and the feed that is assumed for it, mm/s.
