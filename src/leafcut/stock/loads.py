@@ -27,7 +27,7 @@ from leafcut.units import SECONDS_PER_MINUTE
 #: A cut that falls by more than this per mm goes down into the material.
 _LEVEL = 0.001
 #: Tools whose feed goes by their chips.
-_MILLING = (*MILLS, ToolKind.SLOT_MILL)
+MILLING = (*MILLS, ToolKind.SLOT_MILL)
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +209,7 @@ def limits_of(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> dict
     chip = loads.chip
     for number, tool in tools.items():
         mine = loads.cuts_of(number)
-        if tool.kind not in _MILLING or not mine.any() or not (loads.rpm[mine] > 0).all():
+        if tool.kind not in MILLING or not mine.any() or not (loads.rpm[mine] > 0).all():
             continue
         rate = float(loads.rate[mine].max())
         stated = has_chip(tool)

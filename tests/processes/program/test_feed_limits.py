@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from pathlib import Path
@@ -10,7 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from leafcut import cli
 from leafcut.errors import OptionError
+from leafcut.model import Severity
 from leafcut.model.pace_change import FeedLimit
 from leafcut.processes.program.plan import pace as plan
 from leafcut.processes.program.plan.pace import _reached
@@ -303,3 +306,64 @@ def test_the_proof_refuses_a_feed_above_a_limit(
     assert found.text == text
     (said,) = [issue.message for issue in found.issues if issue.code == "L513"]
     assert "a new speed asks more than is allowed" in said
+
+
+SIDE = "G1 Y11.5\nG1 X10\n"
+
+
+@pytest.mark.parametrize(
+    ("cuts", "tools", "options", "words"),
+    [
+        ("G1 X60 F600\n", None, {}, "its worst cut is a full slot at line 8, and chips are as thick in 100 % of its"),
+        (f"G1 X60 F600\n{SIDE}", None, {"feed_increase": 0}, "--feed-increase 0 allows no higher feed"),
+        ("G1 X60 F450\n", {"feed": '"450 mm/min"'}, {}, "the chip of its library's feed and speed is the limit"),
+        ("G1 X60 Z-3 F600\n", None, {}, "it goes down on ramps in 100 % of its cutting time, first at line 8"),
+        (f"G93\nG1 X60 F12\n{SIDE.replace('5', '5 F12').replace('X10', 'X10 F12')}G94\n", {"feed": '"4 m/min"'}, {},
+         "lines that cannot be changed take 67 % of its cutting time, first line 10"),
+        ("G0 Z2\nG81 X30 Y10 R2 Z-3 F100\nX40\nG80\n", None, {}, "it only goes straight down"),
+    ],
+)  # fmt: skip
+def test_a_tool_that_keeps_its_feed_has_a_note_with_the_reason_and_its_line(
+    tmp_path: Path, cuts: str, tools: dict[str, str] | None, options: dict[str, float], words: str
+) -> None:
+    """The line of the first cut is 8: four lines of a head, then two rapids and a plunge."""
+    text = HEAD + "G0 X10 Y10\nG0 Z2\nG1 Z-2 F60\n" + cuts + TAIL
+    given = {} if tools is None else {"tools": library(tmp_path, **tools)}
+    found = reordered(tmp_path, text, feeds=True, workpiece=BLOCK, **given, **options)
+    assert found.text == text
+    (note,) = [issue for issue in found.issues if issue.code == "L512"]
+    assert note.message.startswith(f"T1 end-mill Ø6 keeps its feed: {words}"), note.message
+    assert note.severity is Severity.NOTE
+
+
+def test_a_drill_and_a_mill_without_a_spindle_speed_have_a_reason_each(tmp_path: Path) -> None:
+    hole = "G0 X10 Y10\nG0 Z2\nG1 Z-2 F60\nG0 Z2\n"
+    mill = "G0 X10 Y10\nG0 Z2\nG1 Z-2 F60\nG1 X60 F600\n"
+    for text, reason in (
+        (HEAD.replace("flat end mill", "drill") + hole, "it mills nothing"),
+        (HEAD.replace("S6000 M3\n", "M3\n") + mill, "the program does not state the spindle speed of its cuts"),
+    ):
+        found = reordered(tmp_path, text + TAIL, feeds=True, workpiece=BLOCK)
+        (note,) = [issue.message for issue in found.issues if issue.code == "L512"]
+        assert note.endswith(f" keeps its feed: {reason}")
+
+
+def test_a_tool_whose_feed_changes_has_no_reason_and_one_beside_it_that_keeps_its_own_has(tmp_path: Path) -> None:
+    head = HEAD.replace("T1 M6\n", "(T2 D=4. - flat end mill)\nT1 M6\n")
+    first = f"G0 X10 Y10\nG0 Z2\nG1 Z-2 F60\nG1 X60 F600\n{SIDE}G0 Z15\n"
+    text = head + first + "M5\nT2 M6\nS6000 M3\nG0 X10 Y30\nG0 Z2\nG1 Z-2 F60\nG1 X60 F600\n" + TAIL
+    found = reordered(tmp_path, text, feeds=True, workpiece=BLOCK)
+    assert [issue.message.partition(":")[0] for issue in found.issues if issue.code == "L512"] == [
+        "T2 end-mill Ø4 keeps its feed"
+    ]
+
+
+def test_the_summary_and_the_answer_say_why_a_feed_stays(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "part.ngc"
+    file.write_text(HEAD + "G0 X10 Y10\nG0 Z2\nG1 Z-2 F60\nG1 X60 F600\n" + TAIL)
+    command = ["reorder", str(file), "-o", str(tmp_path / "new.ngc"), "--feeds", "--workpiece", BLOCK]
+    reason = "T1 end-mill Ø6 keeps its feed: its worst cut is a full slot at line 8"
+    assert cli.run(command) == 0
+    assert reason in " ".join(capsys.readouterr().out.split())
+    assert cli.run([*command, "--json"]) == 0
+    assert any(reason in issue["message"] for issue in json.loads(capsys.readouterr().out)["issues"])

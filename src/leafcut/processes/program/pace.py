@@ -27,13 +27,13 @@ from leafcut.processes.course import Run
 from leafcut.processes.keep_out import meetings
 from leafcut.processes.program.options import ResequenceOptions
 from leafcut.processes.program.plan.corners import rounds_freely
-from leafcut.processes.program.plan.pace import plan_pace
+from leafcut.processes.program.plan.pace import KeptFeed, plan_pace, why_kept
 from leafcut.processes.program.workpiece import block_of, check_size, other_tools, stock_before, tools_of
 from leafcut.quick_dataclass import dataclass
 from leafcut.read.step import ChosenSolid
 from leafcut.stock.cutting_force import spindle_torque
 from leafcut.stock.height_field import HeightField
-from leafcut.stock.loads import Loads, StockBefore, has_chip, loads_of
+from leafcut.stock.loads import MILLING, Loads, StockBefore, has_chip, loads_of
 from leafcut.stock.same_stock import stock_differences
 
 if TYPE_CHECKING:
@@ -50,6 +50,8 @@ _TOLERANCE = 0.01
 _ROUNDED = 1e-4
 #: Heights that differ by less are the same, mm.
 _SAME = 1e-6
+#: A cut this wide, as a share of the diameter, is a full slot: the cells of the model leave a little at its sides.
+_SLOT = 0.95
 #: So often what makes the machine slower is taken out; two motions before and behind are looked at with it.
 _TRIALS, _NEAR = 3, 2
 #: A rapid that is cut anew from the new text is found at another height on a slope: it keeps this share at least.
@@ -301,7 +303,7 @@ class _Job:
         """Return a program with other speeds; as it is where none can be proved, or the machine would be no faster."""
         program, rules = found.program, self.rules
         pace = self.pace(program, loads, rules)
-        issues = (*found.issues, *self.told(pace))
+        issues = (*found.issues, *self.told(pace, loads))
         none = replace(found, change=self.change(found, loads, pace, loads.feed, {}), issues=issues)
         try:
             pace, text, new = self.without_losses(program, pace)
@@ -314,7 +316,8 @@ class _Job:
         own = program.path.value
         slowed = any(part.speed < own[row] for row, parts in stretches.items() for part in parts)
         if after >= before and not slowed:
-            return replace(none, issues=(*issues, *_above(none.change)))
+            kept = self.kept(program, loads, pace, none.change, loads.feed)
+            return replace(none, issues=(*issues, *kept, *_above(none.change)))
         between = after if rules.air else before
         if rules.air and rules.feeds:
             alone = self.pace(program, loads, replace(rules, feeds=False))
@@ -329,7 +332,8 @@ class _Job:
         if rules.feeds and raised.any() and rounds_freely(program.path, self.run.machine, math.inf).any():
             message = "the program lets the controller round corners as far as it likes (G64 without P)"
             issues = (*issues, Issue("L511", f"{message}: more at higher feeds; state G64 P0.01 or the like"))
-        return Paced(text, new, change, (*issues, *_above(change)))
+        kept = self.kept(program, loads, pace, change, speed)
+        return Paced(text, new, change, (*issues, *kept, *_above(change)))
 
     def pace(self, program: Program, loads: Loads, rules: PaceRules) -> Pace:
         """Return how fast each stretch may go."""
@@ -498,16 +502,31 @@ class _Job:
         if math.isfinite(limit.plunge):
             yield FeedLimit("plunge", *most(loads.down, loads.sinks | loads.plunges), limit.plunge)
 
-    def told(self, pace: Pace) -> Iterator[Issue]:
+    def told(self, pace: Pace, loads: Loads) -> Iterator[Issue]:
         """Yield which tools keep their feeds, and which limits are not known."""
-        silent = [tool.label for number, tool in self.tools.items() if number not in pace.limits]
-        if self.rules.feeds and silent:
-            keep = "keeps its feed" if len(silent) == 1 else "keep their feeds"
-            message = f"{', '.join(silent)} {keep}: no cut of theirs is milled at a stated speed of the spindle"
-            yield Issue("L512", message, severity=Severity.NOTE)
+        for number, tool in self.tools.items() if self.rules.feeds else ():
+            if number in pace.limits:
+                continue
+            mine = loads.cuts_of(number)
+            turns = tool.kind not in MILLING or not mine.any() or bool((loads.rpm[mine] > 0).all())
+            why = "it mills nothing" if turns else "the program does not state the spindle speed of its cuts"
+            yield Issue("L512", f"{tool.label} keeps its feed: {why}", severity=Severity.NOTE)
         if self.rules.feeds and pace.limits:
             for message in self.unlimited(pace):
                 yield Issue("L514", message, severity=Severity.NOTE)
+
+    def kept(self, program: Program, loads: Loads, pace: Pace, change: PaceChange, speed: Floats) -> list[Issue]:
+        """Return why tools keep the feeds of all their cuts, one note for each such tool that is above no limit."""
+        issues, above = list[Issue](), {tool.number for tool in change.tools if _exceeded(tool)}
+        for number, limit in sorted(pace.limits.items()) if self.rules.feeds else ():
+            mine = loads.cuts_of(number) & np.isfinite(speed)
+            if number in above or not mine.any() or not np.allclose(speed[mine], loads.feed[mine], rtol=1e-9, atol=0.0):
+                continue
+            tool, diameter = self.tools[number], 2.0 * self.cutters[number].radius
+            why = why_kept(program, loads, number, limit, diameter, self.rules, self.run.machine)
+            words = "it only goes straight down" if why is None else _kept_words(why, limit, diameter, self.rules)
+            issues.append(Issue("L512", f"{tool.label} keeps its feed: {words}", severity=Severity.NOTE))
+        return issues
 
     def unlimited(self, pace: Pace) -> Iterator[str]:
         """Yield which limits of feeds are not applied for want of a figure, and what to give."""
@@ -531,6 +550,34 @@ class _Job:
             yield f"--slot-chip does not limit {named(chipless)}: give feed and spindle speed with --tools"
         if unknown := [number for number in numbers if math.isinf(pace.limits[number].plunge)]:
             yield f"ways down into the material keep their feeds with {named(unknown)}: give a plunge feed with --tools"
+
+
+def _kept_words(why: KeptFeed, limit: ToolLimits, diameter: float, rules: PaceRules) -> str:
+    """Return why a tool keeps its feed, for people."""
+    share, line = f"{100.0 * why.share:.0f} % of its cutting time", why.line
+    if why.reason == "chip" and limit.stated:
+        return f"the chip of its library's feed and speed is the limit in {share}, first at line {line}"
+    if why.reason == "chip":
+        cut = "a full slot" if why.width >= _SLOT * diameter else f"{why.width:.3g} mm wide"
+        return (
+            f"its worst cut is {cut} at line {line}, and chips are as thick in {share}; give its own feed and speed "
+            "with --tools"
+        )
+    if why.reason == "rate":
+        return f"it takes off as much as in its worst cut in {share}, first at line {line}"
+    if why.reason == "increase":
+        return f"--feed-increase {100.0 * (rules.increase - 1.0):g} allows no higher feed"
+    if why.reason == "spindle":
+        return f"power or torque of the spindle is the limit in {share}, first at line {line}"
+    if why.reason == "ramp":
+        return f"it goes down on ramps in {share}, first at line {line}; give its plunge feed with --tools"
+    if why.reason == "finish":
+        return f"it finishes walls in {share}, first at line {line}"
+    if why.reason == "machine":
+        return f"the machine feeds no faster in {share}, first at line {line}"
+    if why.reason == "lines":
+        return f"lines that cannot be changed take {share}, first line {line}"
+    return f"a higher feed saves no time in {share}, first at line {line}: the cuts are too short"
 
 
 def _spindle(run: Run) -> SpindleLoad | None:
@@ -573,11 +620,15 @@ def _threads() -> int:
 def _above(change: PaceChange) -> Iterator[Issue]:
     """Yield which tools stay above a limit: where a line cannot be changed, or new speeds cannot be proved."""
     for tool in change.tools:
-        over = [one.name for one in tool.limits if one.after > one.limit * (1.0 + _ROUNDED)]
-        over += ["chip"] if tool.limit_stated and tool.chip_after > tool.chip_limit * (1.0 + _ROUNDED) else []
-        if over:
+        if over := _exceeded(tool):
             message = f"{tool.label} stays above its limit ({', '.join(over)}) in cuts whose lines cannot be changed"
             yield Issue("L512", message)
+
+
+def _exceeded(tool: ToolPace) -> list[str]:
+    """Return the names of the limits that a tool is above."""
+    over = [one.name for one in tool.limits if one.after > one.limit * (1.0 + _ROUNDED)]
+    return over + (["chip"] if tool.limit_stated and tool.chip_after > tool.chip_limit * (1.0 + _ROUNDED) else [])
 
 
 def _no_faster(parts: tuple[PaceStretch, ...], own: float) -> tuple[PaceStretch, ...]:

@@ -154,25 +154,100 @@ def _in_material(
         diameter = 2.0 * cutters[number].radius
         of_tool = loads.moves.tool == number
         mine = (loads.mills | loads.sinks) & of_tool & (chip > 0)
-        by_chip = limit.chip * loads.slot_share(limit, diameter) / np.where(mine, chip, 1.0)
-        # Of a tool in no library the worst chip is that of its level cuts: its ramps stay as they are.
-        by_chip = by_chip if limit.stated else np.maximum(by_chip, 1.0)
-        by_rate = np.divide(limit.rate, loads.rate, out=np.full_like(speed, np.inf), where=loads.rate > 0)
-        factor = np.minimum(np.minimum(by_chip, np.maximum(by_rate, 1.0)), rules.increase)
-        spindle = loads.spindle_ratio(limit, diameter)
-        factor = np.minimum(factor, spindle)
-        down = np.divide(limit.plunge, loads.down, out=np.full_like(speed, np.inf), where=loads.down > 0)
-        factor = np.where(loads.sinks, np.minimum(factor, down), factor)
-        keeps = np.where(loads.sinks, math.isinf(limit.plunge), loads.width <= FINISH * diameter)
-        factor = np.where(keeps, np.minimum(factor, 1.0), factor)
+        bounds = _bounds(loads, limit, diameter, mine, rules)
+        factor = np.minimum.reduce(list(bounds.values()))
         # In steps, so that the speed does not change all the time; a feed that is too high goes down all the way.
         factor = np.where(factor > 1.0, np.minimum(_stepped(factor), factor), factor)
         factor = least_around(np.where(mine, factor, np.inf), loads.length, _AROUND * diameter)
         speed[mine] *= factor[mine]
         plunges = loads.plunges & of_tool
-        speed[plunges] *= _least_by_row(np.minimum(np.minimum(down, spindle), 1.0), loads.source, plunges)
+        slower = np.minimum(np.minimum(_downwards(loads, limit), bounds["spindle"]), 1.0)
+        speed[plunges] *= _least_by_row(slower, loads.source, plunges)
     speed = np.where(speed > loads.feed, np.maximum(np.minimum(speed, machine.max_feed), loads.feed), speed)
     return _reached(speed, loads.feed, loads.length, min(machine.acceleration) * machine.acceleration_factor)
+
+
+def _bounds(
+    loads: Loads, limit: ToolLimits, diameter: float, mine: NDArray[np.bool_], rules: PaceRules
+) -> dict[str, Floats]:
+    """Return by which factor each limit of a tool lets the feed of every piece grow, float64[m]; less than 1: fall.
+
+    `mine` are the cuts of the tool.
+    """
+    by_chip = limit.chip * loads.slot_share(limit, diameter) / np.where(mine, loads.chip, 1.0)
+    none = np.full_like(by_chip, np.inf)
+    by_rate = np.divide(limit.rate, loads.rate, out=none.copy(), where=loads.rate > 0)
+    down = _downwards(loads, limit)
+    return {
+        # Of several that are equal the first is the reason that is named.
+        "ramp": np.where(loads.sinks, np.minimum(down, 1.0) if math.isinf(limit.plunge) else down, np.inf),
+        "finish": np.where(~loads.sinks & (loads.width <= FINISH * diameter), 1.0, np.inf),
+        # Of a tool in no library the worst chip is that of its level cuts: its ramps stay as they are.
+        "chip": by_chip if limit.stated else np.maximum(by_chip, 1.0),
+        "rate": np.maximum(by_rate, 1.0),
+        "increase": np.full_like(by_chip, rules.increase),
+        "spindle": loads.spindle_ratio(limit, diameter),
+    }
+
+
+def _downwards(loads: Loads, limit: ToolLimits) -> Floats:
+    """Return by which factor the speed downwards may grow in every piece."""
+    return np.divide(limit.plunge, loads.down, out=np.full_like(loads.feed, np.inf), where=loads.down > 0)
+
+
+class KeptFeed(NamedTuple):
+    """Why a tool keeps its feed.
+
+    Attributes
+    ----------
+    reason
+        The limit that holds for most of its cutting time, as in `_bounds`; ``machine``: its greatest feed; ``lines``:
+        they cannot be changed; ``short``: a higher feed saves no time.
+    line
+        The first line with it; of a chip without a stated limit that of the worst cut.
+    share
+        Of the cutting time of the tool.
+    width
+        How wide the cut at that line is, mm.
+    """
+
+    reason: str
+    line: int
+    share: float
+    width: float
+
+
+def why_kept(
+    program: Program, loads: Loads, number: int, limit: ToolLimits, diameter: float, rules: PaceRules, machine: Machine
+) -> KeptFeed | None:
+    """Return why no cut of a tool is faster; None where it goes straight down only."""
+    mine = loads.cuts_of(number) & (loads.mills | loads.sinks) & (loads.chip > 0)
+    at = np.flatnonzero(mine)
+    if not len(at):
+        return None
+    bounds = {name: values[at] for name, values in _bounds(loads, limit, diameter, mine, rules).items()}
+    names = np.array([*bounds, "machine", "lines", "short"])
+    table = np.array(list(bounds.values()))
+    least = np.argmin(table, axis=0)
+    rows = loads.source[at]
+    changeable = {row: _may_change(program, row) is not None for row in np.unique(rows).tolist()}
+    free = table.min(axis=0) >= _STEP * (1.0 - 1e-9)
+    lines = np.array([changeable[row] for row in rows.tolist()])
+    above = np.where(loads.feed[at] >= machine.max_feed * (1.0 - 1e-9), "machine", np.where(lines, "short", "lines"))
+    reason = np.where(free, above, names[least])
+    if rules.increase < _STEP:
+        reason[:] = "increase"
+    seconds = loads.length[at] / loads.feed[at]
+    by_reason = {name: float(seconds[reason == name].sum()) for name in names.tolist()}
+    chosen = max(by_reason, key=lambda name: by_reason[name])
+    which = reason == chosen
+    if chosen == "chip" and not limit.stated:
+        which &= loads.chip[at] >= loads.chip[at][which].max() * (1.0 - 1e-6)
+    first = int(np.flatnonzero(which)[0])
+    return KeptFeed(
+        chosen, int(program.path.line[rows[first]]), by_reason[chosen] / float(seconds.sum()),
+        float(loads.width[at[first]]),
+    )  # fmt: skip
 
 
 def _least_by_row(factor: Floats, source: NDArray[np.int64], which: NDArray[np.bool_]) -> Floats:
