@@ -148,6 +148,23 @@ def test_equal_presets_and_single_presets_need_no_material(name: str, tmp_path: 
         assert load_tools(with_presets(tmp_path, name, *presets)).tools[0].spindle_rpm == 9000
 
 
+@pytest.mark.hazard
+@pytest.mark.parametrize("name", ["library.json", "fusion.csv"])
+def test_a_single_preset_of_another_material_is_not_used(name: str, tmp_path: Path) -> None:
+    """A preset that names no material has the feeds of the shop, whatever it cuts."""
+    for preset, fits in (
+        ("Softwood", False), ("Stainless steel", False), ("Mild steel", True), ("Steel", True),
+        ("Preset 1", True), ("", True),
+    ):  # fmt: skip
+        file = with_presets(tmp_path, name, (preset, 9000))
+        if fits:
+            assert load_tools(file, material="mild_steel").tools[0].spindle_rpm == 9000, preset
+        else:
+            with pytest.raises(DataError, match=f"no preset for 'mild_steel' alone; name one .*: '{preset}'"):
+                load_tools(file, material="mild_steel")
+        assert load_tools(file).tools[0].spindle_rpm == 9000
+
+
 def test_drilling_obeys_or_refuses_the_material(tmp_path: Path) -> None:
     library = with_presets(tmp_path, "library.json", ("Softwood", 15000), ("Steel", 1500))
     plate = tmp_path / "plate.csv"

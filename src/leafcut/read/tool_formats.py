@@ -40,6 +40,13 @@ _FREECAD_KINDS = {
     "drill": "drill", "endmill": "end-mill", "bullnose": "end-mill", "ballend": "ball-mill", "chamfer": "chamfer-mill",
     "v-bit": "v-bit", "vbit": "v-bit", "reamer": "reamer", "tap": "tap", "slotmill": "slot-mill",
 }  # fmt: skip
+#: Words of which one makes the name of a preset that of a material: 'Softwood', but not 'Roughing'.
+_MATERIALS = frozenset(
+    {
+        "acrylic", "alloy", "aluminium", "brass", "bronze", "carbon", "composite", "copper", "foam", "hardwood", "iron",
+        "mdf", "nylon", "plastic", "plastics", "plywood", "softwood", "stainless", "steel", "titanium", "wax", "wood",
+    }
+)  # fmt: skip
 #: What mills, and what of it has a cone: see `leafcut.model.tool`.
 _MILLS, _CONES = tuple(kind.value for kind in MILLS), tuple(kind.value for kind in CONES)
 
@@ -75,13 +82,14 @@ def rows_of(path: Path, units: str, material: str = "") -> tuple[list[ToolRow], 
 def _for_material(values: dict[str, Any] | str | list[Preset], material: str) -> dict[str, Any] | str:
     """Return a tool with the preset for a material, or why it has none.
 
-    A preset fits if its words contain all words of the material, or the other way round.
+    A preset fits if its words contain all words of the material, or the other way round. A tool with one preset needs
+    no material, but its preset is not used if its name is that of another one.
     """
     if not isinstance(values, list):
         return values
-    if len(values) == 1:
-        return values[0][1]
     wanted = _words(material)
+    if len(values) == 1 and not (wanted and _words(values[0][0]) & _MATERIALS):
+        return values[0][1]
     fitting = [preset for preset in values if wanted and (wanted <= _words(preset[0]) or wanted >= _words(preset[0]))]
     exact = [preset for preset in fitting if _words(preset[0]) == wanted]
     left = exact or fitting or ([] if wanted else values)

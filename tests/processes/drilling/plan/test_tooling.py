@@ -213,6 +213,20 @@ def test_an_assumed_speed_that_is_much_too_high_is_a_warning_that_names_the_righ
     assert "would be right" not in issue.message
 
 
+@pytest.mark.hazard
+def test_a_feed_that_is_assumed_for_a_speed_far_above_the_right_one_is_a_warning() -> None:
+    """20 m/min on 25.6 mm are 249 rpm; a person who gives the speed alone gets a feed of 3,072 mm/min."""
+    router = replace(MILL, name="router", spindle_min_rpm=6000.0, spindle_max_rpm=24000.0)
+    (issue,) = chosen(Hole(0, 0, 25.6), router, spindle_speed=6000.0)[1]
+    assert issue.severity is Severity.WARNING
+    assert issue.message.endswith(
+        "at 6000 rpm, for high-speed steel in mild steel or aluminium; check them, or give "
+        "--tools; 249 rpm would be right for that"
+    )
+    (issue,) = chosen(Hole(0, 0, 25.6), router, spindle_speed=6000.0, feed=1.0)[1]
+    assert issue.severity is Severity.NOTE and "would be right" not in issue.message
+
+
 def test_drills_of_circuit_boards_may_turn_as_fast_as_carbide_in_their_material() -> None:
     """150 m/min on 3.2 mm are 14,921 rpm, so 5000 rpm are no danger; on 25.6 mm they are 1865 rpm."""
     drill = replace(MILL, name="pcb", spindle_min_rpm=5000.0, spindle_max_rpm=60000.0)

@@ -119,3 +119,13 @@ def test_a_mill_that_needs_less_than_half_of_the_lowest_speed_or_more_than_twice
         assert "\n" not in str(refused.value)
         given = JobOptions(material=material, spindle_speed=6000.0)
         assert milling_data(PocketOptions(), given, rules, machine)[0].tool.spindle_rpm == 6000.0
+
+
+@pytest.mark.hazard
+def test_a_feed_that_is_assumed_for_a_speed_far_above_the_right_one_is_a_warning() -> None:
+    """20 m/min at 20 mm are 318 rpm in mild steel; a person who also gives the feed is told nothing."""
+    router = load_machine("mach3-router")
+    rules = PocketRules(tool_diameter=20.0, step_over=12.0)
+    _, [told] = milling_data(PocketOptions(), JobOptions(spindle_speed=6000.0), rules, router)
+    assert told.severity is Severity.WARNING and told.message.endswith("; 318 rpm would be right for that")
+    assert not milling_data(PocketOptions(milling_feed=2.0), JobOptions(spindle_speed=6000.0), rules, router)[1]

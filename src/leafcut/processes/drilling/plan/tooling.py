@@ -325,12 +325,14 @@ class ToolChooser:
         return ", for circuit boards" if self._board else ", for high-speed steel in mild steel or aluminium"
 
     def _too_fast(self, tool: Tool) -> str:
-        """Return the right speed of a tool whose assumed speed is much higher, to be added to its issue; else nothing.
+        """Return the right speed of a tool whose speed is much higher, to be added to its issue; else nothing.
 
-        A speed that a person asked for, or the library has, is not assumed.
+        A speed that a person asked for, or the library has, is not assumed; but a feed that is assumed for it is.
         """
         right = _rpm(self._fastest, tool.diameter)
         lowest = self.machine.spindle_min_rpm
+        if tool.spindle_rpm > MOST_OFF * right and not self.options.feed:
+            return f"; {right:.0f} rpm would be right for that"
         if self.job.spindle_speed or tool.spindle_rpm != lowest or lowest <= FAST * right:
             return ""
         return f"; {right:.0f} rpm would be right, but the spindle of {self.machine.name} turns at least {lowest:g}"

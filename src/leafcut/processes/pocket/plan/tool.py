@@ -143,14 +143,16 @@ def with_data(
     tool = replace(tool, feed=feed, spindle_rpm=rpm)
     if asked_rpm and asked_feed:
         return replace(tool, assumed=False), []
-    too_fast = not asked_rpm and rpm > FAST * careful
+    too_fast = rpm > (MOST_OFF if asked_rpm else FAST) * careful
     words = (
         f"{tool.label}: {feed * 60:.6g} mm/min at {rpm:.0f} rpm assumed, for high-speed steel in "
         f"{known.replace('_', ' ')}, {per_tooth:.3g} mm a tooth; check them, or give --material, --milling-feed and "
         "--spindle-speed"
     )
     if too_fast:
-        words += f"; {careful:.0f} rpm would be right, but the spindle of {machine.name} turns at least {rpm:.0f}"
+        # Of a speed that was asked for: its feed is assumed, for a material that stands no such speed.
+        lowest = f", but the spindle of {machine.name} turns at least {rpm:.0f}"
+        words += f"; {careful:.0f} rpm would be right{' for that' if asked_rpm else lowest}"
     return tool, [Issue("L401", words, severity=Severity.WARNING if too_fast else Severity.NOTE)]
 
 
