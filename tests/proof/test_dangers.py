@@ -232,6 +232,26 @@ def test_a_program_whose_cuts_all_lie_above_z0_has_an_unknown_surface(text: str,
     assert codes(text + "M2\n") == found and codes(text + "M2\n", "laser") == []
 
 
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    "text, words, found",
+    [
+        ("G92 Z60\nG0 Z40\nX10\n", "linuxcnc", "Z0 is moved 55.000 mm down: "),
+        ("G10 L2 P0 Z-20\nG0 Z5\nX10\n", "linuxcnc", "Z0 is moved by an unknown height: "),
+        ("G52 Z-20\nG0 Z5\nX10\n", "mach3", "Z0 is moved by an unknown height: "),
+        ("G92 Z2 (Z60)\nG0 Z4\nX10\n", "linuxcnc", ""),
+        ("G92 X10 Y0\nG0 X10\nG92.1\n", "linuxcnc", ""),
+        ("G52 X50 Y0 Z0\nG0 Z5\nX10\n", "mach3", ""),
+        ("G38.2 Z-5 F50\nG92 Z0\nG0 Z5\nX10\n", "linuxcnc", ""),
+    ],
+)
+def test_a_z0_that_is_moved_down_or_by_an_unknown_height_is_reported(text: str, words: str, found: str) -> None:
+    """Its rapids are compared with the new Z0: G0 Z40 after G92 Z60 at Z5 is 15 mm below the old one."""
+    told = [issue for issue in dangers("G1 Z-1 F100\nX5\nG0 Z5\n" + text + "M2\n", words=words) if issue.code == "L816"]
+    assert [issue.severity for issue in told] == [Severity.WARNING] * bool(found)
+    assert all(issue.message.startswith(found) and issue.place == "line 8" for issue in told)
+
+
 def test_an_unknown_surface_is_told_with_the_heights_of_the_cuts_and_what_to_give() -> None:
     """One line, a warning."""
     (issue,) = dangers("G0 Z53.4\nG1 Z42.9 F100\nX10\nG1 Z53\nG0 Z80\nM2\n")

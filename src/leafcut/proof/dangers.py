@@ -29,6 +29,10 @@ _ROOM = 0.002
 _STRAYS = 0.01
 #: S0, as it is written.
 _NO_SPEED = re.compile(r"S\s*0+(?:\.0*)?(?![\d.])", re.IGNORECASE)
+#: A comment, and a height that a word of the origin states; G52 Z0 only ends what was before it.
+_COMMENT = re.compile(r"\([^)]*\)|;.*")
+_Z_SHIFT = re.compile(r"Z\s*[-+#\[.\d]", re.IGNORECASE)
+_NO_SHIFT = re.compile(r"G\s*52\b.*Z\s*[-+]?(?:0+\.?0*|\.0+)(?![\d.])", re.IGNORECASE)
 #: By what is wrong: the code, how much it matters, and what it is, of one and of several.
 _KINDS = {
     "rapid below clearance": ("L801", Severity.DANGER, "rapid below Z0.05", "rapids below Z0.05"),
@@ -91,7 +95,7 @@ def find_dangers(
     never = not _turning(program, rows, True).any()
     found = [_by_hand(issue) if never and issue.code == "L803" else issue for issue in found]
     if process not in BEAMS and heights and "L801" not in simulated:
-        found += _surface_unknown(path)
+        found += [*_surface_unknown(path), *_zero_lowered(program)]
     found += [*_not_followed(program), *_of_machine(program.path, machine)]
     return sorted(found, key=lambda issue: (RANK[issue.severity], issue.code))
 
@@ -171,6 +175,28 @@ def _surface_unknown(path: Toolpath) -> Iterator[Issue]:
             f"no cut goes below Z0 (lowest Z{heights.min():.3f}, highest Z{heights.max():.3f}): the surface is "
             "unknown, so rapids were not checked against it; check them with leafcut stock --workpiece",
         )
+
+
+def _zero_lowered(program: Program) -> Iterator[Issue]:
+    """Report a Z0 that the program moves down, or by an unknown height, where the height of the tool was known (L816).
+
+    Rapids behind it are compared with the new Z0. What a probe found is no known height; nor is a Z0 that moves up
+    dangerous.
+    """
+    path = program.path
+    before, after = path.before[:, 2], path.end[:, 2]
+    for row in np.flatnonzero((path.kind == Kind.SHIFT) & np.isfinite(before) & ~(after <= before + _ROOM)).tolist():
+        line = _COMMENT.sub("", program.lines[int(path.line[row]) - 1])
+        if not _Z_SHIFT.search(line) or _NO_SHIFT.search(line):
+            continue
+        moved = f"{after[row] - before[row]:.3f} mm down" if np.isfinite(after[row]) else "by an unknown height"
+        yield Issue(
+            "L816",
+            f"Z0 is moved {moved}: rapids behind it were compared with the new Z0, and not with the surface of the "
+            "cuts before it",
+            f"line {int(path.line[row])}",
+        )
+        return
 
 
 def _not_followed(program: Program) -> Iterator[Issue]:
