@@ -9,9 +9,10 @@ from typing import Any
 
 import ezdxf
 import pytest
+import shapely
 
 from leafcut import api
-from leafcut.errors import LeafcutError
+from leafcut.errors import LeafcutError, PlanError
 from leafcut.processes.sheet.report.cut_words import cut_counts, norm_facts
 
 KERF = 1.5
@@ -130,3 +131,111 @@ def test_what_is_nested_in_blocks_is_cut_with_common_lines_all_of_them(lead_in: 
 def test_plates_that_are_too_near_are_told_the_kerf_to_be_nested_with(tmp_path: Path) -> None:
     with pytest.raises(LeafcutError, match="with that kerf"):
         api.optimize(drawing(tmp_path, 1.3), common_lines=True, **FAST)
+
+
+# -- edges that touch, without compensation, and edges in corners ----------------------------------------------------
+
+#: A plate with a notch from above, and one that fills the notch; beside its edges stays `gap`.
+NOTCHED = [(40, 40), (160, 40), (160, 140), (130, 140), (130, 70), (70, 70), (70, 140), (40, 140)]
+LASER: dict[str, Any] = {**FAST, "machine": "laser-table", "thickness": "3"}
+
+
+def filling(gap: float) -> list[tuple[float, float]]:
+    return [(70 + gap, 70 + gap), (130 - gap, 70 + gap), (130 - gap, 140), (70 + gap, 140)]
+
+
+def plates(folder: Path, *outlines: list[tuple[float, ...]] | list[tuple[float, float]]) -> Path:
+    document = ezdxf.new(units=4)
+    for points in outlines:
+        document.modelspace().add_lwpolyline(points, format="xyb"[: len(points[0])], close=True)
+    document.saveas(folder / "plates.dxf")
+    return folder / "plates.dxf"
+
+
+def bodies(done: Any) -> list[Any]:
+    """What is cut without leads, in chords."""
+    return [shapely.LineString(c.path.piece(c.lead_in, c.lead_out).flattened(0.005)) for c in done.detail.plan.cuts]
+
+
+@pytest.mark.parametrize("machine", ["plasma-table", "laser-table"])
+@pytest.mark.parametrize("second", [filling(0.0), [(160, 40), (220, 40), (220, 90), (160, 90)]])
+def test_edges_that_touch_are_cut_once_without_compensation_and_without_an_option(
+    machine: str, second: list[tuple[float, float]], tmp_path: Path
+) -> None:
+    """All that is cut is as long as the union of what is drawn."""
+    drawn = [shapely.Polygon(points).exterior for points in (NOTCHED, second)]
+    done = api.optimize(plates(tmp_path, NOTCHED, second), compensation="none", **{**FAST, "machine": machine})
+    assert done.verified
+    assert sum(line.length for line in bodies(done)) == pytest.approx(shapely.union_all(drawn).length, abs=0.01)
+    assert shapely.union_all(drawn).difference(shapely.union_all(bodies(done)).buffer(0.01)).length < 0.01
+    assert "L617" not in [i.code for i in done.issues]
+
+
+def test_edges_of_an_inner_corner_a_kerf_apart_are_one_common_line(tmp_path: Path) -> None:
+    done = api.optimize(plates(tmp_path, NOTCHED, filling(KERF)), common_lines=True, **FAST)
+    assert done.verified
+    assert done.detail.plan.measures.sheet.common_mm == pytest.approx(2 * 68.5 + 57, abs=0.1)
+    assert [len(c.contours) for c in done.detail.plan.cuts if not c.common] == [2]
+
+
+def test_a_part_most_of_which_lies_a_kerf_from_another_is_refused_with_the_option_that_cuts_it(tmp_path: Path) -> None:
+    with pytest.raises(PlanError, match=r"part 2: .* part 1: .* more than half of its length.*--common-lines"):
+        api.optimize(plates(tmp_path, NOTCHED, filling(KERF)), **FAST)
+
+
+def test_touching_parts_are_refused_by_name_where_an_option_keeps_them_from_sharing_the_cut(tmp_path: Path) -> None:
+    with pytest.raises(PlanError, match=r"part 2: .* part 1: .*would be cut twice"):
+        api.optimize(plates(tmp_path, NOTCHED, filling(0.0)), compensation="none", micro_joints=1, **LASER)
+
+
+def test_curved_edges_that_touch_are_cut_twice_with_a_warning(tmp_path: Path) -> None:
+    """A quarter more than a third of a circle on a chord of 60 mm: its bulge is 0.5."""
+    left = [(40, 40, 0), (100, 40, 0.5), (100, 100, 0), (40, 100, 0)]
+    right = [(100, 40, 0), (160, 40, 0), (160, 100, 0), (100, 100, -0.5)]
+    done = api.optimize(plates(tmp_path, left, right), compensation="none", **FAST)
+    angle = 4 * math.atan(0.5)
+    (issue,) = [i for i in done.issues if i.code == "L617"]
+    assert issue.severity == "warning"
+    assert float(issue.message.split()[0]) == pytest.approx(30 / math.sin(angle / 2) * angle, abs=0.05)
+    assert "cut twice" in issue.message
+
+
+@pytest.mark.parametrize("radius", [1.0, 3.0, 5.0, 15.0])
+def test_plates_with_round_corners_have_common_lines(radius: float, tmp_path: Path) -> None:
+    def round_plate(x: float) -> list[tuple[float, ...]]:
+        low, high, r, b = x, x + 60, radius, math.tan(math.pi / 8)
+        return [
+            (low + r, 40, 0), (high - r, 40, b), (high, 40 + r, 0), (high, 100 - r, b),
+            (high - r, 100, 0), (low + r, 100, b), (low, 100 - r, 0), (low, 40 + r, b),
+        ]  # fmt: skip
+
+    done = api.optimize(plates(tmp_path, round_plate(40), round_plate(100 + KERF)), common_lines=True, **FAST)
+    assert done.verified
+    assert done.detail.plan.measures.sheet.common_mm == pytest.approx(60 - 2 * radius, abs=0.1)
+
+
+def test_edges_one_kerf_apart_are_never_reported_as_missing(tmp_path: Path) -> None:
+    """Strips before both ends of the gap leave its line no place to start."""
+    pair = [[(x, 60), (x + 60, 60), (x + 60, 120), (x, 120)] for x in (40, 100 + KERF)]
+    strips = [[(60, y), (140, y), (140, y + 20), (60, y + 20)] for y in (60 - KERF - 0.5 - 20, 120 + KERF + 0.5)]
+    done = api.optimize(plates(tmp_path, *pair, *strips), common_lines=True, **FAST)
+    (issue,) = [i for i in done.issues if i.code in ("L616", "L617")]
+    assert issue.code == "L617"
+    assert issue.message.startswith("60 mm of edges one kerf apart")
+
+
+def test_without_compensation_the_message_does_not_deny_the_kerf_between_edges(tmp_path: Path) -> None:
+    done = api.optimize(drawing(tmp_path, KERF), common_lines=True, compensation="none", **FAST)
+    (issue,) = [i for i in done.issues if i.code == "L616"]
+    assert "without compensation" in issue.message
+    assert "kerf apart" not in issue.message
+
+
+def test_a_head_that_stays_down_cuts_common_lines_before_the_path_around(tmp_path: Path) -> None:
+    """Its travel moves cross the parts, which only the path around detaches: no change of the order avoids that."""
+    corner = [(40, 40), (140, 40), (140, 70), (70, 70), (70, 140), (40, 140)]
+    done = api.optimize(
+        plates(tmp_path, corner, [(70, 70), (140, 70), (140, 140), (70, 140)]), compensation="none", **LASER
+    )
+    assert done.verified
+    assert [c.common > 0 for c in done.detail.plan.cuts] == [True, True, False]

@@ -168,8 +168,8 @@ def _kept_off(job: SheetJob, laid: _LaidOrder) -> _LaidOrder:
 
     if job.freed is None or laid.round is None or not (laid.round.crossing or laid.round.close or laid.round.corners):
         return laid
-    numbers = [c.index for c in job.cutting.contours]
-    pairs = [(numbers[a], numbers[b]) for a, b in job.cutting.pairs]
+    place_of = {k: at for at, start in enumerate(laid.order) for k in start.contours}
+    pairs = [(place_of[a], place_of[b]) for a, b in job.cutting.pairs if place_of[a] != place_of[b]]
     with job.run.deadline.part(1.0).running(job.run.cancelled) as late:
         place = cut_free_later(job.freed, laid.plan.cuts, pairs, job.travel(), lambda: not late())
     other = _laid(job, [laid.order[k] for k in place])

@@ -115,9 +115,20 @@ def test_a_laser_cuts_lines_across_each_other() -> None:
 
 
 def test_a_plasma_does_not_cut_three_rows_as_one_group() -> None:
-    """Of the square in the middle no line could be begun in the scrap."""
-    with pytest.raises(PlanError, match=r"no lead fits into the scrap at part 5"):
-        cutting_of(grid(3, 3, PLASMA.kerf))
+    """Of the square in the middle no straight line could be begun in the scrap; a line around its corner can."""
+    cutting = cutting_of(grid(3, 3, PLASMA.kerf))
+    cuts = cuts_of(cutting)
+    assert max(len(c.contours) for c in cuts) < 9
+    assert any(c.common and body(c).n_segments > 1 for c in cuts)
+    assert any(i.code == "L617" for i in cutting.issues)
+    for a, b in itertools.combinations([c for c in cuts if c.common], 2):
+        met = line_of(a).intersection(line_of(b))
+        assert met.is_empty or met.distance(shapely.Point(b.path.end)) < END
+
+
+def test_a_plasma_does_not_cut_four_rows() -> None:
+    with pytest.raises(PlanError, match=r"no lead fits into the scrap at part"):
+        cutting_of(grid(4, 4, PLASMA.kerf))
 
 
 def test_edges_of_different_length_share_what_faces_and_a_lead_comes_in_at_an_angle() -> None:

@@ -56,6 +56,8 @@ class CutRules:
         Of holes, and of outlines.
     torch_off_in_overcut
         The overcut is made with the torch off.
+    once
+        Without compensation: edges that coincide are cut once, also if nobody asks for common lines.
     """
 
     kind: str
@@ -84,6 +86,7 @@ class CutRules:
     margin: float
     compensation: str
     common_lines: bool = False
+    once: bool = False
 
     def feed_of(self, kind: str, *, small: bool) -> float:
         """Return the speed of a contour, mm/s: of its kind, ``cut`` or ``mark``, and whether it is a small hole."""
@@ -167,6 +170,7 @@ def resolve_rules(
         margin=options.sheet_margin,
         compensation=options.compensation,
         common_lines=options.common_lines,
+        once=options.compensation == "none" and not not_with_common_lines(options, data),
     )
 
 
@@ -211,8 +215,8 @@ def _check(kind: str, options: CutOptions, data: CutData) -> None:
             raise OptionError("--compensation controller: starts at the edge need --compensation geometry")
 
 
-def _check_common_lines(options: CutOptions, data: CutData) -> None:
-    """Refuse what a cut for two parts cannot have."""
+def not_with_common_lines(options: CutOptions, data: CutData) -> list[str]:
+    """Return the options in use that a cut for two parts cannot have."""
     edge = options.edge_start == "always" or (options.edge_start == "auto" and not data.can_pierce)
     given = {
         "--chains": options.chains,
@@ -224,6 +228,11 @@ def _check_common_lines(options: CutOptions, data: CutData) -> None:
         "--compensation controller": options.compensation == "controller",
         "starts at the sheet's edge": edge,
     }
-    wrong = [name for name, is_given in given.items() if is_given]
+    return [name for name, is_given in given.items() if is_given]
+
+
+def _check_common_lines(options: CutOptions, data: CutData) -> None:
+    """Refuse what a cut for two parts cannot have."""
+    wrong = not_with_common_lines(options, data)
     if wrong:
         raise OptionError(f"--common-lines does not go with {' and '.join(wrong)}; leave out one of them")

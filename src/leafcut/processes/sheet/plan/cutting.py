@@ -27,6 +27,7 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.chains.chain_path import chain_length, make_chain
+from leafcut.processes.sheet.plan.common_cuts.doubled import doubled_edges
 from leafcut.processes.sheet.plan.cut_contours import ROUNDING, CutContour, prepare_contours, with_notches
 from leafcut.processes.sheet.plan.cut_path import make_cut
 from leafcut.processes.sheet.plan.cut_rules import CutRules
@@ -125,14 +126,14 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
         contours = with_loops(contours, scrap, rules)
         scrap = Scrap(sheet, contours, rules)
     order: list[tuple[int, int]] = []
-    if rules.common_lines:
+    if rules.common_lines or rules.once:
         from leafcut.processes.sheet.plan.common_cuts.lines import beside_leads, with_common_lines
 
         contours, order, found = with_common_lines(contours, scrap, rules)
         scrap, issues = beside_leads(Scrap(sheet, contours, rules), contours), [*issues, *found]
     contours = with_notches(contours, rules)
     starts = find_starts(contours, scrap, rules)
-    issues = [*issues, *_lead_issues(contours, starts, rules)]
+    issues = [*issues, *doubled_edges(contours, rules), *_lead_issues(contours, starts, rules)]
     return Cutting(sheet, rules, contours, scrap, starts, tuple(issues), tuple(order))
 
 

@@ -74,8 +74,8 @@ class Round:
 
 
 def freed_by(sheet: Sheet, cut: Cut) -> list[int]:
-    """Return the contours of parts that a cut frees: closed outlines without micro-joints."""
-    if cut.kind != "cut" or cut.joints:
+    """Return the contours of parts that a cut frees: closed outlines without micro-joints, by no common line."""
+    if cut.kind != "cut" or cut.joints or cut.common:
         return []
     outlines = ((k, sheet.contours[k]) for k in cut.contours)
     return [k for k, c in outlines if c.depth % 2 == 0 and c.contour.path.closed and c.contour.kind == "cut"]
@@ -114,7 +114,7 @@ def cut_free_later(
     Parameters
     ----------
     pairs
-        Of contours of the sheet: the first must be cut before the second.
+        Positions in `cuts`: the first must be cut before the second.
     cost
         Of a straight way, in seconds or mm.
     look
@@ -124,7 +124,6 @@ def cut_free_later(
     before: dict[int, set[int]] = {}
     for a, b in pairs:
         before.setdefault(a, set()).add(b)
-    must_follow = [frozenset().union(*(before.get(k, ()) for k in cut.contours)) for cut in cuts]
     known: dict[tuple[int, int, frozenset[int]], float] = {}
 
     def way(a: int, b: int, free: set[int]) -> float:
@@ -151,7 +150,7 @@ def cut_free_later(
         for at in sorted({free_at[part] for part in met & free_at.keys()}):
             moved = order[at]
             between = order[at + 1 : place + 1]
-            if any(not must_follow[moved].isdisjoint(cuts[k].contours) for k in between):
+            if not before.get(moved, set()).isdisjoint(between):
                 continue
             other = [*order[:at], *between, moved, *order[place + 1 :]]
             tried += 1

@@ -85,11 +85,18 @@ def crossings(laid: LaidRuns, path: Toolpath, radius: float = 0.0) -> list[tuple
 
 
 def _freed(laid: LaidRuns) -> list[tuple[int, Points]]:
-    """Return the runs that cut outlines all round without letting go, and the outlines, closed, float64[n, 2]."""
+    """Return the runs that cut outlines all round without letting go, and the outlines, closed, float64[n, 2].
+
+    A common line lets no part go: the cut around its group, whose proof is `common_cuts`, does.
+    """
+    common = {run for run, cut in enumerate(laid.plan.cuts) if cut.common > 0.0}
     return [
         (claim.run, shapely.get_coordinates(claim.target.edge))
         for claim in laid.claims
-        if _is_outline(claim.target) and laid.frees(claim) and len(laid.runs[claim.run].lines()) == 1
+        if _is_outline(claim.target)
+        and laid.frees(claim)
+        and claim.run not in common
+        and len(laid.runs[claim.run].lines()) == 1
     ]
 
 

@@ -69,10 +69,15 @@ def facing_edges(contours: Sequence[CutContour], rules: CutRules) -> list[EdgeGa
     for i, j in zip(first.tolist(), second.tolist(), strict=True):
         a, b = owner[i], owner[j]
         if a < b and contours[a].source.parent == contours[b].source.parent:
-            slot = _slot((a, b), table[i], table[j], gap, max(LEAST_KERFS * rules.kerf, LEAST))
+            slot = _slot((a, b), table[i], table[j], gap, least_length(rules))
             if slot is not None:
                 found.append(slot)
     return sorted(found, key=lambda s: (s.parts, s.begin))
+
+
+def least_length(rules: CutRules) -> float:
+    """Return the least length over which edges of a common line face each other, mm."""
+    return LEAST if rules.half <= 0.0 else max(LEAST_KERFS * rules.kerf, LEAST)
 
 
 def _slot(parts: tuple[int, int], one: np.ndarray, other: np.ndarray, gap: float, least: float) -> EdgeGap | None:

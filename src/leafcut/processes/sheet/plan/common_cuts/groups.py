@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,14 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.kinds import CutMethod
 from leafcut.model.cutting import Lead
 from leafcut.processes.sheet.plan.common_cuts.edges import GAP, EdgeGap
-from leafcut.processes.sheet.plan.cut_contours import FLATNESS, OFFSET_TOLERANCE, ROUNDING, CutContour, flat_line
+from leafcut.processes.sheet.plan.cut_contours import (
+    FLATNESS,
+    OFFSET_TOLERANCE,
+    ROUNDING,
+    CutContour,
+    corner_turns,
+    flat_line,
+)
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads.leads import LEAST_KERFS, LEAST_LEAD, SMALLER, Scrap, lead_shape, placed
 from leafcut.quick_dataclass import dataclass
@@ -29,6 +37,10 @@ MEET = 0.01
 REACH = 6.0
 #: A cut whose kerf others cross keeps its arc: light and water need no metal to burn on.
 CROSSABLE = (CutMethod.LASER, CutMethod.WATERJET)
+#: A shorter stretch of a path that is not cut is rounding, mm; a drawn corner turns by more than this, rad.
+SHORT, SHARP = 0.1, math.radians(3.0)
+#: Half a kerf beyond the end of an edge, metal within this many half kerfs is a bend; at a right angle it is 1.41.
+BEND = 1.3
 #: Lines are on one line when they turn by less than this, rad.
 STRAIGHT = 1e-3
 #: A fitted arc of a larger radius is a line, mm.
@@ -40,17 +52,21 @@ ANGLES = tuple(math.radians(a) for a in (0.0, 45.0, -45.0, 30.0, -30.0, 60.0, -6
 
 @dataclass(frozen=True)
 class CommonLine:
-    """A common line: `begin` and `end` in the middle of other kerfs; `shared` mm of it lie between two parts.
+    """A common line through `points`; both its ends lie in the middle of other kerfs.
 
-    `inlets` are the lead-ins with which it can begin at either end; None: it cannot begin there.
-    `parts` are positions of contours.
+    `shared` mm of it lie between two parts. `inlets` are the lead-ins with which it can begin at either end; None: it
+    cannot begin there. `parts` are positions of contours.
     """
 
-    begin: Point
-    end: Point
+    points: tuple[Point, ...]
     shared: float
     parts: tuple[int, ...]
     inlets: tuple[Lead | None, Lead | None]
+
+    @property
+    def ends(self) -> tuple[Point, Point]:
+        """First and last point."""
+        return self.points[0], self.points[-1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +101,7 @@ class Grouper:
         owners = {k for s in slots for k in s.parts}
         self.metal = {k: shapely.Polygon(contours[k].source.contour.path.flattened(FLATNESS)) for k in owners}
         self.round = {k: any(s.is_arc for s in contours[k].source.contour.path.segments()) for k in owners}
-        self.rooms = [_room(s) for s in slots]
+        self.rooms = [_room(self._up_to_bends(s)) for s in slots]
         self.middles = np.array([shapely.LineString([s.begin, s.end]) for s in slots], dtype=object)
         self.follows = list(self._in_line())
 
@@ -103,10 +119,10 @@ class Grouper:
         if whole is None:
             return None
         pieces = whole if self.rules.kind in CROSSABLE else _uncrossed(whole, self.rules.half)
-        lines = [self._line(piece, inside, members, around) for piece in pieces]
+        lines = self._bent([self._line(piece, inside, members, around) for piece in pieces], members, around)
         if any(line.inlets == (None, None) for line in lines):
             return None
-        every = shapely.multilinestrings([around, *(shapely.LineString([x.begin, x.end]) for x in lines)])
+        every = shapely.multilinestrings([around, *(shapely.LineString(x.points) for x in lines)])
         if not self._covers(every, members):
             return None
         numbers = frozenset(self.contours[k].source.part for k in members)
@@ -139,16 +155,32 @@ class Grouper:
         return _straightened(rings[0] if rings[0].area > 0.0 else rings[0].reversed())
 
     def _covers(self, lines: Any, members: frozenset[int]) -> bool:
-        """Return whether all of every part's path is cut but arcs round corners, and nothing nearer to a part."""
+        """Return whether all of every part's path is cut but arcs round sharp corners, and nothing nearer to a part."""
         half = self.rules.half
         near = lines.buffer(ROUNDING)
         for k in members:
             if shapely.distance(lines, self.metal[k]) < half - GAP:
                 return False
             left = self.contours[k].line.difference(near)
-            if any(piece.length > math.pi * half + ROUNDING for piece in shapely.get_parts(left)):
+            pieces = [piece for piece in shapely.get_parts(left) if piece.length > SHORT]
+            if any(not _about_corner(piece, self.contours[k], half) for piece in pieces):
                 return False
         return True
+
+    def _up_to_bends(self, slot: EdgeGap) -> EdgeGap:
+        """Return a room without half a kerf at each end from which both edges go on in bends.
+
+        The path around a group, half a kerf beside it, then comes to where the paths of the two parts meet.
+        """
+        half = self.rules.half
+        along = (np.array(slot.end) - np.array(slot.begin)) / slot.length
+        ends = []
+        for end, way in ((slot.begin, -along), (slot.end, along)):
+            beyond = shapely.Point(np.array(end) + half * way)
+            bends = all(shapely.distance(beyond, self.metal[k]) < BEND * half for k in slot.parts)
+            x, y = np.array(end) - (half * way if bends and slot.length > 4.0 * half else 0.0)
+            ends.append((float(x), float(y)))
+        return replace(slot, begin=ends[0], end=ends[1])
 
     # -- the lines between -------------------------------------------------------------------------------------------
 
@@ -187,7 +219,8 @@ class Grouper:
         for number, (begin, end) in enumerate(lines):
             others = [line for k, line in enumerate(drawn) if k != number]
             kerfs = shapely.union_all([around, *others]).buffer(MEET)
-            ends = [self._met(a, b, kerfs) for a, b in ((end, begin), (begin, end))]
+            rest = [line for k, line in enumerate(lines) if k != number]
+            ends = [self._met(a, b, kerfs) or self._corner(a, b, rest) for a, b in ((end, begin), (begin, end))]
             if ends[0] is None or ends[1] is None:
                 return None
             found.append((ends[0], ends[1]))
@@ -203,6 +236,51 @@ class Grouper:
         x, y = shapely.get_coordinates(shapely.shortest_line(shapely.Point(end), hits))[1].tolist()
         return x, y
 
+    def _corner(self, origin: Point, end: Point, others: Sequence[tuple[Point, Point]]) -> Point | None:
+        """Return where a line and another one meet if both go on beyond their ends: in an inner corner of a part."""
+        reach = REACH * self.rules.half + MEET
+        u, v = end[0] - origin[0], end[1] - origin[1]
+        for line in others:
+            for far, near in (line, line[::-1]):
+                w, z = near[0] - far[0], near[1] - far[1]
+                cross = u * z - v * w
+                if abs(cross) < STRAIGHT * math.hypot(u, v) * math.hypot(w, z):
+                    continue
+                share = ((near[0] - end[0]) * z - (near[1] - end[1]) * w) / cross
+                met = end[0] + share * u, end[1] + share * v
+                beyond = share >= 0.0 and (met[0] - near[0]) * w + (met[1] - near[1]) * z >= 0.0
+                if beyond and math.dist(met, end) <= reach and math.dist(met, near) <= reach:
+                    return met
+        return None
+
+    def _bent(self, lines: list[CommonLine], members: frozenset[int], around: Any) -> list[CommonLine]:
+        """Return the lines; one that can begin at neither end goes on from another that ends where it ends.
+
+        No third line may meet them there: its kerf would be crossed.
+        """
+        left = list(lines)
+        while True:
+            inner = [a for a in left if a.inlets == (None, None)]
+            pairs = ((a, b) for a in inner for b in left if a is not b and _goes_on(a, b, left))
+            pair = next(pairs, None)
+            if pair is None:
+                return left
+            at = left.index(pair[1])
+            left[at] = self._joined(pair[1], pair[0], members, around)
+            left.remove(pair[0])
+
+    def _joined(self, one: CommonLine, other: CommonLine, members: frozenset[int], around: Any) -> CommonLine:
+        """Return two lines as one, through the end that they share."""
+        first = one.points if _meet(one.points[-1], other.ends) else one.points[::-1]
+        then = other.points if _meet(first[-1], other.ends[:1]) else other.points[::-1]
+        points = (*first, *then[1:])
+        inlets = (
+            self._inlet(points[0], points[1], members, around, False),
+            self._inlet(points[-1], points[-2], members, around, True),
+        )
+        parts = tuple(sorted({*one.parts, *other.parts}))
+        return CommonLine(points, one.shared + other.shared, parts, inlets)
+
     def _line(
         self, ends: tuple[Point, Point], inside: Sequence[int], members: frozenset[int], around: Any
     ) -> CommonLine:
@@ -213,8 +291,7 @@ class Grouper:
         shared = {n: length for n, length in along.items() if length > 0.1 * self.rules.kerf + 8.0 * GAP}
         begin, end = ends
         return CommonLine(
-            begin,
-            end,
+            ends,
             math.fsum(shared.values()),
             tuple(sorted({k for n in shared for k in self.slots[n].parts})),
             (self._inlet(begin, end, members, around, False), self._inlet(end, begin, members, around, True)),
@@ -253,6 +330,14 @@ class Grouper:
         # From the path around the group on it only comes farther away, until the kerfs are apart.
         leaves = np.all((np.diff(apart) > 0.0) | (apart[1:] >= kerf)) and apart[-1] >= 0.5 * kerf
         return bool(leaves) and bool(self.scrap.clear(lead[:1], splash)[0])
+
+
+def _about_corner(piece: Any, contour: CutContour, half: float) -> bool:
+    """Return whether a piece of a path is the arc about a sharp corner of what is drawn."""
+    drawn = contour.source.contour.path
+    corners: Any = shapely.points(drawn.vertices[np.abs(corner_turns(drawn)) > SHARP, :2])
+    points: Any = shapely.points(shapely.get_coordinates(piece))
+    return any(bool(np.all(np.abs(shapely.distance(corner, points) - half) < ROUNDING)) for corner in corners)
 
 
 def _straightened(path: Polyline) -> Polyline:
@@ -297,7 +382,18 @@ def _uncrossed(lines: Sequence[tuple[Point, Point]], half: float) -> list[tuple[
 
 def _ends_at(lines: Sequence[CommonLine]) -> Iterator[tuple[int, int]]:
     """Yield pairs (before, after): a line, and a later one that ends at it."""
-    drawn = [shapely.LineString([x.begin, x.end]) for x in lines]
+    drawn = [shapely.LineString(x.points) for x in lines]
     for a, b in itertools.combinations(range(len(lines)), 2):
-        if any(shapely.dwithin(drawn[a], shapely.Point(p), 2.0 * MEET) for p in (lines[b].begin, lines[b].end)):
+        if any(shapely.dwithin(drawn[a], shapely.Point(p), 2.0 * MEET) for p in lines[b].ends):
             yield a, b
+
+
+def _meet(point: Point, ends: Sequence[Point]) -> bool:
+    return any(math.dist(point, end) <= 2.0 * MEET for end in ends)
+
+
+def _goes_on(a: CommonLine, b: CommonLine, lines: Sequence[CommonLine]) -> bool:
+    """Return whether two lines share an end at which no other line is."""
+    end = next((end for end in a.ends if _meet(end, b.ends)), None)
+    others = (shapely.LineString(c.points) for c in lines if c is not a and c is not b)
+    return end is not None and not any(shapely.dwithin(other, shapely.Point(end), 2.0 * MEET) for other in others)

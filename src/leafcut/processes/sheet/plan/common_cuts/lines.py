@@ -20,7 +20,7 @@ import shapely
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.sheet import SheetContour
-from leafcut.processes.sheet.plan.common_cuts.edges import EdgeGap, facing_edges
+from leafcut.processes.sheet.plan.common_cuts.edges import GAP, EdgeGap, facing_edges, least_length
 from leafcut.processes.sheet.plan.common_cuts.groups import CommonCutGroup, Grouper
 from leafcut.processes.sheet.plan.cut_contours import CutContour, corners_along, flat_line
 from leafcut.processes.sheet.plan.cut_rules import CutRules
@@ -39,8 +39,7 @@ def with_common_lines(
     slots = facing_edges(contours, rules)
     groups = _groups(contours, slots, scrap, rules)
     if not groups:
-        words = "no common lines found: no two parts have straight edges one kerf apart"
-        return contours, [], [Issue("L616", words, "", Severity.NOTE)]
+        return contours, [], _without(slots, rules)
     gone = {k for group in groups for k in group.members}
     made = [c for k, c in enumerate(contours) if k not in gone]
     last = max(c.index for c in contours) + 1
@@ -51,7 +50,7 @@ def with_common_lines(
         last += len(lines)
         pairs += _order(made, around, group, len(made))
         made += [*lines, around]
-    return made, pairs, _issues(slots, groups)
+    return made, pairs, _issues(slots, groups, rules)
 
 
 def beside_leads(scrap: Scrap, contours: Sequence[CutContour]) -> Scrap:
@@ -133,7 +132,7 @@ def _line(contours: list[CutContour], group: CommonCutGroup, number: int, n: int
     """Return one common line as an open contour."""
     line = group.lines[n]
     first = contours[min(line.parts)].source
-    path = Polyline.of_points([line.begin, line.end])
+    path = Polyline.of_points(list(line.points))
     outline = contours[min(group.members)].index
     contour = replace(first.contour, path=path, kind="cut")
     return CutContour(
@@ -163,7 +162,38 @@ def _order(
     yield from ((at + a, at + b) for a, b in group.order)
 
 
-def _issues(slots: Sequence[EdgeGap], groups: Sequence[CommonCutGroup]) -> list[Issue]:
+def _without(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
+    """Return why there are no common lines, for those who asked for them."""
+    if not rules.common_lines:
+        return []
+    if slots:
+        return _apart(slots, rules)
+    return [Issue("L616", _no_common_lines(least_length(rules), rules), "", Severity.NOTE)]
+
+
+def _no_common_lines(least: float, rules: CutRules) -> str:
+    if rules.half <= 0.0:
+        return (
+            "no common lines: without compensation, parts share only straight edges that coincide over "
+            f"{least:.3g} mm or more"
+        )
+    return (
+        f"no common lines: no two parts have straight edges one kerf of {rules.kerf:.4g} mm apart, within {GAP:g} mm, "
+        f"that face each other over {least:.3g} mm or more"
+    )
+
+
+def _apart(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
+    """Return the note of edges that could be common lines and are cut separately."""
+    if not slots or rules.half <= 0.0:  # edges that coincide: `doubled_edges` reports them
+        return []
+    (x, y), (u, v) = slots[0].begin, slots[0].end
+    words = f"{math.fsum(s.length for s in slots):.6g} mm of edges one kerf apart are cut separately: no line "
+    words += "between them can start in the scrap and cut without crossing another"
+    return [Issue("L617", words, f"at ({(x + u) / 2:.5g}, {(y + v) / 2:.5g})", Severity.NOTE)]
+
+
+def _issues(slots: Sequence[EdgeGap], groups: Sequence[CommonCutGroup], rules: CutRules) -> list[Issue]:
     lines = [line for g in groups for line in g.lines]
     length = math.fsum(line.shared for line in lines)
     parts = sum(len(g.members) for g in groups)
@@ -171,9 +201,4 @@ def _issues(slots: Sequence[EdgeGap], groups: Sequence[CommonCutGroup]) -> list[
     found = [Issue("L616", words, "", Severity.NOTE)]
     of = {k: n for n, g in enumerate(groups) for k in g.members}
     left = [s for s in slots if of.get(s.parts[0], -1) != of.get(s.parts[1], -2)]
-    if left:
-        (x, y), (u, v) = left[0].begin, left[0].end
-        words = f"{math.fsum(s.length for s in left):.6g} mm of edges one kerf apart are cut separately: no line "
-        words += "between them can start in the scrap and cut without crossing another"
-        found.append(Issue("L617", words, f"at ({(x + u) / 2:.5g}, {(y + v) / 2:.5g})", Severity.NOTE))
-    return found
+    return [*found, *_apart(left, rules)]
