@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 
@@ -105,9 +105,16 @@ class Stock:
         """Its name with its price, as drawings hold it: ``3000x1500@180``."""
         return self.name + ("" if self.price is None else f"@{self.price:.12g}")
 
-    def cost(self, priced: bool) -> float:
-        """Return what one costs: its price, where sheets have any, else its area in mm²."""
-        return (self.price or 0.0) if priced else self.area
+
+def sheet_costs(stocks: Sequence[Stock]) -> list[float]:
+    """Return what a sheet of each kind costs: its price where sheets have any, else its area in mm².
+
+    A remnant without a price costs nothing beside sheets that are to be bought: those with a price, or of a size.
+    """
+    if any(stock.price is not None for stock in stocks):
+        return [stock.price or 0.0 for stock in stocks]
+    bought = any(not stock.edge for stock in stocks)
+    return [0.0 if bought and stock.edge else stock.area for stock in stocks]
 
 
 @dataclass(frozen=True)
@@ -174,7 +181,8 @@ class Nest:
 
     @property
     def _cost(self) -> float:
-        return sum(layout.count * self.stock_of(layout).cost(self.priced) for layout in self.layouts)
+        costs = sheet_costs(self.stocks)
+        return sum(layout.count * costs[layout.stock] for layout in self.layouts)
 
     @cached_property
     def sheet_area(self) -> float:

@@ -193,21 +193,33 @@ def test_a_table_of_unknown_travel_needs_a_size_and_takes_any(drawings: Path, tm
     assert (found.stocks[0].length, found.stocks[0].width) == (9000, 5000)
 
 
-@pytest.mark.parametrize(("threads", "variants", "shares"), [(1, 3, [30]), (2, 3, [30, 15, 15]), (3, 3, [30] * 3)])
-def test_of_a_time_limit_the_first_variant_has_all_however_many_there_are(
-    threads: int, variants: int, shares: list[int], drawings: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("threads", "variants", "shares"),
+    [
+        (1, 3, [(30, 1)]),
+        (2, 3, [(30, 2)]),
+        (2, 1, [(30, 2)]),
+        (3, 3, [(30, 2), (15, 1), (15, 1)]),
+        (9, 3, [(30, 7), (30, 1), (30, 1)]),
+    ],
+)
+def test_of_a_time_limit_the_first_variant_has_all_and_most_threads_however_many_there_are(
+    threads: int, variants: int, shares: list[tuple[int, int]], drawings: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """So that it is as dense as the only one in the same time; the others take what other threads have."""
-    budgets: list[tuple[int, float]] = []
+    """So that it is as dense as the nester alone in the same time; the others take a third of the threads at most."""
+    budgets: list[tuple[int, float, int]] = []
 
     def spy(items: Any, height: float, seed: int, budget: Any, **_: Any) -> Any:
-        budgets.append((seed, budget.seconds))
+        budgets.append((seed, budget.seconds, budget.workers))
         raise NesterError("seen")
 
     monkeypatch.setattr("leafcut.processes.nesting.plan.shapes.pack_strip", spy)
     options = {"sheet": "300x200", "nester": "shapes", "time_limit": "30s", "threads": threads, "variants": variants}
     api.nest([f"{drawings}/angle.dxf:3"], **options)
-    assert [round(seconds) for _, seconds in sorted(budgets)] == shares
+    assert [(round(seconds), workers) for _, seconds, workers in sorted(budgets)] == shares
+    budgets.clear()
+    api.nest([f"{drawings}/angle.dxf:3"], **{**options, "time_limit": None})
+    assert [workers for *_, workers in budgets] == [1] * variants, "the number of threads does not change the nests"
 
 
 def test_a_drawing_is_never_written_over(drawings: Path) -> None:

@@ -222,3 +222,31 @@ def test_a_remnant_is_filled_once_for_the_same_parts_and_ends_with_its_time(monk
     assert len(first) == len(again) == len(looked) == 3 and packer.repeatable
     late = nest_remnant.RemnantPacker(pieces, stock, 5.0, 5.0, end=0.0)
     assert late.fill(Counter({0: 3}), False) == [] and not late.repeatable
+
+
+@pytest.mark.parametrize("nester", ["rectangles", "shapes"])
+@pytest.mark.parametrize("first", [True, False])
+def test_a_remnant_is_filled_before_a_sheet_is_bought_for_the_rest(
+    first: bool, nester: str, plate: Path, tmp_path: Path
+) -> None:
+    """The remnant holds 3 × 2 plates, the sheet alone would hold all: what lies on the remnant saves length of it."""
+    rest = drawing(tmp_path / "rest.dxf", box(0, 0, 195, 135))
+    sheets = [str(rest), "610x130"][:: 1 if first else -1]
+    found = api.nest([f"{plate}:14"], sheet=sheets, **{**RULES, "nester": nester}, iterations=20)
+    best = found.nests[0]
+    on = {best.stocks[one.stock].name: len(one.placements) for one in best.layouts}
+    assert on == {"rest": 6, "610x130": 8}
+    assert best.unplaced == (0,)
+    assert best.used_length < 4 * 60 + 10 + 1
+
+
+def test_a_remnant_with_a_price_is_used_only_if_that_costs_less(plate: Path, tmp_path: Path) -> None:
+    rest = drawing(tmp_path / "rest.dxf", box(0, 0, 190, 130))
+    best = api.nest([f"{plate}:14"], sheet=[f"{rest}@5", "610x130@9"], **RULES).nests[0]
+    assert [best.stocks[one.stock].name for one in best.layouts] == ["610x130"]
+
+
+def test_of_remnants_alone_the_one_with_the_least_area_is_used(plate: Path, tmp_path: Path) -> None:
+    wide, small = (drawing(tmp_path / f"{side}.dxf", box(0, 0, side, 135)) for side in (430, 195))
+    best = api.nest([f"{plate}:6"], sheet=[str(wide), str(small)], **RULES).nests[0]
+    assert [best.stocks[one.stock].name for one in best.layouts] == ["195"]

@@ -17,7 +17,13 @@ from leafcut.processes.nesting.options import NestOptions
 from leafcut.processes.nesting.plan.fill import Filling, NestTask, filled
 from leafcut.processes.nesting.plan.pieces import pieces_of
 from leafcut.processes.nesting.plan.rectangles import PlacedPiece
-from leafcut.processes.nesting.plan.sheet_choice import cheaper, cheapest, cheapest_of, same_sheets
+from leafcut.processes.nesting.plan.sheet_choice import (
+    cheaper,
+    cheapest,
+    cheapest_by_density,
+    cheapest_of,
+    same_sheets,
+)
 
 
 @dataclass
@@ -137,3 +143,43 @@ def test_a_sheet_is_cut_as_often_as_there_are_parts_for_it_and_no_oftener() -> N
     rest = made.laid(0, [])
     assert (len(rest), made.add(0, rest, math.inf), made.left.total()) == (3, 1, 0)
     assert made.nest("m", 0).unplaced == (0,)
+
+
+def test_a_second_kind_of_sheet_makes_no_nest_dearer_even_without_time() -> None:
+    """Twenty plates on sheets of ten at 10 cost 20; sheets of nine at 8.9, more for their cost, would cost 26.7."""
+    both = task(20, (None, 10.0), (None, 8.9))
+    assert cheapest(both, [Shelves(10), Shelves(9)], "rectangles", 0, lambda: True).cost == 20.0
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_by_density_few_tries_find_the_cheapest_plan_that_holds_all(seed: int) -> None:
+    """Brute force over all plans, where parts take the same share of every sheet; no try of a plan is repeated."""
+    made = random.Random(seed)
+    real, expected, count = made.uniform(0.5, 0.9), made.uniform(0.4, 0.95), 10_000
+    sizes = [made.randint(1000, 9000) for _ in range(3)]
+    wanted = task(count, *((4, size * made.uniform(0.7, 1.3)) for size in sizes))
+    packers = [Shelves(size) for size in sizes]
+    costs = [stock.price or 0.0 for stock in wanted.stocks]
+    plans = sorted(
+        (
+            tuple((k, n) for k, n in enumerate(numbers) if n)
+            for numbers in itertools.product(range(5), repeat=3)
+            if sum(n * size for n, size in zip(numbers, sizes, strict=True)) >= count
+        ),
+        key=lambda plan: sum(costs[k] * n for k, n in plan),
+    )
+    tried = []
+
+    def attempt(plan: tuple[tuple[int, float], ...]) -> Nest:
+        tried.append(plan)
+        held = min(round(real * sum(sizes[k] * n for k, n in plan)), count)
+        layout = Layout((Placement(0, 0.0, 0.0, 0.0),) * held, 1, plan[0][0])
+        return Nest(wanted.parts, wanted.stocks, (layout,), (count - held,), "shapes", 0)
+
+    found = cheapest_by_density(wanted, packers, plans, expected, 12, attempt, lambda: False)
+    fitting = [plan for plan in plans if round(real * sum(sizes[k] * n for k, n in plan)) >= count]
+    assert len(tried) == len(set(tried)) <= 12
+    holding = [plan for plan in tried if plan in fitting]
+    assert (found is None) == (not fitting)
+    if fitting:
+        assert min(plans.index(plan) for plan in holding) == plans.index(fitting[0])

@@ -59,6 +59,21 @@ def test_a_round_outline_is_given_in_few_points_and_a_box_in_its_four() -> None:
     assert len(both.shape(1)[0]) < 0.7 * len(OUTLINES["disc"].flattened(0.01))
 
 
+def test_an_outline_of_many_sharp_corners_is_grown_no_more_than_one_of_few() -> None:
+    """Forty corners, of which none can be left out: beside half the spacing stays a hundredth, as for a box."""
+    points = [
+        (radius * math.cos(k * math.pi / 20), radius * math.sin(k * math.pi / 20))
+        for k in range(40)
+        for radius in [300.0 if k % 2 else 200.0]
+    ]
+    star = Polyline.of_points(points, closed=True)
+    given = packer(star, length=900.0, width=900.0).shape(0)[0]
+    assert len(given) >= 40
+    assert (
+        fine(star).buffer(0.5 * SPACING + 0.02, join_style="mitre", mitre_limit=5.0).area >= shapely.Polygon(given).area
+    )
+
+
 def test_a_piece_has_room_on_an_empty_sheet_where_it_fits_at_one_of_its_angles() -> None:
     box = OUTLINES["box"]
     assert packer(box, length=30.0, width=10.0).holds(0)

@@ -21,7 +21,7 @@ from leafcut.processes.nesting.plan.pieces import NestPiece, check_fit, pieces_o
 from leafcut.processes.nesting.plan.rectangles import RULES, RectanglePacker
 from leafcut.processes.nesting.plan.remnant import RemnantPacker
 from leafcut.processes.nesting.plan.shapes import ShapePacker
-from leafcut.processes.nesting.plan.sheet_choice import as_many, cheaper, cheapest, cheapest_of, same_sheets
+from leafcut.processes.nesting.plan.sheet_choice import as_many, cheaper, cheapest, cheapest_by_density, same_sheets
 from leafcut.processes.nesting.plan.strip import NesterError, StripBudget
 
 #: Steps of the irregular nester for one strip, by preset. Some 200 take a few seconds, each of the next far longer.
@@ -30,12 +30,17 @@ STEPS = {"fast": 120, "default": 250, "thorough": 1000}
 FAILURES = {"fast": 1, "default": 1, "thorough": 5}
 #: A strip is packed this often for one sheet: once with what is there, and again with what fits.
 STRIPS_PER_SHEET = 2.0
-#: Of several kinds of sheet so many choices are tried by shapes that cost less than what rectangles take, ...
-SHAPE_TRIES = 3
+#: Of several kinds of sheet so many choices are tried by shapes that cost less than what rectangles take, without and
+#: with a time limit, ...
+SHAPE_TRIES, TIMED_TRIES = 3, 12
+#: ... each with this share of the time that is left, until this share of it is left for the last search, ...
+TRY_SHARE, LAST_SEARCH = 0.25, 0.35
 #: ... where the parts fill no more than this share of them.
 DENSEST = 0.93
 #: ... and this share of a time limit goes to the choice by rectangles.
 CHOOSING = 0.2
+#: Within a time limit the first variant has the nester's threads, but one of so many for each other variant.
+THREADS_PER_VARIANT = 3
 
 #: Told what is being done, and the share of it that is done.
 Tell = Callable[[str, float], None]
@@ -173,25 +178,29 @@ def _shape_variants(
 ) -> Iterator[Nest | str]:  # fmt: skip
     """Yield a nest by shapes for each of some numbers, in their order; several are sought at a time.
 
-    Of a time limit the first has all, as if it were the only one, and the others what the other threads have: more
-    variants never cost density. One thread makes one.
+    Of a time limit the first has all, and all threads but a third at most, as the nester has them by itself: more
+    variants never cost density. The others share the threads that are left; one or two threads make one variant.
+    Without a limit each has one thread, so that the number of threads does not change the nests.
     """
-    threads = min(search.threads or os.cpu_count() or 1, len(numbers))
-    rounds = [1] * len(numbers)
+    every = search.threads or os.cpu_count() or 1
+    threads = min(every, len(numbers))
+    rounds, workers = [1] * len(numbers), [1] * len(numbers)
     if search.time_limit is not None:
-        numbers = numbers if threads > 1 else numbers[:1]
-        rounds = [1, *[math.ceil((len(numbers) - 1) / max(threads - 1, 1))] * (len(numbers) - 1)]
+        others = min(len(numbers) - 1, every // THREADS_PER_VARIANT)
+        numbers, threads = numbers if others else numbers[:1], 1 + others
+        rounds = [1, *[math.ceil((len(numbers) - 1) / max(others, 1))] * (len(numbers) - 1)]
+        workers = [every - others, *[1] * (len(numbers) - 1)]
 
-    def made(number: int, rounds: int) -> Nest | str:
+    def made(number: int, rounds: int, workers: int) -> Nest | str:
         if cancelled.is_set():
             return ""
         try:
-            return make(search.seed + number, _Clock(search, rounds))
+            return make(search.seed + number, _Clock(search, rounds, workers))
         except NesterError as problem:
             return "" if cancelled.is_set() else f"by shapes, seed {search.seed + number}: {problem}"
 
     with ThreadPoolExecutor(max(threads, 1)) as executor:
-        futures = [executor.submit(made, number, share) for number, share in zip(numbers, rounds, strict=False)]
+        futures = [executor.submit(made, *one) for one in zip(numbers, rounds, workers, strict=False)]
         words = f"nesting by shapes, {len(futures)} variants"
         try:
             for number in numbers[: len(futures)]:
@@ -212,15 +221,19 @@ def _by_shapes(task: NestTask) -> bool:
 
 def _on_cheapest(task: NestTask, other: Nest, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
     """Return a nest by shapes on sheets that cost no more than those of another nest."""
-    packers = _shape_packers(task, seed, clock.budget, cancelled)
+    packers = _shape_packers(task, seed, clock.budget, cancelled, shorten=False)
 
-    def attempt(plan: Plan, more: int) -> Nest:
-        clock.begin(task, plan, 1 + more)
+    def attempt(plan: Plan) -> Nest:
+        clock.begin(task, plan, 1.0 / TRY_SHARE)
         return filled(task, packers, plan, "shapes", seed)
 
-    plans = cheaper(task, packers, other, DENSEST)
-    same = attempt(same_sheets(other), min(SHAPE_TRIES, len(plans)))
-    return cheapest_of(plans, SHAPE_TRIES, same, attempt, lambda: cancelled.is_set() or clock.late)
+    best = cheapest_by_density(
+        task, packers, cheaper(task, packers, other, DENSEST), 0.5 * (other.utilisation_of_used + DENSEST),
+        TIMED_TRIES if clock.limited else SHAPE_TRIES, attempt,
+        lambda: cancelled.is_set() or clock.share_left < LAST_SEARCH,
+    )  # fmt: skip
+    last = _on(task, same_sheets(best or other), clock, seed, cancelled)
+    return min([last] if best is None else [last, best], key=lambda nest: nest.rank)
 
 
 def _on(task: NestTask, plan: Plan, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
@@ -230,26 +243,32 @@ def _on(task: NestTask, plan: Plan, clock: _Clock, seed: int, cancelled: threadi
 
 
 def _shape_packers(
-    task: NestTask, seed: int, budget: Callable[[], StripBudget], cancelled: threading.Event
+    task: NestTask, seed: int, budget: Callable[[], StripBudget], cancelled: threading.Event, *, shorten: bool = True
 ) -> list[Packer]:
     margin, spacing = task.options.margin, task.spacing
-    return _packers(task, lambda k: ShapePacker(task.pieces, *task.inner(k), margin, spacing, seed, budget, cancelled))
+
+    def packer(k: int) -> Packer:
+        inner = task.inner(k)
+        return ShapePacker(task.pieces, *inner, margin, spacing, seed, budget, cancelled, shorten=shorten)
+
+    return _packers(task, packer)
 
 
 class _Clock:
     """Shares the time that one variant has among its strips; without a limit, a number of steps for each."""
 
-    def __init__(self, search: SolveOptions, rounds: int) -> None:
-        left = math.inf if search.time_limit is None else search.time_limit / rounds
+    def __init__(self, search: SolveOptions, rounds: int, workers: int = 1) -> None:
+        self.all = math.inf if search.time_limit is None else search.time_limit / rounds
+        self.limited, self.workers = search.time_limit is not None, workers
         self.steps, self.failures = math.inf, math.inf
         if search.iterations is not None:
             self.steps = search.iterations
         elif search.time_limit is None:
             self.steps, self.failures = STEPS[search.preset], FAILURES[search.preset]
         self.strips = 1.0
-        self.end = time.monotonic() + left
+        self.end = time.monotonic() + self.all
 
-    def begin(self, task: NestTask, plan: Plan, plans: int) -> None:
+    def begin(self, task: NestTask, plan: Plan, plans: float) -> None:
         """Share the time that is left among the strips of a plan and those of the `plans` that may come after it."""
         area = sum(piece.area * count for piece, count in zip(task.pieces, task.counts, strict=True))
         sheets = 0.0
@@ -260,12 +279,12 @@ class _Clock:
         self.strips = plans * max(1.0, STRIPS_PER_SHEET * math.floor(sheets))
 
     @property
-    def late(self) -> bool:
-        """True when the time is over."""
-        return time.monotonic() >= self.end
+    def share_left(self) -> float:
+        """Share of the time that is left, 0 … 1."""
+        return (self.end - time.monotonic()) / self.all if self.limited else 1.0
 
     def budget(self) -> StripBudget:
         """Return what the next strip may take."""
         share = max(self.end - time.monotonic(), 0.0) / self.strips
         self.strips = max(1.0, self.strips - 1.0)
-        return StripBudget(self.steps, self.failures, share)
+        return StripBudget(self.steps, self.failures, share, self.workers)

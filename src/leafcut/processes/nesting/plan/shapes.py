@@ -10,6 +10,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+import shapely
 from shapely import Polygon
 
 from leafcut.processes.nesting.plan.pieces import NestPiece, share_of
@@ -20,8 +21,8 @@ from leafcut.processes.nesting.plan.strip import Strip, StripBudget, StripItem, 
 ROUNDING, ROUNDING_SHARE = 0.01, 1e-6
 #: Outlines are given in fewer points, that leave them by this share of their size, between these bounds in mm.
 COARSE, FINEST, COARSEST = 0.001, 0.02, 0.5
-#: Outlines of no more points than these are given as they are.
-FEW_POINTS = 16
+#: Outlines of no more points than these are given as they are, and those that would keep more than this share of them.
+FEW_POINTS, KEPT = 16, 0.6
 #: Corners grow by at most this many times the spacing.
 MITRE = 2.0
 #: So many pieces at once are as many as the nester packs in reasonable time.
@@ -43,6 +44,8 @@ class ShapePacker:
         What stays between two pieces, mm.
     budget
         Returns what the next strip may take, when asked.
+    shorten
+        False: the last sheet, too, is done as soon as all parts are on it.
     """
 
     #: A little more than a sheet can hold is offered: what lies beyond its end waits for the next.
@@ -58,13 +61,15 @@ class ShapePacker:
         seed: int,
         budget: Callable[[], StripBudget],
         cancelled: threading.Event,
+        *,
+        shorten: bool = True,
     ) -> None:
         require("spyrrow")
         self.pieces, self.inner = pieces, (length, width)
         self.length, self.width = length + spacing, width + spacing
         self.corner = margin - 0.5 * spacing
         self.spacing, self.seed = spacing, seed
-        self.budget, self.cancelled = budget, cancelled
+        self.budget, self.cancelled, self.shorten = budget, cancelled, shorten
         self.repeatable = True
         self.shape = cache(self._shape)
         self.extent = cache(self._extent)
@@ -104,7 +109,7 @@ class ShapePacker:
 
     def _fill_strip(self, offered: Counter[int], length: float, last: bool) -> tuple[list[PlacedPiece], float]:
         """Return what fits a length of the sheet, and the length that it takes."""
-        strip = self._pack(offered, 0.0 if last else length)
+        strip = self._pack(offered, 0.0 if last and self.shorten else length)
         if strip.width <= length:
             return self._laid(strip), strip.width
         best = self._laid(strip, length)
@@ -167,22 +172,24 @@ class ShapePacker:
         """Return the points of an outline grown by half the spacing and more, about its middle; the middle; its area.
 
         It encloses all that is nearer than half the spacing: where it has fewer points than the outline it is grown
-        by what they lose, and sharp corners are cut off no nearer than a round one would be. Few points stay as they
-        are: parts whose sides add up to the sheet's width fit beside each other.
+        by what they lose, and sharp corners are cut off no nearer than a round one would be. Few points, and those of
+        which most would be kept, stay as they are: parts whose sides add up to the sheet's width fit beside each other.
         """
         piece = self.pieces[number]
         x0, y0, x1, y1 = piece.path.extents
         coarse = min(max(COARSE * math.hypot(x1 - x0, y1 - y0), FINEST), COARSEST)
         rounding = max(ROUNDING, ROUNDING_SHARE * max(self.length, self.width))
-        exact = len(piece.polygon.exterior.coords) <= FEW_POINTS
+        points = len(piece.polygon.exterior.coords)
+        kept = shapely.count_coordinates(shapely.simplify(piece.polygon, coarse))
+        exact = points <= FEW_POINTS or kept > KEPT * points
         grow = 0.5 * self.spacing + piece.slack + rounding + (0.0 if exact else coarse)
         grown = piece.polygon.buffer(grow, join_style="mitre", mitre_limit=MITRE)
         rough: Any = Polygon(grown.exterior)
         if not exact:
             rough = Polygon(rough.simplify(coarse).exterior)
         middle = (0.5 * (x0 + x1), 0.5 * (y0 + y1))
-        points = [(x - middle[0], y - middle[1]) for x, y in rough.exterior.coords[:-1]]
-        return points, middle, float(rough.area)
+        corners = [(x - middle[0], y - middle[1]) for x, y in rough.exterior.coords[:-1]]
+        return corners, middle, float(rough.area)
 
 
 def _moved(laid: PlacedPiece, x: float) -> PlacedPiece:

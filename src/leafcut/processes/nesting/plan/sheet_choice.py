@@ -1,8 +1,9 @@
 """Which sheets of several kinds to take, so that they cost least and hold all parts; never more than there are.
 
-First one sheet after the other is taken, the one that gives most parts for its cost. Then the choices of sheets that
-cost less and have area enough are tried: the cheapest that holds all parts is taken. Where there are more of them than
-time to try them, it is sought by halves.
+First one sheet after the other is taken, the one that gives most parts for its cost; remnants that cost nothing come
+before all others. Then the choices of sheets that cost less and have area enough are tried: the cheapest that holds all
+parts is taken. Where there are more of them than time to try them, it is sought by halves, or by how dense the parts
+lay on the sheets that were tried.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 
-from leafcut.model.nest import Nest
+from leafcut.model.nest import Nest, sheet_costs
 from leafcut.processes.nesting.plan.fill import Filling, NestTask, Packer, Plan, filled
 from leafcut.quick_dataclass import dataclass
 
@@ -22,9 +23,9 @@ MOST_LOOKED = 50_000
 SAME = 1e-9
 
 
-def as_many(task: NestTask) -> Plan:
-    """Return a plan that takes as many of the only kind of sheet as it needs."""
-    return ((0, task.most),)
+def as_many(task: NestTask, kind: int = 0) -> Plan:
+    """Return a plan that takes as many of one kind of sheet as it needs."""
+    return ((kind, min(task.at_hand[kind], task.most)),)
 
 
 def same_sheets(nest: Nest) -> Plan:
@@ -37,6 +38,9 @@ def cheapest(task: NestTask, packers: Sequence[Packer], method: str, seed: int, 
     if len(packers) == 1:
         return filled(task, packers, as_many(task), method, seed)
     best = _one_by_one(task, packers).nest(method, seed)
+    # A choice of kinds never costs more than the best of them alone, however little time there is.
+    alone = (filled(task, packers, as_many(task, kind), method, seed) for kind in range(len(packers)))
+    best = min([best, *alone], key=_rank)
     if any(best.unplaced):
         best = min([best, *(filled(task, packers, plan, method, seed) for plan in _all(task, packers))], key=_rank)
     tries = min(max(TRIES // sum(task.counts), LEAST_TRIES), MOST_TRIES)
@@ -63,6 +67,37 @@ def cheapest_of(
     return best
 
 
+def cheapest_by_density(
+    task: NestTask, packers: Sequence[Packer], plans: Sequence[Plan], density: float, tries: int,
+    attempt: Callable[[Plan], Nest], late: Callable[[], bool],
+) -> Nest | None:  # fmt: skip
+    """Return the nest on the cheapest of some plans, sorted by cost, that holds all parts; None where none does.
+
+    Parameters
+    ----------
+    density
+        The share of the sheets that the parts are expected to take. Every attempt corrects it.
+    """
+    need = _needs(task, packers)[0][1]
+    wanted = [need / sum(packers[k].room * count for k, count in plan) for plan in plans]
+    whole = sum(part.area * part.quantity for part in task.parts)
+    left, best = list(range(len(plans))), None
+    for _ in range(tries):
+        if not left or late():
+            break
+        middle = sorted(wanted[k] for k in left)[(len(left) - 1) // 2]
+        likely = [k for k in left if wanted[k] <= density]
+        at = min(likely or [k for k in left if wanted[k] <= middle])
+        one = attempt(plans[at])
+        if any(one.unplaced):
+            density = min(density, wanted[at] * one.area / whole)
+            left = [k for k in left if wanted[k] < wanted[at]]
+        else:
+            best, density = one, max(density, wanted[at])
+            left = [k for k in left if k < at]
+    return best
+
+
 def _rank(nest: Nest) -> tuple[float, ...]:
     return nest.rank
 
@@ -70,7 +105,7 @@ def _rank(nest: Nest) -> tuple[float, ...]:
 def _one_by_one(task: NestTask, packers: Sequence[Packer]) -> Filling:
     """Return sheets each of which gives most parts for its cost; the last is the cheapest that holds the rest."""
     made = Filling(task, packers)
-    costs, at_hand = _costs(task), task.at_hand
+    costs, at_hand = sheet_costs(task.stocks), task.at_hand
     while made.left.total() and made.n_sheets < task.most:
         there = [k for k in range(len(packers)) if at_hand[k] > 0]
         tried = {k: laid for k in there if (laid := made.laid(k, [other for other in there if other != k]))}
@@ -78,7 +113,11 @@ def _one_by_one(task: NestTask, packers: Sequence[Packer]) -> Filling:
             break
         whole = [k for k, laid in tried.items() if len(laid) == made.left.total()]
         areas = {k: sum(task.pieces[one.piece].area for one in laid) for k, laid in tried.items()}
-        stock = min(whole or tried, key=lambda k: costs[k] if whole else costs[k] / areas[k])
+        free = [k for k in tried if costs[k] <= 0.0]
+        if free:
+            stock = max(free, key=lambda k: areas[k] / packers[k].room)
+        else:
+            stock = min(whole or tried, key=lambda k: costs[k] if whole else costs[k] / areas[k])
         at_hand[stock] -= made.add(stock, tried[stock], min(at_hand[stock], task.most - made.n_sheets))
     return made
 
@@ -89,7 +128,7 @@ def _all(task: NestTask, packers: Sequence[Packer]) -> Iterator[Plan]:
     for k in sorted(range(len(packers)), key=lambda k: (-packers[k].room, k)):
         counts[k] = min(task.at_hand[k], left)
         left -= counts[k]
-    return _orders(packers, counts)
+    return _orders(packers, counts, sheet_costs(task.stocks))
 
 
 def cheaper(task: NestTask, packers: Sequence[Packer], than: Nest, densest: float = 1.0) -> list[Plan]:
@@ -102,25 +141,25 @@ def cheaper(task: NestTask, packers: Sequence[Packer], than: Nest, densest: floa
     """
     if any(than.unplaced):
         return []
-    costs, rooms = _costs(task), [densest * packer.room for packer in packers]
+    costs, rooms = sheet_costs(task.stocks), [densest * packer.room for packer in packers]
     below = than.rank[1] * (1.0 - SAME)
     found = _Choice(costs, rooms, task.at_hand, task.most, _needs(task, packers), below).found()
-    found.sort(key=lambda counts: (_cost(counts, costs), sum(counts), counts))
-    return [plan for counts in found for plan in _orders(packers, counts)]
+    found.sort(key=lambda counts: (_cost(counts, costs), -_unpaid(counts, costs), sum(counts), counts))
+    return [plan for counts in found for plan in _orders(packers, counts, costs)]
 
 
-def _orders(packers: Sequence[Packer], counts: Sequence[float]) -> Iterator[Plan]:
-    """Yield the plans that fill some sheets: the largest first, then the smallest first."""
+def _unpaid(counts: Sequence[int], costs: Sequence[float]) -> int:
+    return sum(number for number, cost in zip(counts, costs, strict=True) if cost <= 0.0)
+
+
+def _orders(packers: Sequence[Packer], counts: Sequence[float], costs: Sequence[float]) -> Iterator[Plan]:
+    """Yield the plans that fill some sheets: the largest first, then the smallest first; those for nothing before."""
     kinds = sorted((k for k, n in enumerate(counts) if n), key=lambda k: (-packers[k].room, k))
-    plan = tuple((k, counts[k]) for k in kinds)
-    yield plan
+    unpaid = tuple((k, counts[k]) for k in kinds if costs[k] <= 0.0)
+    plan = tuple((k, counts[k]) for k in kinds if costs[k] > 0.0)
+    yield (*unpaid, *plan)
     if len(plan) > 1:
-        yield plan[::-1]
-
-
-def _costs(task: NestTask) -> list[float]:
-    priced = any(stock.price is not None for stock in task.stocks)
-    return [stock.cost(priced) for stock in task.stocks]
+        yield (*unpaid, *plan[::-1])
 
 
 def _cost(counts: Sequence[float], costs: Sequence[float]) -> float:

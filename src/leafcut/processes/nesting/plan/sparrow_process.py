@@ -65,7 +65,7 @@ def solve(task: dict[str, Any]) -> dict[str, Any]:
     """Return the answer to a task.
 
     ``height`` of the strip, ``items`` (``shape``, ``demand``, ``angles``), ``seed``, and what ends the search:
-    ``steps``, ``failures``, ``seconds``, or a strip as narrow as ``enough``.
+    ``steps``, ``failures``, ``seconds``, or a strip as narrow as ``enough``. ``workers``: number of its threads.
     """
     items = [
         spyrrow.Item(str(number), [tuple(p) for p in item["shape"]], item["demand"], item["angles"])
@@ -78,7 +78,7 @@ def solve(task: dict[str, Any]) -> dict[str, Any]:
         total_computation_time=None,
         exploration_time=max(int(0.8 * task["seconds"]), 1) if limited else NEVER,
         compression_time=max(int(0.2 * task["seconds"]), 1) if limited else NEVER,
-        num_workers=1,
+        num_workers=task["workers"],
         seed=task["seed"],
     )
     queue = spyrrow.ProgressQueue()

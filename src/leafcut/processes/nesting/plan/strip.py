@@ -46,12 +46,14 @@ class StripItem:
 class StripBudget:
     """When a search of one strip ends, at the latest; infinite where it must not.
 
-    After so many `steps`, after giving up on a width so often (`failures`), after so many `seconds`.
+    After so many `steps`, after giving up on a width so often (`failures`), after so many `seconds`. `workers` threads
+    search; more than one give other strips than one.
     """
 
     steps: float = math.inf
     failures: float = math.inf
     seconds: float = math.inf
+    workers: int = 1
 
 
 @dataclass(frozen=True)
@@ -99,6 +101,7 @@ def pack_strip(
         "failures": min(budget.failures, UNLIMITED),
         "seconds": min(budget.seconds, UNLIMITED),
         "enough": enough,
+        "workers": budget.workers,
     }
     answer = _ask(task, budget.seconds + PATIENCE, cancelled or threading.Event())
     placed = tuple((int(i), float(a), float(x), float(y)) for i, a, x, y in answer["items"])
@@ -115,7 +118,7 @@ def _ask(task: dict[str, Any], patience: float, cancelled: threading.Event) -> d
     """Return the answer of a process of its own; it ends with this one, and when `cancelled` is set."""
     # -P: no module in the script's or the user's folder stands for one of Python's own.
     command = [sys.executable, "-P", str(SCRIPT)]
-    environment = {**os.environ, "RAYON_NUM_THREADS": "1", "RUST_BACKTRACE": "0"}
+    environment = {**os.environ, "RAYON_NUM_THREADS": str(task["workers"]), "RUST_BACKTRACE": "0"}
     deadline = time.monotonic() + patience
     # Files, not pipes: nobody reads while it works, and a full pipe would stop it.
     with (
