@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from leafcut.model.machine import Machine, Probe
     from leafcut.model.part import Part
     from leafcut.model.sheet import Sheet
+    from leafcut.processes.sheet.plan.cut_rules import CutRules
     from leafcut.processes.sheet.plan.cutting import Cutting
     from leafcut.processes.sheet.plan.freed_parts import FreedShapes
     from leafcut.read.format import Source
@@ -47,6 +48,8 @@ class SheetJob:
 
     run: Run
     part: Part
+    #: The sheet before holes were divided, for the proof.
+    drawn: Sheet
     cutting: Cutting
     data: CutData
     metric: Metric
@@ -83,7 +86,6 @@ def prepared(run: Run, source: Source) -> tuple[SheetJob, list[Issue]]:
     from leafcut.processes.sheet.plan.cut_rules import resolve_rules
     from leafcut.processes.sheet.plan.cutting import corner_point, prepare_cutting, with_options
     from leafcut.processes.sheet.plan.freed_parts import FreedShapes
-    from leafcut.processes.sheet.plan.slots import on_their_middle
     from leafcut.processes.sheet.post import check_words
     from leafcut.processes.zones import parse_zones, refuse_higher_zones
     from leafcut.proof.envelope import check_envelope
@@ -108,9 +110,8 @@ def prepared(run: Run, source: Source) -> tuple[SheetJob, list[Issue]]:
     sheet = with_options(sheet, options, parse_zones(settings.job.keep_out))
     if words.moves_z:
         refuse_higher_zones(settings.job.keep_out, settings.job.clearance_height)
-    if rules.compensation == "geometry" and data.can_pierce:
-        sheet, narrow = on_their_middle(sheet, data.kerf)
-        issues += narrow
+    drawn, sheet, narrow = _reached(sheet, rules)
+    issues += narrow
     refuse_too_large(check_envelope(_bounds(sheet), run.machine), part, settings)
     marks = any(c.contour.kind == "mark" for c in sheet.contours)
     check_words(words, settings.post, marks=marks, compensates=options.compensation == "controller")
@@ -124,6 +125,7 @@ def prepared(run: Run, source: Source) -> tuple[SheetJob, list[Issue]]:
     job = SheetJob(
         run=run,
         part=part,
+        drawn=drawn,
         cutting=cutting,
         data=data,
         metric=travel_metric(run.machine, settings.solve.objective),
@@ -136,8 +138,21 @@ def prepared(run: Run, source: Source) -> tuple[SheetJob, list[Issue]]:
         freed=None if words.moves_z else FreedShapes(cutting.sheet, 0.5 * run.machine.nozzle_diameter),
     )
     issues += _register_issues(words, data, options)
-    refuse_missing(settings, source, (*sheet.issues, *cutting.issues))
+    refuse_missing(settings, source, (*sheet.issues, *issues, *cutting.issues))
     return job, [*sheet.issues, *issues, *cutting.issues, *_probe_issues(probe)]
+
+
+def _reached(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, list[Issue]]:
+    """Return the sheet with narrow slots as cuts along their middle, the same with holes in the pieces that the kerf
+    divides them into, and notes on both; without compensation by the program, the sheet unchanged."""
+    from leafcut.processes.sheet.plan.divided_holes import with_divided_holes
+    from leafcut.processes.sheet.plan.slots import on_their_middle
+
+    if rules.compensation != "geometry":
+        return sheet, sheet, []
+    whole, narrow = on_their_middle(sheet, rules.kerf) if rules.data.can_pierce else (sheet, [])
+    divided, uncut = with_divided_holes(whole, rules)
+    return whole, divided, [*narrow, *uncut]
 
 
 def _bounds(sheet: Sheet) -> Toolpath:

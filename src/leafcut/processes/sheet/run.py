@@ -334,6 +334,7 @@ def _verify(job: SheetJob, laid: _LaidOrder, text: str) -> Toolpath:
         The first difference or danger, and how many more there are.
     """
     from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_back
+    from leafcut.processes.sheet.proof.divided import check_divided
     from leafcut.processes.sheet.proof.laid_runs import Asked
     from leafcut.processes.sheet.proof.sheet import check_sheet
 
@@ -355,5 +356,6 @@ def _verify(job: SheetJob, laid: _LaidOrder, text: str) -> Toolpath:
     obstacles = _obstacles(job)
     if obstacles is not None:
         refuse(meetings(job.run, obstacles, laid.path))  # the text was just found to be this path
+    refuse(check_divided(job.drawn, job.cutting.sheet, job.cutting.rules.half))
     refuse(check_sheet(job.cutting.sheet, laid.plan, text, written, job.words, machine, asked))
     return written

@@ -1,0 +1,82 @@
+"""Holes that the kerf divides: each piece that it can reach becomes a hole of its own."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import shapely
+
+from leafcut.geometry.fitting import fit_arcs
+from leafcut.geometry.polyline import Polyline
+from leafcut.model.issue import Issue, MissingWork
+from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.processes.sheet.plan.cut_contours import FLATNESS, ROUNDING
+from leafcut.processes.sheet.plan.cut_rules import CutRules
+
+#: Corners of a piece are as sharp as drawn up to this ratio of their length to half a kerf.
+MITRE = 2.0
+#: Arcs leave the chords of a piece by no more than this, mm.
+FITTED = 0.002
+#: Less uncut area than this is rounding, mm².
+SMALL = 0.01
+
+
+def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue]]:
+    """Return a sheet with each hole that the kerf divides as its pieces, and what stays uncut of these holes (L612).
+
+    The first piece takes the place of the hole, the others come last, so that no contour gets another number. Holes
+    that hold something stay as they are: they are reported and not cut.
+    """
+    holding = {c.parent for c in sheet.contours}
+    contours, added, issues = list(sheet.contours), list[SheetContour](), []
+    for index, one in enumerate(sheet.contours):
+        if not one.is_hole or index in holding or one.contour.kind != "cut":
+            continue
+        hole = shapely.Polygon(one.contour.path.flattened(FLATNESS))
+        pieces = _pieces(hole, rules)
+        if not pieces:
+            continue
+        contours[index], *others = (replace(one, contour=replace(one.contour, path=path)) for path in pieces)
+        added += others
+        issues.append(_uncut(one, hole, pieces, rules))
+    return (replace(sheet, contours=(*contours, *added)), issues) if issues else (sheet, [])
+
+
+def _pieces(hole: Any, rules: CutRules) -> list[Polyline]:
+    """Return the pieces of a hole that the kerf reaches; none where it does not divide the hole, or no pierce fits."""
+    rings = shapely.get_parts(hole.buffer(-rules.half, quad_segs=16))
+    if len(rings) < 2:
+        return []
+    found = []
+    for ring in sorted(rings, key=lambda ring: ring.bounds):
+        piece = ring.buffer(rules.half + ROUNDING, join_style="mitre", mitre_limit=MITRE).intersection(hole)
+        if ring.buffer(-rules.half - ROUNDING).is_empty or piece.geom_type != "Polygon":
+            continue
+        path = fit_arcs(np.asarray(piece.exterior.coords)[:-1, :2], FITTED, closed=True)
+        path = path if path.area >= 0.0 else path.reversed()
+        shape = shapely.Polygon(path.flattened(FLATNESS))
+        if shape.is_valid and len(shapely.get_parts(shape.buffer(-rules.half))) == 1:
+            found.append(path)
+    return found
+
+
+def _uncut(one: SheetContour, hole: Any, pieces: list[Polyline], rules: CutRules) -> Issue:
+    """Return what of a hole stays uncut: its necks, and pieces without room for a pierce; not the corners of others."""
+    rings = [shapely.Polygon(p.flattened(FLATNESS)).buffer(-rules.half) for p in pieces]
+    burnt = [ring.buffer(rules.half + ROUNDING) for ring in rings]
+    unused = hole.buffer(-rules.half).difference(shapely.union_all(burnt))
+    left = [
+        rest
+        for rest in shapely.get_parts(hole.difference(shapely.union_all(burnt)))
+        if rest.area > SMALL and (shapely.dwithin(burnt, rest, ROUNDING).sum() > 1 or rest.intersects(unused))
+    ]
+    x, y = one.contour.path.start
+    words = (
+        f"a hole of part {one.part} has a neck narrower than the kerf of {rules.kerf:.4g} mm: {len(pieces)} of its "
+        f"pieces are cut, and {sum(rest.area for rest in left):.3g} mm² stay uncut"
+    )
+    outlines = tuple(Polyline.of_points(list(rest.exterior.coords)[:-1], closed=True) for rest in left)
+    where = tuple((float(rest.centroid.x), float(rest.centroid.y)) for rest in left) or ((x, y),)
+    return Issue("L612", words, f"at ({x:.6g}, {y:.6g})", missing=MissingWork("place", len(where), where, outlines))
