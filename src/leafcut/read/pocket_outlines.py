@@ -259,7 +259,9 @@ def _check_reading(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], 
     """Raise if the outermost outlines can be edges or pockets, or if edges have no pocket in them."""
     nested = bool(depth.any())
     if outermost == EDGE and not nested:
-        raise LeafcutError("--outline edge: no outline lies inside another, so none is a pocket; use --outline pocket")
+        raise LeafcutError(
+            "--outline edge: none of the outlines read as pockets lies inside another; use --outline pocket"
+        )
     if outermost != EITHER or not nested:
         return
     # A pocket has its islands at odd depth; a plate has its pockets there.
