@@ -54,7 +54,7 @@ def test_these_machines_are_shipped_with_a_description_each() -> None:
     assert set(machine_names()) == {
         "haas-vf2", "linuxcnc-mill", "linuxcnc-sim", "grbl-3018", "mach3-router", "fagor-8055", "pcb-drill",
         "marlin-mpcnc", "siemens-828d", "heidenhain-tnc", "centroid-mill", "uccnc-router", "edingcnc-router",
-        "masso-router", "mach4-router", "duet-router",
+        "masso-router", "mach4-router", "duet-router", "shapeoko-router", "openbuilds-router",
         "grbl-laser-5w", "grbl-laser-20w", "grbl-laser-co2",
         "plasma-table", "laser-table", "flame-table", "water-table",
     }  # fmt: skip

@@ -126,7 +126,7 @@ CODES: dict[str, str] = {
     "L804": "a program has a rapid with the torch on",
     "L805": "a program moves in X or Y at an unknown height",
     "L806": "a program asks for something that the machine cannot do",
-    "L807": "a program drives a laser or a torch",
+    "L807": "a program is for a laser, a torch or a router",
     "L808": "the position of the tool is unknown",
     "L809": "the shank or the holder of a tool meets the material",
     "L810": "cuts of a program go beyond the stock that is given",

@@ -8,6 +8,8 @@ import pytest
 
 import leafcut
 from leafcut.errors import OptionError, ReadError
+from leafcut.kinds import Head
+from leafcut.read.machine import load_machine
 
 #: As EstlCAM writes it: no word of units.
 NO_UNITS = """(Project part)
@@ -178,7 +180,80 @@ def test_the_laser_that_is_taken_is_as_fast_and_as_large_as_the_program(tmp_path
         assert found.measure.by_kind["feed"] == pytest.approx(3 * width * 60 / feed, rel=0.8, abs=0.6)
 
 
-def test_a_mill_with_a_spindle_keeps_its_machine_and_its_start() -> None:
+def test_a_mill_with_a_spindle_keeps_the_start_of_its_spindle() -> None:
     """Also where the power of the spindle changes from cut to cut."""
     found = leafcut.simulate(STYLES / "estlcam_engrave.nc")
-    assert found.machine.name == "linuxcnc-mill" and found.measure.by_kind["spindle"] > 0.0
+    assert found.machine.head is Head.SPINDLE and found.measure.by_kind["spindle"] > 0.0
+
+
+#: A square of 60 mm, 700 mm away from the zero.
+_SQUARE = "G21 G90\n{0}\nM3 S{1}\nG0 X700 Y0\nG0 Z5\nG1 Z-1 F300\nX760 F1000\nY60\nX700\nY0\nG0 Z5\nM5\nM30\n"
+
+
+@pytest.mark.parametrize(
+    ("comment", "speed", "machine"),
+    [
+        ("(Post: Carbide 3D Shapeoko)", 1000, "shapeoko-router"),
+        ("; Carbide Create, GRBL", 9000, "shapeoko-router"),
+        ("(OpenBuilds CAM, GRBL post)", 1000, "openbuilds-router"),
+        ("(grbl_post.py)", 1000, "shapeoko-router"),
+        ("(6 mm pocket)", 12000, "mach3-router"),
+        ("(6 mm pocket)", 24000, "mach3-router"),
+        ("(UCCNC)", 18000, "uccnc-router"),
+        # The material of a tool, mills of common controllers, and spindles of machining centres.
+        ("(T1 6MM CARBIDE ENDMILL)", 5000, "linuxcnc-mill"),
+        ("(Mach3 mill)", 3000, "linuxcnc-mill"),
+        ("(HAAS VF2SS)", 15000, "linuxcnc-mill"),
+        ("(6 mm pocket)", 11999, "linuxcnc-mill"),
+        ("(6 mm pocket)", 60000, "linuxcnc-mill"),
+    ],
+)
+def test_a_program_that_indicates_a_router_is_timed_on_one(
+    tmp_path: Path, comment: str, speed: int, machine: str
+) -> None:
+    """The time is that of the router's profile, and the note names it and the option that chooses another one."""
+    source = tmp_path / "a.nc"
+    source.write_text(_SQUARE.format(comment, speed))
+    found = leafcut.simulate(source)
+    notes = [issue.message for issue in found.issues if issue.code == "L807"]
+    assert found.machine.name == machine
+    assert bool(notes) == (machine != "linuxcnc-mill")
+    if notes:
+        assert machine in notes[0] and "--machine" in notes[0]
+        # The rapid to X700 takes longer on the router, 700 mm by its velocity at least.
+        at_least = 700.0 / load_machine(machine).rapid_velocity[0]
+        assert found.measure.by_kind["rapid"] > at_least
+
+
+def test_a_machine_that_was_named_is_never_replaced_by_a_router(tmp_path: Path) -> None:
+    source = tmp_path / "a.nc"
+    source.write_text(_SQUARE.format("(Shapeoko)", 18000))
+    found = leafcut.simulate(source, machine="linuxcnc-mill")
+    assert found.machine.name == "linuxcnc-mill" and "L807" not in [issue.code for issue in found.issues]
+
+
+@pytest.mark.parametrize("comment", ["(Shapeoko)", "(OpenBuilds)", "(6 mm pocket)"])
+def test_an_assumed_router_weakens_no_check(tmp_path: Path, comment: str) -> None:
+    """Travel, speed, feed and machine coordinates: all findings of the default machine, word for word."""
+    text = _SQUARE.format(comment, 18000).replace("X760 F1000", "X1700 F8000").replace("M5", "G53 G0 Z1\nM5")
+    source = tmp_path / "a.nc"
+    source.write_text(text)
+    assumed, named = leafcut.simulate(source), leafcut.simulate(source, machine="linuxcnc-mill")
+    told = {issue.message for issue in assumed.issues}
+    assert assumed.machine.name != named.machine.name
+    assert {issue.message for issue in named.issues} <= told
+    assert len([issue for issue in named.issues if issue.code == "L806"]) >= 3
+    limits = ("travel_min", "travel_max", "spindle_min_rpm", "spindle_max_rpm", "safe_z", "units", "rapid_style")
+    assert all(getattr(assumed.machine, key) == getattr(named.machine, key) for key in limits)
+    assert assumed.machine.max_feed <= named.machine.max_feed
+
+
+def test_a_reordered_program_keeps_the_router_that_times_it(tmp_path: Path) -> None:
+    """Both times are those of one machine, and the new program is checked against the same limits."""
+    source = tmp_path / "a.nc"
+    cuts = "".join(f"G0 X{x} Y0\nG1 Z-1 F300\nX{x + 9} F1000\nG0 Z5\n" for x in (0, 80, 20, 60, 40))
+    source.write_text(f"(Shapeoko)\nG21 G90\nM3 S18000\nG0 Z5\n{cuts}M5\nM30\n")
+    found = leafcut.optimize(source, algorithm="2opt")
+    assert found.machine.name == "shapeoko-router" and found.after.time_s < found.before.time_s
+    assert found.before.time_s == pytest.approx(leafcut.simulate(source).measure.time_s, abs=1.0)
+    assert any("spindle speed on linuxcnc-mill" in issue.message for issue in found.issues)

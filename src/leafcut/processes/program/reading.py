@@ -37,13 +37,25 @@ BELOW_SURFACE = ("L801", "L802")
 
 @dataclass(frozen=True)
 class ProgramRead:
-    """A program, the dialect and the machine that it was read for, and what has to be said about that."""
+    """A program, the dialect and the machine that it was read for, and what has to be said about that.
+
+    Attributes
+    ----------
+    limits
+        The machine whose limits are checked, where an assumed one only times the program.
+    """
 
     program: Program
     words: Dialect
     machine: Machine
     issues: tuple[Issue, ...] = ()
     process: str = "mill"
+    limits: Machine | None = None
+
+    @property
+    def checked(self) -> Machine:
+        """The machine whose limits are checked."""
+        return self.limits or self.machine
 
     @property
     def dangers(self) -> list[Issue]:
@@ -61,7 +73,7 @@ class ProgramRead:
 
         # A laser drives a beam by S, whatever else a program looks like.
         process = ProgramKind.LASER if self.machine.head is Head.LASER else self.process
-        found = find_dangers(self.program, self.machine, process, self.words.states_z, simulated)
+        found = find_dangers(self.program, self.checked, process, self.words.states_z, simulated)
         found += find_doubts(self.program, self.words, process)
         found.sort(key=lambda issue: (RANK[issue.severity], issue.code))
         if stated_part(self.program) is None:
@@ -112,7 +124,8 @@ def read_foreign(
     """Return a program as it runs on a machine.
 
     Where nobody has named a machine, and `choose`, a laser's program is read for a laser, and one of QtPlasmaC for a
-    plasma table; a program that drives a beam on a machine with a spindle is timed as one.
+    plasma table; a router's program is timed on a router. A program that drives a beam on a machine with a spindle is
+    timed as one.
 
     Raises
     ------
@@ -149,6 +162,8 @@ def read_foreign(
         note = Issue("L807", message, severity=Severity.NOTE)
         machine = replace(machine, head=head, spindle_start_s=0.0)
         return replace(read, machine=machine, issues=(note, *read.issues) if choose else read.issues)
+    if choose and not named and machine.head is Head.SPINDLE:
+        return _timed_on_router(read)
     return read
 
 
@@ -179,6 +194,23 @@ def _of_plasma_table(text: str, source: str, settings: Settings, look: Heartbeat
     read = _read(text, source, settings, *_other_machine(settings, CUTTING_MACHINES["plasma"]), look)
     done = "plasma" if process == "auto" else process
     return replace(read, process=done, issues=(_chosen(read.machine, "plasma"), *read.issues))
+
+
+def _timed_on_router(read: ProgramRead) -> ProgramRead:
+    """Return a program with the times of the router that it is probably for; all checks stay those of the default."""
+    from leafcut.processes.program.routers import router_for, timed_as
+    from leafcut.read.machine import load_machine
+
+    if (found := router_for(read.program)) is None:
+        return read
+    name, word = found
+    message = (
+        f"{word} indicates a router: timed on {name}, checked against the limits of {read.machine.name}; name your "
+        "machine with --machine"
+    )
+    note = Issue("L807", message, severity=Severity.NOTE)
+    machine = timed_as(read.machine, load_machine(name))
+    return replace(read, machine=machine, limits=read.machine, issues=(note, *read.issues))
 
 
 def _process(read: ProgramRead, process: str) -> str:

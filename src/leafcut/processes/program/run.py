@@ -155,7 +155,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
             *_offers(run, sequence),
             *proved.issues,
             *(paced.issues if paced else ()),
-            *machine_issues(run.machine),
+            *machine_issues(read.checked),
         ),
         detail=ProgramDetail(
             certificate=proved.certificate,
