@@ -836,7 +836,7 @@ def _simulate(
 
 
 def _print_simulated(found: Simulation) -> None:
-    from leafcut.units import format_length, format_time
+    from leafcut.units import fixed, format_length, format_time
 
     dangers = [issue for issue in found.issues if issue.severity == "danger"]
     for issue in dangers:
@@ -846,7 +846,7 @@ def _print_simulated(found: Simulation) -> None:
     print(f"rapid {format_length(cost.travel_mm)}, feed {format_length(cost.cut_mm)}")
     print("  ".join(f"{kind} {format_time(s)}" for kind, s in cost.by_kind.items()))
     for axis, low, high in zip("XYZ", *found.path.extents, strict=True):
-        print(f"{axis} {low:.3f} to {high:.3f} mm")
+        print(f"{axis} {fixed(low, 3)} to {fixed(high, 3)} mm")
     for issue in found.issues:
         if issue not in dangers:
             print(f"{issue.severity}: {issue}")

@@ -208,6 +208,11 @@ def format_time(seconds: float) -> str:
     return f"{hours} h {minutes:02d} min"
 
 
+def fixed(value: float, decimals: int) -> str:
+    """Return a number with fixed decimals; zero has no sign."""
+    return f"{round(value, decimals) + 0.0:.{decimals}f}"
+
+
 def format_length(mm: float) -> str:
     """Return millimetres as a person reads them: ``412.3 mm``, ``12.41 m``."""
     return f"{mm:.1f} mm" if abs(mm) < 1000 else f"{mm / 1000:.2f} m"

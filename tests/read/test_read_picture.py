@@ -181,6 +181,24 @@ def test_a_region_at_the_edge_of_the_picture_ends_there_and_it_is_said(save: Sav
     assert "L425" in codes(part)
 
 
+def test_only_edges_that_a_milled_region_reaches_are_walls(save: Save) -> None:
+    """A spot at the left edge is dirt and not milled; the region ends at the lower edge alone."""
+    picture = np.full((40, 40), 255, np.uint8)
+    picture[20:, 10:30] = 0
+    picture[5, 0] = 0
+    part = pockets(save(picture), speckle=1.0)
+    (message,) = [issue.message for issue in part.issues if issue.code == "L425"]
+    assert message.startswith("what is milled reaches the lower edge of the picture")
+
+
+def test_noise_in_a_picture_is_no_drawing_to_repair(save: Save) -> None:
+    """Nobody drew outlines that touch each other in noise: the picture is blurred, not repaired."""
+    noise = np.random.default_rng(1).integers(0, 256, (80, 80)).astype(np.uint8)
+    said = refusal(save(noise), speckle=0.05, pixel_size=0.1)
+    assert "blur the picture" in said and "--speckle" in said
+    assert "drawing" not in said and "drawn" not in said
+
+
 def _kinds() -> dict[str, Image.Image]:
     grey = Image.fromarray(drawn(DISC, 4))
     deep = Image.fromarray(drawn(DISC, 4).astype(np.uint16) * 257)

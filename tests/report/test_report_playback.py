@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+import leafcut
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.model import Machine, Outcome
@@ -146,3 +149,29 @@ def _outcome(path: Toolpath, text: str) -> Outcome:
     return Outcome(
         Part("p"), MILL, "drill", (), cost, None, cost, path, path, text, "linuxcnc", 1, True, DrillingDetail()
     )
+
+
+STYLES = Path(__file__).parents[1] / "styles"
+
+
+@pytest.mark.parametrize("machine", ["linuxcnc-mill", "grbl-3018", "haas-vf2"])
+def test_the_player_lasts_as_long_as_the_program_whatever_made_it(machine: str, examples: Path) -> None:
+    """The time in every table is that of the player: it counts from the same start, with the same lines of a board."""
+    common: dict[str, Any] = {"machine": machine, "preset": "fast", "threads": 1}
+    outcomes = [
+        leafcut.optimize(examples / "plate_8x8_10.dxf", process="drill", thickness=5, spindle_speed=3000, **common),
+        leafcut.optimize(STYLES / "vcarve_grbl_peck.nc", **common),
+    ]
+    for outcome in outcomes:
+        times = {"before": outcome.before, "after": outcome.after}
+        for which in ("before", "after"):
+            rows = outcome_playback(outcome, which)
+            assert rows.seconds.sum() == pytest.approx(times[which].time_s, rel=1e-9)
+
+
+def test_the_player_of_a_program_lasts_as_long_as_its_simulation() -> None:
+    """On a GRBL board the time depends on the length of the lines and on the move to the first place."""
+    for machine in ("grbl-3018", "linuxcnc-mill"):
+        found = leafcut.simulate(STYLES / "vcarve_grbl_peck.nc", machine=machine)
+        rows = playback(found.run, found.machine, measured=found.measure)
+        assert rows.seconds.sum() == pytest.approx(found.measure.time_s, rel=1e-9)

@@ -169,3 +169,16 @@ def test_the_scene_of_a_pocket_holds_the_width_that_the_mill_clears(tmp_path: Pa
     outcome = api.optimize(str(drawing), process="pocket", tool_diameter="16", depth="2", strategy="contour")
     assert unpacked(outcome_scene(outcome, "after"))[0]["cleared"] == 16.0
     assert unpacked(grid_program())[0].get("cleared", 0.0) == 0.0
+
+
+def test_the_path_over_one_level_has_no_time_of_its_own(examples: Path) -> None:
+    """It is no program: the player shows how far along it is, beside the times of the programs in the table."""
+    options: dict[str, Any] = {
+        "machine": "linuxcnc-mill", "preset": "fast", "depth": 2, "tool_diameter": 20, "spindle_speed": 3000,
+        "strategy": "contour",
+    }  # fmt: skip
+    call = ReadyTask("optimize", (str(examples / "pocket.dxf"),), "pocket", options)
+    made = run(call, ("pocket.dxf",), lambda *_: None, threading.Event())
+    ways = [unpacked(artefact.data)[0] for name, artefact in made.artefacts.items() if name.startswith("way-")]
+    assert ways and all(header["untimed"] for header in ways)
+    assert not unpacked(made.artefacts["scene-after"].data)[0].get("untimed")

@@ -3,18 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import field
+from typing import TYPE_CHECKING
 
 from leafcut.quick_dataclass import dataclass
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
 class Measure:
     """What a toolpath costs: rapid and cutting lengths in mm, machine time in s, and seconds by kind of motion.
 
-    `by_kind` has the keys rapid, feed, dwell, tool_change and spindle.
+    Attributes
+    ----------
+    by_kind
+        Keys: rapid, feed, dwell, tool_change and spindle.
+    start
+        Place of the tool before the first move, (x, y) in mm, if the time counts from there.
+    lines
+        Bytes and words of the sent lines, int64[n] each, if the time depends on them (GRBL).
     """
 
     travel_mm: float
     cut_mm: float
     time_s: float
     by_kind: dict[str, float] = field(default_factory=dict)
+    start: tuple[float, float] | None = None
+    lines: tuple[NDArray[np.int64], NDArray[np.int64]] | None = field(default=None, compare=False, repr=False)

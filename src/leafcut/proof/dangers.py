@@ -22,6 +22,7 @@ from leafcut.proof.clearance import LEAST_CLEARANCE, DangerCheck, height_checks,
 from leafcut.proof.difference import place
 from leafcut.proof.envelope import check_envelope
 from leafcut.stock.straight_moves import straight_moves
+from leafcut.units import fixed
 
 #: Room for the rounding of written heights, mm.
 _ROOM = 0.002
@@ -172,8 +173,8 @@ def _surface_unknown(path: Toolpath) -> Iterator[Issue]:
     if len(heights) and heights.min() >= -_ROOM:
         yield Issue(
             "L814",
-            f"no cut goes below Z0 (lowest Z{heights.min():.3f}, highest Z{heights.max():.3f}): the surface is "
-            "unknown, so rapids were not checked against it; check them with leafcut stock --workpiece",
+            f"no cut goes below Z0 (lowest Z{fixed(heights.min(), 3)}, highest Z{fixed(heights.max(), 3)}): the "
+            "surface is unknown, so rapids were not checked against it; check them with leafcut stock --workpiece",
         )
 
 

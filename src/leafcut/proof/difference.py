@@ -6,6 +6,7 @@ import math
 
 from leafcut.model.difference import Difference
 from leafcut.model.toolpath import Kind, Motion
+from leafcut.units import fixed
 
 #: A person reads a few; a program that is wrong everywhere must not make a list of a million.
 MOST_LISTED = 50
@@ -23,7 +24,7 @@ def shorten(differences: list[Difference], found: int | None = None) -> list[Dif
 def place(x: float, y: float, z: float | None = None) -> str:
     """Return a place for people: ``X10.000 Y20.000``, ``X10.000 and an unknown Y``, ``an unknown position``."""
     axes = [(axis, value) for axis, value in zip("XYZ", (x, y, z), strict=True) if value is not None]
-    known = " ".join(f"{axis}{value:.3f}" for axis, value in axes if not math.isnan(value))
+    known = " ".join(f"{axis}{fixed(value, 3)}" for axis, value in axes if not math.isnan(value))
     unknown = " and ".join(axis for axis, value in axes if math.isnan(value))
     if known and unknown:
         return f"{known} and an unknown {unknown}"
@@ -33,7 +34,7 @@ def place(x: float, y: float, z: float | None = None) -> str:
 def describe(motion: Motion) -> str:
     """Return what a row does, for people: ``rapid to X1.000 Y2.000 Z3.000``."""
     if motion.kind is Kind.MACHINE:
-        axes = " ".join(f"{axis}{v:.3f}" for axis, v in zip("XYZ", motion.end, strict=True) if not math.isnan(v))
+        axes = " ".join(f"{axis}{fixed(v, 3)}" for axis, v in zip("XYZ", motion.end, strict=True) if not math.isnan(v))
         return f"{_WORDS[motion.kind]} to {axes or place(*motion.end)}"
     if motion.kind is Kind.PAUSE:
         return f"{_WORDS[motion.kind]} M{motion.ref}"

@@ -107,7 +107,7 @@ def read_picture_pockets(source: Source, _: ReadOptions, options: PocketDrawingO
     fit = fitted_outline if steps <= MAX_FITTED else smoothed_outline
     height = grey.shape[0]
     lines = _without_dirt(source, level_lines(grey), options.speckle / size, (size, height), issues)
-    _look_at_edge(grey < 0.0, issues)
+    _check_edges(lines, grey.shape, issues)
     part = Part(source.name, source=source.file_name, format="picture", issues=tuple(issues))
     try:
         return _pockets(part, [fit(line) for line in lines], (size, height), joining, source)
@@ -129,7 +129,8 @@ def _pockets(
     for outline in outlines:
         vertices = outline.vertices * np.array([size, -size, -1.0]) + np.array([0.0, size * rows, 0.0])
         contours.append(Contour(Polyline(vertices, closed=True)))
-    return as_pockets(replace(part, contours=tuple(contours)), [EITHER] * len(contours), joining, source.path)
+    kinds = [EITHER] * len(contours)
+    return as_pockets(replace(part, contours=tuple(contours)), kinds, joining, source.path, picture=True)
 
 
 # -- the file --------------------------------------------------------------------------------------------------------
@@ -292,6 +293,10 @@ def otsu(grey: Grey) -> float:
     return float(0.5 * (edges[best[0] + 1] + edges[best[-1] + 1]))
 
 
+#: Pixels.
+_HALF_PIXEL = 0.5
+
+
 def _steps(dark: NDArray[np.bool_]) -> int:
     """Return how often dark lies beside bright."""
     return int((dark[1:] != dark[:-1]).sum()) + int((dark[:, 1:] != dark[:, :-1]).sum())
@@ -325,10 +330,14 @@ def _without_dirt(
     return kept
 
 
-def _look_at_edge(dark: NDArray[np.bool_], issues: list[Issue]) -> None:
-    """Say so (L425) where the edge of the picture becomes a wall."""
-    sides = {"left": dark[:, 0], "right": dark[:, -1], "upper": dark[0], "lower": dark[-1]}
-    if reached := [name for name, row in sides.items() if row.any()]:
+def _check_edges(lines: list[Points], shape: tuple[int, ...], issues: list[Issue]) -> None:
+    """Report (L425) the edges of the picture that become walls of what is milled; dirt is not milled."""
+    points = np.concatenate(lines)
+    (left, upper), (right, lower) = points.min(axis=0), points.max(axis=0)
+    rows, columns = shape
+    # A level line crosses half of a pixel at the edge at most.
+    sides = {"left": left, "right": columns - right, "upper": upper, "lower": rows - lower}
+    if reached := [name for name, away in sides.items() if away < _HALF_PIXEL]:
         message = f"what is milled reaches the {', '.join(reached)} edge of the picture, which is taken as a wall"
         issues.append(Issue("L425", message))
 

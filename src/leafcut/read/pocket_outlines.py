@@ -77,7 +77,13 @@ def pockets_of_drawing(part: Part, options: PocketDrawingOptions, joining: Sheet
 
 
 def as_pockets(
-    part: Part, kinds: Sequence[str | None], joining: SheetOptions, path: str, outermost: str = POCKET
+    part: Part,
+    kinds: Sequence[str | None],
+    joining: SheetOptions,
+    path: str,
+    outermost: str = POCKET,
+    *,
+    picture: bool = False,
 ) -> Part:
     """Return a part with pockets in the place of its contours; edges of plates become its `edge`.
 
@@ -87,6 +93,8 @@ def as_pockets(
         What each contour is: `POCKET`, `ISLAND`, `EITHER`, or None for one that is left out.
     outermost
         What an outline in no other is: `POCKET`, `EDGE`, or `EITHER` to refuse outlines inside each other.
+    picture
+        Whether the outlines are traced from a picture: nobody drew one that crosses or touches itself.
 
     Raises
     ------
@@ -97,7 +105,7 @@ def as_pockets(
     try:
         outlines = _outlines(part.contours, kinds, joining, issues)
         shapes = polygons([o.contour.path for o in outlines])
-        _check_simple(outlines, shapes)
+        _check_simple(outlines, shapes, picture)
         met = conflicts(shapes)
         kept = _once(outlines, met, issues)
         number = {k: at for at, k in enumerate(kept)}
@@ -111,7 +119,7 @@ def as_pockets(
         _check_reading(outlines, depth, outermost)
         _check_kinds(outlines, depth, parent)
         level = depth - (outermost == EDGE)
-        _check_apart(outlines, met, level, issues)
+        _check_apart(outlines, met, level, issues, picture)
     except ReadError:
         raise
     except LeafcutError as problem:
@@ -226,15 +234,22 @@ def _joined(
 # -- checks ----------------------------------------------------------------------------------------------------------
 
 
-def _check_simple(outlines: Sequence[PocketOutline], shapes: NDArray[Any]) -> None:
+def _check_simple(outlines: Sequence[PocketOutline], shapes: NDArray[Any], picture: bool) -> None:
     """Raise for outlines that cross or touch themselves, or enclose nothing."""
     # By the hull: the two halves of an 8 cancel each other's area.
     thin = 2.0 * shapely.area(shapely.convex_hull(shapes)) <= SAME * shapely.length(shapes)
     for outline in (o for o, is_thin in zip(outlines, thin, strict=True) if is_thin):
+        if picture:
+            raise LeafcutError(f"{outline} encloses no area: noise; blur the picture, or set a larger --speckle")
         raise LeafcutError(f"{outline} encloses no area; repair the drawing")
     for outline, reason in zip(outlines, shapely.is_valid_reason(shapes), strict=True):
         if place := reason.partition("[")[2].rstrip("]").split():
             x, y = float(place[0]), float(place[1])
+            if picture:
+                raise LeafcutError(
+                    f"{outline} crosses or touches itself at ({x:.6g}, {y:.6g}): noise; blur the picture, or set a "
+                    "larger --speckle"
+                )
             raise LeafcutError(f"{outline} crosses or touches itself at ({x:.6g}, {y:.6g}); repair the drawing")
 
 
@@ -297,7 +312,11 @@ def _check_kinds(outlines: Sequence[PocketOutline], depth: NDArray[np.int64], pa
 
 
 def _check_apart(
-    outlines: Sequence[PocketOutline], met: Sequence[Conflict], level: NDArray[np.int64], issues: list[Issue]
+    outlines: Sequence[PocketOutline],
+    met: Sequence[Conflict],
+    level: NDArray[np.int64],
+    issues: list[Issue],
+    picture: bool,
 ) -> None:
     """Raise where an island touches a wall or another island; report (L423) pockets that touch each other or an edge.
 
@@ -317,6 +336,11 @@ def _check_apart(
             continue
         islands = [k for k in (c.first, c.second) if level[k] % 2]
         one, other = outlines[islands[0]], "another island" if len(islands) == 2 else "a wall"
+        if picture:
+            raise LeafcutError(
+                f"{str(one).replace('the outline', 'the island')} touches {other}, {_at(c)}: blur the picture, or set "
+                "a larger --speckle"
+            )
         raise LeafcutError(
             f"{str(one).replace('the outline', 'the island')} touches {other}, {_at(c)}; islands must stand clear, or "
             "be drawn as part of the wall"

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
 
+from leafcut.kinds import BEAMS
 from leafcut.model.certificate import Certificate
 from leafcut.model.issue import Issue
 from leafcut.model.measure import Measure
@@ -47,7 +48,7 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "missing": missing_as_json(outcome.missing),
         **shown.answer(),
         "seconds": plain_number(outcome.seconds),
-        "tools": [_tool(o) for o in outcome.operations],
+        "tools": [_tool(o, outcome.process in BEAMS) for o in outcome.operations],
         "workers": [w for number, o in enumerate(outcome.operations) for w in _workers(number, o)],
         "issues": issues_as_json(outcome.issues),
         **_defaults(outcome.defaults),
@@ -156,10 +157,10 @@ def _measure(measure: Measure) -> dict[str, float | None]:
     }
 
 
-def _tool(operation: OperationOutcome) -> dict[str, Any]:
+def _tool(operation: OperationOutcome, beam: bool) -> dict[str, Any]:
     """Return one operation's tool; a tool with two operations (holes and slots) has two entries.
 
-    `staying` is how many of its holes are drilled in their old places, where there are such.
+    `staying` is how many of its holes are drilled in their old places, where there are such. A `beam` has a power.
     """
     tool = operation.tool
     return {
@@ -169,7 +170,7 @@ def _tool(operation: OperationOutcome) -> dict[str, Any]:
         "diameter_mm": plain_number(tool.diameter),
         "cycle": operation.cycle,
         "feed_mm_min": plain_number(feed_mm_min(tool.feed)),
-        "speed_rpm": plain_number(tool.spindle_rpm),
+        "power_s" if beam else "speed_rpm": plain_number(tool.spindle_rpm),
         "slots" if operation.slots else "holes": len(operation.holes),
         **({"staying": len(operation.staying)} if operation.staying else {}),
         **({"cuts": operation.cuts} if operation.cuts else {}),

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.machine import Machine
+from leafcut.model.measure import Measure
 from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import Which
 from leafcut.model.toolpath import PLACES, Kind, Toolpath, arc_sweep, plane_axes
@@ -84,23 +85,32 @@ def outcome_playback(outcome: Outcome, which: Which) -> Playback:
     """
     beam = outcome.shown.beam
     if which == "before":
-        return playback(outcome.path_before, outcome.machine, beam)
-    return playback(outcome.path_after, outcome.machine, beam, outcome.written)
+        return playback(outcome.path_before, outcome.machine, beam, measured=outcome.before)
+    return playback(outcome.path_after, outcome.machine, beam, outcome.written, outcome.after)
 
 
-def playback(path: Toolpath, machine: Machine, beam: bool = False, written: Toolpath | None = None) -> Playback:
+def playback(
+    path: Toolpath,
+    machine: Machine,
+    beam: bool = False,
+    written: Toolpath | None = None,
+    measured: Measure | None = None,
+) -> Playback:
     """Return how a toolpath is run; what a `beam` does at feed while it is switched off is ``DARK``.
 
-    `written` is the program that was written from a planned path, read back: the lines are its then.
+    `written` is the program that was written from a planned path, read back: the lines are its then. With `measured`,
+    the seconds add up to its time.
 
     Raises
     ------
     PlanError
         The cycles come to more moves than can be meant.
     """
+    from leafcut.timing.grbl import SentLines
     from leafcut.timing.toolpath import clock
 
-    timed = clock(path, machine)
+    lines = None if measured is None or measured.lines is None else SentLines(*measured.lines)
+    timed = clock(path, machine, lines, None if measured is None else measured.start)
     rows = timed.path
     before = rows.before
     place = np.concatenate([before[1:], _last_place(rows, before)])[: len(rows)]

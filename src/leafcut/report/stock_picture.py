@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from leafcut.report.colours import RGB
 from leafcut.report.svg import nice_step, tick_words, ticks
+from leafcut.units import fixed
 
 if TYPE_CHECKING:
     from PIL.Image import Image as Picture
@@ -211,7 +212,7 @@ def _draw_scale(
     for height in (top, *_between(top, bottom, length), bottom):
         share = (top - height) / (top - bottom)
         draw.text(
-            (x + 38, y + share * length), f"{height + 0.0:.{decimals}f}", fill=_INK, font=font,
+            (x + 38, y + share * length), fixed(height, decimals), fill=_INK, font=font,
             anchor="lt" if share == 0.0 else "lm",
         )  # fmt: skip
         draw.line((x + 27, y + share * length, x + 32, y + share * length), fill=_INK)

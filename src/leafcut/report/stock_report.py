@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from leafcut.errors import OptionError
 from leafcut.report.json_answer import issues_as_json
 from leafcut.report.wording import NO_VALUE, count
-from leafcut.units import format_time
+from leafcut.units import fixed, format_time
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -133,7 +133,8 @@ def _compared(found: StockCut) -> list[str]:
     if not found.differences:
         return [f"{found.same_as} leaves the same, in {found.field.heights.size:,} cells"]
     lines = [
-        f"at X{one.x:.2f} Y{one.y:.2f}: Z{one.before:.3f} there, Z{one.after:.3f} here ({count(one.cells, 'cell')})"
+        f"at X{fixed(one.x, 2)} Y{fixed(one.y, 2)}: Z{fixed(one.before, 3)} there, Z{fixed(one.after, 3)} here "
+        f"({count(one.cells, 'cell')})"
         for one in found.differences[:_MOST_PLACES]
     ]
     more = len(found.differences) - _MOST_PLACES

@@ -138,7 +138,11 @@ def stacked(kinds: Mapping[str, str], rows: Sequence[tuple[str, dict[str, float]
 def tools_say(outcome: Outcome) -> PageRow:
     """Return what is known of any tool: columns that say nothing are left out."""
     rows = outcome.operations[:MOST_TOOL_ROWS]
-    return {"diameter": any(o.tool.diameter > 0 for o in rows), "cycle": any(o.cycle for o in rows)}
+    return {
+        "diameter": any(o.tool.diameter > 0 for o in rows),
+        "cycle": any(o.cycle for o in rows),
+        "power": outcome.shown.beam,
+    }
 
 
 def tools(outcome: Outcome, scene: Scene) -> list[PageRow]:

@@ -108,6 +108,8 @@ def measure(
         cut_mm=_length(delta[(path.kind == Kind.FEED) & ~dark]) + float(turns.length.sum()),
         time_s=sum(seconds.values()),
         by_kind=seconds,
+        start=start,
+        lines=lines,
     )
 
 
@@ -139,15 +141,17 @@ def seconds_by_row(path: Toolpath, machine: Machine) -> Floats:
     return _timed(path, machine).moving
 
 
-def clock(path: Toolpath, machine: Machine, lines: SentLines | None = None) -> PathTimes:
-    """Return the time of every row, whatever takes it; together they are the time that `measure` states.
+def clock(
+    path: Toolpath, machine: Machine, lines: SentLines | None = None, start: tuple[float, float] | None = None
+) -> PathTimes:
+    """Return the time of every row. Their sum is the time of `measure` with the same `lines` and `start`.
 
     Raises
     ------
     PlanError
         The cycles come to more moves than can be meant.
     """
-    timed = _timed(path, machine, None, lines)
+    timed = _timed(path, machine, start, lines)
     return PathTimes(timed.path, timed.source, timed.moving + timed.standing)
 
 

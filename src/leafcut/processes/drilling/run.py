@@ -199,7 +199,13 @@ def _order(run: Run, plan: DrillPlan, request: DrillingRequest) -> Outcome[Drill
         machine=run.machine,
         process="drill",
         operations=tuple(
-            OperationOutcome(o.tool, o.cycle.name, tuple(targets_in_order(o, s.nodes).tolist()), o.slots, s)
+            OperationOutcome(
+                o.tool,
+                o.cycle.name if o.cycle.name in words.cycles else "",
+                tuple(targets_in_order(o, s.nodes).tolist()),
+                o.slots,
+                s,
+            )
             for o, s in zip(plan.operations, solutions, strict=True)
         ),
         before=measures[0],

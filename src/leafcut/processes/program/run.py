@@ -126,6 +126,9 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
             found = timed_as_run(paced.program)
             proved, measures[1] = replace(proved, text=paced.text, program=paced.program), found
     proved, avoided = _with_avoided(run, words, original, proved)
+    if avoided.moves:
+        # Its comments move the lines, from which the player takes the time of each.
+        measures[1] = timed_as_run(proved.program)
     part, operations = _work_of(source, original, sequence, solutions)
     return Outcome(
         part=part,

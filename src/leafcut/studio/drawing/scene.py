@@ -75,6 +75,7 @@ from leafcut.model.contour import Contour
 from leafcut.model.cutting import CutPlan
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
+from leafcut.model.measure import Measure
 from leafcut.model.nest import Layout, Nest
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Hole, Part, Slot
@@ -218,11 +219,12 @@ def outcome_part_scene(outcome: Outcome) -> bytes:
 
 def toolpath_scene(
     path: Toolpath, machine: Machine, *, name: str = "", text: str = "", beam: bool = False, of: Part | None = None,
-    cleared: float = 0.0,
+    cleared: float = 0.0, measured: Measure | None = None, untimed: bool = False,
 ) -> bytes:  # fmt: skip
     """Return any toolpath as the machine runs it.
 
-    `text` is the program of its lines, `of` the part it goes through, `cleared` how wide a mill clears, mm.
+    `text` is the program of its lines, `of` the part it goes through, `cleared` how wide a mill clears, mm. Its time is
+    that of `measured`. An `untimed` path is no program: the player shows its progress, and no time.
 
     Raises
     ------
@@ -230,11 +232,12 @@ def toolpath_scene(
         The drilling cycles come to more moves than can be meant.
     """
     return _toolpath(
-        playback(path, machine, beam),
+        playback(path, machine, beam, measured=measured),
         {
             "name": clean(name),
             "which": "after",
             "unitless": of is not None and unitless(of),
+            "untimed": untimed or (of is not None and unitless(of)),
             "cleared": cleared,
         },
         text,

@@ -46,6 +46,7 @@ from numpy.typing import NDArray
 from leafcut.errors import LeafcutError
 from leafcut.model.cutter import BodyPart, Cutter
 from leafcut.model.machine import Machine
+from leafcut.model.measure import Measure
 from leafcut.model.outcome import Outcome
 from leafcut.model.shown_stock import ShownStock
 from leafcut.model.tool import Tool
@@ -75,15 +76,20 @@ def outcome_solid_scenes(outcome: Outcome) -> tuple[bytes, bytes]:
 
 
 def compared_solid_scenes(
-    one: tuple[Toolpath, Machine, ShownStock], other: tuple[Toolpath, Machine, ShownStock]
+    one: tuple[Toolpath, Machine, ShownStock],
+    other: tuple[Toolpath, Machine, ShownStock],
+    measured: tuple[Measure | None, Measure | None] = (None, None),
 ) -> tuple[bytes, bytes]:
-    """Return what each of two toolpaths cuts of one block, and what they leave otherwise, or why it is not shown."""
-    return _scenes(_shown_run(*one), _shown_run(*other))
+    """Return what each of two toolpaths cuts of one block, and what they leave otherwise, or why it is not shown.
+
+    Their times are those of `measured`.
+    """
+    return _scenes(_shown_run(*one, measured[0]), _shown_run(*other, measured[1]))
 
 
-def solid_scene(path: Toolpath, machine: Machine, stock: ShownStock) -> bytes:
-    """Return the stock that any toolpath cuts, or why it is not shown."""
-    shown = _shown_run(path, machine, stock)
+def solid_scene(path: Toolpath, machine: Machine, stock: ShownStock, measured: Measure | None = None) -> bytes:
+    """Return the stock that any toolpath cuts, or why it is not shown; its time is that of `measured`."""
+    shown = _shown_run(path, machine, stock, measured)
     try:
         return _packed(solid_of(path, stock), shown.rows())
     except LeafcutError as problem:
@@ -98,8 +104,8 @@ class _Shown(NamedTuple):
     rows: Callable[[], Playback]
 
 
-def _shown_run(path: Toolpath, machine: Machine, stock: ShownStock) -> _Shown:
-    return _Shown(path, stock, lambda: playback(path, machine))
+def _shown_run(path: Toolpath, machine: Machine, stock: ShownStock, measured: Measure | None = None) -> _Shown:
+    return _Shown(path, stock, lambda: playback(path, machine, measured=measured))
 
 
 def _refusal(problem: LeafcutError) -> bytes:

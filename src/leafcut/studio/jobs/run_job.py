@@ -91,7 +91,7 @@ def _verify(call: ReadyTask, names: tuple[str, ...], tell: Progress) -> Made:
     runs = [api.simulate(source, progress=tell, **asked) for source in call.sources]
     texts = [read_program(source) for source in call.sources]
     artefacts = {
-        f"scene-{layer}": _scene(toolpath_scene(run.run, run.machine, name=name))
+        f"scene-{layer}": _scene(toolpath_scene(run.run, run.machine, name=name, measured=run.measure))
         for layer, run, name in zip(_BOTH, runs, names, strict=True)
     }
     artefacts |= _stocks(call, runs)
@@ -113,7 +113,7 @@ def _stocks(call: ReadyTask, runs: Sequence[Simulation]) -> dict[str, Artefact]:
     if CUT_THROUGH in stocks:
         return {}
     one, other = ((run.run, run.machine, stock) for run, stock in zip(runs, stocks, strict=True))
-    scenes = compared_solid_scenes(one, other)
+    scenes = compared_solid_scenes(one, other, (runs[0].measure, runs[1].measure))
     return {f"scene-solid_{which}": _scene(scene) for which, scene in zip(_BOTH, scenes, strict=True)}
 
 
@@ -255,7 +255,8 @@ def _pages(outcome: Outcome, output: str) -> dict[str, Artefact]:
             scenes[f"scene-solid_{which}"] = _scene(solid)
     for name, path in outcome.shown.ways():
         cleared = outcome.shown.cleared
-        scenes[f"way-{name}"] = _scene(toolpath_scene(path, outcome.machine, name=name, cleared=cleared))
+        way = toolpath_scene(path, outcome.machine, name=name, cleared=cleared, untimed=True)
+        scenes[f"way-{name}"] = _scene(way)
     return {**scenes, "report": Artefact(f"{stem}.html", _HTML, write_page(outcome).encode()), **pictures}
 
 

@@ -8,6 +8,7 @@ from leafcut.studio.machine.state import MachineState, MachineTask
 from leafcut.studio.page.elements import JogPad, box, button, text
 from leafcut.studio.page.machine_fields import AskingPanel, Field, enable
 from leafcut.studio.page.page_state import View
+from leafcut.units import fixed
 
 _AXES = "XYZ"
 #: Steps of a jog, mm.
@@ -106,7 +107,7 @@ class ByHandPanel:
         """Show where the machine is, and what may be done with it now."""
         for places, place in ((self.work, state.work), (self.machine, state.machine)):
             for axis, cell in enumerate(places):
-                words = "–" if place is None or not state.open else f"{place[axis]:.3f}".replace("-0.000", "0.000")
+                words = "–" if place is None or not state.open else fixed(place[axis], 3)
                 if cell.text != words:
                     cell.set_text(words)
         asked = state.question is not None

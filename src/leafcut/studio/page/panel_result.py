@@ -20,7 +20,7 @@ from leafcut.studio.page.panel_study import StudyPanel
 from leafcut.studio.page.panel_tried import TriedPanel
 from leafcut.studio.page.stale_mark import StaleMark
 from leafcut.studio.wording import Words
-from leafcut.units import format_length, format_time
+from leafcut.units import fixed, format_length, format_time
 
 if TYPE_CHECKING:
     from nicegui.element import Element
@@ -360,7 +360,7 @@ class ResultPanel:
         ]
         table([("", ""), (w("result.length_of"), _NUMBER)], rows, w("result.times"))
         draw_times([("", answer["by_kind"], format_time(answer["time_s"]))], w)
-        limits = [[axis.upper(), f"{low:.3f}", f"{high:.3f}"] for axis, (low, high) in answer["extents"].items()]
+        limits = [[axis.upper(), fixed(low, 3), fixed(high, 3)] for axis, (low, high) in answer["extents"].items()]
         table([("mm", ""), (w("result.from"), _NUMBER), (w("result.to"), _NUMBER)], limits, w("result.extents"))
 
     def _issues(self, record: JobRecord, answer: dict[str, Any]) -> None:

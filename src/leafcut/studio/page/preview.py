@@ -165,7 +165,9 @@ def _program(source: Source, options: Mapping[str, Any]) -> Seen:
     try:
         used = registry.work("simulate").used()
         found = api.simulate(source, **{name: value for name, value in options.items() if name in used})
-        shown = {"after": toolpath_scene(found.run, found.machine, name=source.file_name, text=read_program(source))}
+        text = read_program(source)
+        scene = toolpath_scene(found.run, found.machine, name=source.file_name, text=text, measured=found.measure)
+        shown = {"after": scene}
     except LeafcutError as problem:
         # What looks like a program is shown as text, also where nobody can run it as it is.
         looks = FORMAT.sniff(source.data[:SNIFF_BYTES])
@@ -188,6 +190,7 @@ def _stock(source: Source, found: Simulation, options: Mapping[str, Any]) -> Cal
 
         used = registry.work("stock").used()
         settings = collect({name: value for name, value in options.items() if name in used})
-        return solid_scene(found.run, found.machine, registry.command("shown_stock")(source, settings))
+        stock = registry.command("shown_stock")(source, settings)
+        return solid_scene(found.run, found.machine, stock, found.measure)
 
     return make

@@ -113,8 +113,8 @@ export class Player extends EventTarget {
     const shown = time ?? this.duration;
     this.slider.value = this.duration > 0 ? (shown / this.duration) * SLIDER : 0;
     this.slider.style.setProperty("--done", `${this.duration > 0 ? (100 * shown) / this.duration : 0}%`);
-    // Of a map there are no millimetres, so no machine time either: only how far along it is.
-    const share = this.scene?.header.unitless && this.duration > 0 ? `${((100 * shown) / this.duration).toFixed(0)} %` : "";
+    // A map has no millimetres, and one level of a pocket is no program: neither has a machine time.
+    const share = this.scene?.header.untimed && this.duration > 0 ? `${((100 * shown) / this.duration).toFixed(0)} %` : "";
     this.slider.setAttribute("aria-valuetext", share || clockWords(shown));
     this.clock.textContent = share || `${clockWords(shown)} / ${clockWords(this.duration)}`;
     const row = time === null || !this.scene ? null : this.scene.rowAt(Math.min(time, this.scene.duration));

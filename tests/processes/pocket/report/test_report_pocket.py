@@ -99,6 +99,19 @@ def test_figures_of_several_pockets_are_sums_and_the_largest() -> None:
     assert rows["contour"].measures is None and rows["contour"].refused == "no"
 
 
+def test_the_written_and_the_usual_strategy_have_the_times_of_their_programs(pocketed: Outcome) -> None:
+    """The table states no second time for a program, in whatever order its regions are."""
+    before, after = (
+        replace(measure, time_s=time_s) for measure, time_s in ((pocketed.before, 91.0), (pocketed.after, 77.0))
+    )
+    rows = as_json(replace(pocketed, before=before, after=after))["strategies"]
+    times = {row["strategy"]: row.get("time_s") for row in rows}
+    chosen = next(row["strategy"] for row in rows if row["chosen"])
+    usual = pocketed.detail.plans[0].usual.strategy
+    assert chosen != usual
+    assert (times[chosen], times[usual]) == (77.0, 91.0)
+
+
 def test_json_has_the_way_over_one_level_and_every_strategy(pocketed: Outcome) -> None:
     answer = as_json(pocketed)
     pocket = answer["pocket"]

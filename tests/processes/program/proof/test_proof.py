@@ -153,7 +153,7 @@ MUTATIONS = [
     ("contours", r"G0 X0 Y0\nM5", "G0 X1 Y0\nM5", "does not go to where it was"),
     ("contours", r"T3", "T2", "'change to tool 3' became 'change to tool 2'"),
     ("contours", r"H3", "H1", "length offset"),
-    ("laser", r"S250", "S260", "speed 250 became 260"),
+    ("laser", r"S250", "S260", "power 250 became 260"),
     ("laser", r"M3 S800", "M4 S800", "M3 became M4"),
     ("laser", r"F1500", "F1400", "feed"),
     ("laser", r"M5\nG0 X20", "G0 X20", "beam on"),

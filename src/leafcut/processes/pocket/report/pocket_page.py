@@ -15,9 +15,9 @@ from leafcut.processes.pocket.report.pocket_words import (
     area_words,
     chosen_words,
     compared,
-    figures,
     levels_words,
     several_depths,
+    strategy_figures,
     uncut_words,
     usual_words,
     wider_words,
@@ -195,7 +195,7 @@ def facts(outcome: Outcome[PocketDetail]) -> list[Tile]:
 
 
 def _strategies(outcome: Outcome[PocketDetail]) -> list[PageRow]:
-    rows = figures(outcome.detail.plans, outcome.detail.programs)
+    rows = strategy_figures(outcome)
     longest = max((r.program_s for r in rows), default=0.0)
     return [
         {
@@ -232,7 +232,7 @@ def _cells(row: StrategyFigures) -> tuple[str, ...]:
 def _small(outcome: Outcome[PocketDetail], scene: Any) -> list[PageRow]:
     """Return a small drawing of every strategy that has a path in all pockets."""
     rows = []
-    for row in figures(outcome.detail.plans, outcome.detail.programs):
+    for row in strategy_figures(outcome):
         if row.measures is None:
             continue
         paths: list[PocketPath] = [

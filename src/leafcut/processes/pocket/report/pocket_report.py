@@ -19,11 +19,11 @@ from leafcut.processes.pocket.report.pocket_words import (
     StrategyFigures,
     chosen_words,
     facts,
-    figures,
     pocket_counts,
     pocket_counts_words,
     pockets_as_json,
     strategy_cells,
+    strategy_figures,
 )
 from leafcut.report.overview import overview
 from leafcut.report.pace_words import pace_facts
@@ -131,5 +131,4 @@ class PocketReport(PathReport[PocketDetail]):
                 )
 
     def _figures(self) -> list[StrategyFigures]:
-        detail = self.outcome.detail
-        return figures(detail.plans, detail.programs)
+        return strategy_figures(self.outcome)

@@ -50,6 +50,20 @@ class StrategyFigures:
     passed_over: str = ""
 
 
+def strategy_figures(outcome: Outcome[PocketDetail]) -> list[StrategyFigures]:
+    """Return every strategy over all pockets of an outcome.
+
+    A strategy that is written, or the usual one, in every pocket has the time of that program.
+    """
+    detail = outcome.detail
+    whole = {
+        tuple({plan.usual.strategy for plan in detail.plans}): outcome.before.time_s,
+        tuple({plan.result.strategy for plan in detail.plans}): outcome.after.time_s,
+    }
+    rows = figures(detail.plans, detail.programs)
+    return [replace(row, program_s=whole.get((row.name,), row.program_s)) for row in rows]
+
+
 def figures(plans: Sequence[PocketPlan], programs: Sequence[PocketProgram] = ()) -> list[StrategyFigures]:
     """Return every strategy over all pockets; refused where it is in one of them.
 
@@ -140,7 +154,7 @@ def pockets_as_json(outcome: Outcome[PocketDetail]) -> dict[str, Any]:
                 **({"refused": clean(row.refused)} if row.measures is None else {}),
                 **({"passed_over": clean(row.passed_over)} if row.passed_over else {}),
             }
-            for row in figures(plans, outcome.detail.programs)
+            for row in strategy_figures(outcome)
         ],
     }
 

@@ -44,8 +44,8 @@ from leafcut.units import MM_PER_INCH
 COMPARED = (
     "barriers: pauses, tool changes, work offsets, machine moves, settings that the controller takes from comments and "
     "parameters, and blocks that are not understood, in order",
-    "holes, cuts and dwells between two barriers: place, depth, cycle, peck, dwell, feed, speed and direction, tool, "
-    "length offset, work offset, coolant, radius compensation, feed mode, blending, plane",
+    "holes, cuts and dwells between two barriers: place, depth, cycle, peck, dwell, feed, speed or power, direction, "
+    "tool, length offset, work offset, coolant, radius compensation, feed mode, blending, plane",
     "order of cuts that touch each other, and of closed cuts and outlines with tabs and what lies inside them",
     "order of a mill's passes near each other: levels, side by side, rows",
     "what a mill makes before parts come free",
@@ -214,7 +214,7 @@ def _compare_work(
         for side, ends in zip(both, (grouping.before, grouping.after), strict=True)
     ]
     before, after = (replace(side.work, features=f) for side, f in zip(both, features, strict=True))
-    room = Room(tolerance, _FEED_PART, _FEED, _DWELL, _SPEED, _SPEED_PART, rise=0.0)
+    room = Room(tolerance, _FEED_PART, _FEED, _DWELL, _SPEED, _SPEED_PART, rise=0.0, beam=beam)
     pairing = pair(features[0], features[1], room)
     if pairing.missing and not (pairing.new_of >= 0).any():
         found.add(_other_units(programs))

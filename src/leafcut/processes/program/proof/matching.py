@@ -26,7 +26,8 @@ _MOST_LOOKS = 3_000_000
 class Room(NamedTuple):
     """By how much two features may differ: mm, part of the feed, mm/s, s, rpm, part of the speed, mm.
 
-    The last is how much higher the R plane of a cycle may be; a retract may be higher by any height.
+    `rise` is how much higher the R plane of a cycle may be; a retract may be higher by any height. With a `beam`, S is
+    its power.
     """
 
     place: float
@@ -36,6 +37,7 @@ class Room(NamedTuple):
     speed: float = SPEED_ROUNDING
     speed_part: float = 0.001
     rise: float = math.inf
+    beam: bool = False
 
 
 class Feature(NamedTuple):
@@ -265,13 +267,19 @@ def changes(a: Feature, b: Feature, room: Room) -> list[str]:
         stated = EXACT.index("stated")
         found += _stated_changes(a.exact[stated], b.exact[stated])
     amounts_a, amounts_b = dict(zip(AMOUNT, a.amount, strict=True)), dict(zip(AMOUNT, b.amount, strict=True))
-    feed, speed = amounts_a["feed"], amounts_a["speed"]
+    feed, speed, turns = amounts_a["feed"], amounts_a["speed"], "power" if room.beam else "speed"
     for word, one, other, allowed, factor in (
         *((word, a.place[i], b.place[i], near, 1.0) for i, word in enumerate(PLACE[:3])),
         ("peck", amounts_a["peck"], amounts_b["peck"], near, 1.0),
         ("dwell", amounts_a["dwell"], amounts_b["dwell"], room.dwell + 1e-9, 1.0),
         ("feed in mm/min", feed, amounts_b["feed"], max(room.feed_part * abs(feed), room.feed), SECONDS_PER_MINUTE),
-        ("speed", speed, amounts_b["speed"], max(room.speed_part * abs(speed), room.speed), 1.0),
+        (
+            turns,
+            speed,
+            amounts_b["speed"],
+            max(room.speed_part * abs(speed), room.speed),
+            1.0,
+        ),
         ("D", amounts_a["register"], amounts_b["register"], 1e-9, 1.0),
         ("blending tolerance", amounts_a["corner"], amounts_b["corner"], near, 1.0),
         ("tolerance of short moves", amounts_a["joining"], amounts_b["joining"], near, 1.0),

@@ -22,6 +22,7 @@ from leafcut.stock.cutting import Removed, cut
 from leafcut.stock.height_field import HeightField
 from leafcut.stock.same_stock import stock_differences
 from leafcut.stock.straight_moves import StraightMoves, straight_moves
+from leafcut.units import fixed
 
 #: Heights that differ by less are the same, mm: cuts in another order are rounded otherwise.
 TOLERANCE = 0.01
@@ -100,7 +101,8 @@ class StockJudge:
             one = differences[0]
             more = f" (and {count_of(len(differences) - 1, 'more place')})" if len(differences) > 1 else ""
             raise VerifyError(
-                f"at X{one.x:.3f} Y{one.y:.3f} it leaves the stock at Z{one.after:.3f}, not at Z{one.before:.3f}{more}"
+                f"at X{fixed(one.x, 3)} Y{fixed(one.y, 3)} it leaves the stock at Z{fixed(one.after, 3)}, not at "
+                f"Z{fixed(one.before, 3)}{more}"
             )
         for (tool, kind), found in met.items():
             before = self.met.get((tool, kind))

@@ -1,0 +1,55 @@
+"""Words of reports that are true for every controller and process."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import leafcut
+from leafcut.proof.difference import place
+from leafcut.report.json_answer import as_json
+from leafcut.report.page import write_page
+from leafcut.units import fixed
+from page_parser import Page
+
+STYLES = Path(__file__).parents[1] / "styles"
+
+
+@pytest.mark.parametrize(
+    ("value", "decimals", "text"),
+    [
+        (-1e-7, 3, "0.000"),
+        (-0.0, 2, "0.00"),
+        (-0.004, 2, "0.00"),
+        (-0.006, 2, "-0.01"),
+        (1.25, 1, "1.2"),
+        (-3, 0, "-3"),
+    ],
+)
+def test_zero_has_no_sign(value: float, decimals: int, text: str) -> None:
+    assert fixed(value, decimals) == text
+
+
+def test_places_at_zero_have_no_sign() -> None:
+    assert place(-1e-9, -0.0004, -0.0) == "X0.000 Y0.000 Z0.000"
+
+
+@pytest.mark.parametrize(("machine", "cycle"), [("grbl-3018", ""), ("marlin-mpcnc", ""), ("haas-vf2", "G81")])
+def test_a_drilling_cycle_is_named_only_where_the_program_has_it(machine: str, cycle: str, examples: Path) -> None:
+    outcome = leafcut.optimize(
+        examples / "plate_8x8_10.dxf", process="drill", machine=machine, thickness=5, spindle_speed=3000, preset="fast",
+    )  # fmt: skip
+    assert [tool["cycle"] for tool in as_json(outcome)["tools"]] == [cycle]
+    assert ("G81" in outcome.text) == ("G81" in write_page(outcome)) == (cycle == "G81")
+
+
+def test_the_power_of_a_laser_is_no_speed() -> None:
+    """S of a laser is its power, in the answer and in the table of the page."""
+    outcome = leafcut.optimize(STYLES / "lightburn_vector.gc", preset="fast")
+    tools = as_json(outcome)["tools"]
+    assert tools and all("speed_rpm" not in tool and tool["power_s"] > 0 for tool in tools)
+    words = Page(write_page(outcome)).words
+    assert "Power S" in words and "rpm" not in words
+    mill = leafcut.optimize(STYLES / "vcarve_grbl_peck.nc", preset="fast")
+    assert all("power_s" not in tool and tool["speed_rpm"] > 0 for tool in as_json(mill)["tools"])
