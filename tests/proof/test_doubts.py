@@ -9,7 +9,7 @@ import pytest
 import leafcut
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
-from leafcut.model.issue import Issue
+from leafcut.model.issue import Issue, Severity
 from leafcut.proof.doubts import find_doubts
 
 HEAD = "G21 G90 G17\nT1 M6\nG0 Z5.\nG0 X0. Y0.\nM{} S1000\n"
@@ -55,6 +55,39 @@ def test_a_dwell_of_more_than_a_minute_is_reported_with_the_unit_it_is_read_in(
     issues = doubts(HEAD.format(3) + text + CUT, words=words)
     assert [issue.code for issue in issues] == ["L102"] * bool(found)
     assert not found or found in issues[0].message
+
+
+#: Stops, moves to another place, starts again: what stands in between, and before the next cut.
+_AGAIN = "G1 Z-1 F100\nX10\nG0 Z5\nM5\n{0}G0 X20\nM3 S1000\n{1}G1 Z-1 F100\nX30\nG0 Z5\n"
+
+
+@pytest.mark.parametrize(
+    ("between", "before", "process", "found"),
+    [
+        ("", "", "mill", ["line 11"]),
+        ("", "G4 P2\n", "mill", []),
+        ("", "G0 X21\nG4 P0.5\n", "mill", []),
+        ("", "G4 P0\n", "mill", ["line 11"]),
+        # A dwell while the spindle stands gives it no speed; after a tool change every program starts it.
+        ("G4 P2\n", "", "mill", ["line 12"]),
+        ("M0\n", "", "mill", ["line 12"]),
+        ("T2 M6\n", "", "mill", []),
+        ("", "", "laser", []),
+    ],
+)
+def test_a_spindle_that_restarts_between_cuts_without_a_dwell_is_noted(
+    between: str, before: str, process: str, found: list[str]
+) -> None:
+    issues = doubts(f"{HEAD.format(3)}{_AGAIN.format(between, before)}M2\n", process)
+    assert [issue.place for issue in issues if issue.code == "L817"] == found
+    assert all(issue.severity is Severity.NOTE for issue in issues if issue.code == "L817")
+
+
+def test_all_starts_without_a_dwell_are_counted_and_the_first_and_the_last_are_none() -> None:
+    """The first start has its own look of the operator, and after the last cut nothing follows."""
+    text = HEAD.format(3) + _AGAIN.format("", "") + _AGAIN.format("", "").removeprefix("G1 Z-1 F100\n") + "M5\nM3\nM2\n"
+    (issue,) = [issue for issue in doubts(text) if issue.code == "L817"]
+    assert issue.message.startswith("2 starts of the spindle between cuts without a dwell")
 
 
 @pytest.mark.parametrize(("words", "found"), [("grbl", ["line 2"]), ("linuxcnc", [])])

@@ -136,6 +136,7 @@ CODES: dict[str, str] = {
     "L814": "all cuts of a program lie above Z0",
     "L815": "rapids of a program were not compared with its earlier cuts",
     "L816": "a program moves its Z0 down, or by an unknown height",
+    "L817": "the spindle restarts between cuts without a dwell",
     "L820": "a controller is not set as the profile of its machine says",
 }
 

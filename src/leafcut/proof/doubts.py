@@ -6,14 +6,16 @@ import re
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from leafcut.errors import count_of
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.jumps import board_command
 from leafcut.gcode.program import Program
+from leafcut.geometry.arrays import Mask
 from leafcut.kinds import BEAMS
-from leafcut.model.issue import Issue
-from leafcut.model.toolpath import Kind
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.toolpath import Kind, Toolpath
 
 #: A dwell of more is probably given in the unit of another controller, s.
 _LONG = 60.0
@@ -27,12 +29,12 @@ _TAPS = ("G84", "G74")
 
 
 def find_doubts(program: Program, words: Dialect, process: str) -> list[Issue]:
-    """Return what is probably a mistake: a spindle that turns backwards, long dwells, M6 where it is no word."""
+    """Return probable mistakes: a spindle backwards or without time to start, long dwells, M6 where it is no word."""
     if words.language != "g-code":
         return []
-    backwards = [] if process in BEAMS else _backwards(program)
+    spindle = [] if process in BEAMS else [*_backwards(program), *_restarts(program)]
     return [
-        *backwards,
+        *spindle,
         *_long_dwells(program, words),
         *_unknown_changes(program, words),
         *_board_commands(program, words),
@@ -41,19 +43,55 @@ def find_doubts(program: Program, words: Dialect, process: str) -> list[Issue]:
 
 def _backwards(program: Program) -> Iterator[Issue]:
     """Yield that a tool cuts with M4. The way up out of a tapped hole is none of these cuts, nor is a tapping cycle."""
-    path = program.path
-    after = np.array([program.modals[k].spindle for k in program.before[1:].tolist()], dtype=np.int64)
-    turns = np.repeat(after, np.diff(program.first))
-    with np.errstate(invalid="ignore"):
-        across = (np.abs(path.end[:, :2] - path.before[:, :2]) > _SAME).any(axis=1)
-        down = path.end[:, 2] < path.before[:, 2] - _SAME
-    cuts = ((path.kind == Kind.FEED) & (across | down)) | (path.kind == Kind.ARC_CW) | (path.kind == Kind.ARC_CCW)
+    path, turns, cuts = program.path, _turns(program), _cuts(program.path)
     drills = np.flatnonzero(path.kind == Kind.DRILL)
     cuts[drills] = [path.cycles[k].name not in _TAPS for k in path.ref[drills].tolist()]
     rows = np.flatnonzero(cuts & (turns < 0))
     if len(rows):
         message = "M4 turns the spindle backwards in cuts: mills and drills need M3, unless they are left-handed"
         yield Issue("L806", message, f"line {int(path.line[rows[0]])}")
+
+
+def _turns(program: Program) -> NDArray[np.int64]:
+    """Return the direction of the spindle after the block of each row, int64[n]: 1, -1, 0 when it stands."""
+    after = np.array([program.modals[k].spindle for k in program.before[1:].tolist()], dtype=np.int64)
+    return np.repeat(after, np.diff(program.first))
+
+
+def _cuts(path: Toolpath) -> Mask:
+    """Return which rows cut: feeds across or down, arcs, cycles."""
+    with np.errstate(invalid="ignore"):
+        across = (np.abs(path.end[:, :2] - path.before[:, :2]) > _SAME).any(axis=1)
+        down = path.end[:, 2] < path.before[:, 2] - _SAME
+    cuts: Mask = ((path.kind == Kind.FEED) & (across | down)) | np.isin(
+        path.kind, (Kind.ARC_CW, Kind.ARC_CCW, Kind.DRILL)
+    )
+    return cuts
+
+
+def _restarts(program: Program) -> Iterator[Issue]:
+    """Yield that the spindle stops and starts between cuts of one tool, and the next cut follows without a dwell.
+
+    After a tool change the spindle starts in every program; the first start is the operator's to watch.
+    """
+    path, on = program.path, _turns(program) != 0
+    cuts = np.flatnonzero(_cuts(path) & on)
+    if not len(cuts):
+        return
+    waits = (path.kind == Kind.DWELL) & (path.value > 0.0)
+    waited, changed = (np.append(0, np.cumsum(mask)) for mask in (waits, path.kind == Kind.TOOL))
+    stops, starts = np.flatnonzero(on[:-1] & ~on[1:]) + 1, np.flatnonzero(~on[:-1] & on[1:]) + 1
+    starts = starts[(starts > cuts[0]) & (starts <= cuts[-1])]
+    stopped = stops[np.searchsorted(stops, starts) - 1] if len(stops) else starts
+    following = cuts[np.searchsorted(cuts, starts)]
+    without = (waited[following] == waited[starts]) & (changed[following] == changed[stopped])
+    rows = starts[without & (stopped > cuts[0])]
+    if len(rows):
+        message = (
+            f"{count_of(len(rows), 'start')} of the spindle between cuts without a dwell (G4) before the next cut: the "
+            "spindle may not have its speed yet, unless the controller waits for it"
+        )
+        yield Issue("L817", message, f"line {int(path.line[rows[0]])}", Severity.NOTE)
 
 
 def _long_dwells(program: Program, words: Dialect) -> Iterator[Issue]:
