@@ -40,6 +40,7 @@ from leafcut.processes.deadline import Deadline
 from leafcut.processes.settings import collect, settings_for
 from leafcut.read import Input
 from leafcut.read.nest_list import WantedDrawing
+from leafcut.solve.compiling import compile_seconds
 from leafcut.stock.stock_cut import StockCut
 
 if TYPE_CHECKING:
@@ -98,7 +99,7 @@ def optimize(
     ReadError, OptionError, PlanError, PostError, VerifyError, OutputError
         One line that says what was found and what to do. Nothing has been written then.
     """
-    began = time.perf_counter()
+    began, compiled = time.perf_counter(), compile_seconds()
     sources = _sources(source)
     settings = _collected(options, options_file, defaults_file)
     tables = [file for one in registry.processes() for file in one.reads_besides(settings)]
@@ -121,7 +122,8 @@ def optimize(
             check_output(target, _files(run.machine.controller))
         done, outcome = _work(run, sources, process)
     outcome = replace(outcome, output=str(output or ""), report=str(report or ""))
-    outcome = replace(outcome, seconds=time.perf_counter() - began)
+    compiled = compile_seconds() - compiled
+    outcome = replace(outcome, seconds=time.perf_counter() - began - compiled, compile_seconds=compiled)
     page = _page(outcome) if report else ""  # before anything is written: it may fail
     texts = {str(output): outcome.text} if output else {}
     texts |= done.files(outcome, settings)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -116,7 +117,8 @@ def _run(
             print(f"{count_of(ran.left_out, 'run')} left out: more threads than this machine has cores")
         for line in ran.failed:
             print(f"failed: {line}")
-        print(f"leafcut lab report {name}{' --reduced' if reduced else ''} writes the page")
+        words = [name, *(["--reduced"] if reduced else []), *(["--results", results] if results != RESULTS else [])]
+        print(f"leafcut lab report {shlex.join(words)} writes the page")
     return 1 if ran.failed else 0
 
 

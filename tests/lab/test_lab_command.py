@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -45,6 +47,19 @@ def test_every_experiment_runs_in_its_reduced_form_and_is_reported(
     assert short.title in words
     assert "proves nothing" in words
     assert all(one.title in words for one in short.published)
+
+
+@pytest.mark.parametrize("results", ["own results.sqlite", ""])
+def test_the_command_that_a_finished_experiment_prints_writes_its_page(
+    results: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where the results are kept in a file of their own, with a space in its name."""
+    monkeypatch.chdir(tmp_path)
+    name = written(tmp_path).name
+    status, out, _ = lab(capsys, "run", name, "--reduced", *(["--results", results] if results else []))
+    (command,) = re.findall(r"^leafcut lab (report .+) writes the page$", out, re.MULTILINE)
+    assert (status, lab(capsys, *shlex.split(command))[0]) == (0, 0)
+    assert list(tmp_path.glob("*.html"))
 
 
 def test_the_list_shows_the_finished_runs_of_each_experiment(

@@ -13,6 +13,7 @@ CONTRACT = {
     "verified", "issues",
 }  # fmt: skip
 BESIDE = {
+    "compile_seconds",
     "nearest",
     "machine",
     "dialect",

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 import leafcut
+from leafcut.model import Outcome
 from leafcut.proof.difference import place
 from leafcut.report.json_answer import as_json
 from leafcut.report.page import write_page
+from leafcut.report.wording import method_words
 from leafcut.units import fixed
 from page_parser import Page
 
@@ -53,3 +56,10 @@ def test_the_power_of_a_laser_is_no_speed() -> None:
     assert "Power S" in words and "rpm" not in words
     mill = leafcut.optimize(STYLES / "vcarve_grbl_peck.nc", preset="fast")
     assert all("power_s" not in tool and tool["speed_rpm"] > 0 for tool in as_json(mill)["tools"])
+
+
+def test_reports_name_compile_time_only_where_something_was_compiled(empty_outcome: Outcome) -> None:
+    some = replace(empty_outcome, seconds=2.0, compile_seconds=40.0)
+    none = replace(empty_outcome, seconds=2.0)
+    assert "2.00 s and 40.0 s of compiling" in method_words(some) and "compiling" not in method_words(none)
+    assert "40.0 s of compiling" in write_page(some) and "compiling" not in write_page(none)

@@ -15,6 +15,7 @@ import os
 import pickle
 import sys
 import threading
+import time
 from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
 from typing import Any, Protocol
@@ -60,6 +61,42 @@ class CompilingListener(Protocol):
 
 
 _listeners: list[CompilingListener] = []
+
+
+class _CompileTime:
+    """Seconds of this process that went into compiling; nested and parallel compilations count once."""
+
+    def __init__(self) -> None:
+        self._spent, self._since, self._depth = 0.0, 0.0, 0
+
+    def seconds(self) -> float:
+        """Return the seconds until now."""
+        with _time_lock:
+            return self._spent + (time.perf_counter() - self._since if self._depth else 0.0)
+
+    @contextmanager
+    def counted(self) -> Iterator[None]:
+        """Count the time inside."""
+        with _time_lock:
+            if not self._depth:
+                self._since = time.perf_counter()
+            self._depth += 1
+        try:
+            yield
+        finally:
+            with _time_lock:
+                self._depth -= 1
+                if not self._depth:
+                    self._spent += time.perf_counter() - self._since
+
+
+_time_lock = threading.Lock()
+_compile_time = _CompileTime()
+
+
+def compile_seconds() -> float:
+    """Return the seconds that this process has spent compiling kernels; still going on counts until now."""
+    return _compile_time.seconds()
 
 
 @contextmanager
@@ -136,9 +173,10 @@ class Kernel:
         for listener in tuple(_listeners):
             listener.began(kept.can_be_kept())
         try:
-            from leafcut.kernels.compiling import machine_code
+            with _compile_time.counted():
+                from leafcut.kernels.compiling import machine_code
 
-            code = machine_code(self._dispatcher, arguments, list(_given(kinds)))
+                code = machine_code(self._dispatcher, arguments, list(_given(kinds)))
         finally:
             for listener in tuple(_listeners):
                 listener.ended()

@@ -78,6 +78,8 @@ class Outcome(Generic[D]):
         Of the program's text in a file, and what the name of such a file ends in, with the dot.
     output, report
         Where program and report were written, or empty.
+    seconds, compile_seconds
+        Time of the run without compiling, and the time of compiling.
     options
         Every option that is not at its default, flag → value as a person would type it.
     defaults
@@ -108,6 +110,7 @@ class Outcome(Generic[D]):
     defaults: tuple[str, ...] = ()
     version: str = ""
     seconds: float = 0.0
+    compile_seconds: float = 0.0
 
     @property
     def missing(self) -> tuple[Issue, ...]:

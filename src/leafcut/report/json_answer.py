@@ -48,6 +48,7 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "missing": missing_as_json(outcome.missing),
         **shown.answer(),
         "seconds": plain_number(outcome.seconds),
+        "compile_seconds": plain_number(outcome.compile_seconds),
         "tools": [_tool(o, outcome.process in BEAMS) for o in outcome.operations],
         "workers": [w for number, o in enumerate(outcome.operations) for w in _workers(number, o)],
         "issues": issues_as_json(outcome.issues),

@@ -14,7 +14,7 @@ from leafcut.report import views
 from leafcut.report.colours import drawing_css, style_sheet
 from leafcut.report.stock_pictures import stock_pictures
 from leafcut.report.svg import element
-from leafcut.report.wording import algorithm_words, clean, limits, time_words
+from leafcut.report.wording import COMPILED, algorithm_words, clean, limits, time_words
 
 #: An option of the command line as messages name it.
 _FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]")
@@ -87,6 +87,7 @@ def _content(outcome: Outcome, shown: ProcessReport) -> dict[str, Any]:
         "seed": outcome.seed,
         "version": clean(outcome.version),
         "seconds": time_words(outcome.seconds),
+        "compiling": time_words(outcome.compile_seconds) if outcome.compile_seconds >= COMPILED else "",
         "verified": outcome.verified,
         "missing": missing_words(outcome.issues),
         "options": [(clean(flag), clean(value)) for flag, value in outcome.options.items()],

@@ -147,9 +147,15 @@ def algorithm_words(outcome: Outcome) -> str:
     return ", ".join(dict.fromkeys(o.solution.algorithm for o in by_size))
 
 
+#: Less compiling is not worth a word, s.
+COMPILED = 0.1
+
+
 def method_words(outcome: Outcome) -> str:
     """Return how the order was sought, for how long, and why no longer where that was too little to gain."""
     words = f"{clean(algorithm_words(outcome))}, seed {outcome.seed}, {time_words(outcome.seconds)}"
+    if outcome.compile_seconds >= COMPILED:
+        words += f" and {time_words(outcome.compile_seconds)} of compiling"
     return f"{words}; {SPARED}" if any(was_spared(o.solution) for o in outcome.operations) else words
 
 

@@ -7,7 +7,6 @@ Differs: pheromone is kept on candidate edges only, so memory grows with n; see 
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from concurrent.futures import Executor
 
@@ -24,7 +23,7 @@ from leafcut.solve.construction import nearest_neighbour, none_visited, random_w
 from leafcut.solve.instance import Instance
 from leafcut.solve.local_search import LocalSearch
 from leafcut.solve.statistics import Best, WorkerLog
-from leafcut.solve.stop import Stop
+from leafcut.solve.stop import Stop, clock
 
 
 @dataclass(frozen=True)
@@ -346,7 +345,7 @@ class Ants:
 
     def _work(self, worker: int, words: NDArray[np.uint64], built: int | None, step: int = 0) -> None:
         """Build and improve the tours of every `step`-th ant; without a step there are as many shares as workers."""
-        began, ants, mine, step = time.perf_counter(), 0, worker % self.workers, step or self.workers
+        began, ants, mine, step = clock(), 0, worker % self.workers, step or self.workers
         i = self.colony.instance
         for ant in range(worker, len(self.costs) if built is None else built, step):
             if ant >= step and self.stop.now():
@@ -358,7 +357,7 @@ class Ants:
             self.costs[ant] = tour_cost(i.cost, self.tours[ant])
             ants += 1
         best = float(self.costs[worker::step].min(initial=math.inf))
-        self.log.add(mine, ants, time.perf_counter() - began, best)
+        self.log.add(mine, ants, clock() - began, best)
 
     def _build(self, worker: int, ant: int, words: NDArray[np.uint64]) -> None:
         colony, i = self.colony, self.colony.instance

@@ -6,7 +6,9 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from leafcut.kernels.calling import listening
+from leafcut.kernels.calling import compile_seconds, listening
+
+__all__ = ["EVERY_RUN", "FIRST_RUN", "announced", "compile_seconds"]
 
 FIRST_RUN = "compiling (first run on this machine)"
 EVERY_RUN = "compiling (again in every run: no writable folder for compiled code; set NUMBA_CACHE_DIR)"
