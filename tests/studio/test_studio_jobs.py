@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sqlite3
 import threading
 import time
@@ -283,6 +284,25 @@ def test_a_history_of_leafcut_0_2_which_has_no_numbers_is_read_and_numbered(tmp_
     history.close()
     with closing(sqlite3.connect(file)) as data:
         assert data.execute("PRAGMA user_version").fetchone() == (1,)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such modes")
+@pytest.mark.parametrize("kept", [False, True])
+def test_the_history_and_all_that_sqlite_keeps_beside_it_are_private(kept: bool, tmp_path: Path) -> None:
+    """Whatever the umask of the shell, and also for files that an older version left open to all."""
+    file = tmp_path / "h.sqlite"
+    if kept:
+        History(file).close()
+        file.chmod(0o644)
+    mask = os.umask(0)
+    try:
+        history = History(file)
+        history.add("a", "x", SHORT, 1.0)
+    finally:
+        os.umask(mask)
+    modes = {one.name: one.stat().st_mode & 0o777 for one in tmp_path.iterdir()}
+    history.close()
+    assert modes == {"h.sqlite": 0o600, "h.sqlite-wal": 0o600, "h.sqlite-shm": 0o600}
 
 
 def test_a_damaged_history_is_set_aside(tmp_path: Path) -> None:

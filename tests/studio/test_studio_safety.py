@@ -353,6 +353,17 @@ def test_nothing_that_a_page_sends_names_a_file_outside_the_studio(studio: Studi
         prepare(Task("optimize", (inside,), "cut", {"save_plan": str(tmp_path / "out.toml")}), studio.folder)
 
 
+@pytest.mark.parametrize("option", ["workpiece", "part"])
+@pytest.mark.parametrize("word", ["/etc/passwd", "/etc/passwd.stl", "../part.step", "..\\part", "0,0,0,1,1,1/../x"])
+def test_a_block_or_a_file_of_the_studio_and_no_path_passes(option: str, word: str, studio: Studio) -> None:
+    """Options that take numbers or a file: numbers pass, a path of any ending does not."""
+    inside = studio.folder.add_input("a.nc", b"G21 G90\nG0 X1\nM2\n")
+    with pytest.raises(OptionError, match=f"--{option}: choose a file opened in the studio, not a path"):
+        prepare(Task("optimize", (inside,), "mill", {option: word}), studio.folder)
+    ready = prepare(Task("optimize", (inside,), "mill", {"workpiece": "0,0,-5,10,10,0"}), studio.folder)
+    assert ready.options["workpiece"] == "0,0,-5,10,10,0"
+
+
 def test_a_message_names_the_file_and_not_the_studios_folder(studio: Studio, client: TestClient) -> None:
     answer = client.post("/api/optimize", files={"file": ("../broken.dxf", b"\0\1\2")})
     assert answer.status_code == 422

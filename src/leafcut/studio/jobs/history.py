@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sqlite3
 import threading
 import time
@@ -19,6 +20,8 @@ from leafcut.quick_dataclass import dataclass
 from leafcut.schemas import ANSWER, HISTORY, check_schema, numbered
 from leafcut.studio.jobs.task import Task
 
+#: What SQLite keeps: the file, and two beside it.
+BESIDE = ("", "-wal", "-shm")
 _TABLES = """
 CREATE TABLE IF NOT EXISTS job (
     id TEXT PRIMARY KEY, title TEXT NOT NULL, task TEXT NOT NULL, state TEXT NOT NULL, created REAL NOT NULL,
@@ -125,6 +128,7 @@ class History:
             self._connection = self._open()
 
     def _open(self) -> sqlite3.Connection:
+        self._keep_private()
         connection = sqlite3.connect(self._path, check_same_thread=False, isolation_level=None, timeout=10.0)
         try:
             (schema,) = connection.execute("PRAGMA user_version").fetchone()
@@ -139,13 +143,23 @@ class History:
         except (sqlite3.Error, DataError):
             connection.close()
             raise
-        self._path.chmod(0o600)
         return connection
+
+    def _keep_private(self) -> None:
+        """Create the file for its owner alone before SQLite opens it: what SQLite keeps beside it has the same mode."""
+        try:
+            os.close(os.open(self._path, os.O_RDWR | os.O_CREAT, 0o600))
+            for suffix in BESIDE:
+                file = self._path.with_name(self._path.name + suffix)
+                if file.exists():
+                    file.chmod(0o600)
+        except OSError as problem:
+            raise OutputError(f"{self._path}: cannot open the history ({problem.strerror})") from None
 
     def _set_aside(self) -> None:
         """Give a damaged file another name, and what SQLite keeps beside it, which must not meet the new one."""
         mark = f"damaged-{time.time():.0f}"
-        for suffix in ("", "-wal", "-shm"):
+        for suffix in BESIDE:
             file = self._path.with_name(self._path.name + suffix)
             if file.exists():
                 file.replace(file.with_name(f"{self._path.name}.{mark}{suffix}"))

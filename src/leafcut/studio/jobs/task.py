@@ -178,9 +178,8 @@ def _resolved(name: str, value: Any, folder: Folder) -> Any:
         raise OptionError(f"{flag}: unknown file id '{value}'")
     if value.startswith(OWN) and name in OWN_KINDS:
         return str(folder.kept_own(OWN_KINDS[name], value, flag))
-    named = spec.may_be_path == ".toml"
-    if spec.may_be_path and not spec.names_file(value) and not (named and ("/" in value or "\\" in value)):
-        return value  # the name of a shipped one, checked where it is loaded, or no name
+    if spec.may_be_path and not spec.names_file(value) and "/" not in value and "\\" not in value:
+        return value  # the name of a shipped one, or a block in numbers: checked where it is used
     try:
         return str(folder.input_path(value))
     except OptionError:
