@@ -106,6 +106,7 @@ def test_a_controller_is_added_by_a_text_alone() -> None:
         ('notes = "one"', "'notes' is one, but must be a list of texts"),
         ('notes = ["a\\nG0 Z-99"]', "'notes' has a G0 Z-99, but must be a list of texts of one line"),
         ('dwell_unit = "min"', "'dwell_unit' is 'min', but must be one of s, ms, point, cs"),
+        ('stop_word = "M9"', "'stop_word' is 'M9', but must be one of M0, M226"),
         ('dwell_letter = "PP"', "'dwell_letter' is 'PP', but must be a capital letter"),
         ('dwell_cycles = ["G99"]', "'dwell_cycles' has 'G99', but takes only G81, G82"),
         ('end_word = "M2"', "toy:8: 'end_word' is M2, which is none of its words"),

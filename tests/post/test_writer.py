@@ -242,6 +242,25 @@ def test_the_header_says_once_what_kind_a_tool_is() -> None:
     ]
 
 
+@pytest.mark.parametrize("units, words", [("mm", "X 0 to 50.8 mm"), ("inch", "X 0 to 2 in")])
+def test_the_header_gives_the_extents_in_the_unit_of_the_program(units: str, words: str) -> None:
+    b = started()
+    b.feed(x=50.8, feed=5.0)
+    b.end()
+    head = header_lines(
+        source="a",
+        version="1",
+        machine=load_machine("linuxcnc-mill"),
+        tools=[],
+        path=b.build(),
+        seconds=(1, 1),
+        seed=1,
+        options={},
+        units=units,
+    )
+    assert words in head
+
+
 def test_mach3_programs_say_which_setting_their_dwells_need() -> None:
     """A fact that the machine decides is written where the person at the machine reads it."""
     b = started()

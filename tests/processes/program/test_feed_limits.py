@@ -367,3 +367,25 @@ def test_the_summary_and_the_answer_say_why_a_feed_stays(tmp_path: Path, capsys:
     assert reason in " ".join(capsys.readouterr().out.split())
     assert cli.run([*command, "--json"]) == 0
     assert any(reason in issue["message"] for issue in json.loads(capsys.readouterr().out)["issues"])
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize(("raised", "refused"), [(1.2, True), (1.0, False)])
+def test_the_proof_refuses_more_volume_than_the_program_ever_took(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raised: float, refused: bool
+) -> None:
+    """A slot 0.1 deep has the thickest chips, a side 0.6 wide and 2 deep the most volume: 720 against 360 mm³/min.
+
+    Raised by a fifth, the chips of the side are 0.72 as thick as those of the slot, and its volume is 864 mm³/min.
+    """
+    slot, side = "G0 X-5 Y25\nG1 Z-0.1 F60\nG1 X75 F600\nG0 Z2\n", "G0 X-5 Y-2.4\nG1 Z-2 F60\nG1 X75 F600\n"
+    text = HEAD + "G0 X-5 Y25\nG0 Z2\n" + slot + side + TAIL
+
+    def feeds(loads: Any, *_: Any) -> Any:
+        deep = loads.removed.cuts & (loads.moves.ends[:, 2] < -1.0)
+        return loads.feed * np.where(deep, raised, 1.0)
+
+    monkeypatch.setattr(plan, "_in_material", feeds)
+    found = reordered(tmp_path, text, feeds=True, workpiece=BLOCK, mill_diameter=6)
+    said = [issue.message for issue in found.issues if issue.code == "L513"]
+    assert any("a new speed asks more than is allowed" in message for message in said) == refused

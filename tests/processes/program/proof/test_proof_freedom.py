@@ -68,6 +68,15 @@ def test_a_rapid_that_goes_deeper_at_one_place_is_caught(number: int, old: str, 
     assert what in what_differs([SHALLOW, OTHER, DEEP], changed(order, number, old, new))
 
 
+@pytest.mark.hazard
+def test_a_lower_rapid_after_the_only_length_offset_of_a_program_is_caught() -> None:
+    """Before the offset the height is unknown, so only the heights after it can be compared."""
+    text = "G21 G90 / T1 M6 / S1 M3 / G0 X0 Y0 / G43 H1 / G0 Z{} / G1 Z-1 F100 / G0 Z5 / M5 / M2"
+    same, deeper = (program_of(text.format(z)) for z in ("5", "0.5"))
+    found = certify(same, deeper)
+    assert any("right after the length offset changed" in str(d) for d in found.differences)
+
+
 def test_a_rapid_into_a_hole_stays_allowed_where_it_is_made_elsewhere_after_it() -> None:
     """The tool goes down again at rapid, and waits above; then it goes away first, and comes back to wait."""
     deep = "G0 X0 Y0 / G1 Z-1 F100 / G0 Z1 / G0 {} / G0 Z5"
