@@ -562,6 +562,33 @@ def test_a_hole_of_a_solid_that_opens_into_a_cavity_is_measured_from_where_it_op
     assert "comes out 3.50 mm below the part" in told
 
 
+#: A centre drill of 10 mm and 90 degrees, whose point goes 1.5 mm deep.
+WIDE_CENTRE = Tool(1, 10.0, ToolKind.CENTRE_DRILL, feed=1.0, spindle_rpm=3000, depth=1.5, point_angle=0.5 * math.pi)
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    ("x", "height", "refused"),
+    [(44.2, 15, True), (44.9, 15, True), (45.1, 15, False), (44.2, 3, True), (44.2, 2.5, False), (43, 0.5, False)],
+)
+def test_a_centre_drill_wider_than_a_hole_of_a_solid_does_not_cut_the_wall_beside_it(
+    x: float, height: float, refused: bool
+) -> None:
+    """By hand: the wall ends at X40. The point is 1.5 mm wide aside at Z0, and 1 mm wider for each mm above, up to 5.
+
+    So a wall 4.2 mm away is met from Z2.7 up, one 5 mm away from Z3.5 up.
+    """
+    wall = np.concatenate([box_triangles(0, 0, -10, 100, 60, 0), box_triangles(30, 0, 0, 40, 60, height)])
+    part = Part("one", (Hole(x, 30, 5.0, depth=5.0), Hole(80, 30, 5.0, depth=5.0)))
+    library, (job, ours) = ToolLibrary((WIDE_CENTRE, DRILL5)), drilling(centre_drill=True)
+    if refused:
+        with pytest.raises(PlanError, match=rf"Ø10: at {x}, 30 it is wider than the hole and cuts what stands beside"):
+            plan_drilling(part, MILL, library, job, ours, Mesh(wall, "solid"))
+        plan_drilling(part, MILL, library, *drilling(), Mesh(wall, "solid"))
+    else:
+        plan_drilling(part, MILL, library, job, ours, Mesh(wall, "solid"))
+
+
 @pytest.mark.hazard
 @pytest.mark.parametrize(
     "rpm, spindle, words",

@@ -27,6 +27,7 @@ from leafcut.processes.drilling.options import DrillOptions
 from leafcut.processes.drilling.plan.depths import DepthRule, centre_depth, depth_rule, tap_lead_issue
 from leafcut.processes.drilling.plan.ground import (
     Ground,
+    check_beside,
     check_bodies,
     check_fixture,
     checked_fixture,
@@ -199,10 +200,7 @@ def plan_drilling(
     _check_speeds(operations, machine, job)
     _check_flutes(operations, tops, deeper)
     if ground is not None:
-        for one in operations:
-            places, lowest = part.hole_xy[one.targets], one.bottoms(tops, deeper)
-            check_bodies(one.tool, places, tops[one.targets], lowest, ground)
-            check_fixture(places, lowest, 0.5 * one.tool.diameter, ground)
+        _check_ground(part, operations, tops, deeper, ground)
     plan = DrillPlan(
         part=part,
         operations=operations,
@@ -289,6 +287,24 @@ def _radii(part: Part, work: dict[Step, list[int]]) -> NDArray[np.float64]:
         if not step.slots:
             radii[targets] = np.maximum(radii[targets], 0.5 * step.tool.diameter)
     return radii
+
+
+def _check_ground(
+    part: Part,
+    operations: Sequence[DrillOperation],
+    tops: NDArray[np.float64],
+    deeper: NDArray[np.float64],
+    ground: Ground,
+) -> None:
+    """Refuse holes in which a tool would meet a fixture, or what must not be cut of the surface."""
+    finished = any(hole.depth is not None for hole in part.holes)
+    widths = np.array([max([hole.diameter, *(one.diameter for one in hole.steps)]) for hole in part.holes])
+    for one in operations:
+        places, lowest = part.hole_xy[one.targets], one.bottoms(tops, deeper)
+        check_bodies(one.tool, places, tops[one.targets], lowest, ground)
+        check_fixture(places, lowest, 0.5 * one.tool.diameter, ground)
+        if finished:
+            check_beside(one.tool, places, widths[one.targets], tops[one.targets], lowest, ground)
 
 
 def _bite(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError, count_of
-from leafcut.model.cutter import discs_of
+from leafcut.model.cutter import cutter_of, discs_of
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
@@ -25,6 +25,8 @@ from leafcut.stock.surface import TILES, TILES_DOGLEG, Rims, rims_of, safe_tiles
 UNEVEN = 0.2
 #: A shank or a holder keeps so far from the surface, mm: triangles leave a solid by half of it.
 BODY_ROOM = 0.1
+#: The flutes of a tool wider than its hole are compared with what stands beside it at so many heights.
+FLUTE_LEVELS = 12
 #: A fixture is not so many times as long as the part, nor so many times shorter.
 MOST_TIMES = 50.0
 #: What a mesh may be in that was taken for mm, or the other way round, and how many times as large it is then; holes
@@ -259,6 +261,49 @@ def check_bodies(
             f"{tool.label}: at {x:g}, {y:g} its {disc.body}, \u00d8 {2.0 * disc.radius:g} mm, comes down to "
             f"Z{tips[first] + disc.above:.3f} and meets {what} ({count_of(len(meets), 'hole')} in all); use a longer "
             "tool, or leave the holes out"
+        )
+
+
+def check_beside(
+    tool: Tool,
+    xy: NDArray[np.float64],
+    widths: NDArray[np.float64],
+    tops: NDArray[np.float64],
+    tips: NDArray[np.float64],
+    ground: Ground,
+) -> None:
+    """Refuse a hole of a solid in which a tool that is wider than the hole would cut what stands beside it.
+
+    The surface of a solid is that of the finished part: above the top of a hole nothing may be cut. A centre drill
+    makes its chamfer below the top; what it is wider by above that must have room.
+
+    Parameters
+    ----------
+    xy, widths
+        float64[n, 2], float64[n]: the holes, and how wide each is where it is widest, mm.
+    tops, tips
+        float64[n], float64[n]: where each hole begins, and how low the tip goes in each, mm.
+    """
+    cutter = cutter_of(tool)
+    wider = np.flatnonzero(cutter.radius > 0.5 * widths + BODY_ROOM)
+    if not len(wider):
+        return
+    xy, tops, tips = xy[wider], tops[wider] + UNEVEN, tips[wider]
+    full = np.maximum(tops, tips + cutter.height(cutter.radius))
+    meets = set[int]()
+    for share in np.linspace(0.0, 1.0, FLUTE_LEVELS):
+        heights = tops + share * (full - tops)
+        reach = np.array([cutter.radius_at(deep) for deep in (heights - tips).tolist()])
+        for radius in np.unique(reach).tolist():
+            at = np.flatnonzero(reach == radius)
+            met = _meeting(ground.triangles, xy[at], heights[at], max(radius - BODY_ROOM, 0.0))
+            meets |= {int(at[k]) for k in met}
+    if meets:
+        first = min(meets)
+        x, y = xy[first]
+        raise PlanError(
+            f"{tool.label}: at {x:g}, {y:g} it is wider than the hole and cuts what stands beside it "
+            f"({count_of(len(meets), 'hole')} in all); use a narrower tool, or leave the holes out"
         )
 
 
