@@ -447,8 +447,11 @@ def test_words_after_a_closing_percent_sign_are_refused(words: str) -> None:
         assert len(interpret_program(head + end, dialect(words)).path) > 0
 
 
-@pytest.mark.parametrize("between, taken", [("X5", 1), ("T2 M6", 2), ("M0", 2), ("G10 L1 P1 Z2", 2), ("G49", 3)])
+@pytest.mark.parametrize(
+    "between, taken",
+    [("X5", 1), ("T2 M6", 2), ("M0", 2), ("G10 L1 P1 Z2", 2), ("G53 G0 Z0", 2), ("G28", 2), ("G49", 3)],
+)
 def test_a_length_offset_taken_again_changes_nothing(between: str, taken: int) -> None:
-    """Unless the tool or the table may be another one by then: the height stays known."""
+    """Unless the tool, the table or what is active may be another one by then: the height stays known."""
     program = run("T1 M6", "G43 H1", "Z3", between, "G43 H1", "X6")
     assert np.count_nonzero(program.path.kind == Kind.OFFSET) == taken

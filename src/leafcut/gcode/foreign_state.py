@@ -14,8 +14,9 @@ from leafcut.units import SECONDS_PER_MINUTE
 #: Instead of the register of a tool length that is in none; registers go up to 99,999.
 DYNAMIC_LENGTH = 100_000
 
-#: After these the length offset that is active may be another one: the tool, or the table of the controller.
-_MAY_CHANGE_LENGTH = frozenset({Kind.TOOL, Kind.PAUSE, Kind.SHIFT, Kind.FOREIGN})
+#: After these the length offset that is active may be another one: the tool, or the table of the controller. A move in
+#: machine coordinates (G28, G53) takes the offset off in a Fanuc or a Haas.
+_MAY_CHANGE_LENGTH = frozenset({Kind.TOOL, Kind.PAUSE, Kind.SHIFT, Kind.MACHINE, Kind.FOREIGN})
 
 
 @dataclass

@@ -217,9 +217,26 @@ def test_a_line_divided_into_others_is_the_same_work(old: str, new: str) -> None
 @pytest.mark.parametrize("head, foot", [("G41 D1", "G40"), ("G93", "G94")])
 def test_a_line_divided_where_each_move_counts_is_another_work(head: str, foot: str) -> None:
     """Radius compensation depends on the moves beside, and in inverse time each move takes the time of its F."""
-    whole = f"G21 G90 T1 M6\nS1 M3\nG0 X0 Y0\n{head}\nG1 X10 F2\nX30 F2\nY30 F2\n{foot}\nM5\nM2\n"
+    whole = f"G21 G90 T1 M6\nS1 M3\nG0 X0 Y0 Z0\n{head}\nG1 X10 F2\nX30 F2\nY30 F2\n{foot}\nM5\nM2\n"
     assert certified(whole, whole).same
     assert not certified(whole, whole.replace("X30 F2", "X20 F2\nX30 F2")).same
+
+
+@pytest.mark.parametrize("mode", ["G61", "G61.1"])
+def test_a_line_divided_by_exact_stops_is_another_work(mode: str) -> None:
+    """The tool stands at the end of each move: it leaves a mark, and a beam burns."""
+    whole = f"G21 G90 T1 M6\nS1 M3\nG0 X0 Y0 Z0\n{mode}\nG1 X10 F2\nX30\nM5\nM2\n"
+    assert certified(whole, whole).same
+    assert not certified(whole, whole.replace("X30", "X20\nX30")).same
+
+
+@pytest.mark.parametrize("divided", ["G1 X20\nX30", "G1 X10\nX30"])
+def test_the_first_move_after_radius_compensation_is_not_divided(divided: str) -> None:
+    """The tool goes off the contour along the whole length of that move, so where it ends tells what is cut."""
+    whole = "G21 G90 T1 M6\nS1 M3\nG0 X0 Y0 Z0\nG41 D1\nG1 X5 Y5 F2\nX10 Y0\nG40\nG1 X30\nM5\nM2\n"
+    other = whole.replace("G1 X30", divided)
+    assert not certified(whole, other).same
+    assert not certified(other, whole).same
 
 
 def moved(name: str, what: str, to: str) -> tuple[str, str]:

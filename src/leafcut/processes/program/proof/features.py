@@ -301,6 +301,15 @@ def _started(path: Toolpath, direction: Floats) -> Indices:
     return started
 
 
+def compensated_moves(path: Toolpath, states: States) -> Mask:
+    """Return which rows move under radius compensation, or come next after such a move, where it takes effect yet."""
+    moving = np.flatnonzero(path.kind <= Kind.DRILL)
+    on = states.of("radius", moving) != 40
+    mask = np.zeros(len(path), dtype=bool)
+    mask[moving] = on | np.concatenate([[False], on[:-1]])[: len(on)]
+    return mask
+
+
 def first_with_units(program: Program) -> int:
     """Return the first block that states the units."""
     for block, line in enumerate(program.line.tolist()):

@@ -11,7 +11,14 @@ from leafcut.geometry.arrays import Floats, Indices, Mask
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.barriers import Mark, Wall, barriers_of, walls_of, with_dwells
-from leafcut.processes.program.proof.features import Features, States, direction_of, features_of, states_of_program
+from leafcut.processes.program.proof.features import (
+    Features,
+    States,
+    compensated_moves,
+    direction_of,
+    features_of,
+    states_of_program,
+)
 from leafcut.processes.program.proof.straight import needed_rows, only_rows
 from leafcut.quick_dataclass import dataclass
 
@@ -77,7 +84,7 @@ def read_work(program: Program, *, written_out: bool, beam: bool, straight: floa
     before = path.before
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
     dark = cuts & (states.of("direction") == 0) & np.full(len(path), beam)
-    compensated = (path.kind == Kind.RAPID) & _compensated(path, states)
+    compensated = (path.kind == Kind.RAPID) & compensated_moves(path, states)
     making = (cuts & ~dark) | compensated | (path.kind == Kind.DRILL) | (path.kind == Kind.DWELL)
     features = features_of(path, states, making, before)
     travel = np.flatnonzero(dark | ((path.kind == Kind.RAPID) & ~compensated))
@@ -116,15 +123,6 @@ def cuts_with_beam(program: Program) -> bool:
     lit = np.flatnonzero(moving & (path.kind != Kind.RAPID) & (direction != 0))
     dark = np.cumsum(moving & (direction == 0) & goes_across(path.before, path.end))
     return bool(((np.diff(dark[lit]) > 0) & (np.diff(stage[lit]) == 0)).any())
-
-
-def _compensated(path: Toolpath, states: States) -> Mask:
-    """Return which rows move under radius compensation, or come next after such a move, where it takes effect yet."""
-    moving = np.flatnonzero(path.kind <= Kind.DRILL)
-    on = states.of("radius", moving) != 40
-    mask = np.zeros(len(path), dtype=bool)
-    mask[moving] = on | np.concatenate([[False], on[:-1]])[: len(on)]
-    return mask
 
 
 def _with_end(program: Program) -> Program:

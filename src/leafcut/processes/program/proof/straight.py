@@ -8,17 +8,20 @@ import numpy as np
 
 from leafcut.geometry.arrays import Indices, Mask
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.processes.program.proof.features import States
+from leafcut.processes.program.proof.features import States, compensated_moves
 
 #: The work of finding a line grows with the square of its rows.
 _MOST_ROWS = 1000
+#: G61 and G61.1: the tool may stop at the end of every move.
+_STOPPING = (610, 611)
 
 
 def needed_rows(path: Toolpath, states: States, *, still: float, tolerance: float) -> Indices:
     """Return the rows of a toolpath that remain if every straight cut is a single row.
 
     Feeds of no length are left out. Consecutive feeds with the same feed rate and in the same state become one, the
-    last, if every place between its ends is within `tolerance` of it and none goes backwards.
+    last, if every place between its ends is within `tolerance` of it and none goes backwards. Feeds under or directly
+    after radius compensation, in inverse time or with exact stops remain as they are.
 
     Parameters
     ----------
@@ -27,9 +30,11 @@ def needed_rows(path: Toolpath, states: States, *, still: float, tolerance: floa
     """
     before, end = path.before, path.end
     feeds = (path.kind == Kind.FEED) & np.isfinite(before).all(axis=1) & np.isfinite(end).all(axis=1)
-    # Under radius compensation the place of the tool also depends on the moves beside it; in inverse time (G93) each
-    # move has its own time.
-    feeds &= (states.of("radius") == 40) & (states.of("feed_mode") != 93)
+    # Under radius compensation the place of the tool also depends on the moves beside it, and the first move after it
+    # takes it off along its length; in inverse time (G93) each move has its own time; in exact stop (G61) the tool
+    # stands at the end of each.
+    feeds &= ~compensated_moves(path, states) & (states.of("feed_mode") != 93)
+    feeds &= ~np.isin(states.of("blending"), _STOPPING)
     moves = np.flatnonzero(~(feeds & (np.abs(end - before) <= still).all(axis=1)))
     goes_on = np.zeros(len(moves), dtype=bool)
     goes_on[1:] = _alike(path, states, feeds, moves)
