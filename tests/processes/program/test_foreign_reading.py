@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -257,3 +258,21 @@ def test_a_reordered_program_keeps_the_router_that_times_it(tmp_path: Path) -> N
     assert found.machine.name == "shapeoko-router" and found.after.time_s < found.before.time_s
     assert found.before.time_s == pytest.approx(leafcut.simulate(source).measure.time_s, abs=1.0)
     assert any("spindle speed on linuxcnc-mill" in issue.message for issue in found.issues)
+
+
+@pytest.mark.parametrize("changed", ["air", "low_retracts", "feeds"])
+@pytest.mark.parametrize("comment", ["(Shapeoko)", "(6 mm pocket)"])
+def test_speeds_and_heights_are_changed_for_the_default_machine_only(
+    tmp_path: Path, comment: str, changed: str
+) -> None:
+    """An assumed router, such as one with GRBL, rounds corners less: it must not allow faster or lower moves."""
+    source = tmp_path / "a.nc"
+    source.write_text(_SQUARE.format(comment, 18000))
+    asked: dict[str, Any] = {
+        changed: True,
+        "mill_diameter": 6.0,
+        "algorithm": "2opt",
+        "workpiece": "690,-10,-5,770,70,0",
+    }
+    found = leafcut.optimize(source, **asked)
+    assert found.machine.name == "linuxcnc-mill"
