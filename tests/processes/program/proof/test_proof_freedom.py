@@ -77,6 +77,19 @@ def test_a_lower_rapid_after_the_only_length_offset_of_a_program_is_caught() -> 
     assert any("right after the length offset changed" in str(d) for d in found.differences)
 
 
+@pytest.mark.hazard
+@pytest.mark.parametrize("lost", ["T1 M6", "G28 Z0", "G53 G0 Z0"])
+def test_a_length_offset_that_is_not_taken_again_is_a_difference(lost: str) -> None:
+    """Some controllers cancel it at a tool change, also of the same tool, or at a move to a machine position."""
+    head = "G21 G90 / T1 M6 / S1 M3 / G43 H1 / G0 Z5 / X0 Y0 / G1 Z-1 F100 / G0 Z5 / "
+    text = head + lost + " / S1 M3 / {}G0 Z5 / X9 / G1 Z-1 / G0 Z5 / M5 / M2"
+    again, without = (program_of(text.format(words)) for words in ("G43 H1 / ", ""))
+    assert certify(again, again).same
+    for original, new in ((again, without), (without, again)):
+        texts = " ".join(map(str, certify(original, new).differences))
+        assert "taken after the tool change or the machine move" in texts
+
+
 def test_a_rapid_into_a_hole_stays_allowed_where_it_is_made_elsewhere_after_it() -> None:
     """The tool goes down again at rapid, and waits above; then it goes away first, and comes back to wait."""
     deep = "G0 X0 Y0 / G1 Z-1 F100 / G0 Z1 / G0 {} / G0 Z5"

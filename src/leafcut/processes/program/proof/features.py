@@ -258,7 +258,10 @@ def states_of_program(program: Program) -> States:
                 case "direction":
                     yield name, direction.astype(np.int64)
                 case "stated":
-                    yield name, (block >= first_with_units(program)) + 2 * _started(path, direction)
+                    yield (
+                        name,
+                        (block >= first_with_units(program)) + 2 * _started(path, direction) + 4 * _length_taken(path),
+                    )
                 case "obeyed":
                     yield name, np.searchsorted([said.line for said in program.obeyed], path.line).astype(np.int64)
                 case "speed":
@@ -308,6 +311,18 @@ def compensated_moves(path: Toolpath, states: States) -> Mask:
     mask = np.zeros(len(path), dtype=bool)
     mask[moving] = on | np.concatenate([[False], on[:-1]])[: len(on)]
     return mask
+
+
+def _length_taken(path: Toolpath) -> Indices:
+    """Return for every row 1, or 0 where a length offset is active that was not taken again since it may be lost.
+
+    A tool change and a move to a machine position (G28, G53) cancel it in some controllers, such as Fanuc and Haas.
+    """
+    offset = path.kind == Kind.OFFSET
+    taken, lost = last_rows(offset), last_rows(np.isin(path.kind, [int(Kind.TOOL), int(Kind.MACHINE)]))
+    without = path.latest(Kind.OFFSET, path.ref, 0) == 0
+    found: Indices = ((taken >= lost) | without).astype(np.int64)
+    return found
 
 
 def first_with_units(program: Program) -> int:

@@ -224,6 +224,11 @@ def _stated_changes(was: int, now: int) -> Iterator[str]:
     for bit, gone, new in (
         (1, "units (G20, G21) no longer stated", "units (G20, G21) now stated"),
         (2, "spindle no longer started after the tool change", "spindle now started after the tool change"),
+        (
+            4,
+            "length offset no longer taken after the tool change or the machine move",
+            "length offset now taken after the tool change or the machine move",
+        ),
     ):
         if (was ^ now) & bit:
             yield gone if was & bit else new
