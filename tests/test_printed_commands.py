@@ -110,7 +110,7 @@ SHIPPED = {
 }  # fmt: skip
 #: Programs that the pages name: four slots with the tool that the library has as T12, in the words of a Haas, too.
 PROGRAM = (
-    "G21 G90\n(T12 D=10. - flat end mill)\nT12 M6\nS3000 M3\nG4 P2.\nG0 X10. Y10. Z5.\n"
+    "G21 G90\n(T12 D=6. - flat end mill)\nT12 M6\nS3000 M3\nG4 P2.\nG0 X10. Y10. Z5.\n"
     + "".join(f"G0 X{x}. Y10.\nG1 Z-2. F200.\nG1 Y60. F400.\nG0 Z5.\n" for x in (20, 80, 40, 60))
     + "M5\nM2\n"
 )
@@ -132,7 +132,8 @@ def shop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name in ("part.nc", "plate.nc", "old.nc", "new.nc", "original.nc"):
         Path(name).write_text(PROGRAM)
     Path("shop.csv").write_text("number,kind,diameter\n1,drill,1/4in\n")
-    Path("out").mkdir()
+    for folder in ("out", "tuned"):
+        Path(folder).mkdir()
     return tmp_path
 
 

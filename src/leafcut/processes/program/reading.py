@@ -120,11 +120,14 @@ def read_foreign(
     *,
     process: str = "auto",
     choose: bool = True,
+    router: bool = True,
 ) -> ProgramRead:
     """Return a program as it runs on a machine.
 
     Where nobody has named a machine, and `choose`, a laser's program is read for a laser, and one of QtPlasmaC for a
-    plasma table; a router's program is timed on a router, unless speeds or heights are to be changed. A program that
+    plasma table; with `router`, a router's program is timed on a router. That is not for those who change speeds or
+    heights: what is safe depends on how far the controller rounds corners, and the machine may be the default one. A
+    program that
     drives a beam on a machine with a spindle is timed as one.
 
     Raises
@@ -162,7 +165,7 @@ def read_foreign(
         note = Issue("L807", message, severity=Severity.NOTE)
         machine = replace(machine, head=head, spindle_start_s=0.0)
         return replace(read, machine=machine, issues=(note, *read.issues) if choose else read.issues)
-    if choose and not named and machine.head is Head.SPINDLE and not _changes_speeds(settings):
+    if choose and router and not named and machine.head is Head.SPINDLE:
         return _timed_on_router(read)
     return read
 
@@ -194,18 +197,6 @@ def _of_plasma_table(text: str, source: str, settings: Settings, look: Heartbeat
     read = _read(text, source, settings, *_other_machine(settings, CUTTING_MACHINES["plasma"]), look)
     done = "plasma" if process == "auto" else process
     return replace(read, process=done, issues=(_chosen(read.machine, "plasma"), *read.issues))
-
-
-def _changes_speeds(settings: Settings) -> bool:
-    """Return whether speeds or heights of moves may be changed.
-
-    Where that is safe depends on how far the controller rounds corners: nobody has named a router, so it may be that of
-    the default machine.
-    """
-    from leafcut.processes.program.options import ResequenceOptions
-
-    options = settings.of(ResequenceOptions)
-    return options.air or options.low_retracts or settings.of(FeedOptions).feeds
 
 
 def _timed_on_router(read: ProgramRead) -> ProgramRead:

@@ -79,7 +79,10 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
         reason = "has one command a line" if words.language == "g-code" else "is no G-code"
         raise OptionError(f"{words.name} {reason}: leafcut writes and verifies its programs, but does not reorder them")
     text, encoding = decoded(data)
-    read = read_foreign(text, source, run.settings, run.machine, words, run.looking("reading"), process=process)
+    read = read_foreign(
+        text, source, run.settings, run.machine, words, run.looking("reading"), process=process,
+        router=not wants_pace(run),
+    )  # fmt: skip
     original, words, run = read.program, read.words, replace(run, machine=read.machine)
     others = check_library(run, original, source, read.process)
     judge, stock, met = stock_judge(run, original, source, read.process)
