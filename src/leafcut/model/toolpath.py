@@ -91,6 +91,17 @@ class Toolpath:
         for kind, (x, y, z), value, ref, line in zip(*columns, strict=True):
             yield Motion(Kind(kind), (x, y, z), value, ref, line)
 
+    def take(self, rows: NDArray[Any] | list[int] | slice) -> Toolpath:
+        """Return the toolpath of some rows: numbers, a mask or a slice."""
+        return replace(
+            self,
+            kind=self.kind[rows],
+            end=self.end[rows],
+            value=self.value[rows],
+            ref=self.ref[rows],
+            line=self.line[rows],
+        )
+
     @cached_property
     def before(self) -> NDArray[np.float64]:
         """Where the tool is before every row, float64[n, 3], NaN for what is not known.

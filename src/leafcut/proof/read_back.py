@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,17 +58,6 @@ def compare_motion(
     return shorten(wrong + listed, len(wrong) + len(wrong_rows))
 
 
-def _rows(path: Toolpath, keep: Mask | list[int]) -> Toolpath:
-    return replace(
-        path,
-        kind=path.kind[keep],
-        end=path.end[keep],
-        value=path.value[keep],
-        ref=path.ref[keep],
-        line=path.line[keep],
-    )
-
-
 def _comparable(path: Toolpath) -> Toolpath:
     """Return the rows that can be compared: no offsets, no straight moves that go nowhere, no reset of a dark torch."""
     before = path.before
@@ -80,7 +68,7 @@ def _comparable(path: Toolpath) -> Toolpath:
     for kind in (Kind.TORCH, Kind.HEIGHT):
         rows = np.flatnonzero(unlit & (path.kind == kind))
         reset[rows[: len(rows) - int(len(rows) > 0 and path.value[rows[-1]] == 0.0)]] = True
-    return _rows(path, ~nowhere & ~reset & (path.kind != Kind.OFFSET))
+    return path.take(~nowhere & ~reset & (path.kind != Kind.OFFSET))
 
 
 def _without_tiny_moves(path: Toolpath, length: float) -> Toolpath:
@@ -97,7 +85,7 @@ def _without_tiny_moves(path: Toolpath, length: float) -> Toolpath:
             last = (end[0], end[1], end[2])
         elif kind == Kind.MACHINE:
             last = (math.nan, math.nan, math.nan)
-    return _rows(path, keep)
+    return path.take(keep)
 
 
 def _masks(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding: float) -> list[tuple[str, Mask]]:
@@ -195,7 +183,7 @@ def _first_divergence(a: Toolpath, b: Toolpath, tolerance: float, feed_rounding:
     shorter = min(len(a), len(b))
     kinds = np.flatnonzero(a.kind[:shorter] != b.kind[:shorter])
     same = int(kinds[0]) if len(kinds) else shorter
-    head_a, head_b = _rows(a, list(range(same))), _rows(b, list(range(same)))
+    head_a, head_b = a.take(slice(same)), b.take(slice(same))
     wrong = np.flatnonzero(np.any([m for _, m in _masks(head_a, head_b, tolerance, feed_rounding)], axis=0))
     row = int(wrong[0]) if len(wrong) else same
     shown = [describe(path[row]) if row < len(path) else "nothing more" for path in (a, b)]

@@ -94,7 +94,10 @@ def write_proved(
     trials = 0
     while obstacles is not None or not run.settings.job.keep_order:
         trials += 1
-        written = [_with_pieces_kept(order, {p for n, p in kept if n == k}) for k, order in enumerate(orders)]
+        staying: dict[int, set[int]] = {}
+        for number, piece in kept:
+            staying.setdefault(number, set()).add(piece)
+        written = [_with_pieces_kept(order, staying.get(k, set())) for k, order in enumerate(orders)]
         try:
             found = writer.proved(writer.in_order(written))
         except _Refused as refused:

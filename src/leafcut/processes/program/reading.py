@@ -127,8 +127,7 @@ def read_foreign(
     Where nobody has named a machine, and `choose`, a laser's program is read for a laser, and one of QtPlasmaC for a
     plasma table; with `router`, a router's program is timed on a router. That is not for those who change speeds or
     heights: what is safe depends on how far the controller rounds corners, and the machine may be the default one. A
-    program that
-    drives a beam on a machine with a spindle is timed as one.
+    program that drives a beam on a machine with a spindle is timed as one.
 
     Raises
     ------

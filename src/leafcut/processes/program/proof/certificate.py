@@ -369,8 +369,7 @@ def _outside(path: Toolpath, machine: Machine | None) -> list[Difference]:
         return []
     moved = (path.kind == Kind.SHIFT) | ((path.kind == Kind.FRAME) & (path.ref != 540))
     n = int(np.argmax(moved)) if moved.any() else len(path)
-    columns = {name: getattr(path, name)[:n] for name in ("kind", "end", "value", "ref", "line")}
-    return [d for d in check_envelope(replace(path, **columns), machine) if d.what == "outside travel"]
+    return [d for d in check_envelope(path.take(slice(n)), machine) if d.what == "outside travel"]
 
 
 def _counts(work: ProgramWork) -> Counts:

@@ -19,7 +19,7 @@ from leafcut.processes.program.proof.features import (
     features_of,
     states_of_program,
 )
-from leafcut.processes.program.proof.straight import needed_rows, only_rows
+from leafcut.processes.program.proof.straight import needed_rows
 from leafcut.quick_dataclass import dataclass
 
 #: Moves shorter than this are none, mm.
@@ -80,7 +80,7 @@ def read_work(program: Program, *, written_out: bool, beam: bool, straight: floa
     states = states_of_program(program).take(source)
     if straight is not None:
         rows = needed_rows(path, states, still=STILL, tolerance=straight)
-        path, states, source = only_rows(path, rows), states.take(rows), source[rows]
+        path, states, source = path.take(rows), states.take(rows), source[rows]
     before = path.before
     cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
     dark = cuts & (states.of("direction") == 0) & np.full(len(path), beam)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from leafcut.geometry.arrays import Indices, Mask
@@ -74,8 +72,3 @@ def _end_of_line(path: Toolpath, rows: Indices, tolerance: float) -> int:
             break
         count += 1
     return count
-
-
-def only_rows(path: Toolpath, rows: Indices) -> Toolpath:
-    """Return a toolpath with some of its rows."""
-    return replace(path, **{name: getattr(path, name)[rows] for name in ("kind", "end", "value", "ref", "line")})
