@@ -273,12 +273,6 @@ def _after_arc(place: list[float], numbers: list[float], plane: str) -> list[flo
     return place
 
 
-def _each_move_counts(active: dict[str, str]) -> bool:
-    """Return whether a feed of no length does something: in inverse time and with exact stops."""
-    inverse = not active["SET_FEED_MODE"].endswith(" 0")
-    return inverse or "EXACT" in active.get("SET_MOTION_CONTROL_MODE", "")
-
-
 def work_of(prints: list[str]) -> tuple[list[object], list[dict[object, float]]]:
     """Return the work: barriers in order, the cuts between them with their modes, and the heights of the rapids.
 
@@ -312,7 +306,9 @@ def work_of(prints: list[str]) -> tuple[list[object], list[dict[object, float]]]
             continue
         numbers = _numbers(name, values, unit)
         if name in _WORK and place[3:] == (numbers[-3:] if name != "DWELL" else place[3:]):
-            does_nothing = name == "STRAIGHT_FEED" and numbers[:6] == place and not _each_move_counts(active)
+            # With exact stops, a feed of no length makes the machine stop.
+            exact = "EXACT" in active.get("SET_MOTION_CONTROL_MODE", "")
+            does_nothing = name == "STRAIGHT_FEED" and numbers[:6] == place and not exact
             begin = tuple(place)
             read = tuple(item for item in sorted(active.items()) if name == "ARC_FEED" or item[0] != "SELECT_PLANE")
             group[name, begin, unit, values, read] += not does_nothing

@@ -40,6 +40,16 @@ def test_drilling_is_safe_as_cycles_and_move_by_move(cycle: DrillCycle) -> None:
     assert whats(expand(builder.build())) == []
 
 
+@pytest.mark.parametrize(("back", "faults"), [(2.0, []), (1.0, ["rapid into the part"])])
+def test_a_rapid_may_return_to_a_cut_depth_above_z0_and_no_deeper(back: float, faults: list[str]) -> None:
+    """The surface lies at 5, as with zero at the bottom of the part."""
+    builder = begun()
+    builder.feed(z=2.0, feed=1.0)
+    builder.rapid(z=6.0)
+    builder.rapid(z=back)
+    assert whats(builder, surface_z=5.0) == faults
+
+
 @pytest.mark.hazard
 @pytest.mark.parametrize("height, fault", [(0.049, False), (0.04, True), (0.0, True), (-1.0, True)])
 def test_a_rapid_across_must_be_clear_of_the_surface(height: float, fault: bool) -> None:

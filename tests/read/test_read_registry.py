@@ -34,6 +34,7 @@ DXF = "0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n8\n0\n10\n1\n20\n2\n40\n3\n0\nENDSEC\
         ("points", XML, "xml"),
         ("points.csv", CSV, "csv"),
         ("points.txt", CSV, "csv"),
+        ("points.XY", CSV, "csv"),
         ("cities.tsp", TSP, "tsplib"),
         ("cities.txt", TSP, "tsplib"),
         ("really_a_board.csv", EXCELLON, "excellon"),
@@ -44,6 +45,11 @@ def test_a_format_is_chosen_by_content_and_extension(text_file, name, text, expe
     part = read(text_file(name, text))
     assert part.format == expected
     assert part.source == name
+
+
+def test_extensions_are_listed_in_lower_case_as_files_are_compared():
+    for known in formats():
+        assert all(extension == extension.lower() and extension.startswith(".") for extension in known.extensions)
 
 
 @pytest.mark.parametrize("line", ["G1 X100 F1000 " * 300_000, "G1 X1000Y2000" * 20 + "?", "N10 G1 X[1]Y[2]" * 50])

@@ -9,7 +9,7 @@ import pytest
 
 from leafcut.options import SolveOptions
 from leafcut.solve.loop import search
-from leafcut.solve.running import set_budget, until_interrupted
+from leafcut.solve.running import set_budget, set_budget_of_visits, until_interrupted
 from leafcut.solve.statistics import Best
 from leafcut.solve.stop import Stop
 
@@ -33,6 +33,13 @@ def test_a_budget_is_one_iteration_at_least() -> None:
     stop = Stop()
     set_budget(stop, SolveOptions(), 0.01)
     assert (stop.iterations, stop.patience) == (1, math.inf)
+
+
+@pytest.mark.parametrize(("preset", "visits", "patience"), [("fast", 2e5, 30), ("default", 4e6, 40)])
+def test_the_budget_of_ants_is_a_number_of_visited_nodes(preset: str, visits: float, patience: int) -> None:
+    stop = Stop()
+    set_budget_of_visits(stop, SolveOptions(preset=preset), 400)
+    assert (stop.iterations, stop.patience) == (visits / 400, patience)
 
 
 def test_ctrl_c_ends_a_run_with_the_best_and_goes_on_where_there_is_none() -> None:

@@ -12,7 +12,7 @@ from leafcut.model.heartbeat import Progress
 from leafcut.options import ALGORITHM_GROUP, ALGORITHM_TITLES, AcoOptions, FireflyOptions, SolveOptions
 from leafcut.plugins import PluginKind, reason
 from leafcut.quick_dataclass import dataclass
-from leafcut.solve.running import PRESETS, SearchResult, set_budget
+from leafcut.solve.running import SearchResult, set_budget_of_visits
 from leafcut.solve.statistics import Best
 from leafcut.solve.stop import Stop
 
@@ -81,8 +81,7 @@ def run_packaged(name: str, instance: Instance, run: AlgorithmRun) -> SearchResu
         It fails, or returns what is no tour.
     """
     algorithm, best = PACKAGED.load(name), run.best
-    visits, patience = PRESETS[run.options.preset]
-    set_budget(run.stop, run.options, visits / instance.n, patience)
+    set_budget_of_visits(run.stop, run.options, instance.n)
     ends = _Ends(best.progress)
     best.progress = None if best.progress is None else ends
     try:

@@ -18,7 +18,7 @@ from leafcut.solve import ordering, sequential
 from leafcut.solve.annealing import is_small, layers_of
 from leafcut.solve.directed import FEW_CLUSTERS, FEW_NODES, DirectedInstance, build_directed, is_directed
 from leafcut.solve.instance import path_cost
-from leafcut.solve.running import PRESETS, SearchResult, set_budget, until_interrupted
+from leafcut.solve.running import SearchResult, set_budget_of_visits, until_interrupted
 from leafcut.solve.statistics import Best
 from leafcut.solve.stop import Stop
 
@@ -49,8 +49,7 @@ def run_in_order(
         best.offer(path.node, instance.length(path.node, path.enter, path.leave), 0)
         return SearchResult(instance.problem.cluster[instance.nodes(path.node, path.enter)].astype(np.int32))
     swarm = ordering.Swarm(ordering.Ordering(instance, options.local_search, stop), options, aco, firefly, best)
-    visits, patience = PRESETS[options.preset]
-    set_budget(stop, options, visits / swarm.visits, patience)
+    set_budget_of_visits(stop, options, swarm.visits)
     if swarm.patience is not None:
         stop.patience = swarm.patience
     iterations = until_interrupted(swarm.run, best)

@@ -36,6 +36,12 @@ def set_budget(stop: Stop, options: SolveOptions, iterations: float, patience: f
         stop.patience = patience
 
 
+def set_budget_of_visits(stop: Stop, options: SolveOptions, visited: float) -> None:
+    """Set the budget of ants, which visit `visited` nodes in an iteration."""
+    visits, patience = PRESETS[options.preset]
+    set_budget(stop, options, visits / visited, patience)
+
+
 def until_interrupted(work: Callable[[], int], best: Best) -> int:
     """Return the iterations that `work` made; Ctrl-C ends it, and what is in `best` is kept, if there is anything."""
     try:

@@ -54,7 +54,7 @@ from leafcut.solve.kicks import (
 )
 from leafcut.solve.observing import ClusterPlaces, brightness_of, on_candidates, watched_instance
 from leafcut.solve.precedence import broken_pair, checked_pairs, keeps
-from leafcut.solve.running import PRESETS, SearchResult, set_budget, until_interrupted
+from leafcut.solve.running import SearchResult, set_budget, set_budget_of_visits, until_interrupted
 from leafcut.solve.statistics import Best, Watched, WorkerLog
 from leafcut.solve.stop import Stop
 from leafcut.solve.thrift import Thrift
@@ -339,8 +339,7 @@ def _ants(instance: Instance, run: AlgorithmRun) -> SearchResult:
     c_nn = first_tour(instance, options.local_search, stop, best)
     if c_nn <= 0.0:
         return SearchResult(best.tour)  # all nodes on one place: nothing to gain, and trails of 1/0
-    visits, patience = PRESETS[options.preset]
-    set_budget(stop, options, visits / (parameters.ants * instance.n), patience)
+    set_budget_of_visits(stop, options, parameters.ants * instance.n)
     if run.aco.parallel != "threads":
         from leafcut.solve.ant_processes import run_in_processes
 

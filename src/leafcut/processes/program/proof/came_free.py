@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from leafcut.geometry.arrays import Floats, Indices
+from leafcut.geometry.arrays import Indices
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.processes.program.proof.features import Features
 from leafcut.processes.program.proof.inner_first import loops_in, outline_of
@@ -51,25 +51,24 @@ def _outlines(traces: Traces, run: Indices, look: Heartbeat) -> Indices:
     """Return the runs that are outlines of parts: closed, and inside no other run, or inside a hole of another part."""
     number, begin = np.unique(run[traces.feature], return_index=True)
     of: list[int] = []
-    loops: list[Floats] = []
+    shapes: list[shapely.Polygon] = []
     for k, first, stop in zip(number.tolist(), begin.tolist(), [*begin[1:].tolist(), len(traces.feature)], strict=True):
         look()
         if stop - first > 1:
             outline = outline_of(traces.pick(np.arange(first, stop)))
-            largest = max((loop for loop in loops_in(outline) if len(loop) > 2), key=_area, default=None)
+            largest = max(
+                (shapely.Polygon(loop) for loop in loops_in(outline) if len(loop) > 2),
+                key=lambda p: p.area,
+                default=None,
+            )
             if largest is not None:
                 of.append(k)
-                loops.append(largest)
-    if not loops:
+                shapes.append(largest)
+    if not shapes:
         return np.zeros(0, dtype=np.int64)
-    shapes = shapely.make_valid(np.array([shapely.polygons(loop) for loop in loops], dtype=object))
-    spots = np.array([shapely.points(loop[0]) for loop in loops], dtype=object)
-    inner, outer = shapely.STRtree(shapes).query(spots, predicate="within")
-    depth = np.bincount(inner[inner != outer], minlength=len(loops))
+    spots = np.array([shapely.points(shape.exterior.coords[0]) for shape in shapes], dtype=object)
+    areas = shapely.make_valid(np.array(shapes, dtype=object))
+    inner, outer = shapely.STRtree(areas).query(spots, predicate="within")
+    depth = np.bincount(inner[inner != outer], minlength=len(shapes))
     parts: Indices = np.array(of, dtype=np.int64)[depth % 2 == 0]
     return parts
-
-
-def _area(loop: Floats) -> float:
-    x, y = loop.T
-    return abs(float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))))
