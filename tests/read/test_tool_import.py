@@ -154,7 +154,7 @@ def test_a_single_preset_of_another_material_is_not_used(name: str, tmp_path: Pa
     """A preset that names no material has the feeds of the shop, whatever it cuts."""
     for preset, fits in (
         ("Softwood", False), ("Stainless steel", False), ("Mild steel", True), ("Steel", True),
-        ("Preset 1", True), ("", True),
+        ("HDPE sheet", False), ("Delrin", False), ("Preset 1", True), ("", True),
     ):  # fmt: skip
         file = with_presets(tmp_path, name, (preset, 9000))
         if fits:

@@ -43,8 +43,11 @@ _FREECAD_KINDS = {
 #: Words of which one makes the name of a preset that of a material: 'Softwood', but not 'Roughing'.
 _MATERIALS = frozenset(
     {
-        "acrylic", "alloy", "aluminium", "brass", "bronze", "carbon", "composite", "copper", "foam", "hardwood", "iron",
-        "mdf", "nylon", "plastic", "plastics", "plywood", "softwood", "stainless", "steel", "titanium", "wax", "wood",
+        "abs", "acetal", "acrylic", "alloy", "alu", "aluminium", "brass", "bronze", "carbon", "ceramic", "composite",
+        "copper", "delrin", "fiberglass", "foam", "fr4", "g10", "glass", "granite", "graphite", "hardwood", "hdpe",
+        "inconel", "iron", "leather", "magnesium", "marble", "mdf", "nylon", "paper", "peek", "petg", "plastic",
+        "plastics", "plywood", "pmma", "polycarbonate", "polyethylene", "polypropylene", "pom", "ptfe", "pvc", "rubber",
+        "softwood", "stainless", "steel", "stone", "teflon", "titanium", "uhmw", "wax", "wood", "zinc",
     }
 )  # fmt: skip
 #: What mills, and what of it has a cone: see `leafcut.model.tool`.

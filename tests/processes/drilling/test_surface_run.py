@@ -503,7 +503,8 @@ def test_uneven_rims_and_other_drawn_heights_are_told(folder: Path, tmp_path: Pa
     given = {"surface": str(folder / "plate.stl"), "through": True, "hole_heights": "drawn", **FAST}
     outcome = api.optimize(tmp_path / "holes.csv", process="drill", **given)
     told = {issue.code: str(issue) for issue in outcome.issues}
-    assert "at 40, 10 the rim is between Z-6.000 and Z0.000" in told["L441"]
+    counts = "; R planes count from the higher place, depths from the drawing"
+    assert f"at 40, 10 the rim is between Z-6.000 and Z0.000{counts}" in told["L441"]
     assert "at 60, 70 the drawing says Z-7.000 and the surface Z-6.000; depths count from the drawing" in told["L442"]
     outcome = api.optimize(tmp_path / "holes.csv", process="drill", **{**given, "hole_heights": "one"})
     told = {issue.code: str(issue) for issue in outcome.issues}

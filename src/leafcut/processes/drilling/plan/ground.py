@@ -383,6 +383,7 @@ def tops_of(
         )
     _check_fixtures(part, ground, radius)
     issues, tops = [*ground.issues, *_other_unit(part, ground.mesh, rims.top - rims.under, radius)], rims.top
+    counts = "R planes count from the higher place, depths from the drawing" if drawn else "the higher place counts"
     uneven = np.flatnonzero(rims.top - rims.lowest > UNEVEN)
     if len(uneven):
         worst = int(uneven[np.argmax((rims.top - rims.lowest)[uneven])])
@@ -391,7 +392,7 @@ def tops_of(
             Issue(
                 "L441",
                 f"{count_of(len(uneven), 'hole')} on uneven ground: at {x:g}, {y:g} the rim is between Z"
-                f"{rims.lowest[worst]:.3f} and Z{rims.top[worst]:.3f}; the higher place counts",
+                f"{rims.lowest[worst]:.3f} and Z{rims.top[worst]:.3f}; {counts}",
             )
         )
     # A drawing all of whose holes lie at one height says nothing of the surface.
