@@ -12,7 +12,7 @@ CORE := .venv-core-$(notdir $(PYTHON))
 #: Tests of third-party packages that need no extra. Other versions of these packages may warn of deprecations.
 SMOKE := tests/test_extras.py tests/test_files.py tests/geometry/test_curves.py tests/geometry/test_index.py \
     tests/read/test_read_dxf.py tests/read/test_read_excellon.py tests/read/test_read_picture.py \
-    tests/read/test_read_pockets.py tests/kernels/test_keeping.py tests/processes/sheet/plan/test_clear_pierces.py \
+    tests/read/test_read_pockets.py tests/kernels/test_compiled_code.py tests/processes/sheet/plan/test_clear_pierces.py \
     tests/processes/pocket/plan/test_pocket_region.py
 #: Tests of the studio without a browser: forms, JSON interface, jobs, library and access.
 STUDIO := $(addprefix tests/studio/test_studio_,api.py forms.py jobs.py library.py safety.py)
@@ -23,7 +23,7 @@ SMOKE_FLAGS := -n 2 --dist worksteal -m 'not ($(MORE))' -p no:cacheprovider -o f
 #: Further flags for pytest: `make test PYTEST_FLAGS='-k drill'`.
 PYTEST_FLAGS ?=
 
-.PHONY: demo test test-more test-lowest test-core check lint-workflows coverage docs wheels wheel-check format clean
+.PHONY: demo test test-more test-lowest test-core check lint-workflows coverage docs wheel-check format clean
 
 demo: $(READY)
 	@mkdir -p demo
@@ -65,11 +65,7 @@ coverage: $(READY_DEV)
 docs: $(READY_DOCS)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
-# Build two wheels in dist: one for every machine, and one with machine code for machines like this one.
-wheels:
-	$(PYTHON) .ci/build_wheels.py
-
-# Install the wheels without extras in a new environment, and run their commands outside the checkout.
+# Install the wheel without extras in a new environment, and run its commands outside the checkout.
 wheel-check:
 	$(PYTHON) .ci/check_wheel.py
 

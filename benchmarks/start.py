@@ -1,10 +1,10 @@
 """Start time: a drawing of 70 holes to its program, in processor seconds and by the clock.
 
-    python -m benchmarks start [--runs N] [--beside CHECKOUT] [--wheel WHEEL]
+    python -m benchmarks start [--runs N] [--beside CHECKOUT]
 
 Cold is the first run of a new installation, with an empty folder for compiled code; warm is any later run. Byte code
-exists before both, as after an installation by pip. `--beside` also measures another checkout, in turns. `--wheel` also
-measures a wheel with machine code (`make wheels`) in a new environment. All must write the same program.
+exists before both, as after an installation by pip. The import of three packages is the measure for a warm run.
+`--beside` also measures another checkout, in turns. Both must write the same program.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from __future__ import annotations
 import compileall
 import os
 import resource
-import runpy
 import statistics
 import subprocess
 import sys
@@ -25,6 +24,10 @@ from benchmarks import ROOT, page
 
 #: Runs the command; an older checkout has it in another module.
 _CODE = """
+import sys
+if sys.argv[1:] == ["imports"]:
+    import numba, ezdxf, cyclopts
+    sys.exit()
 try:
     from leafcut.__main__ import main
 except ImportError:
@@ -33,37 +36,39 @@ main()
 """
 #: Measured commands: name → arguments.
 WORK = {
+    "`import numba, ezdxf, cyclopts`": ("imports",),
     "`--version`": ("--version",),
     "70 holes to a program": ("optimize", str(ROOT / "examples" / "plate_70.dxf"), "-o", "-", "--machine", "haas-vf2"),
 }
 
 
-def run(python: Path, source: Path | None, words: Sequence[str], cache: Path) -> tuple[float, float, bytes]:
-    """Return processor seconds, clock seconds and output of a run; without `source`, of the installed leafcut."""
+def run(source: Path, words: Sequence[str], cache: Path) -> tuple[float, float, bytes]:
+    """Return processor seconds, clock seconds and output of a run."""
     environment = {key: text for key, text in os.environ.items() if not key.startswith("PYTHON")}
-    environment |= {"NUMBA_CACHE_DIR": str(cache)} | ({"PYTHONPATH": str(source / "src")} if source else {})
+    environment |= {"NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": str(source / "src")}
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    done = subprocess.run([python, "-c", _CODE, *words], env=environment, capture_output=True, check=True, cwd=cache)
+    command = [sys.executable, "-c", _CODE, *words]
+    done = subprocess.run(command, env=environment, capture_output=True, check=True, cwd=cache)
     after, clock = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter() - start
     spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return spent, clock, done.stdout
 
 
-def figures(sources: dict[str, tuple[Path, Path | None]], runs: int, caches: dict[str, Path]) -> list[list[str]]:
-    """Return the rows of the table for every (Python, source), and compare the written programs."""
+def figures(sources: dict[str, Path], runs: int, caches: dict[str, Path]) -> list[list[str]]:
+    """Return the rows of the table for every checkout, and compare the written programs."""
     rows = []
     for title, words in WORK.items():
         took: dict[tuple[str, str], list[tuple[float, float]]] = {}
         for number in range(runs + 1):
             written = set()
-            for name, (python, source) in sources.items():
-                processor, clock, text = run(python, source, words, caches[name])
+            for name, source in sources.items():
+                processor, clock, text = run(source, words, caches[name])
                 took.setdefault((name, "warm" if number else "cold"), []).append((processor, clock))
                 written.add(text)
             if len(written) > 1 and "--version" not in words:
                 raise SystemExit(f"{title}: the programs differ")
         for (name, state), figures_of in sorted(took.items()):
-            if state == "cold" and "--version" in words:
+            if state == "cold" and len(words) == 1:
                 continue
             middle = [statistics.median(column) for column in zip(*figures_of, strict=True)]
             rows.append([title, state, name, f"{middle[0]:.2f}", f"{middle[1]:.2f}", str(len(figures_of))])
@@ -75,30 +80,24 @@ def main(argv: Sequence[str]) -> int:
     parser = page.parser("start", __doc__)
     parser.add_argument("--runs", type=int, default=5, help="warm runs of each (default: 5)")
     parser.add_argument("--beside", type=Path, help="another checkout, run by the same Python")
-    parser.add_argument("--wheel", type=Path, help="a wheel with machine code, built by `make wheels`")
     given = parser.parse_args(argv)
-    own = Path(sys.executable)
-    sources: dict[str, tuple[Path, Path | None]] = {"this checkout": (own, ROOT)}
+    sources = {"this checkout": ROOT}
     if given.beside:
-        sources["other checkout"] = own, given.beside.resolve()
+        sources["other checkout"] = given.beside.resolve()
     with tempfile.TemporaryDirectory() as name:
-        if given.wheel:
-            install = runpy.run_path(str(ROOT / ".ci" / "build_wheels.py"))["install"]
-            sources["wheel"] = install(given.wheel.resolve(), Path(name)) / "python", None
         caches = {key: Path(name) / str(number) for number, key in enumerate(sources)}
         for folder in caches.values():
             folder.mkdir()
-        for _, source in sources.values():
-            if source:
-                compileall.compile_dir(source / "src" / "leafcut", quiet=2)
+        for source in sources.values():
+            compileall.compile_dir(source / "src" / "leafcut", quiet=2)
         rows = figures(sources, given.runs, caches)
     words = ["--runs", str(given.runs), *(["--beside", "CHECKOUT"] if given.beside else [])]
-    words += [*(["--wheel", "WHEEL"] if given.wheel else []), *(["--write"] if given.write else [])]
+    words += ["--write"] if given.write else []
     text = f"""# Start time
 
-Medians. Cold: the first run, without machine code except in the wheel. Warm: any later run. Byte code exists before, as
-after an installation by pip. *This checkout* holds the measured code, *other checkout* is the argument of `--beside`,
-and *wheel* is the wheel with machine code (`--wheel`). All wrote the same program, byte for byte.
+Medians. Cold: the first run, which compiles its kernels. Warm: any later run. Byte code exists before, as after an
+installation by pip. *This checkout* holds the measured code, *other checkout* is the argument of `--beside`. Both wrote
+the same program, byte for byte.
 
 {page.facts("start", words, ["leafcut", "numpy", "numba"])}
 

@@ -5,22 +5,22 @@ from __future__ import annotations
 import ast
 import json
 import re
-import sys
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
+import numba
 import pytest
 
 from leafcut import warming
 from leafcut.cli import run
-from leafcut.kernels import keeping
-from leafcut.kernels.calling import Kernel
+from plain_python import Kernel, is_part
 
 ROOT = Path(__file__).parents[1] / "src" / "leafcut"
 
 
-def called_by_python() -> dict[str, Kernel]:
+def called_by_python() -> dict[str, Any]:
     """Return the kernels that other rooms than theirs name, as ``module.name``."""
     named = {name for file in ROOT.rglob("*.py") if file.parent.name != "kernels" for name in _named_by(file)}
     found = {name: getattr(import_module(f"leafcut.kernels.{name[0]}"), name[1], None) for name in named}
@@ -29,7 +29,10 @@ def called_by_python() -> dict[str, Kernel]:
 
 def _named_by(file: Path) -> Iterator[tuple[str, str]]:
     """Yield what a file names of the kernels' modules: (module, name)."""
-    tree, modules = ast.parse(file.read_text(encoding="utf-8")), {}
+    text = file.read_text(encoding="utf-8")
+    if "leafcut.kernels" not in text:
+        return
+    tree, modules = ast.parse(text), {}
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module == "leafcut.kernels":
             modules |= {alias.asname or alias.name: alias.name for alias in node.names}
@@ -48,6 +51,11 @@ def test_every_kernel_is_compiled_after_a_warm_up() -> None:
     assert [name for name, kernel in kernels.items() if not kernel.signatures] == []
 
 
+def test_python_calls_only_kernels_that_are_compiled_for_python() -> None:
+    """A kernel that only kernels call has no entry for Python: a call would crash the process."""
+    assert [name for name, kernel in called_by_python().items() if is_part(kernel)] == []
+
+
 def test_a_warm_up_that_compiles_nothing_prints_nothing(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -60,20 +68,15 @@ def test_a_warm_up_that_compiles_nothing_prints_nothing(
 
 
 def test_compiled_kernels_are_counted_and_a_missing_cache_folder_is_reported(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "a_kernel.py").write_text("from leafcut.kernels import kernel\n\n@kernel\ndef same(x):\n    return x\n")
-    monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setattr(keeping, "_not_kept", set())
     for name in ("_order", "_follow_programs"):
         monkeypatch.setattr(warming, name, lambda: None)
-    monkeypatch.setattr(warming, "_look_at_surfaces", lambda: import_module("a_kernel").same(1))
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(warming, "_look_at_surfaces", lambda: numba.njit(lambda x: x)(1))
     assert run(["warm-up"]) == 0
     said = capsys.readouterr()
     assert re.fullmatch(r"1 kernel compiled in \d+ s\n", said.out)
     assert said.err == "leafcut: compiling (first run on this machine) …\n"
-    del sys.modules["a_kernel"]
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "a_kernel.py" / "cache"))
+    monkeypatch.setattr("leafcut.solve.compiling.cache_folder", lambda: None)
     assert run(["warm-up"]) == 1
     assert "leafcut: no folder for compiled code can be written; set NUMBA_CACHE_DIR" in capsys.readouterr().err

@@ -40,7 +40,6 @@ from leafcut.processes.deadline import Deadline
 from leafcut.processes.settings import collect, settings_for
 from leafcut.read import Input
 from leafcut.read.nest_list import WantedDrawing
-from leafcut.solve.compiling import compile_seconds
 from leafcut.stock.stock_cut import StockCut
 
 if TYPE_CHECKING:
@@ -99,6 +98,8 @@ def optimize(
     ReadError, OptionError, PlanError, PostError, VerifyError, OutputError
         One line that says what was found and what to do. Nothing has been written then.
     """
+    from leafcut.solve.compiling import compile_seconds
+
     began, compiled = time.perf_counter(), compile_seconds()
     sources = _sources(source)
     settings = _collected(options, options_file, defaults_file)

@@ -119,16 +119,16 @@ def _addon(
 
 
 def _warm_up(*, as_json: _Json = False) -> int:
-    """Compile now what the first job would wait for; it is kept for all later ones."""
+    """Compile all kernels now, so that the first job starts at once."""
     from leafcut.progress import Reporter
     from leafcut.warming import warm_all
 
     with Reporter() as reporter:
         warmed = warm_all(lambda words: reporter(words, None, 0.0, None))
     if as_json:
-        print_json({"compiled": warmed.compiled, "seconds": round(warmed.seconds, 1), "kept": warmed.kept})
-    elif warmed.compiled:
-        print(f"{count_of(warmed.compiled, 'kernel')} compiled in {warmed.seconds:.0f} s")
+        print_json({"compiled": warmed.count, "seconds": round(warmed.seconds, 1), "kept": warmed.kept})
+    elif warmed.count:
+        print(f"{count_of(warmed.count, 'kernel')} compiled in {warmed.seconds:.0f} s")
     if not warmed.kept:
         problem = LeafcutError("no folder for compiled code can be written; set NUMBA_CACHE_DIR to one that can")
         problem.answered = as_json

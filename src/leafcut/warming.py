@@ -1,4 +1,4 @@
-"""Warming up: tiny work of every kind, so that each kernel is compiled and kept before the first job needs it."""
+"""Compile all kernels before the first job needs them, by tiny jobs of every kind."""
 
 from __future__ import annotations
 
@@ -8,13 +8,11 @@ import numpy as np
 
 from leafcut import api
 from leafcut.files import StandardInput
-from leafcut.kernels.keeping import not_kept
 from leafcut.model.mesh import Mesh
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.study import Study
 from leafcut.options import LITERATURE, AcoOptions, FireflyOptions, SolveOptions
-from leafcut.quick_dataclass import dataclass
-from leafcut.solve.compiling import announced
+from leafcut.solve.compiling import Compilations, announced
 from leafcut.solve.construction import FEW
 from leafcut.solve.kicks import MANY
 from leafcut.solve.solve import solve, warm_up
@@ -37,29 +35,13 @@ M30
 """
 
 
-@dataclass
-class Warmed:
-    """How many kernels were compiled, in how many seconds, and whether the next run finds them."""
-
-    compiled: int = 0
-    seconds: float = 0.0
-    kept: bool = True
-
-    def count(self, seconds: float) -> None:
-        """Count one more that took so many seconds."""
-        self.compiled += 1
-        self.seconds += seconds
-
-
-def warm_all(tell: Callable[[str], None] = lambda _: None) -> Warmed:
-    """Have every kernel compiled and kept that is not; `tell` is called once if there is any."""
-    warmed = Warmed()
-    with announced(tell, warmed.count):
+def warm_all(tell: Callable[[str], None] = lambda _: None) -> Compilations:
+    """Compile every kernel that is not on disk; `tell` is called once if there is any."""
+    with announced(tell) as compilations:
         _order()
         _follow_programs()
         _look_at_surfaces()
-    warmed.kept = not not_kept()
-    return warmed
+    return compilations
 
 
 def _order() -> None:

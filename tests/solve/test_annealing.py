@@ -18,6 +18,11 @@ from leafcut.solve.annealing import Forgetting, is_small, layers_of
 from leafcut.solve.directed import build_directed
 from leafcut.solve.sequential import greedy_path
 from leafcut.solve.solve import solve
+from plain_python import plain_parts
+
+__all__ = ["plain_parts"]
+
+pytestmark = pytest.mark.usefixtures("plain_parts")
 
 
 def greedy_nodes(instance) -> np.ndarray:

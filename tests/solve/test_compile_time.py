@@ -6,12 +6,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from numba.core import event
 
 import leafcut
-from leafcut.kernels import calling
-from leafcut.kernels.calling import compile_seconds
 from leafcut.report.json_answer import as_json
-from leafcut.solve import stop
+from leafcut.solve import compiling, stop
 
 
 class Clock:
@@ -27,9 +26,8 @@ class Clock:
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     made = Clock()
-    monkeypatch.setattr(calling, "time", made)
+    monkeypatch.setattr(compiling, "time", made)
     monkeypatch.setattr(stop, "time", made)
-    monkeypatch.setattr(calling, "_compile_time", calling._CompileTime())
     return made
 
 
@@ -37,7 +35,7 @@ def test_the_clock_of_searches_stands_still_while_kernels_are_compiled(clock: Cl
     """Searching 2 s, compiling 30 s, searching 1 s: a limit of 4 s is not over."""
     limit = stop.Stop(seconds=4.0)
     clock.now += 2.0
-    with calling._compile_time.counted():
+    with event.trigger_event("numba:compile"):
         clock.now += 30.0
         assert limit.elapsed() == pytest.approx(2.0)
     clock.now += 1.0
@@ -47,20 +45,20 @@ def test_the_clock_of_searches_stands_still_while_kernels_are_compiled(clock: Cl
     assert limit.now()
 
 
-def test_nested_compilations_count_once(clock: Clock) -> None:
+def test_seconds_of_nested_compilations_count_once(clock: Clock) -> None:
     """A kernel that calls another one compiles it inside."""
-    with calling._compile_time.counted():
+    with compiling.announced(lambda _: None) as compilations, event.trigger_event("numba:compile"):
         clock.now += 5.0
-        with calling._compile_time.counted():
+        with event.trigger_event("numba:compile"):
             clock.now += 7.0
         clock.now += 1.0
-    assert compile_seconds() == pytest.approx(13.0)
+    assert (compilations.count, compilations.seconds) == (2, pytest.approx(13.0))
 
 
 def test_a_run_states_compile_time_beside_its_own(examples: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of all that is counted while the run lasts, nothing is in its seconds."""
     spent = iter([100.0, *[140.0] * 100])
-    monkeypatch.setattr("leafcut.api.compile_seconds", lambda: next(spent))
+    monkeypatch.setattr("leafcut.solve.compiling.compile_seconds", lambda: next(spent))
     outcome = leafcut.optimize(examples / "plate_8x8_10.dxf", process="drill", thickness=5, preset="fast")
     assert outcome.compile_seconds == 40.0
     answer = as_json(replace(outcome, seconds=2.0))

@@ -17,6 +17,11 @@ from leafcut.solve.instance import Instance, build_instance
 from leafcut.solve.solve import solve
 from leafcut.solve.statistics import Best
 from leafcut.solve.stop import Stop
+from plain_python import plain_parts
+
+__all__ = ["plain_parts"]
+
+pytestmark = pytest.mark.usefixtures("plain_parts")
 
 #: Of five places 1 mm apart on a line the nearest-neighbour tour from the first is 4 mm there and 4 mm back.
 LINE, C_NN = build_instance(RoutingProblem.of_points([(x, 0.0) for x in range(5)], closed=True), 0), 8.0

@@ -13,7 +13,11 @@ from leafcut.solve import aco
 from leafcut.solve.aco import ColonyParameters, Trails
 from leafcut.solve.statistics import Best
 from leafcut.solve.stop import Stop
-from plain_python import plain_python
+from plain_python import plain_parts, plain_python
+
+__all__ = ["plain_parts"]
+
+pytestmark = pytest.mark.usefixtures("plain_parts")
 
 N, ANTS, C_NN = 6, 5, 40.0
 

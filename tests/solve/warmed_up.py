@@ -7,9 +7,9 @@ import pkgutil
 import sys
 
 import numpy as np
+from numba.core.dispatcher import Dispatcher
 
 import leafcut.kernels
-from leafcut.kernels.calling import Kernel
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import AcoOptions, SolveOptions
 from leafcut.solve.in_order import warm_up_in_order
@@ -25,7 +25,7 @@ def signatures() -> dict[str, int]:
         f"{module.__name__}.{name}": len(value.signatures)
         for module in modules
         for name, value in vars(module).items()
-        if isinstance(value, Kernel)
+        if isinstance(value, Dispatcher)
     }
 
 

@@ -1,21 +1,25 @@
-"""The compiled code: small Numba kernels, one step of one algorithm each.
+"""The compiled code: small Numba kernels, each one step of one algorithm.
 
-A kernel takes arrays, numbers and named tuples of them; it trusts its input, allocates nothing that its caller could
-give, holds no state, and lets go of the GIL. With ``NUMBA_DISABLE_JIT=1`` every kernel is the plain Python it is
-written in.
+A kernel takes arrays, numbers and named tuples of them. It trusts its input, allocates nothing that its caller could
+give, keeps no state, and releases the GIL. With ``NUMBA_DISABLE_JIT=1`` each kernel is plain Python.
 
-Numba is imported only to compile. A kernel's machine code comes with the wheel or lies on disk from the first run on
-(`leafcut.kernels.keeping`), and is called without Numba (`leafcut.kernels.calling`): importing Numba and having it load
-its own files took longer than all else of a small job. `leafcut.kernels.compiling` holds the flags.
+Numba compiles a kernel when it is first called with new types, and keeps the code on disk. It does not notice a change
+in another file, such as a called function or a constant; so the cache folder's name contains a digest of all sources
+in this folder, and kernels use nothing of leafcut from elsewhere.
 """
 
 from __future__ import annotations
 
+import functools
+import hashlib
 import os
+import sys
+import tempfile
 from collections.abc import Callable
-from typing import TypeVar, cast
+from pathlib import Path
+from typing import Any, TypeVar, cast
 
-from leafcut.kernels.calling import Kernel
+import numba
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
@@ -24,11 +28,44 @@ EPSILON = 1e-9
 
 
 def kernel(function: Function) -> Function:
-    """Compile a function that Python calls, for each kind of arguments when it is first called with them."""
-    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
-        return function
-    return cast(Function, Kernel(function))
+    """Compile a function that Python calls."""
+    return _compiled(function)
 
 
-#: Marks a function that only kernels call, and Python in tests at most. It is compiled into those that call it.
-part = kernel
+def part(function: Function) -> Function:
+    """Compile a function that only kernels call: without the wrappers that Python and C need."""
+    return _compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+
+def _compiled(function: Function, **flags: Any) -> Function:
+    folder = cache_folder()
+    # Numba chooses the folder when it decorates a function. Other packages keep theirs.
+    theirs, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder or "")
+    try:
+        return cast(Function, numba.njit(nogil=True, cache=folder is not None, **flags)(function))
+    finally:
+        numba.config.CACHE_DIR = theirs
+
+
+@functools.cache
+def cache_folder() -> Path | None:
+    """Return the folder for compiled code: in ``NUMBA_CACHE_DIR`` or the user's cache; None if it is not writable."""
+    digest = hashlib.sha256()
+    for file in sorted(Path(__file__).parent.glob("*.py")):
+        text = file.read_bytes()
+        digest.update(f"{file.name} {len(text)} ".encode() + text)
+    try:
+        folder = _cache_root() / f"kernels-{digest.hexdigest()[:16]}"
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except (OSError, RuntimeError):  # RuntimeError: a user without a home
+        return None
+
+
+def _cache_root() -> Path:
+    if chosen := os.environ.get("NUMBA_CACHE_DIR"):
+        return Path(chosen)
+    if chosen := os.environ.get("LOCALAPPDATA" if os.name == "nt" else "XDG_CACHE_HOME"):
+        return Path(chosen) / "leafcut"
+    return Path.home() / ("Library/Caches" if sys.platform == "darwin" else ".cache") / "leafcut"

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import field
 
-from leafcut.kernels.calling import compile_seconds
 from leafcut.quick_dataclass import dataclass
+from leafcut.solve.compiling import compile_seconds
 from leafcut.solve.thrift import Thrift
 
 

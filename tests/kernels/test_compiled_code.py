@@ -1,0 +1,109 @@
+"""Compiled code is kept on disk where that is possible, and belongs to the sources that it was compiled from."""
+
+from __future__ import annotations
+
+import importlib
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numba
+import pytest
+
+import leafcut.kernels
+from leafcut.solve.compiling import EVERY_RUN, FIRST_RUN, announced
+
+KERNEL = """
+from kernels_copy import kernel
+from kernels_copy.callee import scaled
+
+@kernel
+def twice(x):
+    return scaled(x)
+"""
+CALLEE = """
+from kernels_copy import part
+from kernels_copy.numbers import BY
+
+@part
+def scaled(x):
+    return BY * x
+"""
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """Return the folder of a package with the decorators of leafcut and two kernels of its own."""
+    folder = tmp_path / "kernels_copy"
+    folder.mkdir()
+    shutil.copy(leafcut.kernels.__file__, folder)
+    for name, text in (("caller", KERNEL), ("callee", CALLEE), ("numbers", "BY = 2\n")):
+        (folder / f"{name}.py").write_text(text, encoding="utf-8")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    yield folder
+    forget()
+
+
+def forget() -> None:
+    """Forget the package, as a new process does."""
+    for name in [name for name in sys.modules if name.partition(".")[0] == "kernels_copy"]:
+        del sys.modules[name]
+    importlib.invalidate_caches()
+
+
+def run() -> tuple[int, int]:
+    """Call the kernel as a new process does; return its answer and the number of compilations."""
+    forget()
+    with announced(lambda _: None) as compilations:
+        answer = importlib.import_module("kernels_copy.caller").twice(21)
+    return answer, compilations.count
+
+
+def test_a_kernel_is_compiled_once_on_a_machine(package: Path) -> None:
+    assert run() == (42, 2)
+    assert run() == (42, 0)
+
+
+def test_a_kernel_is_compiled_again_when_a_constant_or_a_called_kernel_of_another_file_changes(package: Path) -> None:
+    assert run()[0] == 42
+    (package / "numbers.py").write_text("BY = 3\n", encoding="utf-8")
+    assert run()[0] == 63
+    (package / "callee.py").write_text(CALLEE.replace("BY * x", "BY * x + 1"), encoding="utf-8")
+    assert run()[0] == 64
+    assert run() == (64, 0)
+
+
+def test_other_packages_keep_the_cache_folder_of_their_numba_functions(package: Path, tmp_path: Path) -> None:
+    run()
+    assert str(tmp_path / "cache") == numba.config.CACHE_DIR
+
+
+@pytest.mark.parametrize(("writable", "line"), [(True, FIRST_RUN), (False, EVERY_RUN)])
+def test_the_line_about_compiling_names_a_missing_cache_folder(
+    package: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, writable: bool, line: str
+) -> None:
+    """A file stands in place of the folder: that stops root, too."""
+    if not writable:
+        (tmp_path / "cache").write_text("", encoding="utf-8")
+    forget()
+    copy = importlib.import_module("kernels_copy")
+    monkeypatch.setattr("leafcut.solve.compiling.cache_folder", copy.cache_folder)
+    told: list[str] = []
+    with announced(told.append) as compilations:
+        assert importlib.import_module("kernels_copy.caller").twice(21) == 42
+    assert told == [line]
+    assert compilations.kept == writable
+
+
+def test_the_cache_folder_is_that_of_the_user_where_none_is_chosen(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setenv("LOCALAPPDATA", str(tmp_path))
+    folder = leafcut.kernels.cache_folder.__wrapped__()
+    assert folder.parent == tmp_path / "leafcut"
+    assert folder.is_dir()
