@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 from pathlib import Path
 
@@ -57,7 +58,7 @@ def test_seconds_of_nested_compilations_count_once(clock: Clock) -> None:
 
 def test_a_run_states_compile_time_beside_its_own(examples: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of all that is counted while the run lasts, nothing is in its seconds."""
-    spent = iter([100.0, *[140.0] * 100])
+    spent = itertools.chain([100.0], itertools.repeat(140.0))
     monkeypatch.setattr("leafcut.solve.compiling.compile_seconds", lambda: next(spent))
     outcome = leafcut.optimize(examples / "plate_8x8_10.dxf", process="drill", thickness=5, preset="fast")
     assert outcome.compile_seconds == 40.0

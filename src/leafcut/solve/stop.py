@@ -10,12 +10,13 @@ from contextlib import contextmanager
 from dataclasses import field
 
 from leafcut.quick_dataclass import dataclass
-from leafcut.solve.compiling import compile_seconds
 from leafcut.solve.thrift import Thrift
 
 
 def clock() -> float:
     """Return seconds from any beginning: time limits and histories are measured in them. Compiling takes none."""
+    from leafcut.solve.compiling import compile_seconds  # imports Numba
+
     return time.perf_counter() - compile_seconds()
 
 
