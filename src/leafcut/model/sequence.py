@@ -136,11 +136,11 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """Blocks begin … end - 1, which stay as they are; `reason` says why, "" for what needs none (header, footer)."""
+    """Blocks begin … end - 1, which stay as they are; `reasons` say why, none for a header or a footer."""
 
     begin: int
     end: int
-    reason: str = ""
+    reasons: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -165,7 +165,7 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
         ),
         detail=ProgramDetail(
             certificate=proved.certificate,
-            barriers=sum(isinstance(item, Kept) and item.reason != "" for item in sequence.items),
+            barriers=sum(isinstance(item, Kept) and bool(item.reasons) for item in sequence.items),
             pieces=count_pieces(sequence),
             staying=grouped(sequence, refused, run.settings.job.keep_order),
             pace=paced.change if paced else None,

@@ -102,7 +102,7 @@ def test_what_has_a_meaning_of_its_own_parts_sections(block: str) -> None:
     assert [len(s.pieces) for s in sequence.sections] == [2, 2]
     between = sequence.items[2]
     assert isinstance(between, Kept)
-    assert BARRIERS[block] in between.reason
+    assert any(BARRIERS[block] in reason for reason in between.reasons)
 
 
 def test_a_coolant_or_tool_change_is_told_in_an_issue() -> None:
@@ -111,6 +111,15 @@ def test_a_coolant_or_tool_change_is_told_in_an_issue() -> None:
     assert [(i.code, i.message, i.place) for i in issues] == [
         ("L501", "stays in its place: coolant is switched", "line 11")
     ]
+
+
+def test_a_reason_with_a_semicolon_is_one_note_at_its_own_line() -> None:
+    """What follows the semicolon was told as a reason of its own, both at the first line of the program."""
+    issues = sequence_of(
+        "G0 Z5 / G81 X0 Y0 Z-1 R1 F100 / X5 / G91 X5 R1 / G80 / G90 / G81 X20 Y0 Z-1 R1 / X25 / G80"
+    ).issues
+    told = [(i.message, i.place) for i in issues if "inside a cycle" in i.message]
+    assert told == [("stays in its place: units or G90/G91 changed inside a cycle; give R and Z again", "line 8")]
 
 
 def test_a_program_of_one_piece_says_that_nothing_can_move() -> None:

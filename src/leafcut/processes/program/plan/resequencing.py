@@ -148,15 +148,15 @@ def _issues(finder: Finder, items: list[Kept | Section]) -> list[Issue]:
     """Return one note for every reason for which work stays, or one that says why all of it does."""
     where: dict[str, list[int]] = {}
     for item in items:
-        if isinstance(item, Kept) and item.reason:
-            for reason in item.reason.split("; "):
+        if isinstance(item, Kept):
+            for reason in item.reasons:
                 if reason == STAYING:
                     continue
                 where.setdefault(reason, []).append(finder.line_of(item, reason))
     issues = []
     if not any(isinstance(item, Section) for item in items):
         # Work that stays for the way it is reached, not for a line of its own, is told piece by piece (`Finder.stays`).
-        told = where or any(isinstance(item, Kept) and item.reason for item in items)
+        told = where or any(isinstance(item, Kept) and item.reasons for item in items)
         why = "" if told else ": " + next(iter(finder.program.fixed.values()), "there is no work in it")
         issues.append(Issue("L502", f"nothing in the program can be reordered{why}", severity=Severity.NOTE))
     for reason, lines in where.items():

@@ -460,7 +460,7 @@ class Finder:
         reasons = dict.fromkeys(self.barriers[b] for b in range(begin, end) if b in self.barriers and self._amid(b))
         if works and not reasons:
             reasons[STAYING] = None
-        return Kept(begin, end, "; ".join(reasons))
+        return Kept(begin, end, tuple(reasons))
 
     def line_of(self, kept: Kept, reason: str) -> int:
         """Return the line of the block that stays for a reason."""

@@ -112,7 +112,7 @@ class _Merger:
         if not self.only_counts:
             pieces, precedence, ties = with_precedence(self.program, self.rows, both, self.process, self.look)
             self.items[place] = replace(earlier, pieces=pieces, precedence=precedence, ties=ties)
-        self.dropped.append(replace(change, reason="a change to a tool that did all its work before"))
+        self.dropped.append(replace(change, reasons=("a change to a tool that did all its work before",)))
         self.saved += self._kinds(change).count(Kind.TOOL)
         del self.items[at - 1 : at + 1]
 
