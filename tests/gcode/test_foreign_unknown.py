@@ -261,3 +261,11 @@ def test_statements_of_a_fagor_count_in_the_proof() -> None:
     for text, changed in (("(P1=5)", "(P1=6)"), ("(RPT N1,N2)N3", "(RPT N1,N2)N4"), ("(CALL 7)", "(CALL 8)")):
         one, other = (run(head + said + end, "fagor8055") for said in (text, changed))
         assert not certify(one, other).same
+
+
+@pytest.mark.parametrize("words", ["haas", "fanuc"])
+def test_a_move_home_before_the_first_motion_is_known(words: str) -> None:
+    """It is made at rapid, whatever motion the control begins with: most posts write it first."""
+    program = run("G21 G90 G17 G94 G40 G80\nG28 G91 Z0.\nG90\nG0 X5. Y5.\n", words)
+    assert not kept(program)
+    assert Kind.MACHINE in program.path.kind.tolist()

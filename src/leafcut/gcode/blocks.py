@@ -545,10 +545,12 @@ class BlockRunner(Reader):
         other = next((letter for letter in _OTHER_AXES if letter in letters), None)
         if other is not None:
             state.note_axis(other)
-            raise UnclearBlock(f"{letters[other]}: the axis {other} is not understood")
+            raise UnclearBlock(f"the axis {other} is not understood")
         if state.transform and moving:
             raise UnclearBlock(f"G{state.transform / 10:g} is active, which is not understood")
-        if state.foreign_motion and (moving or "motion" in g or g.get("cycle", 800) != 800):
+        # G28 and G30 move in rapid, whatever motion is active.
+        home = special in (280, 300) and "motion" not in g
+        if state.foreign_motion and not home and (moving or "motion" in g or g.get("cycle", 800) != 800):
             raise UnclearBlock(f"{state.foreign_motion} is not understood")
         self._be_sure(moving)
         if special == 530 and not moving:

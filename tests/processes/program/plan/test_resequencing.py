@@ -122,6 +122,14 @@ def test_a_reason_with_a_semicolon_is_one_note_at_its_own_line() -> None:
     assert told == [("stays in its place: units or G90/G91 changed inside a cycle; give R and Z again", "line 8")]
 
 
+def test_blocks_with_the_same_unknown_axis_are_one_note() -> None:
+    """Each value was a reason of its own, and a line of the report."""
+    holes = "G0 X0 Y0 A10 / G1 Z-1 F100 / G0 Z5 / X9 A20 / G1 Z-1 / G0 Z5 / X20 A30 / G1 Z-1 / G0 Z5"
+    issues = sequence_of(holes).issues
+    told = [(i.message, i.place) for i in issues if "axis A" in i.message]
+    assert told == [("stays in its place: the axis A is not understood", "line 5")]
+
+
 def test_a_program_of_one_piece_says_that_nothing_can_move() -> None:
     sequence = sequence_of("G0 X0 Y0 / G1 Z-1 F100 / X10 / G0 Z5")
     assert [type(i) for i in sequence.items] == [Kept]

@@ -249,6 +249,8 @@ def _why_called_stays(program: Program, barriers: dict[int, str], begin: int, en
         text = program.lines[line - 1]
         if not inner and not _is_plain(text):
             inner = "its numbers come from parameters" if "#" in text else "it is more than words with numbers"
+        if inner and block == begin:
+            return inner
         if inner:
             return f"the subprogram holds what stays at line {line}: {inner}"
     before, after = program.modal(begin), program.modal(end)
