@@ -37,3 +37,12 @@ def test_a_part_too_large_because_of_stated_inches_is_refused_with_the_option(
         api.optimize(tmp_path / "plate.dxf", algorithm="nn", **job)
     if job["process"] != "pocket":  # its path of 200 m takes seconds
         assert api.optimize(tmp_path / "plate.dxf", algorithm="nn", units="mm", **job).verified
+
+
+def test_a_part_too_large_because_of_stated_metres_is_refused_with_the_option(tmp_path: Path) -> None:
+    """ezdxf states metres in each new document, whatever its author draws in."""
+    document = ezdxf.new()
+    document.modelspace().add_lwpolyline([(0, 0), (60, 0), (60, 40), (0, 40)], close=True)
+    document.saveas(tmp_path / "plate.dxf")
+    with pytest.raises(VerifyError, match=r"too large[^\n]*\nthe drawing states metres: .* --units mm"):
+        api.optimize(tmp_path / "plate.dxf", process="cut", thickness="5mm", machine="plasma-table")

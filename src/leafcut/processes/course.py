@@ -139,8 +139,12 @@ def refuse(problems: Sequence[Difference]) -> None:
         raise VerifyError(f"the program was not written: {problems[0]}{more}")
 
 
+#: Units larger than 1 mm, in which a drawing of millimetres comes out too large.
+_LARGE_UNITS = {"in": "inches", "ft": "feet", "cm": "centimetres", "m": "metres"}
+
+
 def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Settings) -> None:
-    """Write nothing when a part exceeds the travel; a drawing in inches may state the wrong unit.
+    """Write nothing when a part exceeds the travel; a drawing may state the wrong unit (ezdxf states metres, unasked).
 
     Raises
     ------
@@ -150,8 +154,9 @@ def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Setti
     try:
         refuse(problems)
     except VerifyError as problem:
-        if part.units == "in" and not settings.read.units:
-            problem.add_note("the drawing states inches: if it is in millimetres, give --units mm")
+        stated = _LARGE_UNITS.get(part.units)
+        if stated and not settings.read.units:
+            problem.add_note(f"the drawing states {stated}: if it is in millimetres, give --units mm")
         raise
 
 
