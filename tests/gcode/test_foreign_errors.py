@@ -64,6 +64,7 @@ FAULTS = [
     ("o#1 call", 3, "number is computed"),
     ("o1 call extra\no1 sub\no1 endsub", 3, "has no use after 'call'"),
     ("#1", 3, "'=' is expected"),
+    ("# 4mm square outline", 3, "if # begins a comment, put it in ( )"),
     ("#<_x>=3", 3, "cannot be set"),
     ("G1 X#<depth>", 3, "#<depth> is used"),
     ("G1 X[1/0]", 3, "/ of 1 and 0 has no value"),

@@ -269,7 +269,8 @@ class Scanner:
         """Take `#… = value`."""
         key = self._target()
         if self.peek() != "=":
-            raise BlockError(f"'{self.text[self.position : self.position + 12]}': '=' is expected after a parameter")
+            found = self.text[self.position : self.position + 12]
+            raise BlockError(f"'{found}': '=' is expected after a parameter; if # begins a comment, put it in ( )")
         self.position += 1
         value = self._operation(1) if self.parameters.fanuc else self.value()
         self.computed = True
