@@ -181,3 +181,10 @@ def test_the_judge_leaves_the_stock_as_it_was(tmp_path: Path) -> None:
     assert found.judge is not None
     assert np.all(found.judge.stock.heights == 0.0)
     assert found.judge.left.heights.min() == -2.0
+
+
+def test_a_program_of_a_laser_that_is_read_as_milling_is_pointed_to_its_process() -> None:
+    """No option gives a beam the shape of a mill."""
+    found, _ = judging("G21 G90\nG0 X0 Y0 Z5\nM3 S100\nG1 Z-1 F100\nX9\nG0 Z5\nM5\nM30\n", machine="grbl-laser-5w")
+    assert found.proof is not None
+    assert "--process laser" in found.proof.reason

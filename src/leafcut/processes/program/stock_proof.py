@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 #: tool would be missed, at most so many.
 _CELLS, _SHARE, _MOST = 2_000_000, 0.05, 8_000_000
 
+_NO_SHAPES = "the shapes of its tools are unknown; give --tools or --mill-diameter"
+
 
 class Judging(NamedTuple):
     """What judges programs by what they leave, how finely or why there is none, and what has to be said first."""
@@ -46,6 +48,7 @@ def stock_judge(run: Run, program: Program, source: str, process: str) -> Judgin
     PlanError
         It has too many cells.
     """
+    from leafcut.gcode.dialects import dialect
     from leafcut.processes.program.proof.stock_judge import StockJudge
     from leafcut.stock.straight_moves import straight_moves
 
@@ -54,7 +57,9 @@ def stock_judge(run: Run, program: Program, source: str, process: str) -> Judgin
     tools, unknown = known_tools(program, run.settings, run.machine, flat=True)
     left_out = tuple(unknown)
     if not tools:
-        why = "the shapes of its tools are unknown; give --tools or --mill-diameter" if unknown else "nothing is cut"
+        beam = dialect(run.settings.post.dialect or run.machine.controller).torch is not None
+        why = "it is read as a milling program; if a beam cuts, give --process laser or plasma" if beam else _NO_SHAPES
+        why = why if unknown else "nothing is cut"
         return Judging(proof=StockProof(unknown=left_out, reason=why))
     cutters = {number: cutter_of(tool) for number, tool in tools.items()}
     smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
