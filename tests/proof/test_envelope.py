@@ -105,6 +105,7 @@ def test_feeds_must_be_positive_and_not_above_the_highest() -> None:
     for feed, words in (
         (20.0, None),
         (20.2, "1212 mm/min, the machine allows at most 1200"),
+        (2e6, "120,000,000 mm/min, the machine"),
         (0.0, "above 0"),
         (math.nan, "above 0"),
     ):

@@ -105,7 +105,8 @@ def _feeds(path: Toolpath, machine: Machine) -> list[Difference]:
         rows = feeding[out]
         if len(rows):
             value = path.value[rows[0]] * 60.0
-            text = f"the feed is {value:.6g} mm/min, {limit}; {len(rows)} such moves"
+            feed = f"{value:,.0f}" if value >= 1e6 else f"{value:.6g}"
+            text = f"the feed is {feed} mm/min, {limit}; {len(rows)} such moves"
             wrong.append(Difference(what, 0, int(path.line[rows[0]]), text))
     return wrong
 
