@@ -220,6 +220,25 @@ def test_escape_ends_a_run_and_keeps_the_best_of_it(page: Page) -> None:
     expect(page.locator("table.jobs tbody tr").first).to_contain_text("stopped, best result kept")
 
 
+def test_escape_and_cancel_end_the_reading_of_a_large_file(page: Page, tmp_path: Path) -> None:
+    """What was open stays, and the next file is opened as ever."""
+    opened(page, PLATE)
+    large = tmp_path / "large.dxf"
+    lines = (
+        f"0\nLINE\n8\n0\n10\n{k % 500}\n20\n{k // 500}\n11\n{k % 500 + 0.5}\n21\n{k // 500}\n" for k in range(300_000)
+    )
+    large.write_text(f"0\nSECTION\n2\nENTITIES\n{''.join(lines)}0\nENDSEC\n0\nEOF\n")
+    for end in ("key", "button"):
+        page.set_input_files("#open-file", large)
+        expect(page.locator(".reading")).to_contain_text("large.dxf")
+        page.keyboard.press("Escape") if end == "key" else page.locator(".reading").get_by_text("Cancel").click()
+        expect(page.locator("#said")).to_contain_text("Reading cancelled.")
+        expect(page.locator(".reading")).to_be_hidden()
+        expect(page.locator(".about-part .name")).to_have_text("plate_10.dxf")
+    run(page)
+    expect(page.locator(".headline")).to_be_visible()
+
+
 def test_an_empty_page_offers_an_example_in_its_middle(page: Page) -> None:
     page.locator(".empty").get_by_role("button", name="plate-27").click()
     expect(page.locator(".about-part .name")).to_have_text("plate-27")

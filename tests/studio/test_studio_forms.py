@@ -20,7 +20,6 @@ from leafcut.processes import registry
 from leafcut.processes.settings import all_options, collect, used_by
 from leafcut.read.machine import load_machine, machine_names
 from leafcut.studio.folder import Folder
-from leafcut.studio.jobs.ending import Endable
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.task import Task, command_line, prepare, program_name
 from leafcut.studio.page import forms
@@ -269,27 +268,27 @@ def test_what_an_older_reading_found_is_not_the_newest() -> None:
     """The first input takes longer to be read than the second, which was opened meanwhile."""
     release = threading.Event()
     panel: Any = InputPanel.__new__(InputPanel)
-    panel._turn, panel._reading, panel._run_wanted = 0, False, False
-    panel._earlier = Endable()
+    panel._turn, panel.reading, panel._run_wanted = 0, False, False
+    panel.newest, panel.view = None, SimpleNamespace(words=EN)
     panel.ready = lambda _: None
 
-    def slow(_: str) -> str:
+    def slow(*_: object) -> str:
         release.wait(30)
         return "first"
 
-    def broken(_: str) -> None:
+    def broken(*_: object) -> None:
         raise ReadError("second.dxf", "is empty")
 
     async def open_both() -> list[Any]:
-        first = asyncio.create_task(InputPanel.look(panel, SimpleNamespace(look=slow), ""))
+        first = asyncio.create_task(InputPanel.look(panel, SimpleNamespace(look=slow, name="first.dxf"), ""))
         await asyncio.sleep(0)
-        second = await InputPanel.look(panel, SimpleNamespace(look=broken), "")
+        second = await InputPanel.look(panel, SimpleNamespace(look=broken, name="second.dxf"), "")
         release.set()
         return [await first, second]
 
     (*_, first_is_newest), second = awaited(open_both())
     assert (first_is_newest, second) == (False, (None, "second.dxf: is empty", True))
-    assert not panel._reading
+    assert not panel.reading
 
 
 def test_an_options_file_fills_in_the_form_and_names_no_files(studio: Studio) -> None:

@@ -75,7 +75,7 @@ class FastPath:
         count = len(path)
         for at in range(start, len(lines)):
             if not at & _LOOKS:
-                self._look()
+                self._look(at / len(lines))
             found = match(lines[at])
             if found is None or found.lastindex is None:
                 return at

@@ -169,7 +169,7 @@ class _ProgramPass:
         quick, flow, n = FastPath(self.lines, self.state, self.record, self.look), self.flow, len(self.lines)
         at = self._title
         while at < n and not self.ended:
-            self.look()
+            self.look(at / n)
             if not flow.looped(at) and quick.open():
                 at = quick.run(at)
                 if at == n:

@@ -7,13 +7,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import Protocol
 
 #: Told about the work as it goes: (what is being done, cost so far or None, share done 0 … 1, how far at most the cost
 #: is above the least possible as a fraction, or None where no bound is known yet). Must be quick.
 Progress = Callable[[str, float | None, float, float | None], None]
 
-#: What a stage calls that has nothing to tell but that it goes on: several times a second at least; must be quick.
-Heartbeat = Callable[[], None]
+
+class Heartbeat(Protocol):
+    """Called by a stage as it goes on, several times a second at least; must be quick."""
+
+    def __call__(self, share: float = 0.0, /) -> None:
+        """Note that the stage goes on; `share` of it, 0 … 1, is done, 0 where the stage does not know."""
+
 
 #: Who waits is told this often, at most, that a stage goes on, s.
 _TOLD_AGAIN = 0.1
@@ -42,7 +48,7 @@ def trial(words: str, name: str, figure: str = "", cost: float | None = None) ->
     return made
 
 
-def unseen() -> None:
+def unseen(_: float = 0.0, /) -> None:
     """Nobody waits."""
 
 
@@ -53,12 +59,12 @@ def looking_for(progress: Progress | None, what: str) -> Heartbeat:
     progress(what, None, 0.0, None)
     told = time.monotonic()
 
-    def look() -> None:
+    def look(share: float = 0.0, /) -> None:
         nonlocal told
         now = time.monotonic()
         if now - told >= _TOLD_AGAIN:
             told = now
-            progress(what, None, 0.0, None)
+            progress(what, None, share, None)
 
     return look
 

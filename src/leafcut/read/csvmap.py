@@ -92,7 +92,7 @@ def read_csv(source: Source, options: ReadOptions) -> Part:
     holes: list[Hole] = []
     bad: list[tuple[int, str]] = []
     for number, fields in first:
-        source.look()
+        source.look(number / len(lines))
         try:
             holes.append(_hole(fields, columns, separator, factor))
         except ValueError as problem:

@@ -138,11 +138,11 @@ class _Watched(io.BytesIO):
 
     def __init__(self, data: bytes, look: Heartbeat) -> None:
         super().__init__(data)
-        self._look = look
+        self._look, self._size = look, max(len(data), 1)
 
     def readline(self, size: int | None = -1, /) -> bytes:
         """Return the next line."""
-        self._look()
+        self._look(self.tell() / self._size)
         return super().readline(size)
 
 

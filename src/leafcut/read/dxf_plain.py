@@ -218,8 +218,9 @@ def _drawing(sections: dict[str, list[list[Tag]]], look: Heartbeat) -> PlainDraw
     layers = [_layer(tags) for tags in tables if tags[0][1] == "LAYER"]
     _check(len({layer.dxf.name.casefold() for layer in layers}) == len(layers))
     entities = []
-    for tags in sections.get("ENTITIES", [])[1:]:
-        look()
+    records = sections.get("ENTITIES", [])[1:]
+    for number, tags in enumerate(records):
+        look(number / len(records))
         entities.append(_entity(tags, version == _R12, spaces))
     handles = []
     for tags in _records(sections):

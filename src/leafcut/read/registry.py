@@ -70,7 +70,7 @@ def _unusable(plugin: Plugin[Format]) -> Format:
 def read_source(source: Input, look: Heartbeat = unseen) -> tuple[Format, Source]:
     """Return the format that takes an input, and the input's bytes; who waits looks at its reader by `look`.
 
-    What was read already (a `Source`) is not read again.
+    What was read already (a `Source`) is not read again, and keeps its own `look` where none is given.
 
     Raises
     ------
@@ -83,7 +83,9 @@ def read_source(source: Input, look: Heartbeat = unseen) -> tuple[Format, Source
             return format_, Source(str(source), look=look)
     if isinstance(source, StandardInput):
         source = Source(str(source), source.data)
-    loaded = replace(source if isinstance(source, Source) else load(source), look=look)
+    loaded = source if isinstance(source, Source) else load(source)
+    if look is not unseen:
+        loaded = replace(loaded, look=look)
     return choose(known, loaded), loaded
 
 

@@ -247,7 +247,7 @@ def _planned(run: Run, original: Program, process: str) -> Sequence:
     options, steps = run.settings.of(ResequenceOptions), 0
     tell = run.looking("finding what can be reordered")
 
-    def look() -> None:
+    def look(_: float = 0.0, /) -> None:
         nonlocal steps
         steps += 1
         if steps > MOST_STEPS:

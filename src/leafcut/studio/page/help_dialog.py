@@ -16,6 +16,7 @@ _KEYS: tuple[tuple[tuple[str, ...], str], ...] = (
     (("O",), "key.o"),
     (("R", "Ctrl+Enter"), "key.r"),
     (("S", "Esc"), "key.s"),
+    (("Esc",), "key.cancel"),
     (("P",), "key.p"),
     (("N",), "key.n"),
     (("U",), "key.u"),

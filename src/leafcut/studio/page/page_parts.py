@@ -13,6 +13,7 @@ from leafcut.studio.jobs.history import JobRecord
 from leafcut.studio.jobs.sheets import SheetOfNest
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.page.page_state import View
+from leafcut.studio.page.panel_reading import PreviewReading
 from leafcut.studio.page.preview import Seen
 
 
@@ -22,6 +23,10 @@ class InputPart(Protocol):
     @property
     def reading(self) -> bool:
         """Whether an input is being read, or will be as soon as the page comes to it."""
+
+    @property
+    def newest(self) -> PreviewReading | None:
+        """What is read now."""
 
     def draw(self) -> None:
         """Show the input and the options as they stand."""
@@ -34,6 +39,9 @@ class InputPart(Protocol):
 
     async def look(self, view: View, work: str) -> tuple[Seen | None, str, bool]:
         """Return what there is to see of an input, a complaint, and whether nothing newer was asked for meanwhile."""
+
+    def cancel(self) -> None:
+        """End the reading."""
 
     async def read(self, work: str) -> bool:
         """Read the input for a kind of work; return whether it could be read."""

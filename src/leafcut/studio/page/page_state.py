@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut import api
 from leafcut.errors import LeafcutError, OptionError
+from leafcut.model.heartbeat import Progress
 from leafcut.option_spec import flag_name
 from leafcut.options import LITERATURE
 from leafcut.processes.settings import all_options, group_of, options_of_file
@@ -86,14 +87,14 @@ class View:
     edited: bool = False
     for_study: bool | None = None
 
-    def look(self, work: str = "") -> Seen:
+    def look(self, work: str = "", progress: Progress | None = None) -> Seen:
         """Read the input, for a kind of work or the likeliest; slow for a large file."""
         try:
             values = dict(self.values)  # a person may type meanwhile
             known = forms.of_work(work, values) if work else forms.changed(values)
             options = {n: v for n, v in known.items() if n in OF_READING and n not in self.errors}
             call = prepare(Task("simulate", (self.source,), "auto", options), self.studio.folder)
-            seen = look(call.sources[0], work, call.options)
+            seen = look(call.sources[0], work, call.options, progress)
         except LeafcutError as problem:
             raise LeafcutError(self.studio.folder.without_paths(str(problem))) from None
         return replace(seen, error=self.studio.folder.without_paths(seen.error))

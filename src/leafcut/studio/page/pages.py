@@ -193,6 +193,7 @@ class Page:
 
     def _forget(self) -> None:
         """Let go of what is large, now that nobody sees the page any more; the rest goes when memory is tidied up."""
+        self.input.leave()
         self.view.seen = None
         self.run.forget()
 

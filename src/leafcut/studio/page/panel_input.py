@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
 from collections.abc import Awaitable
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ from nicegui import run, ui
 
 from leafcut.errors import LeafcutError
 from leafcut.studio.folder import BUILT_IN, LARGEST_UPLOAD
-from leafcut.studio.jobs.ending import Endable, Ended
+from leafcut.studio.jobs.ending import Ended
 from leafcut.studio.jobs.jobs import line_of
 from leafcut.studio.jobs.sheets import SheetOfNest, take
 from leafcut.studio.jobs.task import Task, called, parts_of
@@ -21,6 +22,7 @@ from leafcut.studio.page.page_state import OF_READING, View
 from leafcut.studio.page.panel_bench import BenchPanel
 from leafcut.studio.page.panel_live import pace_field
 from leafcut.studio.page.panel_parts import PartsPanel
+from leafcut.studio.page.panel_reading import PreviewReading
 from leafcut.studio.page.panel_recent import RecentPanel
 from leafcut.studio.page.preview import Seen
 from leafcut.studio.page.work_choice import WorkChoice, cards, why_suggested
@@ -41,7 +43,8 @@ class InputPanel:
         self.view, self.page = view, page
         #: Counts the readings: what an older one found is not shown.
         self._turn = 0
-        self._earlier = Endable()
+        #: The newest reading as long as it goes on.
+        self.newest: PreviewReading | None = None
         #: Whether an input is being read, or will be as soon as the page comes to it.
         self.reading = False
         #: Whether Run was pressed while the input was being read: the run begins when it is read.
@@ -202,13 +205,13 @@ class InputPanel:
             getattr(view, kind).update(entries)
         self.page.run.edit.hold(edit)
         self.page.stay()
-        if view.seen is None:  # it was being read when this one came
+        if view.seen is None and not self._is_cancelled(line):  # it was being read when this one came
             await self.read("")
         self.draw()
         self.page.run.resume()
         self.page.run.edit.resume()
         self.page.result.show_again(shown)
-        self.page.say(line, True)
+        self._say_problem(line)
 
     async def cut(self, sheet: SheetOfNest) -> None:
         """Open a sheet of a nest to be cut."""
@@ -233,17 +236,38 @@ class InputPanel:
         Reading takes a while, and a person may open something else meanwhile.
         """
         turn = self._begin_reading()
-        self._earlier.end()  # nobody waits for it any more
-        self._earlier = endable = Endable()
-        seen, line = None, ""
-        try:
-            seen = await run.io_bound(look_until_ended, view, work, endable)
-        except Exception as problem:
-            line = line_of(problem)
+        self.cancel()  # nobody waits for an earlier one any more
+        self.newest = reading = PreviewReading(view.name)
+        thread = asyncio.ensure_future(run.io_bound(look_until_ended, view, work, reading))
+        waiting = asyncio.ensure_future(reading.cancelled.wait())
+        await asyncio.wait((thread, waiting), return_when=asyncio.FIRST_COMPLETED)
+        waiting.cancel()
+        if reading.cancelled.is_set():
+            seen, line = None, self.view.words("open.cancelled")
+        else:
+            seen, line = thread.result() or (None, "")
         newest = turn == self._turn
         if newest:
+            self.newest = None
             self._end_reading(worked=not line and seen is not None and not seen.error)
         return seen, line, newest
+
+    def cancel(self) -> None:
+        """End the reading, if any; nobody waits for it any more."""
+        if self.newest is not None:
+            self.newest.cancel()
+
+    def leave(self) -> None:
+        """End the reading of a page that is gone; nothing is shown of it."""
+        self._turn += 1
+        self.cancel()
+
+    def _is_cancelled(self, line: str) -> bool:
+        return line == self.view.words("open.cancelled")
+
+    def _say_problem(self, line: str) -> None:
+        """Say why an input was not read; that a person cancelled it is no complaint."""
+        self.page.say(line, not self._is_cancelled(line))
 
     def _begin_reading(self) -> int:
         """Note that the input is to be read; Run can be pressed meanwhile. Return the number of this reading."""
@@ -267,6 +291,8 @@ class InputPanel:
         seen, line, newest = await self.look(view, work)
         if not newest:
             return False
+        if self._is_cancelled(line) and work and view.seen is not None:  # what was chosen holds, and is not shown
+            seen = Seen(view.seen.format, view.seen.works, error=line)
         view.seen = seen
         if line and not work:
             view.source = view.name = ""
@@ -276,7 +302,7 @@ class InputPanel:
             if not work and seen.whole.machine and not view.values.get("machine"):
                 view.put_for_input("machine", seen.whole.machine)
             view.work = work if fits else seen.work or (view.work if view.work in seen.works else seen.works[0])
-        self.page.say(line, True)
+        self._say_problem(line)
         self.draw()
         self.page.run.draw()
         self.page.result.draw()
@@ -369,7 +395,7 @@ class InputPanel:
             return False
         view.seen = seen
         if line:
-            self.page.say(line, True)
+            self._say_problem(line)
         self.draw()
         return True
 
@@ -504,13 +530,15 @@ def _added(before: dict[str, Any], now: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in now.items() if name not in before or before[name] != value}
 
 
-def look_until_ended(view: View, work: str, endable: Endable) -> Seen | None:
-    """Return what `View.look` does, or None where nobody waits for it any more."""
+def look_until_ended(view: View, work: str, reading: PreviewReading) -> tuple[Seen | None, str]:
+    """Return what `View.look` does, or why it cannot, in one line; neither where nobody waits for it any more."""
     try:
-        with endable:
-            return view.look(work)
+        with reading.endable:
+            return view.look(work, reading.tell), ""
     except Ended:
-        return None
+        return None, ""
+    except Exception as problem:
+        return None, line_of(problem)
 
 
 def work_of(task: Task, name: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING
 
 from leafcut.model.snapshot import Snapshot
@@ -89,16 +90,17 @@ class LivePanel:
     def show(self, live: Live) -> None:
         """Show what is new of a job that is not over."""
         number, snapshot = live.watch.look()
-        said = (live.state, live.latest, pace_of(live.watch), live.watch.paused, live.watch.can_hold)
+        seconds = time.perf_counter() - live.began if live.began else 0.0
+        said = (live.state, live.latest, int(seconds), pace_of(live.watch), live.watch.paused, live.watch.can_hold)
         if said != self._said:
             self._said = said
-            self._figures(live)
+            self._figures(live, seconds)
         if snapshot is not None and number != self._number:
             self._number = number
             self._draw(snapshot)
         self.lesson.show(snapshot, live.watch.paused)
 
-    def _figures(self, live: Live) -> None:
+    def _figures(self, live: Live, seconds: float) -> None:
         w, latest = self.view.words, live.latest
         self.place.set_visibility(True)
         self.what.set_text(
@@ -107,7 +109,7 @@ class LivePanel:
         unit = live.call.unit
         self.cost.set_text("" if latest.cost is None else f"{latest.cost:,.2f} {unit}".strip())
         self.gap.set_text("" if latest.gap is None else w("run.gap", percent=f"{100 * latest.gap:.2f}"))
-        self.time.set_text(format_time(latest.seconds) if latest.seconds >= 1 else "")
+        self.time.set_text(format_time(seconds) if seconds >= 1 else "")
         self.track.props(f"value={latest.share:.4f}")
         self.study.set_visibility(live.watch.can_hold)
         self.pace.show({"pace": pace_of(live.watch)})

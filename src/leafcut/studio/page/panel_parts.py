@@ -63,7 +63,7 @@ class PartsPanel:
     async def _add(self, source: str, name: str) -> bool:
         view = self.view
         parts = view.parts
-        seen, line, newest = await self.page.input.look(replace(view, source=source), "nest")
+        seen, line, newest = await self.page.input.look(replace(view, source=source, name=name), "nest")
         if line:
             self.page.say(line, True)
             self.page.input.ready(view.ready)

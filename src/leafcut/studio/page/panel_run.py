@@ -18,6 +18,7 @@ from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.page.page_state import View
 from leafcut.studio.page.panel_edit import EditPanel
 from leafcut.studio.page.panel_live import LivePanel, watch_of
+from leafcut.studio.page.panel_reading import ReadingPanel
 from leafcut.studio.page.panel_recent import RecentPanel
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ class RunPanel:
             )
             self.empty = box("div", "empty")
         with page.progress_place:
+            self.reading = ReadingPanel(w, page.input.cancel)
             self.live = LivePanel(view, page, self.canvas)
         self.edit = EditPanel(view, page, self.canvas)
         self._drawn: object = None
@@ -155,7 +157,8 @@ class RunPanel:
         self._drawn = None
 
     def tick(self) -> None:
-        """Show what is new; when the job is over, its outcome."""
+        """Show how far the reading of the input is, and what is new of the job; when it is over, its outcome."""
+        self.reading.show(self.page.input.newest)
         if not self.watching or self.view.job is None:
             return
         live = self.view.studio.jobs.live(self.view.job)

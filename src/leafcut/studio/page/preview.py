@@ -9,6 +9,7 @@ from typing import Any
 
 from leafcut import api
 from leafcut.errors import LeafcutError, ReadError
+from leafcut.model.heartbeat import Progress, looking_for
 from leafcut.model.part import Part
 from leafcut.model.simulation import Simulation
 from leafcut.options import Settings
@@ -83,7 +84,9 @@ def get_ready() -> None:
             look(source)
 
 
-def look(source: str | Source, work: str = "", options: dict[str, Any] | None = None) -> Seen:
+def look(
+    source: str | Source, work: str = "", options: dict[str, Any] | None = None, progress: Progress | None = None
+) -> Seen:
     """Return what is in an input; `work` says how to see a drawing that is good for several kinds of work.
 
     Raises
@@ -94,9 +97,9 @@ def look(source: str | Source, work: str = "", options: dict[str, Any] | None = 
     from leafcut.read.registry import read_source
 
     settings = collect(options or {})
-    format_, loaded = read_source(source)
+    format_, loaded = read_source(source, looking_for(progress, "reading"))
     if format_.name == "gcode":
-        return _program(loaded, options or {})
+        return _program(loaded, options or {}, progress)
     works = _EXAMPLE if format_.name == "example" else _MAPS.get(format_.name, format_.processes)
     works = registry.offered(works, format_.name)
     loaded = replace(loaded, kept={})
@@ -105,18 +108,19 @@ def look(source: str | Source, work: str = "", options: dict[str, Any] | None = 
     error, broken = "", True
     for one in tried:
         try:
-            return replace(_drawing(loaded, format_.name, one, settings, whole), works=works)
+            return replace(_drawing(loaded, format_.name, one, settings, whole, progress), works=works)
         except LeafcutError as problem:
             error, broken = error or str(problem), broken and isinstance(problem, ReadError)
     return Seen(format_.name, works, error=error, broken=broken, whole=whole)
 
 
-def _drawing(source: Source, name: str, work: str, settings: Settings, whole: Whole) -> Seen:
+def _drawing(source: Source, name: str, work: str, settings: Settings, whole: Whole, progress: Progress | None) -> Seen:
     """Return a drawing or a map, read for a kind of work, over the whole of it."""
     from leafcut.report.json_answer import issues_as_json
     from leafcut.studio.drawing.scene import part_scene, unitless
 
     part = registry.look_at(work, source, settings)
+    looking_for(progress, "drawing the preview")
     scenes = {"part": part_scene(part)}
     issues = tuple(issues_as_json(part.issues))
     if unitless(part):
@@ -156,7 +160,7 @@ def _size(width: float, height: float) -> str:
     return " × ".join(f"{side:,.0f}" if abs(side) >= 1000.0 else f"{side:.4g}" for side in (width, height))
 
 
-def _program(source: Source, options: Mapping[str, Any]) -> Seen:
+def _program(source: Source, options: Mapping[str, Any], progress: Progress | None) -> Seen:
     from leafcut.files import read_program
     from leafcut.report.json_answer import issues_as_json
     from leafcut.studio.drawing.scene import toolpath_scene
@@ -164,7 +168,9 @@ def _program(source: Source, options: Mapping[str, Any]) -> Seen:
 
     try:
         used = registry.work("simulate").used()
-        found = api.simulate(source, **{name: value for name, value in options.items() if name in used})
+        known = {name: value for name, value in options.items() if name in used}
+        found = api.simulate(source, progress=progress, **known)
+        looking_for(progress, "drawing the preview")
         text = read_program(source)
         scene = toolpath_scene(found.run, found.machine, name=source.file_name, text=text, measured=found.measure)
         shown = {"after": scene}

@@ -1,0 +1,88 @@
+"""What is shown while an input is read: the step, how far it is, how long it takes; and the button that ends it."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable
+from typing import Any
+
+from leafcut.studio.jobs.ending import Endable
+from leafcut.studio.page.elements import box, button, text
+from leafcut.studio.wording import Words
+from leafcut.units import format_time
+
+#: An input that is read before this is over shows no progress, s.
+QUIET_SECONDS = 0.5
+
+
+class PreviewReading:
+    """An input while it is read in a thread.
+
+    Attributes
+    ----------
+    endable
+        Ends the thread.
+    what, share
+        The step that the reader reported last, and how much of it is done, 0 where the reader does not know.
+    cancelled
+        Done when a person no longer waits.
+    """
+
+    def __init__(self, name: str = "") -> None:
+        self.name = name
+        self.endable = Endable()
+        self.what, self.share = "", 0.0
+        self.cancelled = asyncio.Event()
+        self._began = time.monotonic()
+
+    @property
+    def seconds(self) -> float:
+        """For how long it is read."""
+        return time.monotonic() - self._began
+
+    def tell(self, what: str, _: float | None, share: float, __: float | None) -> None:
+        """Note what the reader does; called by the reader, often."""
+        self.what, self.share = what, share
+
+    def cancel(self) -> None:
+        """End the thread, and wait for it no longer: what a package in another language does is done first."""
+        self.endable.end()
+        self.cancelled.set()
+
+
+class ReadingPanel:
+    """Shows what is being read, and a button that ends it."""
+
+    def __init__(self, words: Words, cancel: Callable[[], Any]) -> None:
+        self._words = words
+        self._shown: tuple[object, ...] = ()
+        with box("div", "reading", aria_label=words("open.progress")) as self.place:
+            with box("div", "line"):
+                self.name = text("b", "", "what", dir="auto")
+                self.what = text("span", "", "quiet")
+                self.time = text("span", "", "quiet figure")
+            self.track = box("progress", "", max="1", value="0", aria_label=words("open.progress"))
+            with box("div", "ends", data_focus_after=".left [data-key~=r]"):
+                button(words("run.cancel"), cancel, "", data_key="esc")
+        self.place.set_visibility(False)
+
+    def show(self, reading: PreviewReading | None) -> None:
+        """Show how far the reading is; nothing where there is none, or where it has only begun."""
+        if reading is None or reading.seconds < QUIET_SECONDS:
+            if self._shown:
+                self._shown = ()
+                self.place.set_visibility(False)
+            return
+        what = self._words.messages.translate(reading.what) or self._words("run.reading")
+        known = reading.share > 0.0
+        now = (reading.name, what, int(reading.seconds), f"{reading.share:.2f}")
+        if now == self._shown:
+            return
+        self._shown = now
+        self.name.set_text(reading.name)
+        self.what.set_text(f"{what}, {100.0 * reading.share:.0f} %" if known else what)
+        self.time.set_text(format_time(reading.seconds) if reading.seconds >= 1 else "")
+        self.track.set_visibility(known)
+        self.track.props(f"value={reading.share:.2f}")
+        self.place.set_visibility(True)

@@ -1,0 +1,171 @@
+"""While an input is read, the page shows how far that is, and a person can cancel it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+from nicegui.client import Client
+from nicegui.page import page as page_of
+from own_loop import awaited
+from waiting import until
+
+from leafcut.studio.jobs.ending import Ended
+from leafcut.studio.page import page_state, panel_reading, preview
+from leafcut.studio.page.pages import Page
+from leafcut.studio.studio import Studio
+from leafcut.studio.wording import words
+
+EN = words("en")
+
+
+class Endless:
+    """Stands for `preview.look`: reports a step, and reads for ever."""
+
+    def __init__(self) -> None:
+        self.begun = self.ended = False
+
+    def __call__(self, *arguments: Any) -> None:
+        arguments[3]("reading", None, 0.25, None)
+        self.begun = True
+        try:
+            while True:
+                pass
+        except Ended:
+            self.ended = True
+            raise
+
+
+@contextmanager
+def opened(studio: Studio) -> Iterator[tuple[Page, Client]]:
+    with Client(page_of("/")) as client:
+        page = Page(studio, EN)
+        page.build()
+        yield page, client
+
+
+async def come(true: Any) -> None:
+    await asyncio.to_thread(until, true)
+
+
+def within(client: Client, work: Any) -> asyncio.Task[None]:
+    async def go() -> None:
+        with client:
+            await work()
+
+    return asyncio.create_task(go())
+
+
+def test_reading_that_is_cancelled_ends_and_the_page_stays_at_the_input_before(
+    studio: Studio, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reader = Endless()
+    monkeypatch.setattr(panel_reading, "QUIET_SECONDS", 0.0)
+
+    async def work() -> None:
+        with opened(studio) as (page, client):
+            await page.input.open("example:plate-10", "plate-10")
+            seen = page.view.seen
+            with monkeypatch.context() as patched:
+                patched.setattr(page_state, "look", reader)
+                opening = within(client, lambda: page.input.open("example:plate-27", "plate-27"))
+                await come(lambda: reader.begun)
+                page.run.tick()
+                shown = page.run.reading
+                assert (shown.place.visible, shown.name.text, shown.what.text) == (True, "plate-27", "reading, 25 %")
+                page.input.cancel()
+                await opening
+            page.run.tick()
+            assert not shown.place.visible
+            assert (page.view.source, page.view.seen, page.said.text) == (
+                "example:plate-10",
+                seen,
+                "Reading cancelled.",
+            )
+            assert not page.input.reading
+            await come(lambda: reader.ended)
+
+    awaited(work())
+
+
+def test_another_input_ends_the_reading_of_the_one_before(studio: Studio, monkeypatch: pytest.MonkeyPatch) -> None:
+    reader = Endless()
+
+    async def work() -> None:
+        with opened(studio) as (page, client):
+            with monkeypatch.context() as patched:
+                patched.setattr(page_state, "look", reader)
+                opening = within(client, lambda: page.input.open("example:plate-27", "plate-27"))
+                await come(lambda: reader.begun)
+            await page.input.open("example:plate-10", "plate-10")
+            await opening
+            await come(lambda: reader.ended)
+            assert page.view.source == "example:plate-10"
+            assert page.view.seen is not None
+
+    awaited(work())
+
+
+def test_what_is_read_again_and_cancelled_keeps_the_choice_and_says_why_nothing_is_drawn(
+    studio: Studio, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A drawing of the choice before would not show what a run makes."""
+    reader = Endless()
+
+    async def work() -> None:
+        with opened(studio) as (page, client):
+            await page.input.open("example:plate-10", "plate-10")
+            works = page.view.works()
+            with monkeypatch.context() as patched:
+                patched.setattr(page_state, "look", reader)
+                again = within(client, lambda: page.input._put("rotate", "90", ""))
+                await come(lambda: reader.begun)
+                page.input.cancel()
+                await again
+            assert page.view.values == {"rotate": "90"}
+            assert page.view.seen is not None
+            assert (page.view.seen.error, page.view.works()) == ("Reading cancelled.", works)
+            assert page.view.ready
+
+    awaited(work())
+
+
+def test_a_page_that_is_gone_ends_its_reading(studio: Studio, monkeypatch: pytest.MonkeyPatch) -> None:
+    reader = Endless()
+
+    async def work() -> None:
+        with opened(studio) as (page, client):
+            monkeypatch.setattr(page_state, "look", reader)
+            opening = within(client, lambda: page.input.open("example:plate-27", "plate-27"))
+            await come(lambda: reader.begun)
+            page._forget()
+            await opening
+            await come(lambda: reader.ended)
+            assert page.view.seen is None
+
+    awaited(work())
+
+
+@pytest.mark.parametrize(
+    "name, text",
+    [
+        ("a.csv", "1,2,3\n" * 2000),
+        ("a.ngc", "G21 G90 G94 G17\nG1 X1 F100\n" + "G1 X2\nG4 P1\n" * 1000 + "M2\n"),
+        ("a.dxf", "0\nSECTION\n2\nENTITIES\n" + "0\nCIRCLE\n8\n0\n10\n9\n20\n0\n40\n2\n" * 500 + "0\nENDSEC\n0\nEOF\n"),
+    ],
+)
+def test_readers_that_know_how_far_they_are_report_it(
+    name: str, text: str, tmp_path: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("leafcut.model.heartbeat._TOLD_AGAIN", 0.0)
+    told: list[tuple[str, float]] = []
+    file = tmp_path / name
+    file.write_text(text)
+    preview.look(str(file), "", {}, lambda what, _, share, __: told.append((what, share)))
+    assert {what for what, _ in told} == {"reading", "drawing the preview"}
+    shares = [share for _, share in told]
+    assert all(0.0 <= share <= 1.0 for share in shares)
+    assert max(shares) > 0.9
