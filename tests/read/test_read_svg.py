@@ -11,7 +11,7 @@ import shapely
 
 from leafcut.errors import ReadError
 from leafcut.options import ReadOptions
-from leafcut.read import read, read_contours
+from leafcut.read import read, read_contours, svg
 from leafcut.read.format import copies_of
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
@@ -249,3 +249,44 @@ def test_hostile_numbers_and_styles_do_not_stall_the_reader(draw):
 def test_for_drilling_an_svg_is_refused_with_its_reason(draw):
     with pytest.raises(ReadError, match="for cutting from sheet and for pockets only"):
         read(draw('<circle r="1"/>'))
+
+
+@pytest.mark.parametrize("data", ["M0 0L1 1", "M0 0?"])
+def test_an_element_that_is_used_many_times_is_read_once(draw, data, monkeypatch):
+    """A drawing of some kilobytes would take hours: each copy would read the same long texts again."""
+    calls = []
+
+    def counted(module, name):
+        of_svg = getattr(module, name)
+        monkeypatch.setattr(module, name, lambda *arguments: calls.append(name) or of_svg(*arguments))
+
+    for module, name in ((svg, "outlines_of"), (svg, "transform"), (svg._Walk, "_style")):
+        counted(module, name)
+    uses = ['<use href="#a"/>' * 50, '<use href="#b"/>' * 50]
+    body = f'<defs><path id="a" d="{data}" transform="scale(1)"/><g id="b">{uses[0]}</g></defs>{uses[1]}<line x2="9"/>'
+    part = read_contours(draw(body))
+    assert len(part.contours) == (1 if "?" in data else 2501)
+    # The line, the path, and once each element: 100 uses, path, group, definitions, line.
+    assert (calls.count("outlines_of"), calls.count("transform"), calls.count("_style")) == (2, 1, 103)
+
+
+def test_pieces_without_length_count_as_segments(draw, monkeypatch):
+    """Nothing else ends a drawing of copies of a curve whose points are all the same."""
+    monkeypatch.setattr(svg, "MAX_SEGMENTS", 1000)
+    curves, uses = "C0 0 0 0 0 0 " * 100, '<use href="#a"/>' * 20
+    with pytest.raises(ReadError, match="more than 1,000,000 lines and arcs"):
+        read_contours(draw(f'<defs><path id="a" d="M0 0{curves}L1 1"/></defs>{uses}'))
+
+
+def test_only_rules_that_matter_are_kept_for_each_class(draw):
+    rules = "".join(f"p{k}:1;" for k in range(200))
+    path = draw(f'<style>.a{{{rules}stroke:red}}</style><rect class="a" width="5" height="5"/>')
+    walk = svg._Walk("a", None, None, None, None, None)
+    walk.look_up(svg._root(svg.Source(str(path), path.read_bytes())))
+    assert walk._rules == {"a": {"stroke": "red"}}
+
+
+@pytest.mark.parametrize("body", ['<rect width="{}" height="5"/>', '<svg viewBox="0 0 5 {}"><line x2="5"/></svg>'])
+def test_a_length_of_very_many_digits_is_none(draw, body):
+    part = read_contours(draw(f'<line x2="9"/>{body.format("0" * 300 + "5")}'))
+    assert [issue.code for issue in part.issues] == ["L203"]

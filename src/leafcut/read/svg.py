@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import field, replace
 from typing import Any, NamedTuple
 
@@ -42,10 +43,10 @@ from leafcut.read.svg_transform import (
     class_rules,
     declarations,
     length,
-    numbers,
     parts_of_length,
     transform,
     view,
+    view_box,
 )
 from leafcut.units import MM_PER_UNIT
 
@@ -57,6 +58,8 @@ MM_PER_PX = 25.4 / 96.0
 GROUPS = ("g", "a", "switch", "svg")
 #: Elements whose content is drawn only where a `use` asks for it, or never.
 UNDRAWN = ("defs", "symbol", "clippath", "mask", "marker", "pattern", "lineargradient", "radialgradient", "filter")
+#: The properties that matter here.
+_STYLED = ("display", "visibility", "stroke", "clip-path", "mask")
 SILENT = ("style", "title", "desc", "metadata", "namedview", "script")
 
 
@@ -153,7 +156,7 @@ def _tag(element: Any) -> str:
 def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
     """Return the page, and whether the file says how large it is in the world."""
     try:
-        box = numbers(root.get("viewBox", ""))
+        box = view_box(root.get("viewBox", ""))
         sizes = [parts_of_length(root.get(name, "100%")) for name in ("width", "height")]
         if box and len(box) != 4:
             raise ValueError("a view box needs four numbers")
@@ -169,6 +172,19 @@ def _page(root: Any, options: ReadOptions, path: str) -> tuple[_Page, bool]:
         px = given if box else px
     matrix = Affine(mm, 0.0, 0.0, -mm, 0.0, px[1] * mm).of(fit)
     return _Page(matrix, ViewSize(box[2] if box else px[0], box[3] if box else px[1])), sure
+
+
+class _Own(NamedTuple):
+    """What the attributes of an element say, wherever it is drawn."""
+
+    shown: bool
+    visible: bool
+    matrix: Affine | None
+    layer: str
+    css: str
+    stroke: str
+    clipped: bool
+    href: str
 
 
 class _Place(NamedTuple):
@@ -200,6 +216,8 @@ class _Walk:
     _by_id: dict[str, Any] = field(default_factory=dict)
     _rules: dict[str, dict[str, str]] = field(default_factory=dict)
     _segments: int = 0
+    #: What was made of elements that a `use` draws, or why nothing was: copies of them are only placed.
+    _made: dict[tuple[str, int], Any] = field(default_factory=dict)
 
     def look_up(self, root: Any) -> None:
         """Find what has an id, and the rules of the style sheets; nothing deeper than `MAX_DEPTH` is allowed."""
@@ -211,7 +229,8 @@ class _Walk:
             if name := element.get("id"):
                 self._by_id.setdefault(name, element)
             if _tag(element) == "style":
-                self._rules.update(class_rules("".join(element.itertext())))
+                rules = class_rules("".join(element.itertext()))
+                self._rules.update({name: {n: rule[n] for n in _STYLED if n in rule} for name, rule in rules.items()})
             waiting.extend((child, depth + 1) for child in element)
 
     def children(self, element: Any, place: _Place, depth: int, trail: tuple[str, ...]) -> None:
@@ -225,18 +244,18 @@ class _Walk:
         tag = _tag(element)
         if not tag or tag in UNDRAWN or tag in SILENT:
             return
-        style = self._style(element)
-        if style.get("display") == "none" or (tag in SHAPES and style.get("visibility") in ("hidden", "collapse")):
-            self.hidden["not shown"] += 1
-            return
         try:
-            place = self._inherit(element, style, outer)
+            own = self._once("own", element, self._own, trail)
+            if not own.shown or (tag in SHAPES and not own.visible):
+                self.hidden["not shown"] += 1
+                return
+            place = self._inherit(own, outer)
             if tag in GROUPS:
                 self.children(element, self._viewport(element, place) if tag == "svg" else place, depth, trail)
             elif tag == "use":
-                self._use(element, place, depth, trail)
+                self._use(element, own.href, place, depth, trail)
             elif tag in SHAPES:
-                self._draw(tag, element, place)
+                self._draw(tag, element, place, trail)
             else:
                 self.others[tag] += 1
         except (ValueError, ArithmeticError, LeafcutError) as problem:
@@ -248,24 +267,54 @@ class _Walk:
 
     def _style(self, element: Any) -> dict[str, str]:
         """Return what attributes, classes and style say of an element, the stronger over the weaker."""
-        found = {n: element.get(n) for n in ("display", "visibility", "stroke", "clip-path", "mask") if element.get(n)}
+        found = {n: element.get(n) for n in _STYLED if element.get(n)}
         for name in element.get("class", "").split():
             found.update(self._rules.get(name, {}))
         return {**found, **declarations(element.get("style", ""))}
 
-    def _inherit(self, element: Any, style: dict[str, str], outer: _Place) -> _Place:
+    def _once(self, what: str, element: Any, make: Callable[[Any], Any], trail: tuple[str, ...]) -> Any:
+        """Return what `make` makes of an element; of one that a `use` draws it is made once, however often it is drawn.
+
+        Else a few thousand copies of a long path would be read for hours.
+        """
+        if not trail:
+            return make(element)
+        key = what, id(element)
+        if key not in self._made:
+            try:
+                self._made[key] = make(element)
+            except (ValueError, ArithmeticError, LeafcutError) as problem:
+                self._made[key] = problem
+        made = self._made[key]
+        if isinstance(made, Exception):
+            raise made
+        return made
+
+    def _own(self, element: Any) -> _Own:
+        style = self._style(element)
         words = {k.rpartition("}")[2]: v for k, v in element.attrib.items()}
-        matrix = outer.matrix.of(transform(words["transform"])) if words.get("transform") else outer.matrix
         layer = words.get("label", "") if words.get("groupmode") == "layer" else ""
         classes = words.get("class", "").split()
         stroke = style.get("stroke", "")
-        clipped = any(style.get(n, "none") != "none" for n in ("clip-path", "mask"))
+        shown = style.get("display") != "none"
+        return _Own(
+            shown,
+            style.get("visibility") not in ("hidden", "collapse"),
+            transform(words["transform"]) if shown and words.get("transform") else None,
+            " ".join(layer.split())[:100],
+            classes[0][:100] if classes else "",
+            " ".join(stroke.split())[:40] if stroke and stroke != "none" else "",
+            any(style.get(n, "none") != "none" for n in ("clip-path", "mask")),
+            next((v for k, v in element.attrib.items() if k.rpartition("}")[2] == "href"), ""),
+        )
+
+    def _inherit(self, own: _Own, outer: _Place) -> _Place:
         return _Place(
-            matrix,
-            " ".join(layer.split())[:100] or outer.layer,
-            classes[0][:100] if classes else outer.css,
-            " ".join(stroke.split())[:40] if stroke and stroke != "none" else outer.stroke,
-            clipped or outer.clipped,
+            outer.matrix if own.matrix is None else outer.matrix.of(own.matrix),
+            own.layer or outer.layer,
+            own.css or outer.css,
+            own.stroke or outer.stroke,
+            own.clipped or outer.clipped,
         )
 
     def _viewport(self, element: Any, place: _Place) -> _Place:
@@ -274,12 +323,11 @@ class _Walk:
         x, y = length(element.get("x", "0"), frame.width), length(element.get("y", "0"), frame.height)
         w = length(element.get("width", "100%"), frame.width)
         h = length(element.get("height", "100%"), frame.height)
-        box = numbers(element.get("viewBox", ""))
+        box = view_box(element.get("viewBox", ""))
         inner = view(box, w, h, element.get("preserveAspectRatio", "")) if len(box) == 4 else Affine()
         return place._replace(matrix=place.matrix.of(Affine(e=x, f=y)).of(inner))
 
-    def _use(self, element: Any, place: _Place, depth: int, trail: tuple[str, ...]) -> None:
-        name = next((v for k, v in element.attrib.items() if k.rpartition("}")[2] == "href"), "")
+    def _use(self, element: Any, name: str, place: _Place, depth: int, trail: tuple[str, ...]) -> None:
         target = self._by_id.get(name[1:]) if name.startswith("#") else None
         if target is None or name in trail or depth > MAX_DEPTH:
             self.unfollowed[name or "without a name"] += 1
@@ -291,23 +339,24 @@ class _Walk:
             if target.get("viewBox"):
                 size = {n: element.get(n) or target.get(n) or "100%" for n in ("width", "height")}
                 w, h = length(size["width"], frame.width), length(size["height"], frame.height)
-                inner = view(numbers(target.get("viewBox")), w, h, target.get("preserveAspectRatio", ""))
+                inner = view(view_box(target.get("viewBox")), w, h, target.get("preserveAspectRatio", ""))
                 place = place._replace(matrix=place.matrix.of(inner))
             self.children(target, place, depth, (*trail, name))
         else:
             self._take(target, place, depth + 1, (*trail, name))
 
-    def _draw(self, tag: str, element: Any, place: _Place) -> None:
+    def _draw(self, tag: str, element: Any, place: _Place, trail: tuple[str, ...]) -> None:
         layer = place.layer or place.css or place.stroke
         if not self.chosen(layer):
             self.hidden[f"on layer {shown(layer)}"] += 1
             return
-        outlines = outlines_of(tag, element.attrib, self.page.frame)
+        outlines = self._once("outlines", element, lambda e: outlines_of(tag, e.attrib, self.page.frame), trail)
         self.n_clipped += place.clipped
         for outline in outlines:
             self._keep(outline, place, layer, element.get("id", ""))
 
     def _keep(self, outline: SvgSubpath, place: _Place, layer: str, name: str) -> None:
+        self._spend(len(outline.pieces))  # before they are placed: some may have no length
         with np.errstate(all="ignore"):
             path = placed_outline(outline, place.matrix, CURVE_TOLERANCE, self.points)
             far = 0.0 if path is None else np.abs(path.extents).max()
@@ -315,10 +364,13 @@ class _Walk:
             raise ValueError(OUT_OF_RANGE if np.isfinite(far) else "coordinates out of range")
         if path is None:
             return
-        self._segments += path.n_segments
+        self._spend(max(path.n_segments - len(outline.pieces), 0))
+        self.found.append(Contour(path, layer=layer, handle=name[:100]))
+
+    def _spend(self, segments: int) -> None:
+        self._segments += segments
         if self._segments > MAX_SEGMENTS:
             raise too_many_segments(self.path)
-        self.found.append(Contour(path, layer=layer, handle=name[:100]))
 
     def issues(self) -> list[Issue]:
         """Return what was noticed."""

@@ -18,6 +18,8 @@ _LENGTH = re.compile(rf"({_NUMBER})\s*([a-zA-Z]*|%)")
 _NEXT_NUMBER = re.compile(rf"[\s,]*({_NUMBER})")
 _FUNCTION = re.compile(r"[\s,]*([a-zA-Z]+)\s*\(([^()]*)\)")
 _CLASS = re.compile(r"\w*\.([\w-]+)")
+#: No length or view box has more letters; each copy of a `use` reads them again.
+_LONGEST = 200
 
 
 class Affine(NamedTuple):
@@ -68,7 +70,7 @@ def length(text: str, whole: float) -> float:
 
 def parts_of_length(text: str) -> tuple[float, str]:
     """Return number and unit of a length; ValueError for a unit that needs a font, and for anything else."""
-    match = _LENGTH.fullmatch(text.strip())
+    match = _LENGTH.fullmatch(text.strip()) if len(text) <= _LONGEST else None
     unit = match.group(2).lower() if match else "?"
     if match is None or (unit not in PX_PER_UNIT and unit != "%") or not math.isfinite(float(match.group(1))):
         raise ValueError(f"'{text[:20]}' is not a length")
@@ -105,13 +107,20 @@ def _function(name: str, v: list[float]) -> Affine:
     raise ValueError(f"transform '{name}' with {count} numbers")
 
 
+def view_box(text: str) -> list[float]:
+    """Return the numbers of a view box; ValueError for what is none."""
+    if len(text) > _LONGEST:
+        raise ValueError(f"view box '{text[:20]} …'")
+    return numbers(text)
+
+
 def view(box: list[float], width: float, height: float, aspect: str) -> Affine:
     """Return the transform from a view box (x, y, width, height) to a viewport at the origin (SVG 1.1, section 7.8)."""
     x, y, w, h = box
     if not (w > 0.0 and h > 0.0):
         raise ValueError("a view box without size")
     sx, sy = width / w, height / h
-    words = aspect.split()
+    words = aspect[:_LONGEST].split()
     align = words[0] if words else "xMidYMid"
     if align == "none":
         return Affine(sx, 0.0, 0.0, sy, -x * sx, -y * sy)
