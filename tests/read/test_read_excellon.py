@@ -166,7 +166,7 @@ def test_a_doubled_hit_is_drilled_once(text_file):
         ("M48\nMETRIC\nT1C1.0\n%\nX1.0Y1.0\nM30\n", 5, "before any tool is selected"),
         (body("X1.0Y1.0\nM30\nX2.0Y1.0"), 8, "before any tool is selected"),
         (body("X" + "1" * 300), 6, "not an Excellon command"),
-        (body("R999999999X1.0"), None, "more than 1,000,000"),
+        (body("R999999999X1.0"), None, "repeats (R) make more than 100,0"),
         (body(""), None, "no holes"),
     ],
 )
@@ -284,3 +284,19 @@ def test_holes_that_all_lie_inside_one_of_them_cannot_be_right(text_file, header
     assert "2 holes span 0.00254 × 0 mm, less than the widest of them, 1.00076 mm: that cannot be right" in told
     whole = text_file("tz.drl", f"M48\n{header}T1C0.0394\n%\nT1\nX30000Y10000\nX20000Y10000\nM30\n")
     assert "cannot be right" not in str(read(whole).issues)
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_repeats_make_no_more_holes_than_the_size_of_the_file_allows(text_file, count):
+    """Refused before the holes are made: one line asks for a million."""
+    repeats = f"R{999_999 // count}X0.1\n" * count
+    path = text_file("a.drl", f"M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y1.0\n{repeats}M30\n")
+    with pytest.raises(ReadError, match=r"repeats \(R\) make more than 100,\d\d\d holes of a file of 1 kB"):
+        read(path)
+
+
+def test_a_file_of_very_many_tools_is_refused_before_they_are_sorted_for_each_of_them(text_file, monkeypatch):
+    monkeypatch.setattr(excellon, "MAX_TOOLS", 3)
+    tools = "".join(f"T{k}C0.{k}\n" for k in range(1, 5))
+    with pytest.raises(ReadError, match=r"a.drl:6: more than 3 tools; split the file"):
+        read(text_file("a.drl", f"M48\nMETRIC\n{tools}%\nT1\nX1.0Y1.0\nM30\n"))

@@ -19,18 +19,24 @@ from leafcut.options import ReadOptions
 from leafcut.quick_dataclass import dataclass
 from leafcut.read.filter_holes import layer_filter, sift
 from leafcut.read.format import (
+    COPIES_PER_BYTE,
+    FREE_COPIES,
     MAX_COORDINATE,
     MAX_HOLES,
     Format,
     Match,
+    ReadBudget,
     Source,
     factor_of,
+    size_of,
     too_many_holes,
     units_unknown,
 )
 
 #: A command is never this long; a longer line is no drill file, and slow to match.
 MAX_COMMAND = 200
+#: No board needs as many drills; gerbonara sorts all tools at each of them.
+MAX_TOOLS = 5_000
 
 #: The usual format of coordinates without a point: digits before it and after it.
 _DIGITS = {"mm": (3, 3), "in": (2, 4)}
@@ -94,7 +100,7 @@ class _Prepared:
     has_format: bool = False
     has_plain_integers: bool = False
     metric: bool | None = None
-    repeats: int = 0
+    tools: set[str] = field(default_factory=set)
 
     def add(self, line: str, number: int) -> None:
         self.lines.append(line)
@@ -164,7 +170,9 @@ def _too_narrow(holes: list[Hole]) -> Issue | None:
 
 
 def _prepare(source: Source, units: str | None) -> _Prepared:
-    prepared = _Prepared()
+    most = FREE_COPIES + COPIES_PER_BYTE * len(source.data)
+    reason = f"repeats (R) make more than {most:,} holes of a file of {size_of(source)}; repeat less, or split the file"
+    prepared, repeats = _Prepared(), ReadBudget(source.path, most, reason)
     in_header = False
     for number, raw in enumerate(source.text().splitlines(), 1):
         line = raw.strip()
@@ -180,6 +188,8 @@ def _prepare(source: Source, units: str | None) -> _Prepared:
             in_header = False
         if line and not line.startswith("M47"):  # M47 shows a message to the operator
             _command(source, prepared, line, number, in_header)
+            if match := _REPEAT.match(line):
+                repeats(int(match.group(1)))
     if "M48" not in prepared.lines and next((x for x in prepared.lines if x[0] != ";"), "") != "%":
         prepared.lines.insert(0, "%")
         prepared.numbers.insert(0, 1)
@@ -230,12 +240,10 @@ def _command(source: Source, prepared: _Prepared, line: str, number: int, in_hea
     if match := re.fullmatch(r"(METRIC|M71|INCH|M72)(,.*)?", line):
         prepared.metric = match.group(1) in ("METRIC", "M71")
         prepared.has_format |= bool(re.search(r"0\.0", match.group(2) or ""))
-    if match := _REPEAT.match(line):
-        prepared.repeats += int(match.group(1))
-        if prepared.repeats > MAX_HOLES:
-            raise too_many_holes(source.path)
     if match := _TOOL.fullmatch(line):
         _tool(prepared, match, number, in_header)
+        if len(prepared.tools) > MAX_TOOLS:
+            raise ReadError(source.path, f"more than {MAX_TOOLS:,} tools; split the file", number)
         return
     words = _COORDINATE.findall(line)
     prepared.has_plain_integers |= any("." not in word for word in words) and line[0] in "XYG"
@@ -254,6 +262,7 @@ def _tool(prepared: _Prepared, match: re.Match[str], number: int, in_header: boo
     name = f"T{int(match.group(1))}"
     diameter = _TOOL_DIAMETER.search(match.group(2))
     if diameter:
+        prepared.tools.add(name)
         # One or two digits without a point are a size in whole units, not a number in the coordinates' format.
         text = diameter.group(1)
         prepared.add(f"{name}C{text}{'.' if '.' not in text and len(text) <= 2 else ''}", number)
