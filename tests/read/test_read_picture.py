@@ -6,6 +6,7 @@ import io
 import json
 import math
 import random
+import tracemalloc
 import zlib
 from collections.abc import Callable
 from pathlib import Path
@@ -24,7 +25,7 @@ from leafcut.errors import LeafcutError, OptionError, ReadError
 from leafcut.geometry.regions import region
 from leafcut.model import Part
 from leafcut.options import PocketDrawingOptions, ReadOptions
-from leafcut.read import read, read_pockets
+from leafcut.read import picture, read, read_pockets
 from leafcut.read.picture import otsu
 
 #: Half a pixel is 0.25 mm. What is beyond: a narrow free-form tip, which is no line and no arc.
@@ -299,6 +300,28 @@ def test_files_that_are_no_good_pictures_are_refused(save: Save, tmp_path: Path)
     assert "an animated picture" in refusal(moving)
     with pytest.raises(ReadError, match="--process pocket"):
         read(save(frames[0]), ReadOptions())
+
+
+def test_a_jpeg_of_very_many_scans_is_refused_before_it_is_decoded(save: Save, tmp_path: Path) -> None:
+    """Each scan of a few bytes is decoded over all pixels."""
+    data = save(drawn(DISC), "p.jpg", progressive=True).read_bytes()
+    at = data.rindex(b"\xff\xda")
+    (tmp_path / "scans.jpg").write_bytes(data[:at] + 200 * data[at:-2] + data[-2:])
+    assert "scans; the limit is 100: save it as PNG" in refusal(tmp_path / "scans.jpg")
+
+
+def test_light_is_levelled_without_a_surface_of_the_whole_picture_in_memory() -> None:
+    """Six powers of 25 million pixels are more than a gigabyte."""
+    y, x = np.mgrid[0:600, 0:800]
+    grey = (np.where((x // 100 + y // 100) % 2, 0.9, 0.2) * (1.0 - x / 1600)).astype(np.float32)
+    tracemalloc.start()
+    try:
+        levelled = picture._evenly_lit(grey, False, [])
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert levelled is not grey
+    assert peak < 6 * 8 * grey.size
 
 
 @pytest.mark.parametrize(("width", "height"), [(6000, 6000), (12_000, 12_000), (60_000, 60_000)])

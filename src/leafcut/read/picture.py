@@ -24,6 +24,9 @@ from leafcut.read.format import MAX_COORDINATE, Format, Match, Source, places_of
 
 #: Pictures with more pixels are refused: tracing one takes some 30 bytes a pixel.
 MAX_PIXELS = 25_000_000
+#: A progressive JPEG has about ten scans. Each is decoded over all pixels, however few bytes it has.
+MAX_SCANS = 100
+_SCAN = b"\xff\xda"
 #: More steps between dark and bright than this are noise, no outline.
 MAX_STEPS = 250_000
 #: With more steps than this, a picture is so fine that arcs along the smoothed line do, and best ones take long.
@@ -158,6 +161,8 @@ def _opened(source: Source) -> Any:
         raise ReadError(source.path, f"a damaged {kind} picture ({shown(str(problem), 80)}); save it again") from None
     if width * height > MAX_PIXELS:
         raise ReadError(source.path, _too_large(f"{width} × {height} pixels"))
+    if kind == "JPEG" and (scans := source.data.count(_SCAN)) > MAX_SCANS:
+        raise ReadError(source.path, f"the picture has {scans:,} scans; the limit is {MAX_SCANS}: save it as PNG")
     if moving:
         raise ReadError(source.path, "an animated picture; save one frame of it")
     return image
@@ -250,17 +255,25 @@ def _evenly_lit(grey: Grey, invert: bool, issues: list[Issue]) -> Grey:
     fall = 1.0 - float(surface.min() / surface.max())
     if fall < UNEVEN:
         return grey
-    whole = np.maximum((_powers(light.shape) @ weights).reshape(light.shape), 0.02)
     message = f"the picture is lit unevenly, {100.0 * fall:.0f}% darker at one place than at another: levelled"
     issues.append(Issue("L426", f"{message}; set --threshold to use it as it is"))
-    even = np.clip(light / whole, 0.0, 1.2)
-    levelled: Grey = (1.2 - even if invert else even).astype(np.float32)
+    levelled: Grey = np.empty_like(light)
+    y, x = (np.linspace(-1.0, 1.0, n) for n in light.shape)
+    for row, dark in enumerate(light):  # not at once: a row takes little memory, the whole surface gigabytes
+        even = np.clip(dark / np.maximum(_powers_at(x, y[row]) @ weights, 0.02), 0.0, 1.2)
+        levelled[row] = 1.2 - even if invert else even
     return levelled
 
 
 def _powers(shape: tuple[int, ...]) -> NDArray[np.float64]:
     """Return 1, x, y, x², xy, y² of every pixel, float64[n, 6], x and y from −1 to 1."""
     y, x = (a.ravel() for a in np.meshgrid(*(np.linspace(-1.0, 1.0, n) for n in shape), indexing="ij"))
+    return _powers_at(x, y)
+
+
+def _powers_at(x: NDArray[np.float64], y: NDArray[np.float64] | float) -> NDArray[np.float64]:
+    """Return 1, x, y, x², xy, y² of places, float64[n, 6]."""
+    y = np.broadcast_to(y, x.shape)
     return np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
 
 
