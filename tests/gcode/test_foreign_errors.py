@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.errors import OptionError, ReadError
-from leafcut.gcode import blocks
+from leafcut.gcode import blocks, canned
 from leafcut.gcode import control_flow as flow
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
@@ -178,6 +178,14 @@ def test_repeats_cannot_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None
     text = HEAD + "G91 G81 X1 R-1 Z-1 L9999\n" + "X1 L9999\n" * 10
     with pytest.raises(ReadError, match=":8: the program comes to more than 50,000 moves"):
         interpret_program(text, dialect("linuxcnc"))
+
+
+def test_holes_of_repeated_cycles_are_counted_before_they_are_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(canned, "MAX_REPEATED_HOLES", 100)
+    text = HEAD + "G91 G81 X1 R-1 Z-1 L60\n" + "X1\n" * 60
+    assert len(interpret_program(text, dialect("linuxcnc")).path) > 120
+    with pytest.raises(ReadError, match=":4: repeated cycles drill more than 100 holes; split the program"):
+        interpret_program(text.replace("X1\n", "X1 L41\n", 1), dialect("linuxcnc"))
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,8 @@ from leafcut.model.toolpath import DrillCycle
 
 #: More repeats or pecks than this are a slip of the pen, and would fill the memory.
 MAX_REPEATS = 9_999
+#: Holes that repeated cycles of a program make together.
+MAX_REPEATED_HOLES = 1_000_000
 MAX_PECKS = 10_000
 
 
@@ -48,6 +50,10 @@ def run_cycle(state: InterpreterState, letters: dict[str, Word]) -> None:
     cycle = _cycle(state, letters)
     repeats = _repeats(state, letters)
     feed = state.feed_for(letters, math.nan)
+    if repeats > 1:
+        state.repeated_holes += repeats
+        if state.repeated_holes > MAX_REPEATED_HOLES:
+            raise BlockError(f"repeated cycles drill more than {MAX_REPEATED_HOLES:,} holes; split the program")
     for _ in range(repeats):
         x, y = (x + step_x, y + step_y) if state.incremental else (step_x, step_y)
         if math.isnan(x) or math.isnan(y):

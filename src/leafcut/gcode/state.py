@@ -65,6 +65,8 @@ class InterpreterState:
     cycle_words: CycleWords = field(default_factory=CycleWords)
     call: DrillCycle | None = None
     last_dwell: float = 0.0
+    #: Holes of cycles that were repeated so far.
+    repeated_holes: int = 0
     rounds: bool = False
     to_initial: bool = True
     pending_tool: int | None = None
