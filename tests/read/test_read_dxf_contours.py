@@ -10,7 +10,7 @@ import shapely
 
 from leafcut.errors import ReadError
 from leafcut.options import ReadOptions
-from leafcut.read import read, read_contours
+from leafcut.read import dxf_strokes, read, read_contours
 
 #: So far may a curve and its arcs be from each other, mm, with the chords that it is measured by.
 NEAR = 0.013
@@ -203,6 +203,22 @@ def test_a_spline_that_is_none_is_skipped_and_reported(draw):
     part = read_contours(draw(build))
     assert [c.path.length for c in part.contours] == [5]
     assert set(codes(part)) == {"L203"}
+
+
+def test_a_spline_through_very_many_points_is_skipped_before_its_control_points_are_sought(draw, monkeypatch):
+    """They need a full matrix of all points: 20,000 of them were 6 GiB."""
+    monkeypatch.setattr(dxf_strokes, "MAX_FIT_POINTS", 10)
+
+    def build(document, space):
+        space.add_line((0, 0), (5, 0))
+        for count in (10, 11):
+            space.add_spline([(k, k % 2) for k in range(count)])
+
+    part = read_contours(draw(build))
+    assert len(part.contours) == 2
+    assert [issue.message for issue in part.issues if issue.code == "L203"] == [
+        "1 SPLINE skipped: more than 10 fit points and no control points"
+    ]
 
 
 def test_nothing_to_cut_says_what_was_found_instead(draw, hand_drawn):

@@ -33,6 +33,8 @@ APPLICATION = "LEAFCUT"
 ROUND_SHARE = 1e-6
 #: A line may rise by this part of its length and still lie in the plane.
 SLOPE = 1e-3
+#: ezdxf solves a full matrix of all fit points where a spline has no control points: 0.3 GB for so many.
+MAX_FIT_POINTS = 3_000
 
 
 class DxfPolyline(NamedTuple):
@@ -123,6 +125,8 @@ def _polyline(entity: Any) -> DxfPolyline | None:
 
 
 def _spline(entity: Any) -> Freeform:
+    if not entity.control_point_count() and entity.fit_point_count() > MAX_FIT_POINTS:
+        raise ValueError(f"more than {MAX_FIT_POINTS:,} fit points and no control points")
     tool = entity.construction_tool()
     control = np.array([p.xyz for p in tool.control_points], dtype=np.float64)
     if tool.degree > MAX_DEGREE:
