@@ -15,7 +15,7 @@ from leafcut import api
 from leafcut.errors import LeafcutError
 from leafcut.options import ReadOptions, SheetOptions
 from leafcut.processes.sheet.plan.sheet import prepare_sheet
-from leafcut.read import read_contours
+from leafcut.read import dxf_texts, read_contours
 from leafcut.read.lettering import letters
 
 
@@ -143,3 +143,22 @@ def test_an_engraved_sheet_is_marked_before_its_part_is_cut_free_and_proved(tmp_
     kinds = [cut.kind for cut in outcome.detail.plan.cuts]
     assert kinds.count("mark") >= 2
     assert kinds[-1] == "cut"
+
+
+def test_a_long_paragraph_is_wrapped_by_looking_at_each_word_a_few_times(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And not at all words of its row for each of them: some kilobytes took minutes."""
+    written = 0
+    original = dxf_texts._written
+
+    def counted(text: str) -> Any:
+        nonlocal written
+        written += len(text)
+        return original(text)
+
+    monkeypatch.setattr(dxf_texts, "_written", counted)
+    text = "ab cd " * 100
+    file = drawn(tmp_path, lambda _, space: space.add_mtext(text, {"char_height": 1.0, "width": 90.0}))
+    assert np.ptp(strokes(file)[:, 1]) > 5.0
+    assert written < 5 * len(text)

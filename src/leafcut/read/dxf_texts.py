@@ -100,13 +100,19 @@ def _mtext(entity: Any) -> list[Floats]:
 
 def _wrapped(line: str, wide: float) -> list[str]:
     """Return a line in rows no wider than `wide`, by the height of a capital; one row for 0."""
-    rows: list[str] = []
-    for word in line.split(" ") if wide > 0.0 else [line]:
-        if rows and _written(f"{rows[-1]} {word}")[1] <= wide:
-            rows[-1] += f" {word}"
+    if not wide > 0.0:
+        return [line]
+    rows: list[list[str]] = []
+    width = 0.0
+    for word in line.split(" "):
+        further = width + _written(f" {word}")[1]
+        if rows and further <= wide:
+            rows[-1].append(word)
+            width = further
         else:
-            rows.append(word)
-    return rows
+            rows.append([word])
+            width = _written(word)[1]
+    return [" ".join(row) for row in rows]
 
 
 def _turned(points: Floats, angle: float) -> Floats:
