@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 import struct
 
 import pytest
@@ -237,3 +238,19 @@ def test_any_bytes_after_the_mark_of_a_binary_drawing_end_in_a_read_error(tail):
     end = b"\0" + struct.pack("<B", 0) + b"EOF\0"
     with pytest.raises(ReadError):
         dxf.read_dxf(Source("x.dxf", dxf_document.BINARY_MARK + tail + end), ReadOptions())
+
+
+def test_arcs_of_a_polyline_in_a_block_count_as_many_copies(draw, monkeypatch):
+    """An insertion of a polyline with thousands of arcs is thousands of times the work of a circle."""
+    monkeypatch.setattr(dxf, "FREE_HOLES", 1000)
+    monkeypatch.setattr("leafcut.read.format.COPIES_PER_BYTE", 0)
+
+    def build(document, space):
+        block = document.blocks.new("RING")
+        block.add_lwpolyline([(math.cos(k / 50), math.sin(k / 50), 0.005) for k in range(300)], format="xyb")
+        for k in range(5):
+            space.add_blockref("RING", (9 * k, 0))
+        space.add_circle((0, 0), 1)
+
+    with pytest.raises(ReadError, match=r"the blocks of this drawing.*expand to more than 1,000 elements"):
+        read(draw(build))

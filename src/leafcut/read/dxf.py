@@ -60,6 +60,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
     finds = Finds(factor, source.path)
     for shape, matrix, layer in walk.shapes():
         source.look()
+        walk.copies(len(shape.curves) - 1)  # the walk counts a polyline of thousands of arcs as one
         finds.add(shape, matrix, layer)
     circles = finds.holes()
     polygons: list[Hole] = []
