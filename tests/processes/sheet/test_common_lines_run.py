@@ -239,3 +239,46 @@ def test_a_head_that_stays_down_cuts_common_lines_before_the_path_around(tmp_pat
     )
     assert done.verified
     assert [c.common > 0 for c in done.detail.plan.cuts] == [True, True, False]
+
+
+# -- where touching parts are pierced --------------------------------------------------------------------------------
+
+#: Rows of three squares; one part between four others that share all of its edges; one between parts that come later.
+SQUARES = [[(x, y), (x + 40, y), (x + 40, y + 40), (x, y + 40)] for x in (40, 80, 120) for y in (40, 80, 120)]
+
+
+def rectangle(x0: float, y0: float, x1: float, y1: float) -> list[tuple[float, float]]:
+    return [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
+
+
+ENCLOSED = [
+    rectangle(*r)
+    for r in (
+        (156, 0, 240, 96), (0, 0, 120, 64), (120, 96, 240, 160), (0, 64, 36, 160),
+        (120, 0, 156, 96), (36, 64, 120, 92.8), (36, 92.8, 120, 160),
+    )
+]  # fmt: skip
+POCKET = [
+    rectangle(*r)
+    for r in (
+        (0, 64, 72, 160), (122.4, 48, 181.2, 160), (181.2, 48, 240, 160), (122.4, 0, 240, 48),
+        (0, 0, 72, 64), (72, 0, 122.4, 80), (72, 80, 122.4, 160),
+    )
+]  # fmt: skip
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize(
+    ("machine", "outlines"),
+    [("plasma-table", SQUARES), ("plasma-table", ENCLOSED), ("laser-table", POCKET)],
+    ids=["squares", "enclosed", "pocket"],
+)
+def test_touching_parts_are_pierced_in_metal_that_no_earlier_cut_has_burnt(
+    machine: str, outlines: list[list[tuple[float, float]]], tmp_path: Path
+) -> None:
+    rules = {**FAST, "machine": machine, "thickness": "3", "lead_in": "none", "compensation": "none"}
+    done = api.optimize(plates(tmp_path, *outlines), **rules)
+    assert done.verified
+    lines = bodies(done)
+    for k, cut in enumerate(done.detail.plan.cuts):
+        assert all(shapely.distance(line, shapely.Point(*cut.path.start)) > 0.75 for line in lines[:k])

@@ -165,6 +165,7 @@ def _kept_off(job: SheetJob, laid: _LaidOrder) -> _LaidOrder:
     """Return an order that frees parts behind the ways that cross them, if it comes out better: fewer ways over free
     parts, then fewer that come close to one, then less time."""
     from leafcut.processes.sheet.plan.freed_parts import cut_free_later
+    from leafcut.processes.sheet.plan.leads.clear_pierces import clear_pierces
 
     if job.freed is None or laid.round is None or not (laid.round.crossing or laid.round.close or laid.round.corners):
         return laid
@@ -172,7 +173,8 @@ def _kept_off(job: SheetJob, laid: _LaidOrder) -> _LaidOrder:
     pairs = [(place_of[a], place_of[b]) for a, b in job.cutting.pairs if place_of[a] != place_of[b]]
     with job.run.deadline.part(1.0).running(job.run.cancelled) as late:
         place = cut_free_later(job.freed, laid.plan.cuts, pairs, job.travel(), lambda: not late())
-    other = _laid(job, [laid.order[k] for k in place])
+    order = [laid.order[k] for k in place]
+    other = _laid(job, clear_pierces(job.cutting, order, job.travel(), job.start, job.end))
     ranks = [(one.plan.crossings or 0, one.plan.close, one.score(job.run)) for one in (other, laid)]
     return other if ranks[0] < ranks[1] else laid
 

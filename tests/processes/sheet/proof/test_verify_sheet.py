@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from proved_sheets import STEEL, checked, laid, planned, program
 
-from cut_sheets import part_in_notch, sheet_of, square
+from cut_sheets import part_in_notch, sheet_of, square, two_squares
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.geometry.polyline import Polyline, joined
 from leafcut.model.cutting import Cut, CutPlan
@@ -222,6 +222,20 @@ def test_a_part_in_a_notch_that_is_cut_loose_before_it_is_caught(mouth: float, c
     late = (cuts[-1], *cuts[:-1])
     found = checked(program(late), CutPlan(cutting.sheet, STEEL, late), rules)
     assert [d.what for d in found] == ["out of order"] * (2 if closed else 0), found
+
+
+@pytest.mark.hazard
+@pytest.mark.parametrize("gap, fault", [(0.4, ["pierces in the air"]), (0.9, [])])
+def test_a_pierce_within_half_a_kerf_of_an_earlier_cut_is_caught_also_without_compensation(
+    gap: float, fault: list[str]
+) -> None:
+    rules = resolve_rules(STEEL, CutOptions(compensation="none", lead_in="none"), switches=True)
+    cutting = prepare_cutting(two_squares(gap), rules)
+    first = next(s for s in cutting.starts if s.contour == 0 and s.entry[0] < 21)
+    second = next(s for s in cutting.starts if s.contour == 1 and s.entry[0] < 71 and 21 < s.entry[1] < 69)
+    cuts = (cutting.cut(first), cutting.cut(second))
+    found = checked(program(cuts), CutPlan(cutting.sheet, STEEL, cuts), rules)
+    assert [d.what for d in found] == fault, found
 
 
 TEXTS = [

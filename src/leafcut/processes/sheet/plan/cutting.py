@@ -27,7 +27,7 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.chains.chain_path import chain_length, make_chain
-from leafcut.processes.sheet.plan.common_cuts.doubled import doubled_edges
+from leafcut.processes.sheet.plan.common_cuts.doubled import doubled_edges, pierced_first
 from leafcut.processes.sheet.plan.cut_contours import ROUNDING, CutContour, prepare_contours, with_notches
 from leafcut.processes.sheet.plan.cut_path import make_cut
 from leafcut.processes.sheet.plan.cut_rules import CutRules
@@ -134,6 +134,7 @@ def prepare_cutting(sheet: Sheet, rules: CutRules) -> Cutting:
     contours = with_notches(contours, rules)
     starts = find_starts(contours, scrap, rules)
     issues = [*issues, *doubled_edges(contours, rules), *_lead_issues(contours, starts, rules)]
+    order += pierced_first(contours, starts, [*process_pairs(sheet, contours), *order], rules)
     return Cutting(sheet, rules, contours, scrap, starts, tuple(issues), tuple(order))
 
 

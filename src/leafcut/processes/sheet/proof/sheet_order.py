@@ -80,7 +80,7 @@ def in_the_air(laid: LaidRuns) -> list[Difference]:
     starts = shapely.points([run.start for run in laid.runs])
     tree = shapely.STRtree(starts)
     for number, line in enumerate(laid.lines):
-        reach = max(laid.asked.half - TOLERANCE, 0.0)
+        reach = max(0.5 * laid.plan.data.kerf - TOLERANCE, 0.0)
         for later in tree.query(line, predicate="dwithin", distance=reach).tolist():
             if later > number and laid.pierces(later) and not laid.marks[later] and not laid.marks[number]:
                 text = f"the torch is lit at {place(*laid.runs[later].start)}, in the kerf of an earlier cut"

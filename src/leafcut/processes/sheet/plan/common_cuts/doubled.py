@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from leafcut.errors import PlanError
 from leafcut.model.issue import Issue
 from leafcut.processes.sheet.plan.cut_contours import CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
+from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
 
 #: Edges coincide within this, mm: chords of the same arc differ by less.
 SAME_EDGE = 0.01
@@ -52,6 +54,48 @@ def doubled_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Issue
         "in the scrap are cut once, without options that rule out common lines"
     )
     return [Issue("L617", words, f"at {', '.join(places[:3])}" + (" …" if len(places) > 3 else ""))]
+
+
+def pierced_first(
+    contours: Sequence[CutContour], starts: Sequence[CutStart], pairs: Iterable[tuple[int, int]], rules: CutRules
+) -> list[tuple[int, int]]:
+    """Return pairs (before, after) that leave metal to pierce for contours whose every start lies on other contours.
+
+    `pairs` are the pairs that must be kept.
+    """
+    burnt: Any = np.array([c.line if c.kind == "cut" else shapely.LineString() for c in contours], dtype=object)
+    pierced = [s for s in starts if s.pierce and contours[s.contour].kind == "cut"]
+    points: Any = shapely.points(np.array([s.entry for s in pierced]).reshape(-1, 2))
+    covered: list[set[int]] = [set() for _ in pierced]
+    for n, k in shapely.STRtree(burnt).query(points, predicate="dwithin", distance=0.5 * rules.kerf).T.tolist():
+        if k != pierced[n].contour:
+            covered[n].add(k)
+    choices: dict[int, list[tuple[int, ...]]] = {}
+    for start, others in zip(pierced, covered, strict=True):
+        choices.setdefault(start.contour, []).append(tuple(sorted(others)))
+    kept, found = set(pairs), list[tuple[int, int]]()
+    for k, sets in choices.items():
+        if () in sets:
+            continue
+        for first in sorted(set(sets), key=lambda ks: (len(ks), ks)):
+            added = [(k, other) for other in first]
+            if has_order({*kept, *added}):
+                kept.update(added)
+                found += added
+                break
+    return found
+
+
+def has_order(pairs: Iterable[tuple[int, int]]) -> bool:
+    """Return whether some order keeps all pairs (before, after)."""
+    sorter: TopologicalSorter[int] = TopologicalSorter()
+    for before, after in pairs:
+        sorter.add(after, before)
+    try:
+        sorter.prepare()
+    except CycleError:
+        return False
+    return True
 
 
 def _refusal(one: str, other: str, length: float, rules: CutRules) -> str:

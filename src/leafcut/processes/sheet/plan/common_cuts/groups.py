@@ -18,6 +18,7 @@ from leafcut.geometry.offset import offset
 from leafcut.geometry.polyline import Polyline
 from leafcut.kinds import CutMethod
 from leafcut.model.cutting import Lead
+from leafcut.processes.sheet.plan.common_cuts.doubled import has_order
 from leafcut.processes.sheet.plan.common_cuts.edges import GAP, EdgeGap
 from leafcut.processes.sheet.plan.cut_contours import (
     FLATNESS,
@@ -122,11 +123,14 @@ class Grouper:
         lines = self._bent([self._line(piece, inside, members, around) for piece in pieces], members, around)
         if any(line.inlets == (None, None) for line in lines):
             return None
+        order = _order(lines, 0.5 * self.rules.kerf)
+        if order is None:
+            return None
         every = shapely.multilinestrings([around, *(shapely.LineString(x.points) for x in lines)])
         if not self._covers(every, members):
             return None
         numbers = frozenset(self.contours[k].source.part for k in members)
-        return CommonCutGroup(members, numbers, shape, path, tuple(lines), tuple(_ends_at(lines)))
+        return CommonCutGroup(members, numbers, shape, path, tuple(lines), order)
 
     # -- the path around ---------------------------------------------------------------------------------------------
 
@@ -303,7 +307,9 @@ class Grouper:
             return None
         wanted = self.rules.lead_in
         if wanted.style == "none":
-            return Lead()
+            # The kerf of a part beside the group, cut before, would leave no metal to pierce.
+            owners = [self.contours[k] for k in members]
+            return Lead() if self.scrap.free([shapely.Point(here)], *owners, leaves_sheet=True)[0] else None
         travel = (np.array([to]) - np.array([here])) / math.dist(here, to)
         least = max(LEAST_KERFS * self.rules.kerf, LEAST_LEAD)
         lengths = list(dict.fromkeys(max(share * wanted.length, least) for share in SHARES))
@@ -378,6 +384,37 @@ def _uncrossed(lines: Sequence[tuple[Point, Point]], half: float) -> list[tuple[
         points = [(p.x, p.y) for p in (whole.interpolate(at) for at in sorted(stops))]
         placed += itertools.pairwise(points)
     return placed
+
+
+def _order(lines: Sequence[CommonLine], half: float) -> tuple[tuple[int, int], ...] | None:
+    """Return pairs (before, after) of lines; None if a line can be pierced only in the kerf of an earlier one.
+
+    A line that ends at another comes after it. A line whose only pierces lie in the kerf of others, as without a
+    lead-in where two lines meet in a corner, comes before them.
+    """
+    needed = set[tuple[int, int]]()
+    drawn = [shapely.LineString(x.points) for x in lines]
+    for n, line in enumerate(lines):
+        others = [k for k in range(len(lines)) if k != n]
+        hit = [
+            {k for k in others if shapely.dwithin(drawn[k], pierce, half)}
+            for pierce in (_pierce(line, at) for at in (0, 1))
+            if pierce is not None
+        ]
+        if all(hit):
+            needed |= {(n, k) for k in min(hit, key=len)}
+    corners = {(k, n) for n, k in needed if any(_meet(end, lines[k].ends) for end in lines[n].ends)}
+    pairs = (set(_ends_at(lines)) - corners) | needed
+    return tuple(sorted(pairs)) if has_order(pairs) else None
+
+
+def _pierce(line: CommonLine, at: int) -> Any:
+    """Return the pierce at the first end of a line (0) or at its last (1); None if it cannot begin there."""
+    lead, points = line.inlets[at], line.points if not at else line.points[::-1]
+    if lead is None:
+        return None
+    travel = (np.array([points[1]]) - np.array([points[0]])) / math.dist(points[0], points[1])
+    return shapely.Point(placed(lead_shape(lead), np.array([points[0]]), travel, bool(at))[0, 0])
 
 
 def _ends_at(lines: Sequence[CommonLine]) -> Iterator[tuple[int, int]]:

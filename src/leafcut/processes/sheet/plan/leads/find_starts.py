@@ -57,7 +57,7 @@ def find_starts(contours: list[CutContour], scrap: Scrap, rules: CutRules) -> li
             )
         # The controller cannot turn its compensation on without a lead.
         instead = "--compensation geometry" if rules.compensation == "controller" else "--lead-in none"
-        if not rules.common_lines and any(_has_common_edge(one, contours, rules) for one in stuck[:3]):
+        if not (rules.common_lines or rules.once) and any(_has_common_edge(one, contours, rules) for one in stuck[:3]):
             instead = "cut edges that lie a kerf apart once (--common-lines), nested by leafcut nest --blocks"
         if rules.common_lines:
             instead = "nest the parts in blocks with room around them (leafcut nest --blocks)"
