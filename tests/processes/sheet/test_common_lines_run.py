@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import ezdxf
+import numpy as np
 import pytest
 import shapely
 
 from leafcut import api
 from leafcut.errors import LeafcutError, PlanError
+from leafcut.geometry.polyline import Polyline
 from leafcut.processes.sheet.report.cut_words import cut_counts, norm_facts
 
 KERF = 1.5
@@ -188,16 +190,53 @@ def test_touching_parts_are_refused_by_name_where_an_option_keeps_them_from_shar
         api.optimize(plates(tmp_path, NOTCHED, filling(0.0)), compensation="none", micro_joints=1, **LASER)
 
 
-def test_curved_edges_that_touch_are_cut_twice_with_a_warning(tmp_path: Path) -> None:
-    """A quarter more than a third of a circle on a chord of 60 mm: its bulge is 0.5."""
-    left = [(40, 40, 0), (100, 40, 0.5), (100, 100, 0), (40, 100, 0)]
-    right = [(100, 40, 0), (160, 40, 0), (160, 100, 0), (100, 100, -0.5)]
-    done = api.optimize(plates(tmp_path, left, right), compensation="none", **FAST)
-    angle = 4 * math.atan(0.5)
-    (issue,) = [i for i in done.issues if i.code == "L617"]
-    assert issue.severity == "warning"
-    assert float(issue.message.split()[0]) == pytest.approx(30 / math.sin(angle / 2) * angle, abs=0.05)
-    assert "cut twice" in issue.message
+#: Pairs of outlines (x, y, bulge) with shared edges: an arc, an arc in two, line with arc and line, short lines.
+WAVE = [(60 + 6 * math.sin(k / 60 * math.tau), 20 + k) for k in range(61)]
+EIGHTH, SIXTEENTH = math.tan(math.pi / 8), math.tan(math.pi / 16)
+DIAGONAL = 20 + 60 * math.sqrt(0.5)
+BENT: dict[str, tuple[Any, Any]] = {
+    "arc": (
+        [(40, 40, 0), (100, 40, 0.5), (100, 100, 0), (40, 100, 0)],
+        [(100, 40, 0), (160, 40, 0), (160, 100, 0), (100, 100, -0.5)],
+    ),
+    "divided arc": (
+        [(20, 20, 0), (80, 20, EIGHTH), (20, 80, 0)],
+        [
+            (80, 20, 0), (120, 20, 0), (120, 120, 0), (20, 120, 0), (20, 80, -SIXTEENTH),
+            (DIAGONAL, DIAGONAL, -SIXTEENTH),
+        ],
+    ),
+    "line, arc and line": (
+        [(20, 20, 0), (60, 20, 0), (60, 40, 0.3), (60, 80, 0), (60, 100, 0), (20, 100, 0)],
+        [(60, 20, 0), (100, 20, 0), (100, 100, 0), (60, 100, 0), (60, 80, -0.3), (60, 40, 0)],
+    ),
+    "short lines": ([(20, 20), *WAVE, (20, 80)], [(100, 20), (100, 80), *WAVE[::-1]]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("shape", BENT)
+def test_bent_edges_that_coincide_are_cut_once_without_compensation(shape: str, tmp_path: Path) -> None:
+    """All that is cut is as long as the union of what is drawn, and an arc stays an arc."""
+    outlines = BENT[shape]
+    done = api.optimize(plates(tmp_path, *outlines), compensation="none", **FAST)
+    assert done.verified
+    drawn = [Polyline(np.array([(*p, 0.0)[:3] for p in points]), closed=True) for points in outlines]
+    edges = [shapely.LineString(path.flattened(0.002)) for path in drawn]
+    shared = edges[0].intersection(edges[1].buffer(0.01)).length
+    (line,) = (cut for cut in done.detail.plan.cuts if cut.common)
+    assert line.common == pytest.approx(shared, abs=0.05)
+    cut = bodies(done)
+    assert sum(body.length for body in cut) == pytest.approx(sum(edge.length for edge in edges) - shared, abs=0.1)
+    assert shapely.union_all(edges).difference(shapely.union_all(cut).buffer(0.02)).length < 0.01
+    assert line.path.n_segments <= 4 or shape == "short lines"
+    assert "L617" not in [i.code for i in done.issues]
+
+
+def test_a_bent_edge_that_ends_along_another_edge_is_no_common_line(tmp_path: Path) -> None:
+    """A half circle meets both sides of the other part at a tangent."""
+    half, rest = [(10, 40, 0), (70, 40, 1.0)], [(10, 40, -1.0), (70, 40, 0), (70, 120, 0), (10, 120, 0)]
+    with pytest.raises(PlanError, match=r"part 1: .* coincides with part 2"):
+        api.optimize(plates(tmp_path, half, rest), compensation="none", **FAST)
 
 
 @pytest.mark.parametrize("radius", [1.0, 3.0, 5.0, 15.0])

@@ -74,7 +74,7 @@ def _in_group(
             text = "a common line comes after the cut around its parts, which lets them go"
             yield _wrong("out of order", runs[k], text)
         inside = lines[k].intersection(body)
-        if inside.length < cuts[k].common:
+        if inside.length < cuts[k].common - TOLERANCE:
             x, y = runs[k].start
             yield _wrong("out of order", runs[k], f"the common line begun at {place(x, y)} is not within its parts")
     asked = cuts[last].choice.direction

@@ -1,1 +1,1 @@
-"""Common cuts: parts a kerf apart share the cut between their straight edges."""
+"""Common cuts: parts share the cut along edges that are a kerf apart, or that coincide without compensation."""

@@ -12,12 +12,11 @@ import shapely
 
 from leafcut.errors import PlanError
 from leafcut.model.issue import Issue
+from leafcut.processes.sheet.plan.common_cuts.edges import SAME_EDGE
 from leafcut.processes.sheet.plan.cut_contours import CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
 
-#: Edges coincide within this, mm: chords of the same arc differ by less.
-SAME_EDGE = 0.01
 #: Less than this of two edges coincides where they only cross or touch, mm.
 CROSSING = 0.2
 #: A contour that another cut follows over this share of its length is cut a second time.
@@ -50,8 +49,8 @@ def doubled_edges(contours: Sequence[CutContour], rules: CutRules) -> list[Issue
     if not lengths or rules.half > 0.0:
         return []
     words = (
-        f"{math.fsum(lengths):.6g} mm of edges that coincide are cut twice: only straight edges whose line can start "
-        "in the scrap are cut once, without options that rule out common lines"
+        f"{math.fsum(lengths):.6g} mm of edges that coincide are cut twice: only edges whose line can start in the "
+        "scrap are cut once, without options that rule out common lines"
     )
     return [Issue("L617", words, f"at {', '.join(places[:3])}" + (" …" if len(places) > 3 else ""))]
 
@@ -106,6 +105,6 @@ def _refusal(one: str, other: str, length: float, rules: CutRules) -> str:
         )
     return (
         f"{one} coincides with {other} over {length:.4g} mm, more than half of its length, and would be cut twice: "
-        "move the parts apart; only straight edges whose line can start in the scrap are cut once, without options "
-        "that rule out common lines"
+        "move the parts apart; only edges whose line can start in the scrap are cut once, without options that rule "
+        "out common lines"
     )

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import shapely
+from shapely.ops import substring
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point
@@ -18,7 +19,7 @@ from leafcut.geometry.offset import offset
 from leafcut.geometry.polyline import Polyline
 from leafcut.kinds import CutMethod
 from leafcut.model.cutting import Lead
-from leafcut.processes.sheet.plan.common_cuts.doubled import has_order
+from leafcut.processes.sheet.plan.common_cuts.doubled import CROSSING, has_order
 from leafcut.processes.sheet.plan.common_cuts.edges import GAP, EdgeGap
 from leafcut.processes.sheet.plan.cut_contours import (
     FLATNESS,
@@ -34,6 +35,8 @@ from leafcut.quick_dataclass import dataclass
 
 #: Ends and paths this near to each other meet, mm.
 MEET = 0.01
+#: Lines run along each other within this, mm: a little more than the proof takes for one place.
+BESIDE = 0.04
 #: A common line is made longer by so many half kerfs at most to come to another kerf: about a corner of 20 degrees.
 REACH = 6.0
 #: A cut whose kerf others cross keeps its arc: light and water need no metal to burn on.
@@ -103,7 +106,7 @@ class Grouper:
         self.metal = {k: shapely.Polygon(contours[k].source.contour.path.flattened(FLATNESS)) for k in owners}
         self.round = {k: any(s.is_arc for s in contours[k].source.contour.path.segments()) for k in owners}
         self.rooms = [_room(self._up_to_bends(s)) for s in slots]
-        self.middles = np.array([shapely.LineString([s.begin, s.end]) for s in slots], dtype=object)
+        self.middles = np.array([shapely.LineString(s.points) for s in slots], dtype=object)
         self.follows = list(self._in_line())
 
     def group(self, members: frozenset[int]) -> CommonCutGroup | None:
@@ -122,6 +125,8 @@ class Grouper:
         pieces = whole if self.rules.kind in CROSSABLE else _uncrossed(whole, self.rules.half)
         lines = self._bent([self._line(piece, inside, members, around) for piece in pieces], members, around)
         if any(line.inlets == (None, None) for line in lines):
+            return None
+        if _doubled([around, *(shapely.LineString(line.points) for line in lines)], max(self.rules.kerf, CROSSING)):
             return None
         order = _order(lines, 0.5 * self.rules.kerf)
         if order is None:
@@ -195,7 +200,8 @@ class Grouper:
         reach = 2.0 * self.rules.half + 2.0 * GAP
         for i, j in zip(*shapely.STRtree(self.middles).query(self.middles, "dwithin", distance=reach), strict=True):
             a, b = self.slots[int(i)], self.slots[int(j)]
-            if i < j and abs(a.normal[0] * b.normal[1] - a.normal[1] * b.normal[0]) < STRAIGHT:
+            straight = not (a.between or b.between)
+            if i < j and straight and abs(a.normal[0] * b.normal[1] - a.normal[1] * b.normal[0]) < STRAIGHT:
                 off = [(p[0] - a.begin[0]) * a.normal[0] + (p[1] - a.begin[1]) * a.normal[1] for p in (b.begin, b.end)]
                 if max(map(abs, off)) <= GAP:
                     yield int(i), int(j)
@@ -211,23 +217,26 @@ class Grouper:
                     lists[n] = both
         return list({id(x): x for x in lists.values()}.values())
 
-    def _merged(self, own: Sequence[int]) -> tuple[Point, Point]:
-        """Return the ends of the line along rooms that follow each other."""
+    def _merged(self, own: Sequence[int]) -> tuple[Point, ...]:
+        """Return the points of the line along rooms that follow each other."""
+        if self.slots[own[0]].between:
+            return self.slots[own[0]].points
         ends = [p for n in own for p in (self.slots[n].begin, self.slots[n].end)]
         return max(itertools.combinations(ends, 2), key=lambda pair: math.dist(*pair)) if len(ends) < 40 else _far(ends)
 
-    def _to_kerfs(self, lines: list[tuple[Point, Point]], around: Any) -> list[tuple[Point, Point]] | None:
+    def _to_kerfs(self, lines: list[tuple[Point, ...]], around: Any) -> list[tuple[Point, ...]] | None:
         """Return lines made longer to the middle of the next kerf at both ends; None where there is none."""
         drawn = [shapely.LineString(line) for line in lines]
         found = []
-        for number, (begin, end) in enumerate(lines):
-            others = [line for k, line in enumerate(drawn) if k != number]
+        for number, line in enumerate(lines):
+            others = [other for k, other in enumerate(drawn) if k != number]
             kerfs = shapely.union_all([around, *others]).buffer(MEET)
-            rest = [line for k, line in enumerate(lines) if k != number]
-            ends = [self._met(a, b, kerfs) or self._corner(a, b, rest) for a, b in ((end, begin), (begin, end))]
+            rest = [other for k, other in enumerate(lines) if k != number]
+            outward = ((line[1], line[0]), (line[-2], line[-1]))
+            ends = [self._met(a, b, kerfs) or self._corner(a, b, rest) for a, b in outward]
             if ends[0] is None or ends[1] is None:
                 return None
-            found.append((ends[0], ends[1]))
+            found.append((ends[0], *line[1:-1], ends[1]))
         return found
 
     def _met(self, origin: Point, end: Point, kerfs: Any) -> Point | None:
@@ -240,12 +249,12 @@ class Grouper:
         x, y = shapely.get_coordinates(shapely.shortest_line(shapely.Point(end), hits))[1].tolist()
         return x, y
 
-    def _corner(self, origin: Point, end: Point, others: Sequence[tuple[Point, Point]]) -> Point | None:
+    def _corner(self, origin: Point, end: Point, others: Sequence[tuple[Point, ...]]) -> Point | None:
         """Return where a line and another one meet if both go on beyond their ends: in an inner corner of a part."""
         reach = REACH * self.rules.half + MEET
         u, v = end[0] - origin[0], end[1] - origin[1]
         for line in others:
-            for far, near in (line, line[::-1]):
+            for far, near in ((line[-2], line[-1]), (line[1], line[0])):
                 w, z = near[0] - far[0], near[1] - far[1]
                 cross = u * z - v * w
                 if abs(cross) < STRAIGHT * math.hypot(u, v) * math.hypot(w, z):
@@ -286,20 +295,19 @@ class Grouper:
         return CommonLine(points, one.shared + other.shared, parts, inlets)
 
     def _line(
-        self, ends: tuple[Point, Point], inside: Sequence[int], members: frozenset[int], around: Any
+        self, points: tuple[Point, ...], inside: Sequence[int], members: frozenset[int], around: Any
     ) -> CommonLine:
-        line = shapely.LineString(ends)
+        line = shapely.LineString(points)
         near = [n for n in inside if shapely.dwithin(line, self.middles[n], GAP)]
         along = {n: self.middles[n].intersection(line.buffer(2.0 * GAP, cap_style="flat")).length for n in near}
         # Of a room across only a kerf's width lies along the line.
         shared = {n: length for n, length in along.items() if length > 0.1 * self.rules.kerf + 8.0 * GAP}
-        begin, end = ends
-        return CommonLine(
-            ends,
-            math.fsum(shared.values()),
-            tuple(sorted({k for n in shared for k in self.slots[n].parts})),
-            (self._inlet(begin, end, members, around, False), self._inlet(end, begin, members, around, True)),
+        inlets = (
+            self._inlet(points[0], points[1], members, around, False),
+            self._inlet(points[-1], points[-2], members, around, True),
         )
+        parts = tuple(sorted({k for n in shared for k in self.slots[n].parts}))
+        return CommonLine(points, math.fsum(shared.values()), parts, inlets)
 
     def _inlet(self, here: Point, to: Point, members: frozenset[int], around: Any, backward: bool) -> Lead | None:
         """Return the lead-in with which a line can begin at one end; None where it cannot begin there."""
@@ -358,6 +366,8 @@ def _straightened(path: Polyline) -> Polyline:
 def _room(slot: EdgeGap) -> Any:
     """Return the room between two edges as a shapely polygon that reaches a little into both parts."""
     reach = 0.5 * slot.width + 0.5 * GAP
+    if slot.between:
+        return shapely.LineString(slot.points).buffer(reach, cap_style="flat")
     side = np.array(slot.normal) * reach
     begin, end = np.array(slot.begin), np.array(slot.end)
     return shapely.Polygon([begin - side, end - side, end + side, begin + side])
@@ -369,20 +379,19 @@ def _far(ends: Sequence[Point]) -> tuple[Point, Point]:
     return low, high
 
 
-def _uncrossed(lines: Sequence[tuple[Point, Point]], half: float) -> list[tuple[Point, Point]]:
+def _uncrossed(lines: Sequence[tuple[Point, ...]], half: float) -> list[tuple[Point, ...]]:
     """Return lines of which none crosses another: a shorter one ends at a longer one, and goes on beyond it."""
-    placed: list[tuple[Point, Point]] = []
-    for begin, end in sorted(lines, key=lambda line: (-round(math.dist(*line), 3), line)):
-        whole = shapely.LineString([begin, end])
+    placed: list[tuple[Point, ...]] = []
+    for line in sorted(lines, key=lambda line: (-round(shapely.LineString(line).length, 3), line)):
+        whole = shapely.LineString(line)
         stops = [0.0, whole.length]
         for other in placed:
-            met: Any = whole.intersection(shapely.LineString(other))
-            if met.geom_type == "Point" and not met.is_empty:
-                at = whole.project(met)
+            for met in shapely.get_parts(whole.intersection(shapely.LineString(other))):
+                at = whole.project(met) if met.geom_type == "Point" else 0.0
                 if 0.5 * half + MEET < at < whole.length - 0.5 * half - MEET:
                     stops.append(at)
-        points = [(p.x, p.y) for p in (whole.interpolate(at) for at in sorted(stops))]
-        placed += itertools.pairwise(points)
+        pieces = (substring(whole, a, b) for a, b in itertools.pairwise(sorted(stops)))
+        placed += [tuple((float(x), float(y)) for x, y in shapely.get_coordinates(piece).tolist()) for piece in pieces]
     return placed
 
 
@@ -406,6 +415,12 @@ def _order(lines: Sequence[CommonLine], half: float) -> tuple[tuple[int, int], .
     corners = {(k, n) for n, k in needed if any(_meet(end, lines[k].ends) for end in lines[n].ends)}
     pairs = (set(_ends_at(lines)) - corners) | needed
     return tuple(sorted(pairs)) if has_order(pairs) else None
+
+
+def _doubled(lines: Sequence[Any], least: float) -> bool:
+    """Return whether two lines run along each other over `least` mm, as where a bent edge ends along another edge."""
+    beside = [line.buffer(BESIDE) for line in lines]
+    return any(lines[a].intersection(beside[b]).length > least for a, b in itertools.permutations(range(len(lines)), 2))
 
 
 def _pierce(line: CommonLine, at: int) -> Any:

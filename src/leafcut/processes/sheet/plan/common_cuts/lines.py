@@ -1,4 +1,4 @@
-"""Common lines: parts that lie a kerf apart share the cut between their straight edges.
+"""Common lines: parts share the cut between straight edges a kerf apart, or along edges that coincide.
 
 Parts that share edges make a group. Its common lines are cut first, as open cuts that begin in the scrap beside the
 group and end in another kerf of it; what runs around all of the group comes last and lets every part go. So nothing
@@ -17,11 +17,11 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from leafcut.geometry.polyline import Polyline
+from leafcut.geometry.fitting import fit_arcs
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.sheet import SheetContour
 from leafcut.processes.sheet.plan.common_cuts.edges import GAP, EdgeGap, facing_edges, least_length
-from leafcut.processes.sheet.plan.common_cuts.groups import CommonCutGroup, Grouper
+from leafcut.processes.sheet.plan.common_cuts.groups import MEET, CommonCutGroup, Grouper
 from leafcut.processes.sheet.plan.cut_contours import CutContour, corners_along, flat_line
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads.cut_starts import travel_at
@@ -132,7 +132,7 @@ def _line(contours: list[CutContour], group: CommonCutGroup, number: int, n: int
     """Return one common line as an open contour."""
     line = group.lines[n]
     first = contours[min(line.parts)].source
-    path = Polyline.of_points(list(line.points))
+    path = fit_arcs(np.array(line.points), 0.5 * MEET)
     outline = contours[min(group.members)].index
     contour = replace(first.contour, path=path, kind="cut")
     return CutContour(
@@ -174,8 +174,7 @@ def _without(slots: Sequence[EdgeGap], rules: CutRules) -> list[Issue]:
 def _no_common_lines(least: float, rules: CutRules) -> str:
     if rules.half <= 0.0:
         return (
-            "no common lines: without compensation, parts share only straight edges that coincide over "
-            f"{least:.3g} mm or more"
+            f"no common lines: without compensation, parts share only edges that coincide over {least:.3g} mm or more"
         )
     return (
         f"no common lines: no two parts have straight edges one kerf of {rules.kerf:.4g} mm apart, within {GAP:g} mm, "
