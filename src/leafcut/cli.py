@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from leafcut._version import __version__
-from leafcut.errors import DataError, LeafcutError, OptionError
+from leafcut.errors import DataError, LeafcutError, OptionError, count_of
 from leafcut.files import StandardInput
 from leafcut.json_output import print_json
 from leafcut.option_spec import PLACES, flag_name
@@ -1006,7 +1006,7 @@ def _verify(
     else:
         turned = proof.reversed_cuts
         if proof.same:
-            print("the same work" + (f", {turned} cuts reversed" if turned else ""))
+            print("the same work" + (f", {count_of(turned, 'cut')} reversed" if turned else ""))
         for difference in proof.differences:
             print(difference)
         for note in proof.notes:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import field
 
+from leafcut.errors import count_of
 from leafcut.model.issue import Issue, Severity
 from leafcut.quick_dataclass import dataclass
 
@@ -50,5 +51,5 @@ class HeightCount:
     def __str__(self) -> str:
         rows = sorted(self.found.items(), key=lambda row: -row[0])
         said = [f"{n} at Z{z:g} (the first at {x:g}, {y:g})" for z, (n, x, y) in rows[:_MOST_NAMED]]
-        more = f", and {len(rows) - _MOST_NAMED} more heights" if len(rows) > _MOST_NAMED else ""
+        more = f", and {count_of(len(rows) - _MOST_NAMED, 'more height')}" if len(rows) > _MOST_NAMED else ""
         return ", ".join(said) + more

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from leafcut.errors import OptionError
+from leafcut.errors import OptionError, count_of
 from leafcut.gcode.program import Modal
 from leafcut.gcode.words import split_line, words_of
 from leafcut.model.machine import XYZ
@@ -39,7 +39,7 @@ def line_of_hole(job: SendJob, number: int) -> int:
         The program has no such hole.
     """
     if not 1 <= number <= len(job.holes):
-        have = f"{len(job.holes)} holes" if job.holes else "no holes: give a line instead, with --from-line"
+        have = count_of(len(job.holes), "hole") if job.holes else "no holes: give a line instead, with --from-line"
         raise OptionError(f"--from-hole {number}: the program has {have}")
     return job.holes[number - 1].first
 

@@ -97,6 +97,13 @@ def test_edges_that_coincide_are_cut_once_without_compensation(tmp_path: Path) -
     assert done.detail.plan.measures.sheet.common_mm == pytest.approx(240.0, abs=1e-3)
 
 
+def test_a_single_common_line_is_counted_in_the_singular(tmp_path: Path) -> None:
+    pair = ([(40, 40), (100, 40), (100, 100), (40, 100)], [(100, 40), (160, 40), (160, 100), (100, 100)])
+    done = api.optimize(plates(tmp_path, *pair), compensation="none", **FAST)
+    (issue,) = [i for i in done.issues if i.code == "L616"]
+    assert issue.message == "60 mm of edges of 2 parts are cut once for two parts, in 1 line"
+
+
 def test_edges_drawn_once_for_two_parts_are_refused(tmp_path: Path) -> None:
     document = ezdxf.new(units=4)
     space = document.modelspace()

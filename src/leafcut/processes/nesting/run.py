@@ -132,6 +132,7 @@ def _left_over(best: Nest) -> list[Issue]:
     if not left:
         return []
     more = f" and {len(left) - MOST_NAMED} kinds more" if len(left) > MOST_NAMED else ""
+    more = " and 1 kind more" if len(left) == MOST_NAMED + 1 else more
     words = f"no room for {', '.join(left[:MOST_NAMED])}{more}: add sheets, or use larger ones"
     return [Issue("L436", words, missing=MissingWork("part", sum(best.unplaced)))]
 

@@ -149,6 +149,7 @@ def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
         points = [piece.representative_point() for piece in left[:NAMED_PLACES]]
         at = ", ".join(f"({point.x:.2f}, {point.y:.2f})" for point in points)
         more = f" and {len(left) - NAMED_PLACES} more places" if len(left) > NAMED_PLACES else ""
+        more = " and 1 more place" if len(left) == NAMED_PLACES + 1 else more
         words = f"{job.part.pockets[number].label}: {area_words(found.uncovered.area)} stay uncut ({share:.2f} %)"
         work = MissingWork("place", len(left), tuple((point.x, point.y) for point in points))
         issues.append(Issue("L711", words, f"near {at}{more}", missing=work))

@@ -96,4 +96,6 @@ def run_of_controller(program: Program, words: Dialect, clearance: float) -> tup
         return program.path, []
     path, unknown = as_run(program.path, program.lines, clearance)
     message = f"{unknown} cuts use a material that the program does not define, (o=0, …): their pierces are not timed"
+    if unknown == 1:
+        message = "1 cut uses a material that the program does not define, (o=0, …): its pierce is not timed"
     return path, [Issue("L413", message)] if unknown else []

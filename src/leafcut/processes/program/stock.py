@@ -292,7 +292,8 @@ def _told(rapids: tuple[RapidCut, ...], doubtful: bool) -> list[Issue]:
         for one in rapids[:_MOST_TOLD]
     ]
     if len(rapids) > _MOST_TOLD:
-        message = f"{len(rapids) - _MOST_TOLD} more rapids in the stock"
+        more = len(rapids) - _MOST_TOLD
+        message = f"{more} more rapids in the stock" if more > 1 else "1 more rapid in the stock"
         issues.append(Issue("L802", message, f"line {rapids[_MOST_TOLD].line}", severity))
     return issues
 

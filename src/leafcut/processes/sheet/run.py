@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut._version import __version__
+from leafcut.errors import count_of
 from leafcut.model.cutting import CutPlan
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.measure import Measure
@@ -273,9 +274,10 @@ def _probing_issues(job: SheetJob, laid: _LaidOrder) -> list[Issue]:
     starts = [c.path.start for c in laid.plan.cuts if c.kind == "cut" and not c.pierce]
     if torch is None or torch.heights != "controller" or not starts:
         return []
+    many = "1 cut starts" if len(starts) == 1 else f"{len(starts)} cuts start"
     words = (
-        f"{len(starts)} cuts start beyond the sheet's edge, where the controller probes beside the sheet: lay a piece "
-        "of the same thickness there, or give --dialect plasma --probe off"
+        f"{many} beyond the sheet's edge, where the controller probes beside the sheet: lay a piece of the same "
+        "thickness there, or give --dialect plasma --probe off"
     )
     return [Issue("L619", words, f"the first at ({starts[0][0]:.4g}, {starts[0][1]:.4g})")]
 
@@ -294,8 +296,9 @@ def _freed_issues(laid: _LaidOrder) -> list[Issue]:
     cuts, first = laid.plan.cuts, min((*led.crossing, *led.close))
     x, y = cuts[min(first, len(cuts) - 1)].path.start
     over = [f"{len(led.crossing)} of {led.ways} travel moves cross parts that are cut free"] if led.crossing else []
-    wide = f"a nozzle of {2.0 * led.radius:g} mm comes over parts that are cut free on {len(led.close)} "
-    over += [f"{wide}{'more' if led.crossing else f'of {led.ways}'} travel moves"] if led.close else []
+    wide = f"a nozzle of {2.0 * led.radius:g} mm comes over parts that are cut free on "
+    more = count_of(len(led.close), "more travel move")
+    over += [f"{wide}{more if led.crossing else f'{len(led.close)} of {led.ways} travel moves'}"] if led.close else []
     words = (
         f"the head stays down between cuts, and {' and '.join(over)}; free parts may tip up ({round_}){unknown}: hold "
         "them with --micro-joints, or watch them"

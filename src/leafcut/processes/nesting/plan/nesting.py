@@ -201,7 +201,7 @@ def _shape_variants(
 
     with ThreadPoolExecutor(max(threads, 1)) as executor:
         futures = [executor.submit(made, *one) for one in zip(numbers, rounds, workers, strict=False)]
-        words = f"nesting by shapes, {len(futures)} variants"
+        words = f"nesting by shapes, {len(futures)} variants" if len(futures) > 1 else "nesting by shapes"
         try:
             for number in numbers[: len(futures)]:
                 tell(trial(words, f"shapes {search.seed + number}"), 0.0)

@@ -36,6 +36,7 @@ def parts_of(sheet: Sheet, quantity: int, rotations: tuple[float, ...] | None) -
     if strays:
         x, y = strays[0].path.start
         message = f"{sheet.name}: {len(strays)} lines that lie in no part were left out"
+        message = message if len(strays) > 1 else f"{sheet.name}: 1 line that lies in no part was left out"
         work = MissingWork("line", len(strays), tuple(stray.path.start for stray in strays))
         place = f"at ({x:g}, {y:g})" + (" …" if len(strays) > 1 else "")
         issues.append(Issue("L431", message, place, missing=work))

@@ -160,6 +160,10 @@ def _issues(finder: Finder, items: list[Kept | Section]) -> list[Issue]:
         why = "" if told else ": " + next(iter(finder.program.fixed.values()), "there is no work in it")
         issues.append(Issue("L502", f"nothing in the program can be reordered{why}", severity=Severity.NOTE))
     for reason, lines in where.items():
-        times = f", here and {len(lines) - 1} times more" if len(lines) > 1 else ""
+        times = (
+            ("", ", here and once more")[len(lines) - 1]
+            if len(lines) < 3
+            else f", here and {len(lines) - 1} times more"
+        )
         issues.append(Issue("L501", f"stays in its place: {reason}{times}", f"line {lines[0]}", Severity.NOTE))
     return issues

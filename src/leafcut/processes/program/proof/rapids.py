@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.errors import count_of
 from leafcut.geometry.arrays import Floats, Indices, Ints, Mask
 from leafcut.model.cycles import approach_of
 from leafcut.model.difference import Difference
@@ -283,7 +284,7 @@ def compare_rapids(
             alike.setdefault(text(row)[0], []).append(row)
         for said, same in list(alike.items())[:MOST_LISTED]:
             lines = [(int(old_line[row]), int(new_line[row])) for row in same]
-            more = f" and {len(same) - 1} other places" if len(same) > 1 else ""
+            more = f" and {count_of(len(same) - 1, 'other place')}" if len(same) > 1 else ""
             also = tuple(dict.fromkeys(pair for pair in lines if pair != lines[0]))
             found.append(Difference(what, *lines[0], said.format(text(same[0])[1] + more), also))
         count -= min(len(rows), _MOST_LOOKED_AT) - len(alike)

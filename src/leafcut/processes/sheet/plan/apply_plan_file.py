@@ -8,7 +8,7 @@ from graphlib import CycleError, TopologicalSorter
 
 import shapely
 
-from leafcut.errors import PlanError
+from leafcut.errors import PlanError, count_of
 from leafcut.model.cutting import ContourPrint, CutChoice, PlanFile
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.plan.cut_contours import NO_LEAD, CutContour
@@ -57,7 +57,7 @@ def check_fit(sheet: Sheet, plan: PlanFile) -> None:
         if max(abs(a - b) for a, b in zip(now.start, was.start, strict=True)) > SAME:
             raise refuse(f"{place} began at ({was.start[0]:.6g}, {was.start[1]:.6g}) in the plan")
     if len(sheet.contours) != len(plan.contours):
-        raise refuse(f"it has {len(sheet.contours)} contours, the plan {len(plan.contours)}")
+        raise refuse(f"it has {count_of(len(sheet.contours), 'contour')}, the plan {len(plan.contours)}")
 
 
 def follow_plan(cutting: Cutting, plan: PlanFile, *, everything: bool = False) -> Cutting:

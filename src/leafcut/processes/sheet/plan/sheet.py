@@ -165,7 +165,7 @@ def _edge(sheets: list[_PlacedContour]) -> tuple[Polyline | None, tuple[Polyline
         places = _at([m.contour.path.start for m in sheets])
         raise PlanError(
             f"the sheet's layer must hold one closed outline, and within it only holes apart from each other; it holds "
-            f"{len(closed)} closed and {len(sheets) - len(closed)} open paths, {places}"
+            f"{len(closed)} closed and {count_of(len(sheets) - len(closed), 'open path')}, {places}"
         )
     edge = closed[depth.index(0)].contour
     holes = tuple(m.contour.path for m, deep in zip(closed, depth, strict=True) if deep)

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.errors import count_of
 from leafcut.gcode.dialects import Dialect, Torch
 from leafcut.gcode.torch import KERF_REGISTER
 from leafcut.model.cutting import CutPlan
@@ -70,7 +71,7 @@ def check_cut_motion(planned: Toolpath, written: Toolpath, dialect: Dialect, uni
     if differences := compare_motion(moves, read, tolerance, cycles=True):
         return differences
     if len(states) != len(found):
-        return [Difference("motion", 0, 0, f"{len(states)} moves are planned, {len(found)} are written")]
+        return [Difference("motion", 0, 0, f"{count_of(len(states), 'move')} planned, {len(found)} written")]
     room = np.array(
         _State(0.0, SPEED_ROUNDING, 0.0, 0.0, tolerance, 0.0, tolerance, 0.0, DWELL_ROUNDING, DWELL_ROUNDING)
     )

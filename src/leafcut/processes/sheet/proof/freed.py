@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from leafcut.errors import count_of
 from leafcut.gcode.dialects import Dialect
 from leafcut.geometry.arrays import Points
 from leafcut.model.difference import Difference
@@ -31,15 +32,15 @@ def check_freed(laid: LaidRuns, path: Toolpath, dialect: Dialect, nozzle: float 
     found = crossings(laid, path)
     if len(found) > told:
         line, where = found[0]
-        count = f"{len(found)} travel moves cross parts that are cut free"
-        text = f"{count}, {told} are reported; the first to {place(*where)}"
+        count = count_of(len(found), "travel move")
+        text = f"{count} over parts that are cut free, {told} reported; the first to {place(*where)}"
         return [Difference("travel over a free part", 0, line, text)]
     near = crossings(laid, path, 0.5 * nozzle) if nozzle > 0.0 else []
     if len(near) > told + close:
         line, where = near[0]
         text = (
-            f"a nozzle of {nozzle:g} mm comes over parts that are cut free on {len(near)} travel moves, "
-            f"{told + close} are reported; the first to {place(*where)}"
+            f"a nozzle of {nozzle:g} mm comes over parts that are cut free on {count_of(len(near), 'travel move')}, "
+            f"{told + close} reported; the first to {place(*where)}"
         )
         return [Difference("travel over a free part", 0, line, text)]
     return []

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import shapely
 
+from leafcut.errors import count_of
 from leafcut.model.difference import Difference
 from leafcut.processes.sheet.proof.bridged import Followed, check_bridges
 from leafcut.processes.sheet.proof.common_cuts import check_common_lines
@@ -19,7 +20,7 @@ def misplaced(laid: LaidRuns) -> list[Difference]:
     """Return the cuts that are not the plan's, in number or in what they cut."""
     cuts, found = laid.plan.cuts, []
     if len(cuts) != len(laid.runs):
-        text = f"the torch goes on for {len(laid.runs)} cuts; {len(cuts)} are planned"
+        text = f"the torch goes on for {count_of(len(laid.runs), 'cut')}, the plan has {len(cuts)}"
         found.append(wrong("number of cuts", text, 0))
     planned = {i for cut in cuts for i in cut.contours}
     return found + [

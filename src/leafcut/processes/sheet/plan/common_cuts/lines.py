@@ -17,6 +17,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
+from leafcut.errors import count_of
 from leafcut.geometry.fitting import fit_arcs
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.sheet import SheetContour
@@ -196,7 +197,7 @@ def _issues(slots: Sequence[EdgeGap], groups: Sequence[CommonCutGroup], rules: C
     lines = [line for g in groups for line in g.lines]
     length = math.fsum(line.shared for line in lines)
     parts = sum(len(g.members) for g in groups)
-    words = f"{length:.6g} mm of edges of {parts} parts are cut once for two parts, in {len(lines)} lines"
+    words = f"{length:.6g} mm of edges of {parts} parts are cut once for two parts, in {count_of(len(lines), 'line')}"
     found = [Issue("L616", words, "", Severity.NOTE)]
     of = {k: n for n, g in enumerate(groups) for k in g.members}
     left = [s for s in slots if of.get(s.parts[0], -1) != of.get(s.parts[1], -2)]
