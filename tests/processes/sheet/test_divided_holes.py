@@ -74,10 +74,27 @@ def test_the_neck_is_reported_as_missing_with_its_place_and_area(tmp_path: Path)
     assert float(issue.message.split(" and ")[1].split()[0]) == pytest.approx(60.0, abs=0.5)
 
 
-def test_a_hole_that_holds_something_is_left_out_as_a_whole_and_reported(tmp_path: Path) -> None:
-    outcome = api.optimize(drawn(tmp_path, bell(1.0), ((150, 60), 20)), **FAST)
+@pytest.mark.parametrize("compensation", ["geometry", "controller"])
+def test_a_hole_that_holds_a_part_is_cut_in_pieces_after_that_part(compensation: str, tmp_path: Path) -> None:
+    outcome = api.optimize(drawn(tmp_path, bell(1.0), ((150, 60), 20)), compensation=compensation, **FAST)
     assert outcome.verified
-    assert [i.code for i in outcome.issues if i.code in ("L611", "L612")] == ["L611"]
+    assert [i.code for i in outcome.issues if i.code in ("L611", "L612")] == ["L612"]
+    cuts = [cut.contours for cut in outcome.detail.plan.cuts]
+    sheet = outcome.detail.plan.sheet
+    (part,) = (k for k, one in enumerate(sheet.contours) if one.part == 2)
+    around = sheet.contours[part].parent
+    assert sheet.contours[around].contour.path.extents[0] == pytest.approx(120.0, abs=1.6)
+    assert sorted(cuts) == [(0,), (1,), (2,), (3,)]
+    assert cuts.index((part,)) < cuts.index((around,)) < cuts.index((0,))
+
+
+def test_a_slot_narrower_than_two_kerfs_is_cut_along_its_middle_also_under_controller_compensation(
+    tmp_path: Path,
+) -> None:
+    slot = [(50, 50), (90, 50), (90, 52), (50, 52)]
+    outcome = api.optimize(drawn(tmp_path, slot), compensation="controller", **FAST)
+    assert outcome.verified
+    assert [i.code for i in outcome.issues if i.code in ("L611", "L627")] == ["L627"]
 
 
 # -- the sheet, and its proof ------------------------------------------------------------------------------------------
@@ -107,6 +124,14 @@ def test_the_first_piece_takes_the_number_of_the_hole_and_the_others_come_last()
     assert check_divided(sheet, divided, 0.5 * KERF) == []
 
 
+def test_a_hole_with_something_outside_of_its_pieces_stays_as_it_is() -> None:
+    """The part lies in the neck, where no kerf comes."""
+    sheet = sheet_of(bell(1.0))
+    tiny = Contour(Polyline.of_points([(80, 49.8), (84, 49.8), (84, 50.2), (80, 50.2)], closed=True))
+    held = replace(sheet, contours=(*sheet.contours, SheetContour(tiny, 2, 1, 2)))
+    assert with_divided_holes(held, RULES) == (held, [])
+
+
 @pytest.mark.parametrize("fault", ["dropped", "wider", "outline"])
 def test_a_fault_of_the_pieces_is_found_from_the_drawn_hole_alone(fault: str) -> None:
     sheet = sheet_of(bell(1.0))
@@ -114,7 +139,11 @@ def test_a_fault_of_the_pieces_is_found_from_the_drawn_hole_alone(fault: str) ->
     plate, one, other = divided.contours
     wider = replace(other, contour=replace(other.contour, path=Polyline.of_points(
         [(119.8, 20), (180, 20), (180, 100), (119.8, 100)], closed=True)))  # fmt: skip
-    contours = {"dropped": (plate, one), "wider": (plate, one, wider), "outline": (replace(plate), one, other)}[fault]
+    contours = {
+        "dropped": (plate, one),
+        "wider": (plate, one, wider),
+        "outline": (replace(plate, contour=replace(plate.contour)), one, other),
+    }[fault]
     text = {"dropped": "is not cut", "wider": "beyond its edge", "outline": "is no hole"}[fault]
     found = check_divided(sheet, replace(divided, contours=contours), 0.5 * KERF)
     assert text in " ".join(difference.text for difference in found)

@@ -144,11 +144,11 @@ def prepared(run: Run, source: Source) -> tuple[SheetJob, list[Issue]]:
 
 def _reached(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, list[Issue]]:
     """Return the sheet with narrow slots as cuts along their middle, the same with holes in the pieces that the kerf
-    divides them into, and notes on both; without compensation by the program, the sheet unchanged."""
+    divides them into, and notes on both; without compensation, the sheet unchanged."""
     from leafcut.processes.sheet.plan.divided_holes import with_divided_holes
     from leafcut.processes.sheet.plan.slots import on_their_middle
 
-    if rules.compensation != "geometry":
+    if rules.half <= 0.0:
         return sheet, sheet, []
     whole, narrow = on_their_middle(sheet, rules.kerf) if rules.data.can_pierce else (sheet, [])
     divided, uncut = with_divided_holes(whole, rules)

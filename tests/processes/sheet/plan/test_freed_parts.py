@@ -195,7 +195,7 @@ def test_no_way_of_a_laser_crosses_a_free_part_and_the_proof_counts_for_itself(l
     straight = replace(path, **columns)
     found = check_freed(laid, straight, words)
     assert found
-    assert "0 are reported" in str(found[0])
+    assert "0 reported" in str(found[0])
     laid, path = laid_of(replace(laser, detail=SheetDetail((replace(laser.detail.plan, close=0),))), laser.text)
     (wide,) = check_freed(laid, path, words, 8.0)
     assert "a nozzle of 8 mm comes over parts" in str(wide)

@@ -26,22 +26,34 @@ SMALL = 0.01
 def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue]]:
     """Return a sheet with each hole that the kerf divides as its pieces, and what stays uncut of these holes (L612).
 
-    The first piece takes the place of the hole, the others come last, so that no contour gets another number. Holes
-    that hold something stay as they are: they are reported and not cut.
+    The first piece takes the place of the hole, the others come last, so that no contour gets another number. What a
+    hole holds belongs to the piece around it; a hole with something outside of its pieces stays unchanged: it is
+    reported and not cut.
     """
-    holding = {c.parent for c in sheet.contours}
     contours, added, issues = list(sheet.contours), list[SheetContour](), []
     for index, one in enumerate(sheet.contours):
-        if not one.is_hole or index in holding or one.contour.kind != "cut":
+        if not one.is_hole or one.contour.kind != "cut":
             continue
         hole = shapely.Polygon(one.contour.path.flattened(FLATNESS))
         pieces = _pieces(hole, rules)
-        if not pieces:
+        held = [k for k, c in enumerate(sheet.contours) if c.parent == index]
+        around = [_piece_around(sheet.contours[k], pieces) for k in held]
+        if not pieces or None in around:
             continue
+        numbers = [index, *(len(contours) + len(added) + k for k in range(len(pieces) - 1))]
         contours[index], *others = (replace(one, contour=replace(one.contour, path=path)) for path in pieces)
         added += others
+        for k, piece in zip(held, around, strict=True):
+            contours[k] = replace(contours[k], parent=numbers[piece or 0])
         issues.append(_uncut(one, hole, pieces, rules))
     return (replace(sheet, contours=(*contours, *added)), issues) if issues else (sheet, [])
+
+
+def _piece_around(held: SheetContour, pieces: list[Polyline]) -> int | None:
+    """Return the position of the piece of a hole that lies around a contour; None if there is none."""
+    points = shapely.MultiPoint(held.contour.path.flattened(FLATNESS))
+    around = (k for k, path in enumerate(pieces) if shapely.Polygon(path.flattened(FLATNESS)).covers(points))
+    return next(around, None)
 
 
 def _pieces(hole: Any, rules: CutRules) -> list[Polyline]:
@@ -73,9 +85,10 @@ def _uncut(one: SheetContour, hole: Any, pieces: list[Polyline], rules: CutRules
         if rest.area > SMALL and (shapely.dwithin(burnt, rest, ROUNDING).sum() > 1 or rest.intersects(unused))
     ]
     x, y = one.contour.path.start
+    number = "1 of its pieces is" if len(pieces) == 1 else f"{len(pieces)} of its pieces are"
     words = (
-        f"a hole of part {one.part} has a neck narrower than the kerf of {rules.kerf:.4g} mm: {len(pieces)} of its "
-        f"pieces are cut, and {sum(rest.area for rest in left):.3g} mm² stay uncut"
+        f"a hole of part {one.part} has a neck narrower than the kerf of {rules.kerf:.4g} mm: {number} cut, and "
+        f"{sum(rest.area for rest in left):.3g} mm² stay uncut"
     )
     outlines = tuple(Polyline.of_points(list(rest.exterior.coords)[:-1], closed=True) for rest in left)
     where = tuple((float(rest.centroid.x), float(rest.centroid.y)) for rest in left) or ((x, y),)

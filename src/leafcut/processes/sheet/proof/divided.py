@@ -21,9 +21,9 @@ def check_divided(drawn: Sheet, sheet: Sheet, half: float) -> list[Difference]:
     half
         How far the middle of the kerf keeps from the parts, mm.
     """
-    if sheet.contours == drawn.contours:
+    changed = [k for k, one in enumerate(drawn.contours) if sheet.contours[k].contour is not one.contour]
+    if not changed and len(sheet.contours) == len(drawn.contours):
         return []
-    changed = [k for k, one in enumerate(drawn.contours) if sheet.contours[k] is not one]
     holes = {k: _shape(drawn.contours[k]) for k in changed}
     pieces = [_shape(one) for one in (*(sheet.contours[k] for k in changed), *sheet.contours[len(drawn.contours) :])]
     found = [
