@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("spyrrow")
 
-from leafcut.processes.nesting.plan.sparrow_process import GIVEN_UP, OVERLAPPING, StripSearch
+from leafcut.processes.nesting.plan.sparrow_process import GIVEN_UP, NEVER, OVERLAPPING, StripSearch, phases
 
 FOUND = 3
 ENDLESS: dict[str, Any] = {"steps": 1e9, "failures": 1e9, "seconds": 1e9, "enough": 0.0}
@@ -51,3 +51,11 @@ def test_time_that_is_over_ends_it_once_there_is_an_answer() -> None:
     search.take(FOUND, strip(90.0))
     assert search.late() and search.reason == "clock"
     assert not told((FOUND, 90.0))[0].late()
+
+
+@pytest.mark.parametrize("seconds", [0.3, 1.0, 3.8, 4.0, 19.4, 59.99])
+def test_the_nester_never_stops_before_the_time_of_the_search(seconds: float) -> None:
+    exploration, compression = phases(seconds)
+    assert seconds <= exploration + compression < seconds + 2.0
+    assert abs(exploration - 0.8 * seconds) <= 0.76
+    assert phases(1e9) == (NEVER, NEVER)

@@ -10,6 +10,7 @@ Imports nothing of leafcut: it starts in a moment.
 from __future__ import annotations
 
 import json
+import math
 import os
 import sys
 import threading
@@ -61,6 +62,17 @@ class StripSearch:
         return {"width": self.best.width, "items": items, "steps": self.steps, "ended": self.reason}
 
 
+def phases(seconds: float) -> tuple[int, int]:
+    """Return the seconds of exploration and compression, whole numbers, together no less than the time of the search.
+
+    The search is ended from here: by its own clock it would lose the rest of a second of each phase.
+    """
+    if seconds >= NEVER:
+        return NEVER, NEVER
+    exploration = max(round(0.8 * seconds), 1)
+    return exploration, max(math.ceil(seconds) - exploration, 1)
+
+
 def solve(task: dict[str, Any]) -> dict[str, Any]:
     """Return the answer to a task.
 
@@ -72,12 +84,12 @@ def solve(task: dict[str, Any]) -> dict[str, Any]:
         for number, item in enumerate(task["items"])
     ]
     instance = spyrrow.StripPackingInstance("strip", task["height"], items)
-    limited = task["seconds"] < NEVER
+    exploration, compression = phases(task["seconds"])
     config = spyrrow.StripPackingConfig(
         early_termination=True,
         total_computation_time=None,
-        exploration_time=max(int(0.8 * task["seconds"]), 1) if limited else NEVER,
-        compression_time=max(int(0.2 * task["seconds"]), 1) if limited else NEVER,
+        exploration_time=exploration,
+        compression_time=compression,
         num_workers=task["workers"],
         seed=task["seed"],
     )
