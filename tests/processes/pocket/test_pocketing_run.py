@@ -73,7 +73,8 @@ def test_the_holder_of_the_mill_stays_out_of_a_clamp_as_high_as_it(
     )
     given = {**FAST, "strategy": "contour", "depth": 4, "tool_diameter": 6, "tools": tools, "keep_out": "50 0 60 30 9"}
     if refused:
-        with pytest.raises(VerifyError, match="the shank or holder of the tool meets a --keep-out zone"):
+        words = r"pocket plate: the holder of .* meets the keep-out zone '50 0 60 30 9', 13.* stick out 2 mm farther"
+        with pytest.raises(PlanError, match=words):
             api.optimize(drawing, **given)
     else:
         assert api.optimize(drawing, **given).verified
@@ -307,7 +308,7 @@ def test_the_summary_fits_a_terminal_and_names_the_strategies(outcome) -> None:
         ({"milling_feed": "100m/min"}, PlanError, "feeds at most"),
         ({"air_feed": "700mm/min"}, PlanError, "--air-feed 700 mm/min is below the feed of the mill, 800 mm/min"),
         ({"air_feed": "90m/min"}, PlanError, "feeds at most"),
-        ({"keep_out": "20 0 40 10"}, VerifyError, "cuts in an obstacle"),
+        ({"keep_out": "20 0 40 10"}, PlanError, "pocket plate is in the keep-out zone '20 0 40 10'"),
         ({"start_point": "1,2,3"}, OptionError, "two numbers"),
     ],
 )

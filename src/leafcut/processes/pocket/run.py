@@ -126,6 +126,7 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     """Read the pockets and what is said of them."""
     from leafcut.gcode.dialects import dialect
     from leafcut.processes.placing import placed, placing_words
+    from leafcut.processes.pocket.plan.clamps import refuse_clamps
     from leafcut.processes.pocket.plan.feed_limits import feed_limits
     from leafcut.processes.pocket.plan.rules import levels_of, lying_in, milled_pockets, milling_data, rules_of
     from leafcut.processes.pocket.plan.toolpath import PocketHeights
@@ -178,6 +179,8 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
         end=_xy(settings.job.end_point),
         zones=widened(parse_zones(keep_out), beside)[high],
     )
+    floors, clearance = [one.floor + surface for one in levels], settings.job.clearance_height + surface
+    refuse_clamps(part.pockets, floors, rules, data.tool, keep_out, clearance)
     words = dialect(settings.post.dialect or run.machine.controller)
     run = run.for_words(words)
     check_words_used(settings, run.machine, words)
