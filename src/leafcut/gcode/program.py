@@ -139,6 +139,15 @@ class Program:
         return len(self.line)
 
     @cached_property
+    def spindle_directions(self) -> NDArray[np.int64]:
+        """Direction of the spindle after the block of each row of `path`, int64[n]: 1 for M3, -1 for M4, 0 for M5."""
+        if not len(self.modals):
+            return np.zeros(len(self.path), dtype=np.int64)
+        block = np.searchsorted(self.first, np.arange(len(self.path)), side="right") - 1
+        active = self.before[np.clip(block + 1, 0, len(self.before) - 1)]
+        return np.array([modal.spindle for modal in self.modals], dtype=np.int64)[active]
+
+    @cached_property
     def text_line(self) -> NDArray[np.int32]:
         """int32[m]: the line of the program's own text that each block is run from: its own, or that of the call."""
         line = self.line.copy()

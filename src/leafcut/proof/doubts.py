@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from leafcut.errors import count_of
 from leafcut.gcode.dialects import Dialect
@@ -43,19 +42,13 @@ def find_doubts(program: Program, words: Dialect, process: str) -> list[Issue]:
 
 def _backwards(program: Program) -> Iterator[Issue]:
     """Yield that a tool cuts with M4. The way up out of a tapped hole is none of these cuts, nor is a tapping cycle."""
-    path, turns, cuts = program.path, _turns(program), _cuts(program.path)
+    path, turns, cuts = program.path, program.spindle_directions, _cuts(program.path)
     drills = np.flatnonzero(path.kind == Kind.DRILL)
     cuts[drills] = [path.cycles[k].name not in _TAPS for k in path.ref[drills].tolist()]
     rows = np.flatnonzero(cuts & (turns < 0))
     if len(rows):
         message = "M4 turns the spindle backwards in cuts: mills and drills need M3, unless they are left-handed"
         yield Issue("L806", message, f"line {int(path.line[rows[0]])}")
-
-
-def _turns(program: Program) -> NDArray[np.int64]:
-    """Return the direction of the spindle after the block of each row, int64[n]: 1, -1, 0 when it stands."""
-    after = np.array([program.modals[k].spindle for k in program.before[1:].tolist()], dtype=np.int64)
-    return np.repeat(after, np.diff(program.first))
 
 
 def _cuts(path: Toolpath) -> Mask:
@@ -74,7 +67,7 @@ def _restarts(program: Program) -> Iterator[Issue]:
 
     After a tool change the spindle starts in every program; the first start is the operator's to watch.
     """
-    path, on = program.path, _turns(program) != 0
+    path, on = program.path, program.spindle_directions != 0
     cuts = np.flatnonzero(_cuts(path) & on)
     if not len(cuts):
         return

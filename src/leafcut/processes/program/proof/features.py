@@ -246,7 +246,7 @@ def states_of_program(program: Program) -> States:
         return np.array([take(modal) for modal in program.modals], dtype=np.float64)[active]
 
     def columns() -> Iterator[tuple[str, NDArray]]:
-        radius, direction = np.zeros(0), direction_of(program)
+        radius, direction = np.zeros(0), program.spindle_directions
         for name, known in _columns_of_path(path):
             match name:
                 case "length":
@@ -256,7 +256,7 @@ def states_of_program(program: Program) -> States:
                 case "feed_mode":
                     yield name, column(lambda m: m.feed_mode).astype(np.int64)
                 case "direction":
-                    yield name, direction.astype(np.int64)
+                    yield name, direction
                 case "stated":
                     yield (
                         name,
@@ -273,16 +273,6 @@ def states_of_program(program: Program) -> States:
     return States.of_columns(columns(), len(path))
 
 
-def direction_of(program: Program) -> Floats:
-    """Return for every row 1 for M3, -1 for M4, 0 for M5."""
-    path = program.path
-    if not len(program.modals):
-        return np.zeros(len(path))
-    block = np.searchsorted(program.first, np.arange(len(path)), side="right") - 1
-    active = program.before[np.clip(block + 1, 0, len(program.before) - 1)]
-    return np.array([modal.spindle for modal in program.modals], dtype=np.float64)[active]
-
-
 #: A length offset is its register and this many times the number of blocks before it that may have changed the table.
 TAKEN = 1 << 20
 
@@ -293,7 +283,7 @@ def _table_of(path: Toolpath) -> Indices:
     return path.latest(Kind.OFFSET, count)
 
 
-def _started(path: Toolpath, direction: Floats) -> Indices:
+def _started(path: Toolpath, direction: Indices) -> Indices:
     """Return for every row 1, or 0 where the spindle turns and was not started since the last tool change.
 
     M6 stops it in LinuxCNC and Haas; elsewhere that differs.

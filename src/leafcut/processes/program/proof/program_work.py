@@ -15,7 +15,6 @@ from leafcut.processes.program.proof.features import (
     Features,
     States,
     compensated_moves,
-    direction_of,
     features_of,
     states_of_program,
 )
@@ -117,7 +116,7 @@ def cuts_with_beam(program: Program) -> bool:
 
     No mill does that but for a barrier: it is a laser or a torch. Moves with the beam off then make nothing.
     """
-    path, direction = program.path, direction_of(program)
+    path, direction = program.path, program.spindle_directions
     stage = np.cumsum(np.isin(path.kind, (Kind.PAUSE, Kind.TOOL, Kind.FRAME, Kind.SHIFT, Kind.MACHINE)))
     moving = path.kind <= Kind.ARC_CCW
     lit = np.flatnonzero(moving & (path.kind != Kind.RAPID) & (direction != 0))
