@@ -552,32 +552,35 @@ class _Job:
             yield f"ways down into the material keep their feeds with {named(unknown)}: give a plunge feed with --tools"
 
 
+#: Why a tool keeps its feed, by the reason of a `KeptFeed`; a chip by the tool's own feed (`stated`) or by a `slot`.
+_KEPT_WORDS = {
+    "stated": "the chip of its library's feed and speed is the limit in {share:.0f} % of its cutting time, first at "
+    "line {line}",
+    "slot": "its worst cut is a full slot at line {line}, and chips are as thick in {share:.0f} % of its cutting time; "
+    "give its own feed and speed with --tools",
+    "chip": "its worst cut is {width:.3g} mm wide at line {line}, and chips are as thick in {share:.0f} % of its "
+    "cutting time; give its own feed and speed with --tools",
+    "rate": "it takes off as much as in its worst cut in {share:.0f} % of its cutting time, first at line {line}",
+    "increase": "--feed-increase {increase:g} allows no higher feed",
+    "spindle": "power or torque of the spindle is the limit in {share:.0f} % of its cutting time, first at line {line}",
+    "ramp": "it goes down on ramps in {share:.0f} % of its cutting time, first at line {line}; give its plunge feed "
+    "with --tools",
+    "finish": "it finishes walls in {share:.0f} % of its cutting time, first at line {line}",
+    "machine": "the machine feeds no faster in {share:.0f} % of its cutting time, first at line {line}",
+    "lines": "lines that cannot be changed take {share:.0f} % of its cutting time, first line {line}",
+    "short": "a higher feed saves no time in {share:.0f} % of its cutting time, first at line {line}: the cuts are too "
+    "short",
+}
+
+
 def _kept_words(why: KeptFeed, limit: ToolLimits, diameter: float, rules: PaceRules) -> str:
     """Return why a tool keeps its feed, for people."""
-    share, line = f"{100.0 * why.share:.0f} % of its cutting time", why.line
-    if why.reason == "chip" and limit.stated:
-        return f"the chip of its library's feed and speed is the limit in {share}, first at line {line}"
-    if why.reason == "chip":
-        cut = "a full slot" if why.width >= _SLOT * diameter else f"{why.width:.3g} mm wide"
-        return (
-            f"its worst cut is {cut} at line {line}, and chips are as thick in {share}; give its own feed and speed "
-            "with --tools"
-        )
-    if why.reason == "rate":
-        return f"it takes off as much as in its worst cut in {share}, first at line {line}"
-    if why.reason == "increase":
-        return f"--feed-increase {100.0 * (rules.increase - 1.0):g} allows no higher feed"
-    if why.reason == "spindle":
-        return f"power or torque of the spindle is the limit in {share}, first at line {line}"
-    if why.reason == "ramp":
-        return f"it goes down on ramps in {share}, first at line {line}; give its plunge feed with --tools"
-    if why.reason == "finish":
-        return f"it finishes walls in {share}, first at line {line}"
-    if why.reason == "machine":
-        return f"the machine feeds no faster in {share}, first at line {line}"
-    if why.reason == "lines":
-        return f"lines that cannot be changed take {share}, first line {line}"
-    return f"a higher feed saves no time in {share}, first at line {line}: the cuts are too short"
+    reason = why.reason
+    if reason == "chip":
+        reason = "stated" if limit.stated else "slot" if why.width >= _SLOT * diameter else "chip"
+    return _KEPT_WORDS[reason].format(
+        share=100.0 * why.share, line=why.line, width=why.width, increase=100.0 * (rules.increase - 1.0)
+    )
 
 
 def _spindle(run: Run) -> SpindleLoad | None:
