@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
     from leafcut.stock.height_field import HeightField
 
-#: From the top of the stock down to its deepest place: lightness falls all the way, so that any colour vision reads it,
-#: and never so far that a shadow would not be seen.
+#: From the top of the stock to its deepest place: lightness falls steadily, readable with any colour vision, and stays
+#: light enough for shadows.
 DEPTHS: tuple[RGB, ...] = (
     (240, 241, 237),
     (184, 219, 200),
@@ -27,40 +27,40 @@ DEPTHS: tuple[RGB, ...] = (
     (54, 90, 150),
     (60, 50, 118),
 )
-#: What is cut through, the paper, what is written, and the edges.
+#: Holes, paper, text and edges.
 THROUGH, _PAPER, _INK, _EDGE = (255, 190, 84), (255, 255, 255), (40, 44, 48), (150, 154, 158)
-#: A way over the part, and what holds it.
+#: Moves over the part, and its fixture.
 WAY, HELD = (190, 40, 66), (126, 118, 108)
-#: The longer side of the picture of the field, and the least of its shorter one, pixels.
+#: Longer side of the picture of the field, and minimum of its shorter side, pixels.
 LONGER, _SHORTER = 1400, 8
-#: So many cells along the longer side are looked at, at most: more would be thinned out, and only take memory.
+#: Maximum number of cells along the longer side: more would be thinned out and only take memory.
 _MOST = 2 * LONGER
-#: Room for what is written around the field, pixels: numbers of Y, the scale, and numbers of X.
+#: Margins for text around the field, pixels: numbers of Y, the scale, and numbers of X.
 LEFT, RIGHT, TOP, BOTTOM = 96, 190, 30, 76
-#: The scale is so long at most, and the page has room for so long a one.
+#: Maximum length of the scale, and the minimum for which the page has room, pixels.
 _SCALE, _LEAST_SCALE = 460, 220
 #: How strongly slopes are shaded, and places below others near them: at most, so wide, and at which share of the depth.
 _SHADE, _SHADOW, _NEAR, _FULL = 0.4, 0.45, 0.012, 0.35
 _SIZE, _TICK = 22, 8
-#: Cells that become so many pixels or more would show as stairs along slanting walls: so many cells soften them.
+#: Cells of this many pixels or more would show stairs along slanting walls; smoothing over this many cells hides them.
 _STAIRS, _SOFT = 1.5, 0.6
-#: Round numbers of the scale stay so far from those of its ends, pixels; about one stands in so many pixels.
+#: Distance of round numbers of the scale from its ends, and their usual distance, pixels.
 _APART, _NUMBER = 30, 70
 #: Steps of the colours.
 _STEPS = 1024
 
 
 class OverStock(NamedTuple):
-    """What is drawn over a height field.
+    """Overlays of a height field.
 
     Attributes
     ----------
     ways
         float64[m, 4]: x and y of both ends of lines, mm.
     air
-        bool[rows, columns]: where nothing was before the first cut.
+        bool[rows, columns]: cells without material before the first cut.
     held
-        bool[rows, columns]: where something holds the material.
+        bool[rows, columns]: cells of the fixture.
     """
 
     ways: NDArray[np.float64]
@@ -129,7 +129,7 @@ def _ramp(steps: int) -> NDArray[np.float64]:
 
 
 def _light(heights: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
-    """Return how light every cell is for its slope, 1 where it is flat; light comes from the upper left."""
+    """Return the brightness of each cell by its slope, 1 if flat; light comes from the upper left."""
     if min(heights.shape) < 2:
         return np.ones_like(heights)
     rise_y, rise_x = np.gradient(heights, cell)
@@ -138,7 +138,7 @@ def _light(heights: NDArray[np.float32], cell: float) -> NDArray[np.float32]:
 
 
 def _shadow(heights: NDArray[np.float32], through: NDArray[np.bool_], top: float, bottom: float) -> NDArray[np.float32]:
-    """Return how light every cell is under what stands higher around it, 1 where nothing does."""
+    """Return the brightness of each cell below higher surroundings, 1 in the open."""
     high = np.where(through, np.float32(bottom), heights)
     near = max(round(_NEAR * max(heights.shape)), 1)
     around = _mean(_mean(high, near, 0), near, 1)
@@ -147,7 +147,7 @@ def _shadow(heights: NDArray[np.float32], through: NDArray[np.bool_], top: float
 
 
 def _mean(values: NDArray[np.float32], near: int, axis: int) -> NDArray[np.float32]:
-    """Return the mean of every place and of so many before and behind it along an axis; the edges go on outside."""
+    """Return the moving average along an axis; edge values continue outside."""
     wide = [(near + 1, near) if k == axis else (0, 0) for k in range(2)]
     sums = np.cumsum(np.pad(values, wide, mode="edge"), axis=axis, dtype=np.float64)
     count = 2 * near + 1
@@ -193,7 +193,7 @@ def _words(value: float, step: float) -> str:
 
 
 def _between(top: float, bottom: float, length: int) -> list[float]:
-    """Return round heights from the top down, mm, that stand apart from both ends of a scale so many pixels long."""
+    """Return round heights from the top down, mm, clear of both ends of a scale of this length in pixels."""
     keeps = _APART * (top - bottom) / length
     rounded = ticks(bottom + keeps, top - keeps, nice_step(top - bottom, max(length // _NUMBER, 1)))
     return sorted((float(height) for height in rounded), reverse=True)
@@ -202,7 +202,7 @@ def _between(top: float, bottom: float, length: int) -> list[float]:
 def _draw_scale(
     draw: Any, font: Any, at: tuple[int, int], length: int, top: float, bottom: float, through: bool
 ) -> None:
-    """Draw the colours of the heights from top to bottom, with their numbers, and what cut through looks like."""
+    """Draw the scale: colours of heights from top to bottom, their numbers, and the colour of holes."""
     x, y = at
     for row, colour in enumerate(_ramp(max(length, 2)).astype(int).tolist()):
         draw.line((x, y + row, x + 26, y + row), fill=tuple(colour))

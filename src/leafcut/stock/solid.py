@@ -1,4 +1,4 @@
-"""`Solid`: the stock of a run as it is shown to people: few cells, and every move that cuts them."""
+"""`Solid`: the stock of a run for display: coarse cells, and all moves that cut them."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ from leafcut.stock.straight_moves import StraightMoves, straight_moves
 
 #: Cells along the longer side.
 CELLS = 512
-#: Cuts are looked at in pieces of this share of the smallest tool's diameter, as long as there are not too many.
+#: Length of pieces of cuts, as a share of the smallest tool's diameter, unless they become too many.
 _PIECE, _PIECES = 0.5, 400_000
-#: A program of more moves is not shown.
+#: Maximum number of moves of a program that is shown.
 _MOST_MOVES = 1_000_000
-#: Chords of arcs lie so many cells off at most.
+#: Maximum distance of chords from their arcs, cells.
 _STRAYS = 0.05
-#: A block around the cuts is wider by this share of its longer side, mm at least and at most, and goes so far below.
+#: Margin of a block around the cuts: share of its longer side, minimum and maximum, mm; and its depth below them, mm.
 _BESIDE, _LEAST_BESIDE, _MOST_BESIDE, _BELOW = 0.06, 1.0, 12.0, 1.0
-#: … by this share of its longer side at least, so that it is no foil.
+#: Minimum depth as a share of its longer side, so that it is no foil.
 _THICK = 0.03
-#: So many collisions are shown.
+#: Maximum number of collisions that are shown.
 _MOST_COLLISIONS = 500
-#: A rapid is looked at in so many places for where it is in the block.
+#: Number of places along a rapid that are tested for being in the block.
 _PLACES = 65
 
 
 class Collision(NamedTuple):
-    """Where a tool meets material that it must not: what meets it, the row of the moves' path, and how deep, mm."""
+    """A collision of a tool with material: the colliding body, the row of the moves' path, and the depth, mm."""
 
     kind: str
     row: int
@@ -53,10 +53,9 @@ class Collision(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """The stock of a run before and after it, and what cut it.
+    """The stock before and after a run, and its moves.
 
-    Places are relative to `origin`, and rounded to single precision, as they are drawn: who cuts `before` by `moves`
-    gets `after`.
+    Places are relative to `origin` and rounded to single precision for drawing: `before` cut by `moves` is `after`.
 
     Attributes
     ----------
@@ -67,11 +66,11 @@ class Solid:
     before, after
         The stock.
     held
-        bool[rows, columns]: which cells of it are of what holds the material.
+        bool[rows, columns]: cells of the fixture.
     moves
         The pieces of the program's motions.
     width, chip
-        float64[m]: how wide every move cuts and its thickest chip, as shares of the tool's diameter and of the feed
+        float64[m]: width of cut and thickest chip of each move, as shares of the tool's diameter and of the feed
         per tooth.
     """
 
@@ -90,7 +89,7 @@ class Solid:
 
 
 def shown_block(path: Toolpath, stock: ShownStock) -> StockBlock:
-    """Return the block of material in which a run is shown.
+    """Return the block of material for showing a run.
 
     Raises
     ------
@@ -118,12 +117,12 @@ def _begun(path: Toolpath, stock: ShownStock) -> tuple[dict[int, Cutter], StockB
 
 
 def solid_of(path: Toolpath, stock: ShownStock, look: Heartbeat = unseen) -> Solid:
-    """Return the stock of a run, cut by a toolpath in cells of a size for pictures.
+    """Return the stock of a run, cut by a toolpath, in cells for pictures.
 
     Raises
     ------
     PlanError
-        It is not known, or nothing is cut of it, or there are too many moves.
+        The stock is unknown or not cut, or the moves are too many.
     OptionError
         A tool has no diameter.
     """
@@ -167,12 +166,12 @@ def _moved(block: StockBlock, origin: tuple[float, float]) -> StockBlock:
 
 
 def _around(moves: StraightMoves, cutters: dict[int, Cutter], stock: ShownStock) -> StockBlock:
-    """Return a block around the cuts below Z0, and somewhat wider.
+    """Return a block around the cuts below Z0, with a margin.
 
     Raises
     ------
     PlanError
-        There is none.
+        No cut goes below Z0.
     """
     ends = moves.ends
     deep = ~moves.rapid & (np.minimum(ends[:, 2], ends[:, 5]) < 0.0)
@@ -199,7 +198,7 @@ def _collisions(
     block: StockBlock,
     origin: tuple[float, float],
 ) -> tuple[Collision, ...]:
-    """Return what is in the material and must not be, of each row the deepest piece: rapids, shanks and holders."""
+    """Return collisions of rapids, shanks and holders with the material: the deepest piece of each row."""
     depths = {
         "rapid": np.where(moves.rapid & removed.cuts, removed.depth, 0.0),
         Body.SHANK.value: removed.shank,
@@ -222,7 +221,7 @@ def _collisions(
 
 
 def _place_in(move: NDArray[np.float64], block: StockBlock, origin: tuple[float, float]) -> tuple[float, float, float]:
-    """Return the middle of what of a move lies in a block, relative to the origin; else its lower end."""
+    """Return the middle of the part of a move inside a block, relative to the origin; else its lower end."""
     share = np.linspace(0.0, 1.0, _PLACES)[:, None]
     places = move[:3] + share * (move[3:] - move[:3])
     low, high = np.array(block.low) - (*origin, math.inf), np.array(block.high) - (*origin, 0.0)

@@ -1,4 +1,4 @@
-"""What is told of a program in a new order: what it makes, what could be reordered, and what keeps its place."""
+"""Report of a reordered program: its work, the pieces that moved, and the pieces that keep their place."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from leafcut.report.pace_words import pace_facts
 from leafcut.report.path_report import PathReport
 from leafcut.report.wording import clean, count
 
-#: So many reasons why pieces of a program stay are told in the summary.
+#: Maximum number of reasons for fixed pieces in the summary.
 MOST_REASONS = 6
-#: What programs do whose tool is a beam that is on or off.
+#: Work of programs whose tool is a beam.
 
 
 class ProgramReport(PathReport[ProgramDetail]):
-    """What a program in a new order shows."""
+    """Views of a reordered program."""
 
     came_in = "program"
     found = "read back: it does the same work as the original"
@@ -36,13 +36,13 @@ class ProgramReport(PathReport[ProgramDetail]):
             self.found = "but no cut and no hole was found in this program"
 
     def counts(self) -> dict[str, int]:
-        """Return what the proof counted, and how the program is divided."""
+        """Return the counts of the proof and the sections of the program."""
         outcome, detail = self.outcome, self.outcome.detail
         own = {"barriers": detail.barriers, "operations": len(outcome.operations), "pieces": detail.pieces}
         return {**asdict(detail.certificate.before), **own}
 
     def counts_words(self) -> str:
-        """Return what a program makes, how much of it can be reordered, and how much is made from its other end."""
+        """Return the work of a program, and the shares that can be reordered and that are reversed."""
         detail = self.outcome.detail
         counts = detail.certificate.before
         words = [count(counts.holes, "hole")] if counts.holes else []
@@ -56,7 +56,7 @@ class ProgramReport(PathReport[ProgramDetail]):
         return " · ".join([*(words or ["no work"]), *([f"{turned} reversed"] if turned else [])])
 
     def answer(self) -> dict[str, Any]:
-        """Return the proof, why pieces of the program keep their place, and what new speeds did."""
+        """Return the proof, the reasons for fixed pieces, and the effect of new speeds."""
         detail = self.outcome.detail
         proof = certificate_as_json(detail.certificate)
         answer = {
@@ -68,7 +68,7 @@ class ProgramReport(PathReport[ProgramDetail]):
         return {**answer, **stock, **({} if detail.pace is None else {"pace": plain(detail.pace)})}
 
     def facts(self) -> list[Fact]:
-        """Return the gap, what stays, what the stock shows, and how the order was sought."""
+        """Return the gap, fixed pieces, findings of the stock simulation, and the search."""
         head, *reasons = staying_words(self.outcome.detail, MOST_REASONS) or [""]
         stays = [Fact("stays", f"{head}: {'; '.join(reasons)}")] if head else []
         facts = super().facts()
@@ -78,31 +78,31 @@ class ProgramReport(PathReport[ProgramDetail]):
         return [*facts[:at], *stays, *self.pace(), *left, *facts[at:]]
 
     def pace(self) -> list[Fact]:
-        """Return what new heights and speeds saved, where they were asked for."""
+        """Return the time that new heights and speeds save, if requested."""
         pace = self.outcome.detail.pace
         return pace_facts(pace) if pace else []
 
     def saved(self) -> views.PageRow:
-        """Return the large figure, and that the order stays where it does."""
+        """Return the headline figure; state it if the order is unchanged."""
         outcome, row = self.outcome, super().saved()
         same = outcome.before == outcome.after and outcome.before.time_s > 0
         return {**row, "percent": "The order stays as it was."} if same else row
 
     def staying_words(self) -> list[str]:
-        """Return all that keeps its place, and why."""
+        """Return the pieces that keep their place, with reasons."""
         return staying_words(self.outcome.detail)
 
     def stock(self) -> ShownStock:
-        """Return what of the stock is known."""
+        """Return the known stock."""
         return self.outcome.detail.shown
 
     def size(self, scene: Scene) -> str:
-        """Return how large the work is that was drawn."""
+        """Return the size of the drawn work."""
         return f"{scene.extent[0]:.4g} × {scene.extent[1]:.4g} mm"
 
 
 def stock_words(stock: StockProof) -> str:
-    """Return how a program was judged by what it leaves, or why it was not."""
+    """Return the result of comparing the remaining material, or the reason why it was not compared."""
     if stock.reason:
         return f"what is left was not compared: {stock.reason}"
     words = f"what is left is the same, in {stock.cells:,} cells of {stock.cell:g} mm"
@@ -113,9 +113,9 @@ def stock_words(stock: StockProof) -> str:
 
 
 def staying_words(detail: ProgramDetail, most: int = 0) -> list[str]:
-    """Return why pieces of a program keep their place: how many of how many do, and a text for each reason.
+    """Return the number of fixed pieces, the number of pieces, and a text for each reason.
 
-    Of more than `most` reasons the rest is one text; 0: all are told.
+    Reasons beyond `most` share one text; 0 lists all.
     """
     if not detail.staying:
         return []

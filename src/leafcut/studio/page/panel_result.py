@@ -1,4 +1,4 @@
-"""The right side: what came of a run, in figures, messages, the program, and files to take."""
+"""The right side: the outcome of a run as figures, messages, program and files."""
 
 from __future__ import annotations
 
@@ -30,26 +30,26 @@ if TYPE_CHECKING:
 
 _TABS = ("summary", "issues", "program", "search")
 _NUMBER = "n"
-#: Commands of which some runs try several ways in turn.
+#: Commands whose runs may try several methods in turn.
 _TRYING = ("nest", "optimize")
 _MOST_ISSUES = 200
-#: So many warnings stand before the figures.
+#: Number of warnings above the figures.
 _MOST_WARNINGS = 2
-#: So many reasons why pieces of a program stay.
+#: Number of reasons for fixed pieces of a program.
 _MOST_REASONS = 20
 #: Files in the order in which they are offered.
 _FILES = ("program", "tour", "report", "plan", "norms", "order", "given", "list", "picture-before", "picture-after")
 
 
 class ResultPanel:
-    """Shows the outcome of the job that the page is at."""
+    """Panel with the outcome of the open job."""
 
     def __init__(self, view: View, page: PageParts) -> None:
         self.view, self.page = view, page
         self.tab = "summary"
-        #: The program that was shown as soon as it was opened.
+        #: The program that was shown when it was opened.
         self._opened: Seen | None = None
-        #: Of what the program stands here, as long as one does.
+        #: Source of the program that is shown, if any.
         self._reading: tuple[object, str] | None = None
         self.nest = NestPanel(view, page)
         self.mark = StaleMark(view, page)
@@ -65,20 +65,20 @@ class ResultPanel:
         self.page.changed()
 
     def take_tab(self, tab: str) -> None:
-        """Have one of the tabs in front when the outcome is drawn next."""
+        """Select the tab to show when the outcome is drawn next."""
         self.tab = tab if tab in _TABS else "summary"
 
     def kept(self) -> tuple[str, Seen | None]:
-        """Return which tab is in front, and which program was shown as soon as it was opened."""
+        """Return the selected tab, and the program that was shown when it was opened."""
         return self.tab, self._opened
 
     def show_again(self, kept: tuple[str, Seen | None]) -> None:
-        """Show what stood here before another input was tried."""
+        """Restore the content from before another input was tried."""
         self.tab, self._opened = kept
         self.draw()
 
     def arrive(self, record: JobRecord) -> None:
-        """Show an outcome that is new, from its first figures on; it is announced, and takes no focus."""
+        """Show a new outcome from its first figures; announce it without taking the focus."""
         self.tab = "summary"
         self.draw()
         answer = self.view.studio.history.answer(record.id)
@@ -86,11 +86,11 @@ class ResultPanel:
             self.page.announce(headline.announced(record, answer, self.view.words))
 
     def draw(self) -> None:
-        """Show the outcome, or why there is none."""
+        """Show the outcome, or the reason why none exists."""
         view = self.view
         record = view.studio.jobs.record(view.job) if view.job else None
-        # A run is over on the page when the middle knows it, which then draws all anew: what a person did to an
-        # outcome that stood here earlier would be undone by that.
+        # A run is over on the page when the middle panel knows it, which then redraws all: that would undo the
+        # user's changes to an earlier outcome.
         over = record is not None and record.state.kept and not self.page.run.watching
         if not over and is_program(view) and self._opened is not view.seen:
             self._opened, self.tab = view.seen, "program"
@@ -116,7 +116,7 @@ class ResultPanel:
         self.mark.refresh()
 
     def tick(self) -> None:
-        """Look how what is shown here goes on."""
+        """Check the state of the job that is shown."""
         self.nest.tick()
         if self.tried is not None:
             self.tried.tick()
@@ -127,7 +127,7 @@ class ResultPanel:
         )
 
     def _before(self, record: JobRecord | None) -> None:
-        """Show what there is without an outcome; of a program its text, from the moment it is opened."""
+        """Show the content without an outcome; a program shows its text when it is opened."""
         view = self.view
         if not is_program(view):
             messages = view.words("result.messages")
@@ -143,7 +143,7 @@ class ResultPanel:
                 self._nothing(record)
 
     def _nothing(self, record: JobRecord | None) -> None:
-        """Show what a run has said so far, or why there is no outcome."""
+        """Show the messages of a run so far, or the reason why it has no outcome."""
         w = self.view.words
         live = None if record is None else self.view.studio.jobs.live(record.id)
         if live is None or live.state.over:
@@ -200,7 +200,7 @@ class ResultPanel:
             self._times(answer)
 
     def _from_nest(self, record: JobRecord) -> None:
-        """Lead back to the nest that a sheet is of."""
+        """Link back to the nest of a sheet."""
         job, _, place = record.task.origin.partition("/")
         if job and self.view.studio.jobs.record(job) is not None:
             variant, number = (int(word) for word in place.split("/"))
@@ -208,7 +208,7 @@ class ResultPanel:
             button(f"‹ {words}", lambda: self.page.open_job(job, (variant, number)), "plain small back")
 
     def _warned(self, answer: dict[str, Any]) -> None:
-        """Show first what a person must know before the program runs: what is missing, dangers, the first warnings."""
+        """Show the most important messages first: missing work, dangers, and the first warnings."""
         worst = [issue for issue in _warnings(answer) if issue["severity"] != "warning"]
         worst.sort(key=lambda issue: issue["severity"] != "danger")
         self._list_of_warnings(worst, "warnings worst", _MOST_ISSUES)
@@ -259,7 +259,7 @@ class ResultPanel:
         self._staying(answer)
         self._tools(answer)
         with box("dl", "facts"):
-            # A pocket has no algorithm but that of its strategy, and a program with one way alone has none.
+            # A pocket has only the algorithm of its strategy, and a program with a single possible order has none.
             searched = ("algorithm", "seed") if answer["algorithm"] and "strategies" not in answer else ()
             for key in ("machine", "dialect", *searched):
                 text("dt", w(f"result.{key}"))
@@ -279,7 +279,7 @@ class ResultPanel:
             text("p", w("result.certificate", counted=counted), "quiet small")
 
     def _pace(self, answer: dict[str, Any]) -> None:
-        """Say what knowing the stock saves."""
+        """Show the time that a known stock saves."""
         w, pace = self.view.words, answer.get("pace", {})
         told = [name for name in ("retracts", "air", "feeds") if pace.get(f"{name}_s") is not None]
         if not told:
@@ -291,7 +291,7 @@ class ResultPanel:
                 text("li", w(f"result.pace_{name}", time=format_time(pace[f"{name}_s"]), **numbers))
 
     def _staying(self, answer: dict[str, Any]) -> None:
-        """Say why pieces of a program keep their place."""
+        """Show the reasons for fixed pieces of a program."""
         w, groups = self.view.words, answer.get("staying", [])
         if not groups:
             return
@@ -335,7 +335,7 @@ class ResultPanel:
             text("dd", format_time(answer["seconds"]))
 
     def _verdict(self, answer: dict[str, Any]) -> None:
-        """Say first of all whether two programs do the same work."""
+        """Show first whether two programs do the same work."""
         same, w = answer["same"], self.view.words
         self.mark.add_badge(
             text("p", w("result.same" if same else "result.differs"), "badge verdict" if same else "badge verdict no")
@@ -423,7 +423,7 @@ class ResultPanel:
 
 
 def _issues(answer: dict[str, Any]) -> list[dict[str, str]]:
-    """Return the issues of an answer; those of a simulation are plain lines."""
+    """Return the issues of an answer; a simulation has plain lines."""
     return [
         issue if isinstance(issue, dict) else {"code": "", "severity": "warning", "message": str(issue), "place": ""}
         for issue in answer.get("issues", [])
@@ -444,6 +444,6 @@ def _metres(value: float | None) -> str:
 
 
 def _gap(percent: float, words: Words) -> str:
-    """Say how far above the least possible an order is at most."""
+    """Show the gap of an order to the lower bound."""
     shown = f"{percent:.2f}"
     return words("result.least") if shown == "0.00" else words("result.gap", percent=shown)

@@ -1,4 +1,4 @@
-"""What is told of pockets: how they are cleared, and the other ways beside it."""
+"""Report of a pocketing run: the chosen strategy, compared with the others."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from leafcut.report.wording import clean, time_words
 
 
 class PocketReport(PathReport[PocketDetail]):
-    """What pockets show."""
+    """Views of a pocketing outcome."""
 
     proof = "read back and simulated"
     found = "read back and simulated: it does the work that was planned"
@@ -43,12 +43,12 @@ class PocketReport(PathReport[PocketDetail]):
 
     def __init__(self, outcome: Outcome[PocketDetail]) -> None:
         super().__init__(outcome)
-        # Of one region of one pocket nothing is ordered.
+        # A single region needs no order.
         self.ordered = any(len(o.solution.nodes) != 1 for o in outcome.operations)
         self.cleared = outcome.operations[0].tool.diameter
 
     def counts(self) -> dict[str, int]:
-        """Return how many pockets, islands and levels there are."""
+        """Return the numbers of pockets, islands and levels."""
         return pocket_counts(self.outcome)
 
     def counts_words(self) -> str:
@@ -56,22 +56,22 @@ class PocketReport(PathReport[PocketDetail]):
         return pocket_counts_words(self.outcome)
 
     def answer(self) -> dict[str, Any]:
-        """Return the path over one level of what is written, every strategy beside it, and what new feeds did."""
+        """Return the measures of one level of the written path, all strategies, and the effect of new feeds."""
         pace = self.outcome.detail.pace
         return {**pockets_as_json(self.outcome), **({} if pace is None else {"pace": plain(pace)})}
 
     def pace(self) -> list[Fact]:
-        """Return what feeds that follow what the tool meets save, where that was asked for."""
+        """Return the time that feeds by engagement save, if requested."""
         pace = self.outcome.detail.pace
         return pace_facts(pace) if pace else []
 
     def stock(self) -> ShownStock:
-        """Return the tools, and the solid with its pockets full where that is known, else a block around the cuts."""
+        """Return the tools and the stock: the solid with filled pockets if known, else a block around the cuts."""
         found, before = super().stock(), self.outcome.detail.before
         return found if before is None else replace(found, surface=before)
 
     def summary_table(self) -> SummaryTable:
-        """Return every strategy over one level that is possible."""
+        """Return all possible strategies, measured over one level."""
         rows = [row for row in self._figures() if row.measures is not None]
         return SummaryTable(
             ("one level", *STRATEGY_TITLES),
@@ -81,7 +81,7 @@ class PocketReport(PathReport[PocketDetail]):
         )
 
     def facts(self) -> list[Fact]:
-        """Return the time of the program, what a person at the machine wants to know, and what is not possible."""
+        """Return the time of the program, facts for the operator, and refused strategies."""
         outcome = self.outcome
         return [
             Fact("program", f"{time_words(outcome.after.time_s)} by {chosen_words(outcome)}", "bold"),
@@ -100,7 +100,7 @@ class PocketReport(PathReport[PocketDetail]):
         ]
 
     def overview(self) -> dict[str, Any]:
-        """Return the figures of the program, and where the time goes."""
+        """Return the figures of the program and the shares of its time."""
         return overview(pocket_page.facts(self.outcome), pocket_page.times(self.outcome))
 
     def page(self) -> dict[str, Any]:
@@ -115,11 +115,11 @@ class PocketReport(PathReport[PocketDetail]):
         }
 
     def drawing(self, which: Which) -> str:
-        """Return the path over one level: the usual one ``before``, what is written ``after``."""
+        """Return the paths over one level: usual (``before``) and written (``after``)."""
         return pocket_page.pocket_svg(self.outcome, which)
 
     def ways(self) -> Iterator[tuple[str, Toolpath]]:
-        """Yield the way of every strategy over one level of all pockets."""
+        """Yield the path of each strategy over one level of all pockets."""
         outcome = self.outcome
         for row in self._figures():
             found = [r.path for p in outcome.detail.plans for r in p.results if r.strategy == row.name]

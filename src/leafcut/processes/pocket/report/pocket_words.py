@@ -1,4 +1,4 @@
-"""What is said of pockets: the strategies beside each other, as plain values and in words."""
+"""Strategies of pockets compared, as plain values and in words."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ from leafcut.report.wording import (
     time_words,
 )
 
-#: A smaller share of a way that cuts nothing is not worth a line.
+#: Smaller shares of air cutting are not reported.
 AIR_TOLD = 0.01
 _FEEDS = (Kind.FEED, Kind.ARC_CW, Kind.ARC_CCW)
 
 
 @dataclass(frozen=True)
 class StrategyFigures:
-    """One strategy over all pockets of a drawing: sums and the largest, of one level each; None where it is refused.
+    """Measures of a strategy over all pockets, one level each: sums and maxima; None if it is refused.
 
-    `mean_engagement` is over the length of the feed; `program_s` is the time of one program of all pockets.
-    `passed_over` says why it is not written in the first pocket in which it costs less than what is.
+    `mean_engagement` is averaged over the feed length; `program_s` is the time of a program of all pockets.
+    `passed_over` is the reason why a cheaper strategy is not written, from the first pocket that has one.
     """
 
     name: str
@@ -51,9 +51,9 @@ class StrategyFigures:
 
 
 def strategy_figures(outcome: Outcome[PocketDetail]) -> list[StrategyFigures]:
-    """Return every strategy over all pockets of an outcome.
+    """Return all strategies over all pockets of an outcome.
 
-    A strategy that is written, or the usual one, in every pocket has the time of that program.
+    A strategy that is written, or usual, in each pocket has the time of that program.
     """
     detail = outcome.detail
     whole = {
@@ -65,9 +65,9 @@ def strategy_figures(outcome: Outcome[PocketDetail]) -> list[StrategyFigures]:
 
 
 def figures(plans: Sequence[PocketPlan], programs: Sequence[PocketProgram] = ()) -> list[StrategyFigures]:
-    """Return every strategy over all pockets; refused where it is in one of them.
+    """Return all strategies over all pockets; a strategy that is refused in a pocket is refused.
 
-    `programs` are those of several pockets together.
+    `programs` join several pockets.
     """
     rows, whole = [], {program.strategy: program for program in programs}
     for name in dict.fromkeys(r.strategy for plan in plans for r in plan.results):
@@ -83,14 +83,14 @@ def figures(plans: Sequence[PocketPlan], programs: Sequence[PocketProgram] = ())
 
 
 def _between(measures: PocketMeasures, program: PocketProgram | None) -> PocketMeasures:
-    """Return the measures of several pockets with the ways between them."""
+    """Return the measures of several pockets, including the moves between them."""
     if program is None:
         return measures
     return replace(measures, rapid_mm=program.rapid_mm, retracts=program.retracts)
 
 
 def added(every: Sequence[PocketMeasures]) -> PocketMeasures:
-    """Return the measures of several pockets as those of one: lengths and areas added, of all else the largest."""
+    """Return the joint measures of several pockets: sums of lengths and areas, maxima of all else."""
     feed = sum(m.feed_mm for m in every)
     return PocketMeasures(
         feed_mm=feed,
@@ -113,14 +113,14 @@ def added(every: Sequence[PocketMeasures]) -> PocketMeasures:
 
 
 def written(outcome: Outcome[PocketDetail]) -> PocketMeasures:
-    """Return the measures of what is written, of one level of every pocket and the ways between them."""
+    """Return the measures of the written path: one level of each pocket, and the moves between pockets."""
     known = [plan.result.measures for plan in outcome.detail.plans if plan.result.measures is not None]
     program = next((program for program in outcome.detail.programs if not program.strategy), None)
     return _between(added(known), program)
 
 
 def compared(outcome: Outcome[PocketDetail]) -> bool:
-    """Return whether there is anything that the program is measured against: what most shops run."""
+    """Return whether a usual strategy exists for comparison."""
     return any(plan.usual is not plan.result for plan in outcome.detail.plans)
 
 
@@ -128,10 +128,10 @@ def compared(outcome: Outcome[PocketDetail]) -> bool:
 
 
 def pockets_as_json(outcome: Outcome[PocketDetail]) -> dict[str, Any]:
-    """Return the way over one level of what is written, and every strategy beside it.
+    """Return the written path over one level, and all strategies.
 
-    Lengths are those in the plane, without approach and departure; of several pockets the sums, and of the step-over
-    and the engagement the largest.
+    Lengths are measured in the plane, without approach and departure. Several pockets give sums of lengths, and maxima
+    of step-over and engagement.
     """
     plans = outcome.detail.plans
     names = list(dict.fromkeys(plan.result.strategy for plan in plans))
@@ -181,7 +181,7 @@ def _plain(m: PocketMeasures) -> dict[str, Any]:
 
 
 def pocket_counts(outcome: Outcome[PocketDetail]) -> dict[str, int]:
-    """Return how many pockets, islands and levels there are."""
+    """Return the numbers of pockets, islands and levels."""
     plans = outcome.detail.plans
     return {
         "pockets": len(plans),
@@ -217,12 +217,12 @@ def area_words(area: float) -> str:
 
 
 def uncut_words(percent: float) -> str:
-    """Return a share that stays uncut: two decimals below one percent, and 0 only for none to be seen."""
+    """Return an uncut share: two decimals below one percent; 0 only if it rounds to none."""
     return percent_words(percent, 2 if percent < 1.0 else 1)
 
 
 def usual_words(outcome: Outcome[PocketDetail]) -> str:
-    """Return what the program is measured against: ``zigzag``."""
+    """Return the strategy of comparison: ``zigzag``."""
     return " and ".join(dict.fromkeys(plan.usual.strategy for plan in outcome.detail.plans))
 
 
@@ -247,12 +247,12 @@ def strategy_cells(row: StrategyFigures) -> tuple[str, ...]:
     )
 
 
-#: What `strategy_cells` says.
+#: Headings of `strategy_cells`.
 STRATEGY_TITLES = ("feed", "rapid", "retracts", "uncut", "engaged", "mean", "program")
 
 
 def facts(outcome: Outcome[PocketDetail]) -> list[tuple[str, str]]:
-    """Return what a person at the machine wants to know of the program, name and words."""
+    """Return facts for the operator, name and words."""
     plans = outcome.detail.plans
     rules, tool = plans[0].rules, outcome.operations[0].tool
     walls = f", {rules.stock:g} mm for the walls" if rules.stock > 0.0 else ""
@@ -279,7 +279,7 @@ def several_depths(plans: Sequence[PocketPlan]) -> bool:
 
 
 def levels_words(plans: Sequence[PocketPlan]) -> list[str]:
-    """Return ``3 × 2 mm to Z-6`` for each kind of levels, and how many pockets are cleared so where they differ."""
+    """Return ``3 × 2 mm to Z-6`` for each set of levels, with the number of pockets if they differ."""
     counted = Counter((plan.begin, plan.levels, plan.heights, plan.in_floor) for plan in plans)
     words = []
     for begin, levels, heights, in_floor in sorted(counted, key=lambda one: (-one[1][-1], -one[0])):
@@ -293,13 +293,13 @@ def levels_words(plans: Sequence[PocketPlan]) -> list[str]:
 
 
 def _step_over_words(m: PocketMeasures, step_over: float) -> str:
-    """Return the step-over that is kept, and what was measured; without a neighbouring pass there is none."""
+    """Return the planned and the measured step-over; a single pass has none."""
     kept = f"step-over {step_over:.4g} mm at most"
     return f"{kept}, {m.max_step_over:.2f} mm measured" if m.max_step_over > 0.0 else kept
 
 
 def wider_words(m: PocketMeasures, diameter: float) -> str:
-    """Return how much of the way takes off much more than the step-over, and how wide the widest cut is."""
+    """Return the share of the path that cuts much wider than the step-over, and the widest cut."""
     full = said("the full width of the tool") if m.max_width > 0.99 * diameter else f"{m.max_width:.2f} mm"
     share = percent_words(100.0 * m.wide_mm / m.feed_mm) if m.feed_mm > 0.0 else NO_VALUE
     words = "first cuts and corners, {share} of the path, are wider than the step-over: up to {full}"

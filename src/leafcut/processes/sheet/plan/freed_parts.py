@@ -1,12 +1,12 @@
-"""Ways of a head that stays down: round the parts that are cut free, which may stand up and be hit.
+"""Travel moves with the head down, routed around detached parts, which may tip up and be hit.
 
     found = lead_round(FreedShapes(cutting.sheet, radius), cuts, start, end)
 
-A part is free once its outline is cut without micro-joints. A way between two cuts that would cross one, or come nearer
-to it than the radius of the head, goes round it by its corners. Within that radius of the cuts that it leads from and
-to it may be nearer: there is no other place for it. Where no such way is found, its middle at least keeps off; where
-none is found for that either, it crosses. Both are counted. `cut_free_later` moves the outline of a part behind the
-ways that cross it, where that costs less than to go round.
+A part is detached once its outline is cut without micro-joints. A move that would cross such a part, or come nearer to
+it than the radius of the head, is routed around its corners. Within that radius of its two ends the move may come
+nearer, since both ends are fixed. If no such route is found, at least the middle of the head keeps clear; if that fails
+too, the move crosses the part. Both cases are counted. `cut_free_later` cuts the outline of a part after the moves that
+cross it, if that costs less than the detours.
 """
 
 from __future__ import annotations
@@ -28,40 +28,40 @@ from leafcut.model.cutting import Cut
 from leafcut.model.sheet import Sheet
 from leafcut.quick_dataclass import dataclass
 
-#: A way that comes no deeper over a part crosses nothing, mm: what begins a kerf beside one leaves along it.
+#: A move that reaches no deeper over a part does not cross it, mm: moves that start in its kerf leave along it.
 DEPTH = 0.1
-#: Ways go round corners at this distance, mm (an estimate: more would not fit between nested parts), or at the radius
-#: of the head and a little more.
+#: Distance of routes from corners, mm (an estimate: more would not fit between nested parts), and what is added to the
+#: radius of the head.
 MARGIN, BESIDE = 1.0, 0.02
-#: Ways are taken to keep the radius of the head when they are nearer by no more than this, mm.
+#: Tolerance of the distance of routes from parts, mm.
 SLACK = 0.01
-#: Corners looked at for one way, and rounds in which parts are added that are in the way of the first ones.
+#: Maximum number of corners for a route, and of rounds that add obstacles of the routes so far.
 MOST_CORNERS, MOST_ROUNDS = 120, 3
-#: What a way that cannot go round is taken to cost when orders are compared, in seconds or mm.
+#: Cost of a move that crosses a part, for comparing orders, in seconds or mm.
 HIT = 60.0
-#: The same for a way of which the head, but not its middle, comes over a free part.
+#: The same for a move whose head, but not its middle, comes over a detached part.
 CLOSE = 15.0
-#: So many moves of an outline are tried.
+#: Maximum number of trials that cut an outline later.
 MOST_MOVES = 400
 
-#: Of places on a way: a part by its number, or one place, and whether the whole way begins or ends there.
+#: Key of places on a route: the number of a part, or a place and whether the route starts or ends there.
 _Key: TypeAlias = int | tuple[Point, bool]
 
 
 @dataclass(frozen=True)
 class Round:
-    """How the head goes.
+    """Routes of the head.
 
     Attributes
     ----------
     corners
-        Places on the way to a cut, by its number; to the end, by the number of cuts.
+        Corners of the route to a cut, by its number; of the route to the end, by the number of cuts.
     crossing
-        Numbers of the cuts to which ways lead that cross a free part all the same.
+        Numbers of the cuts whose travel move crosses a detached part nevertheless.
     close
-        The same of ways that cross none, but come nearer to one than the radius of the head.
+        The same for moves that cross no part, but come nearer to one than the radius of the head.
     ways
-        How many there are.
+        Number of travel moves.
     radius
         Of the head, mm.
     """
@@ -74,7 +74,7 @@ class Round:
 
 
 def freed_by(sheet: Sheet, cut: Cut) -> list[int]:
-    """Return the contours of parts that a cut frees: closed outlines without micro-joints, by no common line."""
+    """Return the outlines that a cut detaches: closed, without micro-joints, and not cut by a common line."""
     if cut.kind != "cut" or cut.joints or cut.common:
         return []
     outlines = ((k, sheet.contours[k]) for k in cut.contours)
@@ -82,7 +82,7 @@ def freed_by(sheet: Sheet, cut: Cut) -> list[int]:
 
 
 def lead_round(shapes: FreedShapes, cuts: Sequence[Cut], start: Point | None, end: Point | None) -> Round:
-    """Return how the head goes from cut to cut; `start` and `end` are where it comes from and goes to, or None."""
+    """Return the routes of the head from cut to cut; `start` and `end` are its first and last place, or None."""
     places = [
         *((start, cut.path.start) if k == 0 else (cuts[k - 1].path.end, cut.path.start) for k, cut in enumerate(cuts))
     ]
@@ -109,14 +109,14 @@ def cut_free_later(
     shapes: FreedShapes, cuts: Sequence[Cut], pairs: Iterable[tuple[int, int]], cost: Callable[[Point, Point], float],
     look: Callable[[], bool],
 ) -> list[int]:  # fmt: skip
-    """Return an order of the cuts in which outlines are cut behind ways that cross their parts, where that costs less.
+    """Return an order of the cuts with outlines cut after the moves that cross their parts, if that costs less.
 
     Parameters
     ----------
     pairs
         Positions in `cuts`: the first must be cut before the second.
     cost
-        Of a straight way, in seconds or mm.
+        Cost of a straight move, in seconds or mm.
     look
         Called between trials; False ends them.
     """
@@ -135,7 +135,7 @@ def cut_free_later(
         return known[key]
 
     def stretch(order: Sequence[int], first: int, last: int, free: set[int]) -> float:
-        """Return what the ways cost that lead to some cuts of an order, with what is free before them."""
+        """Return the cost of the moves to some cuts of an order, with the parts detached before them."""
         total = 0.0
         for place in range(first, min(last + 1, len(order))):
             total += way(order[place - 1], order[place], free) if place else 0.0
@@ -154,7 +154,7 @@ def cut_free_later(
                 continue
             other = [*order[:at], *between, moved, *order[place + 1 :]]
             tried += 1
-            # Before and behind these everything stays as it is.
+            # All other moves stay unchanged.
             free = {one for one, cut in free_at.items() if cut < at}
             if stretch(other, at, place + 1, free) < stretch(order, at, place + 1, free) - 1e-9:
                 order, place = other, max(at - 1, 0)
@@ -165,7 +165,7 @@ def cut_free_later(
 
 @dataclass(frozen=True)
 class Led:
-    """A way: its corners, and what the worst of it is taken to cost: 0, `CLOSE` to a free part or a `HIT`."""
+    """A route: its corners, and its penalty: 0, `CLOSE` to a detached part, or a `HIT`."""
 
     corners: tuple[Point, ...] = ()
     worst: float = 0.0
@@ -173,7 +173,7 @@ class Led:
 
 @dataclass(frozen=True)
 class _Known:
-    """What was found for a way: its corners, the parts that mattered to it, and which of them were free."""
+    """A known route: its corners, the parts that influenced it, and the detached parts among them."""
 
     seen: frozenset[int]
     free: frozenset[int]
@@ -182,9 +182,9 @@ class _Known:
 
 @dataclass(frozen=True)
 class _Nodes:
-    """Places that a way may go by, float64[n, 2]: the corners of a part, by its number, or one that stands alone.
+    """Places for corners of routes, float64[n, 2]: the corners of a part, or a single place.
 
-    `key` tells them from all others: of a single place, where it is, and whether the whole way begins or ends there.
+    `key` identifies them: the number of the part, or the place and whether the route starts or ends there.
     """
 
     key: _Key
@@ -192,15 +192,15 @@ class _Nodes:
 
     @property
     def ends(self) -> bool:
-        """Whether the whole way begins or ends here."""
+        """Whether the route starts or ends here."""
         return not isinstance(self.key, int) and self.key[1]
 
 
 class FreedShapes:
-    """The parts of a sheet as the head may meet them, and its clamps, which are always there.
+    """The parts of a sheet as obstacles of the head, and its clamps, which are always obstacles.
 
-    What is named as a clamp is kept off by the middle of the head, as everywhere. What was found out about a way is
-    known again when another order of the cuts has it, too.
+    The middle of the head keeps clear of clamps, as everywhere. Results for a move are kept for other orders of the
+    cuts.
     """
 
     def __init__(self, sheet: Sheet, radius: float = 0.0) -> None:
@@ -225,7 +225,7 @@ class FreedShapes:
         self._between: dict[tuple[_Key, _Key, float], NDArray[np.int64]] = {}
 
     def crossed(self, a: Point, b: Point) -> frozenset[int]:
-        """Return the parts that a straight way crosses, free or not."""
+        """Return the parts that a straight move crosses, detached or not."""
         key = (a, b)
         if key not in self._crossed:
             hit = self._tree.query(shapely.LineString([a, b]), predicate="intersects")
@@ -233,7 +233,7 @@ class FreedShapes:
         return self._crossed[key]
 
     def met(self, a: Point, b: Point) -> frozenset[int]:
-        """Return the parts, free or not, that a straight way crosses, or comes nearer to than the head is wide."""
+        """Return the parts, detached or not, that a straight move crosses or approaches within the head radius."""
         key = (a, b)
         if key not in self._met:
             _, near = self._neared(np.array([[a, b]]), np.array([[True, True]]), self.radius)
@@ -241,7 +241,7 @@ class FreedShapes:
         return self._met[key]
 
     def led(self, a: Point, b: Point, free: set[int]) -> Led:
-        """Return the best way that is found: one that keeps off all free parts, or else its middle, or neither."""
+        """Return the best route: clear of detached parts for the head, else for its middle, else crossing them."""
         if not self.met(a, b) & free:
             return Led()
         if self.radius > 0.0:
@@ -256,8 +256,8 @@ class FreedShapes:
         return Led(tuple(narrow), CLOSE if self.radius > 0.0 else 0.0)
 
     def way_round(self, a: Point, b: Point, free: set[int], radius: float) -> list[Point] | None:
-        """Return the corners of a short way on which a head of this radius keeps off free parts and its middle off
-        clamps, or None where none was found."""
+        """Return the corners of a short route, or None: a head of this radius keeps clear of detached parts, and its
+        middle of clamps."""
         for known in self._known.setdefault((a, b, radius), []):
             if known.seen & free == known.free:
                 return known.corners
@@ -267,7 +267,7 @@ class FreedShapes:
         return corners
 
     def _sought(self, a: Point, b: Point, free: set[int], radius: float, seen: set[int]) -> list[Point] | None:
-        """Seek what `way_round` returns; add to `seen` the parts of which it mattered whether they are free."""
+        """Find the result of `way_round`; add to `seen` the parts whose state influences it."""
         stand = free | self.always
         met = self.met(a, b) if radius > 0.0 else self.crossed(a, b)
         seen |= met
@@ -287,7 +287,7 @@ class FreedShapes:
         return None
 
     def _steps_away(self, place: Point, free: set[int], radius: float, seen: set[int]) -> list[Point]:
-        """Return where the head keeps off each free part that it is beside at a place, straight away from it."""
+        """Return places straight away from each detached part near a place, where the head is clear of it."""
         point, away = shapely.Point(place), list[Point]()
         for k in self._parts.query(point, predicate="dwithin", distance=radius).tolist() if radius > 0.0 else ():
             x, y = shapely.get_coordinates(shapely.shortest_line(self._whole[k], point))[0]
@@ -301,9 +301,9 @@ class FreedShapes:
     def _neared(
         self, lines: NDArray[np.float64], ends: NDArray[np.bool_], radius: float
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return which lines float64[n, 2, 2] come nearer to which parts than a radius.
+        """Return pairs of a line, of float64[n, 2, 2], and a part that it approaches within a radius.
 
-        Where a line begins or ends the whole way (bool[n, 2]), it may be nearer within that radius of there.
+        Within that radius of the start or end of the whole route (bool[n, 2]) a line may come nearer.
         """
         step = lines[:, 1] - lines[:, 0]
         length = np.maximum(np.hypot(*step.T), 1e-12)
@@ -315,7 +315,7 @@ class FreedShapes:
         return some[at], what
 
     def _around(self, number: int, radius: float) -> NDArray[np.float64]:
-        """Return the outward corners of a part, float64[k, 2], a little beside it, or so far that the head is."""
+        """Return the outward corners of a part, float64[k, 2], at `MARGIN` or at the radius of the head."""
         beside = max(MARGIN, radius + BESIDE)
         if (number, beside) not in self._corners:
             shape = self._whole[self._place[number]].simplify(0.25 * MARGIN)
@@ -326,10 +326,10 @@ class FreedShapes:
         return self._corners[number, beside]
 
     def _met_between(self, nodes: Sequence[_Nodes], radius: float) -> NDArray[np.int64]:
-        """Return what straight lines between some nodes meet, free or not, as rows (one place, other place, part).
+        """Return the parts, detached or not, that straight lines between nodes meet, as rows (place, place, part).
 
-        A line meets a part that it crosses or comes nearer to than the head is wide. That does not depend on what is
-        free, and most of it not on where a way begins: it is found out once.
+        A line meets a part that it crosses or approaches within the radius of the head. The result does not depend on
+        the detached parts, and hardly on the ends of the route: it is computed once.
         """
         pairs = [(i, j) for i in range(len(nodes)) for j in range(i, len(nodes))]
         keys = [(nodes[i].key, nodes[j].key, radius) for i, j in pairs]
@@ -356,7 +356,7 @@ class FreedShapes:
     def _in_the_way(
         self, lines: NDArray[np.float64], ends: NDArray[np.bool_], radius: float
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return which lines, in order, cross which parts or come nearer to them than a radius, as `_neared` has it."""
+        """Return pairs, in the order of the lines, of a line and a part that it crosses or approaches (`_neared`)."""
         at, what = self._tree.query(shapely.linestrings(lines), predicate="intersects")
         near, by = self._neared(lines, ends, radius)
         which, parts = np.concatenate([at, near]), np.concatenate([what, by])
@@ -366,8 +366,8 @@ class FreedShapes:
     def _shortest(
         self, nodes: Sequence[_Nodes], stand: set[int], radius: float, seen: set[int]
     ) -> tuple[list[Point] | None, set[int]]:
-        """Return the shortest way from the first of some nodes to the second along straight lines that keep off all
-        that stands, and what stands in the way of the lines that do not."""
+        """Return the shortest route from the first node to the second along lines clear of all obstacles, and the
+        obstacles of the other lines."""
         places = np.concatenate([of.places for of in nodes])
         length = np.hypot(*(places[:, None] - places[None, :]).transpose(2, 0, 1))
         one, other, what = self._met_between(nodes, radius).T
@@ -384,14 +384,14 @@ class FreedShapes:
 
 
 def _pairs(n: int, m: int, same: bool) -> NDArray[np.int64]:
-    """Return all pairs of n places and m others, or all two of the same: int64[2, k]."""
+    """Return all pairs of n places and m others, or of two different places of the same n: int64[2, k]."""
     return np.array(np.triu_indices(n, 1) if same else np.indices((n, m)).reshape(2, -1))
 
 
 def _dijkstra(length: NDArray[np.float64]) -> list[int] | None:
-    """Return the shortest way from the first of some places to the second, None where there is none.
+    """Return the shortest path from the first place to the second, or None.
 
-    `length` has what each way between two takes: float64[n, n].
+    `length` is the distance between two places, infinite if blocked: float64[n, n].
     """
     n = len(length)
     best, last, queue = [math.inf] * n, [-1] * n, [(0.0, 0)]

@@ -1,4 +1,4 @@
-"""The proof of the order of a sheet: what comes first, where it is pierced, which way round, one after the other."""
+"""Proof of the cuts of a sheet: their order, pierces, directions, and chains."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from leafcut.proof.difference import place
 
 
 def misplaced(laid: LaidRuns) -> list[Difference]:
-    """Return the cuts that are not the plan's, in number or in what they cut."""
+    """Return differences between the cuts and the plan: their number, and missing contours."""
     cuts, found = laid.plan.cuts, []
     if len(cuts) != len(laid.runs):
         text = f"the torch goes on for {count_of(len(laid.runs), 'cut')}, the plan has {len(cuts)}"
@@ -31,7 +31,7 @@ def misplaced(laid: LaidRuns) -> list[Difference]:
 
 
 def disordered(laid: LaidRuns) -> list[Difference]:
-    """Return what is cut after the contour around it has cut it loose."""
+    """Return the contours that are cut after the contour around them, which detaches them."""
     closed = [t for t in laid.shapes.targets if t.shape is not None]
     everything = list(laid.shapes.targets)
     edges = np.array([t.edge for t in everything], dtype=object)
@@ -52,9 +52,9 @@ def disordered(laid: LaidRuns) -> list[Difference]:
 
 
 def _in_notches(laid: LaidRuns, around: Target, edges: Any, known: set[int]) -> set[int]:
-    """Return what lies within the outer edge of an outline's kerf: in a notch, detached where the kerf closes it.
+    """Return the contours within the outer edge of an outline's kerf: in a notch, detached if the kerf closes it.
 
-    Only what is not `known` to lie inside is sought.
+    Contours `known` to lie inside are skipped.
     """
     reach = 0.5 * laid.plan.data.kerf - TOLERANCE
     near = set(edges.query(shapely.box(*around.way.buffer(reach, quad_segs=1).bounds), predicate="contains").tolist())
@@ -66,7 +66,7 @@ def _in_notches(laid: LaidRuns, around: Target, edges: Any, known: set[int]) -> 
 
 
 def _later(laid: LaidRuns, inner: Target, around: Target) -> int | None:
-    """Return the run of `inner` that is not done before `around` begins."""
+    """Return the run of `inner` that does not end before `around` starts."""
     one, other = laid.of_target.get(inner.index), laid.of_target.get(around.index)
     if not one or not other:
         return None
@@ -76,7 +76,7 @@ def _later(laid: LaidRuns, inner: Target, around: Target) -> int | None:
 
 
 def in_the_air(laid: LaidRuns) -> list[Difference]:
-    """Return the pierces where there is no metal any more: in an earlier kerf, or in what was cut free."""
+    """Return the pierces without metal: in an earlier kerf, or in a detached part or slug."""
     found = []
     starts = shapely.points([run.start for run in laid.runs])
     tree = shapely.STRtree(starts)
@@ -101,7 +101,7 @@ def in_the_air(laid: LaidRuns) -> list[Difference]:
 
 
 def _unpierced(laid: LaidRuns) -> list[Difference]:
-    """Return the cuts that are to begin without a pierce, and do not begin beside the sheet."""
+    """Return the cuts without a pierce that do not start beside the sheet."""
     sheet, half = laid.shapes.sheet, 0.5 * laid.plan.data.kerf
     found = []
     for number, run in enumerate(laid.runs):
@@ -114,7 +114,7 @@ def _unpierced(laid: LaidRuns) -> list[Difference]:
 
 
 def turned(laid: LaidRuns) -> list[Difference]:
-    """Return the contours that are cut the other way round than asked."""
+    """Return the contours that are cut in the wrong direction."""
     found = []
     for claim in laid.claims:
         if claim.run >= len(laid.plan.cuts) or claim.target.shape is None:
@@ -131,7 +131,7 @@ def turned(laid: LaidRuns) -> list[Difference]:
 
 
 def chained(laid: LaidRuns) -> list[Difference]:
-    """Return what is wrong with the runs that cut several contours."""
+    """Return the faults of runs that cut several contours."""
     followed: list[list[Followed]] = [[] for _ in laid.runs]
     in_group = {k for k, cut in enumerate(laid.plan.cuts) if cut.group}
     for c in laid.claims:
