@@ -1,34 +1,34 @@
-"""The stock of a run for the browser, which cuts it again, move by move, in step with the playing.
+"""The stock of a run for the browser, which cuts it move by move during playback.
 
 A scene (`studio.drawing.scene`) of the kind ``solid``. Its header has
 
-- ``refused``: why the stock cannot be shown; then there is nothing else;
-- ``origin``: x and y, mm, taken off all places;
+- ``refused``: why the stock cannot be shown; the header then has no other key;
+- ``origin``: x and y, mm, subtracted from all places;
 - ``grid``: ``x`` and ``y`` of the middle of the first cell and ``cell``, its side, mm; ``rows`` and ``columns``;
-- ``of``: how many rows the toolpath's scene has that it belongs to;
+- ``of``: number of rows of the toolpath's scene;
 - ``top`` and ``floor`` of the block, mm;
 - ``tools``: number → ``words``, ``shape`` (radius, flat, corner, reach, rise, slope: `kernels.sweep.ToolShape`),
-  ``length`` of what cuts, mm, and ``bodies``, what is known of above that: kind, lower end above the tip and radius;
+  ``length`` of its cutting part, mm, and ``bodies``, the known parts above: kind, lower end above the tip, radius;
 - ``collisions``: kind and line of each;
-- ``differs``: None; of two programs how many places the other one leaves otherwise (``count``), and of the largest x,
-  y, height here and height there, mm (``places``).
+- ``differs``: None; for two programs the number of places with different heights (``count``), and of the largest
+  places x, y, height here and height there, mm (``places``).
 
-Blocks, a row for each straight move but in the last ones:
+Blocks, a row for each straight move except in the last four:
 
 =============== ======= =============================================================================================
-``move``        f4 × 6  begin and end of the tip, mm
-``since``       f8      when it begins, s
-``until``       f8      when it ends, s
+``move``        f4 × 6  start and end of the tip, mm
+``since``       f8      start time, s
+``until``       f8      end time, s
 ``row``         u4      row of the toolpath's scene
 ``cutter``      u4      number of the tool
 ``rapid``       u1      1 for a rapid
-``width``       u1      how wide it cuts, of the tool's diameter; 255: all of it
-``chip``        u1      its thickest chip, of the feed per tooth; 255: all of it
+``width``       u1      width of cut; 255: the tool's diameter
+``chip``        u1      thickest chip; 255: the feed per tooth
 ``collision``   f4 × 4  place and depth of each collision, mm
-``start``       f4      height of every cell before the first move, mm; nothing where all is at the top
-``differs``     u1      1 for cells that the other program leaves lower, 2 for those that it leaves higher; nothing
-                        where there is none
-``held``        u1      1 for cells of what holds the material; nothing where there is none
+``start``       f4      height of every cell before the first move, mm; empty if all are at the top
+``differs``     u1      1 for cells that the other program leaves lower, 2 for cells that it leaves higher; empty if
+                        none differ
+``held``        u1      1 for cells of the fixture; empty without one
 =============== ======= =============================================================================================
 """
 
@@ -58,16 +58,16 @@ from leafcut.stock.same_stock import differing_cells, regions
 from leafcut.stock.solid import Solid, shown_block, solid_of
 from leafcut.studio.drawing.scene import Columns, packed
 
-#: So long is what of a tool is seen as its cutting part, in diameters, where its library does not say it.
+#: Length of the cutting part of a tool, in diameters, if its library does not state it.
 _FLUTES = 3.0
-#: So many pieces of a shank and a holder are drawn.
+#: Maximum number of pieces of a shank and a holder that are drawn.
 _MOST_BODIES = 4
-#: Heights that differ by less are the same, mm; so many places that differ are told.
+#: Heights that differ by less are equal, mm; maximum number of different places that are listed.
 _TOLERANCE, _MOST_PLACES = 0.01, 200
 
 
 def outcome_solid_scenes(outcome: Outcome) -> tuple[bytes, bytes]:
-    """Return the stock that an outcome works on, with the moves before and after, or why it is not shown."""
+    """Return the stock of an outcome with the moves before and after, or the reason why it is not shown."""
     stock = outcome.shown.stock()
     return _scenes(
         _Shown(outcome.path_before, stock, lambda: outcome_playback(outcome, "before")),
@@ -80,15 +80,15 @@ def compared_solid_scenes(
     other: tuple[Toolpath, Machine, ShownStock],
     measured: tuple[Measure | None, Measure | None] = (None, None),
 ) -> tuple[bytes, bytes]:
-    """Return what each of two toolpaths cuts of one block, and what they leave otherwise, or why it is not shown.
+    """Return a block cut by each of two toolpaths with the different places, or the reason why it is not shown.
 
-    Their times are those of `measured`.
+    `measured` gives the times.
     """
     return _scenes(_shown_run(*one, measured[0]), _shown_run(*other, measured[1]))
 
 
 def solid_scene(path: Toolpath, machine: Machine, stock: ShownStock, measured: Measure | None = None) -> bytes:
-    """Return the stock that any toolpath cuts, or why it is not shown; its time is that of `measured`."""
+    """Return the stock that a toolpath cuts, or the reason why it is not shown; `measured` gives its time."""
     shown = _shown_run(path, machine, stock, measured)
     try:
         return _packed(solid_of(path, stock), shown.rows())
@@ -97,7 +97,7 @@ def solid_scene(path: Toolpath, machine: Machine, stock: ShownStock, measured: M
 
 
 class _Shown(NamedTuple):
-    """A toolpath, the stock that it cuts, and what returns its rows as they are played."""
+    """A toolpath, the stock that it cuts, and a function that returns its rows for playback."""
 
     path: Toolpath
     stock: ShownStock
@@ -113,7 +113,7 @@ def _refusal(problem: LeafcutError) -> bytes:
 
 
 def _scenes(one: _Shown, other: _Shown) -> tuple[bytes, bytes]:
-    """Return the scenes of two toolpaths that cut one block, with what each leaves otherwise than the other."""
+    """Return the scenes of two toolpaths that cut one block, with the places where they differ."""
     try:
         blocks = [shown_block(each.path, each.stock) for each in (one, other)]
     except LeafcutError as problem:
@@ -142,7 +142,7 @@ def _scenes(one: _Shown, other: _Shown) -> tuple[bytes, bytes]:
 
 
 def in_words(scene: bytes, say: Callable[[str], str]) -> bytes:
-    """Return a scene with the reason why there is no stock, if there is one, in words of another language."""
+    """Return a scene with the reason why no stock is shown, if any, in the user's language."""
     size = int.from_bytes(scene[8:12], "little")
     header = json.loads(scene[16 : 16 + size])
     return packed({**_HEAD, "refused": say(header["refused"])}, {}) if header["refused"] else scene
@@ -152,7 +152,7 @@ _HEAD: dict[str, Any] = {"kind": "solid", "name": "solid", "origin": [0.0, 0.0],
 
 
 def _place_of(cells: NDArray[np.int64], left: Sequence[HeightField]) -> tuple[float, float, list[float]]:
-    """Return a place of a group of cells: the one nearest to its middle, with the heights of both fields, mm."""
+    """Return the cell nearest to the middle of a group of cells, with the heights of both fields, mm."""
     row, column = cells[np.argmin(np.hypot(*(cells - cells.mean(axis=0)).T))].tolist()
     field = left[0]
     heights = [float(each.heights[row, column]) for each in left]
@@ -197,7 +197,7 @@ def _packed(
 
 
 def _times(solid: Solid, rows: Playback) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the scene's first row of every row of the moves' path, and when every move begins and ends, s."""
+    """Return the first row of the scene for each row of the moves' path, and start and end time of each move, s."""
     whole, count = np.arange(len(solid.moves.path)), len(solid.moves.path)
     first = np.searchsorted(rows.of, whole)
     seconds = np.bincount(rows.of, weights=rows.seconds, minlength=count)
