@@ -82,7 +82,7 @@ def test_the_help_of_all_commands_tells_what_each_does(capsys: pytest.CaptureFix
         ("optimise plate_10.dxf", r"unknown command 'optimise'; did you mean 'optimize'\?$"),
         ("Drill plate_10.dxf", r"unknown command 'Drill'; did you mean 'drill'\?$"),
         ("labs plate_10.dxf", "unknown command 'labs'; did you mean 'lab'"),
-        ("lab plate_10.dxf", "unknown command 'lab plate_10.dxf'; choose one of list, run, report$"),
+        ("lab plate_10.dxf", "unknown command 'lab plate_10.dxf'; choose one of list, run, report, tune$"),
         ("lab rn x", "unknown command 'lab rn'; did you mean 'run'"),
         ("lab run", r"lab run needs NAME \(see leafcut lab run --help\)$"),
         ("lab run x --reducd", "unknown option '--reducd'; did you mean '--reduced'"),

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import gc
 import sys
 from collections.abc import Sequence
 
 from leafcut._version import __version__
-
-#: New objects between two looks for garbage.
-LITTER = 100_000
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -18,8 +14,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if list(words) == ["--version"]:
         print(__version__)
         sys.exit(0)
-    # What is imported and compiled stays, and to look through it for garbage takes a tenth of a start.
-    gc.set_threshold(LITTER)
     from leafcut.cli import main as run
 
     run(arguments)

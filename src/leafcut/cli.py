@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import io
 import os
 import re
@@ -12,27 +11,28 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import App, CycloptsError, Parameter
 
 from leafcut._version import __version__
 from leafcut.errors import DataError, LeafcutError, OptionError, count_of
 from leafcut.files import StandardInput
+from leafcut.flags import command_of
 from leafcut.json_output import print_json
 from leafcut.option_spec import PLACES, flag_name
 from leafcut.options import Settings
-from leafcut.plain_line import Parameter, own_parameters, read_plain_line
 from leafcut.processes import registry
 from leafcut.processes.base import Process, Work
 from leafcut.processes.settings import all_options, used_by, why_unused
 from leafcut.progress import Reporter
 from leafcut.several import all_drill_files, expanded, targets_of
-from leafcut.usage import DASH, HELD, command_in, refuse_dash, told
+from leafcut.usage import DASH, GROUPS, HELD, command_in, refuse_dash, told
 from leafcut.user_files import DEFAULTS_VARIABLE, defaults_file, first_time
 
 if TYPE_CHECKING:
-    from cyclopts import App, CycloptsError
-
     from leafcut.batch import BatchRow
     from leafcut.model.outcome import Outcome
     from leafcut.model.simulation import Simulation
@@ -42,9 +42,6 @@ STATUSES = "Exit status: 0 done; 1 refused; 2 wrong usage; 3 done, but work is m
 _WORST_FIRST = ("danger", "missing", "warning")
 #: Of several inputs the status is that of the worst.
 _STATUS_ORDER = (DONE, INCOMPLETE, REFUSED, USAGE)
-#: Where a person says how many threads NumPy's linear algebra starts. Else it is one: leafcut asks for nothing large of
-#: it, and to start one per core takes a twentieth of a second.
-_SAYS_THREADS = {"OPENBLAS_NUM_THREADS", "GOTO_NUM_THREADS", "OMP_NUM_THREADS"}
 
 #: The options of `cutting-data` that matter most.
 _FIRST_OF_SPEEDS = ("material", "tools", "holes", "depth", "thickness", "machine", "shop_rate", "tool_cost")
@@ -96,14 +93,11 @@ NoDefaults = Annotated[
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave with its exit status (`STATUSES`)."""
-    if not _SAYS_THREADS.intersection(os.environ):
-        os.environ["OPENBLAS_NUM_THREADS"] = "1"
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without "→" shows "?", it does not stop the work
     warnings.formatwarning = _warning_line  # type: ignore[assignment]
     status = run(sys.argv[1:] if arguments is None else list(arguments))
-    gc.freeze()  # Python looks for garbage once more when it ends, in all there is: an eighth of a short run
     sys.exit(status)
 
 
@@ -128,50 +122,12 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def _answered(arguments: Sequence[str]) -> int:
-    """Run one command line and return its exit status."""
-    words = [HELD if word == DASH else word for word in arguments]
-    plain = _plain(words)
-    return int(plain() or DONE) if plain else _parsed(arguments, words)
-
-
-def _plain(words: Sequence[str]) -> Callable[[], int] | None:
-    """Return what calls the command that a plain command line names; None where the parser has to read it."""
-    name = words[0] if words else ""
-    if any(name in names for names, _ in _OTHERS):
-        return None
-    named = _words_of_flags(words)
-    for own_name, function, works, special in _working_commands():
-        if own_name == name:
-            fixed = special.get("fixed", {})
-            own = own_parameters(function, fixed, special.get("annotations"))
-            line = read_plain_line(words[1:], own, [(n, spec) for _, n, spec in used_by(*works) if n in named])
-            if line:
-                return partial(function, *line.places, **fixed, **line.own, options=line.options)
-    return None
-
-
-def _parsed(arguments: Sequence[str], words: Sequence[str]) -> int:
     """Run one command line and return its exit status; the parser says what is wrong in it."""
-    from cyclopts import CycloptsError
-
+    words = [HELD if word == DASH else word for word in arguments]
     try:
-        return _by_parser(arguments, words)
+        return int(app(arguments)(words, exit_on_error=False, print_error=False) or DONE)
     except CycloptsError as problem:
         return _refused(arguments, _told(problem, command_in(arguments)), USAGE)
-
-
-def _by_parser(arguments: Sequence[str], words: Sequence[str]) -> int:
-    from cyclopts import CycloptsError
-
-    if not {"--help", "-h", "--install-completion"}.intersection(words):
-        try:
-            few = app(arguments, named_only=True)
-            command, bound, _ = few.parse_args(words, exit_on_error=False, print_error=False)
-        except CycloptsError:
-            pass  # told below, by what knows all commands and flags
-        else:
-            return int(command(*bound.args, **bound.kwargs) or DONE)
-    return int(app(arguments)(words, exit_on_error=False, print_error=False) or DONE)
 
 
 def _told(problem: CycloptsError, command: str) -> str:
@@ -250,15 +206,13 @@ def _nothing_new_in(output: str | None) -> Iterator[None]:
         raise
 
 
-def app(arguments: Sequence[str] = (), *, named_only: bool = False) -> App:
+def app(arguments: Sequence[str] = ()) -> App:
     """Return the application with its commands; flags are made from the option groups.
 
-    Of a command line only the flags of its command are made: there are hundreds. With `named_only`, only those that it
-    names, and no other command: that parses what is right, and cannot tell what is wrong.
+    Of a command line only the flags of its command are made: there are hundreds. Without one, those of all commands.
     """
-    from cyclopts import App
-
-    from leafcut.flags import command_of, for_parser
+    from leafcut.cli_inside import add_commands
+    from leafcut.cli_send import send
 
     made = App(
         name="leafcut",
@@ -271,63 +225,31 @@ def app(arguments: Sequence[str] = (), *, named_only: bool = False) -> App:
     )
     asked = command_in(arguments)
     all_of_them = not arguments or "--install-completion" in arguments
-    named = _words_of_flags(arguments)
-    first = asked.split(" ", maxsplit=1)[0]
-    others = [add for names, add in _OTHERS if not named_only or first in names]
-    for add in others:
-        add(made)
-    is_work = not named_only or (first and not others)
-    for name, function, works, special in _working_commands() if is_work else ():
-        if named_only and name != asked:
-            continue
+    for name, (help_text, commands) in GROUPS.items():
+        group = App(name=name, help=help_text, help_format="plaintext")
+        for one, place in commands.items() if all_of_them or asked.startswith(name) else ():
+            group.command(_function_at(place), name=one)
+        made.command(group)
+    made.command(send, name="send")
+    add_commands(made, app)
+    for name, alone in _WITHOUT_OPTIONS.items():
+        made.command(alone, name=name)
+    for name, function, works, special in _working_commands():
         options = used_by(*works) if all_of_them or asked == name else ()
-        few = [one for one in options if not named_only or one[1] in named]
-        whole = command_of(function, few, **special) if all_of_them or asked == name else for_parser(function)
-        made.command(whole, name=name, help=special.get("help"))
+        made.command(command_of(function, options, **special), name=name, help=special.get("help"))
     if "--install-completion" in arguments:
         from leafcut.cli_inside import type_for_shell
 
         type_for_shell(made)
-    if not named_only:
-        made.register_install_completion_command(help="install command completion for your shell")
+    made.register_install_completion_command(help="install command completion for your shell")
     return made
 
 
-def _words_of_flags(arguments: Sequence[str]) -> set[str]:
-    """Return the names of options whose flags a command line may hold: as it names them, and without their ``no``."""
-    words = {word.lstrip("-").partition("=")[0].partition(".")[0].replace("-", "_").lower() for word in arguments}
-    return words | {word.removeprefix("no_") for word in words}
-
-
-def _add(function: Callable[..., int], name: str, made: App) -> None:
-    from leafcut.flags import for_parser
-
-    made.command(for_parser(function), name=name)
-
-
-def _add_inside(made: App) -> None:
-    from leafcut.cli_inside import add_commands
-
-    add_commands(made, app)
-
-
-def _add_machine(made: App) -> None:
-    from leafcut.cli_machine import machine_app, tools_app
-
-    made.command(machine_app())
-    made.command(tools_app())
-
-
-def _add_send(made: App) -> None:
-    from leafcut.cli_send import send
-
-    made.command(send, name="send")
-
-
-def _add_lab(made: App) -> None:
-    from leafcut.cli_lab import lab_app
-
-    made.command(lab_app())
+def _function_at(place: str) -> Callable[..., int]:
+    """Return the function at a place such as ``leafcut.cli_lab:run_experiment``."""
+    module, _, name = place.partition(":")
+    function: Callable[..., int] = getattr(import_module(module), name)
+    return function
 
 
 def _working_commands() -> Iterator[tuple[str, Callable[..., int], Sequence[Work], dict[str, Any]]]:
@@ -1156,20 +1078,11 @@ def _write_out(data: bytes) -> None:
     sys.stdout.buffer.flush()
 
 
-#: What adds commands that are no work on an input, by their names.
-_OTHERS: tuple[tuple[tuple[str, ...], Callable[[App], object]], ...] = (
-    (("machine", "tools"), _add_machine),
-    (("send",), _add_send),
-    (("lab",), _add_lab),
-    (("defaults", "addon", "completion", "warm-up"), _add_inside),
-    (("machines",), partial(_add, _machines, "machines")),
-    (("materials",), partial(_add, _materials, "materials")),
-    (("dialects",), partial(_add, _dialects, "dialects")),
-    (("algorithms",), partial(_add, _algorithms, "algorithms")),
-    (("formats",), partial(_add, _formats, "formats")),
-    (("plugins",), partial(_add, _plugins, "plugins")),
-    (("studio",), partial(_add, _studio, "studio")),
-)
+#: Commands without options of the option groups.
+_WITHOUT_OPTIONS: dict[str, Callable[..., int]] = {
+    "machines": _machines, "materials": _materials, "dialects": _dialects, "algorithms": _algorithms,
+    "formats": _formats, "plugins": _plugins, "studio": _studio,
+}  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from cyclopts import App, Parameter
+from cyclopts import Parameter
 
 from leafcut.errors import OptionError
 from leafcut.json_output import print_json
@@ -46,17 +46,7 @@ _Workers = Annotated[
 _Json = Annotated[bool, Parameter(name="--json", negative="", help="print the result as JSON")]
 
 
-def lab_app() -> App:
-    """Return the command with its own commands."""
-    made = App(name="lab", help="Repeat published experiments, and your own, with statistics.", help_format="plaintext")
-    made.command(_list, name="list")
-    made.command(_run, name="run")
-    made.command(_report, name="report")
-    made.command(_tune, name="tune")
-    return made
-
-
-def _list(*, results: _Results = RESULTS, as_json: _Json = False) -> int:
+def list_experiments(*, results: _Results = RESULTS, as_json: _Json = False) -> int:
     """List the experiments that come with leafcut, and how many runs of each are done."""
     from leafcut.lab.loading import in_short, load, shipped
     from leafcut.lab.store import Store
@@ -85,7 +75,7 @@ def _list(*, results: _Results = RESULTS, as_json: _Json = False) -> int:
     return 0
 
 
-def _run(
+def run_experiment(
     name: _Name,
     /,
     *,
@@ -122,7 +112,7 @@ def _run(
     return 1 if ran.failed else 0
 
 
-def _report(
+def report_experiment(
     name: _Name,
     /,
     *,
@@ -154,7 +144,7 @@ def _report(
     return 0
 
 
-def _tune(
+def tune_options(
     sources: Annotated[
         list[str], Parameter(name="SOURCE", help="files, folders, lists of files, examples or random maps of one class")
     ],

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from cyclopts import App, Parameter
+from cyclopts import Parameter
 
 from leafcut.errors import OptionError, count_of
 from leafcut.json_output import print_json
@@ -26,23 +26,7 @@ _Units = Annotated[
 ]
 
 
-def machine_app() -> App:
-    """Return the command with its own commands."""
-    made = App(name="machine", help="Make a machine profile, and check it with a stop-watch.", help_format="plaintext")
-    made.command(_import, name="import")
-    made.command(_new, name="new")
-    made.command(_check, name="check")
-    return made
-
-
-def tools_app() -> App:
-    """Return the command with its own command."""
-    made = App(name="tools", help="Make a tool library from one of another program.", help_format="plaintext")
-    made.command(_import_tools, name="import")
-    return made
-
-
-def _import(
+def import_machine(
     file: Annotated[
         str | None,
         Parameter(
@@ -101,7 +85,7 @@ def _asked(port: str, baud: int | None, kind: str | None) -> tuple[str, str]:
         return asked_settings(line, kind)
 
 
-def _new(
+def new_machine(
     *,
     output: _Output = None,
     answers: Annotated[
@@ -184,7 +168,7 @@ def _ask(question: str, likely: str) -> str:
     return line
 
 
-def _check(
+def check_machine(
     *programs: Annotated[str, Parameter(name="PROGRAM", help="programs that ran on the machine")],
     measured: Annotated[
         list[str] | None,
@@ -285,7 +269,7 @@ def _clock(parse: Any, time: str) -> float:
         raise OptionError(f"--measured: {problem}; write it as 12:34 or 754s") from None
 
 
-def _import_tools(
+def import_tools(
     file: Annotated[
         str,
         Parameter(

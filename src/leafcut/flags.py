@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
+from typing import Annotated, Any
+
+from cyclopts import Group, Parameter
 
 from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, written
-from leafcut.plain_line import Parameter as Told
-from leafcut.plain_line import own_parameters
-
-if TYPE_CHECKING:
-    from cyclopts import Group
 
 
 def command_of(
@@ -39,9 +36,14 @@ def command_of(
     help
         What is told in place of what the function says of itself.
     """
-    fixed, usual = fixed or {}, defaults()
-    own = [_for_parser(p) for p in own_parameters(function, fixed, annotations)]
+    fixed = fixed or {}
+    own = [
+        parameter.replace(annotation=(annotations or {}).get(parameter.name, parameter.annotation))
+        for parameter in inspect.signature(function, eval_str=True).parameters.values()
+        if parameter.name != "options" and parameter.name not in fixed
+    ]
     every = list(options)
+    usual = defaults() if every else {}
     names = sorted(every, key=lambda option: first.index(option[1]) if option[1] in first else len(first))
     places = {group: k for k, group in enumerate(dict.fromkeys(group for group, _, _ in every))}
     flags = [
@@ -55,51 +57,21 @@ def command_of(
         options = {name: ",".join(value) if isinstance(value, list) else value for name, value in taken.items()}
         return function(*places, **fixed, **given, options=options)
 
-    return _with_parameters(command, [*own, *flags], help or function.__doc__)
-
-
-def for_parser(function: Callable[..., int]) -> Callable[..., int]:
-    """Return a function whose parameters the parser understands."""
-
-    def command(*places: Any, **given: Any) -> int:
-        return function(*places, **given)
-
-    return _with_parameters(command, [_for_parser(p) for p in own_parameters(function)], function.__doc__)
-
-
-def _with_parameters(
-    command: Callable[..., int], parameters: Sequence[inspect.Parameter], help: str | None
-) -> Callable[..., int]:
-    """Return a function that tells the parser of these parameters, and of itself this help."""
+    parameters = [*own, *flags]
     command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     command.__annotations__ = {p.name: p.annotation for p in parameters}
-    command.__doc__ = help
+    command.__doc__ = help or function.__doc__
     return command
-
-
-def _for_parser(parameter: inspect.Parameter) -> inspect.Parameter:
-    """Return a parameter with the parser's own words about it."""
-    from cyclopts import Parameter
-
-    if get_origin(parameter.annotation) is not Annotated:
-        return parameter
-    kind, *told = get_args(parameter.annotation)
-    theirs = [Parameter(**one.words) if isinstance(one, Told) else one for one in told]
-    return parameter.replace(annotation=Annotated[(kind, *theirs)])
 
 
 def _group(group: type[OptionGroup], place: int, name: str, first: Sequence[str]) -> Group:
     """Return the part of the help that a flag stands in."""
-    from cyclopts import Group
-
     if name in first:
         return Group("Main options", sort_key=9)
     return Group(f"More: {group.title}" if first else group.title, sort_key=10 + place)
 
 
 def _flag(group: type[OptionGroup], name: str, spec: OptionSpec, where: Group, default_words: str) -> inspect.Parameter:
-    from cyclopts import Parameter
-
     default = group.defaults()[name]
     words = default_words or spec.default_words or ("" if default in (None, (), False) else written(spec, default))
     help_text = spec.help

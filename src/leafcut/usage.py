@@ -11,11 +11,26 @@ from leafcut.option_spec import OptionSpec
 if TYPE_CHECKING:
     from cyclopts import CycloptsError, UnknownOptionError
 
-#: Commands that have commands of their own.
+#: Commands that have commands of their own: their help, and the function of each command.
 GROUPS = {
-    "lab": ("list", "run", "report"),
-    "machine": ("import", "new", "check"),
-    "tools": ("import",),
+    "lab": (
+        "Repeat published experiments, and your own, with statistics.",
+        {
+            "list": "leafcut.cli_lab:list_experiments",
+            "run": "leafcut.cli_lab:run_experiment",
+            "report": "leafcut.cli_lab:report_experiment",
+            "tune": "leafcut.cli_lab:tune_options",
+        },
+    ),
+    "machine": (
+        "Make a machine profile, and check it with a stop-watch.",
+        {
+            "import": "leafcut.cli_machine:import_machine",
+            "new": "leafcut.cli_machine:new_machine",
+            "check": "leafcut.cli_machine:check_machine",
+        },
+    ),
+    "tools": ("Make a tool library from one of another program.", {"import": "leafcut.cli_machine:import_tools"}),
 }
 
 #: Stands for standard input and standard output. Alone it would be taken for a flag, so it is held back from the parser
@@ -42,7 +57,11 @@ def refuse_dash(what: str, *words: str | None) -> None:
 def command_in(arguments: Sequence[str]) -> str:
     """Return the command that a command line names, such as ``lab run``; "" for none."""
     words = [word for word in arguments if not word.startswith("-")][:2]
-    return " ".join(words[: 1 + (len(words) > 1 and words[1] in GROUPS.get(words[0], ()))])
+    return " ".join(words[: 1 + (len(words) > 1 and words[1] in _commands_of(words[0]))])
+
+
+def _commands_of(group: str) -> Iterable[str]:
+    return GROUPS[group][1] if group in GROUPS else ()
 
 
 def told(
@@ -75,7 +94,7 @@ def told(
         case UnknownCommandError():
             word = (problem.unused_tokens or [""])[0]
             if command in GROUPS:
-                return f"unknown command '{command} {shown(word)}'{nearest(word, GROUPS[command])}"
+                return f"unknown command '{command} {shown(word)}'{nearest(word, _commands_of(command))}"
             return _unknown_command(word, command, commands)
         case UnknownOptionError():
             return _unknown_option(problem, options, why, help_of)
