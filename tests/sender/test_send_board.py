@@ -293,7 +293,7 @@ def test_in_a_terminal_enter_starts_and_keys_hold_go_on_and_stop(board: Board, p
     try:
         until("Enter starts, q ends: ")
         os.write(ours, b"\n")
-        until(r"hole \d+/700, line \d+ .*F\d+ at 100 %  .* done, .* left, ends \d\d:\d\d:\d\d")
+        until(r"hole (?:[2-9]|\d\d+)/700, line \d+ .*F\d+ at 100 %  .* done, .* left, ends \d\d:\d\d:\d\d")
         os.write(ours, b"!")
         until("ON HOLD")
         os.write(ours, b"~")
