@@ -43,7 +43,7 @@ from leafcut.model.cutting import (
 )
 from leafcut.model.cutting_front import CuttingData, CuttingPoint, ToolFront
 from leafcut.model.difference import Difference
-from leafcut.model.heartbeat import Progress
+from leafcut.model.heartbeat import Heartbeat, Progress
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.machine import Machine, Probe
 from leafcut.model.measure import Measure
@@ -112,6 +112,7 @@ __all__ = [
     "FeedLimit",
     "Grouping",
     "Head",
+    "Heartbeat",
     "HeightField",
     "Hole",
     "HoleStep",

@@ -143,7 +143,7 @@ def test_freeing_parts_later_ends_with_the_time_of_all_searches(monkeypatch: pyt
     plan = SimpleNamespace(cuts=(), crossings=1, close=0)
     laid: Any = SimpleNamespace(plan=plan, round=SimpleNamespace(crossing=(1,)), order=[], score=lambda _: 0.0)
     job: Any = SimpleNamespace(
-        freed=(), cutting=SimpleNamespace(contours=[], pairs=[]), travel=lambda: None,
+        start=None, end=None, freed=(), cutting=SimpleNamespace(contours=[], pairs=[]), travel=lambda: None,
         run=SimpleNamespace(deadline=deadline, cancelled=threading.Event()),
     )  # fmt: skip
     monkeypatch.setattr(module, "clock", lambda: now[0])
