@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import shapely
 
 from leafcut import api
 from leafcut.files import StandardInput
+from leafcut.geometry.polyline import Polyline
 from leafcut.model.mesh import Mesh
+from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.study import Study
 from leafcut.options import LITERATURE, AcoOptions, FireflyOptions, SolveOptions
@@ -18,6 +21,8 @@ from leafcut.solve.kicks import MANY
 from leafcut.solve.solve import solve, warm_up
 from leafcut.solve.spanning_tree import ALL_PAIRS
 from leafcut.stock.mesh_field import field_of_mesh
+from leafcut.stock.removal import engaged_way
+from leafcut.stock.step_over import widest_gaps
 from leafcut.stock.surface import rims_of, safe_tiles
 
 #: Moves that a controller joins to one, and a hole in stock.
@@ -41,6 +46,7 @@ def warm_all(tell: Callable[[str], None] = lambda _: None) -> Compilations:
         _order()
         _follow_programs()
         _look_at_surfaces()
+        _measure_a_path()
     return compilations
 
 
@@ -82,3 +88,10 @@ def _look_at_surfaces() -> None:
     safe_tiles(slope, 1.0, 1.0, 20)
     rims_of(slope, np.array([[2.0, 2.0]]), np.array([1.0]))
     field_of_mesh(Mesh(slope, "slope"), 1.0)
+
+
+def _measure_a_path() -> None:
+    rules = PocketRules(tool_diameter=4.0, step_over=2.0)
+    path = PocketPath("warm", (PocketPiece(Polyline.of_points([(0.0, 0.0), (9.0, 0.0), (9.0, 2.0), (0.0, 2.0)])),))
+    way, _ = engaged_way(path, rules)
+    widest_gaps(way, shapely.box(0.0, 0.0, 9.0, 2.0), rules)

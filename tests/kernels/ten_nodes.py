@@ -6,14 +6,18 @@ import json
 import sys
 
 import numpy as np
+import shapely
 
+from leafcut.geometry.polyline import Polyline
 from leafcut.kernels import (
     annealing,
+    bands,
     candidates,
     chords,
     construct,
     cost,
     directed,
+    engagement,
     firefly,
     greedy,
     insertion,
@@ -30,9 +34,11 @@ from leafcut.kernels import (
     route,
     sequential,
     spanning_tree,
+    step_over,
     surface,
     sweep,
 )
+from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.model.problem import Metric, Relief, RoutingProblem
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.solve import kicks as tour_kicks
@@ -44,6 +50,9 @@ from leafcut.solve.directed import build_directed
 from leafcut.solve.instance import build_instance, cost_model
 from leafcut.solve.kicks import shorten_long_edges, work_tour
 from leafcut.solve.solve import solve
+from leafcut.stock.engagement import engagement as measured
+from leafcut.stock.step_over import widest_gaps
+from leafcut.stock.tool_steps import way_of
 
 #: Flat, ball, bull nose, a drill, and a tapered ball: radius, flat, corner, reach, rise, slope.
 SHAPES = (
@@ -119,7 +128,17 @@ def results() -> dict[str, object]:
     out["chords"] = [chords.merge_chords(bent, np.arange(24) % 7 > 0, np.full(24, 1.2), begins), begins.tolist()]
     out["sweep"] = [cut_by(*shape) for shape in SHAPES]
     out["surface"] = seen_from_above()
+    out["passes"] = along_a_way(xy[:10])
     return out
+
+
+def along_a_way(corners: np.ndarray) -> list[object]:
+    """Return what a tool of 10 mm engages along a way, and its widest step-over."""
+    rules = PocketRules(tool_diameter=10.0, step_over=6.0)
+    way = way_of(PocketPath("way", (PocketPiece(Polyline.of_points(corners)),)), rules)
+    found = measured(way, rules)
+    room = shapely.box(-10.0, -10.0, 100.0, 100.0)
+    return [*(column.tolist() for column in found), list(widest_gaps(way, room, rules))]
 
 
 def cut_by(*shape: float) -> list[object]:
@@ -180,7 +199,8 @@ def in_order(xy: np.ndarray, closed: bool, ways: int) -> list[object]:
 
 def unused() -> tuple[object, ...]:
     """Name the kernel modules, so that a new one is not forgotten here."""
-    first = (annealing, candidates, chords, construct, cost, directed, firefly, greedy, insertion, kicks, layers)
+    first = (annealing, bands, candidates, chords, construct, cost, directed, engagement, firefly, greedy)
+    second = (insertion, kicks, layers)
     rest = (
         lin_kernighan,
         local_search,
@@ -193,7 +213,7 @@ def unused() -> tuple[object, ...]:
         route,
         sequential,
     )
-    return (*first, *rest, spanning_tree, surface, sweep)
+    return (*first, *second, *rest, spanning_tree, step_over, surface, sweep)
 
 
 if __name__ == "__main__":

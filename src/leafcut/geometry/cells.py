@@ -42,3 +42,12 @@ class Cells:
     def columns_and_rows(self, cells: Indices) -> tuple[Indices, Indices]:
         """Return which column and which row of cells each is in, 0 at the corner of the box."""
         return cells % self.wide - self.margin, cells // self.wide - self.margin
+
+
+def numbered(places: Points, side: float) -> Indices:
+    """Return a number for every place, float64[n, 2], int64[n]: equal where both rounded to `side`, mm, are."""
+    if not len(places):
+        return np.zeros(0, np.int64)
+    column, row = np.round(places / side).astype(np.int64).T
+    numbers: Indices = (column - column.min()) * (row.max() - row.min() + 1) + (row - row.min())
+    return numbers

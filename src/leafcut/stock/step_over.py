@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,8 +10,10 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Indices
+from leafcut.geometry.cells import numbered
+from leafcut.kernels.step_over import Reaches, find_neighbours
 from leafcut.model.pocket import PocketRules
-from leafcut.stock.engagement import near_pairs
+from leafcut.stock.bands import bands_of
 from leafcut.stock.tool_steps import STRAIGHT_ON, ToolWay
 
 #: Passes further from each other than this, in diameters, are no neighbours: uncut ground is between them, and told.
@@ -107,8 +108,8 @@ def _sides(way: ToolWay, centres: Any, rules: PocketRules, passes: NDArray[np.bo
     # In the middle of the steps, where the tangent is not that of a corner.
     xy = way.xy[at] - 0.5 * way.step[at, None] * way.chord[at]
     normal = np.column_stack([-way.chord[at, 1], way.chord[at, 0]])
-    height, touch, radius = _neighbours(xy, normal, way.xy, rules)
     start, normal = np.concatenate([xy, xy]), np.concatenate([normal, -normal])
+    height, touch, radius = _neighbours(start, normal, way.xy, rules)
     # Contacts an angle a apart, seen from the disc's centre, are r (1 − cos a) high over each other's tangents.
     beside = height >= radius * (1.0 + math.cos(SIDE_BY_SIDE))
     gap = _from_sides(way, at, np.where(beside, height, 0.0), touch, start, normal)
@@ -157,8 +158,7 @@ def _from_sides(way: ToolWay, at: Indices, height: Floats, touch: Indices, start
     0 says that there is no neighbour side by side.
     """
     ends, begins = way.xy[at], way.xy[at] - way.step[at, None] * way.chord[at]
-    _, places = np.unique((np.concatenate([ends, begins, way.xy]) / _SAME).round(), axis=0, return_inverse=True)
-    steps, place = len(at), places.ravel()
+    steps, place = len(at), numbered(np.concatenate([ends, begins, way.xy]), _SAME)
     step, corner = np.tile(np.arange(steps), 2), place[: 2 * steps]
     order = np.argsort(corner, kind="stable")
     step, corner = step[order], corner[order]
@@ -187,48 +187,12 @@ def _turned(ahead: Floats, corner: Indices) -> NDArray[np.bool_]:
 
 
 def _neighbours(xy: Floats, normal: Floats, others: Floats, rules: PocketRules) -> tuple[Floats, Indices, Floats]:
-    """Return the height of the neighbour over the tangent (0: none), its row, and the disc's radius.
+    """Return, on the side of the normal of every place, the height of the neighbour over the tangent (0: none).
 
-    For every place on the side of its normal, then on the other side: twice as many rows as places.
-
-    A disc through q that touches the tangent at p has the radius (q − p)² / (2 n·(q − p)); the smallest is sought. All
-    that are smaller than half the reach are known when all q within the reach are, so the reach grows until it does.
+    The neighbour's row and the radius of the disc come along.
     """
-    n = len(xy)
-    height, row, radius = np.zeros(2 * n), np.zeros(2 * n, np.int64), np.zeros(2 * n)
-    best = np.full(2 * n, np.inf)
-    reach, most = 0.255 * rules.step_over, FARTHEST * rules.tool_diameter
-    left = np.arange(n)
-    while len(left):
-        known = np.isfinite(best)
-        for one, other, every, high in _touching(xy[left], normal[left], others, reach):
-            who = left[one] + np.where(high > 0.0, 0, n)
-            new = np.flatnonzero(~known[who])
-            who, whom, r, h = who[new], other[new], every[new], np.abs(high[new])
-            np.minimum.at(best, who, r)
-            equal = np.flatnonzero(r <= best[who] * (1.0 + _EQUAL))
-            order = equal[np.argsort(h[equal], kind="stable")]  # the highest of equals is set last
-            owner = who[order]
-            height[owner], row[owner], radius[owner] = h[order], whom[order], r[order]
-        left = left[~np.isfinite(best[left] + best[left + n])]
-        if reach >= most:
-            break
-        reach = min(2.0 * reach, most)
+    height, row, radius = np.zeros(len(xy)), np.zeros(len(xy), np.int64), np.zeros(len(xy))
+    reaches = Reaches(0.255 * rules.step_over, FARTHEST * rules.tool_diameter)
+    x, y, nx, ny = np.concatenate([xy, normal], axis=1).T.copy()
+    find_neighbours(bands_of(others, 2.0 * reaches.least), x, y, nx, ny, reaches, _EQUAL, height, row, radius)
     return height, row, radius
-
-
-def _touching(
-    p: Floats, normal: Floats, others: Floats, reach: float
-) -> Iterator[tuple[Indices, Indices, Floats, Floats]]:
-    """Yield pairs (row of p, row of q in `others`) whose disc through q that touches the tangent at p is small.
-
-    Its radius, no larger than half the reach, and q's height over the tangent come along; the disc is on the side of q,
-    where the height is negative it is the side away from the normal. All pairs of one row of p come together.
-    """
-    (px, py), (nx, ny), (qx, qy) = (np.ascontiguousarray(column) for column in (p.T, normal.T, others.T))
-    for _, mine, theirs in near_pairs(p, others, reach):
-        dx, dy = qx[theirs] - px[mine], qy[theirs] - py[mine]
-        height = dx * nx[mine] + dy * ny[mine]
-        square = dx * dx + dy * dy
-        small = np.flatnonzero((square <= reach * np.abs(height)) & (height != 0.0))
-        yield mine[small], theirs[small], square[small] / (2.0 * np.abs(height[small])), height[small]

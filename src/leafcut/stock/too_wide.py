@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from leafcut.geometry.arrays import Floats
-from leafcut.geometry.cells import Cells
+from leafcut.geometry.cells import Cells, numbered
 from leafcut.model.pocket import PocketPath, PocketRules
 from leafcut.stock.step_over import FARTHEST, wide_places
 from leafcut.stock.tool_steps import way_of
@@ -48,7 +48,5 @@ class TooWide:
 
 def _not_in(places: Floats, others: Floats) -> Floats:
     """Return the places that are not among others but for rounding."""
-    both = np.round(np.vstack([places, others]) / _SAME).astype(np.int64)
-    columns = [np.unique(both[:, k], return_inverse=True)[1].ravel().astype(np.int64) for k in range(2)]
-    key = columns[0] * len(both) + columns[1]
+    key = numbered(np.vstack([places, others]), _SAME)
     return places[~np.isin(key[: len(places)], key[len(places) :])]

@@ -1,0 +1,92 @@
+"""The largest discs beside a path that hold no part of it, and where they touch it next."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from numpy.typing import NDArray
+
+from leafcut.kernels import kernel, part
+from leafcut.kernels.bands import Bands, band_at, from_left
+
+#: A disc looked for reaches this far from its middle, in reaches: room for rounding.
+HALF = 0.5 + 1e-9
+
+
+class Reaches(NamedTuple):
+    """How far a neighbour is looked for, mm: `least` at first, then twice as far each time, `most` at last."""
+
+    least: float
+    most: float
+
+
+@part
+def smallest_disc(bands: Bands, x: float, y: float, nx: float, ny: float, reach: float) -> float:
+    """Return the least radius of discs that touch the tangent at a place, on the side of its normal, and a place."""
+    least, middle_x, middle_y, half = math.inf, x + 0.5 * reach * nx, y + 0.5 * reach * ny, HALF * reach
+    for band in range(band_at(bands, middle_y - half), band_at(bands, middle_y + half) + 1):
+        at = from_left(bands, band, middle_x - half)
+        while at < bands.first[band + 1] and bands.x[at] <= middle_x + half:
+            dx, dy = bands.x[at] - x, bands.y[at] - y
+            height = dx * nx + dy * ny
+            square = dx * dx + dy * dy
+            if height > 0.0 and square <= reach * height:
+                least = min(least, square / (2.0 * height))
+            at += 1
+    return least
+
+
+@part
+def highest_touched(bands: Bands, x: float, y: float, nx: float, ny: float, reach: float, largest: float) -> int:
+    """Return the place of the bands that is highest over the tangent, of equal ones the last, whose disc is so small.
+
+    largest  radius of the disc, mm, no more than half the reach
+    """
+    highest, found = 0.0, -1
+    middle_x, middle_y, half = x + 0.5 * reach * nx, y + 0.5 * reach * ny, HALF * reach
+    for band in range(band_at(bands, middle_y - half), band_at(bands, middle_y + half) + 1):
+        at = from_left(bands, band, middle_x - half)
+        while at < bands.first[band + 1] and bands.x[at] <= middle_x + half:
+            dx, dy = bands.x[at] - x, bands.y[at] - y
+            height = dx * nx + dy * ny
+            square = dx * dx + dy * dy
+            higher = height > highest or (height == highest > 0.0 and bands.row[at] > bands.row[found])
+            if higher and square <= reach * height and square / (2.0 * height) <= largest:
+                highest, found = height, at
+            at += 1
+    return found
+
+
+@kernel
+def find_neighbours(
+    bands: Bands, x: NDArray, y: NDArray, nx: NDArray, ny: NDArray, reaches: Reaches, equal: float, height: NDArray,
+    row: NDArray, radius: NDArray,
+) -> None:  # fmt: skip
+    """Find the smallest disc that touches the tangent at each place on the side of its normal, and a place.
+
+    A disc through q that touches the tangent at p has the radius (q − p)² / (2 n·(q − p)). All that are smaller than
+    half the reach are known when all q within the reach are, so the reach grows until one is found. Of discs that are
+    equally large but for a share the one whose q is highest over the tangent counts.
+
+    ============ =========== ==============================================
+    x, y, nx, ny float64[n]  places p, mm, and unit normals there
+    equal        float       the share
+    height       float64[n]  of q over the tangent, mm; 0: none is found
+    row          int64[n]    number of q
+    radius       float64[n]  of the disc, mm
+    ============ =========== ==============================================
+
+    Changes: height, row, radius.
+    """
+    for i in range(len(x)):
+        reach, before = reaches.least, 0.0
+        while reach > before:
+            least = smallest_disc(bands, x[i], y[i], nx[i], ny[i], reach)
+            if least < math.inf:
+                at = highest_touched(bands, x[i], y[i], nx[i], ny[i], reach, least * (1.0 + equal))
+                dx, dy = bands.x[at] - x[i], bands.y[at] - y[i]
+                height[i], row[i] = dx * nx[i] + dy * ny[i], bands.row[at]
+                radius[i] = (dx * dx + dy * dy) / (2.0 * height[i])
+                break
+            before, reach = reach, min(2.0 * reach, reaches.most)

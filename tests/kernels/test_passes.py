@@ -1,0 +1,58 @@
+"""Neighbouring passes and the engaged edge, found by kernels, against looking at all places."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from leafcut.geometry.polyline import Polyline
+from leafcut.kernels.step_over import Reaches, find_neighbours
+from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
+from leafcut.stock.bands import bands_of
+from leafcut.stock.engagement import engagement
+from leafcut.stock.tool_steps import way_of
+
+
+@pytest.mark.parametrize("spread", [(10.0, 10.0), (40.0, 0.0), (0.0, 40.0), (1e-3, 60.0)])
+def test_the_neighbour_of_a_place_is_that_of_the_smallest_disc_beside_it(spread: tuple[float, float]) -> None:
+    random = np.random.default_rng(3)
+    others = random.uniform(0.0, 1.0, (120, 2)) * spread
+    places = random.uniform(-0.1, 1.1, (60, 2)) * spread
+    angle = random.uniform(0.0, math.tau, 60)
+    normal = np.column_stack([np.cos(angle), np.sin(angle)])
+    height, row, radius = np.zeros(60), np.zeros(60, np.int64), np.zeros(60)
+    x, y, nx, ny = np.concatenate([places, normal], axis=1).T.copy()
+    find_neighbours(bands_of(others, 0.3), x, y, nx, ny, Reaches(0.2, 5.0), 1e-9, height, row, radius)
+    for i in range(60):
+        away = others - places[i]
+        over = away @ normal[i]
+        with np.errstate(divide="ignore"):
+            radii = np.where(over > 0.0, (away**2).sum(axis=1) / (2.0 * over), np.inf)
+        best = int(np.argmin(radii))
+        if radii[best] > 2.5:
+            assert height[i] == 0.0
+        else:
+            assert (row[i], height[i], radius[i]) == (best, pytest.approx(over[best]), pytest.approx(radii[best]))
+
+
+def test_the_engaged_edge_is_the_part_of_the_half_circle_ahead_that_earlier_places_leave() -> None:
+    rules = PocketRules(tool_diameter=4.0, step_over=2.4)
+    corners = np.random.default_rng(8).uniform(0.0, 9.0, (6, 2))
+    way = way_of(PocketPath("test", (PocketPiece(Polyline.of_points(corners)),)), rules)
+    found = engagement(way, rules)
+    edge = rules.radius - rules.tolerance
+    for i in range(0, len(way), 9):
+        if not np.isfinite(way.back[i, 0]):
+            assert found.angle[i] == pytest.approx(math.pi)
+            continue
+        angles = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 1801)
+        ahead = math.atan2(way.ahead[i, 1], way.ahead[i, 0])
+        rim = way.xy[i] + edge * np.column_stack([np.cos(ahead + angles), np.sin(ahead + angles)])
+        away = np.hypot(*(rim[:, None] - way.xy[None, :i]).transpose(2, 0, 1))
+        station = np.cumsum(way.step)
+        recent = station[i] - station[:i] < 2.0 * math.sqrt(2.0 * rules.radius * rules.tolerance)
+        free = (away >= np.where(recent, edge, rules.radius) - 1e-9).all(axis=1)
+        free &= rim @ way.back[i] >= way.xy[i] @ way.back[i]
+        assert found.angle[i] == pytest.approx(free.mean() * math.pi, abs=0.02)
