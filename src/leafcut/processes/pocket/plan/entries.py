@@ -72,10 +72,13 @@ def come_down(
     high = min(builder.position[2], top + ABOVE) if builder.position[2] > top else builder.position[2]
     if builder.position[2] > high + SHORTEST:
         builder.feed(z=high, feed=data.tool.feed)
-    circle = _helix_place(start, 0.5 * data.tool.diameter, allowed) if asked in ("ramp", "helix") else None
     turns = 0 if ring is None else _round(ring.length, high - bottom, data.entry_angle)
     legs = _legs(way, high - bottom, data.entry_angle)
-    possible = {"ramp": legs is not None or turns > 0, "helix": circle is not None}
+    ramps = legs is not None or turns > 0
+    # A place for a helix takes a while to find: it is looked for where it may be used only.
+    wanted = asked == "helix" or (asked == "ramp" and not ramps)
+    circle = _helix_place(start, 0.5 * data.tool.diameter, allowed) if wanted else None
+    possible = {"ramp": ramps, "helix": circle is not None}
     kind = next((k for k in _IN_PLACE_OF[asked] if possible[k]), "plunge" if asked in possible else asked)
     feed = data.ramp_feed(top - bottom)
     if kind == "helix" and circle is not None:
