@@ -302,3 +302,20 @@ def test_a_contour_has_the_height_at_which_it_is_drawn_and_its_block_is_inserted
 
     part = read_contours(draw(build))
     assert sorted((c.path.start[1], c.z) for c in part.contours) == [(1, 3.5), (5, 1.25), (9, -4), (20, 0)]
+
+
+def test_lines_of_a_block_at_the_origin_are_those_drawn_in_model_space(draw) -> None:
+    def lines(space) -> None:
+        space.add_line((1, -0.0, 3), (30, 4, 3))
+        space.add_line((0, 0, 0), (10, 0, 5))
+        space.add_lwpolyline([(0, 0, 0), (5, 0, 0), (5, 5, 0.3)], format="xyb")
+
+    def inserted(document, space) -> None:
+        lines(document.blocks.new("B"))
+        space.add_blockref("B", (0, 0))
+
+    plain, block = (read_contours(draw(build)) for build in (lambda _, space: lines(space), inserted))
+    for one, other in zip(plain.contours, block.contours, strict=True):
+        assert one.path.vertices.tobytes() == other.path.vertices.tobytes() and one.z == other.z
+        assert one.path.extents == other.path.extents
+    assert codes(plain) == codes(block)

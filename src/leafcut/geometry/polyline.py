@@ -163,9 +163,8 @@ class Polyline:
     def extents(self) -> tuple[float, float, float, float]:
         """Smallest x and y, largest x and y, arcs included, mm."""
         places = [self.vertices[:, :2]]
-        for s in self.segments():
-            if not s.is_arc:
-                continue
+        arcs = np.flatnonzero(self.bulges).tolist() if self.vertices[:, 2].any() else []
+        for s in map(self._segment, arcs):
             begin = math.atan2(s.start[1] - s.center[1], s.start[0] - s.center[0])
             turn = 4.0 * math.atan(s.bulge)
             for quarter in range(4):
@@ -175,7 +174,7 @@ class Polyline:
                     places.append(
                         np.array([[s.center[0] + s.radius * math.cos(angle), s.center[1] + s.radius * math.sin(angle)]])
                     )
-        every = np.concatenate(places)
+        every = np.concatenate(places) if arcs else places[0]
         low, high = every.min(axis=0), every.max(axis=0)
         return (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
 

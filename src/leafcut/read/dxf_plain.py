@@ -302,7 +302,7 @@ def _blocks_alone(records: list[list[Tag]]) -> bool:
 
 def _without_groups(tags: list[Tag]) -> list[Tag]:
     """Return tags without the groups that applications have put between braces."""
-    if all(code != _GROUP for code, _ in tags):
+    if _GROUP not in [code for code, _ in tags]:
         return tags
     kept, depth = [], 0
     for code, value in tags:

@@ -11,6 +11,7 @@ from leafcut.geometry.arrays import Floats
 from leafcut.geometry.curves import MAX_DEGREE, Spend, ellipse_path, fitted, free, spline_points
 from leafcut.geometry.polyline import Polyline
 from leafcut.read.dxf_shapes import (
+    IDENTITY,
     Curve,
     Matrix,
     Vector3,
@@ -175,7 +176,7 @@ def slopes(stroke: DxfStroke, matrix: Matrix) -> bool:
     if not isinstance(stroke.form, DxfPolyline):
         return False
     places = _placed(stroke.form.vertices, matrix)
-    high = float(np.ptp(places[:, 2]))
+    high = float(places[:, 2].max() - places[:, 2].min())
     return high > 1e-9 and high > SLOPE * float(np.hypot(*np.ptp(places[:, :2], axis=0)))
 
 
@@ -189,12 +190,18 @@ def height_of(stroke: DxfStroke, matrix: Matrix) -> float:
 
 
 def _placed(vertices: Floats, matrix: Matrix) -> Floats:
+    if matrix is IDENTITY:
+        return vertices + 0.0
     table = np.array(matrix)
     places: Floats = vertices @ table[:3] + table[3]
     return places
 
 
 def _placed_polyline(polyline: DxfPolyline, matrix: Matrix, factor: float, tolerance: float, spend: Spend) -> Polyline:
+    if not polyline.bulges.any():
+        vertices = _placed(polyline.vertices, matrix) * factor
+        vertices[:, 2] = 0.0
+        return Polyline(vertices, polyline.closed)
     xy = _placed(polyline.vertices, matrix)[:, :2] * factor
     count = len(xy) if polyline.closed else len(xy) - 1
     bulges = np.where(np.arange(len(xy)) < count, polyline.bulges, 0.0)
