@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -48,10 +49,11 @@ def _lines(points: Points, tolerance: float) -> Polyline:
 
 def _apart(points: Points) -> Points:
     """Return the points without those that lie on the one before; the first and the last stay."""
-    kept = [points[0]]
-    for point in points[1:-1]:
-        if np.hypot(*(point - kept[-1])) > NEAREST:
+    first, *middle, last = points.tolist()
+    kept = [first]
+    for point in middle:
+        if math.dist(point, kept[-1]) > NEAREST:
             kept.append(point)
-    while len(kept) > 1 and np.hypot(*(points[-1] - kept[-1])) <= NEAREST:
+    while len(kept) > 1 and math.dist(last, kept[-1]) <= NEAREST:
         kept.pop()
-    return np.array([*kept, points[-1]])
+    return np.array([*kept, last])
