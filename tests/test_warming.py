@@ -59,7 +59,7 @@ def test_python_calls_only_kernels_that_are_compiled_for_python() -> None:
 def test_a_warm_up_that_compiles_nothing_prints_nothing(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for name in ("_order", "_follow_programs", "_look_at_surfaces"):
+    for name in ("_order", "_follow_programs", "_look_at_surfaces", "_measure_a_path"):
         monkeypatch.setattr(warming, name, lambda: None)
     assert run(["warm-up"]) == 0
     assert capsys.readouterr() == ("", "")
