@@ -20,6 +20,7 @@ from leafcut.solve.construction import FEW
 from leafcut.solve.kicks import MANY
 from leafcut.solve.solve import solve, warm_up
 from leafcut.solve.spanning_tree import ALL_PAIRS
+from leafcut.stock.bands import pieces_near
 from leafcut.stock.mesh_field import field_of_mesh
 from leafcut.stock.removal import engaged_way
 from leafcut.stock.step_over import widest_gaps
@@ -95,3 +96,4 @@ def _measure_a_path() -> None:
     path = PocketPath("warm", (PocketPiece(Polyline.of_points([(0.0, 0.0), (9.0, 0.0), (9.0, 2.0), (0.0, 2.0)])),))
     way, _ = engaged_way(path, rules)
     widest_gaps(way, shapely.box(0.0, 0.0, 9.0, 2.0), rules)
+    pieces_near(way.xy[:-1], way.xy[1:], way.xy, np.ones(len(way)))

@@ -16,6 +16,7 @@ from leafcut.kernels import (
     chords,
     construct,
     cost,
+    coverage,
     directed,
     engagement,
     firefly,
@@ -41,6 +42,7 @@ from leafcut.kernels import (
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.model.problem import Metric, Relief, RoutingProblem
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
+from leafcut.processes.pocket.plan.coverage_points import CoveragePoints
 from leafcut.solve import kicks as tour_kicks
 from leafcut.solve import spanning_tree as patched
 from leafcut.solve.annealing import Forgetting
@@ -138,7 +140,8 @@ def along_a_way(corners: np.ndarray) -> list[object]:
     way = way_of(PocketPath("way", (PocketPiece(Polyline.of_points(corners)),)), rules)
     found = measured(way, rules)
     room = shapely.box(-10.0, -10.0, 100.0, 100.0)
-    return [*(column.tolist() for column in found), list(widest_gaps(way, room, rules))]
+    near = CoveragePoints(corners, np.full(len(corners), 30.0), np.arange(len(way) - 1)).near(way.xy)
+    return [*(column.tolist() for column in (*found, *near)), list(widest_gaps(way, room, rules))]
 
 
 def cut_by(*shape: float) -> list[object]:
@@ -199,7 +202,7 @@ def in_order(xy: np.ndarray, closed: bool, ways: int) -> list[object]:
 
 def unused() -> tuple[object, ...]:
     """Name the kernel modules, so that a new one is not forgotten here."""
-    first = (annealing, bands, candidates, chords, construct, cost, directed, engagement, firefly, greedy)
+    first = (annealing, bands, candidates, chords, construct, cost, coverage, directed, engagement, firefly, greedy)
     second = (insertion, kicks, layers)
     rest = (
         lin_kernighan,

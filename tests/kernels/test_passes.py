@@ -6,10 +6,12 @@ import math
 
 import numpy as np
 import pytest
+import shapely
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.kernels.step_over import Reaches, find_neighbours
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
+from leafcut.processes.pocket.plan.coverage_points import CoveragePoints
 from leafcut.stock.bands import bands_of
 from leafcut.stock.engagement import engagement
 from leafcut.stock.tool_steps import way_of
@@ -56,3 +58,17 @@ def test_the_engaged_edge_is_the_part_of_the_half_circle_ahead_that_earlier_plac
         free = (away >= np.where(recent, edge, rules.radius) - 1e-9).all(axis=1)
         free &= rim @ way.back[i] >= way.xy[i] @ way.back[i]
         assert found.angle[i] == pytest.approx(free.mean() * math.pi, abs=0.02)
+
+
+def test_the_places_near_a_piece_of_a_way_are_all_that_it_is_no_further_from_than_their_limits() -> None:
+    random = np.random.default_rng(4)
+    places, way = random.uniform(0.0, 9.0, (150, 2)), random.uniform(0.0, 9.0, (20, 2))
+    way[7] = way[6]
+    limits, pieces = random.uniform(0.1, 2.0, 150), np.flatnonzero(np.arange(19) % 3 > 0)
+    piece, place = CoveragePoints(places, limits, pieces).near(way)
+    assert np.array_equal(piece, np.sort(piece))
+    lines = shapely.linestrings(np.stack([way[pieces], way[pieces + 1]], axis=1))
+    away = shapely.distance(lines[:, None], shapely.points(places))
+    expected = {(int(pieces[i]), int(k)) for i, k in np.argwhere(away <= limits)}
+    assert set(zip(piece.tolist(), place.tolist(), strict=True)) == expected and len(piece) == len(expected)
+    assert [len(part) for part in CoveragePoints(places[:0], limits[:0], pieces).near(way)] == [0, 0]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from leafcut.geometry.arrays import Floats
+from leafcut.geometry.arrays import Floats, Indices
 from leafcut.kernels.bands import Bands
+from leafcut.kernels.coverage import near_places
 
 
 def bands_of(places: Floats, side: float) -> Bands:
@@ -17,3 +18,17 @@ def bands_of(places: Floats, side: float) -> Bands:
     order = np.lexsort((x, band))
     first = np.searchsorted(band[order], np.arange(int(band.max()) + 2))
     return Bands(x[order], y[order], order, first, low, side)
+
+
+def pieces_near(begin: Floats, end: Floats, places: Floats, limits: Floats) -> tuple[Indices, Indices]:
+    """Return the pairs (straight piece, place) that are no further apart than the limit of the place, by piece.
+
+    Arrays are float64[m, 2], float64[n, 2] and float64[n], mm.
+    """
+    count, found = np.zeros(len(begin), np.int64), np.zeros(0, np.int64)
+    if len(begin) and len(places):
+        longest = float(limits.max())
+        bands = bands_of(places, 0.5 * longest)
+        while (total := near_places(bands, limits, longest, begin, end, count, found)) > len(found):
+            found = np.zeros(total, np.int64)
+    return np.repeat(np.arange(len(begin)), count), found

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Indices, Points
 from leafcut.geometry.cells import Cells
 from leafcut.quick_dataclass import dataclass
+from leafcut.stock.bands import pieces_near
 
 #: How far a way may be from places, float64[n, 2], that are so many mm apart: float64[n], mm.
 Limit = Callable[[Points, float], Points]
@@ -42,10 +43,8 @@ class CoveragePoints:
 
     def near(self, way: Points) -> tuple[Indices, Indices]:
         """Return the pairs (piece of the way, place) where one is near enough to the other, sorted by piece."""
-        lines: Any = shapely.linestrings(np.stack([way[self.pieces], way[self.pieces + 1]], axis=1))
-        place, line = shapely.STRtree(lines).query(self.geoms, predicate="dwithin", distance=self.limits)
-        order = np.argsort(line, kind="stable")
-        return self.pieces[line[order]], place[order]
+        piece, place = pieces_near(way[self.pieces], way[self.pieces + 1], self.points, self.limits)
+        return self.pieces[piece], place
 
 
 class CoverageGrid:
