@@ -171,6 +171,9 @@ VERIFY_FAULTS = [
     Fault("first moves in one", "linuxcnc", f"G21 G90 / S900 M3 / G0 Z10 / G0 X0 Y0 / {HOLE} / M2",
           "G0 Z10\nG0 X0 Y0\n", "G0 X0 Y0 Z10\n"),
     Fault("first rise gone", "linuxcnc", f"G21 G90 / S900 M3 / G0 Z10 / G0 X0 Y0 / {HOLE} / M2", "G0 Z10\n", ""),
+    Fault("length offset off for the middle of the way to a stop", "linuxcnc",
+          f"{HEAD} / G43 H1 / G0 Z5 / {HOLE} / X50 / X55 / G0 Z5 / X60 / M0 / G43 H1 / G0 Z5 / G0 X11 Y2 / G1 Z-1 / "
+          "G0 Z5 / M2", "X55", "G49 / X55"),
     Fault("rise on a slant in a series of LinuxCNC", "linuxcnc",
           "G21 G90 G17 / S900 M3 / G0 Z20 / G99 G81 X1 Y2 Z-3 R2 F100 / G0 Z10 / G99 G81 X20 Y2 Z-3 R10 / G80 / G0 Z20",
           "G0 Z10\nG99 G81", "G99 G81"),
