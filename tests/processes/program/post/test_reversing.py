@@ -81,12 +81,12 @@ def test_what_is_not_to_be_turned_is_refused() -> None:
 
 
 def test_a_file_without_an_end_of_its_last_line_gets_one_where_it_is_needed() -> None:
-    text = "G21 G90\nM3 S9\nG0 X0 Y0\nG1 X5 F200\nY5\nG0 X20 Y0\nG1 X25\nY9\n"
-    program = program_of(text + "G0 X40 Y0\nG1 X45\nY9")
+    """The file ends amid its last cut, which now begins there."""
+    cut = "G0 X{0} Y0\r\nM3 S9\r\nG1 X{1} F200\r\nM5"
+    program = program_of("G21 G90\r\n" + "\r\n".join(cut.format(x, x + 5) for x in (0, 20, 40)))
     sequence = find_sequence(program, process="laser", allow_reverse=True)
-    for section in sequence.sections:
-        new = rewrite(program, sequence, [np.array([~k for k in range(len(section.pieces))])])
-        assert len(new.splitlines()) == len(program.lines)
+    new = rewrite(program, sequence, [np.array([~2, 1, 0])])
+    assert new == "G21 G90\r\n" + "\r\n".join(cut.format(*x) for x in ((45, 40), (20, 25), (0, 5))) + "\r\n"
 
 
 def choose_directions(sequence: Sequence, seed: int) -> tuple[list[np.ndarray], int]:

@@ -15,7 +15,14 @@ from leafcut.gcode.modal_dependencies import BlockReader
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.reversible_cut import ReversibleCut
 from leafcut.model.toolpath import Kind, position_before
-from leafcut.processes.program.post.insertion import code_of, format_length, insert_words, replace_words, with_words
+from leafcut.processes.program.post.insertion import (
+    code_of,
+    format_length,
+    insert_words,
+    line_end,
+    replace_words,
+    with_words,
+)
 
 #: The G words of motions the other way.
 _BACK = {int(Kind.FEED): 1, int(Kind.ARC_CW): 3, int(Kind.ARC_CCW): 2}
@@ -41,7 +48,7 @@ def reverse_stroke(
     writer = _BlockWriter(program, reader, stroke, lines, offset, spelled)
     new = [*writer.lead(), *writer.body(), *writer.tail()]
     # The last line of a file may have no end; it need not be the last one now.
-    end = next((line[len(line.rstrip("\r\n")) :] for line in lines if line.endswith(("\n", "\r"))), "\n")
+    end = line_end(program.lines)
     new = [line if line.endswith(("\n", "\r")) else line + end for line in new]
     return new, writer.leaves()
 
