@@ -148,21 +148,23 @@ def check_limits(
     cuts, chip = loads.mills | loads.sinks, loads.chip
     faster = np.isfinite(speed) & (speed > loads.feed * (1.0 + _PART))
     ratio = np.divide(speed, loads.feed, out=np.ones_like(speed), where=np.isfinite(speed) & (loads.feed > 0))
+    # A little less, so that a speed may be all that a limit allows.
+    ratio /= 1.0 + _PART
     upright = loads.upright
     clear = ~loads.removed.cuts & (loads.removed.over <= -rules.clearance * (1.0 - _PART))
     # In the air, too, speeds up to a rapid's are no matter of chips.
     faster &= ~(clear & rules.air) & ~upright
-    wrong = faster & (ratio > rules.increase * (1.0 + _PART))
+    wrong = faster & (ratio > rules.increase)
     for number, limit in limits.items():
         mine = cuts & (loads.moves.tool == number) & np.isfinite(speed)
         diameter = 2.0 * cutters[number].radius
         allowed = limit.chip * loads.slot_share(limit, diameter)
-        wrong |= mine & faster & (chip * ratio > allowed * (1.0 + _PART))
-        wrong |= mine & faster & (loads.rate * ratio > limit.rate * (1.0 + _PART))
-        wrong |= mine & faster & (ratio > loads.spindle_ratio(limit, diameter) * (1.0 + _PART))
+        wrong |= mine & faster & (chip * ratio > allowed)
+        wrong |= mine & faster & (loads.rate * ratio > limit.rate)
+        wrong |= mine & faster & (ratio > loads.spindle_ratio(limit, diameter))
         # A ramp is made faster only where it is known how fast the tool may go down.
         known = limit.plunge if math.isfinite(limit.plunge) else 0.0
-        wrong |= mine & faster & loads.sinks & (loads.down * ratio > known * (1.0 + _PART))
+        wrong |= mine & faster & loads.sinks & (loads.down * ratio > known)
     wrong |= faster & ~np.isin(loads.moves.tool, list(limits))
     wrong |= np.isinf(speed) & ~clear & ~upright
     wrong[_plunges_too_fast(loads, stretches, rules)] = True
