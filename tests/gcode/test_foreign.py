@@ -113,6 +113,9 @@ def test_every_block_knows_what_was_active_before_it() -> None:
         ("G10 L2 P1 X3", Kind.SHIFT, (math.nan, 0.0, 10.0)),
         ("G10 L2 P0 Z3", Kind.SHIFT, (0.0, 0.0, math.nan)),
         ("G10 L2 P4 X3", Kind.SHIFT, (0.0, 0.0, 10.0)),
+        # A work offset that is turned moves all of X and Y, and Z only where it is named.
+        ("G10 L2 P1 R30", Kind.SHIFT, (math.nan, math.nan, 10.0)),
+        ("G10 L2 P1 R30 Z3", Kind.SHIFT, (math.nan,) * 3),
         ("G10 L20 P1 X3 Z1", Kind.SHIFT, (3.0, 0.0, 1.0)),
         ("G43.1 Z4", Kind.SHIFT, (math.nan,) * 3),
         ("G10 L1 P1 Z3", Kind.FOREIGN, (0.0, 0.0, math.nan)),

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from leafcut.errors import PostError
+from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.processes.program.plan.resequencing import find_sequence
 from leafcut.processes.program.post.insertion import format_length, insert_words
 from leafcut.processes.program.post.rewriter import rewrite
+from leafcut.processes.program.post.source_positions import Original
 from rewriting import program_of, rewritten
 
 HEAD = "G21 G90 / S1000 M3 / G0 Z5 / X-9 Y-9 / "
@@ -74,6 +76,26 @@ def test_a_hole_that_stays_rises_as_high_as_it_did() -> None:
     assert body(text, [1, 0]).endswith("M9 / G98 X7 Y7 / G80")
     text = "G99 G81 X0 Y0 Z-3 R1 F100 / G81 X9 Y0 Z-4 / M9 / G98 G82 X7 Z-4 R1 P1 / G80"
     assert " / G80 / G0 X9.0 Y0.0 / G0 Z5.0 / M9 / G98 G82 X7 Z-4 R1 P1 / G80" in body(text, [1, 0])
+
+
+def test_the_initial_height_is_the_one_before_the_first_hole_of_a_series() -> None:
+    """G99 leaves the tool at 1 behind each hole; M8 ends no series, a rapid does."""
+    holes = "G99 G81 X0 Y0 Z-3 R1 F100 / X9 / M8 / X18 / G98 X20 / G80 / G0 Z9 / G0 X3 / G99 G81 X0 Z-3 R2 / X9"
+    program = program_of(HEAD + holes + FOOT)
+    original = Original(program)
+    height = {int(program.line[block]): original.initial_before(block) for block in range(program.n_blocks)}
+    assert [height[line] for line in (5, 6, 7, 8, 9)] == [5] * 5
+    assert [height[line] for line in (13, 14)] == [9, 9]
+
+
+def test_a_hole_that_stays_and_goes_on_with_a_cycle_that_is_another_now_is_refused_with_its_line() -> None:
+    """The last hole takes its depth from the second one; behind the first it would be 1 mm less deep."""
+    program = program_of(HEAD + "G98 G81 X0 Y0 Z-3 R5 F100 / X9 Y0 Z-4 / X20 Y0 / G80" + FOOT)
+    (section,) = find_sequence(program).sections
+    pieces, last = section.pieces[:2], section.pieces[2].begin
+    sequence = Sequence((Kept(0, pieces[0].begin), Section(pieces), Kept(last, program.n_blocks)), "drill")
+    with pytest.raises(PostError, match=r"^line 7: what stays there goes on with a cycle that now is another$"):
+        rewrite(program, sequence, [np.array([1, 0])])
 
 
 def test_a_cycle_ends_before_a_way_in_machine_coordinates_that_stays() -> None:
