@@ -39,6 +39,24 @@ def test_a_thickness_between_two_rows_is_taken_between_them_and_said() -> None:
     assert "between 6.35 and 8 mm" in str(issues[0])
 
 
+def test_other_currents_for_about_the_thickness_are_offered(tmp_path: Path) -> None:
+    """About 6 mm is 5 to 7 mm, about 20 mm is 18 to 22 mm; a current that has no row there is not offered."""
+    rows = [f"plasma,mild_steel,{t},{a},1000,3.8,0.5,1.5,1.5" for t, a in ((6, 45), (6, 65), (7, 85), (7.1, 105))]
+    _, issues = find_cut_data(chart(tmp_path, *rows), "plasma", "mild_steel", 6.0, 45.0)
+    assert [(i.code, i.message) for i in issues] == [
+        (
+            "L412",
+            "cut with plasma 45 A; for about this thickness the chart also has plasma 65 A, plasma 85 A: "
+            "choose with --amps",
+        )
+    ]
+    rows = [f"plasma,mild_steel,{t},{a},1000,3.8,0.5,1.5,1.5" for t, a in ((20, 45), (22, 65), (22.1, 85))]
+    _, issues = find_cut_data(chart(tmp_path, *rows), "plasma", "mild_steel", 20.0, 45.0)
+    assert "also has plasma 65 A: " in issues[0].message
+    _, issues = find_cut_data(chart(tmp_path, rows[0], rows[2]), "plasma", "mild_steel", 20.0, 45.0)
+    assert issues == []
+
+
 def test_above_the_pierce_capacity_the_chart_says_no_pierce() -> None:
     data, _ = find_cut_data(load_chart(), "plasma", "mild_steel", 16.0, 45.0)
     assert not data.can_pierce

@@ -55,6 +55,16 @@ def test_a_path_that_is_none_is_skipped_and_reported(sheet, bad):
     assert [i.code for i in part.issues] == ["L203"]
 
 
+def test_a_sheet_with_too_many_segments_is_refused_with_the_name_of_its_file(sheet, monkeypatch):
+    """The outline has 4 segments and each ring 2, which make 8."""
+    monkeypatch.setattr("leafcut.read.sirius.MAX_SEGMENTS", 8)
+    path = sheet(("LIST1", [SHEET]), ("A", RING))
+    assert len(read_contours(path).contours) == 3
+    monkeypatch.setattr("leafcut.read.sirius.MAX_SEGMENTS", 7)
+    with pytest.raises(ReadError, match=r"a\.dbs\.json: more than .* lines and arcs"):
+        read_contours(path)
+
+
 @pytest.mark.parametrize(
     "text, words",
     [

@@ -224,6 +224,7 @@ def test_uses_of_other_files_or_of_themselves_are_reported_and_not_followed(draw
     part = read_contours(draw(body))
     assert len(part.contours) == 1
     assert set(codes(part)) == {"L206"}
+    assert sum(issue.missing.count for issue in part.issues) == 3
 
 
 def test_uses_that_multiply_are_refused(draw, monkeypatch):

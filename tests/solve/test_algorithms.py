@@ -153,6 +153,10 @@ def test_ctrl_c_keeps_its_best_tour() -> None:
     assert sorted(found.nodes.tolist()) == list(range(30))
 
 
+def test_the_iterations_that_it_counts_are_those_of_the_result() -> None:
+    assert (found_by("toy").iterations, found_by("telling").iterations) == (0, 1)
+
+
 def test_what_whoever_is_told_raises_ends_it_as_it_is() -> None:
     def cancel(*_: object) -> None:
         raise ZeroDivisionError

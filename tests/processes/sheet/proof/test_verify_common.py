@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -122,6 +123,14 @@ def turned(cuts: Cuts) -> Cuts:
 def test_a_fault_is_caught(fault: Callable[[Cuts], Cuts], word: str) -> None:
     cuts, rules = planned()
     assert word in {d.what for d in wrong(fault(cuts), rules)}, fault.__doc__
+
+
+def test_an_edge_that_is_cut_twice_is_told_with_the_place_where_that_begins() -> None:
+    """The line along X100.75 ends at the one along Y100.75 and goes on along it: both are told of."""
+    cuts, rules = planned()
+    texts = [d.text for d in wrong(twice(cuts), rules) if d.what == "cut twice"]
+    assert len(texts) == 2
+    assert all(re.fullmatch(r"an edge of two parts is cut twice at X100\.7\d\d Y100\.7\d\d", text) for text in texts)
 
 
 def test_a_kerf_along_the_edge_of_a_part_does_not_let_the_part_go() -> None:
