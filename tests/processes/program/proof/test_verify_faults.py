@@ -32,6 +32,27 @@ FANUC = "G21 G90 G17 G40 G94 / T1 M6 / S900 M3 / G0 Z5."
 FANUC_HOLE = "G0 X1. Y2. / G0 Z1. / G1 Z-1. F100. / G0 Z5."
 
 
+#: A beam that has just cut with its power on.
+LIT = "G21 G90 / M3 S0 / G0 X0 Y0 / G1 X9 F900 S500"
+#: A hole of 9 mm, and programs with stops before it.
+X11 = "G0 X11 Y2 / G1 Z-9 F100 / G0 Z5"
+STOPS = f"{HEAD} / {HOLE} / M0 / G0 Z7 / G0 Z20 / G0 X50 Y50 Z20 / M0 / {X11} / M2"
+DEEP = f"{HEAD} / {HOLE} / G0 X5 / G0 X6 / M0 / G0 Z9 / {X11} / G0 X9 / Z20 / X8 / M2"
+#: Where a rapid goes down and up again there, what is changed, and into what.
+DOWN = (
+    ("as the program begins", "G0 Z5", "G0 Z-3 / G0 Z5"),
+    ("on the way to the first hole", "G0 X1 Y2", "G0 X3 Y2 / Z-3 / Z5 / G0 X1 Y2"),
+    ("over a hole deeper than the hole", "G0 X5", "Z-3 / Z5 / G0 X5"),
+    ("on the way to a stop", "G0 X6", "Z-3 / Z5 / G0 X6"),
+    ("on a slant on the way to a stop", "G0 X6", "X7 Z-3 / X5 Z5 / G0 X6"),
+    ("at a stop", "M0", "Z-3 / Z5 / M0"),
+    ("behind a stop", "M0", "M0 / G0 Z-3"),
+    ("on the way from a stop", "G0 X11", "G0 X7 / Z-3 / Z9 / G0 X11"),
+    ("on the way to the end", "Z20", "Z-3 / Z20"),
+    ("at the end", "X8", "X8 / Z-3 / Z20"),
+)
+
+
 def after(head: str, block: str, hole: str = HOLE, end: str = "M2") -> str:
     """Return a program with a block between two holes."""
     return f"{head} / {hole} / {block} / {hole.replace('X1', 'X11')} / {end}"
@@ -174,6 +195,18 @@ VERIFY_FAULTS = [
     Fault("length offset off for the middle of the way to a stop", "linuxcnc",
           f"{HEAD} / G43 H1 / G0 Z5 / {HOLE} / X50 / X55 / G0 Z5 / X60 / M0 / G43 H1 / G0 Z5 / G0 X11 Y2 / G1 Z-1 / "
           "G0 Z5 / M2", "X55", "G49 / X55"),
+    # Rapids down beside the work, into what another cut is as deep in.
+    *(Fault(f"rapid down {name}", "linuxcnc", DEEP, old, new) for name, old, new in DOWN),
+    Fault("rapid down between two stops", "linuxcnc", STOPS, "G0 Z7", "G0 Z-2"),
+    Fault("way between two stops begins lower", "linuxcnc", STOPS, "G0 Z20\n", "G0 Z6\n"),
+    Fault("rapid down and up amid the way between two stops", "linuxcnc", STOPS,
+          "G0 X50", "G0 X9 / Z-2 / Z20 / G0 X50"),
+    Fault("low way there and back before a stop", "linuxcnc",
+          f"{HEAD} / G0 X1 Y2 / G1 Z-1 F100 / Z1 / G0 X3 / G1 Z-1 / G0 Z5 / X6 / G1 Z-1 / Z1 / M0 / G0 Z5 / {X11} / M2",
+          "M0", "G0 X9 / X6 / M0"),
+    Fault("way from a stop begins lower", "linuxcnc", DEEP, "G0 Z9 / G0 X11 Y2", "G0 Z6 / G0 X11 Y2 Z9"),
+    Fault("length offset off for the beginning of the way from a stop", "linuxcnc",
+          f"{HEAD} / G43 H1 / G0 Z5 / {HOLE} / M0 / G0 X10 / G43 H1 / G0 Z5 / {X11} / M2", "G0 X10", "G49 / G0 X10"),
     Fault("rise on a slant in a series of LinuxCNC", "linuxcnc",
           "G21 G90 G17 / S900 M3 / G0 Z20 / G99 G81 X1 Y2 Z-3 R2 F100 / G0 Z10 / G99 G81 X20 Y2 Z-3 R10 / G80 / G0 Z20",
           "G0 Z10\nG99 G81", "G99 G81"),
@@ -205,6 +238,13 @@ VERIFY_FAULTS = [
           "S0\nG0 X50", "G0 X50"),
     Fault("power of a beam left on at Mach3", "mach3", f"G21 G90 / M3 S0 / G0 X0 Y0 / {S_LASER} / M5 / M2",
           "S0\nG0 X50", "G0 X50"),
+    Fault("beam on for the second way to a cut", "linuxcnc", f"{LIT} / G0 X50 / S0 / X60 / G1 X70 S500 / M5 / M2",
+          "S0\nX60", "X60"),
+    Fault("beam on for the first way from a cut", "linuxcnc",
+          f"{LIT} / S0 / G0 X40 / S500 / X60 / G1 X70 / M5 / M2", "S0\nG0 X40", "G0 X40"),
+    Fault("beam on for the way to the end", "linuxcnc", f"{LIT} / S0 / G0 X0 / M5 / M2", "S0\nG0 X0\nM5", "G0 X0\nM5"),
+    Fault("beam on amid the way between two cuts", "linuxcnc",
+          f"{LIT} / S0 / G0 X50 / X55 / X60 / G1 X70 S500 / M5 / M2", "X55\n", "S500\nX55\nS0\n"),
     Fault("a laser's constant power for one that follows the speed", "grbl-laser",
           "G21 G90 / M4 S0 / G0 X1 / G1 X9 S500 F900 / M5 / M2", "M4", "M3"),
     # A tool's length that is taken again after the table has changed.
@@ -229,6 +269,23 @@ def test_what_is_not_the_same_work_is_never_called_so(fault: Fault) -> None:
     except LeafcutError:
         return
     assert not found.same
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("M0", "G0 Z9 / Z5 / M0"),
+        ("M0", "M0 / G0 Z9 / Z5"),
+        ("G0 X5", "Z7 / Z-1 / Z5 / G0 X5"),
+        ("G0 X6", "Z9 / Z5 / G0 X6"),
+        ("G0 X11", "G0 X7 / Z20 / Z9 / G0 X11"),
+        ("Z20", "Z20 / Z15 / Z20"),
+    ],
+)
+def test_rapids_down_that_are_no_lower_than_before_are_the_same_work(old: str, new: str) -> None:
+    """The tool stops at Z5, leaves the stop at 9, and ends at 20; the first hole is 1 deep."""
+    original = DEEP.replace(" / ", "\n") + "\n"
+    assert certified("linuxcnc", original, original.replace(old, new.replace(" / ", "\n"), 1)).same
 
 
 @pytest.mark.parametrize("fault", REFUSED, ids=lambda fault: fault.name)

@@ -46,7 +46,8 @@ class RapidGaps:
     line
         int64[n + 1]: of the first rapid.
     leave, arrive, cross
-        Where the first rapid across begins, where the last one ends, and the lowest of all, mm; infinite without any.
+        Where the first rapid across begins, where the last one ends, and the lowest place from the one to the other,
+        mm; infinite without any.
     down_here, down_there
         The lowest place to which rapids go down before the first one across, and after the last, mm.
     top
@@ -110,6 +111,7 @@ def gaps_of(work: ProgramWork) -> RapidGaps:
     # A rise goes nowhere that the way down to where it begins has not been.
     sinks = ~across & (high < low)
     here, there = sinks & (moves < first[gap]), sinks & (moves > last[gap])
+    amid = across | (sinks & ~here & ~there)
     begins = np.full(n, -1)
     begins[gap[::-1]] = row[::-1]
     on = np.append(work.states.of("direction", row) != 0, False)
@@ -132,7 +134,7 @@ def gaps_of(work: ProgramWork) -> RapidGaps:
         np.where(begins >= 0, work.path.line[begins] if len(work.path) else 0, 0),
         padded[0][first],
         np.where(has_across, padded[1][last], np.inf),
-        _least(n, gap[across], np.minimum(low, high)[across]),
+        _least(n, gap[amid], np.minimum(low, high)[amid]),
         _least(n, gap[here & has_across[gap]], high[here & has_across[gap]]),
         _least(n, gap[there], high[there]),
         -_least(n, gap, -np.maximum(low, high)),
@@ -204,7 +206,7 @@ def heights_of(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
     n = len(gaps.rows)
     ready = np.where(gaps.rows | gaps.closed_by_feature, np.arange(n), n - 1)
     following = np.minimum.accumulate(ready[::-1])[::-1][after]
-    leave = np.where(gaps.across[following], gaps.leave[following], gaps.top[following])
+    leave = _leave_or_top(gaps)[following]
     leave = np.where(gaps.rows[following], leave, np.inf)
     first = ~gaps.opened_by_feature[before]
     arrive = np.where(gaps.across[before], gaps.arrive[before], gaps.top[before])
@@ -227,7 +229,7 @@ def heights_of(work: ProgramWork, gaps: RapidGaps) -> AllowedHeights:
     end = np.where(made.kind >= FIRST_CYCLE, made.start[:, 2], made.end[:, 2])
     start = np.where(made.kind >= FIRST_CYCLE, made.of("r_plane"), made.start[:, 2])
     # Without a way across, all of the gap is at one place.
-    sunk = np.where(gaps.across, gaps.down_here, gaps.down_there)[after]
+    sunk = _down_at_once(gaps)[after]
     return AllowedHeights(
         leave,
         arrive,
@@ -395,8 +397,7 @@ def _heights_by_feature(
     # Without a way across both are at one place: how far the tool went down there after the one counts, too.
     together = ~across & gaps.opened_by_feature[before] & (previous >= 0)
     behind = old_gaps.gap_of[previous] + 1
-    sunk = np.where(old_gaps.across[behind], old_gaps.down_here[behind], old_gaps.down_there[behind])
-    after_previous = np.where(together, sunk, np.inf)
+    after_previous = np.where(together, _down_at_once(old_gaps)[behind], np.inf)
     for word, lines, limit, deep in (
         ("a rapid goes down over", approach, np.fmin(allowed.down_there[old], after_previous), gaps.down_there[before]),
         ("a rapid goes down over", retract, allowed.down_here[old], gaps.down_here[after]),
@@ -413,6 +414,10 @@ def _heights_by_feature(
     limit = np.where(np.isinf(lowest[old]), allowed.arrive[old], lowest[old])
     cross = np.where(across, gaps.cross[before], np.inf)
     yield "lower retract", told("a rapid goes across to", limit, cross), *approach, cross < limit - room
+    # On the way to a barrier, too.
+    limit = np.where(np.isinf(lowest[old]), allowed.leave[old], lowest[old])
+    cross = np.where(gaps.closed_by_feature[after], np.inf, gaps.cross[after])
+    yield "lower retract", told("a rapid goes across from", limit, cross), *retract, cross < limit - room
 
 
 def _own_unknown(gaps: RapidGaps, gap: Indices | Ints, first: bool) -> NDArray[np.int8]:
@@ -456,6 +461,13 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
         gaps.line[:1],
         begins,
     )
+    yield (
+        "deeper rapid",
+        lambda _: ("the program begins with a rapid down lower than before", ""),
+        old_gaps.line[:1],
+        gaps.line[:1],
+        old_gaps.rows[:1] & (gaps.down_here[:1] < _down_at_once(old_gaps)[:1] - room),
+    )
     at = {mark.key: k for mark, k in zip(_stops(new), np.flatnonzero(gaps.feature < 0).tolist(), strict=True)}
     marks = zip(_stops(original), np.flatnonzero(old_gaps.feature < 0).tolist(), strict=True)
     pairs = [(mark, mark_of[mark.key], k, at[mark_of[mark.key].key]) for mark, k in marks if mark.key in mark_of]
@@ -484,17 +496,36 @@ def _by_barrier(both: Both, mark_of: dict[float, Mark], room: float) -> Iterator
     yield "lower approach", told("to"), *lines, low
     # Between two barriers nothing else says how far down the tool goes.
     between = ~gaps.opened_by_feature[now] & ~old_gaps.opened_by_feature[old]
-    sunk = [np.minimum(side.down_here[gap], side.down_there[gap]) for side, gap in ((gaps, now), (old_gaps, old))]
+    sunk = [
+        np.minimum(np.minimum(side.down_here[gap], side.down_there[gap]), side.cross[gap])
+        for side, gap in ((gaps, now), (old_gaps, old))
+    ]
     yield "deeper rapid", told("down to"), *lines, between & (sunk[0] < sunk[1] - room)
+    # Where the tool stops it goes down no lower than it was there, before the stop and after it.
+    stops = np.isfinite(here[:, 2])
+    limit = np.fmin(old_gaps.down_there[old], here[:, 2])
+    yield "deeper rapid", told("down to"), *lines, stops & (gaps.down_there[now] < limit - room)
     for word, here_now, here_old in (("to", now, old), ("from", now + 1, old + 1)):
         text_unknown = f"a rapid {word} '{{}}' goes across at a height that is not known"
         # What comes behind the way next to the barrier may be another work's.
         found = gaps.unknown[here_now] if word == "to" else gaps.unknown_first[here_now]
         less = _less_known(found, old_gaps.unknown[here_old]) & old_gaps.across[here_old]
         yield "unknown height", _named(text_unknown, pairs), *lines, less
-    leave = np.where(old_gaps.across[old + 1], old_gaps.leave[old + 1], old_gaps.top[old + 1])
+    leave = _leave_or_top(old_gaps)[old + 1]
     low = old_gaps.rows[old + 1] & gaps.across[now + 1] & (gaps.leave[now + 1] < leave - room)
     yield "lower retract", told("from"), *lines, low
+    limit = np.fmin(_down_at_once(old_gaps)[old + 1], here[:, 2])
+    yield "deeper rapid", told("down from"), *lines, stops & (gaps.down_here[now + 1] < limit - room)
+
+
+def _leave_or_top(gaps: RapidGaps) -> Floats:
+    """Return the height at which the tool leaves the place where a gap begins; without a way across the highest."""
+    return np.where(gaps.across, gaps.leave, gaps.top)
+
+
+def _down_at_once(gaps: RapidGaps) -> Floats:
+    """Return how far rapids go down where a gap begins; without a way across all of it is there."""
+    return np.where(gaps.across, gaps.down_here, gaps.down_there)
 
 
 def _named(text: str, pairs: list[tuple[Mark, Mark, int, int]]) -> Callable[[int], tuple[str, str]]:
