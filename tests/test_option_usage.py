@@ -40,7 +40,6 @@ _STANDS_FOR = {"sheets": "sheet", "angles": "rotations"}
 _HANDS_ON = (
     "leafcut.option_spec",
     "dataclasses",
-    "leafcut.quick_dataclass",
     "leafcut.options.",
     "leafcut.processes.settings",
     __name__,

@@ -10,7 +10,7 @@ import csv
 import hashlib
 import io
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, fields, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,6 @@ from leafcut.errors import LeafcutError, OptionError, count_of
 from leafcut.executors import WatchedExecutor, run_tasks
 from leafcut.files import OutputError, write_together
 from leafcut.model.heartbeat import Progress
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.registry import format_name, read_source
 from leafcut.report.batch_page import batch_page
 from leafcut.several import targets_of

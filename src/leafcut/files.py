@@ -7,12 +7,12 @@ import os
 import sys
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Protocol
 
 from leafcut.errors import DataError, LeafcutError, OptionError, ReadError, shown
-from leafcut.quick_dataclass import dataclass
 from leafcut.schemas import Schema, check_schema
 
 #: Programs larger than this are refused: the largest seen in the field are a tenth of it.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
@@ -11,7 +11,6 @@ from typing import Any, ClassVar
 
 from leafcut.errors import OptionError, nearest, shown
 from leafcut.plugins import entry_names
-from leafcut.quick_dataclass import dataclass
 from leafcut.units import BARE_UNIT, FACTORS, parse_point, parse_quantity, with_point
 
 

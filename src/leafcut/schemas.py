@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from leafcut.errors import DataError, shown
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,6 @@ from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, written
 from leafcut.processes import registry
 from leafcut.processes.base import Work
 from leafcut.processes.settings import PlacedOption, collect, placed_options, used_by
-from leafcut.quick_dataclass import dataclass
 from leafcut.schemas import OPTIONS
 
 #: A file of defaults to begin with: what a shop says once. Each line is an example, and a comment until it is wanted.

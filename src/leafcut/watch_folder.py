@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,6 @@ from leafcut.batch import PAGE, REFUSED, TABLE, WRITTEN, BatchRow, read_table, r
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.executors import ExecutorError, WatchedExecutor
 from leafcut.files import OutputError, check_output
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.registry import format_name
 
 #: A file that ends as its format does is whole when two looks find it the same; one that does not, after so many:

@@ -6,12 +6,12 @@ They run in the Python of the other program, which has no leafcut: they call it 
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
 from leafcut.errors import OptionError, nearest
 from leafcut.files import OutputError, check_output, write_together
-from leafcut.quick_dataclass import dataclass
 
 #: How an add-on calls leafcut where nobody told it; this line is written anew when it is installed.
 _CALL = 'LEAFCUT = ["leafcut"]'

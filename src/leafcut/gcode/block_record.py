@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from dataclasses import field, fields
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
@@ -11,7 +11,6 @@ from leafcut.gcode.foreign_state import ForeignState
 from leafcut.gcode.lines import Lines
 from leafcut.gcode.obeyed import Obeyed
 from leafcut.gcode.program import Modal, Program
-from leafcut.quick_dataclass import dataclass
 
 _PIERCED = "the controller makes only a pierce of it (#<pierce-only>=1)"
 _MOTION = [f.name for f in fields(Modal)].index("motion")

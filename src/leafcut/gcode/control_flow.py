@@ -11,12 +11,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from leafcut.gcode.expressions import ARGUMENTS, ProgramParameters, Scanner
 from leafcut.gcode.jumps import Jumps, Undecided
 from leafcut.gcode.words import BlockError, split_line
-from leafcut.quick_dataclass import dataclass
 
 #: Subroutines inside subroutines: LinuxCNC has ten levels, the program itself among them.
 MAX_CALLS = 9

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import MISSING, field, fields, replace
+from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import cache, cached_property
 from importlib.resources import files
 from pathlib import Path
@@ -21,7 +21,6 @@ from leafcut.errors import DataError, OptionError, nearest, shown
 from leafcut.files import line_of, parse_toml, toml_bytes
 from leafcut.gcode.dialect_checks import fault_of, faults_of_words
 from leafcut.plugins import PluginKind, file_of
-from leafcut.quick_dataclass import dataclass
 from leafcut.schemas import DIALECT
 
 

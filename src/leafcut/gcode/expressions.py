@@ -13,7 +13,7 @@ import hashlib
 import math
 import re
 from collections.abc import Callable
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from leafcut.gcode.words import (
@@ -27,7 +27,6 @@ from leafcut.gcode.words import (
     tokenise,
     words_of,
 )
-from leafcut.quick_dataclass import dataclass
 
 #: LinuxCNC 2.9 takes two numbers for equal when they are nearer than this (seen with rs274: 9e-5 is, 11e-5 is not).
 EQUAL = 1e-4

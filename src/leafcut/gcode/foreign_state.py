@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from leafcut.gcode.state import AXES, CycleWords, InterpreterState
 from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.model.toolpath import UNKNOWN, Kind
-from leafcut.quick_dataclass import dataclass
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: Instead of the register of a tool length that is in none; registers go up to 99,999.

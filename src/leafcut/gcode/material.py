@@ -13,13 +13,12 @@ import math
 import re
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from leafcut.geometry.arrays import Point3
 from leafcut.model.toolpath import MOTIONS, PLACES, Kind, Motion, Toolpath
-from leafcut.quick_dataclass import dataclass
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
 _COMMENT = re.compile(r"\(\s*o\s*=\s*([012])\s*,([^()]{1,500})\)", re.IGNORECASE)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from leafcut.gcode.words import Block, BlockError, Word
-from leafcut.quick_dataclass import dataclass
 
 #: Codes are tenths, so that G59.1 is the whole number 591.
 _GROUPS: dict[str, tuple[int, ...]] = {

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +17,6 @@ from leafcut.gcode.expressions import spelled_words
 from leafcut.gcode.program import Program
 from leafcut.gcode.words import BlockError, tokenise
 from leafcut.model.toolpath import Kind
-from leafcut.quick_dataclass import dataclass
 
 #: What a block may take from the blocks before it, beside where the tool is.
 GROUPS = frozenset({"motion", "plane", "distance", "centres", "retract", "feed", "feed_mode", "speed"})

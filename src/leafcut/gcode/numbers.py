@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from leafcut.errors import PostError
-from leafcut.quick_dataclass import dataclass
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
 #: Nothing on a machine tool is longer than this, mm (or mm/min).

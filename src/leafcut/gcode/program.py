@@ -7,7 +7,7 @@ it, and what each of them takes from the lines before.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.obeyed import Obeyed
 from leafcut.model.toolpath import Toolpath
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import dataclass
 
 import numpy as np
 
 from leafcut.gcode.program import Program
 from leafcut.gcode.words import Block, BlockError, tokenise
 from leafcut.model.toolpath import Kind
-from leafcut.quick_dataclass import dataclass
 
 #: G codes in tenths that may stand in the lead and the tail, where they stay.
 _ASIDE = frozenset({0, 10, 170, 400, 900, 901, 911, 940})

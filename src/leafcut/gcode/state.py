@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.words import BlockError, UnclearBlock, Word
 from leafcut.model.toolpath import UNKNOWN, DrillCycle, Kind, ToolpathBuilder
-from leafcut.quick_dataclass import dataclass
 from leafcut.units import MM_PER_INCH, SECONDS_PER_MINUTE
 
 AXES = ("X", "Y", "Z")

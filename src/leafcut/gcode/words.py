@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import NamedTuple, NoReturn
 
 from leafcut.errors import LeafcutError
-from leafcut.quick_dataclass import dataclass
 
 #: A line longer than this is no line of a program; the RS274/NGC limit is 256.
 MAX_LINE = 10_000

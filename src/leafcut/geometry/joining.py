@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,6 @@ from leafcut.geometry.arrays import Indices, Point, Points
 from leafcut.geometry.cleaning import ends_of
 from leafcut.geometry.index import near_pairs
 from leafcut.geometry.polyline import Polyline
-from leafcut.quick_dataclass import dataclass
 
 #: Ends this near to each other are drawn as one point, mm: drawings keep 4 to 6 digits.
 EXACT = 1e-4

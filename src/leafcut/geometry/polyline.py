@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -17,7 +18,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Points
-from leafcut.quick_dataclass import dataclass
 
 #: A bulge below this is a straight line: over a metre its arc rises by less than a nanometre.
 STRAIGHT = 1e-9

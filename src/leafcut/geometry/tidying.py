@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,6 @@ from leafcut.geometry.index import near_pairs
 from leafcut.geometry.joining import Joined, Joining, join
 from leafcut.geometry.overlaps import SAME, without_overlaps
 from leafcut.geometry.polyline import Polyline
-from leafcut.quick_dataclass import dataclass
 
 #: Outlines are looked at in chords that leave their arcs by this, mm.
 CHORDS = 0.01

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
 from leafcut.errors import OptionError
-from leafcut.quick_dataclass import dataclass
 
 #: Commands that a run may be, beside those of the processes.
 SOLVE, OPTIMIZE = "solve", "optimize"

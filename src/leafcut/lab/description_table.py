@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from leafcut.errors import OptionError, nearest
-from leafcut.quick_dataclass import dataclass
 
 
 def word_of(value: Any) -> str:

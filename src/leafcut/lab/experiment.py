@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,6 @@ from leafcut.model.study import Study
 from leafcut.options import ALGORITHM_TITLES, SolveOptions
 from leafcut.processes import registry
 from leafcut.processes.settings import collect
-from leafcut.quick_dataclass import dataclass
 
 #: Most runs of each algorithm, and most points of the curve of a run.
 MOST_RUNS, MOST_POINTS = 1000, 300

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
 from leafcut.lab.description import Description
 from leafcut.lab.store import Row
-from leafcut.quick_dataclass import dataclass
 
 #: Of more instances than this, only the first have charts of their own.
 MOST_CHARTS = 8

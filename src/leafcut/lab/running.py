@@ -11,7 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
@@ -29,7 +29,6 @@ from leafcut.model.heartbeat import Progress
 from leafcut.model.study import Study
 from leafcut.option_spec import flag_name
 from leafcut.processes import registry
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.format import Source
 
 #: Most points of the curve that is kept of a run.

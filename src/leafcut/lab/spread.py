@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
-
-from leafcut.quick_dataclass import dataclass
 
 #: So many times the distance between the quartiles a value may lie outside them before it is an outlier (Tukey 1977).
 WHISKER = 1.5

@@ -11,12 +11,12 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError
-from leafcut.quick_dataclass import dataclass
 
 Groups = Mapping[str, Sequence[float]]
 

@@ -7,13 +7,13 @@ import json
 import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 from leafcut.errors import LeafcutError, ReadError, shown
 from leafcut.files import OutputError
-from leafcut.quick_dataclass import dataclass
 from leafcut.schemas import RESULTS, check_schema
 
 #: What tells that a file is one of results: an SQLite file says to whom it belongs ("leaf").

@@ -11,7 +11,7 @@ import random
 import threading
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 from statistics import fmean
@@ -29,7 +29,6 @@ from leafcut.option_spec import flag_name
 from leafcut.options.search import ANT_ALGORITHMS
 from leafcut.processes import registry
 from leafcut.processes.settings import group_of
-from leafcut.quick_dataclass import dataclass
 from leafcut.schemas import OPTIONS
 
 if TYPE_CHECKING:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from leafcut.model.difference import Difference
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)

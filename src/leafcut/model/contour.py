@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from dataclasses import dataclass
 
 from leafcut.geometry.polyline import Polyline
-from leafcut.quick_dataclass import dataclass
 
 #: Words of layer names for frames, title blocks, dimensions and texts; accents are left out.
 _ASIDE = (

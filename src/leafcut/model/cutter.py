@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -12,7 +13,6 @@ from numpy.typing import NDArray
 
 from leafcut.errors import OptionError
 from leafcut.model.tool import CONES, BodySegment, Tool, ToolKind
-from leafcut.quick_dataclass import dataclass
 
 #: A cone of a holder is taken for discs that differ by so much in radius, mm, each as wide as the cone at its upper
 #: end: a bound that never misses what the cone would meet.

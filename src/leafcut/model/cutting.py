@@ -6,12 +6,11 @@ kerf follows, leads included; places along it are said in mm from its start.
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.sheet import Sheet, SheetContour
-from leafcut.quick_dataclass import dataclass
 
 #: Which way round a closed contour is cut; an open one runs ``forward``, as it is drawn, or ``backward``.
 DIRECTIONS = ("clockwise", "counter-clockwise", "forward", "backward")

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from leafcut.kinds import CuttingWork, ToolMaterial
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
 from leafcut.model.work_material import WorkMaterial
-from leafcut.quick_dataclass import dataclass
 
 #: What a point of the front can be chosen for.
 OBJECTIVES = ("time", "cost", "life")

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from leafcut.model.work_material import WorkMaterial
-from leafcut.quick_dataclass import dataclass
 from leafcut.units import SECONDS_PER_MINUTE
 
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from leafcut.errors import count_of
 from leafcut.model.issue import Issue, Severity
-from leafcut.quick_dataclass import dataclass
 
 #: Heights that differ by less are one, mm.
 SAME_HEIGHT = 0.001

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from enum import StrEnum
 
 from leafcut.errors import brief, count_of
 from leafcut.geometry.polyline import Polyline
-from leafcut.quick_dataclass import dataclass
 
 
 class Severity(StrEnum):

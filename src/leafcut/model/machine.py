@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from leafcut.kinds import Head
-from leafcut.quick_dataclass import dataclass
 
 XYZ = tuple[float, float, float]
 

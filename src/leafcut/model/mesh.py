@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True, eq=False)

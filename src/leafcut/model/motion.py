@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
-
-from leafcut.quick_dataclass import dataclass
 
 UNKNOWN = math.nan
 #: `ref` of a row SPINDLE that an S without M3 or M4 made.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.zones import PASSING, touches_any_zone, way_round, widened
 from leafcut.model.cutter import widest_below
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True, eq=False)

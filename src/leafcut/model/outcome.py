@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import field
+from dataclasses import dataclass, field
 from importlib import import_module
 from typing import ClassVar, Generic, Protocol, TypeVar
 
@@ -15,7 +15,6 @@ from leafcut.model.process_report import ProcessReport
 from leafcut.model.solution import Solution, gap
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from leafcut.model.work_material import WorkMaterial
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,7 +11,6 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue
 from leafcut.model.pocket import Pocket
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 from leafcut.geometry.polyline import Polyline
-from leafcut.quick_dataclass import dataclass
 
 #: What most shops run, in this order: what a pocket's program is measured against.
 USUAL = ("zigzag", "contour")

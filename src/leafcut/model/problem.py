@@ -8,14 +8,13 @@ generalised travelling salesman problem. A node has an entry point, an exit poin
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from leafcut.errors import PlanError
-from leafcut.quick_dataclass import dataclass
 
 #: The costs a metric may have: plain distances, TSPLIB's rules, and machine seconds.
 METRICS = (

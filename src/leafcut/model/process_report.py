@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Protocol
-
-from leafcut.quick_dataclass import dataclass
 
 if TYPE_CHECKING:
     from leafcut.model.cutting import CutPlan

@@ -6,14 +6,13 @@ Blocks are those of `gcode.program.Program`, by number.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.issue import Issue
-from leafcut.quick_dataclass import dataclass
 
 
 class Stay(NamedTuple):

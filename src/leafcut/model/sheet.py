@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from leafcut.model.mesh import Mesh
 from leafcut.model.tool import Tool
-from leafcut.quick_dataclass import dataclass
 
 Corner = tuple[float, float, float]
 #: Lower corner, upper corner, mm.

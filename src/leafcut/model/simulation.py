@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.measure import Measure
 from leafcut.model.toolpath import Toolpath
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.solution import WorkerFigures
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True, eq=False)

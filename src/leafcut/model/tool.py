@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import field
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import NamedTuple
 
 from leafcut.kinds import ToolMaterial
-from leafcut.quick_dataclass import dataclass
 
 
 class ToolKind(StrEnum):

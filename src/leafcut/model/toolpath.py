@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from array import array
 from collections.abc import Iterable, Iterator
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.motion import MOTIONS, PLACES, SPEED_ALONE, STILL, UNKNOWN, Arc, DrillCycle, Kind, Motion
-from leafcut.quick_dataclass import dataclass
 
 __all__ = [
     "MOTIONS",

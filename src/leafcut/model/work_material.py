@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from leafcut.geometry.arrays import Floats
 from leafcut.kinds import CuttingWork, ToolMaterial
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True)

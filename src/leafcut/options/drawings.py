@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import ClassVar
 
 from leafcut.option_spec import PLACES, OptionGroup, option
-from leafcut.quick_dataclass import dataclass
 
 #: The places that an origin can be named by, and how far they are across and up what is worked, 0 to 1.
 ORIGINS = PLACES

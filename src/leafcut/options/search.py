@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from leafcut.errors import OptionError
 from leafcut.option_spec import OptionGroup, option
-from leafcut.quick_dataclass import dataclass
 
 #: What `--algorithm` takes, in words.
 ALGORITHM_TITLES = {

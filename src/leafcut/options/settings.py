@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TypeVar
 
@@ -14,7 +14,6 @@ from leafcut.options.job import JobOptions, MachineOptions
 from leafcut.options.post import PostOptions
 from leafcut.options.search import AcoOptions, FireflyOptions, SolveOptions
 from leafcut.options.stock import StockOptions
-from leafcut.quick_dataclass import dataclass
 
 Group = TypeVar("Group", bound=OptionGroup)
 

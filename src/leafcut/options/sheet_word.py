@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 
 from leafcut.errors import OptionError, shown
-from leafcut.quick_dataclass import dataclass
 from leafcut.units import parse_quantity
 
 #: No sheet is longer, mm: the nester reckons with seven digits.

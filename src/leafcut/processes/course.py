@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, PlanError, VerifyError
@@ -16,7 +16,6 @@ from leafcut.model.snapshot import Observer
 from leafcut.options import Settings, flag_name
 from leafcut.processes.deadline import BOUND_PART, Deadline
 from leafcut.processes.placing import negative_axes
-from leafcut.quick_dataclass import dataclass
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect

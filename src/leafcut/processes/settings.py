@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
@@ -18,7 +19,6 @@ from leafcut.option_spec import OptionGroup, OptionSpec, flag_name
 from leafcut.options.settings import Settings, without
 from leafcut.processes import registry
 from leafcut.processes.base import Work
-from leafcut.quick_dataclass import dataclass
 from leafcut.schemas import OPTIONS
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from leafcut.model.contour import Contour
 from leafcut.model.part import Part
 from leafcut.processes.layers import MARK_NAMES, matcher
-from leafcut.quick_dataclass import dataclass
 
 #: Circles wider than this are cut or milled, not drilled, mm.
 WIDEST_DRILLED = 40.0

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from leafcut.geometry.arrays import Ints, Point
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.solution import Solution
 from leafcut.options import SolveOptions
-from leafcut.quick_dataclass import dataclass
 
 #: Rounds in which paths are ordered between their neighbours, and the iterations of each search.
 _ROUNDS, _ITERATIONS = {"fast": 0, "default": 2, "thorough": 2}, 2

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -19,7 +20,6 @@ from leafcut.geometry.tidying import polygons, tidy
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.part import Hole
 from leafcut.options import SheetOptions
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.dxf_blocks import BlockWalk, LayerFilter
 from leafcut.read.dxf_contours import Strokes
 from leafcut.read.dxf_strokes import DxfStroke, stroke_of

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.cutchart import SAME_THICKNESS, ChartRow, is_process, material_name
 
 

@@ -10,13 +10,12 @@ import csv
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from leafcut.errors import ReadError, shown
 from leafcut.model import Hole, Issue, Part, Severity
 from leafcut.model.issue import MissingWork
 from leafcut.options import ReadOptions
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.filter_holes import chosen_layers, sift
 from leafcut.read.format import (
     MAX_COORDINATE,

@@ -11,7 +11,7 @@ import csv
 import io
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,6 @@ from leafcut.errors import OptionError, PlanError, ReadError, nearest, shown
 from leafcut.kinds import CutMethod, method_of
 from leafcut.model.cutting import ConsumptionRates, CutData
 from leafcut.model.issue import Issue, Severity
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.format import load
 from leafcut.units import SECONDS_PER_MINUTE
 

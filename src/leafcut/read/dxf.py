@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 from leafcut.errors import ReadError, count_of, shown
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Hole, Issue, Part, Severity
 from leafcut.model.issue import MissingWork
 from leafcut.options import ReadOptions
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.arcs import ArcPiece, close_circles
 from leafcut.read.dxf_blocks import BlockWalk
 from leafcut.read.dxf_contours import read_dxf_contours, read_dxf_pockets

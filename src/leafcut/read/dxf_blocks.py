@@ -10,10 +10,9 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any, Generic, NamedTuple, TypeVar
 
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.dxf_shapes import IDENTITY, Matrix, combined, turned
 from leafcut.read.format import ReadBudget
 

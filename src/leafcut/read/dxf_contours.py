@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +15,6 @@ from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.model.heights import HeightCount
 from leafcut.model.issue import MissingWork
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.dxf_blocks import BlockWalk
 from leafcut.read.dxf_document import layers_of, open_document, units_of, walk_issues
 from leafcut.read.dxf_shapes import IDENTITY, Matrix

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -16,7 +17,6 @@ from leafcut.errors import ReadError, nearest, shown
 from leafcut.geometry.polyline import Polyline
 from leafcut.model import Contour, Hole, Part
 from leafcut.options import ReadOptions
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.format import MAX_HOLES, Format, Source
 from leafcut.units import MM_PER_INCH
 

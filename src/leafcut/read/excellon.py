@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import re
 import warnings
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from leafcut.errors import ReadError, count_of, shown
 from leafcut.model import Hole, Issue, Part, Severity, Slot
 from leafcut.model.issue import MissingWork
 from leafcut.options import ReadOptions
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.filter_holes import layer_filter, sift
 from leafcut.read.format import (
     COPIES_PER_BYTE,

@@ -7,7 +7,7 @@ import os
 import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import field
+from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,6 @@ from leafcut.files import decoded
 from leafcut.model import Issue, Part, Severity
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
-from leafcut.quick_dataclass import dataclass
 from leafcut.units import MM_PER_UNIT
 
 #: Files larger than this are refused: no drawing of holes is, and reading one could exhaust the memory.

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from leafcut.kinds import Head
-from leafcut.quick_dataclass import dataclass
 from leafcut.schemas import MACHINE
 
 RAPID_STYLES = ("linear", "dogleg")

@@ -10,10 +10,10 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from leafcut.errors import OptionError, ReadError, parsing, shown
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.format import load
 from leafcut.units import parse_angles
 

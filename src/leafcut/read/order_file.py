@@ -16,11 +16,11 @@ import hashlib
 import json
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from leafcut.errors import ReadError, shown
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.format import load_json
 from leafcut.schemas import ORDER, check_schema
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,6 @@ from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.model.heights import HeightCount
 from leafcut.model.pocket import EDGE, EITHER, ISLAND, POCKET, Pocket
 from leafcut.options import PocketDrawingOptions, SheetOptions
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import places_of
 

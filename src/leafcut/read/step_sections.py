@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,7 +21,6 @@ from leafcut.geometry.joining import join
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import polygons as polygons_of
 from leafcut.geometry.tidying import polygons
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.step_shapes import PARALLEL, edge_of, face_of, part_above, parts_of, triangles_of
 
 #: A section is taken so far above a floor, mm.

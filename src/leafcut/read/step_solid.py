@@ -14,7 +14,7 @@ import json
 import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,7 +22,6 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.model.part import TURNS, HoleStep
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.step_shapes import ALL, ONLY, PARALLEL, face_of, part_above, parts_of, triangles_of
 
 #: Triangles leave the solid by at most this, mm, and by this angle, rad.

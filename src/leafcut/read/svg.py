@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +19,6 @@ from leafcut.model import Contour, Issue, Part, Severity
 from leafcut.model.heartbeat import Heartbeat
 from leafcut.model.issue import MissingWork
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import (
     CURVE_TOLERANCE,

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import io
 import math
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from leafcut.errors import ReadError, nearest, shown
 from leafcut.model import Hole, Issue, Part, Severity
 from leafcut.model.issue import MissingWork
 from leafcut.options import ReadOptions
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.filter_holes import chosen_layers, sift
 from leafcut.read.format import (
     MAX_COORDINATE,

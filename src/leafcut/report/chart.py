@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from leafcut.model.solution import Solution
-from leafcut.quick_dataclass import dataclass
 from leafcut.report.svg import element, nice_step, short, text, text_within, tick_words, ticks, title
 from leafcut.report.wording import cost_words
 

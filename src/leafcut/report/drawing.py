@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from leafcut.model.issue import Issue
 from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import Which
-from leafcut.quick_dataclass import dataclass
 from leafcut.report.frame import Frame
 from leafcut.report.labels import Surroundings, place_labels
 from leafcut.report.marks import arrow_heads, end_marks

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.quick_dataclass import dataclass
 from leafcut.report.svg import element, nice_step, short, text, text_within, tick_words, ticks, title
 
 #: Width of a drawing in user units; about the width of a column on a desk's screen, in pixels. A part that is much

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from leafcut.errors import OptionError
 from leafcut.geometry.arrays import Point
 from leafcut.model.cutting_front import CuttingData, CuttingPoint, ToolFront
-from leafcut.quick_dataclass import dataclass
 from leafcut.report.colours import drawing_css
 from leafcut.report.drawing import RAMP
 from leafcut.report.svg import element, nice_step, short, text, text_within, tick_words, ticks, title

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
-
-from leafcut.quick_dataclass import dataclass
 
 #: Width of a digit and height of a capital, in font sizes, of the usual sans-serif faces.
 DIGIT_WIDTH = 0.56

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, plane_axes, position_before
-from leafcut.quick_dataclass import dataclass
 
 _RAPIDS = (Kind.RAPID, Kind.DRILL)
 _ARCS = (Kind.ARC_CW, Kind.ARC_CCW)

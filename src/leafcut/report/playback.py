@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
@@ -12,7 +13,6 @@ from leafcut.model.measure import Measure
 from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import Which
 from leafcut.model.toolpath import PLACES, Kind, Toolpath, arc_sweep, plane_axes
-from leafcut.quick_dataclass import dataclass
 from leafcut.report.line_map import written_lines
 from leafcut.report.plan_view import spindle_speed, stop_rows
 

@@ -6,13 +6,13 @@ import math
 import unicodedata
 from collections import Counter
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 from leafcut.errors import count_of
 from leafcut.model.issue import LIMITS, Issue, Severity
 from leafcut.model.measure import Measure
 from leafcut.model.outcome import Outcome
 from leafcut.model.solution import Solution, gap
-from leafcut.quick_dataclass import dataclass
 from leafcut.units import SECONDS_PER_MINUTE, format_length, format_time
 
 NO_VALUE = "–"

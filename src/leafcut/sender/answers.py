@@ -5,8 +5,9 @@ What a line in brackets or behind an ``echo:`` says is kept as text (`Report`): 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from leafcut.model.machine import XYZ
-from leafcut.quick_dataclass import dataclass
 
 #: Nothing that a controller says in one line is longer.
 LONGEST_ANSWER = 1024

@@ -7,13 +7,13 @@ was, and one byte ends it without a reset. Source: gnea/grbl wiki, "Grbl v1.1 Jo
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from leafcut.errors import OptionError, SendError
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind
-from leafcut.quick_dataclass import dataclass
 from leafcut.sender.answers import Report, place_in
 from leafcut.sender.checking import bulge, machine_places
 from leafcut.sender.explained import error_in_words

@@ -7,8 +7,7 @@ are all that can be in there. Source: gnea/grbl wiki, "Grbl v1.1 Interface", str
 from __future__ import annotations
 
 from collections import deque
-
-from leafcut.quick_dataclass import dataclass
+from dataclasses import dataclass
 
 #: Bytes of the buffer of GRBL 1.1 on an Uno (serial.h).
 GRBL_BUFFER = 128

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 from leafcut.errors import SendError
 from leafcut.model.machine import XYZ, Machine
-from leafcut.quick_dataclass import dataclass
 from leafcut.sender.answers import Status
 
 _ZERO: XYZ = (0.0, 0.0, 0.0)

@@ -12,9 +12,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
 
 from leafcut.errors import SendError, shown
-from leafcut.quick_dataclass import dataclass
 from leafcut.sender import grbl_lines
 from leafcut.sender.answers import Accepted, ControllerAnswer, Greeting, Refused, Report, Status, Strange
 from leafcut.sender.conversation import (

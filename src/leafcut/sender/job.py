@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -22,7 +22,6 @@ from leafcut.model.issue import CODES, Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind
 from leafcut.proof.dangers import find_dangers
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.machine import load_machine
 from leafcut.sender.counting import SentLine
 from leafcut.sender.firmware import speaker_of

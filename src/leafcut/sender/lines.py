@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 from leafcut.errors import ReadError, shown
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.words import BlockError, Word, split_line, words_of
-from leafcut.quick_dataclass import dataclass
 from leafcut.sender.counting import SentLine
 
 #: Longest line that GRBL takes, its end not counted (LINE_BUFFER_SIZE in protocol.h).

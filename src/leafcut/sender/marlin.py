@@ -28,11 +28,10 @@ import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from leafcut.errors import ReadError, SendError, shown
 from leafcut.model.machine import XYZ
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.controllers.importing import imported
 from leafcut.sender import marlin_lines
 from leafcut.sender.answers import (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
@@ -13,7 +13,6 @@ from leafcut.errors import LeafcutError, OptionError, SendError
 from leafcut.gcode.words import split_line, words_of
 from leafcut.model.machine import XYZ
 from leafcut.model.toolpath import Kind
-from leafcut.quick_dataclass import dataclass
 from leafcut.sender.answers import Accepted, Alarm, ControllerAnswer, Greeting, Refused, Status, Strange
 from leafcut.sender.checking import check_program
 from leafcut.sender.conversation import LOCKED, STOPPED_SHORT, Conversation, Interrupted

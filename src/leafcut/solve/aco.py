@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from concurrent.futures import Executor
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,6 @@ from leafcut.kernels.construct import Decay, WeightedEdges, construct_tour, cons
 from leafcut.kernels.cost import tour_cost
 from leafcut.options import AcoOptions
 from leafcut.options.search import BY_N_C, BY_N_RHO_C, RANDOM_TRAILS
-from leafcut.quick_dataclass import dataclass
 from leafcut.solve.construction import nearest_neighbour, none_visited, random_words
 from leafcut.solve.instance import Instance
 from leafcut.solve.local_search import LocalSearch

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -11,7 +12,6 @@ from leafcut.errors import LeafcutError, SolveError
 from leafcut.model.heartbeat import Progress
 from leafcut.options import ALGORITHM_GROUP, ALGORITHM_TITLES, AcoOptions, FireflyOptions, SolveOptions
 from leafcut.plugins import PluginKind, reason
-from leafcut.quick_dataclass import dataclass
 from leafcut.solve.running import SearchResult, set_budget_of_visits
 from leafcut.solve.statistics import Best
 from leafcut.solve.stop import Stop

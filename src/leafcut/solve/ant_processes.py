@@ -20,6 +20,7 @@ import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass
 from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
@@ -30,7 +31,6 @@ from numpy.typing import NDArray
 
 from leafcut.errors import SolveError
 from leafcut.options import AcoOptions
-from leafcut.quick_dataclass import dataclass
 from leafcut.solve.aco import Ants, ColonyParameters, ColonyTrails, Deposit, Trails
 from leafcut.solve.algorithms import AlgorithmRun
 from leafcut.solve.firefly import learn_nothing

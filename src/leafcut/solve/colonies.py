@@ -11,14 +11,13 @@ Source: M. Middendorf, F. Reischle and H. Schmeck, Multi colony ant algorithms, 
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from leafcut.errors import SolveError
 from leafcut.executors import WatchedExecutor, run_tasks
 from leafcut.kernels import EPSILON
-from leafcut.quick_dataclass import dataclass
 from leafcut.solve.colony import BREADTH, MOST_ANTS, Colony, differ, found_colony, next_generation
 from leafcut.solve.instance import Instance
 from leafcut.solve.kicks import first_tour, kick_on

@@ -12,7 +12,7 @@ and S. Kobayashi, INFORMS J. Computing 25 (2013) (how two tours are put together
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,6 @@ from leafcut.kernels.ab_cycles import Assembly
 from leafcut.kernels.assembly import MOST_CHANGES, assemble
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.kicks import kick_and_mend
-from leafcut.quick_dataclass import dataclass
 from leafcut.solve.construction import greedy, random_words
 from leafcut.solve.instance import Instance
 from leafcut.solve.kicks import BREADTH as KICKING_BREADTH

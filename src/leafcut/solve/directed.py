@@ -7,6 +7,7 @@ costs what the way from the start does, coming back to it what the way to the en
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -18,7 +19,6 @@ from leafcut.kernels.cost import CostModel
 from leafcut.kernels.directed import fill_directed_candidates
 from leafcut.kernels.route import Lists, Rules
 from leafcut.model.problem import RoutingProblem
-from leafcut.quick_dataclass import dataclass
 from leafcut.solve.instance import (
     PER_QUADRANT,
     candidate_lists,

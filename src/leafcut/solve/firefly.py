@@ -29,6 +29,7 @@ import math
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +40,6 @@ from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.firefly import edges_apart, fly, fly_and_mend
 from leafcut.kernels.lin_kernighan import Tour
 from leafcut.options import FireflyOptions
-from leafcut.quick_dataclass import dataclass
 from leafcut.solve.construction import greedy, random_words
 from leafcut.solve.instance import Instance, costs_of_edges
 from leafcut.solve.kicks import BREADTH, LONGEST_REWRITE, choices, descend, work_tour

@@ -9,6 +9,7 @@ is; the extra nodes come last.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -19,7 +20,6 @@ from leafcut.kernels import cost as codes
 from leafcut.kernels.cost import CostModel, edge_costs, tour_cost
 from leafcut.kernels.neighbours import MOST_TWINS, Nearby, Tree, grow_tree
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.quick_dataclass import dataclass
 
 _CODES = {
     "euclidean": codes.EUCLIDEAN,

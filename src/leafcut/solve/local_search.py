@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels.local_search import improve, queue_all
-from leafcut.quick_dataclass import dataclass
 from leafcut.solve.instance import Instance
 from leafcut.solve.stop import Stop
 

@@ -6,6 +6,7 @@ reads what is there between two steps.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +15,6 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Ints, Points
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Observer, Pheromone
-from leafcut.quick_dataclass import dataclass
 from leafcut.solve.instance import Instance, cluster_places
 from leafcut.solve.statistics import Watched
 

@@ -11,14 +11,13 @@ and Lenstra (eds.), Local Search in Combinatorial Optimization, Wiley 1997 (tour
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.kicks import kick_and_mend
-from leafcut.quick_dataclass import dataclass
 from leafcut.solve.construction import random_words
 from leafcut.solve.instance import Instance, matrix_of
 from leafcut.solve.kicks import BREADTH, choices, work_tour

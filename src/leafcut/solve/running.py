@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.solution import WorkerFigures
 from leafcut.options import SolveOptions
-from leafcut.quick_dataclass import dataclass
 from leafcut.solve.statistics import Best
 from leafcut.solve.stop import Stop
 

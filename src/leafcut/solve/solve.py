@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -21,7 +21,6 @@ from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution, WorkerFigures
 from leafcut.options import ALGORITHM_TITLES, ANT_ALGORITHMS, LITERATURE, AcoOptions, FireflyOptions, SolveOptions
-from leafcut.quick_dataclass import dataclass
 from leafcut.solve.algorithms import PACKAGED, Algorithm, AlgorithmRun, run_packaged
 from leafcut.solve.certificate import (
     BoundLate,

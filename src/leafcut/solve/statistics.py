@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,6 @@ from leafcut.model.heartbeat import Progress
 from leafcut.model.snapshot import Observer, Pheromone, SearchStep, Snapshot
 from leafcut.model.solution import WorkerFigures, gap
 from leafcut.model.study import Study
-from leafcut.quick_dataclass import dataclass
 from leafcut.solve.stop import Stop
 
 #: Costs that differ by less than this share differ by the order in which they were added up.

@@ -7,9 +7,8 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import field
+from dataclasses import dataclass, field
 
-from leafcut.quick_dataclass import dataclass
 from leafcut.solve.thrift import Thrift
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import SolveOptions
-from leafcut.quick_dataclass import dataclass
 
 #: The first stretch of work takes so long, s: nobody minds it, and in less there is little to judge by.
 FIRST_STRETCH = 1.0

@@ -8,12 +8,12 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.quick_dataclass import dataclass
 from leafcut.solve.instance import Instance
 from leafcut.solve.statistics import WorkerLog
 from leafcut.solve.stop import Stop

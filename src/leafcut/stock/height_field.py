@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Floats
-from leafcut.quick_dataclass import dataclass
 
 #: Most cells of a field: 4 bytes each, twice over while a program is proved.
 MOST_CELLS = 64_000_000

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,6 @@ from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.pace import PaceRules, SpindleLoad, ToolLimits
 from leafcut.model.tool import MILLS, Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.quick_dataclass import dataclass
 from leafcut.stock.chip_thickness import chip_share, cut_width
 from leafcut.stock.cutting import Removed, cut
 from leafcut.stock.cutting_force import mean_chip, milling_power, ramp_power, spindle_torque

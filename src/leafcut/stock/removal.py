@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.regions import FINE, quarter, region, swept, tool_centres
 from leafcut.model.pocket import Pocket, PocketPath, PocketRules
-from leafcut.quick_dataclass import dataclass
 from leafcut.stock.engagement import Engaged, engagement
 from leafcut.stock.tool_steps import ToolWay, way_of
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,6 @@ from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.shown_stock import ShownStock
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
-from leafcut.quick_dataclass import dataclass
 from leafcut.stock.chip_thickness import chip_share, cut_width
 from leafcut.stock.cutting import Removed, cut
 from leafcut.stock.height_field import FINEST, HeightField, StockBlock

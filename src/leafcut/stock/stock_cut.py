@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from leafcut.model.cutter import Body
 from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
-from leafcut.quick_dataclass import dataclass
 from leafcut.stock.height_field import HeightField, StockBlock
 from leafcut.stock.same_stock import StockDifference
 

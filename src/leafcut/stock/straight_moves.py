@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +15,6 @@ from leafcut.geometry.arrays import Floats
 from leafcut.model.cutter import Cutter
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, Toolpath, plane_axes
-from leafcut.quick_dataclass import dataclass
 
 #: More moves than this in one program cannot be kept in memory beside the material.
 MOST_MOVES = 20_000_000

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Floats, Point, Points
 from leafcut.geometry.polyline import Polyline, Segment
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketRules
-from leafcut.quick_dataclass import dataclass
 
 #: A step is at most this share of the tool's diameter.
 STEP = 0.05

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.lab.description import Description
@@ -12,7 +12,6 @@ from leafcut.lab.loading import in_short, load
 from leafcut.lab.own_part import OWN_PART
 from leafcut.lab.running import rows_of, run
 from leafcut.lab.store import Row, Store
-from leafcut.quick_dataclass import dataclass
 from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.jobs import line_of
 

@@ -8,12 +8,11 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from leafcut.errors import LeafcutError
 from leafcut.files import write_whole
-from leafcut.quick_dataclass import dataclass
 from leafcut.studio.folder import BUILT_IN, Folder
 
 #: So many are kept.

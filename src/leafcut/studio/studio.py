@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 
-from leafcut.quick_dataclass import dataclass
 from leafcut.studio.drafts import Drafts
 from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.history import History

@@ -11,14 +11,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from leafcut.geometry.arrays import Floats
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Toolpath
-from leafcut.quick_dataclass import dataclass
 from leafcut.timing.toolpath import corner_style, measure
 
 #: Error of a stopwatch, s, and of the model, as a fraction of the time. Sources: a hand differs from electronic timing

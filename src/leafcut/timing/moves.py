@@ -6,6 +6,8 @@ move has to end at rest.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,7 +15,6 @@ from leafcut.geometry.arrays import Floats, Mask
 from leafcut.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import SPEED_ALONE, Kind, Toolpath
-from leafcut.quick_dataclass import dataclass
 from leafcut.timing.chords import MovingRows, joined_steps
 from leafcut.timing.turns import AXES, SHORTEST, Turn, Turns
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +14,6 @@ from leafcut.model.cycles import expand
 from leafcut.model.machine import Machine
 from leafcut.model.measure import Measure
 from leafcut.model.toolpath import MOTIONS, PLACES, STILL, Kind, Toolpath, last_rows
-from leafcut.quick_dataclass import dataclass
 from leafcut.timing.grbl import DWELL_STEP, SentLines, grbl_seconds
 from leafcut.timing.linuxcnc import CYCLE
 from leafcut.timing.lookahead import move_seconds

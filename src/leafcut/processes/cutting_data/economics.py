@@ -9,6 +9,7 @@ out within a part: np is no whole number, as in Groover's eq. 23.6 and 23.12.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +19,6 @@ from leafcut.kinds import CuttingWork
 from leafcut.model.cutting_front import CuttingPoint
 from leafcut.model.tool import Tool
 from leafcut.model.work_material import ToolLife, WorkMaterial
-from leafcut.quick_dataclass import dataclass
 from leafcut.stock.cutting_force import (
     drilling_power,
     drilling_thrust,

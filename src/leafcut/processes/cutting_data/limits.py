@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +12,6 @@ import numpy as np
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Floats, Mask
 from leafcut.processes.cutting_data.economics import Yields
-from leafcut.quick_dataclass import dataclass
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: So many speeds and feeds are looked at together, and so many in all at most; so many speeds.

@@ -10,6 +10,7 @@ import math
 import re
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from fnmatch import fnmatch
 from functools import cached_property
 from typing import NamedTuple
@@ -27,7 +28,6 @@ from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.options import JobOptions, ReadOptions
 from leafcut.processes.drilling.options import DrillOptions
 from leafcut.proof.difference import place, shorten
-from leafcut.quick_dataclass import dataclass
 
 #: Rounding of sums and of turned places, mm; that of written numbers is added.
 _ARITHMETIC = 2e-6

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from leafcut.model.mesh import Mesh
 from leafcut.model.shown_stock import FixtureBox
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
 from leafcut.option_spec import OptionGroup, option
 from leafcut.options.job import CYCLES
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True)

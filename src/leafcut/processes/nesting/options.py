@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
 from leafcut.errors import OptionError, shown
 from leafcut.option_spec import OptionGroup, option
 from leafcut.options.sheet_word import SheetWord, parse_sheet
-from leafcut.quick_dataclass import dataclass
 from leafcut.units import parse_angles
 
 

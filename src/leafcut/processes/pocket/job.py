@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +15,6 @@ from leafcut.model.measure import Measure
 from leafcut.model.pocket import Pocket, PocketLevels, PocketRules
 from leafcut.model.toolpath import PLACES, Toolpath
 from leafcut.processes.course import Run
-from leafcut.quick_dataclass import dataclass
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from leafcut.model.mesh import Mesh
 from leafcut.model.pace_change import PaceChange
 from leafcut.model.pocket import PocketPlan, PocketProgram
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -43,7 +43,6 @@ from leafcut.processes.pocket.job import LaidPockets, PocketJob, PocketSolid, ho
 from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.proving import prove_pockets, write_pockets
-from leafcut.quick_dataclass import dataclass
 from leafcut.units import format_time
 
 if TYPE_CHECKING:

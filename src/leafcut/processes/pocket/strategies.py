@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
@@ -14,7 +14,6 @@ from leafcut.options import Settings
 from leafcut.processes.course import Run
 from leafcut.processes.deadline import Deadline
 from leafcut.processes.pocket.options import PocketOptions
-from leafcut.quick_dataclass import dataclass
 
 if TYPE_CHECKING:
     from leafcut.geometry.arrays import Points

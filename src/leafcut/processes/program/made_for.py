@@ -6,6 +6,7 @@ import math
 import os
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +15,6 @@ from leafcut.model.cutter import Cutter
 from leafcut.model.mesh import Mesh
 from leafcut.model.part import Part
 from leafcut.options import ReadOptions
-from leafcut.quick_dataclass import dataclass
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from leafcut.model.certificate import Certificate
 from leafcut.model.pace_change import PaceChange
 from leafcut.model.sequence import Staying
 from leafcut.model.shown_stock import ShownStock
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import ClassVar
 
 from leafcut.option_spec import OptionGroup, option
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import math
 import os
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -29,7 +29,6 @@ from leafcut.processes.program.options import ResequenceOptions
 from leafcut.processes.program.plan.corners import rounds_freely
 from leafcut.processes.program.plan.pace import KeptFeed, plan_pace, why_kept
 from leafcut.processes.program.workpiece import block_of, check_size, other_tools, stock_before, tools_of
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.step import ChosenSolid
 from leafcut.stock.cutting_force import spindle_torque
 from leafcut.stock.height_field import HeightField

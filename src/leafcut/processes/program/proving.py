@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +18,6 @@ from leafcut.model.sequence import Section, Sequence
 from leafcut.processes.course import Run
 from leafcut.processes.keep_out import meetings, reach_of
 from leafcut.processes.program.options import ResequenceOptions
-from leafcut.quick_dataclass import dataclass
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect

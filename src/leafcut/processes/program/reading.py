@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, ReadError
@@ -13,7 +13,6 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.options import FeedOptions, MachineOptions, Settings, flag_name
 from leafcut.processes.course import machine_of
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
-from leafcut.quick_dataclass import dataclass
 from leafcut.units import SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +18,6 @@ from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.processes.course import Run, check_words_used, refuse_missing, refuse_too_large
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
 from leafcut.processes.sheet.options import CutOptions
-from leafcut.quick_dataclass import dataclass
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect

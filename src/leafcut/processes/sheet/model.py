@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import ClassVar
 
 from leafcut.model.cutting import CutMeasures, CutPlan
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
 from leafcut.option_spec import OptionGroup, option
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True)

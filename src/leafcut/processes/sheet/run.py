@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,7 +26,6 @@ from leafcut.processes.sheet.job import SheetJob, prepared
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.orders import as_planned, check_precedence, nearest_order, ordered
-from leafcut.quick_dataclass import dataclass
 
 if TYPE_CHECKING:
     from leafcut.model.machine import Machine

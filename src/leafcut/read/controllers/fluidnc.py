@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from leafcut.errors import ReadError, shown
 from leafcut.kinds import Head
 from leafcut.model.machine import XYZ
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number, texts
 
 #: A real file has some kilobytes; a thousandth of a second for each.

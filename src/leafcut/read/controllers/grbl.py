@@ -8,9 +8,9 @@ settings.h (the numbers that it adds).
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 
 from leafcut.kinds import Head
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number
 
 #: ``$110=500.000``, ``$110 = 500 (x max rate, mm/min)``, also behind what a terminal writes before a line.

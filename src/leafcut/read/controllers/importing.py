@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from leafcut.errors import OptionError, ReadError, nearest, shown
 from leafcut.files import decoded
 from leafcut.model.machine import Machine
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.controllers import fluidnc, grbl, linuxcnc, mach, reprap
 from leafcut.read.controllers.values import How, Value, Values
 from leafcut.read.machine import machine_of_profile, profile_of

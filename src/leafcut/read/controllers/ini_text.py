@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from leafcut.errors import ReadError, shown
-from leafcut.quick_dataclass import dataclass
 
 #: Files that others include others in, and how much all of them hold, bytes: a real one has some kilobytes.
 DEEPEST, MOST_INCLUDED = 8, 4 * 1024 * 1024

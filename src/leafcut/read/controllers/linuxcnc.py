@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import dataclass
 
 from leafcut.errors import shown
 from leafcut.kinds import Head
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.controllers.ini_text import Entry, Ini, read_ini
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, number
 

@@ -9,6 +9,7 @@ asked.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,6 @@ from leafcut.errors import DataError, OptionError, nearest, shown
 from leafcut.files import line_of, parse_toml, toml_bytes
 from leafcut.gcode.dialects import dialects
 from leafcut.kinds import Head
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.controllers.importing import ImportedMachine, profile_text, values_of
 from leafcut.read.controllers.values import FASTEST, HARDEST, LONGEST, How, Value, Values, texts
 from leafcut.read.machine import machine_of_profile, profile_of

@@ -10,12 +10,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from leafcut.errors import shown
 from leafcut.kinds import Head
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number, texts
 
 #: No line of settings is longer; what stands behind that is not looked at.

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
 from leafcut.errors import ReadError, shown
 from leafcut.gcode.dialects import dialects
 from leafcut.kinds import Head
-from leafcut.quick_dataclass import dataclass
 from leafcut.units import FACTORS
 
 #: No machine is faster, speeds up harder or is longer: what goes beyond is a slip, in mm/s, mm/s² and mm. Sources:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
@@ -14,7 +15,6 @@ from numpy.typing import NDArray
 
 from leafcut.errors import OptionError
 from leafcut.geometry.arrays import Point
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.order_file import drawing_of, order_text
 
 State = TypeVar("State")

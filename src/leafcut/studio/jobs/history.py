@@ -10,13 +10,13 @@ import time
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
 from leafcut.errors import DataError
 from leafcut.files import OutputError
-from leafcut.quick_dataclass import dataclass
 from leafcut.schemas import ANSWER, HISTORY, check_schema, numbered
 from leafcut.studio.jobs.task import Task
 

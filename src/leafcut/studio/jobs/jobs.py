@@ -12,13 +12,12 @@ import traceback
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 from leafcut.errors import LeafcutError
 from leafcut.files import OutputError
 from leafcut.model.heartbeat import Trial
 from leafcut.model.study import Study
-from leafcut.quick_dataclass import dataclass
 from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.ending import Endable
 from leafcut.studio.jobs.history import History, JobRecord, JobState, Wanted

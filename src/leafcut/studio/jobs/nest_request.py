@@ -6,10 +6,10 @@ import csv
 import io
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from leafcut.errors import OptionError
-from leafcut.quick_dataclass import dataclass
 from leafcut.units import parse_angles
 
 #: More of one part are a mistake.

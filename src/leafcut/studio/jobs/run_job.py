@@ -6,7 +6,7 @@ import json
 import threading
 import zlib
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +20,6 @@ from leafcut.model.heartbeat import Progress, looking_for
 from leafcut.model.shown_stock import CUT_THROUGH
 from leafcut.model.snapshot import Observer
 from leafcut.model.study import Study
-from leafcut.quick_dataclass import dataclass
 from leafcut.studio.drawing.line_match import line_pairs
 from leafcut.studio.jobs.history import Artefact
 from leafcut.studio.jobs.nest_request import list_text, needs_list

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from leafcut.errors import OptionError
 from leafcut.processes.settings import collect, group_of
-from leafcut.quick_dataclass import dataclass
 from leafcut.studio.jobs.history import History, JobRecord, JobState
 from leafcut.studio.jobs.jobs import Jobs
 from leafcut.studio.jobs.task import Task, given, prepare

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,6 @@ from leafcut.options import LITERATURE
 from leafcut.options.sheet_word import SheetWord, parse_sheet
 from leafcut.processes import registry
 from leafcut.processes.settings import collect, group_of
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.format import has_half_letter
 from leafcut.studio.folder import BUILT_IN, OWN, Folder
 from leafcut.studio.jobs.nest_request import WantedPart, needs_list

@@ -15,12 +15,11 @@ import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from leafcut.errors import LeafcutError, OptionError, SendError
 from leafcut.model.machine import XYZ
-from leafcut.quick_dataclass import dataclass
 from leafcut.sender.answers import Alarm, ControllerAnswer, Greeting, Status, Strange
 from leafcut.sender.by_hand import cancel_jog, check_jog, fed_box, frame_of, jog, probe_z
 from leafcut.sender.checking import check_program, check_ready

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any
 
 from leafcut.model.machine import XYZ
-from leafcut.quick_dataclass import dataclass
 
 
 class Connection(StrEnum):

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from leafcut.processes.settings import all_options
-from leafcut.quick_dataclass import dataclass
 from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.history import JobRecord
 from leafcut.studio.page.forms import changed, default_of, default_words

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from leafcut.api import default_machine
@@ -12,7 +13,6 @@ from leafcut.option_spec import OptionSpec, flag_name, written
 from leafcut.options import ANT_ALGORITHMS
 from leafcut.processes import registry
 from leafcut.processes.settings import all_options, group_of
-from leafcut.quick_dataclass import dataclass
 from leafcut.studio.folder import OWN
 from leafcut.studio.page.chart_menus import Menus
 from leafcut.studio.wording import Words

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
-from leafcut.quick_dataclass import dataclass
 from leafcut.studio.jobs.history import JobRecord
 from leafcut.studio.page.job_words import figures_of
 from leafcut.studio.wording import Words

@@ -6,12 +6,11 @@ import json
 import re
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import asdict, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from leafcut.errors import OptionError
 from leafcut.processes.settings import all_options
-from leafcut.quick_dataclass import dataclass
 from leafcut.studio.jobs.nest_request import WantedPart
 from leafcut.studio.page import forms
 from leafcut.studio.page.page_state import View

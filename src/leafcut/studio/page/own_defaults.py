@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,6 @@ from leafcut.errors import LeafcutError
 from leafcut.files import decoded, toml_bytes
 from leafcut.processes import registry
 from leafcut.processes.settings import collect, group_of, placed_in, placed_options, unused_options
-from leafcut.quick_dataclass import dataclass
 from leafcut.studio.folder import OWN, Folder
 from leafcut.studio.jobs.task import OWN_KINDS
 from leafcut.user_files import defaults_file

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from leafcut import api
@@ -11,7 +11,6 @@ from leafcut.model.heartbeat import Progress
 from leafcut.option_spec import flag_name
 from leafcut.options import LITERATURE
 from leafcut.processes.settings import all_options, group_of, options_of_file
-from leafcut.quick_dataclass import dataclass
 from leafcut.studio.folder import OWN
 from leafcut.studio.jobs.nest_request import WantedPart
 from leafcut.studio.jobs.task import Task, command_line, prepare, program_name

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,6 @@ import numpy as np
 from nicegui.events import GenericEventArguments
 
 from leafcut.errors import LeafcutError
-from leafcut.quick_dataclass import dataclass
 from leafcut.studio.drawing.canvas import Canvas
 from leafcut.studio.drawing.editing import CutOrder, Edited, HoleOrder, OrderStop, cuts_one_by_one
 from leafcut.studio.drawing.scene import edited_scene

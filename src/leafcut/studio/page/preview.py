@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from leafcut import api
@@ -15,7 +15,6 @@ from leafcut.model.simulation import Simulation
 from leafcut.options import Settings
 from leafcut.processes import registry
 from leafcut.processes.settings import collect
-from leafcut.quick_dataclass import dataclass
 from leafcut.read.format import SNIFF_BYTES, Match, Source
 from leafcut.read.gcode import FORMAT
 from leafcut.studio.page.whole import MachineTravel, Whole, Zero, travel_of, whole_of

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import Any
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.processes.settings import group_of
-from leafcut.quick_dataclass import dataclass
 from leafcut.studio.folder import OWN, Folder
 from leafcut.studio.jobs.history import JobRecord
 from leafcut.studio.jobs.nest_request import WantedPart

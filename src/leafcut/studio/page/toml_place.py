@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-
-from leafcut.quick_dataclass import dataclass
+from dataclasses import dataclass
 
 _SYNTAX = re.compile(r"\(at line (\d+), column \d+\)")
 _SAID = re.compile(r"[^:]*\.toml: (?:\[\[(?P<many>\w+)\]\] (?P<number>\d+): )?(?:\[(?P<table>\w+)\]: )?(?P<rest>.*)")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from leafcut.errors import LeafcutError
@@ -13,7 +13,6 @@ from leafcut.options import ReadOptions, Settings
 from leafcut.processes import registry
 from leafcut.processes.placing import placed
 from leafcut.processes.suitability import Suitability, WholeDrawing
-from leafcut.quick_dataclass import dataclass
 from leafcut.read import read_whole
 from leafcut.read.format import Format, Source
 from leafcut.read.machine import load_machine

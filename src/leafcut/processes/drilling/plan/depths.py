@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from leafcut.errors import PlanError
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.options import JobOptions
 from leafcut.processes.drilling.options import DrillOptions
-from leafcut.quick_dataclass import dataclass
 
 #: A hole is spotted this deep when nobody said how deep holes are: it marks the place and harms nothing.
 SPOT_DEPTH = 1.0

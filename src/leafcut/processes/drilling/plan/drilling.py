@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -37,7 +37,6 @@ from leafcut.processes.drilling.plan.ground import (
 from leafcut.processes.drilling.plan.tooling import Step, ToolChooser
 from leafcut.processes.spindle_heights import check_spindle_heights
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
-from leafcut.quick_dataclass import dataclass
 
 #: A tool that comes out this far below the part, mm, may meet the table, a vise or a parallel: it is reported.
 FAR_BELOW = 3.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +19,6 @@ from leafcut.model.part import Part
 from leafcut.model.problem import Relief
 from leafcut.model.shown_stock import FixtureBox
 from leafcut.model.tool import Tool
-from leafcut.quick_dataclass import dataclass
 from leafcut.stock.surface import TILES, TILES_DOGLEG, Rims, rims_of, safe_tiles
 
 #: A rim that is more uneven than this is told, mm.

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from leafcut.model.nest import Layout, Nest, NestPart, Stock
 from leafcut.processes.nesting.options import NestOptions
 from leafcut.processes.nesting.plan.pieces import FORGIVEN, NestPiece, share_of
 from leafcut.processes.nesting.plan.rectangles import PlacedPiece
-from leafcut.quick_dataclass import dataclass
 
 #: The least that stays between two parts, mm.
 TOUCHING = 0.1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -14,7 +15,6 @@ from shapely.validation import explain_validity
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.nest import NestPart, Placement
-from leafcut.quick_dataclass import dataclass
 
 #: Chords leave the arcs of an outline by this, mm; what touches is kept this much further apart.
 CHORD = 0.01

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from leafcut.processes.nesting.plan.pieces import Box, NestPiece
 from leafcut.processes.nesting.plan.strip import require
-from leafcut.quick_dataclass import dataclass
 
 #: The packers of `rectpack` and the orders in which they take rectangles that gave the fullest sheets.
 RULES = (

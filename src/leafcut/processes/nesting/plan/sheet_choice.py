@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 from leafcut.model.nest import Nest, sheet_costs
 from leafcut.processes.nesting.plan.fill import Filling, NestTask, Packer, Plan, filled
-from leafcut.quick_dataclass import dataclass
 
 #: So many choices of sheets are tried, by the number of pieces that are packed for it: between these two.
 TRIES, LEAST_TRIES, MOST_TRIES = 5_000, 4, 60

@@ -13,12 +13,12 @@ import threading
 import time
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from leafcut.errors import PlanError
-from leafcut.quick_dataclass import dataclass
 
 SCRIPT = Path(__file__).with_name("sparrow_process.py")
 #: How often a wish to stop is looked for, s.

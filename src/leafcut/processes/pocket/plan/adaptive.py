@@ -14,7 +14,7 @@ machining of pockets", Computer-Aided Design 37 (2005), for clearing them by arc
 from __future__ import annotations
 
 import math
-from dataclasses import field
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
@@ -29,7 +29,6 @@ from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRule
 from leafcut.processes.pocket.plan.fronts import Fronts
 from leafcut.processes.pocket.plan.medial_axis import Axis, middle_axis
 from leafcut.processes.pocket.plan.region import CentreRegion
-from leafcut.quick_dataclass import dataclass
 
 #: What is kept from the limit for the steps between which the engagement is looked at, rad.
 MARGIN = math.radians(0.4)

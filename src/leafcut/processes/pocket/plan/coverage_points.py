@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -13,7 +14,6 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Indices, Points
 from leafcut.geometry.cells import Cells
-from leafcut.quick_dataclass import dataclass
 from leafcut.stock.bands import pieces_near
 
 #: How far a way may be from places, float64[n, 2], that are so many mm apart: float64[n], mm.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import shapely
@@ -11,7 +12,6 @@ from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline, Segment
 from leafcut.model.toolpath import Arc, ToolpathBuilder
 from leafcut.processes.pocket.plan.rules import MillingData
-from leafcut.quick_dataclass import dataclass
 
 #: A ramp or a helix begins so far over what is to be cut, mm.
 ABOVE = 0.5

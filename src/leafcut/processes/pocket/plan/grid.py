@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,6 @@ from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRule
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.region_paths import Ways, length_of
-from leafcut.quick_dataclass import dataclass
 
 #: Distances between points that are allowed, in tool diameters.
 NEAREST, FARTHEST = 0.5, 0.7

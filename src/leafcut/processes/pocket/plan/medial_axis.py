@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,6 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Points
-from leafcut.quick_dataclass import dataclass
 
 #: A branch that ends nearer to the edge than this many samples leads into a corner.
 _IN_CORNER = 4.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,6 @@ from leafcut.geometry.arrays import Points
 from leafcut.geometry.regions import polygons, region, swept, tool_centres
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.pocket import Pocket, PocketRules
-from leafcut.quick_dataclass import dataclass
 
 #: Unreachable places smaller than this share of the tool's area are not worth a word: corners of pixels.
 SMALL = 0.001

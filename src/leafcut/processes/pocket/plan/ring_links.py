@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,6 @@ import shapely
 from leafcut.geometry.arrays import Indices, Points
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.rings import NEAR, Ring, never
-from leafcut.quick_dataclass import dataclass
 
 #: Places tried for a joint are so many step-overs apart.
 STATION_STEP = 0.25

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -15,7 +16,6 @@ from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.spurs import with_spurs
 from leafcut.processes.pocket.plan.track import Track
-from leafcut.quick_dataclass import dataclass
 
 #: Rings as near as this share of the step-over to each other are neighbours.
 NEAR = 1.01

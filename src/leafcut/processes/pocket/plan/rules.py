@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.geometry.regions import region
@@ -20,7 +20,6 @@ from leafcut.options import JobOptions
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.tool import with_data
 from leafcut.processes.spindle_heights import check_spindle_heights
-from leafcut.quick_dataclass import dataclass
 from leafcut.stock.chip_feeds import plunge_feed, ramp_feed
 
 #: Points of a grid nearer than this share of the diameter crowd, farther ones leave the middle of four uncut: half the

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,6 @@ from leafcut.processes.pocket.plan.cleared_area import ClearedArea, Opened
 from leafcut.processes.pocket.plan.entries import ABOVE, TOUCH, Descent, come_down, follow, wind_down
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.rules import MillingData, finishing_levels
-from leafcut.quick_dataclass import dataclass
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: A program of more moves cannot be meant.

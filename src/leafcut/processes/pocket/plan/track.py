@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -9,7 +10,6 @@ import numpy as np
 import shapely
 
 from leafcut.geometry.arrays import Points
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
@@ -17,7 +18,6 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.pocket.proof.pocket import ROOM, PocketCut, cuts_of, engaged_levels, thinnest
 from leafcut.proof.difference import place, shorten
-from leafcut.quick_dataclass import dataclass
 from leafcut.stock.chip_feeds import chip_at, chip_limit, power_at, power_on_plunge, power_on_ramp, removal_rate
 from leafcut.units import SECONDS_PER_MINUTE
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,6 @@ from leafcut.model.difference import Difference
 from leafcut.model.pocket import FILM, Pocket, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.proof.difference import place, shorten
-from leafcut.quick_dataclass import dataclass
 from leafcut.stock.engagement import Engaged, engagement
 from leafcut.stock.removal import Removal, capsules, removal
 from leafcut.stock.step_over import widest_gaps

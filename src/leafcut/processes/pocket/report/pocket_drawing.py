@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,6 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import polygons, region, shrunk, swept
 from leafcut.model.issue import Issue
 from leafcut.model.pocket import Pocket, PocketPath, PocketPlan, PocketRules
-from leafcut.quick_dataclass import dataclass
 from leafcut.report.frame import Frame
 from leafcut.report.marks import end_marks, head
 from leafcut.report.missing_drawing import missing_drawing, missing_points

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,6 @@ from leafcut.model.outcome import Outcome
 from leafcut.model.pocket import PocketMeasures, PocketPlan, PocketProgram
 from leafcut.model.toolpath import Kind
 from leafcut.processes.pocket.model import PocketDetail
-from leafcut.quick_dataclass import dataclass
 from leafcut.report.wording import (
     NO_VALUE,
     clean,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,7 +14,6 @@ from leafcut.model.pace import CycleReturn, Lowered
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.processes.program.plan.corners import longest_rounding, rounds_freely
 from leafcut.processes.program.plan.plain_blocks import block_of_row, is_plain, words_of_row
-from leafcut.quick_dataclass import dataclass
 from leafcut.stock.loads import Loads
 
 #: What is lowered by less is left as it is, mm.

@@ -6,7 +6,7 @@ import re
 from bisect import bisect_left
 from collections import Counter, defaultdict
 from collections.abc import Iterator
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +20,6 @@ from leafcut.processes.program.proof.features import FIRST_CYCLE, TAKEN, Feature
 from leafcut.processes.program.proof.matching import change_of_state
 from leafcut.proof.clearance import at_machine_height
 from leafcut.proof.difference import describe, place
-from leafcut.quick_dataclass import dataclass
 
 #: A block that a switch of the machine may skip is a barrier whatever it does, and so is a message or a record, and a
 #: comment or a setting that the controller obeys beside the G-code.

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from leafcut.gcode.program import Modal, Program
 from leafcut.geometry.arrays import Floats, Indices, Ints, Mask
 from leafcut.model.toolpath import SPEED_ALONE, DrillCycle, Kind, Toolpath, last_rows
-from leafcut.quick_dataclass import dataclass
 
 Selection = Indices | Mask | slice | int
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -23,7 +24,6 @@ from leafcut.model.toolpath import Kind
 from leafcut.processes.program.proof.features import FIRST_CYCLE, Features
 from leafcut.processes.program.proof.traces import Traces
 from leafcut.proof.difference import MOST_LISTED
-from leafcut.quick_dataclass import dataclass
 from leafcut.units import MM_PER_INCH
 
 #: Where no comment says how wide the tool is: what is farther apart than this no mill needs to take in one go, mm.

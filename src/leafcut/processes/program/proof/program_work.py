@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from leafcut.processes.program.proof.features import (
     states_of_program,
 )
 from leafcut.processes.program.proof.straight import needed_rows
-from leafcut.quick_dataclass import dataclass
 
 #: Moves shorter than this are none, mm.
 STILL = 1e-6

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,7 +19,6 @@ from leafcut.processes.program.proof.features import FIRST_CYCLE, TAKEN
 from leafcut.processes.program.proof.program_work import ProgramWork, goes_across
 from leafcut.proof.clearance import at_machine_height
 from leafcut.proof.difference import MOST_LISTED, place
-from leafcut.quick_dataclass import dataclass
 
 #: So many rapids with something wrong are looked at whether they are alike.
 _MOST_LOOKED_AT = 2_000

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,7 +18,6 @@ from leafcut.model.cutter import Body, BodyPart, Cutter
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.tool import Tool
-from leafcut.quick_dataclass import dataclass
 from leafcut.stock.cutting import Removed, cut
 from leafcut.stock.height_field import HeightField
 from leafcut.stock.same_stock import stock_differences

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Floats, Indices, Mask
 from leafcut.model.toolpath import Kind, plane_axes
 from leafcut.processes.program.proof.features import Features
-from leafcut.quick_dataclass import dataclass
 
 _PIECE = math.pi / 4
 #: Pieces of one arc, if it has many turns; they are then longer.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +18,6 @@ from leafcut.model.cutting import Lead
 from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.processes.sheet.plan.cut_rules import NARROWEST_HOLE, CutRules
-from leafcut.quick_dataclass import dataclass
 
 #: How true paths beside the contours are, and how true chords are to arcs, mm.
 OFFSET_TOLERANCE = 0.01

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from leafcut.errors import OptionError
 from leafcut.kinds import CutMethod, method_of
 from leafcut.model.cutting import CutData, Lead
 from leafcut.processes.sheet.options import CutOptions
-from leafcut.quick_dataclass import dataclass
 
 #: Lead-in at least so long, mm. Plasma and oxyfuel: lapas.io, table of lead-ins; the others: an estimate, so that the
 #: pierce's mark stays off the part.

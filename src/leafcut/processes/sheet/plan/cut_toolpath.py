@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
@@ -16,7 +17,6 @@ from leafcut.model.cutting import Cut, CutData
 from leafcut.model.machine import Machine, Probe
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.toolpath import UNKNOWN, Arc, Kind, Toolpath, ToolpathBuilder
-from leafcut.quick_dataclass import dataclass
 
 #: What is shorter is rounding, mm.
 SHORTEST = 1e-6

@@ -10,7 +10,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -35,7 +35,6 @@ from leafcut.processes.sheet.plan.cutter_compensation import by_path_where_neede
 from leafcut.processes.sheet.plan.leads.cut_starts import CutStart, lead_out_of, overcut_of
 from leafcut.processes.sheet.plan.leads.find_starts import find_starts
 from leafcut.processes.sheet.plan.leads.leads import Scrap
-from leafcut.quick_dataclass import dataclass
 
 
 @dataclass(frozen=True, eq=False)

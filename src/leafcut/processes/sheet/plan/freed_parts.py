@@ -14,7 +14,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any, TypeAlias
 
@@ -26,7 +26,6 @@ from shapely.geometry.polygon import orient
 from leafcut.geometry.arrays import Point
 from leafcut.model.cutting import Cut
 from leafcut.model.sheet import Sheet
-from leafcut.quick_dataclass import dataclass
 
 #: A move that reaches no deeper over a part does not cross it, mm: moves that start in its kerf leave along it.
 DEPTH = 0.1

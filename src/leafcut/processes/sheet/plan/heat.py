@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from leafcut.geometry.arrays import Point
 from leafcut.processes.sheet.plan.cutting import Cutting
 from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
-from leafcut.quick_dataclass import dataclass
 from leafcut.timing.travel import Travel
 
 #: A cut moves by at most `REACH` places in the order; heat of the last `LOOK_BACK` cuts counts.

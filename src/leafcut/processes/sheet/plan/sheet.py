@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,6 @@ from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.options import SheetOptions
 from leafcut.processes.layers import kinds_of, matcher
 from leafcut.processes.sheet.plan.hole_sizes import round_diameter
-from leafcut.quick_dataclass import dataclass
 
 #: A closed outline smaller than this in both directions is likely a drawing error, mm.
 TINY = 0.5

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,6 @@ from leafcut.model.difference import Difference
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE
 from leafcut.processes.sheet.proof.torch_runs import TorchRun
 from leafcut.proof.difference import place
-from leafcut.quick_dataclass import dataclass
 
 #: Bridges are looked at in steps of this part of a kerf.
 STEP = 0.2

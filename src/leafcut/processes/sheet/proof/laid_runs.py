@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import shapely
 
@@ -11,7 +13,6 @@ from leafcut.model.difference import Difference
 from leafcut.model.machine import Probe
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE, SheetShapes, Target
 from leafcut.processes.sheet.proof.torch_runs import TorchRun, pieces_of
-from leafcut.quick_dataclass import dataclass
 
 #: Chords are looked at in pieces no longer than this, mm.
 PIECE = 1.0

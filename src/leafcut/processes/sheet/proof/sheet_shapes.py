@@ -6,6 +6,7 @@ For every contour: where the middle of the kerf must go. For every part: the met
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,6 @@ from numpy.typing import NDArray
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.processes.sheet.proof.torch_runs import FLATNESS
-from leafcut.quick_dataclass import dataclass
 
 #: How far a kerf may be from where it should be, mm: the offset's tolerance and the program's rounding are within.
 TOLERANCE = 0.025

@@ -6,13 +6,12 @@ A run is all that is fed between two rapids across the sheet; within it the torc
 from __future__ import annotations
 
 import math
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.toolpath import Kind, Motion, Toolpath, arc_sweep
-from leafcut.quick_dataclass import dataclass
 
 #: Chords leave arcs by at most this, mm.
 FLATNESS = 0.002

@@ -6,10 +6,10 @@ import csv
 import io
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from leafcut.model.cutting import Consumption, ConsumptionRates, CutMeasures, CutPlan, PartTimes
-from leafcut.quick_dataclass import dataclass
 from leafcut.report.wording import clock_parts
 
 _MOST_NUMBERS = 6

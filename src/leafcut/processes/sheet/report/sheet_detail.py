@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from leafcut.geometry.arrays import Points
@@ -10,7 +12,6 @@ from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.report.cut_words import cut_name
 from leafcut.processes.sheet.report.sheet_drawing import dot_class, stretches
-from leafcut.quick_dataclass import dataclass
 from leafcut.report.marks import head
 from leafcut.report.svg import STEPS, element, in_steps, lines_data, nice_step, text, tick_words, title
 from leafcut.report.wording import length_words

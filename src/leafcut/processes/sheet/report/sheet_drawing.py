@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,7 +15,6 @@ from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.issue import Issue
 from leafcut.model.sheet import Sheet
 from leafcut.processes.sheet.report.cut_words import cut_title, part_title
-from leafcut.quick_dataclass import dataclass
 from leafcut.report.drawing import RAMP
 from leafcut.report.frame import Frame
 from leafcut.report.labels import Surroundings, place_labels

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise, zip_longest
 
 import numpy as np
@@ -26,7 +26,6 @@ from leafcut.processes.program.plan.sections.program_rows import (
     free_runs,
     read_rows,
 )
-from leafcut.quick_dataclass import dataclass
 
 #: Why blocks stay that hold pieces of work alone, which say themselves why (`Sequence.stays`).
 STAYING = "the work in it stays"

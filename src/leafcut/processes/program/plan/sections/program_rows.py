@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -13,7 +14,6 @@ from leafcut.gcode.program_interpreter import CALLED
 from leafcut.gcode.words import BlockError, tokenise
 from leafcut.kinds import BEAMS, ProgramKind
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, last_rows
-from leafcut.quick_dataclass import dataclass
 
 #: Why a block stays, by the kind of its row.
 _BARRIERS = {

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,6 @@ from leafcut.processes.sheet.plan.cut_contours import ROUNDING, CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads.cut_starts import closing_joint, directions_of, in_loop
 from leafcut.processes.sheet.plan.leads.leads import Scrap, as_lines
-from leafcut.quick_dataclass import dataclass
 
 #: A contour is looked at in so many places; so many neighbours of it are looked at, the nearest.
 SAMPLES, NEIGHBOURS = 160, 8

@@ -11,7 +11,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,7 +23,6 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.processes.sheet.plan.chains.bridges import Bridges, ChainPlaces, clockwise_of, find_bridges, joins, left_at
 from leafcut.processes.sheet.plan.chains.chain_starts import Chain, Link, chain_starts, starts_beside
 from leafcut.processes.sheet.plan.cut_contours import ROUNDING
-from leafcut.quick_dataclass import dataclass
 
 if TYPE_CHECKING:
     from leafcut.model.cutting import CutChoice, PlanFile

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,7 +28,6 @@ from leafcut.processes.sheet.plan.leads.cut_starts import (
 from leafcut.processes.sheet.plan.leads.edge_starts import edge_starts
 from leafcut.processes.sheet.plan.leads.find_starts import starts_of
 from leafcut.processes.sheet.plan.leads.leads import Scrap, lead_shape, placed
-from leafcut.quick_dataclass import dataclass
 
 if TYPE_CHECKING:
     from leafcut.processes.sheet.plan.cutting import Cutting

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,6 @@ from shapely.ops import substring
 from leafcut.geometry.arrays import Point
 from leafcut.processes.sheet.plan.cut_contours import CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
-from leafcut.quick_dataclass import dataclass
 
 #: Edges are a kerf apart when their distance differs from it by no more, mm: half of it is what either part is off.
 GAP = 0.02

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -31,7 +31,6 @@ from leafcut.processes.sheet.plan.cut_contours import (
 )
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads.leads import LEAST_KERFS, LEAST_LEAD, SMALLER, Scrap, lead_shape, placed
-from leafcut.quick_dataclass import dataclass
 
 #: Ends and paths this near to each other meet, mm.
 MEET = 0.01

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,6 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.processes.sheet.plan.cut_contours import FLATNESS
 from leafcut.processes.sheet.plan.cutting import Cutting
 from leafcut.processes.sheet.plan.leads.cut_starts import CutStart
-from leafcut.quick_dataclass import dataclass
 from leafcut.timing.travel import Travel
 
 #: Passes over all pierces: one that moves away may come near another.

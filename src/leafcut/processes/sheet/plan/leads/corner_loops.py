@@ -6,7 +6,7 @@ The corner then is as sharp as the two straight cuts that cross there, where the
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,6 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.processes.sheet.plan.cut_contours import CutContour, corner_turns, corners_along, flat_line
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads.leads import Scrap
-from leafcut.quick_dataclass import dataclass
 
 #: How much the radius of an arc round a corner may differ from half a kerf, as a part of it.
 SAME_RADIUS = 0.02

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -16,7 +16,6 @@ from leafcut.model.cutting import Lead
 from leafcut.processes.sheet.plan.cut_contours import NO_LEAD, CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads.leads import Scrap, as_lines, lead_shape, placed, ways_to_lead
-from leafcut.quick_dataclass import dataclass
 
 #: When a contour has so many starts, or this share of its places, no lesser lead is tried.
 ENOUGH, ENOUGH_SHARE = 8, 0.25
