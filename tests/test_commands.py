@@ -56,6 +56,12 @@ def test_no_package_can_take_the_name_of_a_command() -> None:
     assert commands == {*COMMANDS, *registry.OTHER_COMMANDS} - {"auto"}
 
 
+def test_leafcut_alone_lists_its_commands(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([]) == 0
+    listed = capsys.readouterr().out
+    assert all(f"│ {name} " in listed for name in ("drill", "cut", "pocket", "reorder", "nest", "machine", "studio"))
+
+
 def test_the_help_of_all_commands_tells_what_each_does(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["--help"]) == 0
     words = " ".join(capsys.readouterr().out.replace("│", " ").split())
@@ -73,6 +79,9 @@ def test_the_help_of_all_commands_tells_what_each_does(capsys: pytest.CaptureFix
             "--no-chains: not used for reordering a program; it applies to cutting a sheet",
         ),
         ("optimize plate_10.dxf --gap=3", "--gap: not used for optimize; it applies to nesting; leave it out"),
+        ("drill plate_10.dxf --speed 1000", r"unknown option '--speed'; did you mean '--spindle-speed'\?$"),
+        ("drill plate_10.dxf --config a.toml", r"unknown option '--config' \(see leafcut drill --help\)$"),
+        ("lab tun x", "unknown command 'lab tun'; did you mean 'tune'"),
         ("cut bracket.dxf --kerf-widt 2", r"unknown option '--kerf-widt'; did you mean '--kerf-width'\?$"),
         ("cut bracket.dxf --kerf-widt=2", r"unknown option '--kerf-widt'; did you mean '--kerf-width'\?$"),
         ("drill plate_10.dxf --no-thickness", r"unknown option '--no-thickness'; did you mean '--thickness'\?$"),

@@ -64,7 +64,7 @@ _MANY_INPUTS = "a folder of drawings or programs, a list of inputs (.list, one o
 MOST_WARNINGS = 10
 
 #: The switch that every command which answers has.
-Json = Annotated[bool, Parameter(name="--json", negative="", help="print the result as JSON")]
+Json = Annotated[bool, Parameter(name="--json", negative="", show_default=False, help="print the result as JSON")]
 
 #: A file of options.
 OptionsFile = Annotated[str | None, Parameter(name="--options", help="a TOML file of options")]
@@ -86,6 +86,7 @@ NoDefaults = Annotated[
     Parameter(
         name="--no-defaults",
         negative="",
+        show_default=False,
         help=f"ignore your defaults file (leafcut/defaults.toml in your settings folder, or ${DEFAULTS_VARIABLE})",
     ),
 ]
@@ -316,7 +317,10 @@ def _optimize(
     no_defaults: NoDefaults = False,
     as_json: Json = False,
     quiet: Annotated[
-        bool, Parameter(name=["--quiet", "-q"], negative="", help="no progress, no summary; warnings only")
+        bool,
+        Parameter(
+            name=["--quiet", "-q"], negative="", show_default=False, help="no progress, no summary; warnings only"
+        ),
     ] = False,
     options: dict[str, Any],
 ) -> int:
@@ -464,7 +468,13 @@ def _batch(
     no_defaults: NoDefaults = False,
     as_json: Json = False,
     quiet: Annotated[
-        bool, Parameter(name=["--quiet", "-q"], negative="", help="no progress, no summary; what is refused only")
+        bool,
+        Parameter(
+            name=["--quiet", "-q"],
+            negative="",
+            show_default=False,
+            help="no progress, no summary; what is refused only",
+        ),
     ] = False,
     options: dict[str, Any],
 ) -> int:
@@ -511,7 +521,9 @@ def _watch(
     workers: WorkersOption = None,
     options_file: OptionsFile = None,
     no_defaults: NoDefaults = False,
-    quiet: Annotated[bool, Parameter(name=["--quiet", "-q"], negative="", help="only what is refused")] = False,
+    quiet: Annotated[
+        bool, Parameter(name=["--quiet", "-q"], negative="", show_default=False, help="only what is refused")
+    ] = False,
     options: dict[str, Any],
 ) -> int:
     """Make a program of each drawing or program that is put into a folder, or changed there; Ctrl-C ends it.
@@ -606,6 +618,7 @@ def _solve(
         Parameter(
             name="--json",
             negative="",
+            show_default=False,
             help="print the result as JSON; gap_percent is to the best known length (optimum) if the map has one, else "
             "to lower_bound",
         ),
@@ -668,7 +681,10 @@ def _nest(
     no_defaults: NoDefaults = False,
     as_json: Json = False,
     quiet: Annotated[
-        bool, Parameter(name=["--quiet", "-q"], negative="", help="no progress, no summary; warnings only")
+        bool,
+        Parameter(
+            name=["--quiet", "-q"], negative="", show_default=False, help="no progress, no summary; warnings only"
+        ),
     ] = False,
     options: dict[str, Any],
 ) -> int:
@@ -896,7 +912,10 @@ def _verify(
     allow_reverse: Annotated[
         bool,
         Parameter(
-            name="--allow-reverse", negative="", help="accept open cuts of constant depth that run from the other end"
+            name="--allow-reverse",
+            negative="",
+            show_default=False,
+            help="accept open cuts of constant depth that run from the other end",
         ),
     ] = False,
     no_defaults: NoDefaults = False,
@@ -1030,7 +1049,8 @@ def _studio(
         str | None, Parameter(name="--port", help="port to listen on (default: 8173, or the next free one)")
     ] = None,
     no_open: Annotated[
-        bool, Parameter(name="--no-open", negative="", help="print the address, do not open a browser")
+        bool,
+        Parameter(name="--no-open", negative="", show_default=False, help="print the address, do not open a browser"),
     ] = False,
 ) -> int:
     """Open the studio in your browser: open, see, run, compare, download. For use on this computer only."""

@@ -15,7 +15,7 @@ from leafcut.json_output import print_json
 from leafcut.usage import refuse_dash
 from leafcut.user_files import DEFAULTS_VARIABLE, defaults_file, usual_defaults_file
 
-_Json = Annotated[bool, Parameter(name="--json", negative="", help="print the result as JSON")]
+_Json = Annotated[bool, Parameter(name="--json", negative="", show_default=False, help="print the result as JSON")]
 
 SHELLS = ("bash", "zsh", "fish")
 
@@ -56,7 +56,8 @@ def _defaults(
         str | None, Parameter(name="--options", help="a TOML file of options that goes before your defaults")
     ] = None,
     template: Annotated[
-        bool, Parameter(name="--template", negative="", help="print a file of defaults to begin with")
+        bool,
+        Parameter(name="--template", negative="", show_default=False, help="print a file of defaults to begin with"),
     ] = False,
     as_json: _Json = False,
 ) -> int:

@@ -31,10 +31,17 @@ _Name = Annotated[
 ]
 _Results = Annotated[str, Parameter(name="--results", help="the file in which all runs are kept (SQLite)")]
 _Reduced = Annotated[
-    bool, Parameter(name="--reduced", negative="", help="the short form: fewer inputs, levels and seeds")
+    bool,
+    Parameter(name="--reduced", negative="", show_default=False, help="the short form: fewer inputs, levels and seeds"),
 ]
 _Mixed = Annotated[
-    bool, Parameter(name="--mixed", negative="", help="let runs of several versions of leafcut stand in one table")
+    bool,
+    Parameter(
+        name="--mixed",
+        negative="",
+        show_default=False,
+        help="let runs of several versions of leafcut stand in one table",
+    ),
 ]
 _Executor = Annotated[
     str,
@@ -43,7 +50,7 @@ _Executor = Annotated[
 _Workers = Annotated[
     int | None, Parameter(name="--workers", help="so many runs at once (default: one per core, all of a cluster)")
 ]
-_Json = Annotated[bool, Parameter(name="--json", negative="", help="print the result as JSON")]
+_Json = Annotated[bool, Parameter(name="--json", negative="", show_default=False, help="print the result as JSON")]
 
 
 def list_experiments(*, results: _Results = RESULTS, as_json: _Json = False) -> int:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from leafcut.read.controllers.importing import ImportedMachine
     from leafcut.timing.fitting import Fitted
 
-_Json = Annotated[bool, Parameter(name="--json", negative="", help="print the result as JSON")]
+_Json = Annotated[bool, Parameter(name="--json", negative="", show_default=False, help="print the result as JSON")]
 _Output = Annotated[
     str | None, Parameter(name=["--output", "-o"], help="profile to write (.toml); without it, it is printed")
 ]
@@ -175,6 +175,7 @@ def check_machine(
         Parameter(
             name="--measured",
             negative="",
+            show_default=False,
             help="time of a program by a stop-watch, 12:34 or 754s; once for each, in order",
         ),
     ] = None,

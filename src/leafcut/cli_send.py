@@ -52,28 +52,48 @@ def send(
     ] = None,
     check: Annotated[
         bool,
-        Parameter(name="--check", negative="", help="the controller reads the program, nothing moves ($C)"),
+        Parameter(
+            name="--check", negative="", show_default=False, help="the controller reads the program, nothing moves ($C)"
+        ),
     ] = False,
     dry_run: Annotated[
         bool,
-        Parameter(name="--dry-run", negative="", help="ask the machine and check all, but send nothing of the program"),
+        Parameter(
+            name="--dry-run",
+            negative="",
+            show_default=False,
+            help="ask the machine and check all, but send nothing of the program",
+        ),
     ] = False,
-    home: Annotated[bool, Parameter(name="--home", negative="", help="home the machine first ($H)")] = False,
+    home: Annotated[
+        bool, Parameter(name="--home", negative="", show_default=False, help="home the machine first ($H)")
+    ] = False,
     unlock: Annotated[
         bool,
-        Parameter(name="--unlock", negative="", help="bring it to rest first: out of a hold or an alarm, unhomed ($X)"),
+        Parameter(
+            name="--unlock",
+            negative="",
+            show_default=False,
+            help="bring it to rest first: out of a hold or an alarm, unhomed ($X)",
+        ),
     ] = False,
     unhomed: Annotated[
         bool,
         Parameter(
             name="--unhomed",
             negative="",
+            show_default=False,
             help="the machine has no homing ($22=0): only the size of the program is checked against its travel",
         ),
     ] = False,
     zero_here: Annotated[
         bool,
-        Parameter(name="--zero-here", negative="", help="the tool stands at the program's zero (G10 L20 P1 X0 Y0 Z0)"),
+        Parameter(
+            name="--zero-here",
+            negative="",
+            show_default=False,
+            help="the tool stands at the program's zero (G10 L20 P1 X0 Y0 Z0)",
+        ),
     ] = False,
     accept: Annotated[
         str | None,
@@ -82,10 +102,17 @@ def send(
     log: Annotated[
         str | None, Parameter(name="--log", help="file to which all that goes over the line is added")
     ] = None,
-    yes: Annotated[bool, Parameter(name=["--yes", "-y"], negative="", help="start without asking once more")] = False,
-    as_json: Annotated[bool, Parameter(name="--json", negative="", help="print the result as JSON")] = False,
+    yes: Annotated[
+        bool, Parameter(name=["--yes", "-y"], negative="", show_default=False, help="start without asking once more")
+    ] = False,
+    as_json: Annotated[
+        bool, Parameter(name="--json", negative="", show_default=False, help="print the result as JSON")
+    ] = False,
     quiet: Annotated[
-        bool, Parameter(name=["--quiet", "-q"], negative="", help="no progress, no summary; warnings only")
+        bool,
+        Parameter(
+            name=["--quiet", "-q"], negative="", show_default=False, help="no progress, no summary; warnings only"
+        ),
     ] = False,
 ) -> int:
     """Send a program to a GRBL or Marlin board, after checking it against the machine as it stands.

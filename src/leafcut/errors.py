@@ -148,12 +148,18 @@ def parsing(file: str | Path, what: str, line: int | None = None) -> Iterator[No
 
 
 def close_to(name: str, known: Iterable[str]) -> str:
-    """Return the known name that `name` is most likely a slip of, "" where none is near."""
-    lower = {one.lower(): one for one in known}
+    """Return the known name that `name` was most likely meant to be, "" where none is near.
+
+    A name of several words that has `name` as a word comes before names that are spelled alike: `spindle-speed` for
+    `speed`, not `seed`.
+    """
     from difflib import get_close_matches  # start-up: seldom asked for
 
-    found = get_close_matches(name.lower(), lower, n=1, cutoff=0.52)
-    return lower[found[0]] if found else ""
+    name = name.lower()
+    lower = {one.lower(): one for one in known}
+    having = [one for one in lower if len(name) > 2 and name in re.split("[-_ ]", one)]
+    near = sorted(having, key=len)[:1] or get_close_matches(name, lower, n=1, cutoff=0.6)
+    return lower[near[0]] if near else ""
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

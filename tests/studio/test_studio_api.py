@@ -133,6 +133,16 @@ def test_a_field_too_large_for_a_form_is_told_in_words_of_ours(studio: Studio) -
     assert answer.json() == {"error": "a field of this request is larger than 1 MiB; only files may be"}
 
 
+def test_an_internal_error_is_answered_with_status_500(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("by zero")
+
+    monkeypatch.setattr("leafcut.api.optimize", fail)
+    answer = client.post("/api/optimize", data={"source": "example:plate-10"})
+    assert answer.status_code == 500
+    assert answer.json()["error"].startswith("internal error in leafcut (ZeroDivisionError")
+
+
 def test_a_request_that_lacks_something_is_refused_in_the_same_form(client: TestClient) -> None:
     for method, address, status in (
         ("POST", "/api/verify", 422),

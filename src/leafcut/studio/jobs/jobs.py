@@ -64,6 +64,8 @@ class Live:
         (seconds, cost, what) whenever the cost fell or another thing was begun.
     messages
         What was begun, once each: (seconds, words); the last of them.
+    internal
+        Whether it failed by an error of leafcut's own.
     said
         How many messages there have been.
     tried
@@ -83,6 +85,7 @@ class Live:
     names: tuple[str, ...]
     state: JobState = JobState.WAITING
     line: str = ""
+    internal: bool = False
     latest: Latest = field(default_factory=Latest)
     points: list[tuple[float, float, str]] = field(default_factory=list)
     messages: list[tuple[float, str]] = field(default_factory=list)
@@ -295,6 +298,7 @@ class Jobs:
             if live.dropped:
                 self._end(live, JobState.INTERRUPTED if self.closed else JobState.CANCELLED)
             else:
+                live.internal = _is_internal(problem)
                 self._end(live, JobState.FAILED, line=self.folder.without_paths(line_of(problem)))
         else:
             if live.dropped:
@@ -333,6 +337,10 @@ class Jobs:
             self._ended.append(job)
             while len(self._ended) > _MOST_ENDED:
                 self._live.pop(self._ended.popleft(), None)
+
+
+def _is_internal(problem: BaseException) -> bool:
+    return not isinstance(problem, LeafcutError | MemoryError | OSError)
 
 
 def line_of(problem: BaseException) -> str:

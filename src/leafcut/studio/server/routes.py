@@ -192,8 +192,9 @@ async def _done(jobs: Jobs, task: Task, named: str = "") -> tuple[JobRecord, dic
     await jobs.over(job)
     record = jobs.record(job)
     if record is None or not record.state.kept:
-        line = record.line if record else ""
-        raise HTTPException(500 if line.startswith("a fault") else 422, line or "the job was cancelled")
+        live = jobs.live(job)
+        status = 500 if live is not None and live.internal else 422
+        raise HTTPException(status, (record.line if record else "") or "the job was cancelled")
     return record, jobs.history.answer(job) or {}
 
 
