@@ -62,6 +62,15 @@ def test_leafcut_alone_lists_its_commands(capsys: pytest.CaptureFixture[str]) ->
     assert all(f"│ {name} " in listed for name in ("drill", "cut", "pocket", "reorder", "nest", "machine", "studio"))
 
 
+def test_the_help_shows_what_kind_of_value_an_option_takes(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["drill", "--help"]) == 0
+    text = capsys.readouterr().out
+    for words in ("--thickness LENGTH", "--tools FILE", "--time-limit TIME", "--machine NAME", "--output -o FILE"):
+        assert words in text
+    assert "STR" not in text
+    assert "[default: False]" not in text
+
+
 def test_the_help_of_all_commands_tells_what_each_does(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["--help"]) == 0
     words = " ".join(capsys.readouterr().out.replace("│", " ").split())

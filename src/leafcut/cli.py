@@ -20,7 +20,7 @@ from cyclopts import App, CycloptsError, Parameter
 from leafcut._version import __version__
 from leafcut.errors import DataError, LeafcutError, OptionError, count_of
 from leafcut.files import StandardInput
-from leafcut.flags import command_of
+from leafcut.flags import File, command_of
 from leafcut.json_output import print_json
 from leafcut.option_spec import PLACES, flag_name
 from leafcut.options import Settings
@@ -67,11 +67,11 @@ MOST_WARNINGS = 10
 Json = Annotated[bool, Parameter(name="--json", negative="", show_default=False, help="print the result as JSON")]
 
 #: A file of options.
-OptionsFile = Annotated[str | None, Parameter(name="--options", help="a TOML file of options")]
+OptionsFile = Annotated[File | None, Parameter(name="--options", help="a TOML file of options")]
 
 #: Where `batch` and `watch` write, and who does the inputs.
 ProgramsFolder = Annotated[
-    str, Parameter(name=["--output", "-o"], help="folder to write programs, table and report into")
+    File, Parameter(name=["--output", "-o"], help="folder to write programs, table and report into")
 ]
 ExecutorOption = Annotated[
     str, Parameter(name="--executor", help="where inputs are done: threads, processes, or dask://host:port")
@@ -304,13 +304,13 @@ def _optimize(
     *sources: str,
     command: str,
     output: Annotated[
-        str | None,
+        File | None,
         Parameter(
             name=["--output", "-o"], help="program to write, - for standard output; for several inputs, a folder"
         ),
     ] = None,
     report: Annotated[
-        str | None, Parameter(name="--report", help="report page to write (HTML); for several inputs, a folder")
+        File | None, Parameter(name="--report", help="report page to write (HTML); for several inputs, a folder")
     ] = None,
     process: str = "auto",
     options_file: OptionsFile = None,
@@ -609,9 +609,9 @@ def _solve(
     instance: Annotated[str, Parameter(name="INSTANCE", help="a TSPLIB file, a point map, or random:200")],
     /,
     *,
-    tour: Annotated[str | None, Parameter(name="--tour", help="tour file to write, in TSPLIB format")] = None,
+    tour: Annotated[File | None, Parameter(name="--tour", help="tour file to write, in TSPLIB format")] = None,
     save_map: Annotated[
-        str | None, Parameter(name="--save-map", help="table to write with the points of the map (.csv), mm")
+        File | None, Parameter(name="--save-map", help="table to write with the points of the map (.csv), mm")
     ] = None,
     as_json: Annotated[
         bool,
@@ -674,7 +674,7 @@ def _nest(
         str, Parameter(name="PARTS", help="drawings with quantities, such as bracket.dxf:10, or a parts list (CSV)")
     ],
     output: Annotated[
-        str | None,
+        File | None,
         Parameter(name=["--output", "-o"], help="nested sheet to write (DXF), - for standard output if it is one"),
     ] = None,
     options_file: OptionsFile = None,
@@ -796,7 +796,7 @@ def _stock(
     /,
     *more: Annotated[str, Parameter(show=False)],
     output: Annotated[
-        str | None,
+        File | None,
         Parameter(
             name=["--output", "-o"], help="what is left, as a picture (.png) or a solid for other programs (.stl)"
         ),
@@ -861,7 +861,7 @@ def _cutting_data(
         str | None,
         Parameter(name="--save", help="tool library to write, a copy of --tools with the chosen speeds (.toml)"),
     ] = None,
-    plot: Annotated[str | None, Parameter(name="--plot", help="picture of the fronts to write (.svg)")] = None,
+    plot: Annotated[File | None, Parameter(name="--plot", help="picture of the fronts to write (.svg)")] = None,
     no_defaults: NoDefaults = False,
     as_json: Json = False,
     options: dict[str, Any],

@@ -213,7 +213,7 @@ def _shell_type(parameter: inspect.Parameter, choices: Sequence[str]) -> Any:
 
 
 def _with_texts_as(kind: Any, instead: Any) -> Any:
-    if kind is str:
+    if isinstance(kind, type) and issubclass(kind, str):
         return instead
     if get_origin(kind) in (Union, types.UnionType):
         return Union[tuple(_with_texts_as(one, instead) for one in get_args(kind))]  # noqa: UP007

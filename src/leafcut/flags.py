@@ -11,6 +11,35 @@ from cyclopts import Group, Parameter
 from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, written
 
 
+class File(str):
+    """A path: the help shows FILE instead of STR."""
+
+    __slots__ = ()
+
+
+class Name(str):
+    """A name: the help shows NAME instead of STR."""
+
+    __slots__ = ()
+
+
+#: Types of options that the help shows by their names; all of them are texts, which `option_spec` reads.
+_BY_UNIT = {
+    unit: type(name, (str,), {"__slots__": ()})
+    for unit, name in {
+        "mm": "LENGTH", "s": "TIME", "mm/s": "SPEED", "rad": "ANGLE", "rpm": "RPM", "W": "POWER", "N·mm": "TORQUE",
+        "N": "FORCE",
+    }.items()
+}  # fmt: skip
+_BY_KIND = {
+    kind: type(name, (str,), {"__slots__": ()})
+    for kind, name in {
+        "number": "NUMBER", "whole": "NUMBER", "share": "NUMBER", "percent": "PERCENT", "point": "POINT",
+        "place": "POINT",
+    }.items()
+}  # fmt: skip
+
+
 def command_of(
     function: Callable[..., int],
     options: Iterable[tuple[type[OptionGroup], str, OptionSpec]],
@@ -89,6 +118,17 @@ def _flag(group: type[OptionGroup], name: str, spec: OptionSpec, where: Group, d
         allow_leading_hyphen=True,
         negative_iterable=(),
     )
-    kinds: dict[str, Any] = {"flag": bool | None, "names": list[str] | None}
-    annotation: Any = Annotated[kinds.get(spec.kind, str | None), parameter]
+    annotation: Any = Annotated[_type_of(spec), parameter]
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation)
+
+
+def _type_of(spec: OptionSpec) -> Any:
+    if spec.kind == "flag":
+        return bool | None
+    if spec.kind == "names":
+        return list[Name] | None
+    if spec.kind == "path":
+        return File | None
+    if spec.kind == "text":
+        return Name | None
+    return (_BY_UNIT[spec.unit] if spec.kind == "quantity" else _BY_KIND[spec.kind]) | None
