@@ -146,6 +146,7 @@ def test_runs_of_another_version_are_mixed_only_when_that_is_asked_for(
         assert {row.leafcut for row in store.rows("small")} > {"99.0"}
 
 
+@pytest.mark.slow
 def test_a_run_in_a_process_of_its_own_finds_the_same_and_its_start_counts(tmp_path: Path) -> None:
     text = SMALL.replace("seeds = 3", "seeds = 1\nnew_process = true").replace(
         "[[analysis]]", '[response.wall]\npath = "wall_s"\n[response.own]\npath = "seconds"\n[[analysis]]'
