@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from cut_sheets import PLASMA, cutting_of, ring, sheet_of, square, two_squares
+from cut_sheets import PLASMA, cutting_of, part_in_notch, ring, sheet_of, square, two_squares
 from leafcut.geometry.polyline import Polyline
 from leafcut.processes.sheet.plan.cutter_compensation import programmed_path
 
@@ -43,6 +43,11 @@ def test_the_lead_begins_where_the_torch_pierces_and_comes_in_along_the_contour(
         assert before @ after == pytest.approx(1.0, abs=1e-3)
         lead = shapely.LineString(path.piece(0.0, lead_in).flattened(0.001))
         assert lead.intersection(shapely.union_all(parts).buffer(-0.01)).is_empty
+
+
+def test_an_outline_with_a_notch_narrower_than_the_kerf_is_compensated_by_the_program() -> None:
+    cutting = cutting_of(part_in_notch(0.5), compensation="controller")
+    assert [c.by_path for c in cutting.contours if c.pinched] == [True]
 
 
 def test_a_hollow_rounder_than_the_kerf_and_a_hole_without_room_are_compensated_by_the_program() -> None:

@@ -39,8 +39,8 @@ def by_path_where_needed(
 ) -> tuple[list[CutContour], list[Issue]]:
     """Return the contours, those compensated by the program that a controller could not: and a note on them.
 
-    That is where there is no room for a run-in and an arc, as in a small hole, and where a hollow is rounder than the
-    kerf: there a controller stops, with the torch on.
+    That is where there is no room for a run-in and an arc, as in a small hole, and where a hollow is rounder, or a
+    notch narrower, than the kerf: there a controller stops, with the torch on, or cuts into the part.
     """
     made = [
         replace(c, by_path=c.has_leads and not _suits_the_controller(k, c, scrap, rules))
@@ -59,7 +59,7 @@ def by_path_where_needed(
 def _suits_the_controller(number: int, contour: CutContour, scrap: Scrap, rules: CutRules) -> bool:
     side = 1.0 if contour.hole else -1.0
     arcs = [s for s in _drawn(contour).segments() if s.is_arc and s.bulge * side > 0.0]
-    if any(s.radius < rules.half * TIGHTEST for s in arcs):
+    if contour.pinched or any(s.radius < rules.half * TIGHTEST for s in arcs):
         return False
     hollow = side * np.asarray(corner_turns(_drawn(contour))) > CORNER
     lengths = _drawn(contour).lengths
