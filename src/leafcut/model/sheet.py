@@ -19,18 +19,22 @@ class SheetContour:
         Cleaned: no zero-length segments, a closed one counter-clockwise. Kind ``cut`` or ``mark``.
     depth
         How many closed cut contours lie around it: 0 is the outline of a part, 1 a hole in it, 2 a part inside that
-        hole, and so on. Of a mark or an open cut: the depth of the closed contour directly around it, 0 for none.
+        hole, and so on. Of a mark or an open cut: the depth of the closed contour directly around it, 0 for none. Of
+        a chamber: one more than of its outline.
     parent
         Index in `Sheet.contours` of the closed cut contour directly around it, -1 for none.
     part
         Number of its part, from 1: an outline of even depth with its holes, its marks and its open cuts have the same;
         0 for what lies in no part.
+    chamber
+        True: inside of a notch whose mouth the kerf closes. It is cut as a hole, but lies outside of its outline.
     """
 
     contour: Contour
     depth: int = 0
     parent: int = -1
     part: int = 0
+    chamber: bool = False
 
     @property
     def is_hole(self) -> bool:

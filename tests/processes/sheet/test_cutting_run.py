@@ -150,7 +150,7 @@ def test_an_almost_straight_spline_is_cut_as_lines(tmp_path: Path, bow: float) -
 
 
 def test_a_part_is_cut_though_a_notch_has_a_mouth_narrower_than_the_kerf(tmp_path: Path) -> None:
-    """Of 100 × 74 mm a chamber of 3 × 3 mm behind a mouth of 0.6 mm stays; the outside is all cut."""
+    """The outline and a chamber of 3 × 3 mm are cut, and the ends of its neck of 2 × 0.6 mm by the kerf of 1.3 mm."""
     notch = [(51.5, 72), (51.5, 69), (48.5, 69), (48.5, 72), (49.7, 72), (49.7, 74)]
     document = ezdxf.new(units=4)
     document.modelspace().add_lwpolyline(
@@ -159,10 +159,10 @@ def test_a_part_is_cut_though_a_notch_has_a_mouth_narrower_than_the_kerf(tmp_pat
     document.saveas(tmp_path / "notch.dxf")
     cut = api.optimize(tmp_path / "notch.dxf", process="cut", thickness="3mm", machine="plasma-table", algorithm="nn")
     assert cut.verified
-    assert 348 + math.tau * 0.65 < cut.after.cut_mm < 370  # with its leads
+    assert 348 + math.tau * 0.65 + 4 * 1.7 < cut.after.cut_mm < 380  # with its leads
     (missing,) = (issue for issue in cut.issues if issue.missing is not None)
     assert (missing.code, missing.missing.what) == ("L612", "place")
-    assert "10.2 mm²" in missing.message
+    assert float(missing.message.split(": ")[1].split()[0]) == pytest.approx(1.14, abs=0.05)
 
 
 def test_a_hole_into_which_the_kerf_does_not_go_is_told_and_the_rest_is_cut(tmp_path: Path) -> None:

@@ -47,7 +47,7 @@ class SheetJob:
 
     run: Run
     part: Part
-    #: The sheet before holes were divided, for the proof.
+    #: The sheet before holes and notches were divided, for the proof.
     drawn: Sheet
     cutting: Cutting
     data: CutData
@@ -142,16 +142,16 @@ def prepared(run: Run, source: Source) -> tuple[SheetJob, list[Issue]]:
 
 
 def _reached(sheet: Sheet, rules: CutRules) -> tuple[Sheet, Sheet, list[Issue]]:
-    """Return the sheet with narrow slots as cuts along their middle, the same with holes in the pieces that the kerf
-    divides them into, and notes on both; without compensation, the sheet unchanged."""
-    from leafcut.processes.sheet.plan.divided_holes import with_divided_holes
+    """Return the sheet with narrow slots as cuts along their middle, the same with holes and closed notches in the
+    pieces that the kerf divides them into, and notes on both; without compensation, the sheet unchanged."""
+    from leafcut.processes.sheet.plan.divided_holes import with_chambers, with_divided_holes
     from leafcut.processes.sheet.plan.slots import on_their_middle
 
     if rules.half <= 0.0:
         return sheet, sheet, []
     whole, narrow = on_their_middle(sheet, rules.kerf) if rules.data.can_pierce else (sheet, [])
     divided, uncut = with_divided_holes(whole, rules)
-    return whole, divided, [*narrow, *uncut]
+    return whole, with_chambers(divided, rules), [*narrow, *uncut]
 
 
 def _bounds(sheet: Sheet) -> Toolpath:

@@ -14,12 +14,15 @@ from proved_sheets import STEEL, checked, laid, planned, program
 from cut_sheets import part_in_notch, sheet_of, square, two_squares
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.geometry.polyline import Polyline, joined
+from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.machine import Probe
+from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.options import PostOptions
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.cut_rules import resolve_rules
 from leafcut.processes.sheet.plan.cutting import drawing_order, prepare_cutting
+from leafcut.processes.sheet.plan.divided_holes import with_chambers
 from leafcut.processes.sheet.proof.cut_motion import check_cut_motion, read_back
 from leafcut.processes.sheet.proof.sheet_shapes import shapes_of
 
@@ -222,6 +225,31 @@ def test_a_part_in_a_notch_that_is_cut_loose_before_it_is_caught(mouth: float, c
     late = (cuts[-1], *cuts[:-1])
     found = checked(program(late), CutPlan(cutting.sheet, STEEL, late), rules)
     assert [d.what for d in found] == ["out of order"] * (2 if closed else 0), found
+
+
+@pytest.mark.hazard
+def test_the_chamber_of_a_notch_that_is_cut_after_its_outline_is_caught() -> None:
+    """The chamber lies outside of the drawn C, but inside of the edge of its kerf."""
+    rules = resolve_rules(STEEL, CutOptions(), switches=True)
+    cutting = prepare_cutting(
+        with_chambers(sheet_of((part_in_notch(0.5).contours[0].contour.path, 0, -1, 1)), rules), rules
+    )
+    chamber, outline = (cutting.cut(s) for s in drawing_order(cutting))
+    assert (chamber.contours, outline.contours) == ((1,), (0,))
+    assert checked(program((chamber, outline)), CutPlan(cutting.sheet, STEEL, (chamber, outline)), rules) == []
+    found = checked(program((outline, chamber)), CutPlan(cutting.sheet, STEEL, (outline, chamber)), rules)
+    assert [d.what for d in found] == ["out of order"], found
+
+
+@pytest.mark.hazard
+def test_a_chamber_that_is_cut_beyond_its_notch_is_caught_as_a_cut_into_the_part() -> None:
+    rules = resolve_rules(STEEL, CutOptions(), switches=True)
+    outline = SheetContour(Contour(part_in_notch(0.5).contours[0].contour.path), 0, -1, 1)
+    wide = SheetContour(Contour(square(39, 40, 60)), 1, -1, 1, chamber=True)
+    cutting = prepare_cutting(Sheet("C", (outline, wide)), rules)
+    cuts = tuple(cutting.cut(s) for s in drawing_order(cutting))
+    found = checked(program(cuts), CutPlan(cutting.sheet, STEEL, cuts), rules)
+    assert [d.what for d in found] == ["cuts into a part"], found
 
 
 @pytest.mark.hazard

@@ -79,8 +79,13 @@ def _times(
     places = [cuts[k - 1].path.end, *corners, cut.path.start] if k else []
     way = sum(math.dist(a, b) for a, b in pairwise(places))
     # The edges along a common line count with the cut around its parts.
-    drawn = 0.0 if cut.common else sum(sheet.contours[i].contour.path.length for i in cut.contours)
-    return CutTimes(*seconds, cut.path.length, way, drawn, cut.common, int(cut.pierce))
+    return CutTimes(*seconds, cut.path.length, way, _perimeter(sheet, cut), cut.common, int(cut.pierce))
+
+
+def _perimeter(sheet: Sheet, cut: Cut, part: int | None = None) -> float:
+    """Return the drawn length of the contours of a cut, of one part or of all; a chamber is in that of its outline."""
+    contours = () if cut.common else (sheet.contours[i] for i in cut.contours)
+    return sum(c.contour.path.length for c in contours if not c.chamber and part in (None, c.part))
 
 
 def _shares(sheet: Sheet, cut: Cut, times: CutTimes, part: int) -> list[CutTimes]:
@@ -99,7 +104,7 @@ def _shares(sheet: Sheet, cut: Cut, times: CutTimes, part: int) -> list[CutTimes
             times.rapid_s * share,
             times.cut_mm * share,
             times.rapid_mm * share,
-            0.0 if cut.common else own,
+            _perimeter(sheet, cut, part),
             times.common_mm * share,
             times.pierces if cut.part == part else 0,
         )
@@ -123,7 +128,7 @@ def part_areas(sheet: Sheet) -> dict[int, float]:
     """Return the area of every part without its holes, mm²."""
     areas: dict[int, float] = {}
     for c in sheet.contours:
-        if c.contour.kind == "cut" and c.contour.path.closed and c.part:
+        if c.contour.kind == "cut" and c.contour.path.closed and c.part and not c.chamber:
             sign = -1.0 if c.is_hole else 1.0
             areas[c.part] = areas.get(c.part, 0.0) + sign * abs(c.contour.path.area)
     return areas

@@ -24,6 +24,8 @@ OFFSET_TOLERANCE = 0.01
 FLATNESS = 0.005
 #: What is nearer than it may be by less than this is rounding, mm.
 ROUNDING = 0.03
+#: Less uncut area than this is rounding, mm².
+SMALL = 0.01
 NO_LEAD = Lead()
 #: A drawn corner turns by more than this, rad.
 CORNER = math.radians(30.0)
@@ -133,13 +135,14 @@ def prepare_contours(sheet: Sheet, rules: CutRules) -> tuple[list[CutContour], l
     """
     made: dict[int, CutContour] = {}
     remarks: list[_Remark] = []
+    chambers = [shapely.Polygon(c.contour.path.flattened(FLATNESS)) for c in sheet.contours if c.chamber]
     for index, source in enumerate(sheet.contours):
         if source.contour.kind == "sheet":
             continue
         contour = _prepared(index, source, rules)
         if contour is not None:
             made[index] = contour
-            remarks += _remarks(contour, rules)
+            remarks += _remarks(contour, rules, chambers)
             continue
         remarks.append(_too_narrow(index, source, rules))
     issues = _grouped(remarks)
@@ -289,25 +292,34 @@ def _place(index: int, source: SheetContour, x: float, y: float) -> str:
     return f"contour {index + 1} at ({x:.6g}, {y:.6g}){handle}"
 
 
-def _pinched(contour: CutContour, rules: CutRules) -> _Remark:
-    """Return how much of the notches of an outline the kerf cannot reach."""
+def _pinched(contour: CutContour, rules: CutRules, chambers: list[Any]) -> list[_Remark]:
+    """Return how much of the notches of an outline stays uncut; `chambers` of all outlines are cut by themselves."""
     source = contour.source
     drawn = shapely.Polygon(source.contour.path.flattened(FLATNESS))
-    reached = shapely.Polygon(contour.line.coords).buffer(-rules.half)
-    area = reached.difference(drawn).area
+    closed = shapely.Polygon(contour.line.coords).buffer(-rules.half)
+    left, outlines = closed.difference(drawn), contour.pinched
+    cut = [chambers[k] for k in np.flatnonzero(shapely.covers(closed.buffer(ROUNDING), chambers))]
+    if cut:
+        reach = shapely.union_all([*cut, *(flat_line(path) for path in contour.pinched)]).buffer(ROUNDING)
+        rest = shapely.get_parts(left.difference(shapely.union_all(cut)))
+        left = shapely.union_all([part for part in rest if part.area > SMALL and part.intersects(reach)])
+        rings = [part.exterior.coords[:-1] for part in shapely.get_parts(left)]
+        outlines = tuple(Polyline.of_points(list(ring), closed=True) for ring in rings)
+    if not outlines:
+        return []
     mouth = f"a mouth narrower than the kerf of {rules.kerf:.4g} mm"
-    words = f"a notch of part {source.part} has {mouth}: {area:.3g} mm² of the part's notches stay uncut"
-    several = f"{{n}} parts have notches with {mouth}, which stay uncut"
-    x, y = contour.pinched[0].start
-    work = MissingWork("place", len(contour.pinched), ((x, y),), contour.pinched)
-    return _Remark("L612", words, several, _place(contour.index, source, x, y), work)
+    words = f"a notch of part {source.part} has {mouth}: {left.area:.3g} mm² of the part's notches stay uncut"
+    several = f"{{n}} parts have notches with {mouth}, which stay uncut in whole or in part"
+    x, y = outlines[0].start
+    work = MissingWork("place", len(outlines), ((x, y),), outlines)
+    return [_Remark("L612", words, several, _place(contour.index, source, x, y), work)]
 
 
-def _remarks(contour: CutContour, rules: CutRules) -> list[_Remark]:
+def _remarks(contour: CutContour, rules: CutRules, chambers: list[Any]) -> list[_Remark]:
     """Return what a person should know of a contour that is cut: places out of reach, a hole too small to be good."""
     source, found = contour.source, []
     if contour.pinched:
-        found.append(_pinched(contour, rules))
+        found += _pinched(contour, rules, chambers)
     elif contour.has_leads and rules.half > 0.0:
         points = source.contour.path.flattened(max(FLATNESS, 0.1 * rules.kerf))
         away = shapely.distance(shapely.points(points), contour.line)

@@ -1,7 +1,8 @@
-"""Holes that the kerf divides: each piece that it can reach becomes a hole of its own."""
+"""Holes that the kerf divides, and notches whose mouths it closes: each piece that it reaches becomes a hole."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -12,15 +13,13 @@ from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.sheet import Sheet, SheetContour
-from leafcut.processes.sheet.plan.cut_contours import FLATNESS, ROUNDING
+from leafcut.processes.sheet.plan.cut_contours import FLATNESS, ROUNDING, SMALL, flat_line
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 
 #: Corners of a piece are as sharp as drawn up to this ratio of their length to half a kerf.
 MITRE = 2.0
 #: Arcs leave the chords of a piece by no more than this, mm.
 FITTED = 0.002
-#: Less uncut area than this is rounding, mm².
-SMALL = 0.01
 
 
 def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue]]:
@@ -35,7 +34,8 @@ def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue
         if not one.is_hole or one.contour.kind != "cut":
             continue
         hole = shapely.Polygon(one.contour.path.flattened(FLATNESS))
-        pieces = _pieces(hole, rules)
+        rings = shapely.get_parts(hole.buffer(-rules.half, quad_segs=16))
+        pieces = _pieces(hole, rings, rules) if len(rings) > 1 else []
         held = [k for k, c in enumerate(sheet.contours) if c.parent == index]
         around = [_piece_around(sheet.contours[k], pieces) for k in held]
         if not pieces or None in around:
@@ -49,6 +49,56 @@ def with_divided_holes(sheet: Sheet, rules: CutRules) -> tuple[Sheet, list[Issue
     return (replace(sheet, contours=(*contours, *added)), issues) if issues else (sheet, [])
 
 
+def with_chambers(sheet: Sheet, rules: CutRules) -> Sheet:
+    """Return a sheet with the chambers of notches as holes: a kerf does not come in through their mouths.
+
+    They come last. What a chamber holds belongs to it. An outline stays unchanged if anything else lies in its notches.
+    Cuts that start at the edge of the sheet do not reach a chamber.
+    """
+    if rules.edge_start:
+        return sheet
+    contours, lines = list(sheet.contours), [flat_line(one.contour.path) for one in sheet.contours]
+    obstacles = np.array([*(shapely.box(*zone) for zone in sheet.zones), *map(flat_line, sheet.paths)], dtype=object)
+    for index, one in enumerate(sheet.contours):
+        if one.is_hole or one.contour.kind != "cut" or not one.contour.path.closed:
+            continue
+        notches, rings = _closed_notches(shapely.Polygon(lines[index].coords), rules)
+        pieces = _pieces(notches, rings, rules)
+        if not pieces or len(pieces) < len(rings) or notches.intersects(obstacles).any():
+            continue
+        beside = [k for k, c in enumerate(contours) if c.parent == contours[index].parent and k != index]
+        held = [k for k in beside if notches.intersects(lines[k])]
+        around = [_piece_around(contours[k], pieces) for k in held]
+        if None in around:
+            continue
+        for k, piece in zip(held, around, strict=True):
+            contours[k] = replace(contours[k], parent=len(contours) + (piece or 0))
+        chamber = replace(contours[index], depth=one.depth + 1, chamber=True)
+        contours += (replace(chamber, contour=replace(one.contour, path=path)) for path in pieces)
+        lines += map(flat_line, pieces)
+    return replace(sheet, contours=tuple(contours))
+
+
+def _closed_notches(outline: Any, rules: CutRules) -> tuple[Any, list[Any]]:
+    """Return what the kerf closes of the notches of an outline, and the rings that its middle follows there.
+
+    A ring has room for a pierce, and its kerf runs into no other: the arc would go out.
+    """
+    grown = outline.buffer(rules.half, quad_segs=16)
+    ways = [grown.exterior, *grown.interiors]
+    rings = [
+        shapely.Polygon(way)
+        for k, way in enumerate(ways[1:], 1)
+        if shapely.distance(way, ways[:k] + ways[k + 1 :]).min() > rules.kerf + 2.0 * ROUNDING
+        and not shapely.Polygon(way).buffer(-rules.half - ROUNDING).is_empty
+    ]
+    if not rings:
+        return shapely.Polygon(), []
+    closed = shapely.Polygon(grown.exterior).buffer(-rules.half, quad_segs=16).difference(outline)
+    notches = [part for part in shapely.get_parts(closed) if any(part.intersects(ring) for ring in rings)]
+    return shapely.union_all(notches), rings
+
+
 def _piece_around(held: SheetContour, pieces: list[Polyline]) -> int | None:
     """Return the position of the piece of a hole that lies around a contour; None if there is none."""
     points = shapely.MultiPoint(held.contour.path.flattened(FLATNESS))
@@ -56,11 +106,8 @@ def _piece_around(held: SheetContour, pieces: list[Polyline]) -> int | None:
     return next(around, None)
 
 
-def _pieces(hole: Any, rules: CutRules) -> list[Polyline]:
-    """Return the pieces of a hole that the kerf reaches; none where it does not divide the hole, or no pierce fits."""
-    rings = shapely.get_parts(hole.buffer(-rules.half, quad_segs=16))
-    if len(rings) < 2:
-        return []
+def _pieces(hole: Any, rings: Iterable[Any], rules: CutRules) -> list[Polyline]:
+    """Return the pieces of a hole or a notch around the rings that the middle of the kerf reaches, if a pierce fits."""
     found = []
     for ring in sorted(rings, key=lambda ring: ring.bounds):
         piece = ring.buffer(rules.half + ROUNDING, join_style="mitre", mitre_limit=MITRE).intersection(hole)

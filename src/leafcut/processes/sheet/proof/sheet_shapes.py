@@ -144,12 +144,12 @@ def _corners(path: Polyline) -> NDArray[np.float64]:
 
 
 def _metal(sheet: Sheet) -> tuple[NDArray[Any], tuple[int, ...]]:
-    """Return the metal of every part: its outline less its holes, made smaller by the tolerance."""
+    """Return the metal of every part: its outline less its holes, but not less chambers, smaller by the tolerance."""
     outlines: dict[int, list[Any]] = {}
     holes: dict[int, list[Any]] = {}
     for source in sheet.contours:
         contour = source.contour
-        if contour.kind == "cut" and contour.path.closed and source.part:
+        if contour.kind == "cut" and contour.path.closed and source.part and not source.chamber:
             polygon = shapely.Polygon(contour.path.flattened(FLATNESS))
             (holes if source.is_hole else outlines).setdefault(source.part, []).append(polygon)
     metal = []

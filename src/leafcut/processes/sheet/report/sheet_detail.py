@@ -123,7 +123,7 @@ def _areas(look: DetailView, sheet: Sheet) -> str:
     """Return the parts around, each as an area without its holes."""
     areas: dict[int, str] = {}
     for c in sheet.contours:
-        if c.contour.kind == "cut" and c.contour.path.closed and c.part:
+        if c.contour.kind == "cut" and c.contour.path.closed and c.part and not c.chamber:
             areas[c.part] = areas.get(c.part, "") + look.edge(c.contour.path) + "z"
     seen = {c.part for c in sheet.contours if look.shows(c.contour.path.extents)}
     return in_steps(*(element("path", d=data, class_="part rim") for part, data in areas.items() if part in seen))

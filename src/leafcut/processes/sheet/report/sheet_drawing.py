@@ -127,7 +127,7 @@ def _stock(scene: SheetScene, plan: CutPlan, name: str) -> str:
         shapes.append(element("path", d=_area(frame, sheet.paths), class_="stock"))
     areas: dict[int, list[Polyline]] = {}
     for c in sheet.contours:
-        if c.contour.kind == "cut" and c.contour.path.closed and c.part:
+        if c.contour.kind == "cut" and c.contour.path.closed and c.part and not c.chamber:
             areas.setdefault(c.part, []).append(c.contour.path)
     for part, paths in areas.items():
         words = title(part_title(plan, part))

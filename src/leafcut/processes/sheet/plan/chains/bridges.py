@@ -70,9 +70,9 @@ def scrap_of(contour: CutContour) -> int:
 
     A notch that the kerf of its outline closes is a scrap of its own: -2 less the index of the outline.
     """
-    if contour.notch_of >= 0:
-        return -2 - contour.notch_of
-    return contour.index if contour.hole else contour.source.parent
+    if contour.hole:
+        return contour.index
+    return -2 - contour.notch_of if contour.notch_of >= 0 else contour.source.parent
 
 
 def find_bridges(contours: list[CutContour], members: Sequence[int], scrap: Scrap, reach: float) -> Bridges:
