@@ -65,6 +65,14 @@ def test_both_windows_beside_a_neck_narrower_than_the_kerf_are_cut_out_as_drawn(
     assert first == [True, True, False]
 
 
+def test_windows_whose_pieces_overlap_in_a_short_neck_are_both_cut(tmp_path: Path) -> None:
+    right = [(50.4, 29.35), (50.4, 20), (60, 20), (60, 40), (50.4, 40), (50.4, 30.65)]
+    hole = [*right, *((100 - x, 60 - y) for x, y in right)]
+    outcome = api.optimize(drawn(tmp_path, hole), **FAST)
+    assert outcome.verified
+    assert sorted(cut.contours for cut in outcome.detail.plan.cuts) == [(0,), (1,), (2,)]
+
+
 def test_the_neck_is_reported_as_missing_with_its_place_and_area(tmp_path: Path) -> None:
     """The neck of 60 × 1 mm less what the kerf takes of its two mouths, about a third of a square millimetre."""
     outcome = api.optimize(drawn(tmp_path, bell(1.0)), **FAST)
