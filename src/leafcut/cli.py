@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
-from importlib import import_module
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, CycloptsError, Parameter
@@ -20,7 +20,7 @@ from cyclopts import App, CycloptsError, Parameter
 from leafcut._version import __version__
 from leafcut.errors import DataError, LeafcutError, OptionError, count_of
 from leafcut.files import StandardInput
-from leafcut.flags import File, command_of
+from leafcut.flags import Directory, File, Json, command_of, switch
 from leafcut.json_output import print_json
 from leafcut.option_spec import PLACES, flag_name
 from leafcut.options import Settings
@@ -63,15 +63,12 @@ _MANY_INPUTS = "a folder of drawings or programs, a list of inputs (.list, one o
 #: So many warnings are said where they are not asked for.
 MOST_WARNINGS = 10
 
-#: The switch that every command which answers has.
-Json = Annotated[bool, Parameter(name="--json", negative="", show_default=False, help="print the result as JSON")]
-
 #: A file of options.
 OptionsFile = Annotated[File | None, Parameter(name="--options", help="a TOML file of options")]
 
 #: Where `batch` and `watch` write, and who does the inputs.
 ProgramsFolder = Annotated[
-    File, Parameter(name=["--output", "-o"], help="folder to write programs, table and report into")
+    Directory, Parameter(name=["--output", "-o"], help="folder to write programs, table and report into")
 ]
 ExecutorOption = Annotated[
     str, Parameter(name="--executor", help="where inputs are done: threads, processes, or dask://host:port")
@@ -83,10 +80,8 @@ WorkersOption = Annotated[
 #: Whether the person's own defaults are left out of account.
 NoDefaults = Annotated[
     bool,
-    Parameter(
-        name="--no-defaults",
-        negative="",
-        show_default=False,
+    switch(
+        "--no-defaults",
         help=f"ignore your defaults file (leafcut/defaults.toml in your settings folder, or ${DEFAULTS_VARIABLE})",
     ),
 ]
@@ -228,8 +223,8 @@ def app(arguments: Sequence[str] = ()) -> App:
     all_of_them = not arguments or "--install-completion" in arguments
     for name, (help_text, commands) in GROUPS.items():
         group = App(name=name, help=help_text, help_format="plaintext")
-        for one, place in commands.items() if all_of_them or asked.startswith(name) else ():
-            group.command(_function_at(place), name=one)
+        for one, place in commands.items() if all_of_them or asked.partition(" ")[0] == name else ():
+            group.command(resolve_name(place), name=one)
         made.command(group)
     made.command(send, name="send")
     add_commands(made, app)
@@ -244,13 +239,6 @@ def app(arguments: Sequence[str] = ()) -> App:
         type_for_shell(made)
     made.register_install_completion_command(help="install command completion for your shell")
     return made
-
-
-def _function_at(place: str) -> Callable[..., int]:
-    """Return the function at a place such as ``leafcut.cli_lab:run_experiment``."""
-    module, _, name = place.partition(":")
-    function: Callable[..., int] = getattr(import_module(module), name)
-    return function
 
 
 def _working_commands() -> Iterator[tuple[str, Callable[..., int], Sequence[Work], dict[str, Any]]]:
@@ -318,9 +306,7 @@ def _optimize(
     as_json: Json = False,
     quiet: Annotated[
         bool,
-        Parameter(
-            name=["--quiet", "-q"], negative="", show_default=False, help="no progress, no summary; warnings only"
-        ),
+        switch("--quiet", "-q", help="no progress, no summary; warnings only"),
     ] = False,
     options: dict[str, Any],
 ) -> int:
@@ -469,10 +455,9 @@ def _batch(
     as_json: Json = False,
     quiet: Annotated[
         bool,
-        Parameter(
-            name=["--quiet", "-q"],
-            negative="",
-            show_default=False,
+        switch(
+            "--quiet",
+            "-q",
             help="no progress, no summary; what is refused only",
         ),
     ] = False,
@@ -521,9 +506,7 @@ def _watch(
     workers: WorkersOption = None,
     options_file: OptionsFile = None,
     no_defaults: NoDefaults = False,
-    quiet: Annotated[
-        bool, Parameter(name=["--quiet", "-q"], negative="", show_default=False, help="only what is refused")
-    ] = False,
+    quiet: Annotated[bool, switch("--quiet", "-q", help="only what is refused")] = False,
     options: dict[str, Any],
 ) -> int:
     """Make a program of each drawing or program that is put into a folder, or changed there; Ctrl-C ends it.
@@ -615,10 +598,8 @@ def _solve(
     ] = None,
     as_json: Annotated[
         bool,
-        Parameter(
-            name="--json",
-            negative="",
-            show_default=False,
+        switch(
+            "--json",
             help="print the result as JSON; gap_percent is to the best known length (optimum) if the map has one, else "
             "to lower_bound",
         ),
@@ -682,9 +663,7 @@ def _nest(
     as_json: Json = False,
     quiet: Annotated[
         bool,
-        Parameter(
-            name=["--quiet", "-q"], negative="", show_default=False, help="no progress, no summary; warnings only"
-        ),
+        switch("--quiet", "-q", help="no progress, no summary; warnings only"),
     ] = False,
     options: dict[str, Any],
 ) -> int:
@@ -911,10 +890,8 @@ def _verify(
     ] = None,
     allow_reverse: Annotated[
         bool,
-        Parameter(
-            name="--allow-reverse",
-            negative="",
-            show_default=False,
+        switch(
+            "--allow-reverse",
             help="accept open cuts of constant depth that run from the other end",
         ),
     ] = False,
@@ -1050,7 +1027,7 @@ def _studio(
     ] = None,
     no_open: Annotated[
         bool,
-        Parameter(name="--no-open", negative="", show_default=False, help="print the address, do not open a browser"),
+        switch("--no-open", help="print the address, do not open a browser"),
     ] = False,
 ) -> int:
     """Open the studio in your browser: open, see, run, compare, download. For use on this computer only."""

@@ -11,11 +11,10 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from cyclopts import App, Parameter
 
 from leafcut.errors import LeafcutError, OptionError, count_of, nearest
+from leafcut.flags import Json, switch
 from leafcut.json_output import print_json
 from leafcut.usage import refuse_dash
 from leafcut.user_files import DEFAULTS_VARIABLE, defaults_file, usual_defaults_file
-
-_Json = Annotated[bool, Parameter(name="--json", negative="", show_default=False, help="print the result as JSON")]
 
 SHELLS = ("bash", "zsh", "fish")
 
@@ -57,9 +56,9 @@ def _defaults(
     ] = None,
     template: Annotated[
         bool,
-        Parameter(name="--template", negative="", show_default=False, help="print a file of defaults to begin with"),
+        switch("--template", help="print a file of defaults to begin with"),
     ] = False,
-    as_json: _Json = False,
+    as_json: Json = False,
 ) -> int:
     """Show your own defaults, and where the value of each option comes from."""
     from leafcut.files import check_is_there
@@ -94,7 +93,7 @@ def _addon(
     to: Annotated[
         str | None, Parameter(name="--to", help="folder to write the files into, in which the other program looks")
     ] = None,
-    as_json: _Json = False,
+    as_json: Json = False,
 ) -> int:
     """Write the files of an add-on, with which another program uses leafcut: Inkscape, FreeCAD."""
     from leafcut.addons import ADDONS, write_addon
@@ -119,7 +118,7 @@ def _addon(
     return 0
 
 
-def _warm_up(*, as_json: _Json = False) -> int:
+def _warm_up(*, as_json: Json = False) -> int:
     """Compile all kernels now, so that the first job starts at once."""
     from leafcut.progress import Reporter
     from leafcut.warming import warm_all

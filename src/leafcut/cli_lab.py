@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from leafcut.errors import OptionError
+from leafcut.flags import Json, switch
 from leafcut.json_output import print_json
 from leafcut.option_spec import OptionSpec, converted
 from leafcut.progress import Reporter
@@ -32,14 +33,12 @@ _Name = Annotated[
 _Results = Annotated[str, Parameter(name="--results", help="the file in which all runs are kept (SQLite)")]
 _Reduced = Annotated[
     bool,
-    Parameter(name="--reduced", negative="", show_default=False, help="the short form: fewer inputs, levels and seeds"),
+    switch("--reduced", help="the short form: fewer inputs, levels and seeds"),
 ]
 _Mixed = Annotated[
     bool,
-    Parameter(
-        name="--mixed",
-        negative="",
-        show_default=False,
+    switch(
+        "--mixed",
         help="let runs of several versions of leafcut stand in one table",
     ),
 ]
@@ -50,10 +49,9 @@ _Executor = Annotated[
 _Workers = Annotated[
     int | None, Parameter(name="--workers", help="so many runs at once (default: one per core, all of a cluster)")
 ]
-_Json = Annotated[bool, Parameter(name="--json", negative="", show_default=False, help="print the result as JSON")]
 
 
-def list_experiments(*, results: _Results = RESULTS, as_json: _Json = False) -> int:
+def list_experiments(*, results: _Results = RESULTS, as_json: Json = False) -> int:
     """List the experiments that come with leafcut, and how many runs of each are done."""
     from leafcut.lab.loading import in_short, load, shipped
     from leafcut.lab.store import Store
@@ -91,7 +89,7 @@ def run_experiment(
     mixed: _Mixed = False,
     executor: _Executor = HERE,
     workers: _Workers = None,
-    as_json: _Json = False,
+    as_json: Json = False,
 ) -> int:
     """Do the runs of an experiment that are not done yet; those that are done are never repeated."""
     from leafcut.errors import count_of
@@ -126,7 +124,7 @@ def report_experiment(
     output: Annotated[str, Parameter(name=["--output", "-o"], help="the folder to write into")] = ".",
     reduced: _Reduced = False,
     results: _Results = RESULTS,
-    as_json: _Json = False,
+    as_json: Json = False,
 ) -> int:
     """Write the page (HTML) and the table of runs (CSV) of an experiment, as far as it is done."""
     from leafcut.files import check_output, write_together
@@ -182,7 +180,7 @@ def tune_options(
     mixed: _Mixed = False,
     executor: _Executor = HERE,
     workers: _Workers = None,
-    as_json: _Json = False,
+    as_json: Json = False,
 ) -> int:
     """Seek the parameters of an algorithm on some inputs, and judge them on the others."""
     from leafcut.batch import inputs_of

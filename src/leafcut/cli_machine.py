@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from leafcut.errors import OptionError, count_of
+from leafcut.flags import Json
 from leafcut.json_output import print_json
 from leafcut.usage import DASH, HELD, refuse_dash
 
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from leafcut.read.controllers.importing import ImportedMachine
     from leafcut.timing.fitting import Fitted
 
-_Json = Annotated[bool, Parameter(name="--json", negative="", show_default=False, help="print the result as JSON")]
 _Output = Annotated[
     str | None, Parameter(name=["--output", "-o"], help="profile to write (.toml); without it, it is printed")
 ]
@@ -49,7 +49,7 @@ def import_machine(
         str | None, Parameter(name="--kind", help="what kind of settings it is (default: by its contents)")
     ] = None,
     units: _Units = None,
-    as_json: _Json = False,
+    as_json: Json = False,
 ) -> int:
     """Make a machine profile from the settings of its controller; each value is told with where it comes from."""
     from leafcut.files import StandardInput
@@ -120,7 +120,7 @@ def new_machine(
         str | None, Parameter(name="--tool-changer", help="whether the machine changes tools: yes or no")
     ] = None,
     tool_change_time: Annotated[str | None, Parameter(name="--tool-change-time", help="of one change")] = None,
-    as_json: _Json = False,
+    as_json: Json = False,
 ) -> int:
     """Make a machine profile by a few questions, for controllers that have no file of settings (Haas, Centroid …).
 
@@ -175,7 +175,6 @@ def check_machine(
         Parameter(
             name="--measured",
             negative="",
-            show_default=False,
             help="time of a program by a stop-watch, 12:34 or 754s; once for each, in order",
         ),
     ] = None,
@@ -192,7 +191,7 @@ def check_machine(
     units: Annotated[
         Literal["mm", "in"] | None, Parameter(name="--units", help="of programs that do not state them")
     ] = None,
-    as_json: _Json = False,
+    as_json: Json = False,
 ) -> int:
     """Compare leafcut's times with a stop-watch; by several programs, fit accelerations and the corner value."""
     from leafcut import api
@@ -287,7 +286,7 @@ def import_tools(
     material: Annotated[
         str, Parameter(name="--material", help="material to cut: chooses among the presets of each Fusion tool")
     ] = "",
-    as_json: _Json = False,
+    as_json: Json = False,
 ) -> int:
     """Convert a tool library of another program; list the tools that leafcut cannot use, with the reason."""
     from leafcut.files import write_whole

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TextIO
 from cyclopts import Parameter
 
 from leafcut.errors import OptionError, SendError
+from leafcut.flags import Json, switch
 from leafcut.json_output import print_json
 from leafcut.terminal_keys import Keys
 from leafcut.usage import DASH, HELD
@@ -52,46 +53,34 @@ def send(
     ] = None,
     check: Annotated[
         bool,
-        Parameter(
-            name="--check", negative="", show_default=False, help="the controller reads the program, nothing moves ($C)"
-        ),
+        switch("--check", help="the controller reads the program, nothing moves ($C)"),
     ] = False,
     dry_run: Annotated[
         bool,
-        Parameter(
-            name="--dry-run",
-            negative="",
-            show_default=False,
+        switch(
+            "--dry-run",
             help="ask the machine and check all, but send nothing of the program",
         ),
     ] = False,
-    home: Annotated[
-        bool, Parameter(name="--home", negative="", show_default=False, help="home the machine first ($H)")
-    ] = False,
+    home: Annotated[bool, switch("--home", help="home the machine first ($H)")] = False,
     unlock: Annotated[
         bool,
-        Parameter(
-            name="--unlock",
-            negative="",
-            show_default=False,
+        switch(
+            "--unlock",
             help="bring it to rest first: out of a hold or an alarm, unhomed ($X)",
         ),
     ] = False,
     unhomed: Annotated[
         bool,
-        Parameter(
-            name="--unhomed",
-            negative="",
-            show_default=False,
+        switch(
+            "--unhomed",
             help="the machine has no homing ($22=0): only the size of the program is checked against its travel",
         ),
     ] = False,
     zero_here: Annotated[
         bool,
-        Parameter(
-            name="--zero-here",
-            negative="",
-            show_default=False,
+        switch(
+            "--zero-here",
             help="the tool stands at the program's zero (G10 L20 P1 X0 Y0 Z0)",
         ),
     ] = False,
@@ -102,17 +91,11 @@ def send(
     log: Annotated[
         str | None, Parameter(name="--log", help="file to which all that goes over the line is added")
     ] = None,
-    yes: Annotated[
-        bool, Parameter(name=["--yes", "-y"], negative="", show_default=False, help="start without asking once more")
-    ] = False,
-    as_json: Annotated[
-        bool, Parameter(name="--json", negative="", show_default=False, help="print the result as JSON")
-    ] = False,
+    yes: Annotated[bool, switch("--yes", "-y", help="start without asking once more")] = False,
+    as_json: Json = False,
     quiet: Annotated[
         bool,
-        Parameter(
-            name=["--quiet", "-q"], negative="", show_default=False, help="no progress, no summary; warnings only"
-        ),
+        switch("--quiet", "-q", help="no progress, no summary; warnings only"),
     ] = False,
 ) -> int:
     """Send a program to a GRBL or Marlin board, after checking it against the machine as it stands.

@@ -17,27 +17,31 @@ class File(str):
     __slots__ = ()
 
 
-class Name(str):
-    """A name: the help shows NAME instead of STR."""
+class Directory(str):
+    """The path of a folder: the help shows DIRECTORY instead of STR."""
 
     __slots__ = ()
 
 
-#: Types of options that the help shows by their names; all of them are texts, which `option_spec` reads.
-_BY_UNIT = {
-    unit: type(name, (str,), {"__slots__": ()})
-    for unit, name in {
+#: Types that the help shows by their names, by unit or kind of an option. All of them are texts that `option_spec`
+#: reads.
+_SHOWN = {
+    key: type(name, (str,), {"__slots__": ()})
+    for key, name in {
         "mm": "LENGTH", "s": "TIME", "mm/s": "SPEED", "rad": "ANGLE", "rpm": "RPM", "W": "POWER", "N·mm": "TORQUE",
-        "N": "FORCE",
+        "N": "FORCE", "number": "NUMBER", "whole": "NUMBER", "share": "NUMBER", "percent": "PERCENT",
+        "point": "POINT", "place": "POINT", "path": "FILE", "text": "NAME", "names": "NAME",
     }.items()
 }  # fmt: skip
-_BY_KIND = {
-    kind: type(name, (str,), {"__slots__": ()})
-    for kind, name in {
-        "number": "NUMBER", "whole": "NUMBER", "share": "NUMBER", "percent": "PERCENT", "point": "POINT",
-        "place": "POINT",
-    }.items()
-}  # fmt: skip
+
+
+def switch(*names: str, help: str) -> Parameter:
+    """Return the parameter of a flag that takes no value."""
+    return Parameter(name=names, negative="", show_default=False, help=help)
+
+
+#: The flag of each command that prints a result.
+Json = Annotated[bool, switch("--json", help="print the result as JSON")]
 
 
 def command_of(
@@ -50,20 +54,20 @@ def command_of(
     defaults: Callable[[], Mapping[str, str]] = dict,
     help: str = "",
 ) -> Callable[..., int]:
-    """Return `function` with a flag for every one of `options`, which it receives as a dict `options`.
+    """Return `function` with a flag for each of `options`, which it receives as a dict `options`.
 
     Parameters
     ----------
     first
-        Names of options that stand first in the help; the others stand behind them under "More".
+        Names of options that come first in the help; the others follow under "More".
     fixed
-        What arguments of the function are: they have no flag.
+        Values of arguments of the function that have no flag.
     annotations
-        Of arguments of the function, where they are not its own.
+        Annotations of arguments that replace those of the function.
     defaults
-        Returns defaults of options as the help tells them, where they are not those of their groups.
+        Returns the defaults that the help shows instead of those of the groups.
     help
-        What is told in place of what the function says of itself.
+        Replaces the docstring of the function.
     """
     fixed = fixed or {}
     own = [
@@ -125,10 +129,5 @@ def _flag(group: type[OptionGroup], name: str, spec: OptionSpec, where: Group, d
 def _type_of(spec: OptionSpec) -> Any:
     if spec.kind == "flag":
         return bool | None
-    if spec.kind == "names":
-        return list[Name] | None
-    if spec.kind == "path":
-        return File | None
-    if spec.kind == "text":
-        return Name | None
-    return (_BY_UNIT[spec.unit] if spec.kind == "quantity" else _BY_KIND[spec.kind]) | None
+    shown: Any = _SHOWN[spec.unit if spec.kind == "quantity" else spec.kind]
+    return (list[shown] if spec.kind == "names" else shown) | None
