@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from shapely import Polygon
 
-from leafcut.errors import OptionError, PlanError, VerifyError, shown
+from leafcut.errors import OptionError, PlanError, VerifyError, count_of, shown
 from leafcut.model.heartbeat import Heartbeat, Progress, Trial, looking_for, trial
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Remnant, Stock
@@ -131,8 +131,7 @@ def _left_over(best: Nest) -> list[Issue]:
     left = [f"{n} of {part.name}" for part, n in zip(best.parts, best.unplaced, strict=True) if n]
     if not left:
         return []
-    more = f" and {len(left) - MOST_NAMED} kinds more" if len(left) > MOST_NAMED else ""
-    more = " and 1 kind more" if len(left) == MOST_NAMED + 1 else more
+    more = f" and {count_of(len(left) - MOST_NAMED, 'kind')} more" if len(left) > MOST_NAMED else ""
     words = f"no room for {', '.join(left[:MOST_NAMED])}{more}: add sheets, or use larger ones"
     return [Issue("L436", words, missing=MissingWork("part", sum(best.unplaced)))]
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from leafcut._version import __version__
+from leafcut.errors import count_of
 from leafcut.model.cutter import bodies_of
 from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.toolpath import Toolpath
@@ -148,8 +149,7 @@ def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
         left = sorted(polygons(found.uncovered), key=lambda piece: -piece.area)
         points = [piece.representative_point() for piece in left[:NAMED_PLACES]]
         at = ", ".join(f"({point.x:.2f}, {point.y:.2f})" for point in points)
-        more = f" and {len(left) - NAMED_PLACES} more places" if len(left) > NAMED_PLACES else ""
-        more = " and 1 more place" if len(left) == NAMED_PLACES + 1 else more
+        more = f" and {count_of(len(left) - NAMED_PLACES, 'more place')}" if len(left) > NAMED_PLACES else ""
         words = f"{job.part.pockets[number].label}: {area_words(found.uncovered.area)} stay uncut ({share:.2f} %)"
         work = MissingWork("place", len(left), tuple((point.x, point.y) for point in points))
         issues.append(Issue("L711", words, f"near {at}{more}", missing=work))
