@@ -1,6 +1,7 @@
-"""How those who wait are told: one call for all that takes long, from reading a file to a search.
+"""Progress of all slow steps, from reading a file to a search: one callback for the user interface.
 
-Whoever is told may end the work by an exception. What is begun is told by its words, and again as it goes on.
+The callback receives the name of each step when it begins, and again while it runs. It may raise an exception to end
+the work.
 """
 
 from __future__ import annotations
@@ -9,31 +10,31 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
-#: Told about the work as it goes: (what is being done, cost so far or None, share done 0 … 1, how far at most the cost
-#: is above the least possible as a fraction, or None where no bound is known yet). Must be quick.
+#: Callback for progress: (name of the step, cost of the best result or None, fraction done from 0 to 1, largest gap of
+#: the cost to the optimum as a fraction, or None without a bound). Must be quick.
 Progress = Callable[[str, float | None, float, float | None], None]
 
 
 class Heartbeat(Protocol):
-    """Called by a stage as it goes on, several times a second at least; must be quick."""
+    """Callback for a running step, which calls it at least several times a second; must be quick."""
 
     def __call__(self, share: float = 0.0, /) -> None:
-        """Note that the stage goes on; `share` of it, 0 … 1, is done, 0 where the stage does not know."""
+        """Report that the step is running; `share` is the fraction done, from 0 to 1, or 0 if it is not known."""
 
 
-#: Who waits is told this often, at most, that a stage goes on, s.
+#: Least time between two reports of a running step, s.
 _TOLD_AGAIN = 0.1
 
 
 class Trial(str):
-    """Words about one of several ways that are tried in turn; a progress is told it in the place of plain words.
+    """Name of a step that tries one of several alternatives in turn; a progress callback receives it as a step's name.
 
     Attributes
     ----------
     name
-        Of the way, and of no other one.
+        Unique name of the alternative.
     figure, cost
-        What came of it, for people and to be compared: the less, the better; "" and None as long as that is not known.
+        Its result in words and as a cost to compare; "" and None until it is known.
     """
 
     name: str
@@ -42,18 +43,18 @@ class Trial(str):
 
 
 def trial(words: str, name: str, figure: str = "", cost: float | None = None) -> Trial:
-    """Return words about a way that is tried."""
+    """Return the name of a step that tries an alternative."""
     made = Trial(words)
     made.name, made.figure, made.cost = name, figure, cost
     return made
 
 
 def unseen(_: float = 0.0, /) -> None:
-    """Nobody waits."""
+    """Ignore the report."""
 
 
 def looking_for(progress: Progress | None, what: str) -> Heartbeat:
-    """Tell what is begun; return what tells the same again, now and then."""
+    """Report the beginning of a step; return a heartbeat that reports it again while it runs."""
     if progress is None:
         return unseen
     progress(what, None, 0.0, None)
@@ -70,9 +71,9 @@ def looking_for(progress: Progress | None, what: str) -> Heartbeat:
 
 
 def passing_on(progress: Progress | None, what: str, left: float = 1.0, part: float = 1.0) -> Progress | None:
-    """Return what a search tells its progress to, by the name `what`.
+    """Return the progress callback of a search, reported as the step `what`.
 
-    It does `part` of the whole work, of which `left` is left.
+    The search does `part` of the whole work, of which `left` is not done when it begins. Both are fractions.
     """
     if progress is None:
         return None
