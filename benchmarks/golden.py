@@ -114,7 +114,7 @@ def _nest(folder: Path) -> None:
 
 
 def _simulate(folder: Path, program: str) -> None:
-    from leafcut.cli import run
+    from leafcut.cli.app import run
 
     folder.mkdir(parents=True, exist_ok=True)
     answer = io.StringIO()

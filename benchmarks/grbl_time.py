@@ -28,7 +28,7 @@ import numpy as np
 from benchmarks import ROOT, data_folder, page, shared
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import DrillCycle, Kind, ToolpathBuilder
 from leafcut.options import PostOptions

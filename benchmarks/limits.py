@@ -66,7 +66,7 @@ class Watch:
 
 def run_watched(words: list[str]) -> None:
     """Run a leafcut command; print the seconds of its searches and of the whole run, as JSON."""
-    from leafcut.cli import run
+    from leafcut.cli.app import run
 
     watch, began = Watch(), time.monotonic()
     for name, function in SEARCHES:

@@ -15,7 +15,7 @@ from itertools import takewhile
 from pathlib import Path
 
 from benchmarks import ROOT
-from leafcut.files import write_whole
+from leafcut.files.whole_files import write_whole
 
 RESULTS = ROOT / "docs" / "results"
 

@@ -31,7 +31,7 @@ if sys.argv[1:] == ["imports"]:
 try:
     from leafcut.__main__ import main
 except ImportError:
-    from leafcut.cli import main
+    from leafcut.cli.app import main
 main()
 """
 #: Measured commands: name → arguments.

@@ -99,7 +99,7 @@ def run(words: list[str], folder: str) -> tuple[float, float, int]:
 
     A small process starts the command: on Linux a process inherits the peak memory of its parent.
     """
-    leafcut = [sys.executable, "-c", "from leafcut.cli import main; main()", *words]
+    leafcut = [sys.executable, "-c", "from leafcut.cli.app import main; main()", *words]
     done = subprocess.run(
         [sys.executable, "-S", "-c", _LAUNCHER, *leafcut], cwd=folder, stdout=subprocess.PIPE, check=True
     )

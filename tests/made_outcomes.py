@@ -8,22 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from leafcut.model import (
-    DrillCycle,
-    Hole,
-    Machine,
-    Measure,
-    OperationOutcome,
-    Outcome,
-    Part,
-    Slot,
-    Solution,
-    Tool,
-    ToolKind,
-    Toolpath,
-    ToolpathBuilder,
-    WorkerFigures,
-)
+from leafcut.model.machine import Machine
+from leafcut.model.measure import Measure
+from leafcut.model.motion import DrillCycle
+from leafcut.model.outcome import OperationOutcome, Outcome
+from leafcut.model.part import Hole, Part, Slot
+from leafcut.model.solution import Solution, WorkerFigures
+from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.processes.drilling.model import DrillingDetail
 
 MACHINE = Machine(

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from leafcut.option_spec import OptionGroup
 from leafcut.options import JobOptions
+from leafcut.options.option_spec import OptionGroup
 from leafcut.processes.drilling.options import DrillOptions
 
 

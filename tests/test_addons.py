@@ -17,9 +17,9 @@ import pytest
 
 import leafcut
 from leafcut.addons import ADDONS, write_addon
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import OptionError
-from leafcut.files import OutputError
+from leafcut.files.whole_files import OutputError
 from outside_programs import missing
 
 HERE = Path(__file__).parent
@@ -50,7 +50,7 @@ def test_an_add_on_calls_the_leafcut_that_wrote_it(
     said = capsys.readouterr().out
     assert all(str(tmp_path / file) in said for file in ADDONS[name].files)
     (script,) = [file for file in ADDONS[name].files if file.endswith(".py")]
-    assert runpy.run_path(str(tmp_path / script))["LEAFCUT"] == [sys.executable, "-m", "leafcut.cli"]
+    assert runpy.run_path(str(tmp_path / script))["LEAFCUT"] == [sys.executable, "-m", "leafcut"]
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 
 import leafcut
-from leafcut import api, cli
+from leafcut import api
+from leafcut.cli import app as cli
 from leafcut.model.difference import Difference
 from leafcut.model.issue import Issue
 from leafcut.report.json_answer import simulation_as_json, solved_as_json, verification_as_json

@@ -11,8 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from leafcut import api, executors
-from leafcut.cli import run
+from leafcut import api
+from leafcut.cli.app import run
+from leafcut.solve import executors
 from page_parser import Page
 
 

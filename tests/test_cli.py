@@ -11,12 +11,12 @@ from types import SimpleNamespace
 import pytest
 
 import leafcut
-from leafcut.cli import run
-from leafcut.option_spec import flag_name
+from leafcut.cli.app import run
+from leafcut.cli.progress import Reporter
 from leafcut.options import SolveOptions, SpeedOptions, StockOptions
+from leafcut.options.option_spec import flag_name
 from leafcut.processes.nesting.options import NestOptions
 from leafcut.processes.settings import all_options, collect
-from leafcut.progress import Reporter
 
 
 def answer(capsys: pytest.CaptureFixture[str], *arguments: str, status: int = 0) -> tuple[str, str]:

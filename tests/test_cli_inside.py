@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from leafcut.cli import run
+from leafcut.cli.app import run
+from leafcut.cli.shop_defaults import TEMPLATE
 from leafcut.processes import registry
 from leafcut.processes.settings import collect
-from leafcut.shop_defaults import TEMPLATE
 from outside_programs import program_path
 
 

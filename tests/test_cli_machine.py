@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import leafcut
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.read.machine import load_machine
 from leafcut.read.tools import load_tools
 
@@ -295,7 +295,7 @@ def test_a_profile_of_a_board_is_not_named_after_its_port(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text = (SETTINGS / "grbl_3018.txt").read_text()
-    monkeypatch.setattr("leafcut.cli_machine._asked", lambda *_: ("grbl", text))
+    monkeypatch.setattr("leafcut.cli.machine._asked", lambda *_: ("grbl", text))
     assert run(["machine", "import", "--port", "/dev/ttyUSB0"]) == 0
     out = capsys.readouterr().out
     assert 'name = "grbl-board"' in out

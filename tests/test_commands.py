@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from leafcut.cli import app, run
-from leafcut.option_spec import flag_name
+from leafcut.cli.app import app, run
+from leafcut.options.option_spec import flag_name
 from leafcut.processes import registry
 
 COMMANDS = {one.command: one for one in registry.processes()}

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import leafcut
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.read.machine import machine_template
 from leafcut.read.work_materials import material_text
 

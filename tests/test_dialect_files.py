@@ -9,9 +9,9 @@ import pytest
 
 import leafcut
 from leafcut import api
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import OptionError, VerifyError
-from leafcut.files import OutputError
+from leafcut.files.whole_files import OutputError
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.read.machine import load_machine, machine_template, shipped_machines
 

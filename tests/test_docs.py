@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from leafcut.cli import run
+from leafcut.cli.app import run
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

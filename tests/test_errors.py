@@ -6,7 +6,7 @@ import pytest
 
 from leafcut import errors
 from leafcut.errors import LONGEST_QUOTE, LeafcutError, OptionError, ReadError, nearest, shown
-from leafcut.files import OutputError
+from leafcut.files.whole_files import OutputError
 
 
 def test_every_error_is_a_leafcut_error() -> None:

@@ -21,7 +21,7 @@ found = PathFinder.find_spec
 PathFinder.find_spec = classmethod(
     lambda _, name, *more, **words: None if name.partition(".")[0] in hidden else found(name, *more, **words)
 )
-from leafcut.cli import run
+from leafcut.cli.app import run
 print("\\n", [run(words) for words in json.loads(sys.argv[2])], sep="")
 """
 

@@ -12,7 +12,14 @@ from pathlib import Path
 import pytest
 
 from leafcut.errors import ReadError
-from leafcut.files import LARGEST_PROGRAM, OutputError, check_output, read_program, write_together, write_whole
+from leafcut.files.whole_files import (
+    LARGEST_PROGRAM,
+    OutputError,
+    check_output,
+    read_program,
+    write_together,
+    write_whole,
+)
 
 
 def names(folder: Path) -> list[str]:
@@ -127,7 +134,7 @@ def test_what_a_killed_run_left_is_removed_by_the_next_and_nothing_else(tmp_path
     """Killed between writing and naming: its temporary file names a process that is over."""
     program = f"""
 import os, signal, sys
-from leafcut import files
+from leafcut.files import whole_files as files
 os.fsync = lambda _: os.kill(os.getpid(), signal.SIGKILL)
 files.write_whole({str(tmp_path / "out.nc")!r}, "half")
 """
@@ -153,7 +160,7 @@ files.write_whole({str(tmp_path / "out.nc")!r}, "half")
 KILLED = """
 import json, os, signal, sys
 from pathlib import Path
-from leafcut.files import write_together
+from leafcut.files.whole_files import write_together
 folder = Path(sys.argv[1])
 names = [folder / name for name in ("a.nc", "a.json", "a.html")]
 found = []

@@ -13,7 +13,7 @@ import pytest
 
 import leafcut
 from leafcut.errors import OptionError
-from leafcut.option_spec import OptionSpec
+from leafcut.options.option_spec import OptionSpec
 from leafcut.processes import registry
 from leafcut.processes.settings import collect, used_by
 

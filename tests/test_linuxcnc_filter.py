@@ -15,8 +15,8 @@ from typing import Any
 import ezdxf
 import pytest
 
-from leafcut.cli import run
-from leafcut.linuxcnc_filter import FilterProgress
+from leafcut.cli.app import run
+from leafcut.cli.linuxcnc_filter import FilterProgress
 from rs274_moves import moves_of_rs274, run_rs274
 
 # LinuxCNC leaves it to the end of its program to close files.
@@ -67,7 +67,7 @@ def of_linuxcnc(file: Path, *names: str) -> dict[str, Any]:
 def axis(rs274: str) -> dict[str, Any]:
     """Return AXIS's own way of finding and calling a filter."""
     found = of_linuxcnc(Path(rs274).with_name("axis"), "filter_program", "get_filter")
-    command = f"{shlex.quote(sys.executable)} -m leafcut.cli filter {FAST}"
+    command = f"{shlex.quote(sys.executable)} -m leafcut filter {FAST}"
     lines = {
         "dxf": f"{command} --thickness 6 --spindle-speed 6000",
         "svg": f"{command} --depth 2 --tool-diameter 6 --spindle-speed 6000",
@@ -128,7 +128,7 @@ def test_qtvcp_opens_a_drill_file_as_a_program(rs274: str, tmp_path: Path) -> No
     found |= {"STATUS": status, "LOG": SimpleNamespace(error=shown.append)}
     drawing, opened, ended = tmp_path / "board.drl", tmp_path / "opened.ngc", []
     drawing.write_text(DRILL_FILE)
-    command = f"{shlex.quote(sys.executable)} -m leafcut.cli filter {FAST} --depth 2"
+    command = f"{shlex.quote(sys.executable)} -m leafcut filter {FAST} --depth 2"
     running = found["FilterProgram"](command, str(drawing), str(opened), ended.append)
     running.p.wait()
     while running.update(None):

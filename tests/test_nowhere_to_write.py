@@ -46,7 +46,7 @@ def test_where_nothing_can_be_written_leafcut_compiles_in_memory_and_says_so_in_
     words = ["optimize", "example:plate-10", "--thickness", "6", "--algorithm", "none", "--no-bound"]
     known = {"PATH": os.environ["PATH"], "HOME": "/nonexistent", "PYTHONPATH": str(package), "LEAFCUT_DEFAULTS": ""}
     done = subprocess.run(
-        [*another_user(), sys.executable, "-m", "leafcut.cli", *words],
+        [*another_user(), sys.executable, "-m", "leafcut", *words],
         cwd="/", env=known, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr

@@ -13,8 +13,8 @@ from PIL import Image, ImageDraw
 
 from leafcut import api
 from leafcut.errors import OptionError
-from leafcut.option_spec import OptionGroup, flag_name, written
 from leafcut.options import FireflyOptions, PostOptions, SolveOptions
+from leafcut.options.option_spec import OptionGroup, flag_name, written
 from leafcut.processes import registry
 from leafcut.processes.settings import all_options, collect, settings_for, used_by
 from meshes import binary_stl, box_triangles
@@ -38,7 +38,7 @@ spindle_speed = "6000 rpm"
 _STANDS_FOR = {"sheets": "sheet", "angles": "rotations"}
 #: What only hands options on, or looks whether their files are in each other's way.
 _HANDS_ON = (
-    "leafcut.option_spec",
+    "leafcut.options.option_spec",
     "dataclasses",
     "leafcut.options.",
     "leafcut.processes.settings",

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from leafcut.errors import OptionError
-from leafcut.option_spec import flag_name, written
 from leafcut.options import JobOptions, PostOptions, ReadOptions, SolveOptions
+from leafcut.options.option_spec import flag_name, written
 from leafcut.processes import registry
 from leafcut.processes.drilling.options import DrillOptions
 from leafcut.processes.nesting.options import NestOptions

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from leafcut.errors import OptionError
-from leafcut.plugins import PluginKind, file_of
+from leafcut.files.plugins import PluginKind, file_of
 from packages import Installer
 
 

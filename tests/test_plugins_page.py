@@ -10,7 +10,7 @@ import pytest
 
 import leafcut
 from leafcut import api
-from leafcut.cli import app, run
+from leafcut.cli.app import app, run
 from leafcut.gcode.dialects import dialect
 from leafcut.processes import registry
 from leafcut.read.machine import load_machine

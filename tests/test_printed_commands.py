@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from leafcut.cli import run
+from leafcut.cli.app import run
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]

@@ -7,8 +7,8 @@ import sys
 
 import pytest
 
-from leafcut import progress
-from leafcut.progress import Reporter
+from leafcut.cli import progress
+from leafcut.cli.progress import Reporter
 
 
 class Terminal(io.StringIO):

@@ -18,9 +18,12 @@ import pytest
 from cyclopts import App
 
 import leafcut
-from leafcut import schemas, warming
-from leafcut.cli import app, main, run
+from leafcut.cli import warming
+from leafcut.cli.app import app, main, run
+from leafcut.cli.shop_defaults import TEMPLATE
 from leafcut.errors import DataError, LeafcutError
+from leafcut.files import schemas
+from leafcut.files.schemas import SCHEMAS, Schema, check_schema
 from leafcut.gcode.dialects import dialect, dialect_template
 from leafcut.lab.loading import load
 from leafcut.lab.store import Store
@@ -33,8 +36,6 @@ from leafcut.read.plan_file import load_plan
 from leafcut.read.tool_text import imported_tools
 from leafcut.read.tools import load_tools
 from leafcut.read.work_materials import load_material, material_text
-from leafcut.schemas import SCHEMAS, Schema, check_schema
-from leafcut.shop_defaults import TEMPLATE
 from leafcut.studio.jobs.history import History
 
 ROOT = Path(__file__).parents[1]

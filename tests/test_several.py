@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 
 import leafcut
-from leafcut.cli import run
-from leafcut.files import StandardInput
+from leafcut.cli.app import run
+from leafcut.files.whole_files import StandardInput
 
 HOLES = "".join(f"X{7 * k * 5 % 11} Y{9 * k * 4 % 13}\n" for k in range(12))
 PROGRAM = f"G21 G90 G17 G94\nT1 M6\nS1000 M3\nG0 Z5\nG81 X90 Y90 Z-2 R2 F100\n{HOLES}G80\nM5\nM30\n"
@@ -193,7 +193,7 @@ def test_what_comes_through_standard_input_is_known_by_its_content(
 
 def test_standard_input_is_read_within_bounds(monkeypatch: pytest.MonkeyPatch) -> None:
     """What never ends is refused once it is larger than any program: no more than one byte beyond that is taken."""
-    from leafcut import files
+    from leafcut.files import whole_files as files
 
     monkeypatch.setattr(files, "LARGEST_PROGRAM", 1000)
     asked: list[int] = []
@@ -227,7 +227,7 @@ def test_names_of_files_come_through_json_whole_whatever_the_locale(plain: dict[
     (shop / "Blech_ä→.nc").write_text(PROGRAM)
     # -S: in this locale, Python cannot read the path of an editable installation that is not ASCII.
     environment = {**os.environ, "LC_ALL": "C", "PYTHONPATH": os.pathsep.join(sys.path), **plain}
-    words = [sys.executable, "-S", "-m", "leafcut.cli", "simulate", "Blech_ä→.nc", "--json"]
+    words = [sys.executable, "-S", "-m", "leafcut", "simulate", "Blech_ä→.nc", "--json"]
     done = subprocess.run([os.fsencode(word) for word in words], env=environment, capture_output=True, check=True)
     found: dict[str, Any] = json.loads(done.stdout)
     assert found["program"] == "Blech_ä→.nc"

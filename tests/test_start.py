@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from leafcut.cli import run
+from leafcut.cli.app import run
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 HEAVY = {"ezdxf", "gerbonara", "jinja2", "numba", "numpy", "optuna", "rich", "shapely"}
@@ -26,7 +26,7 @@ step("version")
 import leafcut
 step("import")
 
-from leafcut.cli import run
+from leafcut.cli.app import run
 run(["--version"])
 step("command line")
 
@@ -60,7 +60,7 @@ def process() -> tuple[str, dict[str, set[str]]]:
 @pytest.mark.parametrize(
     "step, unneeded",
     [
-        ("version", {"leafcut.cli", "cyclopts", "dataclasses"}),
+        ("version", {"leafcut.cli.app", "cyclopts", "dataclasses"}),
         ("import", HEAVY),
         ("command line", HEAVY - {"rich"} | {"importlib.metadata"}),  # entry points: no package here has any of ours
         ("help", HEAVY - {"rich"}),

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 import leafcut
-from leafcut import user_files
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import OptionError
+from leafcut.files import user_files
 from leafcut.processes.settings import collect
 
 PLATE = "example:plate-10"
@@ -197,7 +197,7 @@ def test_a_run_without_output_says_that_nothing_was_written(
 def test_completion_of_bash_is_installed_and_read(bash: str, tmp_path: Path) -> None:
     """In a home of its own; bash then knows the commands and the flags."""
     environment = {**os.environ, "HOME": str(tmp_path), "SHELL": bash}
-    command = [sys.executable, "-m", "leafcut.cli", "--install-completion", "--shell", "bash"]
+    command = [sys.executable, "-m", "leafcut", "--install-completion", "--shell", "bash"]
     subprocess.run(command, env=environment, capture_output=True, check=True)
     asked = (
         "source ~/.bashrc; complete -p leafcut; COMP_WORDS=(leafcut sim); COMP_CWORD=1; _leafcut; echo ${COMPREPLY[@]}"

@@ -13,8 +13,8 @@ from typing import Any
 import numba
 import pytest
 
-from leafcut import warming
-from leafcut.cli import run
+from leafcut.cli import warming
+from leafcut.cli.app import run
 from plain_python import Kernel, is_part
 
 ROOT = Path(__file__).parents[1] / "src" / "leafcut"

@@ -13,12 +13,12 @@ from pathlib import Path
 import pytest
 
 from leafcut import api
-from leafcut.batch import BatchRow, read_table
-from leafcut.cli import run
+from leafcut.cli.app import run
+from leafcut.cli.batch import BatchRow, read_table
+from leafcut.cli.watch_folder import FolderLook, FolderWatch
 from leafcut.errors import OptionError
-from leafcut.executors import open_executor
-from leafcut.files import OutputError
-from leafcut.watch_folder import FolderLook, FolderWatch
+from leafcut.files.whole_files import OutputError
+from leafcut.solve.executors import open_executor
 
 PROGRAM = "G21 G90 G17 G54\nT1 M6\nS1200 M3\nG0 Z10\nG98 G81 X5 Y5 Z-5 R2 F120\nX50\nX9 Y30\nG80\nG0 Z50\nM30\n"
 BROKEN = PROGRAM.replace("X50", "X")
@@ -214,7 +214,7 @@ def test_ctrl_c_ends_it_and_what_was_written_is_told(folder: Path) -> None:
     (folder / "a.nc").write_text(PROGRAM)
     # Whoever runs the tests in the background of a shell ignores Ctrl-C, and what they start would, too.
     listens = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
-    program = f"{listens}; from leafcut.cli import main; main()"
+    program = f"{listens}; from leafcut.cli.app import main; main()"
     command = [sys.executable, "-c", program, "watch", "in", "-o", "out", "--every", "0.1"]
     words = ["--machine", "linuxcnc-mill", "--preset", "fast", "--executor", "threads", "--workers", "1"]
     with subprocess.Popen([*command, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:

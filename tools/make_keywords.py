@@ -1,16 +1,16 @@
-"""Write src/leafcut/keywords.py: the options as typed keywords of the library."""
+"""Write src/leafcut/options/keywords.py: the options as typed keywords of the library."""
 
 from __future__ import annotations
 
 import textwrap
 from pathlib import Path
 
-from leafcut.option_spec import OptionGroup, OptionSpec, written
+from leafcut.options.option_spec import OptionGroup, OptionSpec, written
 from leafcut.processes import registry
 from leafcut.processes.settings import used_by
 from leafcut.units import BARE_UNIT
 
-FILE = Path(__file__).parents[1] / "src" / "leafcut" / "keywords.py"
+FILE = Path(__file__).parents[1] / "src" / "leafcut" / "options" / "keywords.py"
 WIDTH = 120
 
 #: Class → the functions that take it, and the kinds of work whose options it has.

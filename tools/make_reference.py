@@ -6,8 +6,8 @@ from pathlib import Path
 
 from leafcut.gcode.dialects import dialect, dialects
 from leafcut.model.issue import CODES
-from leafcut.option_spec import flag_name, written
 from leafcut.options import ALGORITHM_TITLES
+from leafcut.options.option_spec import flag_name, written
 from leafcut.processes import registry
 from leafcut.read import formats
 from leafcut.read.machine import machine_descriptions

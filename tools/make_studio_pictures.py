@@ -81,7 +81,7 @@ def main() -> None:
         machines = Path(home) / "leafcut" / "studio" / "machines"
         machines.mkdir(parents=True)
         (machines / "router.toml").write_text(ROUTER, encoding="utf-8")
-        command = [sys.executable, "-m", "leafcut.cli", "studio", "--no-open", "--port", "8399"]
+        command = [sys.executable, "-m", "leafcut", "studio", "--no-open", "--port", "8399"]
         environment = {**os.environ, "XDG_DATA_HOME": home}
         server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
         try:

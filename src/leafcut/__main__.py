@@ -14,7 +14,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if list(words) == ["--version"]:
         print(__version__)
         sys.exit(0)
-    from leafcut.cli import main as run
+    from leafcut.cli.app import main as run
 
     run(arguments)
 

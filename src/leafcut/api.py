@@ -14,16 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.files import StandardInput, check_is_there, check_output, write_together
-from leafcut.keywords import (
-    CuttingDataKeywords,
-    NestKeywords,
-    OptimizeKeywords,
-    SimulateKeywords,
-    SolveKeywords,
-    StockKeywords,
-    VerifyKeywords,
-)
+from leafcut.files.whole_files import StandardInput, check_is_there, check_output, write_together
 from leafcut.model.certificate import Certificate
 from leafcut.model.cutting_front import CuttingData
 from leafcut.model.heartbeat import Progress, looking_for, passing_on
@@ -34,6 +25,15 @@ from leafcut.model.simulation import Simulation
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution, Solved
 from leafcut.options import Settings, flag_name
+from leafcut.options.keywords import (
+    CuttingDataKeywords,
+    NestKeywords,
+    OptimizeKeywords,
+    SimulateKeywords,
+    SolveKeywords,
+    StockKeywords,
+    VerifyKeywords,
+)
 from leafcut.processes import registry
 from leafcut.processes.course import Run, machine_of, refuse_missing
 from leafcut.processes.deadline import Deadline

@@ -14,18 +14,8 @@ from leafcut.errors import (
     SolveError,
     VerifyError,
 )
-from leafcut.files import OutputError, StandardInput
+from leafcut.files.whole_files import OutputError, StandardInput
 from leafcut.geometry.polyline import Polyline
-from leafcut.keywords import (
-    CuttingDataKeywords,
-    NestKeywords,
-    OptimizeKeywords,
-    SimulateKeywords,
-    SolveKeywords,
-    StockKeywords,
-    VerifyKeywords,
-)
-from leafcut.kinds import CuttingWork, Head, ToolMaterial
 from leafcut.model.certificate import Certificate, Counts
 from leafcut.model.contour import Contour
 from leafcut.model.cutter import Body
@@ -45,6 +35,7 @@ from leafcut.model.cutting_front import CuttingData, CuttingPoint, ToolFront
 from leafcut.model.difference import Difference
 from leafcut.model.heartbeat import Heartbeat, Progress
 from leafcut.model.issue import Issue, MissingWork, Severity
+from leafcut.model.kinds import CuttingWork, Head, ToolMaterial
 from leafcut.model.machine import Machine, Probe
 from leafcut.model.measure import Measure
 from leafcut.model.mesh import Mesh
@@ -73,6 +64,15 @@ from leafcut.model.tool import BodySegment, Tool, ToolKind
 from leafcut.model.toolpath import Toolpath
 from leafcut.model.work_material import ToolLife, WorkMaterial
 from leafcut.options import ReadOptions
+from leafcut.options.keywords import (
+    CuttingDataKeywords,
+    NestKeywords,
+    OptimizeKeywords,
+    SimulateKeywords,
+    SolveKeywords,
+    StockKeywords,
+    VerifyKeywords,
+)
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.program.model import AvoidedAreas, ProgramDetail, StockProof

@@ -7,7 +7,7 @@ import pytest
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.material import Material, as_run, materials_of
 from leafcut.gcode.program_interpreter import interpret_program
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind
 from leafcut.timing.profile import trapezoid_time

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from lab_descriptions import SMALL, written
 
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.lab import loading
 from leafcut.lab.loading import in_short, load, shipped, shipped_names
 from page_parser import Page

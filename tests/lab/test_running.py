@@ -18,7 +18,6 @@ from lab_descriptions import SMALL, written
 from leafcut import api
 from leafcut._version import __version__
 from leafcut.errors import OptionError
-from leafcut.executors import open_executor
 from leafcut.lab import running
 from leafcut.lab.judging import judged
 from leafcut.lab.loading import load
@@ -26,6 +25,7 @@ from leafcut.lab.results import Results
 from leafcut.lab.running import Answer, RunTask, on_executor, perform, rows_of, run, task_of
 from leafcut.lab.store import Store
 from leafcut.read.machine import machine_template
+from leafcut.solve.executors import open_executor
 
 
 def counted(done: list[str], most: int = 1000) -> running.Performer:

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import OptionError
 from leafcut.lab.running import Answer, RunTask
 from leafcut.lab.store import Store

@@ -13,13 +13,15 @@ import pytest
 
 import leafcut
 from leafcut.geometry.polyline import Polyline
-from leafcut.model import Contour, Hole, Machine, Metric, Part, RoutingProblem, Slot, Tool, ToolKind, ToolLibrary
+from leafcut.model.contour import Contour
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.machine import Machine
 from leafcut.model.outcome import Outcome
-from leafcut.model.part import Grouping
+from leafcut.model.part import Grouping, Hole, Part, Slot
+from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.saving import from_json, to_json
 from leafcut.model.solution import Solution, WorkerFigures
-from leafcut.model.tool import Recipe
+from leafcut.model.tool import Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.read.machine import load_machine, machine_names

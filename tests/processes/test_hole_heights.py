@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from leafcut import api
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import LeafcutError
 from leafcut.model.toolpath import ToolpathBuilder
 from leafcut.proof.clearance import check_clearance

@@ -11,7 +11,7 @@ import pytest
 from rich.console import Console
 
 from leafcut import api
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import LeafcutError
 from leafcut.model.issue import Issue, MissingWork, Severity, missing_words
 from leafcut.report.page import path_svg, write_page

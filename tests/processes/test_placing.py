@@ -216,7 +216,7 @@ def test_a_wrong_place_is_refused(given: dict[str, str], words: str) -> None:
 
 
 def test_the_places_of_a_program_are_told_in_json(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    from leafcut.cli import run
+    from leafcut.cli.app import run
 
     board = tmp_path / "board.drl"
     board.write_text("M48\nMETRIC\nT1C0.8\n%\nT1\nX10.0Y5.0\nX30.0Y5.0\nM30\n")

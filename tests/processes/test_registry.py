@@ -12,9 +12,10 @@ import pytest
 
 from leafcut import processes
 from leafcut.errors import OptionError
-from leafcut.model import Outcome, Part
-from leafcut.option_spec import OptionGroup, option
+from leafcut.model.outcome import Outcome
+from leafcut.model.part import Part
 from leafcut.options import JobOptions, MachineOptions, Settings
+from leafcut.options.option_spec import OptionGroup, option
 from leafcut.processes import registry
 from leafcut.processes.base import Process, use
 from leafcut.processes.course import Run

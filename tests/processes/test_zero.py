@@ -17,7 +17,7 @@ import shapely
 from rich.console import Console
 
 import leafcut
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import OptionError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour

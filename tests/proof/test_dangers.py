@@ -279,7 +279,7 @@ DANGEROUS = HEAD + "G1 Z-1 F100\nX10\nG0 X20\nG1 X30\nM5\nG1 X40\nG0 Z5\nM30\n"
 
 def test_optimize_tells_what_simulate_does_before_all_else(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Summary, JSON and quiet; --strict refuses, with status 1 and nothing written."""
-    from leafcut.cli import run
+    from leafcut.cli.app import run
 
     source, output = tmp_path / "a.nc", tmp_path / "b.nc"
     source.write_text(DANGEROUS)

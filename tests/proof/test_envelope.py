@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.proof.envelope import check_envelope

@@ -10,7 +10,7 @@ import ezdxf
 import pytest
 
 from leafcut.errors import ReadError
-from leafcut.model import Part
+from leafcut.model.part import Part
 from leafcut.options import ReadOptions
 from leafcut.read import read
 

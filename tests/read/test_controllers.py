@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from leafcut.errors import LeafcutError, OptionError, ReadError
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.read.controllers.fluidnc import configuration_of
 from leafcut.read.controllers.importing import (
     KINDS,

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from leafcut.model import Hole
+from leafcut.model.part import Hole
 from leafcut.options import ReadOptions
 from leafcut.read.arcs import ArcPiece, bulge_arc, close_circles
 from leafcut.read.filter_holes import anchors, layer_filter, sift

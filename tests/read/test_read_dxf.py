@@ -8,8 +8,9 @@ import pytest
 from ezdxf.math import Matrix44, Vec3
 
 from leafcut.errors import ReadError
-from leafcut.model import Hole, Severity
 from leafcut.model.contour import is_aside
+from leafcut.model.issue import Severity
+from leafcut.model.part import Hole
 from leafcut.options import ReadOptions
 from leafcut.read import read
 from leafcut.read.filter_holes import part_holes

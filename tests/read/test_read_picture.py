@@ -23,7 +23,7 @@ from shapely.affinity import rotate, translate
 
 from leafcut.errors import LeafcutError, OptionError, ReadError
 from leafcut.geometry.regions import region
-from leafcut.model import Part
+from leafcut.model.part import Part
 from leafcut.options import PocketDrawingOptions, ReadOptions
 from leafcut.read import picture, read, read_pockets
 from leafcut.read.picture import otsu

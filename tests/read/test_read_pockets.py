@@ -12,7 +12,7 @@ import shapely
 
 from leafcut.errors import ReadError
 from leafcut.geometry.regions import region
-from leafcut.model import Part
+from leafcut.model.part import Part
 from leafcut.model.pocket import Pocket
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read import formats, read_contours, read_pockets

@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from leafcut.errors import LeafcutError, ReadError
-from leafcut.model import Hole, Issue, Part
+from leafcut.model.issue import Issue
+from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
 from leafcut.read import Format, Match, format, formats, read, registry
 from leafcut.read.format import Source

@@ -17,7 +17,7 @@ from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert, BRepBuilderAPI_Trans
 from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
 
 from leafcut import api
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import LeafcutError, OptionError, ReadError
 from leafcut.model.toolpath import Kind
 from leafcut.options import ReadOptions

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from leafcut.errors import ReadError
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.read.controllers.importing import ImportedMachine, imported, read_settings
 from leafcut.read.machine import load_machine
 from outside_programs import missing

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.read import read
 from leafcut.read.csvmap import points_text
 

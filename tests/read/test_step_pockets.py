@@ -18,8 +18,8 @@ from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
 from leafcut import api
 from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError
 from leafcut.geometry.polyline import Polyline
-from leafcut.model import Part, Severity
-from leafcut.model.issue import LIMITS
+from leafcut.model.issue import LIMITS, Severity
+from leafcut.model.part import Part
 from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.toolpath import Kind, ToolpathBuilder
 from leafcut.options import ReadOptions

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from leafcut.errors import OptionError
-from leafcut.kinds import CuttingWork, ToolMaterial
+from leafcut.model.kinds import CuttingWork, ToolMaterial
 from leafcut.read.work_materials import load_material, material_list, material_names
 
 OWN = """

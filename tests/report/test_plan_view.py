@@ -8,8 +8,9 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from leafcut.model import Arc, DrillCycle, ToolpathBuilder
 from leafcut.model.cycles import expand
+from leafcut.model.motion import Arc, DrillCycle
+from leafcut.model.toolpath import ToolpathBuilder
 from leafcut.report.plan_view import trace
 
 CYCLES = [

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from leafcut.model import Solution
+from leafcut.model.solution import Solution
 from leafcut.report.chart import bar, convergence, stacked_bar
 from leafcut.report.svg import nice_step
 

@@ -12,7 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from leafcut.model import Slot, ToolpathBuilder
+from leafcut.model.part import Slot
+from leafcut.model.toolpath import ToolpathBuilder
 from leafcut.report.drawing import MOST_NUMBERS, build_scene, drawing, tool_class
 from leafcut.report.frame import Frame
 from leafcut.report.labels import Surroundings, crossing, place_labels

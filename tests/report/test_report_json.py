@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import math
 
-from leafcut.model import Issue, Severity, Slot, WorkerFigures
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.part import Slot
+from leafcut.model.solution import WorkerFigures
 from leafcut.report.json_answer import as_json
 
 CONTRACT = {

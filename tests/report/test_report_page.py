@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import pytest
 
-from leafcut.model import Issue, Severity
 from leafcut.model.certificate import Certificate, Counts
+from leafcut.model.issue import Issue, Severity
 from leafcut.model.solution import WorkerFigures
 from leafcut.processes.program.model import ProgramDetail
 from leafcut.report import views

@@ -13,7 +13,8 @@ import pytest
 import leafcut
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
-from leafcut.model import Machine, Outcome
+from leafcut.model.machine import Machine
+from leafcut.model.outcome import Outcome
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.report.plan_view import trace
@@ -143,7 +144,7 @@ def test_a_planned_path_takes_its_lines_from_the_program_that_was_written() -> N
 
 
 def _outcome(path: Toolpath, text: str) -> Outcome:
-    from leafcut.model import Part
+    from leafcut.model.part import Part
 
     cost = measure(path, MILL)
     return Outcome(

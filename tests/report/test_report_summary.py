@@ -8,9 +8,9 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
-from leafcut import cli
-from leafcut.model import Issue, Outcome
-from leafcut.model.issue import CODES, LIMITS, Severity
+from leafcut.cli import app as cli
+from leafcut.model.issue import CODES, LIMITS, Issue, Severity
+from leafcut.model.outcome import Outcome
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.report.page import write_page
 from leafcut.report.summary import MOST_ISSUES, print_summary

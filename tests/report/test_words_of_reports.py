@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import leafcut
-from leafcut.model import Outcome
+from leafcut.model.outcome import Outcome
 from leafcut.proof.difference import place
 from leafcut.report.json_answer import as_json
 from leafcut.report.page import write_page

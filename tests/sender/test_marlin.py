@@ -12,7 +12,7 @@ from fake_marlin import FakeMarlin, MarlinOnACable, xor
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from leafcut.cli import run as leafcut
+from leafcut.cli.app import run as leafcut
 from leafcut.errors import LeafcutError, OptionError, SendError
 from leafcut.gcode.dialects import dialect
 from leafcut.read.machine import load_machine

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from grbl_board import EACH, HEAD, HOLES, SETTINGS, ZERO, Board, plate
-from leafcut.cli import run as leafcut
+from leafcut.cli.app import run as leafcut
 from leafcut.read.machine import load_machine
 from leafcut.sender.checking import check_program, check_ready
 from leafcut.sender.facts import Facts
@@ -279,7 +279,7 @@ def test_in_a_terminal_enter_starts_and_keys_hold_go_on_and_stop(board: Board, p
     program.write_text(plate(700))
     ours, theirs = pty.openpty()
     words = ["send", str(program), "--port", board.port, "--machine", machine]
-    command = [sys.executable, "-c", f"from leafcut.cli import main; main({words!r})"]
+    command = [sys.executable, "-c", f"from leafcut.cli.app import main; main({words!r})"]
     done = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True)
     os.close(theirs)
     screen = ""

@@ -293,7 +293,7 @@ def test_ctrl_c_on_the_command_line_ends_all_processes_and_answers(tmp_path: Pat
     command = f"solve random:60 --algorithm as --iterations 10000000 --parallel processes --no-bound --tour {tour}"
     # Tests in the background ignore Ctrl-C, and their child processes would inherit that.
     listens = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
-    begin = f"{listens}; from leafcut.cli import main; main()"
+    begin = f"{listens}; from leafcut.cli.app import main; main()"
     with subprocess.Popen(
         [sys.executable, "-c", begin, *command.split()], stderr=subprocess.PIPE, stdout=subprocess.PIPE,
         text=True, start_new_session=True,

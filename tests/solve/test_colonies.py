@@ -15,10 +15,10 @@ import pytest
 
 from dask_cluster import Cluster
 from leafcut.errors import OptionError, SolveError
-from leafcut.executors import open_executor
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import SolveOptions
 from leafcut.solve.colonies import FEWEST_ANTS, ColonyTask, improve_by_colonies, live
+from leafcut.solve.executors import open_executor
 from leafcut.solve.instance import build_instance
 from leafcut.solve.solve import solve
 from leafcut.solve.statistics import Best

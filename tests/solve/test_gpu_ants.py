@@ -114,7 +114,7 @@ def test_a_missing_gpu_is_reported_in_one_line_before_anything_is_compiled(tmp_p
     environment = {k: v for k, v in os.environ.items() if k != "NUMBA_ENABLE_CUDASIM"}
     environment |= {"CUDA_VISIBLE_DEVICES": "-1", "NUMBA_CACHE_DIR": str(tmp_path)}  # an empty cache of kernels
     done = subprocess.run(
-        [sys.executable, "-c", f"from leafcut.cli import run; raise SystemExit(run({words!r}))"],
+        [sys.executable, "-c", f"from leafcut.cli.app import run; raise SystemExit(run({words!r}))"],
         capture_output=True,
         text=True,
         env=environment,

@@ -16,7 +16,7 @@ def test_the_published_optimal_tour_has_the_published_length(data: Path) -> None
     """Reader, TSPLIB's rounding and the sum of costs agree with the optimum in the file."""
     import numpy as np
 
-    from leafcut.model import Metric, RoutingProblem
+    from leafcut.model.problem import Metric, RoutingProblem
     from leafcut.read.tsplib import read_tour
     from leafcut.solve.instance import path_cost
 

@@ -34,7 +34,7 @@ class Server:
         #: What it says goes to files: a pipe that nobody reads is full one day, and then it stands still.
         self._out, self._error = home / "studio-out.txt", home / "studio-error.txt"
         for _ in range(1 if port else 5):  # a port that is free now may be taken until it is used
-            command = [sys.executable, "-m", "leafcut.cli", "studio", *([] if browser else ["--no-open"])]
+            command = [sys.executable, "-m", "leafcut", "studio", *([] if browser else ["--no-open"])]
             with self._out.open("w") as out, self._error.open("w") as error:
                 self.process = subprocess.Popen(
                     [*command, "--port", str(port or free_port())], stdout=out, stderr=error, env=environment

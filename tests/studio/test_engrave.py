@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import leafcut
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import OptionError
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.task import Task

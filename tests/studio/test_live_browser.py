@@ -10,7 +10,7 @@ from parts_to_nest import svg
 from playwright.sync_api import Page, expect
 from studio_page import LONG, ROOT, choose_work, downloaded, opened, run, said_by, steady, sure, typed, wait_for
 
-from leafcut import cli
+from leafcut.cli import app as cli
 
 PICTURE = "[...document.querySelectorAll('.lc-canvas')].pop().toDataURL()"
 #: Pixels of the pheromone: clearly green.

@@ -9,7 +9,7 @@ from parts_to_nest import ANGLE, PLATE
 from playwright.sync_api import Page, expect
 from studio_page import LONG, choose_work, downloaded, typed, work_is
 
-from leafcut import cli
+from leafcut.cli import app as cli
 
 
 def test_parts_are_nested_compared_cut_and_downloaded_as_the_command_line_writes_them(

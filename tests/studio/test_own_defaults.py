@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from leafcut.files.user_files import DEFAULTS_VARIABLE
 from leafcut.processes.settings import all_options
 from leafcut.studio.page.kept_state import KeptState
 from leafcut.studio.page.page_state import View
 from leafcut.studio.studio import Studio
 from leafcut.studio.wording import words
-from leafcut.user_files import DEFAULTS_VARIABLE
 
 EN = words("en")
 SHOP = """\

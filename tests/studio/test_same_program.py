@@ -12,8 +12,8 @@ import pytest
 from parts_to_nest import ANGLE, PLATE, svg
 
 import leafcut
-from leafcut import cli
-from leafcut.option_spec import flag_name
+from leafcut.cli import app as cli
+from leafcut.options.option_spec import flag_name
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.nest_request import WantedPart
 from leafcut.studio.jobs.task import Task, command_line

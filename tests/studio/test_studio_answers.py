@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from leafcut import cli
+from leafcut.cli import app as cli
 from leafcut.studio.jobs.nest_request import WantedPart
 from leafcut.studio.jobs.run_job import Made, run
 from leafcut.studio.jobs.task import ReadyTask

@@ -13,7 +13,7 @@ import pytest
 from own_loop import awaited
 from starlette.testclient import TestClient
 
-from leafcut import cli
+from leafcut.cli import app as cli
 from leafcut.studio.jobs import jobs
 from leafcut.studio.jobs.run_job import Made
 from leafcut.studio.server.app import make_api

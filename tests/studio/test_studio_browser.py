@@ -26,7 +26,7 @@ from studio_page import (
 from studio_server import Server, running
 
 import leafcut
-from leafcut import cli
+from leafcut.cli import app as cli
 
 
 def test_a_drawing_is_opened_run_and_downloaded_as_the_command_line_writes_it(page: Page, tmp_path: Path) -> None:

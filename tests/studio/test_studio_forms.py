@@ -12,10 +12,11 @@ from typing import Any
 import pytest
 from own_loop import awaited
 
-from leafcut import api, cli
+from leafcut import api
+from leafcut.cli import app as cli
 from leafcut.errors import OptionError, ReadError
-from leafcut.option_spec import flag_name
 from leafcut.options import ALGORITHMS, SpeedOptions
+from leafcut.options.option_spec import flag_name
 from leafcut.processes import registry
 from leafcut.processes.settings import all_options, collect, used_by
 from leafcut.read.machine import load_machine, machine_names

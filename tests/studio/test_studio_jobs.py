@@ -15,7 +15,7 @@ import pytest
 from waiting import until
 
 from leafcut.errors import OptionError
-from leafcut.files import OutputError
+from leafcut.files.whole_files import OutputError
 from leafcut.model.heartbeat import trial
 from leafcut.studio.jobs import jobs as room
 from leafcut.studio.jobs.history import Artefact, History, JobState

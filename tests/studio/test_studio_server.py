@@ -16,9 +16,9 @@ from waiting import until
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import OptionError
-from leafcut.files import OutputError
+from leafcut.files.whole_files import OutputError
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.lock import held

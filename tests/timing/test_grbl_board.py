@@ -15,7 +15,7 @@ from benchmarks import grbl_time
 from grbl_board import needed_board
 from leafcut.api import simulate
 from leafcut.errors import OptionError
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.read.machine import load_machine, machine_template

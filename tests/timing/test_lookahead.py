@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import SPEED_ALONE, Arc, DrillCycle, Kind, Toolpath, ToolpathBuilder
 from leafcut.timing.linuxcnc import CYCLE

@@ -13,8 +13,8 @@ from typing import Any
 import sources
 
 import leafcut
-from leafcut.cli import run
-from leafcut.option_spec import flag_name
+from leafcut.cli.app import run
+from leafcut.options.option_spec import flag_name
 from leafcut.processes.settings import all_options
 
 PAGES = tuple(sorted(sources.DOCS.rglob("*.md")))

@@ -10,7 +10,7 @@ import sources
 #: File → its generator, and the function that returns the text.
 GENERATORS = {
     sources.DOCS / "reference.md": ("tools/make_reference.py", "reference"),
-    sources.PACKAGE / "keywords.py": ("tools/make_keywords.py", "keywords"),
+    sources.PACKAGE / "options/keywords.py": ("tools/make_keywords.py", "keywords"),
 }
 
 

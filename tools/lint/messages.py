@@ -26,8 +26,8 @@ ERRORS = {
 }
 #: Commands outside the studio → files whose errors only they show.
 NOT_IN_STUDIO = {
-    "command line in general": ("cli.py", "several.py", "executors.py"),
-    "batch": ("batch.py",),
+    "command line in general": ("cli/app.py", "cli/several.py", "solve/executors.py"),
+    "batch": ("cli/batch.py",),
     "cutting-data": (
         "processes/cutting_data/run.py",
         "processes/cutting_data/drawn_work.py",
@@ -38,13 +38,13 @@ NOT_IN_STUDIO = {
     ),
     "defaults, filter, watch and addon": (
         "addons/__init__.py",
-        "cli_inside.py",
-        "linuxcnc_filter.py",
-        "shop_defaults.py",
-        "watch_folder.py",
+        "cli/inside.py",
+        "cli/linuxcnc_filter.py",
+        "cli/shop_defaults.py",
+        "cli/watch_folder.py",
     ),
     "lab": (
-        "cli_lab.py",
+        "cli/lab.py",
         "lab/description.py",
         "lab/description_table.py",
         "lab/judging.py",
@@ -54,7 +54,7 @@ NOT_IN_STUDIO = {
         "lab/tuning.py",
     ),
     "machine and tools": (
-        "cli_machine.py",
+        "cli/machine.py",
         "read/controllers/fluidnc.py",
         "read/controllers/importing.py",
         "read/controllers/ini_text.py",
@@ -63,7 +63,7 @@ NOT_IN_STUDIO = {
         "read/time_table.py",
         "read/tool_text.py",
     ),
-    "send": ("cli_send.py",),
+    "send": ("cli/send.py",),
     "stock": ("report/stock_report.py",),
     "studio, before its page is open": ("studio/server/app.py",),
 }

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import sources
 
-from leafcut import schemas
+from leafcut.files import schemas
 from leafcut.processes.settings import all_options
 
 #: Folders with files of a schema; the texts of the studio have none.

@@ -11,7 +11,7 @@ from importlib import resources
 from pathlib import Path
 
 from leafcut.errors import OptionError, nearest
-from leafcut.files import OutputError, check_output, write_together
+from leafcut.files.whole_files import OutputError, check_output, write_together
 
 #: How an add-on calls leafcut where nobody told it; this line is written anew when it is installed.
 _CALL = 'LEAFCUT = ["leafcut"]'
@@ -69,6 +69,6 @@ def write_addon(name: str, folder: str | Path) -> list[Path]:
         check_output(target, ())
         if target.exists() and b"leafcut" not in target.read_bytes():
             raise OutputError(f"{target}: is there already and not of leafcut; choose another folder")
-        texts[str(target)] = text.replace(_CALL, f"LEAFCUT = {[sys.executable, '-m', 'leafcut.cli']!r}")
+        texts[str(target)] = text.replace(_CALL, f"LEAFCUT = {[sys.executable, '-m', 'leafcut']!r}")
     write_together(texts)
     return [Path(target) for target in texts]

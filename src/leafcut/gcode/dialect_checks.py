@@ -8,7 +8,7 @@ from typing import Any
 
 from leafcut.errors import shown
 from leafcut.gcode.modal import GROUP_OF, M_GROUP_OF
-from leafcut.kinds import CutMethod
+from leafcut.model.kinds import CutMethod
 
 #: The values that a key takes, where these are few.
 _CHOICES: dict[str, tuple[str, ...]] = {

@@ -18,10 +18,10 @@ from types import UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
 from leafcut.errors import DataError, OptionError, nearest, shown
-from leafcut.files import line_of, parse_toml, toml_bytes
+from leafcut.files.plugins import PluginKind, file_of
+from leafcut.files.schemas import DIALECT
+from leafcut.files.whole_files import line_of, parse_toml, toml_bytes
 from leafcut.gcode.dialect_checks import fault_of, faults_of_words
-from leafcut.plugins import PluginKind, file_of
-from leafcut.schemas import DIALECT
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import DataError, LeafcutError, OptionError, ReadError, nearest
-from leafcut.files import parse_toml, toml_bytes
+from leafcut.files.schemas import EXPERIMENT
+from leafcut.files.whole_files import parse_toml, toml_bytes
 from leafcut.lab.description import (
     ANALYSES,
     MOST_SEEDS,
@@ -25,12 +26,11 @@ from leafcut.lab.description import (
     Response,
 )
 from leafcut.lab.description_table import DescriptionTable, number_of, word_of
-from leafcut.option_spec import flag_name
+from leafcut.options.option_spec import flag_name
 from leafcut.processes import registry
 from leafcut.processes.base import Work
 from leafcut.processes.course import machine_of
 from leafcut.processes.settings import collect, placed_in, why_unused
-from leafcut.schemas import EXPERIMENT
 
 #: What comes with leafcut.
 _SHIPPED = resources.files("leafcut.lab") / "shipped"

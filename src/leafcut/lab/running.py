@@ -21,15 +21,15 @@ from typing import Any
 from leafcut import api
 from leafcut._version import __version__
 from leafcut.errors import LeafcutError, OptionError, count_of
-from leafcut.executors import WatchedExecutor, run_tasks
 from leafcut.lab.description import OPTIMIZE, PROCESSOR, SOLVE, TIMES, WALL, Description, LabInstance, RunPlan
 from leafcut.lab.experiment import curve_of
 from leafcut.lab.store import Row, Store, key_of
 from leafcut.model.heartbeat import Progress
 from leafcut.model.study import Study
-from leafcut.option_spec import flag_name
+from leafcut.options.option_spec import flag_name
 from leafcut.processes import registry
 from leafcut.read.format import Source
+from leafcut.solve.executors import WatchedExecutor, run_tasks
 
 #: Most points of the curve that is kept of a run.
 MOST_POINTS = 300
@@ -296,7 +296,7 @@ def _figure(answer: Mapping[str, Any], path: str, scale: float) -> float | None:
 def _input(command: str, instance: LabInstance) -> tuple[str | Source, str]:
     """Return an input, read once where it is a file, and the hash of its bytes, or of the name of what is none."""
     if command == "nest":  # a list of drawings, which it reads itself
-        from leafcut.files import check_is_there
+        from leafcut.files.whole_files import check_is_there
 
         check_is_there(f"instance {instance.name}", Path(instance.input))
         return instance.input, hashlib.sha256(Path(instance.input).read_bytes()).hexdigest()

@@ -13,8 +13,8 @@ from types import TracebackType
 from typing import Any, Self
 
 from leafcut.errors import LeafcutError, ReadError, shown
-from leafcut.files import OutputError
-from leafcut.schemas import RESULTS, check_schema
+from leafcut.files.schemas import RESULTS, check_schema
+from leafcut.files.whole_files import OutputError
 
 #: What tells that a file is one of results: an SQLite file says to whom it belongs ("leaf").
 _OWNER = 0x6C656166

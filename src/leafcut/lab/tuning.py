@@ -19,17 +19,17 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut._version import __version__
 from leafcut.errors import LeafcutError, OptionError, count_of, nearest
+from leafcut.files.schemas import OPTIONS
 from leafcut.lab.description import OPTIMIZE, SOLVE, Analysis, Description, Factor, LabInstance, Level, Response
 from leafcut.lab.own_part import responses_of
 from leafcut.lab.results import ReportBlock, Table, number
 from leafcut.lab.running import Performer, rows_of, run
 from leafcut.lab.store import Row, Store
 from leafcut.model.heartbeat import Progress
-from leafcut.option_spec import flag_name
+from leafcut.options.option_spec import flag_name
 from leafcut.options.search import ANT_ALGORITHMS
 from leafcut.processes import registry
 from leafcut.processes.settings import group_of
-from leafcut.schemas import OPTIONS
 
 if TYPE_CHECKING:
     from optuna.trial import Trial

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from leafcut.kinds import CuttingWork, ToolMaterial
 from leafcut.model.issue import Issue
+from leafcut.model.kinds import CuttingWork, ToolMaterial
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
 from leafcut.model.work_material import WorkMaterial

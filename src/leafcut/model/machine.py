@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 
 XYZ = tuple[float, float, float]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import NamedTuple
 
-from leafcut.kinds import ToolMaterial
+from leafcut.model.kinds import ToolMaterial
 
 
 class ToolKind(StrEnum):

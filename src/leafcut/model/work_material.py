@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from leafcut.geometry.arrays import Floats
-from leafcut.kinds import CuttingWork, ToolMaterial
+from leafcut.model.kinds import CuttingWork, ToolMaterial
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,11 @@ process's package.
 
 from __future__ import annotations
 
-from leafcut.option_spec import OptionGroup, flag_name
 from leafcut.options.cut_data import CutDataOptions
 from leafcut.options.drawings import ORIGINS, PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.options.feeds import FeedOptions
 from leafcut.options.job import CYCLES, JobOptions, MachineOptions
+from leafcut.options.option_spec import OptionGroup, flag_name
 from leafcut.options.post import PostOptions
 from leafcut.options.search import (
     ALGORITHM_GROUP,

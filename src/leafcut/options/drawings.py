@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from leafcut.option_spec import PLACES, OptionGroup, option
+from leafcut.options.option_spec import PLACES, OptionGroup, option
 
 #: The places that an origin can be named by, and how far they are across and up what is worked, 0 to 1.
 ORIGINS = PLACES

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from leafcut.option_spec import OptionGroup, option
+from leafcut.options.option_spec import OptionGroup, option
 
 #: The cycles that a tool library and ``--cycle`` may ask for.
 CYCLES = ("G81", "G82", "G83", "G73", "G84", "G85")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from leafcut.errors import OptionError
-from leafcut.option_spec import OptionGroup, option
+from leafcut.options.option_spec import OptionGroup, option
 
 #: What `--algorithm` takes, in words.
 ALGORITHM_TITLES = {

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from leafcut.kinds import ToolMaterial
-from leafcut.option_spec import OptionGroup, option
+from leafcut.model.kinds import ToolMaterial
+from leafcut.options.option_spec import OptionGroup, option
 
 
 @dataclass(frozen=True)

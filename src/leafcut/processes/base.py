@@ -6,8 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
-from leafcut.kinds import Head
-from leafcut.option_spec import OptionGroup
+from leafcut.model.kinds import Head
 from leafcut.options import (
     AcoOptions,
     CutDataOptions,
@@ -17,6 +16,7 @@ from leafcut.options import (
     Settings,
     SolveOptions,
 )
+from leafcut.options.option_spec import OptionGroup
 
 if TYPE_CHECKING:
     from leafcut.model.outcome import Outcome

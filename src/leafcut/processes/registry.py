@@ -9,14 +9,14 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import OptionError
-from leafcut.option_spec import OptionGroup, flag_name
+from leafcut.files.plugins import PluginKind
 from leafcut.options import SHARED, CutDataOptions, Settings
-from leafcut.plugins import PluginKind
+from leafcut.options.option_spec import OptionGroup, flag_name
 from leafcut.processes.base import Process, Work
 from leafcut.processes.inquiries import ChoosingSpeeds, CuttingStock, Simulating, Solving, Verifying
 
 if TYPE_CHECKING:
-    from leafcut.kinds import Head
+    from leafcut.model.kinds import Head
     from leafcut.model.part import Part
     from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Format, Source

@@ -14,12 +14,12 @@ from types import MappingProxyType
 from typing import Any
 
 from leafcut.errors import DataError, OptionError, nearest
-from leafcut.files import check_is_there, line_of, parse_toml, toml_bytes
-from leafcut.option_spec import OptionGroup, OptionSpec, flag_name
+from leafcut.files.schemas import OPTIONS
+from leafcut.files.whole_files import check_is_there, line_of, parse_toml, toml_bytes
+from leafcut.options.option_spec import OptionGroup, OptionSpec, flag_name
 from leafcut.options.settings import Settings, without
 from leafcut.processes import registry
 from leafcut.processes.base import Work
-from leafcut.schemas import OPTIONS
 
 
 def collect(values: Mapping[str, Any], file: Path | None = None, defaults: Path | None = None) -> Settings:

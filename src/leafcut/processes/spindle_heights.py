@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from leafcut.errors import PlanError
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.options import JobOptions
 

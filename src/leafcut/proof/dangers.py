@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Mask
-from leafcut.kinds import BEAMS, ProgramKind
 from leafcut.model.cycles import expand
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.kinds import BEAMS, ProgramKind
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import STILL, Kind, Toolpath, last_rows
 from leafcut.proof.clearance import LEAST_CLEARANCE, DangerCheck, height_checks, spindle_check, torch_check

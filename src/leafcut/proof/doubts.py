@@ -12,8 +12,8 @@ from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.jumps import board_command
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Mask
-from leafcut.kinds import BEAMS
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.kinds import BEAMS
 from leafcut.model.toolpath import Kind, Toolpath
 
 #: A dwell of more is probably given in the unit of another controller, s.

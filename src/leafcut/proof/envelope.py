@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.kinds import Head
 from leafcut.model.difference import Difference
+from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import MOTIONS, Kind, Toolpath, arc_extremes
 from leafcut.proof.difference import shorten

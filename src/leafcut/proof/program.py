@@ -15,9 +15,9 @@ from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.interpreter import interpret
 from leafcut.gcode.saying import is_obeyed
 from leafcut.gcode.words import lines
-from leafcut.kinds import Head
 from leafcut.model.cycles import expand
 from leafcut.model.difference import Difference
+from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Toolpath
 from leafcut.proof.clearance import check_clearance

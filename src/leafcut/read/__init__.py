@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from leafcut.errors import ReadError
-from leafcut.model import Part, Severity
 from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.issue import Severity
+from leafcut.model.part import Part
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.format import Format, Match, Source
 from leafcut.read.reference import reference_of, whole_of

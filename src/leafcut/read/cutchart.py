@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import OptionError, PlanError, ReadError, nearest, shown
-from leafcut.kinds import CutMethod, method_of
 from leafcut.model.cutting import ConsumptionRates, CutData
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.kinds import CutMethod, method_of
 from leafcut.read.format import load
 from leafcut.units import SECONDS_PER_MINUTE
 

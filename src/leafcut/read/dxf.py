@@ -12,8 +12,8 @@ from dataclasses import dataclass, field, replace
 
 from leafcut.errors import ReadError, count_of, shown
 from leafcut.geometry.polyline import Polyline
-from leafcut.model import Hole, Issue, Part, Severity
-from leafcut.model.issue import MissingWork
+from leafcut.model.issue import Issue, MissingWork, Severity
+from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
 from leafcut.read.arcs import ArcPiece, close_circles
 from leafcut.read.dxf_blocks import BlockWalk

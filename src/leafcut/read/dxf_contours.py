@@ -11,9 +11,10 @@ import numpy as np
 from leafcut.errors import PlanError, ReadError, count_of, shown
 from leafcut.geometry.curves import Spend
 from leafcut.geometry.polyline import Polyline
-from leafcut.model import Contour, Issue, Part, Severity
+from leafcut.model.contour import Contour
 from leafcut.model.heights import HeightCount
-from leafcut.model.issue import MissingWork
+from leafcut.model.issue import Issue, MissingWork, Severity
+from leafcut.model.part import Part
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.dxf_blocks import BlockWalk
 from leafcut.read.dxf_document import layers_of, open_document, units_of, walk_issues

@@ -10,9 +10,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from leafcut.errors import ReadError, count_of, shown
-from leafcut.model import Issue, Severity
 from leafcut.model.heartbeat import Heartbeat
-from leafcut.model.issue import MissingWork
+from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.options import ReadOptions
 from leafcut.read.dxf_blocks import INVISIBLE, BlockWalk, LayerFilter
 from leafcut.read.dxf_plain import read_plain

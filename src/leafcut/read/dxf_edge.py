@@ -8,7 +8,7 @@ from typing import Any
 
 from leafcut.errors import ReadError
 from leafcut.geometry.curves import Spend
-from leafcut.model import Contour
+from leafcut.model.contour import Contour
 from leafcut.options import ReadOptions
 from leafcut.read.dxf_blocks import LayerFilter
 from leafcut.read.dxf_contours import Strokes

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from leafcut.errors import ReadError
-from leafcut.model import Hole, Part
+from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
 from leafcut.read.dxf_blocks import BlockWalk
 from leafcut.read.dxf_contours import Strokes

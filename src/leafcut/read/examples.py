@@ -15,7 +15,8 @@ import numpy as np
 
 from leafcut.errors import ReadError, nearest, shown
 from leafcut.geometry.polyline import Polyline
-from leafcut.model import Contour, Hole, Part
+from leafcut.model.contour import Contour
+from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
 from leafcut.read.format import MAX_HOLES, Format, Source
 from leafcut.units import MM_PER_INCH

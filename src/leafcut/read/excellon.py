@@ -13,8 +13,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from leafcut.errors import ReadError, count_of, shown
-from leafcut.model import Hole, Issue, Part, Severity, Slot
-from leafcut.model.issue import MissingWork
+from leafcut.model.issue import Issue, MissingWork, Severity
+from leafcut.model.part import Hole, Part, Slot
 from leafcut.options import ReadOptions
 from leafcut.read.filter_holes import layer_filter, sift
 from leafcut.read.format import (

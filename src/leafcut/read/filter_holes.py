@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from leafcut.errors import count_of, shown
 from leafcut.geometry.polyline import Polyline
-from leafcut.model import Hole, Issue, Severity
 from leafcut.model.contour import is_aside
 from leafcut.model.heights import SAME_HEIGHT
-from leafcut.model.issue import MissingWork
+from leafcut.model.issue import Issue, MissingWork, Severity
+from leafcut.model.part import Hole
 from leafcut.options import ReadOptions
 from leafcut.read.format import places_of
 

@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import ReadError, parsing, shown
-from leafcut.files import decoded
-from leafcut.model import Issue, Part, Severity
+from leafcut.files.whole_files import decoded
 from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.part import Part
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.units import MM_PER_UNIT
 

@@ -6,7 +6,7 @@ import re
 
 from leafcut.errors import ReadError
 from leafcut.gcode.languages import other_language
-from leafcut.model import Part
+from leafcut.model.part import Part
 from leafcut.options import ReadOptions
 from leafcut.read.format import Format, Match, Source
 

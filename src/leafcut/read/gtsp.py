@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from leafcut.errors import ReadError, shown
 from leafcut.geometry.arrays import Ints
-from leafcut.model import Hole, Issue, Part
-from leafcut.model.part import Grouping
+from leafcut.model.issue import Issue
+from leafcut.model.part import Grouping, Hole, Part
 from leafcut.options import ReadOptions
 from leafcut.read import tsplib
 from leafcut.read.format import Format, Match, Source

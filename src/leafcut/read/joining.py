@@ -8,8 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from leafcut.errors import ReadError, count_of
-from leafcut.model import Issue, Part, Severity
 from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.part import Part
 from leafcut.options import ReadOptions
 from leafcut.read import Source, read
 from leafcut.read.excellon import EmptyDrillFile

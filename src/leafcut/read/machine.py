@@ -13,11 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import DataError, OptionError, nearest, shown
-from leafcut.files import parse_toml, read_toml
+from leafcut.files.plugins import PluginKind, file_of
+from leafcut.files.schemas import MACHINE
+from leafcut.files.whole_files import parse_toml, read_toml
 from leafcut.gcode.dialects import DIALECTS, dialect, dialects
-from leafcut.kinds import Head, method_of
+from leafcut.model.kinds import Head, method_of
 from leafcut.model.machine import XYZ, Machine, Probe
-from leafcut.plugins import PluginKind, file_of
 from leafcut.read.machine_keys import (
     CORNERS,
     KEYS,
@@ -29,7 +30,6 @@ from leafcut.read.machine_keys import (
     with_defaults,
 )
 from leafcut.read.toml_table import TomlTable
-from leafcut.schemas import MACHINE
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: LinuxCNC and others check the limits of an axis to about this, mm.

@@ -10,8 +10,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from leafcut.kinds import Head
-from leafcut.schemas import MACHINE
+from leafcut.files.schemas import MACHINE
+from leafcut.model.kinds import Head
 
 RAPID_STYLES = ("linear", "dogleg")
 CORNERS = ("linuxcnc", "grbl", "round")

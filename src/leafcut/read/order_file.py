@@ -21,8 +21,8 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import ReadError, shown
+from leafcut.files.schemas import ORDER, check_schema
 from leafcut.read.format import load_json
-from leafcut.schemas import ORDER, check_schema
 
 #: Holes that are nearer to each other are in one place, mm: no drawing is more exact after another export.
 _CELL = 0.01

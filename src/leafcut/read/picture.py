@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 from leafcut.errors import OptionError, ReadError, count_of, shown
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.polyline import Polyline
-from leafcut.model import Contour, Issue, Part
+from leafcut.model.contour import Contour
+from leafcut.model.issue import Issue
+from leafcut.model.part import Part
 from leafcut.model.pocket import EITHER
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.format import MAX_COORDINATE, Format, Match, Source, places_of

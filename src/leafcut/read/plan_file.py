@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import ReadError, nearest, shown
+from leafcut.files.schemas import PLAN, check_schema
 from leafcut.model.cutting import DIRECTIONS, FIXABLE, LEAD_STYLES, ContourPrint, CutChoice, Lead, PlanFile
 from leafcut.read.format import load_json
-from leafcut.schemas import PLAN, check_schema
 
 _LEAD_KEYS = ("style", "length", "angle", "run_in")
 _CUT_KEYS = ("contours", "start", "direction", "lead_in", "lead_out", "bridge", "fixed")

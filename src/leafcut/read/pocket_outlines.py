@@ -21,8 +21,10 @@ from leafcut.geometry.cleaning import cleaned, counter_clockwise
 from leafcut.geometry.containment import Conflict, conflicts, nesting
 from leafcut.geometry.overlaps import SAME
 from leafcut.geometry.tidying import join_advice, polygons, tidy
-from leafcut.model import Contour, Issue, Part, Severity
+from leafcut.model.contour import Contour
 from leafcut.model.heights import HeightCount
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.part import Part
 from leafcut.model.pocket import EDGE, EITHER, ISLAND, POCKET, Pocket
 from leafcut.options import PocketDrawingOptions, SheetOptions
 from leafcut.read.filter_holes import layer_filter

@@ -10,8 +10,8 @@ from dataclasses import replace
 
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
-from leafcut.model import Contour, Hole, Part
-from leafcut.model.contour import is_aside
+from leafcut.model.contour import Contour, is_aside
+from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
 from leafcut.read.format import Format, Source
 from leafcut.read.registry import run

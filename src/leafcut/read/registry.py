@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import OptionError, ReadError, parsing
-from leafcut.files import StandardInput
-from leafcut.model import Part
+from leafcut.files.plugins import Plugin, PluginKind
+from leafcut.files.whole_files import StandardInput
 from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.part import Part
 from leafcut.options import ReadOptions, flag_name
-from leafcut.plugins import Plugin, PluginKind
 from leafcut.read import csvmap, dxf, examples, excellon, gcode, gtsp, picture, sirius, step, svg, tsplib, wkt, xmlmap
 from leafcut.read.format import SNIFF_BYTES, Format, Match, Source, load
 

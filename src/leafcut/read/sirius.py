@@ -14,8 +14,9 @@ import numpy as np
 
 from leafcut.errors import ReadError, shown
 from leafcut.geometry.polyline import Polyline
-from leafcut.model import Contour, Issue, Part
-from leafcut.model.issue import MissingWork
+from leafcut.model.contour import Contour
+from leafcut.model.issue import Issue, MissingWork
+from leafcut.model.part import Part
 from leafcut.options import ReadOptions
 from leafcut.read.format import (
     MAX_COORDINATE,

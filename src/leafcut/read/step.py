@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, ReadError, count_of
 from leafcut.geometry.polyline import Polyline
-from leafcut.model import Contour, Hole, Issue, Part
-from leafcut.model.issue import MissingWork
-from leafcut.model.part import TURNS, HoleStep, Opening, ProgramZero
+from leafcut.model.contour import Contour
+from leafcut.model.issue import Issue, MissingWork
+from leafcut.model.part import TURNS, Hole, HoleStep, Opening, Part, ProgramZero
 from leafcut.model.pocket import Pocket
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.filter_holes import sift

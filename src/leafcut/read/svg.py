@@ -15,9 +15,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from leafcut.errors import LeafcutError, ReadError, count_of, shown
-from leafcut.model import Contour, Issue, Part, Severity
+from leafcut.model.contour import Contour
 from leafcut.model.heartbeat import Heartbeat
-from leafcut.model.issue import MissingWork
+from leafcut.model.issue import Issue, MissingWork, Severity
+from leafcut.model.part import Part
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import (

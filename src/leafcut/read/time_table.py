@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 
 from leafcut.errors import OptionError, ReadError, shown
-from leafcut.files import decoded
+from leafcut.files.whole_files import decoded
 from leafcut.units import parse_quantity
 
 #: A table larger than this is none, bytes; nor has anybody stopped more programs.

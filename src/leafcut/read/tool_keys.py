@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from leafcut.kinds import ToolMaterial
+from leafcut.model.kinds import ToolMaterial
 from leafcut.model.tool import ToolKind
 from leafcut.options import CYCLES
 from leafcut.read.machine_keys import ProfileKey

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import DataError, shown
-from leafcut.files import decoded
+from leafcut.files.whole_files import decoded
 from leafcut.model.tool import CONES, MILLS, ToolKind
 from leafcut.read.tool_kinds import FUSION_KINDS, RawRow, kind_in
 

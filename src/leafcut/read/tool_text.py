@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import OptionError, count_of, shown
-from leafcut.files import check_is_there
+from leafcut.files.schemas import TOOLS
+from leafcut.files.whole_files import check_is_there
 from leafcut.model.tool import ToolLibrary
 from leafcut.read.machine_keys import toml_value
 from leafcut.read.tool_formats import READERS
 from leafcut.read.tool_keys import TOOL_KEYS
 from leafcut.read.tools import foreign_rows
-from leafcut.schemas import TOOLS
 
 
 def imported_tools(file: str, units: str = "", material: str = "") -> tuple[str, ToolLibrary]:

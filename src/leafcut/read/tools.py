@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import DataError, OptionError, shown
-from leafcut.files import read_toml
-from leafcut.kinds import ToolMaterial
+from leafcut.files.schemas import TOOLS
+from leafcut.files.whole_files import read_toml
+from leafcut.model.kinds import ToolMaterial
 from leafcut.model.tool import CONES, MILLS, BodySegment, Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.options import CYCLES
 from leafcut.read.toml_table import TomlTable
 from leafcut.read.tool_formats import rows_of
 from leafcut.read.tool_keys import HOLE_KEYS, NO_TOOLS, TOOL_KEYS
 from leafcut.read.tool_kinds import ToolRow
-from leafcut.schemas import TOOLS
 from leafcut.units import parse_quantity
 
 _TOOL_KEYS, _HOLE_KEYS = (tuple(key.name for key in keys) for keys in (TOOL_KEYS, HOLE_KEYS))

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import LeafcutError, ReadError, nearest, shown
-from leafcut.model import Hole, Issue, Part, Severity
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
 from leafcut.read.format import MAX_HOLES, Format, Match, Source, load, too_many_holes
 

@@ -14,7 +14,9 @@ import numpy as np
 from leafcut.errors import ReadError, parsing, shown
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.polyline import Polyline
-from leafcut.model import Contour, Issue, Part, Severity
+from leafcut.model.contour import Contour
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.part import Part
 from leafcut.model.pocket import ISLAND, POCKET
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.format import (

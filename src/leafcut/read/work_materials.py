@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import DataError, OptionError, nearest
-from leafcut.files import parse_toml, read_toml
-from leafcut.kinds import CuttingWork, ToolMaterial
+from leafcut.files.schemas import MATERIAL
+from leafcut.files.whole_files import parse_toml, read_toml
+from leafcut.model.kinds import CuttingWork, ToolMaterial
 from leafcut.model.work_material import ToolLife, WorkMaterial
 from leafcut.read.toml_table import TomlTable
-from leafcut.schemas import MATERIAL
 from leafcut.units import SECONDS_PER_MINUTE
 
 _EXPONENTS = ("diameter", "feed", "width", "depth", "teeth")

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from leafcut.errors import ReadError, nearest, shown
-from leafcut.model import Hole, Issue, Part, Severity
-from leafcut.model.issue import MissingWork
+from leafcut.model.issue import Issue, MissingWork, Severity
+from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
 from leafcut.read.filter_holes import chosen_layers, sift
 from leafcut.read.format import (

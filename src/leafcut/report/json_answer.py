@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
 
-from leafcut.kinds import BEAMS
 from leafcut.model.certificate import Certificate
 from leafcut.model.issue import Issue
+from leafcut.model.kinds import BEAMS
 from leafcut.model.measure import Measure
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.simulation import Simulation

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 from leafcut.errors import OptionError
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.sender.conversation import Conversation, NotThisFirmware, what_answers
 from leafcut.sender.grbl import GrblConversation

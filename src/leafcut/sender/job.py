@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, ReadError, shown
-from leafcut.files import read_program
+from leafcut.files.whole_files import read_program
 from leafcut.gcode.dialects import Dialect, dialect
 from leafcut.gcode.languages import other_language
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.geometry.arrays import Floats
-from leafcut.kinds import Head
 from leafcut.model.issue import CODES, Issue, Severity
+from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind
 from leafcut.proof.dangers import find_dangers

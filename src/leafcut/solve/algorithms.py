@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import LeafcutError, SolveError
+from leafcut.files.plugins import PluginKind, reason
 from leafcut.model.heartbeat import Progress
 from leafcut.options import ALGORITHM_GROUP, ALGORITHM_TITLES, AcoOptions, FireflyOptions, SolveOptions
-from leafcut.plugins import PluginKind, reason
 from leafcut.solve.running import SearchResult, set_budget_of_visits
 from leafcut.solve.statistics import Best
 from leafcut.solve.stop import Stop

@@ -16,9 +16,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from leafcut.errors import SolveError
-from leafcut.executors import WatchedExecutor, run_tasks
 from leafcut.kernels import EPSILON
 from leafcut.solve.colony import BREADTH, MOST_ANTS, Colony, differ, found_colony, next_generation
+from leafcut.solve.executors import WatchedExecutor, run_tasks
 from leafcut.solve.instance import Instance
 from leafcut.solve.kicks import first_tour, kick_on
 from leafcut.solve.statistics import Best, WorkerLog

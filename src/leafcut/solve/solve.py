@@ -380,8 +380,8 @@ def _colony(instance: Instance, run: AlgorithmRun) -> SearchResult:
 
 def _colonies(instance: Instance, run: AlgorithmRun, count: int, threads: int) -> SearchResult:
     """Run several colonies that live apart."""
-    from leafcut.executors import open_executor
     from leafcut.solve.colonies import improve_by_colonies
+    from leafcut.solve.executors import open_executor
 
     options, stop, best = run.options, run.stop, run.best
     spec, visits = options.colonies_on, COLONY_PRESETS[options.preset]

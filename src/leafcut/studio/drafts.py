@@ -9,7 +9,7 @@ from collections.abc import Iterator, MutableMapping
 from contextlib import suppress
 
 from leafcut.errors import LeafcutError
-from leafcut.files import write_whole
+from leafcut.files.whole_files import write_whole
 from leafcut.studio.folder import Folder
 
 #: Longer than any profile: they are some kilobytes.

@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from leafcut.errors import OptionError
-from leafcut.files import OutputError, write_whole
+from leafcut.files.whole_files import OutputError, write_whole
 
 #: What an input's id looks like: nothing that could be a path.
 _ID = re.compile(r"[A-Za-z0-9_-]{16}")

@@ -12,7 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from leafcut.files import write_whole
+from leafcut.files.whole_files import write_whole
 
 #: What the name of a page looks like: nothing that could be a path. It opens nothing: that takes the key.
 PAGE = re.compile(r"[A-Za-z0-9_-]{16}")

@@ -17,7 +17,7 @@ from contextlib import suppress
 from html import escape
 from pathlib import Path
 
-from leafcut.files import OutputError
+from leafcut.files.whole_files import OutputError
 
 #: A cookie ends so many seconds after the page was last loaded.
 COOKIE_SECONDS = 12 * 3600

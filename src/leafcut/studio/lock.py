@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from leafcut.files import OutputError
+from leafcut.files.whole_files import OutputError
 
 #: Where the locked byte is: behind all that is written, so that others may read who has the folder.
 _BYTE = 1 << 20

@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from leafcut.errors import LeafcutError
-from leafcut.files import write_whole
+from leafcut.files.whole_files import write_whole
 from leafcut.studio.folder import BUILT_IN, Folder
 
 #: So many are kept.

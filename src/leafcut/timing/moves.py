@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Floats, Mask
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import SPEED_ALONE, Kind, Toolpath
 from leafcut.timing.chords import MovingRows, joined_steps

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from leafcut.option_spec import OptionGroup, option
+from leafcut.options.option_spec import OptionGroup, option
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 from leafcut import __version__
 from leafcut.errors import PlanError
 from leafcut.gcode.dialects import dialect
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.options import SolveOptions

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import pytest
 
 import leafcut
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import LeafcutError, OptionError, PlanError
 from leafcut.model.cutting_front import CuttingData
 from leafcut.read.tools import load_tools

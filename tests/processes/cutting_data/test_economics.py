@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from leafcut.kinds import CuttingWork, ToolMaterial
+from leafcut.model.kinds import CuttingWork, ToolMaterial
 from leafcut.model.tool import Tool
 from leafcut.model.work_material import ToolLife, WorkMaterial
 from leafcut.processes.cutting_data.economics import (

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from leafcut.kinds import CuttingWork, ToolMaterial
+from leafcut.model.kinds import CuttingWork, ToolMaterial
 from leafcut.model.tool import Tool
 from leafcut.model.work_material import ToolLife, WorkMaterial
 from leafcut.processes.cutting_data.economics import Prices, ToolWork, Yields, yields

@@ -15,9 +15,10 @@ import pytest
 import leafcut
 from leafcut.errors import LeafcutError, VerifyError
 from leafcut.gcode.dialects import dialect
-from leafcut.model import Hole, Machine, Part, Recipe, Slot, Tool, ToolKind, ToolLibrary
+from leafcut.model.machine import Machine
 from leafcut.model.mesh import Mesh
-from leafcut.model.part import HoleStep
+from leafcut.model.part import Hole, HoleStep, Part, Slot
+from leafcut.model.tool import Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.options import PostOptions, ReadOptions
 from leafcut.post.writer import write_program
 from leafcut.processes.drilling.judge import DrillingRequest, judge_holes

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from leafcut import api
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import LeafcutError, VerifyError
 from leafcut.model.cycles import expand
 from leafcut.model.toolpath import Kind, ToolpathBuilder

@@ -9,7 +9,7 @@ import ezdxf
 import pytest
 
 from leafcut import api
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import PlanError
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "sheet.dxf"

@@ -13,7 +13,7 @@ import pytest
 import shapely
 
 from leafcut import api
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError
 from leafcut.model.heartbeat import Trial
 from leafcut.options import ReadOptions, SheetOptions

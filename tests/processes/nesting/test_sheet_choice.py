@@ -15,7 +15,7 @@ import pytest
 import shapely
 
 from leafcut import api
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import LeafcutError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour

@@ -17,7 +17,7 @@ import shapely
 from rich.console import Console
 
 from leafcut import api
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import LeafcutError, OptionError, PlanError, VerifyError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret

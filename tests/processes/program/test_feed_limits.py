@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from leafcut import cli
+from leafcut.cli import app as cli
 from leafcut.errors import OptionError
-from leafcut.model import Severity
+from leafcut.model.issue import Severity
 from leafcut.model.pace_change import FeedLimit
 from leafcut.processes.program.plan import pace as plan
 from leafcut.processes.program.plan.pace import _reached

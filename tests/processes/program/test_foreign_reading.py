@@ -9,7 +9,7 @@ import pytest
 
 import leafcut
 from leafcut.errors import OptionError, ReadError
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.read.machine import load_machine
 
 #: As EstlCAM writes it: no word of units.

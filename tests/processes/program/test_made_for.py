@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from leafcut import api
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import OptionError
 from meshes import binary_stl, box_triangles
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import leafcut
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import OptionError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import leafcut
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import LeafcutError, PostError, ReadError
 from leafcut.gcode import control_flow
 from leafcut.gcode.dialects import dialect

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import leafcut
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import VerifyError
 from leafcut.gcode.dialects import dialect
 from leafcut.processes.course import Run, machine_of

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import leafcut
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.read.meshes import load_mesh
 from leafcut.report.stock_mesh import stock_stl
 from leafcut.stock.height_field import HeightField

@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("OCP")
 
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.options import StockOptions
 from leafcut.processes.program.workpiece import block_of, field_of
 from made_solids import box, cut, cylinder, fused, saved

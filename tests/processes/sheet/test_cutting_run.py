@@ -15,7 +15,7 @@ import pytest
 
 from cut_sheets import assert_leads_in_scrap, assert_nothing_is_gouged
 from leafcut import api
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import OptionError, PlanError, PostError, VerifyError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret

@@ -12,7 +12,7 @@ import ezdxf
 import pytest
 
 from leafcut import api
-from leafcut.cli import run
+from leafcut.cli.app import run
 from leafcut.errors import VerifyError
 
 FAST: dict[str, Any] = {"process": "cut", "iterations": 5, "threads": 1}

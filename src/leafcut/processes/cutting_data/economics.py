@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from leafcut.geometry.arrays import Floats, Indices, Mask
-from leafcut.kinds import CuttingWork
 from leafcut.model.cutting_front import CuttingPoint
+from leafcut.model.kinds import CuttingWork
 from leafcut.model.tool import Tool
 from leafcut.model.work_material import ToolLife, WorkMaterial
 from leafcut.stock.cutting_force import (

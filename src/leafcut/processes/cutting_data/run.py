@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut.errors import OptionError, PlanError, nearest
-from leafcut.kinds import CuttingWork, Head, ToolMaterial
 from leafcut.model.cutting_front import OBJECTIVES, CuttingData, CuttingPoint, ToolFront
 from leafcut.model.heartbeat import Progress
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.kinds import CuttingWork, Head, ToolMaterial
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.work_material import WorkMaterial

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import OptionError
+from leafcut.files.schemas import TOOLS
 from leafcut.model.cutting_front import CuttingData, CuttingPoint
 from leafcut.model.tool import CONES, Tool, ToolKind
 from leafcut.options import Settings
-from leafcut.schemas import TOOLS
 from leafcut.units import SECONDS_PER_MINUTE
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.options import JobOptions, MachineOptions, PostOptions, ReadOptions, Settings, SolveOptions
 from leafcut.processes.base import CHANGES, COLONIES, ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, use
 from leafcut.processes.drilling.options import DrillOptions

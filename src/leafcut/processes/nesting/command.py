@@ -6,7 +6,7 @@ import threading
 from collections.abc import Sequence
 from pathlib import Path
 
-from leafcut.files import check_output, write_together
+from leafcut.files.whole_files import check_output, write_together
 from leafcut.model.heartbeat import Progress
 from leafcut.model.nest import NestOutcome
 from leafcut.options import Settings

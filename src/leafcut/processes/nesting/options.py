@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from leafcut.errors import OptionError, shown
-from leafcut.option_spec import OptionGroup, option
+from leafcut.options.option_spec import OptionGroup, option
 from leafcut.options.sheet_word import SheetWord, parse_sheet
 from leafcut.units import parse_angles
 

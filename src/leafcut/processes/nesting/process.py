@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import OptionError
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.options import CutDataOptions, MachineOptions, ReadOptions, Settings, SheetOptions, SolveOptions
 from leafcut.processes.base import Process, all_of, use
 from leafcut.processes.cutting_machines import for_cutting

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.options import (
     FeedOptions,
     FireflyOptions,

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PostError, ReadError, VerifyError
-from leafcut.kinds import BEAMS
 from leafcut.model.cutter import Cutter, cutter_of
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.kinds import BEAMS
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.pace import Pace, PaceRules, PaceStretch, SpindleLoad, ToolLimits
 from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from leafcut.files import check_is_text
-from leafcut.kinds import ProgramKind
+from leafcut.files.whole_files import check_is_text
+from leafcut.model.kinds import ProgramKind
 from leafcut.options import (
     FeedOptions,
     JobOptions,

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, ReadError
-from leafcut.kinds import Head, ProgramKind
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.kinds import Head, ProgramKind
 from leafcut.options import FeedOptions, MachineOptions, Settings, flag_name
 from leafcut.processes.course import machine_of
 from leafcut.processes.cutting_machines import CUTTING_MACHINES

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from leafcut.kinds import BEAMS
+from leafcut.model.kinds import BEAMS
 from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import Fact
 from leafcut.model.saving import plain

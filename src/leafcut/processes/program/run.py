@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from leafcut._version import __version__
 from leafcut.errors import OptionError, VerifyError
-from leafcut.files import decoded
+from leafcut.files.whole_files import decoded
 from leafcut.geometry.arrays import Point
-from leafcut.kinds import BEAMS
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.kinds import BEAMS
 from leafcut.model.measure import Measure
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.outcome import OperationOutcome, Outcome

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.files import read_program
-from leafcut.kinds import BEAMS
+from leafcut.files.whole_files import read_program
 from leafcut.model.heartbeat import unseen
+from leafcut.model.kinds import BEAMS
 from leafcut.model.machine import Machine
 from leafcut.model.shown_stock import CUT_THROUGH, ShownStock
 from leafcut.options import Settings

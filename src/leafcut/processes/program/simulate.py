@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut.errors import OptionError
-from leafcut.files import read_program
+from leafcut.files.whole_files import read_program
 from leafcut.model.heartbeat import Progress, looking_for
 from leafcut.model.issue import Issue
 from leafcut.model.simulation import Simulation

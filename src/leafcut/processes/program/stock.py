@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import PlanError, count_of
-from leafcut.files import read_program
-from leafcut.kinds import BEAMS
+from leafcut.files.whole_files import read_program
 from leafcut.model.cutter import Body, BodyPart, Cutter, body_of, cutter_of
 from leafcut.model.heartbeat import Progress, looking_for
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.kinds import BEAMS
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Kind

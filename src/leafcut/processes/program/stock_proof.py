@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from leafcut.errors import OptionError, PlanError
-from leafcut.kinds import BEAMS
 from leafcut.model.cutter import body_of, cutter_of
 from leafcut.model.issue import Issue
+from leafcut.model.kinds import BEAMS
 from leafcut.processes.program.model import StockProof
 from leafcut.processes.program.workpiece import block_around, block_of, field_of, known_tools, told_of
 from leafcut.read.step import ChosenSolid

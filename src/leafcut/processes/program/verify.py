@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from leafcut.files import read_program
+from leafcut.files.whole_files import read_program
 from leafcut.model.certificate import Certificate
 from leafcut.model.heartbeat import Progress, looking_for
 from leafcut.options import Settings

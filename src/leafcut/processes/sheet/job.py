@@ -10,9 +10,9 @@ import numpy as np
 
 from leafcut.errors import OptionError, shown
 from leafcut.geometry.arrays import Point
-from leafcut.kinds import CutMethod, Head, method_of
 from leafcut.model.cutting import CutData, PlanFile
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.kinds import CutMethod, Head, method_of
 from leafcut.model.problem import Metric
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.processes.course import Run, check_words_used, refuse_missing, refuse_too_large

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
-from leafcut.option_spec import OptionGroup, option
+from leafcut.options.option_spec import OptionGroup, option
 
 
 @dataclass(frozen=True)

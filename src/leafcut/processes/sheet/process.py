@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.options import CutDataOptions, JobOptions, MachineOptions, PostOptions, ReadOptions, Settings, SheetOptions
 from leafcut.processes.base import CHANGES, ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, Process, all_of, use
 from leafcut.processes.cutting_machines import for_cutting

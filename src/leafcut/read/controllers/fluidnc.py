@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from leafcut.errors import ReadError, shown
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.model.machine import XYZ
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number, texts
 

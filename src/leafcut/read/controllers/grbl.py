@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number
 
 #: ``$110=500.000``, ``$110 = 500 (x max rate, mm/min)``, also behind what a terminal writes before a line.

@@ -13,13 +13,13 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import OptionError, ReadError, nearest, shown
-from leafcut.files import decoded
+from leafcut.files.schemas import MACHINE
+from leafcut.files.whole_files import decoded
 from leafcut.model.machine import Machine
 from leafcut.read.controllers import fluidnc, grbl, linuxcnc, mach, reprap
 from leafcut.read.controllers.values import How, Value, Values
 from leafcut.read.machine import machine_of_profile, profile_of
 from leafcut.read.machine_keys import PROFILE_KEYS, toml_value
-from leafcut.schemas import MACHINE
 
 #: A file of settings larger than this is none, bytes: the largest seen are a tenth of it.
 MOST_BYTES = 4 * 1024 * 1024

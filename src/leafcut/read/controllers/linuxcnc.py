@@ -11,7 +11,7 @@ import re
 from dataclasses import dataclass
 
 from leafcut.errors import shown
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.read.controllers.ini_text import Entry, Ini, read_ini
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, number
 

@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import ReadError, shown
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.read.controllers.ini_text import Ini, read_ini
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, number
 

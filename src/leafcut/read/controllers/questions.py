@@ -14,14 +14,14 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import DataError, OptionError, nearest, shown
-from leafcut.files import line_of, parse_toml, toml_bytes
+from leafcut.files.schemas import MACHINE_ANSWERS
+from leafcut.files.whole_files import line_of, parse_toml, toml_bytes
 from leafcut.gcode.dialects import dialects
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.read.controllers.importing import ImportedMachine, profile_text, values_of
 from leafcut.read.controllers.values import FASTEST, HARDEST, LONGEST, How, Value, Values, texts
 from leafcut.read.machine import machine_of_profile, profile_of
 from leafcut.read.machine_keys import PROFILE_KEYS, UNKNOWN
-from leafcut.schemas import MACHINE_ANSWERS
 from leafcut.units import parse_quantity, with_unit
 
 #: A controller → the machine whose values are its likely answers.

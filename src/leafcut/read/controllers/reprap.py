@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from leafcut.errors import shown
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.read.controllers.values import SPINDLE_START, Axes, Values, in_lines, number, texts
 
 #: No line of settings is longer; what stands behind that is not looked at.

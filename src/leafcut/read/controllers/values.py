@@ -11,7 +11,7 @@ from typing import Any
 
 from leafcut.errors import ReadError, shown
 from leafcut.gcode.dialects import dialects
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.units import FACTORS
 
 #: No machine is faster, speeds up harder or is longer: what goes beyond is a slip, in mm/s, mm/s² and mm. Sources:

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import DataError
-from leafcut.files import OutputError
-from leafcut.schemas import ANSWER, HISTORY, check_schema, numbered
+from leafcut.files.schemas import ANSWER, HISTORY, check_schema, numbered
+from leafcut.files.whole_files import OutputError
 from leafcut.studio.jobs.task import Task
 
 #: What SQLite keeps: the file, and two beside it.

@@ -15,7 +15,7 @@ from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field, replace
 
 from leafcut.errors import LeafcutError
-from leafcut.files import OutputError
+from leafcut.files.whole_files import OutputError
 from leafcut.model.heartbeat import Trial
 from leafcut.model.study import Study
 from leafcut.studio.folder import Folder

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut import api
-from leafcut.files import read_program
+from leafcut.files.whole_files import read_program
 from leafcut.lab.tables import iterations_as_csv
 from leafcut.model.heartbeat import Progress, looking_for
 from leafcut.model.shown_stock import CUT_THROUGH

@@ -10,16 +10,16 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import OptionError, nearest, shown
+from leafcut.files.user_files import has_defaults
 from leafcut.lab.experiment import check_experiment
-from leafcut.option_spec import flag_name, split_names
 from leafcut.options import LITERATURE
+from leafcut.options.option_spec import flag_name, split_names
 from leafcut.options.sheet_word import SheetWord, parse_sheet
 from leafcut.processes import registry
 from leafcut.processes.settings import collect, group_of
 from leafcut.read.format import has_half_letter
 from leafcut.studio.folder import BUILT_IN, OWN, Folder
 from leafcut.studio.jobs.nest_request import WantedPart, needs_list
-from leafcut.user_files import has_defaults
 
 #: How many files each takes; `nest` as many as there are drawings.
 COMMANDS = {"optimize": 1, "nest": 0, "solve": 1, "study": 1, "simulate": 1, "verify": 2}

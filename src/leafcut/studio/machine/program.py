@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, ReadError
 from leafcut.gcode.dialects import dialect
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.read.machine import load_machine, machine_names
 from leafcut.sender.firmware import speaker_of
 from leafcut.sender.grbl import GrblConversation

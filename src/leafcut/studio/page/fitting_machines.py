@@ -7,7 +7,7 @@ from contextlib import suppress
 from functools import cache
 
 from leafcut.errors import LeafcutError
-from leafcut.kinds import Head
+from leafcut.model.kinds import Head
 from leafcut.model.machine import Machine
 from leafcut.processes import registry
 from leafcut.read.machine import load_machine, machine_names

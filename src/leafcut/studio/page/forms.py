@@ -9,8 +9,8 @@ from typing import Any
 
 from leafcut.api import default_machine
 from leafcut.errors import OptionError
-from leafcut.option_spec import OptionSpec, flag_name, written
 from leafcut.options import ANT_ALGORITHMS
+from leafcut.options.option_spec import OptionSpec, flag_name, written
 from leafcut.processes import registry
 from leafcut.processes.settings import all_options, group_of
 from leafcut.studio.folder import OWN

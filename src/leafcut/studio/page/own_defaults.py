@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import LeafcutError
-from leafcut.files import decoded, toml_bytes
+from leafcut.files.user_files import defaults_file
+from leafcut.files.whole_files import decoded, toml_bytes
 from leafcut.processes import registry
 from leafcut.processes.settings import collect, group_of, placed_in, placed_options, unused_options
 from leafcut.studio.folder import OWN, Folder
 from leafcut.studio.jobs.task import OWN_KINDS
-from leafcut.user_files import defaults_file
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from leafcut import api
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.model.heartbeat import Progress
-from leafcut.option_spec import flag_name
 from leafcut.options import LITERATURE
+from leafcut.options.option_spec import flag_name
 from leafcut.processes.settings import all_options, group_of, options_of_file
 from leafcut.studio.folder import OWN
 from leafcut.studio.jobs.nest_request import WantedPart

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import OptionError
 from leafcut.lab.experiment import COMPARED
-from leafcut.option_spec import flag_name
+from leafcut.options.option_spec import flag_name
 from leafcut.studio.jobs.jobs import line_of
 from leafcut.studio.jobs.task import Task
 from leafcut.studio.page import forms

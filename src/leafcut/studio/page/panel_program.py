@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from leafcut.errors import LeafcutError
-from leafcut.files import read_program
+from leafcut.files.whole_files import read_program
 from leafcut.studio.drawing.program_text import ProgramText, program_scene
 from leafcut.studio.jobs.history import JobRecord
 from leafcut.studio.page.page_state import View

@@ -9,7 +9,7 @@ from nicegui import ui
 from nicegui.events import GenericEventArguments
 
 from leafcut.errors import OptionError
-from leafcut.option_spec import flag_name
+from leafcut.options.option_spec import flag_name
 from leafcut.studio.drawing.canvas import LAYERS, SOLIDS, Canvas, Shown
 from leafcut.studio.drawing.solid import in_words
 from leafcut.studio.jobs.history import JobRecord, JobState

@@ -160,7 +160,7 @@ def _size(width: float, height: float) -> str:
 
 
 def _program(source: Source, options: Mapping[str, Any], progress: Progress | None) -> Seen:
-    from leafcut.files import read_program
+    from leafcut.files.whole_files import read_program
     from leafcut.report.json_answer import issues_as_json
     from leafcut.studio.drawing.scene import toolpath_scene
     from leafcut.units import format_length, format_time

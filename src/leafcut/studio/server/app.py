@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.files import OutputError
+from leafcut.files.whole_files import OutputError
 from leafcut.studio.folder import LARGEST_UPLOAD, data_folder
 from leafcut.studio.jobs.ending import hear_what_is_lost
 from leafcut.studio.keys import page_that_goes_to, write_private

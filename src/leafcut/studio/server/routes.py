@@ -20,9 +20,9 @@ from pydantic import BaseModel
 from starlette.staticfiles import StaticFiles
 
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.option_spec import flag_name
+from leafcut.files.schemas import ANSWER, numbered
+from leafcut.options.option_spec import flag_name
 from leafcut.processes import registry
-from leafcut.schemas import ANSWER, numbered
 from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.history import JobRecord, files_of
 from leafcut.studio.jobs.jobs import Jobs, line_of

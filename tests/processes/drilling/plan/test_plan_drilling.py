@@ -10,11 +10,14 @@ import numpy as np
 import pytest
 
 from leafcut.errors import OptionError, PlanError
-from leafcut.kinds import Head
-from leafcut.model import Hole, Kind, Machine, Metric, Part, Recipe, Severity, Slot, Tool, ToolKind, ToolLibrary
-from leafcut.model.issue import LIMITS
+from leafcut.model.issue import LIMITS, Severity
+from leafcut.model.kinds import Head
+from leafcut.model.machine import Machine
 from leafcut.model.mesh import Mesh
-from leafcut.model.tool import BodySegment
+from leafcut.model.motion import Kind
+from leafcut.model.part import Hole, Part, Slot
+from leafcut.model.problem import Metric
+from leafcut.model.tool import BodySegment, Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.processes.drilling.plan.drill_toolpath import build_problem, drawing_order, lay_toolpath
 from leafcut.processes.drilling.plan.drilling import plan_drilling
 from leafcut.processes.zones import crossing_heights, parse_zones

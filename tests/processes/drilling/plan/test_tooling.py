@@ -8,7 +8,10 @@ from dataclasses import replace
 import pytest
 
 from leafcut.errors import PlanError
-from leafcut.model import Hole, Issue, Machine, Recipe, Severity, Slot, Tool, ToolKind, ToolLibrary
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.machine import Machine
+from leafcut.model.part import Hole, Slot
+from leafcut.model.tool import Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.processes.drilling.plan.tooling import ToolChooser
 from option_groups import drilling
 

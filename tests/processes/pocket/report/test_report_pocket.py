@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 from leafcut.geometry.polyline import Polyline
-from leafcut.model import OperationOutcome, Outcome, Solution, Tool, ToolKind
+from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.pocket import (
     Pocket,
     PocketMeasures,
@@ -22,6 +22,8 @@ from leafcut.model.pocket import (
     PocketResult,
     PocketRules,
 )
+from leafcut.model.solution import Solution
+from leafcut.model.tool import Tool, ToolKind
 from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.pocket.report.pocket_drawing import build_pocket_scene, pocket_drawing, shapes_of
 from leafcut.processes.pocket.report.pocket_words import added, figures

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from leafcut.kinds import ProgramKind
+from leafcut.model.kinds import ProgramKind
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.sections.program_rows import dark_rows, read_rows
 from rewriting import program_of

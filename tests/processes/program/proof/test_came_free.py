@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from leafcut import api, cli
+from leafcut import api
+from leafcut.cli import app as cli
 from leafcut.model.certificate import Certificate
 from leafcut.processes.program.proof.certificate import certify
 from rewriting import program_of

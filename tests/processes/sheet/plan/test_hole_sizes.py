@@ -9,7 +9,9 @@ import pytest
 from cut_sheets import rectangle, square
 from leafcut.errors import PlanError
 from leafcut.geometry.polyline import Polyline
-from leafcut.model import Contour, Part, Sheet
+from leafcut.model.contour import Contour
+from leafcut.model.part import Part
+from leafcut.model.sheet import Sheet
 from leafcut.options import ReadOptions
 from leafcut.processes.sheet.plan.hole_sizes import round_diameter, with_chosen_holes
 from leafcut.processes.sheet.plan.sheet import prepare_sheet

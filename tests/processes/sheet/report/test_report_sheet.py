@@ -13,10 +13,12 @@ import pytest
 from rich.console import Console
 
 from leafcut.geometry.polyline import Polyline, joined
-from leafcut.model import OperationOutcome, Outcome, Solution, Tool, ToolKind
 from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutChoice, CutData, CutMeasures, CutPlan, CutTimes, PartTimes
+from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.sheet import Sheet, SheetContour
+from leafcut.model.solution import Solution
+from leafcut.model.tool import Tool, ToolKind
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.report.cut_words import (
     clock,

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError, nearest
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Point
-from leafcut.kinds import ProgramKind
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.kinds import ProgramKind
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.sequence import Kept, Section, Sequence, Stay
 from leafcut.model.toolpath import Kind

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
 from leafcut.gcode.reversible_cut import ReversibleCut, find_stroke
-from leafcut.kinds import BEAMS
 from leafcut.model.issue import Issue, Severity
+from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import PieceOfWork, Section, Sequence
 from leafcut.model.toolpath import Kind, arc_sweep
 from leafcut.processes.program.plan.precedence.split_outlines import TOUCHING

@@ -24,8 +24,8 @@ from leafcut.errors import PostError
 from leafcut.gcode.modal_dependencies import HERE, BlockReader, Reliance, height_matters, next_place
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.reversible_cut import find_stroke
-from leafcut.kinds import BEAMS, ProgramKind
 from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.kinds import BEAMS, ProgramKind
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.sequence import Kept, PieceOfWork, Section, Sequence
 from leafcut.model.toolpath import MOTIONS, Kind

@@ -13,9 +13,9 @@ from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.offset import offset
 from leafcut.geometry.polyline import Polyline
-from leafcut.kinds import CutMethod
 from leafcut.model.cutting import Lead
 from leafcut.model.issue import Issue, MissingWork
+from leafcut.model.kinds import CutMethod
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.processes.sheet.plan.cut_rules import NARROWEST_HOLE, CutRules
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from leafcut.geometry.polyline import Polyline, joined
-from leafcut.kinds import CutMethod
 from leafcut.model.cutting import Cut, CutChoice
+from leafcut.model.kinds import CutMethod
 from leafcut.processes.sheet.plan.cut_contours import CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.cutter_compensation import programmed_path

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, replace
 
 from leafcut.errors import OptionError
-from leafcut.kinds import CutMethod, method_of
 from leafcut.model.cutting import CutData, Lead
+from leafcut.model.kinds import CutMethod, method_of
 from leafcut.processes.sheet.options import CutOptions
 
 #: Lead-in at least so long, mm. Plasma and oxyfuel: lapas.io, table of lead-ins; the others: an estimate, so that the

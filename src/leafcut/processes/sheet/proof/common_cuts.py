@@ -10,9 +10,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from leafcut.kinds import CutMethod, method_of
 from leafcut.model.cutting import Cut, CutPlan
 from leafcut.model.difference import Difference
+from leafcut.model.kinds import CutMethod, method_of
 from leafcut.processes.sheet.proof.sheet_shapes import TOLERANCE
 from leafcut.processes.sheet.proof.torch_runs import TorchRun
 from leafcut.proof.difference import place

@@ -21,7 +21,7 @@ import shapely
 from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
-from leafcut.kinds import BEAMS
+from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import PieceOfWork
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.sections.program_rows import Rows, works_with_beam

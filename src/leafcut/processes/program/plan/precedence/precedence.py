@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from leafcut.gcode.program import Program
 from leafcut.gcode.tool_comments import tool_width
 from leafcut.geometry.index import NearLines, linked, unique_pairs
-from leafcut.kinds import BEAMS
 from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import PieceOfWork
 from leafcut.model.toolpath import Kind, arc_extremes, arc_sweep
 from leafcut.processes.program.plan.precedence.freeing import (

@@ -11,8 +11,8 @@ import numpy as np
 
 from leafcut.gcode.modal_dependencies import HERE, BlockReader, next_place
 from leafcut.gcode.program import Modal, Program
-from leafcut.kinds import BEAMS
 from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import Kept, PieceOfWork, Section, Stay
 from leafcut.model.toolpath import MOTIONS, PLACES, SPEED_ALONE, Kind
 from leafcut.processes.program.plan.precedence.precedence import with_precedence

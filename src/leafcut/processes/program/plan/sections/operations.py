@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
 from leafcut.gcode.words import BlockError, tokenise
-from leafcut.kinds import BEAMS
+from leafcut.model.kinds import BEAMS
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.toolpath import last_rows
 from leafcut.processes.program.plan.precedence.freeing import freeing_stages

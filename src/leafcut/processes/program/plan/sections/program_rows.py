@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from leafcut.gcode.program import Modal, Program
 from leafcut.gcode.program_interpreter import CALLED
 from leafcut.gcode.words import BlockError, tokenise
-from leafcut.kinds import BEAMS, ProgramKind
+from leafcut.model.kinds import BEAMS, ProgramKind
 from leafcut.model.toolpath import MOTIONS, SPEED_ALONE, Kind, last_rows
 
 #: Why a block stays, by the kind of its row.

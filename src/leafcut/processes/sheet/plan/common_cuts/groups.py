@@ -17,8 +17,8 @@ from leafcut.geometry.arrays import Point
 from leafcut.geometry.fitting import fit_arcs
 from leafcut.geometry.offset import offset
 from leafcut.geometry.polyline import Polyline
-from leafcut.kinds import CutMethod
 from leafcut.model.cutting import Lead
+from leafcut.model.kinds import CutMethod
 from leafcut.processes.sheet.plan.common_cuts.doubled import CROSSING, has_order
 from leafcut.processes.sheet.plan.common_cuts.edges import GAP, EdgeGap
 from leafcut.processes.sheet.plan.cut_contours import (

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Point, Points
 from leafcut.geometry.polyline import Polyline
-from leafcut.kinds import CutMethod
 from leafcut.model.cutting import Lead
+from leafcut.model.kinds import CutMethod
 from leafcut.processes.sheet.plan.cut_contours import NO_LEAD, CutContour
 from leafcut.processes.sheet.plan.cut_rules import CutRules
 from leafcut.processes.sheet.plan.leads.leads import Scrap, as_lines, lead_shape, placed, ways_to_lead

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar
 
 from leafcut.errors import OptionError, nearest, shown
-from leafcut.plugins import entry_names
+from leafcut.files.plugins import entry_names
 from leafcut.units import BARE_UNIT, FACTORS, parse_point, parse_quantity, with_point
 
 

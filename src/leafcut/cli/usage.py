@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, close_to, nearest, shown
-from leafcut.option_spec import OptionSpec
+from leafcut.options.option_spec import OptionSpec
 
 if TYPE_CHECKING:
     from cyclopts import CycloptsError, UnknownOptionError
@@ -16,21 +16,21 @@ GROUPS = {
     "lab": (
         "Repeat published experiments, and your own, with statistics.",
         {
-            "list": "leafcut.cli_lab:list_experiments",
-            "run": "leafcut.cli_lab:run_experiment",
-            "report": "leafcut.cli_lab:report_experiment",
-            "tune": "leafcut.cli_lab:tune_options",
+            "list": "leafcut.cli.lab:list_experiments",
+            "run": "leafcut.cli.lab:run_experiment",
+            "report": "leafcut.cli.lab:report_experiment",
+            "tune": "leafcut.cli.lab:tune_options",
         },
     ),
     "machine": (
         "Make a machine profile, and check it with a stop-watch.",
         {
-            "import": "leafcut.cli_machine:import_machine",
-            "new": "leafcut.cli_machine:new_machine",
-            "check": "leafcut.cli_machine:check_machine",
+            "import": "leafcut.cli.machine:import_machine",
+            "new": "leafcut.cli.machine:new_machine",
+            "check": "leafcut.cli.machine:check_machine",
         },
     ),
-    "tools": ("Make a tool library from one of another program.", {"import": "leafcut.cli_machine:import_tools"}),
+    "tools": ("Make a tool library from one of another program.", {"import": "leafcut.cli.machine:import_tools"}),
 }
 
 #: Stands for standard input and standard output. Alone it would be taken for a flag, so it is held back from the parser

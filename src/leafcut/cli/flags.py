@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from cyclopts import Group, Parameter
 
-from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, written
+from leafcut.options.option_spec import OptionGroup, OptionSpec, flag_name, written
 
 
 class File(str):

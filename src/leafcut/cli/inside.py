@@ -10,11 +10,11 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from cyclopts import App, Parameter
 
+from leafcut.cli.flags import Json, switch
+from leafcut.cli.json_output import print_json
+from leafcut.cli.usage import refuse_dash
 from leafcut.errors import LeafcutError, OptionError, count_of, nearest
-from leafcut.flags import Json, switch
-from leafcut.json_output import print_json
-from leafcut.usage import refuse_dash
-from leafcut.user_files import DEFAULTS_VARIABLE, defaults_file, usual_defaults_file
+from leafcut.files.user_files import DEFAULTS_VARIABLE, defaults_file, usual_defaults_file
 
 SHELLS = ("bash", "zsh", "fish")
 
@@ -61,8 +61,8 @@ def _defaults(
     as_json: Json = False,
 ) -> int:
     """Show your own defaults, and where the value of each option comes from."""
-    from leafcut.files import check_is_there
-    from leafcut.shop_defaults import TEMPLATE, as_answer, shop_defaults
+    from leafcut.cli.shop_defaults import TEMPLATE, as_answer, shop_defaults
+    from leafcut.files.whole_files import check_is_there
 
     if template:
         if command or options_file or as_json:
@@ -120,8 +120,8 @@ def _addon(
 
 def _warm_up(*, as_json: Json = False) -> int:
     """Compile all kernels now, so that the first job starts at once."""
-    from leafcut.progress import Reporter
-    from leafcut.warming import warm_all
+    from leafcut.cli.progress import Reporter
+    from leafcut.cli.warming import warm_all
 
     with Reporter() as reporter:
         warmed = warm_all(lambda words: reporter(words, None, 0.0, None))

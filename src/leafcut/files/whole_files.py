@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any, Protocol
 
 from leafcut.errors import DataError, LeafcutError, OptionError, ReadError, shown
-from leafcut.schemas import Schema, check_schema
+from leafcut.files.schemas import Schema, check_schema
 
 #: Programs larger than this are refused: the largest seen in the field are a tenth of it.
 LARGEST_PROGRAM = 512 * 1024 * 1024

@@ -17,7 +17,7 @@ from typing import Any
 
 from leafcut import api
 from leafcut.errors import LeafcutError, OptionError, ReadError
-from leafcut.files import check_is_there
+from leafcut.files.whole_files import check_is_there
 from leafcut.model.outcome import Outcome
 from leafcut.processes import registry
 from leafcut.processes.settings import collect

@@ -16,13 +16,13 @@ from typing import Any
 
 from leafcut import api
 from leafcut._version import __version__
+from leafcut.cli.several import targets_of
 from leafcut.errors import LeafcutError, OptionError, count_of
-from leafcut.executors import WatchedExecutor, run_tasks
-from leafcut.files import OutputError, write_together
+from leafcut.files.whole_files import OutputError, write_together
 from leafcut.model.heartbeat import Progress
 from leafcut.read.registry import format_name, read_source
 from leafcut.report.batch_page import batch_page
-from leafcut.several import targets_of
+from leafcut.solve.executors import WatchedExecutor, run_tasks
 
 #: The table and the report, beside the programs.
 TABLE, PAGE = "batch.csv", "batch.html"

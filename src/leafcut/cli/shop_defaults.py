@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from leafcut.errors import OptionError, nearest
-from leafcut.option_spec import OptionGroup, OptionSpec, flag_name, written
+from leafcut.files.schemas import OPTIONS
+from leafcut.options.option_spec import OptionGroup, OptionSpec, flag_name, written
 from leafcut.processes import registry
 from leafcut.processes.base import Work
 from leafcut.processes.settings import PlacedOption, collect, placed_options, used_by
-from leafcut.schemas import OPTIONS
 
 #: A file of defaults to begin with: what a shop says once. Each line is an example, and a comment until it is wanted.
 TEMPLATE = f"""\

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
-from leafcut.schemas import ANSWER, numbered
+from leafcut.files.schemas import ANSWER, numbered
 
 
 def print_json(answer: Mapping[str, Any]) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from leafcut.errors import OptionError, ReadError
-from leafcut.files import OutputError, check_output
+from leafcut.files.whole_files import OutputError, check_output
 
 #: Stands for standard input.
 _DASH = "-"

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from leafcut.cli.flags import Json, switch
+from leafcut.cli.json_output import print_json
+from leafcut.cli.progress import Reporter
 from leafcut.errors import OptionError
-from leafcut.flags import Json, switch
-from leafcut.json_output import print_json
-from leafcut.option_spec import OptionSpec, converted
-from leafcut.progress import Reporter
+from leafcut.options.option_spec import OptionSpec, converted
 
 if TYPE_CHECKING:
     from leafcut.lab.store import Store
@@ -127,7 +127,7 @@ def report_experiment(
     as_json: Json = False,
 ) -> int:
     """Write the page (HTML) and the table of runs (CSV) of an experiment, as far as it is done."""
-    from leafcut.files import check_output, write_together
+    from leafcut.files.whole_files import check_output, write_together
     from leafcut.lab.page import rows_as_csv, write_page
     from leafcut.lab.running import can_run, rows_of
     from leafcut.lab.store import Store
@@ -183,12 +183,12 @@ def tune_options(
     as_json: Json = False,
 ) -> int:
     """Seek the parameters of an algorithm on some inputs, and judge them on the others."""
-    from leafcut.batch import inputs_of
-    from leafcut.files import check_output, write_together
+    from leafcut.cli.batch import inputs_of
+    from leafcut.cli.several import expanded
+    from leafcut.files.whole_files import check_output, write_together
     from leafcut.lab.page import rows_as_csv, write_page
     from leafcut.lab.tuning import TuningTask, command_of, options_text, search_block, tune
     from leafcut.processes.settings import options_of_file
-    from leafcut.several import expanded
 
     inputs, _ = expanded(inputs_of(sources), "tune", folder=output)
     shared = options_of_file(Path(options_file)) if options_file else {}
@@ -227,9 +227,9 @@ def _at_work(results: str, executor: str, workers: int | None) -> Iterator[tuple
     """Open the results, and yield them with the words of `lab.running.run`; an interrupt is told in one line."""
     import threading
 
-    from leafcut.executors import MOST_WORKERS, open_executor
     from leafcut.lab.running import on_executor
     from leafcut.lab.store import Store
+    from leafcut.solve.executors import MOST_WORKERS, open_executor
 
     if workers is not None and executor == HERE:
         raise OptionError("--workers: needs --executor")

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from leafcut.cli.flags import Json
+from leafcut.cli.json_output import print_json
+from leafcut.cli.usage import DASH, HELD, refuse_dash
 from leafcut.errors import OptionError, count_of
-from leafcut.flags import Json
-from leafcut.json_output import print_json
-from leafcut.usage import DASH, HELD, refuse_dash
 
 if TYPE_CHECKING:
     from leafcut.read.controllers.importing import ImportedMachine
@@ -52,7 +52,7 @@ def import_machine(
     as_json: Json = False,
 ) -> int:
     """Make a machine profile from the settings of its controller; each value is told with where it comes from."""
-    from leafcut.files import StandardInput
+    from leafcut.files.whole_files import StandardInput
     from leafcut.read.controllers.importing import imported, read_settings, settings_text
 
     if file is not None and port is not None:
@@ -195,7 +195,7 @@ def check_machine(
 ) -> int:
     """Compare leafcut's times with a stop-watch; by several programs, fit accelerations and the corner value."""
     from leafcut import api
-    from leafcut.files import write_whole
+    from leafcut.files.whole_files import write_whole
     from leafcut.report.fit_report import fit_as_json, print_fit
 
     refuse_dash("machine check", *programs)
@@ -289,7 +289,7 @@ def import_tools(
     as_json: Json = False,
 ) -> int:
     """Convert a tool library of another program; list the tools that leafcut cannot use, with the reason."""
-    from leafcut.files import write_whole
+    from leafcut.files.whole_files import write_whole
     from leafcut.read.tool_text import imported_tools
 
     refuse_dash("tools import", file)
@@ -314,7 +314,7 @@ def import_tools(
 
 
 def _check_output(output: str | None, inputs: Sequence[str | None]) -> None:
-    from leafcut.files import check_output
+    from leafcut.files.whole_files import check_output
 
     if output in (DASH, HELD):
         raise OptionError("-o -: without -o it is printed; name a file")
@@ -324,7 +324,7 @@ def _check_output(output: str | None, inputs: Sequence[str | None]) -> None:
 
 
 def _write_or_print(made: ImportedMachine, output: str | None, *, as_json: bool) -> None:
-    from leafcut.files import write_whole
+    from leafcut.files.whole_files import write_whole
 
     if output:
         write_whole(output, made.text)

@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.files import write_whole
+from leafcut.files.whole_files import write_whole
 
 #: Names the file of defaults in place of the usual one; empty for none.
 DEFAULTS_VARIABLE = "LEAFCUT_DEFAULTS"

@@ -18,22 +18,22 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import App, CycloptsError, Parameter
 
 from leafcut._version import __version__
+from leafcut.cli.flags import Directory, File, Json, command_of, switch
+from leafcut.cli.json_output import print_json
+from leafcut.cli.progress import Reporter
+from leafcut.cli.several import all_drill_files, expanded, targets_of
+from leafcut.cli.usage import DASH, GROUPS, HELD, command_in, refuse_dash, told
 from leafcut.errors import DataError, LeafcutError, OptionError, count_of
-from leafcut.files import StandardInput
-from leafcut.flags import Directory, File, Json, command_of, switch
-from leafcut.json_output import print_json
-from leafcut.option_spec import PLACES, flag_name
+from leafcut.files.user_files import DEFAULTS_VARIABLE, defaults_file, first_time
+from leafcut.files.whole_files import StandardInput
 from leafcut.options import Settings
+from leafcut.options.option_spec import PLACES, flag_name
 from leafcut.processes import registry
 from leafcut.processes.base import Process, Work
 from leafcut.processes.settings import all_options, used_by, why_unused
-from leafcut.progress import Reporter
-from leafcut.several import all_drill_files, expanded, targets_of
-from leafcut.usage import DASH, GROUPS, HELD, command_in, refuse_dash, told
-from leafcut.user_files import DEFAULTS_VARIABLE, defaults_file, first_time
 
 if TYPE_CHECKING:
-    from leafcut.batch import BatchRow
+    from leafcut.cli.batch import BatchRow
     from leafcut.model.outcome import Outcome
     from leafcut.model.simulation import Simulation
 
@@ -195,7 +195,7 @@ def _nothing_new_in(output: str | None) -> Iterator[None]:
     try:
         yield
     except LeafcutError as problem:
-        from leafcut.files import OutputError
+        from leafcut.files.whole_files import OutputError
 
         if output and Path(output).is_file() and not isinstance(problem, OutputError):
             problem.add_note(f"{output} was not changed")
@@ -207,8 +207,8 @@ def app(arguments: Sequence[str] = ()) -> App:
 
     Of a command line only the flags of its command are made: there are hundreds. Without one, those of all commands.
     """
-    from leafcut.cli_inside import add_commands
-    from leafcut.cli_send import send
+    from leafcut.cli.inside import add_commands
+    from leafcut.cli.send import send
 
     made = App(
         name="leafcut",
@@ -234,7 +234,7 @@ def app(arguments: Sequence[str] = ()) -> App:
         options = used_by(*works) if all_of_them or asked == name else ()
         made.command(command_of(function, options, **special), name=name, help=special.get("help"))
     if "--install-completion" in arguments:
-        from leafcut.cli_inside import type_for_shell
+        from leafcut.cli.inside import type_for_shell
 
         type_for_shell(made)
     made.register_install_completion_command(help="install command completion for your shell")
@@ -425,7 +425,7 @@ def _filter(
     The machine is that of LinuxCNC, by its .ini, unless --machine or --options names one. A line in [FILTER] of the
     .ini calls it: dxf = leafcut filter --thickness 6
     """
-    from leafcut.linuxcnc_filter import check_file, run_filter
+    from leafcut.cli.linuxcnc_filter import check_file, run_filter
 
     refuse_dash("filter", *sources)
     refuse_dash("--options", options_file)
@@ -467,10 +467,10 @@ def _batch(
 
     One that is refused does not stop the others.
     """
-    from leafcut.batch import PAGE, inputs_of, run_batch
-    from leafcut.batch import REFUSED as NOT_WRITTEN
-    from leafcut.executors import open_executor
+    from leafcut.cli.batch import PAGE, inputs_of, run_batch
+    from leafcut.cli.batch import REFUSED as NOT_WRITTEN
     from leafcut.report.several import print_batch
+    from leafcut.solve.executors import open_executor
 
     _check_workers(workers)
     asked = _given(options)
@@ -513,10 +513,10 @@ def _watch(
 
     One that is refused does not stop it. Files that are still being written are waited for.
     """
-    from leafcut.executors import open_executor
+    from leafcut.cli.watch_folder import FolderWatch
     from leafcut.report.wording import count, time_words
+    from leafcut.solve.executors import open_executor
     from leafcut.units import parse_quantity
-    from leafcut.watch_folder import FolderWatch
 
     refuse_dash("watch", *sources)
     refuse_dash("-o", output)
@@ -556,7 +556,7 @@ def _watch(
 
 
 def _check_workers(workers: int | None) -> None:
-    from leafcut.executors import MOST_WORKERS
+    from leafcut.solve.executors import MOST_WORKERS
 
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
         raise OptionError(f"--workers: choose 1 to {MOST_WORKERS}")
@@ -609,7 +609,7 @@ def _solve(
 ) -> int:
     """Find a short closed tour through the points of a map, or one point of each set, to study the algorithms."""
     from leafcut import api
-    from leafcut.files import check_output, write_whole
+    from leafcut.files.whole_files import check_output, write_whole
     from leafcut.read.csvmap import points_text
     from leafcut.read.tsplib import tour_text
     from leafcut.report.wording import count, gap_lines
@@ -796,7 +796,7 @@ def _stock(
 ) -> int:
     """Show what a program cuts from its stock: volume, depth, time in the air, rapids and holders that meet it."""
     from leafcut import api
-    from leafcut.files import check_output, write_bytes
+    from leafcut.files.whole_files import check_output, write_bytes
     from leafcut.report.stock_report import as_file, check_name, print_stock, stock_as_json
 
     if more:
@@ -1080,7 +1080,3 @@ _WITHOUT_OPTIONS: dict[str, Callable[..., int]] = {
     "machines": _machines, "materials": _materials, "dialects": _dialects, "algorithms": _algorithms,
     "formats": _formats, "plugins": _plugins, "studio": _studio,
 }  # fmt: skip
-
-
-if __name__ == "__main__":
-    main()

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TextIO
 
 from cyclopts import Parameter
 
+from leafcut.cli.flags import Json, switch
+from leafcut.cli.json_output import print_json
+from leafcut.cli.terminal_keys import Keys
+from leafcut.cli.usage import DASH, HELD
 from leafcut.errors import OptionError, SendError
-from leafcut.flags import Json, switch
-from leafcut.json_output import print_json
-from leafcut.terminal_keys import Keys
-from leafcut.usage import DASH, HELD
 
 if TYPE_CHECKING:
     from leafcut.sender.conversation import Conversation
@@ -103,7 +103,7 @@ def send(
     While it runs, keys hold it, stop it and change the feed. Whatever happens, the machine is stopped, and how to go on
     is told.
     """
-    from leafcut.files import check_output
+    from leafcut.files.whole_files import check_output
     from leafcut.sender.firmware import speaker_of
     from leafcut.sender.job import accepted_codes, read_job
     from leafcut.sender.port import SerialPort, ports_in_words

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from leafcut import api
-from leafcut.files import StandardInput
+from leafcut.files.whole_files import StandardInput
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.mesh import Mesh
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules

@@ -1,0 +1,1 @@
+"""Whole files, schema numbers, plug-ins, and the files of the user."""
