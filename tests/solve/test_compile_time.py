@@ -56,6 +56,20 @@ def test_seconds_of_nested_compilations_count_once(clock: Clock) -> None:
     assert (compilations.count, compilations.seconds) == (2, pytest.approx(13.0))
 
 
+def test_the_end_of_a_compilation_that_had_begun_before_is_not_counted(clock: Clock) -> None:
+    """Another thread is compiling when the counting begins: the clock of searches must not stand still afterwards."""
+    with event.trigger_event("numba:compile"):
+        counted = compiling.Compilations()
+        event.register("numba:compile", counted)
+        clock.now += 3.0
+    clock.now += 4.0
+    with event.trigger_event("numba:compile"):
+        clock.now += 5.0
+    event.unregister("numba:compile", counted)
+    clock.now += 6.0
+    assert (counted.count, counted.seconds) == (1, pytest.approx(5.0))
+
+
 def test_a_run_states_compile_time_beside_its_own(examples: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of all that is counted while the run lasts, nothing is in its seconds."""
     spent = itertools.chain([100.0], itertools.repeat(140.0))

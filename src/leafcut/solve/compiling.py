@@ -50,11 +50,12 @@ class Compilations(event.Listener):  # type: ignore[misc]  # numba has no types
             self._tell(FIRST_RUN if self.kept else EVERY_RUN)
 
     def on_end(self, event: event.Event) -> None:
-        """End a compilation."""
+        """End a compilation; one that had begun before this listener was registered is not counted."""
         with self._lock:
-            self._depth -= 1
-            if not self._depth:
-                self._spent += time.perf_counter() - self._began
+            if self._depth:
+                self._depth -= 1
+                if not self._depth:
+                    self._spent += time.perf_counter() - self._began
 
     @property
     def seconds(self) -> float:
