@@ -727,7 +727,7 @@ def _compile_searches() -> None:
     import numpy as np
 
     from leafcut.model.problem import RoutingProblem
-    from leafcut.solve.in_order import warm_up_in_order
+    from leafcut.order.in_order import warm_up_in_order
 
     entry = np.random.default_rng(1).uniform(0.0, 100.0, (8, 2))
     for clusters, away in ((8, 0.0), (8, 1.0), (4, 1.0)):

@@ -39,7 +39,7 @@ SIZES = {
 }
 #: Modules and functions of the searches. A search within a search counts once.
 SEARCHES = (
-    ("leafcut.solve.solve", "solve"),
+    ("leafcut.order.solve", "solve"),
     ("leafcut.processes.pocket.plan.connected", "best"),
     ("leafcut.processes.nesting.plan.nesting", "variants"),
 )

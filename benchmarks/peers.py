@@ -26,7 +26,7 @@ from benchmarks import boards, page
 from benchmarks.boards import Board
 from benchmarks.tsplib import NO_TOUR, problem_of, search_parser, warm_up
 from leafcut.options import SolveOptions
-from leafcut.solve.solve import solve
+from leafcut.order.solve import solve
 
 #: Most time for imports, file and matrix, and for the end of a run after its time limit, s.
 PATIENCE = 120.0

@@ -24,8 +24,8 @@ from benchmarks import boards, page
 from benchmarks.boards import Board
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import ALGORITHMS, AcoOptions, SolveOptions
-from leafcut.solve.solve import solve
-from leafcut.solve.solve import warm_up as compile_kernels
+from leafcut.order.solve import solve
+from leafcut.order.solve import warm_up as compile_kernels
 
 NO_TOUR = "–"
 #: Most nodes of a warm-up: enough to compile all code that `auto` runs on large boards.

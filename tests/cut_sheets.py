@@ -15,12 +15,12 @@ from leafcut.model.contour import Contour
 from leafcut.model.cutting import Cut, CutData
 from leafcut.model.sheet import Sheet, SheetContour
 from leafcut.options import SolveOptions
+from leafcut.order.solve import solve
 from leafcut.processes.sheet.options import CutOptions
 from leafcut.processes.sheet.plan.chains.chain_cutting import chain_blocks, chain_problem, chains_of, with_chains
 from leafcut.processes.sheet.plan.chains.chain_starts import Chain
 from leafcut.processes.sheet.plan.cut_rules import CutRules, resolve_rules
 from leafcut.processes.sheet.plan.cutting import Cutting, bands, prepare_cutting
-from leafcut.solve.solve import solve
 
 PLASMA = CutData("plasma", "mild_steel", 6.0, 20.0, 1.5, 45.0, 3.8, 0.5, 1.5)
 LASER = CutData("laser_fiber_3kW", "mild_steel", 3.0, 100.0, 0.2, None, 1.0, 0.3, 1.0)

@@ -13,7 +13,7 @@ import pytest
 
 from leafcut import api
 from leafcut.cli.app import run
-from leafcut.solve import executors
+from leafcut.order import executors
 from page_parser import Page
 
 

@@ -257,7 +257,7 @@ def test_a_part_that_does_not_lie_in_the_travel_at_its_work_offset_is_refused(ex
 def test_the_time_limit_is_one_for_the_searches_of_all_tools_together(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from leafcut.solve import solve as room
+    from leafcut.order import solve as room
 
     limits: list[float] = []
     inner = room.solve

@@ -20,7 +20,7 @@ import pytest
 
 from dask_cluster import Cluster
 from leafcut.errors import OptionError, ReadError
-from leafcut.solve.executors import (
+from leafcut.order.executors import (
     ExecutorError,
     WatchedExecutor,
     _check_workers,
@@ -32,7 +32,7 @@ from leafcut.solve.executors import (
 #: Runs in a process of its own: Dask's client keeps threads and sockets until Python ends.
 SUMS = """
 import sys
-from leafcut.solve import executors
+from leafcut.order import executors
 from leafcut.cli.app import _failure
 executors.CONNECT_SECONDS = float(sys.argv[2])
 try:
@@ -119,7 +119,7 @@ def test_tasks_of_dead_workers_run_again_alone_and_a_task_that_always_kills_is_g
     loss: Callable[[], BaseException], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each task has its own result, though `bad` kills its workers always and `weak` kills two of them."""
-    monkeypatch.setattr("leafcut.solve.executors.LOOK_SECONDS", 0.0)
+    monkeypatch.setattr("leafcut.order.executors.LOOK_SECONDS", 0.0)
     executor = DyingWorkers({"bad": 99, "weak": 2}, loss)
     tasks = ["a", "bad", "b", "c", "d", "weak", "e"]
     results = list(run_tasks(executor, str.upper, tasks))

@@ -18,7 +18,7 @@ from leafcut.cli.batch import BatchRow, read_table
 from leafcut.cli.watch_folder import FolderLook, FolderWatch
 from leafcut.errors import OptionError
 from leafcut.files.whole_files import OutputError
-from leafcut.solve.executors import open_executor
+from leafcut.order.executors import open_executor
 
 PROGRAM = "G21 G90 G17 G54\nT1 M6\nS1200 M3\nG0 Z10\nG98 G81 X5 Y5 Z-5 R2 F120\nX50\nX9 Y30\nG80\nG0 Z50\nM30\n"
 BROKEN = PROGRAM.replace("X50", "X")

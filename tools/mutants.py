@@ -33,7 +33,7 @@ SOURCE = ROOT / "src" / "leafcut"
 
 #: Group → patterns of its files below the package.
 GROUPS = {
-    "solver": ("solve/*.py", "kernels/*.py"),
+    "solver": ("order/*.py", "kernels/*.py"),
     "proof": ("proof/*.py", "processes/*/proof/*.py"),
     "readers": ("read/**/*.py", "gcode/*.py"),
     "posts": ("post/*.py", "processes/*/post/*.py", "processes/*/post.py"),
@@ -46,7 +46,7 @@ FAST = "not (slow or browser or external)"
 COMPILING, EACH = 90.0, 0.005
 
 #: Tests that use the kernels, besides those of the kernels.
-BESIDE_KERNELS = ("tests/solve/", "tests/stock/", "tests/timing/")
+BESIDE_KERNELS = ("tests/order/", "tests/material/", "tests/timing/")
 
 
 class Mutant(NamedTuple):

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import StandardInput, check_is_there, check_output, write_together
+from leafcut.material.stock_cut import StockCut
 from leafcut.model.certificate import Certificate
 from leafcut.model.cutting_front import CuttingData
 from leafcut.model.heartbeat import Progress, looking_for, passing_on
@@ -40,7 +41,6 @@ from leafcut.processes.deadline import Deadline
 from leafcut.processes.settings import collect, settings_for
 from leafcut.read import Input
 from leafcut.read.nest_list import WantedDrawing
-from leafcut.stock.stock_cut import StockCut
 
 if TYPE_CHECKING:
     from leafcut.processes.base import Process
@@ -98,7 +98,7 @@ def optimize(
     ReadError, OptionError, PlanError, PostError, VerifyError, OutputError
         One line that says what was found and what to do. Nothing has been written then.
     """
-    from leafcut.solve.compiling import compile_seconds
+    from leafcut.order.compiling import compile_seconds
 
     began, compiled = time.perf_counter(), compile_seconds()
     sources = _sources(source)
@@ -261,9 +261,9 @@ def _solved(
     part: Part, settings: Settings, progress: Progress | None, observe: Observer | None,
     cancelled: threading.Event | None,
 ) -> Solution:  # fmt: skip
-    from leafcut.solve.compiling import announced
-    from leafcut.solve.maps import check_allowed, problem_of_map
-    from leafcut.solve.solve import solve
+    from leafcut.order.compiling import announced
+    from leafcut.order.maps import check_allowed, problem_of_map
+    from leafcut.order.solve import solve
 
     problem = problem_of_map(part)
     what = f"solving {part.name}"
@@ -469,7 +469,7 @@ def output_name(
 
 def algorithms() -> dict[str, str]:
     """Return the algorithms that order the work, each with what it is; of a broken plug-in with its error."""
-    from leafcut.solve.algorithms import algorithm_titles
+    from leafcut.order.algorithms import algorithm_titles
 
     return algorithm_titles()
 
@@ -477,9 +477,9 @@ def algorithms() -> dict[str, str]:
 def plugins() -> list[tuple[str, str]]:
     """Return what installed packages add, by kind and name, each with what it is or why it cannot be used."""
     from leafcut.gcode.dialects import DIALECTS
+    from leafcut.order.algorithms import PACKAGED as ALGORITHMS
     from leafcut.read.machine import MACHINES
     from leafcut.read.registry import READERS
-    from leafcut.solve.algorithms import PACKAGED as ALGORITHMS
 
     kinds = (READERS, registry.PACKAGED, ALGORITHMS, DIALECTS, MACHINES)
     return [(f"{kind.noun} {name}", words) for kind in kinds for name, words in kind.listed()]

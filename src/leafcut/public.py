@@ -16,6 +16,9 @@ from leafcut.errors import (
 )
 from leafcut.files.whole_files import OutputError, StandardInput
 from leafcut.geometry.polyline import Polyline
+from leafcut.material.height_field import HeightField, StockBlock
+from leafcut.material.same_stock import StockDifference
+from leafcut.material.stock_cut import BodyCut, RapidCut, StockCut, ToolCut
 from leafcut.model.certificate import Certificate, Counts
 from leafcut.model.contour import Contour
 from leafcut.model.cutter import Body
@@ -80,9 +83,6 @@ from leafcut.processes.sheet.model import SheetDetail
 from leafcut.read import Input, Source
 from leafcut.read import read as read_part
 from leafcut.read.nest_list import WantedDrawing
-from leafcut.stock.height_field import HeightField, StockBlock
-from leafcut.stock.same_stock import StockDifference
-from leafcut.stock.stock_cut import BodyCut, RapidCut, StockCut, ToolCut
 
 __all__ = [
     "Arc",

@@ -39,22 +39,22 @@ from leafcut.kernels import (
     surface,
     sweep,
 )
+from leafcut.material.engagement import engagement as measured
+from leafcut.material.step_over import widest_gaps
+from leafcut.material.tool_steps import way_of
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.model.problem import Metric, Relief, RoutingProblem
 from leafcut.options import AcoOptions, FireflyOptions, SolveOptions
+from leafcut.order import kicks as tour_kicks
+from leafcut.order import spanning_tree as patched
+from leafcut.order.annealing import Forgetting
+from leafcut.order.bound import lower_bound
+from leafcut.order.construction import greedy as greedy_tour
+from leafcut.order.directed import build_directed
+from leafcut.order.instance import build_instance, cost_model
+from leafcut.order.kicks import shorten_long_edges, work_tour
+from leafcut.order.solve import solve
 from leafcut.processes.pocket.plan.coverage_points import CoveragePoints
-from leafcut.solve import kicks as tour_kicks
-from leafcut.solve import spanning_tree as patched
-from leafcut.solve.annealing import Forgetting
-from leafcut.solve.bound import lower_bound
-from leafcut.solve.construction import greedy as greedy_tour
-from leafcut.solve.directed import build_directed
-from leafcut.solve.instance import build_instance, cost_model
-from leafcut.solve.kicks import shorten_long_edges, work_tour
-from leafcut.solve.solve import solve
-from leafcut.stock.engagement import engagement as measured
-from leafcut.stock.step_over import widest_gaps
-from leafcut.stock.tool_steps import way_of
 
 #: Flat, ball, bull nose, a drill, and a tapered ball: radius, flat, corner, reach, rise, slope.
 SHAPES = (

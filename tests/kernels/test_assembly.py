@@ -22,9 +22,9 @@ from leafcut.kernels.assembly import (
 from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.lin_kernighan import Tour
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.solve.colony import assembly_for
-from leafcut.solve.instance import Instance, build_instance
-from leafcut.solve.kicks import BREADTH, choices, descend, work_tour
+from leafcut.order.colony import assembly_for
+from leafcut.order.instance import Instance, build_instance
+from leafcut.order.kicks import BREADTH, choices, descend, work_tour
 from plain_python import plain_python
 
 SEEDS = st.integers(0, 2**31)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from leafcut.kernels.candidates import fill_candidates
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.solve.instance import Instance, build_instance, costs_of_edges, nearby_buffers
+from leafcut.order.instance import Instance, build_instance, costs_of_edges, nearby_buffers
 
 PLACES = st.lists(st.tuples(st.integers(0, 15), st.integers(0, 15)), min_size=12, max_size=90, unique=True)
 METRICS = st.sampled_from(["euclidean", "linear", "dogleg", "EUC_2D", "chebyshev"])

@@ -13,8 +13,8 @@ from leafcut.kernels.insertion import close_path
 from leafcut.kernels.layers import Clusters, choose_between, ring_length
 from leafcut.kernels.ordering import choose_all, draw_next, lay_order, may_invert
 from leafcut.model.problem import RoutingProblem
-from leafcut.solve.annealing import Forgetting, layers_of
-from leafcut.solve.directed import DirectedInstance, build_directed
+from leafcut.order.annealing import Forgetting, layers_of
+from leafcut.order.directed import DirectedInstance, build_directed
 from plain_python import plain_python
 
 M = 6

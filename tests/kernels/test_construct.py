@@ -17,8 +17,8 @@ from leafcut.kernels.construct import (
 )
 from leafcut.kernels.random import below, uniform
 from leafcut.model.problem import RoutingProblem
-from leafcut.solve.construction import none_visited
-from leafcut.solve.instance import Instance, build_instance
+from leafcut.order.construction import none_visited
+from leafcut.order.instance import Instance, build_instance
 from plain_python import plain_python
 
 ENDS = [None, (None, None), ((0.0, 0.0), None), ((0.0, 0.0), (9.0, 9.0))]

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from leafcut.kernels.cost import TIED, is_straight, rest_to_rest, straight, tour_cost, travel
 from leafcut.model.problem import METRICS, Metric
-from leafcut.solve.instance import cost_model
+from leafcut.order.instance import cost_model
 from leafcut.timing.travel import travel_cost
 from plain_python import plain_python
 

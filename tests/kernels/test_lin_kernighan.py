@@ -25,8 +25,8 @@ from leafcut.kernels.lin_kernighan import (
     take_back,
 )
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.solve.instance import Instance, build_instance
-from leafcut.solve.kicks import BREADTH, queue_waiting, work_tour
+from leafcut.order.instance import Instance, build_instance
+from leafcut.order.kicks import BREADTH, queue_waiting, work_tour
 from plain_python import plain_python
 
 #: Entries enough for all that a test does.

@@ -9,8 +9,8 @@ from leafcut.kernels.cost import tour_cost
 from leafcut.kernels.lin_kernighan import Tour
 from leafcut.kernels.long_edges import bring_home, turn
 from leafcut.model.problem import RoutingProblem
-from leafcut.solve.instance import Instance, build_instance
-from leafcut.solve.kicks import shorten_long_edges, work_tour
+from leafcut.order.instance import Instance, build_instance
+from leafcut.order.kicks import shorten_long_edges, work_tour
 
 
 def field(n: int, seed: int) -> Instance:

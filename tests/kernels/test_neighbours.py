@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from leafcut.kernels.neighbours import LEAF_SIZE, MOST_TWINS, REST, TWINS, Tree, find_nearby, nearest_unvisited, remove
-from leafcut.solve.instance import nearby_buffers, plant_tree
+from leafcut.order.instance import nearby_buffers, plant_tree
 
 GRIDDY = st.lists(st.tuples(st.integers(0, 12), st.integers(0, 12)), min_size=2, max_size=120)
 COARSE = st.lists(st.tuples(st.integers(0, 2), st.integers(0, 2)), min_size=2, max_size=120)

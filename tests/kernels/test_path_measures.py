@@ -10,11 +10,11 @@ import shapely
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.kernels.step_over import Reaches, find_neighbours
+from leafcut.material.bands import bands_of
+from leafcut.material.engagement import engagement
+from leafcut.material.tool_steps import way_of
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.processes.pocket.plan.coverage_points import CoveragePoints
-from leafcut.stock.bands import bands_of
-from leafcut.stock.engagement import engagement
-from leafcut.stock.tool_steps import way_of
 
 
 @pytest.mark.parametrize("spread", [(10.0, 10.0), (40.0, 0.0), (0.0, 40.0), (1e-3, 60.0)])

@@ -21,11 +21,11 @@ from leafcut.kernels.route import (
 )
 from leafcut.kernels.sequential import find_exchange, kick
 from leafcut.model.problem import Metric, RoutingProblem
-from leafcut.solve.construction import random_words
-from leafcut.solve.directed import DirectedInstance, build_directed
-from leafcut.solve.instance import costs_of_edges
-from leafcut.solve.precedence import keeps
-from leafcut.solve.sequential import greedy_path, route_of
+from leafcut.order.construction import random_words
+from leafcut.order.directed import DirectedInstance, build_directed
+from leafcut.order.instance import costs_of_edges
+from leafcut.order.precedence import keeps
+from leafcut.order.sequential import greedy_path, route_of
 from plain_python import plain_python
 
 #: Small cases in plain Python; the slow ones compile parts of kernels that no cache keeps.

@@ -24,8 +24,8 @@ from leafcut.lab.loading import load
 from leafcut.lab.results import Results
 from leafcut.lab.running import Answer, RunTask, on_executor, perform, rows_of, run, task_of
 from leafcut.lab.store import Store
+from leafcut.order.executors import open_executor
 from leafcut.read.machine import machine_template
-from leafcut.solve.executors import open_executor
 
 
 def counted(done: list[str], most: int = 1000) -> running.Performer:

@@ -12,6 +12,7 @@ import shapely
 
 from leafcut.model.pocket import PocketPath, PocketRules
 from leafcut.options import SolveOptions
+from leafcut.order import solve as solving
 from leafcut.processes import deadline as module
 from leafcut.processes.course import Run, machine_of
 from leafcut.processes.deadline import Deadline
@@ -21,7 +22,6 @@ from leafcut.processes.pocket.strategies import WAYS, ClearingWay, SearchTime
 from leafcut.processes.settings import collect
 from leafcut.processes.sheet import run as cutting
 from leafcut.processes.sheet.plan import freed_parts
-from leafcut.solve import solve as solving
 
 
 def given_to(works: list[float], takes: Callable[[float], float], limit: float | None) -> list[float | None]:

@@ -12,9 +12,9 @@ import pytest
 
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import SolveOptions
+from leafcut.order.instance import path_cost
+from leafcut.order.solve import solve
 from leafcut.processes.together import Stage, solve_together
-from leafcut.solve.instance import path_cost
-from leafcut.solve.solve import solve
 
 
 def stages_of(

@@ -14,15 +14,15 @@ pytest.importorskip("OCP")
 from leafcut import api
 from leafcut.errors import OptionError
 from leafcut.geometry.polyline import Polyline
+from leafcut.material.cutting import cut as cut_field
+from leafcut.material.height_field import HeightField, StockBlock
+from leafcut.material.solid import solid_of
+from leafcut.material.straight_moves import straight_moves
 from leafcut.model.cutter import cutter_of
 from leafcut.model.pocket import Pocket
 from leafcut.processes.pocket.plan.stock_top import highest_over, stock_tops
 from leafcut.processes.pocket.proof.stock_top import stock_top_differences
 from leafcut.processes.pocket.report.pocket_report import PocketReport
-from leafcut.stock.cutting import cut as cut_field
-from leafcut.stock.height_field import HeightField, StockBlock
-from leafcut.stock.solid import solid_of
-from leafcut.stock.straight_moves import straight_moves
 from made_solids import box, cut, fused, rounded, saved
 
 pytestmark = pytest.mark.usefixtures("opencascade_at_hand")

@@ -10,11 +10,11 @@ import numpy as np
 from canvas_scenes import MACHINE
 from canvas_server import until
 
+from leafcut.material.solid import Solid, solid_of
 from leafcut.model.mesh import Mesh
 from leafcut.model.shown_stock import ShownStock
 from leafcut.model.tool import BodySegment, Tool, ToolKind
 from leafcut.model.toolpath import Arc, DrillCycle, Toolpath, ToolpathBuilder
-from leafcut.stock.solid import Solid, solid_of
 from leafcut.studio.drawing.scene import toolpath_scene
 from leafcut.studio.drawing.solid import compared_solid_scenes, solid_scene
 from meshes import box_triangles

@@ -9,7 +9,7 @@ import pytest
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import SearchStep
 from leafcut.options import LITERATURE, SolveOptions
-from leafcut.solve.solve import solve
+from leafcut.order.solve import solve
 from leafcut.studio.page.formulas import formula, frac, number, plain, sub
 from leafcut.studio.page.lesson import lesson
 from leafcut.studio.wording import LANGUAGES, words

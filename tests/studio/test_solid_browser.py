@@ -22,7 +22,7 @@ from solid_scenes import (
     stepped_stock,
 )
 
-from leafcut.stock.solid import solid_of
+from leafcut.material.solid import solid_of
 
 #: How many pixels of the picture are drawn on, and the mean of their colours.
 INK = """() => {

@@ -13,8 +13,8 @@ from canvas_scenes import MACHINE
 from numpy.typing import NDArray
 from solid_scenes import STOCK, shaped_path, stepped_path, stepped_stock
 
+from leafcut.material.solid import solid_of
 from leafcut.model.shown_stock import ShownStock
-from leafcut.stock.solid import solid_of
 from leafcut.studio.drawing.solid import compared_solid_scenes, solid_scene
 from leafcut.studio.jobs.run_job import Made, run
 from leafcut.studio.jobs.task import ReadyTask

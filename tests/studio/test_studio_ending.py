@@ -140,7 +140,7 @@ def test_a_search_that_has_told_nothing_yet_is_not_ended_anywhere(
         through.append(True)
         raise AssertionError("it has seen enough")
 
-    monkeypatch.setattr("leafcut.solve.solve.solve", solve)
+    monkeypatch.setattr("leafcut.order.solve.solve", solve)
     job = studio.jobs.start(task)
     assert begun.wait(LONG_ENOUGH)
     studio.jobs.cancel(job)

@@ -13,7 +13,7 @@ from leafcut.errors import PlanError
 from leafcut.kernels.cost import edge_costs, way_heights
 from leafcut.model.machine import Machine
 from leafcut.model.problem import METRICS, Metric, Relief
-from leafcut.solve.instance import cost_model
+from leafcut.order.instance import cost_model
 from leafcut.timing.profile import move_time
 from leafcut.timing.travel import TIE_BREAK, travel_cost, travel_metric, way_height
 

@@ -55,7 +55,7 @@ def faults_of_site() -> Iterator[str]:
 
 
 def unknown_names() -> Iterator[str]:
-    """Yield names such as `solve.solve` that leafcut does not have."""
+    """Yield names such as `order.solve` that leafcut does not have."""
     packages = {file.name.removesuffix(".py") for file in sources.PACKAGE.iterdir()}
     for page in PAGES:
         for place, match in sources.matches(r"`([a-z_]+(?:\.\w+)+)(?:\(.*?\))?`", page):

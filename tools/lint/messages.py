@@ -26,7 +26,7 @@ ERRORS = {
 }
 #: Commands outside the studio → files whose errors only they show.
 NOT_IN_STUDIO = {
-    "command line in general": ("cli/app.py", "cli/several.py", "solve/executors.py"),
+    "command line in general": ("cli/app.py", "cli/several.py", "order/executors.py"),
     "batch": ("cli/batch.py",),
     "cutting-data": (
         "processes/cutting_data/run.py",

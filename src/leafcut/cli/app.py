@@ -469,8 +469,8 @@ def _batch(
     """
     from leafcut.cli.batch import PAGE, inputs_of, run_batch
     from leafcut.cli.batch import REFUSED as NOT_WRITTEN
+    from leafcut.order.executors import open_executor
     from leafcut.report.several import print_batch
-    from leafcut.solve.executors import open_executor
 
     _check_workers(workers)
     asked = _given(options)
@@ -514,8 +514,8 @@ def _watch(
     One that is refused does not stop it. Files that are still being written are waited for.
     """
     from leafcut.cli.watch_folder import FolderWatch
+    from leafcut.order.executors import open_executor
     from leafcut.report.wording import count, time_words
-    from leafcut.solve.executors import open_executor
     from leafcut.units import parse_quantity
 
     refuse_dash("watch", *sources)
@@ -556,7 +556,7 @@ def _watch(
 
 
 def _check_workers(workers: int | None) -> None:
-    from leafcut.solve.executors import MOST_WORKERS
+    from leafcut.order.executors import MOST_WORKERS
 
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
         raise OptionError(f"--workers: choose 1 to {MOST_WORKERS}")

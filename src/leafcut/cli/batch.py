@@ -20,9 +20,9 @@ from leafcut.cli.several import targets_of
 from leafcut.errors import LeafcutError, OptionError, count_of
 from leafcut.files.whole_files import OutputError, write_together
 from leafcut.model.heartbeat import Progress
+from leafcut.order.executors import WatchedExecutor, run_tasks
 from leafcut.read.registry import format_name, read_source
 from leafcut.report.batch_page import batch_page
-from leafcut.solve.executors import WatchedExecutor, run_tasks
 
 #: The table and the report, beside the programs.
 TABLE, PAGE = "batch.csv", "batch.html"

@@ -229,7 +229,7 @@ def _at_work(results: str, executor: str, workers: int | None) -> Iterator[tuple
 
     from leafcut.lab.running import on_executor
     from leafcut.lab.store import Store
-    from leafcut.solve.executors import MOST_WORKERS, open_executor
+    from leafcut.order.executors import MOST_WORKERS, open_executor
 
     if workers is not None and executor == HERE:
         raise OptionError("--workers: needs --executor")

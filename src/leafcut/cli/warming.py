@@ -10,21 +10,21 @@ import shapely
 from leafcut import api
 from leafcut.files.whole_files import StandardInput
 from leafcut.geometry.polyline import Polyline
+from leafcut.material.bands import pieces_near
+from leafcut.material.mesh_field import field_of_mesh
+from leafcut.material.removal import engaged_way
+from leafcut.material.step_over import widest_gaps
+from leafcut.material.surface import rims_of, safe_tiles
 from leafcut.model.mesh import Mesh
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.study import Study
 from leafcut.options import LITERATURE, AcoOptions, FireflyOptions, SolveOptions
-from leafcut.solve.compiling import Compilations, announced
-from leafcut.solve.construction import FEW
-from leafcut.solve.kicks import MANY
-from leafcut.solve.solve import solve, warm_up
-from leafcut.solve.spanning_tree import ALL_PAIRS
-from leafcut.stock.bands import pieces_near
-from leafcut.stock.mesh_field import field_of_mesh
-from leafcut.stock.removal import engaged_way
-from leafcut.stock.step_over import widest_gaps
-from leafcut.stock.surface import rims_of, safe_tiles
+from leafcut.order.compiling import Compilations, announced
+from leafcut.order.construction import FEW
+from leafcut.order.kicks import MANY
+from leafcut.order.solve import solve, warm_up
+from leafcut.order.spanning_tree import ALL_PAIRS
 
 #: Moves that a controller joins to one, and a hole in stock.
 _PROGRAM = b"""G21 G90 G17 G64 P0.1

@@ -16,8 +16,8 @@ from leafcut import api
 from leafcut.cli.batch import PAGE, REFUSED, TABLE, WRITTEN, BatchRow, read_table, run_batch, sha_of
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import OutputError, check_output
+from leafcut.order.executors import ExecutorError, WatchedExecutor
 from leafcut.read.registry import format_name
-from leafcut.solve.executors import ExecutorError, WatchedExecutor
 
 #: A file that ends as its format does is whole when two looks find it the same; one that does not, after so many:
 #: who copies it may only be slow.

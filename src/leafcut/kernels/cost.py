@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from leafcut.kernels import kernel, part
 
-# Codes of the metrics; `solve.instance` maps the names of `model.problem.METRICS` to them.
+# Codes of the metrics; `order.instance` maps the names of `model.problem.METRICS` to them.
 EUCLIDEAN, CHEBYSHEV, MANHATTAN = 0, 1, 2
 EUC_2D, CEIL_2D, ATT, GEO, MAX_2D, MAN_2D, EXPLICIT = 3, 4, 5, 6, 7, 8, 9
 LINEAR, DOGLEG = 10, 11

@@ -191,7 +191,7 @@ def _bound(part: Part, best: Solution | None, options: Mapping[str, Any], ended:
     """Return the lower bound of the map, unless none is wanted."""
     if best is None or options.get("bound") is False:
         return None
-    from leafcut.solve.certificate import certify
-    from leafcut.solve.maps import problem_of_map
+    from leafcut.order.certificate import certify
+    from leafcut.order.maps import problem_of_map
 
     return certify(problem_of_map(part), replace(best, lower_bound=None), None, ended).lower_bound

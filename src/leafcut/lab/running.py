@@ -27,9 +27,9 @@ from leafcut.lab.store import Row, Store, key_of
 from leafcut.model.heartbeat import Progress
 from leafcut.model.study import Study
 from leafcut.options.option_spec import flag_name
+from leafcut.order.executors import WatchedExecutor, run_tasks
 from leafcut.processes import registry
 from leafcut.read.format import Source
-from leafcut.solve.executors import WatchedExecutor, run_tasks
 
 #: Most points of the curve that is kept of a run.
 MOST_POINTS = 300

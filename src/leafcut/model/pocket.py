@@ -223,7 +223,7 @@ class PocketMeasures:
         Angle of the tool's edge in material: the largest, and the mean over the length of the feed, rad.
     max_width, wide_mm
         Width of material that the tool takes off sideways: the largest, and the length of the feed on which it is much
-        wider than the step-over (`stock.removal.much_wider`), mm: first cuts into the full, cores, corners.
+        wider than the step-over (`material.removal.much_wider`), mm: first cuts into the full, cores, corners.
     air_mm
         Length of the feed on which nothing is cut, mm.
     floor_mm

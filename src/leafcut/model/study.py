@@ -23,7 +23,7 @@ class Iteration(NamedTuple):
     seconds    since the search began, by its clock
     shortest   the best path of all iterations so far, travel and service in the problem's unit
     best       the best path of this iteration; `mean` and `worst` likewise, of those that were finished
-    branching  the mean λ-branching factor of the trails after it, `solve.aco.BRANCHING_SHARE` = λ
+    branching  the mean λ-branching factor of the trails after it, `order.aco.BRANCHING_SHARE` = λ
     ========== ==================================================================================
     """
 

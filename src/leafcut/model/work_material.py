@@ -75,8 +75,8 @@ class WorkMaterial:
     lives
         Of each kind of work and tool material in order of their feeds; none where no source is known.
     drill_constant
-        K of the measured torque and thrust of twist drills (`leafcut.stock.cutting_force`); 0: they follow from `kc11`
-        and `mc`.
+        K of the measured torque and thrust of twist drills (`leafcut.material.cutting_force`); 0: they follow from
+        `kc11` and `mc`.
     drill_feed
         Highest feed of a drill per revolution as a share of its diameter; 0 where not said.
     mill_feed

@@ -149,7 +149,7 @@ class SolveOptions(OptionGroup):
 
 @dataclass(frozen=True)
 class AcoOptions(OptionGroup):
-    """The parameters of the ants; each default is the one its authors recommend (`solve.aco.RECOMMENDED`)."""
+    """The parameters of the ants; each default is the one its authors recommend (`order.aco.RECOMMENDED`)."""
 
     section: ClassVar[str] = "aco"
     title: ClassVar[str] = "Ant algorithms"
@@ -239,7 +239,7 @@ class AcoOptions(OptionGroup):
 
 @dataclass(frozen=True)
 class FireflyOptions(OptionGroup):
-    """The parameters of the fireflies; defaults are those published for pockets (`solve.firefly.MODES`)."""
+    """The parameters of the fireflies; defaults are those published for pockets (`order.firefly.MODES`)."""
 
     section: ClassVar[str] = "firefly"
     title: ClassVar[str] = "Firefly algorithm"

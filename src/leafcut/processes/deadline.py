@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from threading import Event
 
 from leafcut.options import SolveOptions
-from leafcut.solve.stop import clock
+from leafcut.order.stop import clock
 
 #: Part of its share of the limit that a search gets even if earlier searches overran, and the least at all, s.
 LEAST_PART, LEAST_SECONDS = 0.05, 0.001

@@ -101,7 +101,7 @@ def _placed(stages: Sequence[Stage], number: int, orders: Sequence[Ints]) -> Rou
 
 
 def _total(stages: Sequence[Stage], orders: Sequence[Ints]) -> float:
-    from leafcut.solve.instance import path_cost
+    from leafcut.order.instance import path_cost
 
     return sum(path_cost(_placed(stages, number, orders), nodes) for number, nodes in enumerate(orders))
 
@@ -152,7 +152,7 @@ def _between(
     options: SolveOptions,
 ) -> Solution:
     """Return the path of a stage that begins and ends, where that is `fixed`, as the known one does."""
-    from leafcut.solve.instance import path_cost
+    from leafcut.order.instance import path_cost
 
     low, high = int(fixed[0]), len(known) - int(fixed[1])
     if high - low < 2:
@@ -204,8 +204,8 @@ def _stated(
     cancelled: threading.Event, bound_late: Callable[[RoutingProblem], Callable[[float], bool]],
 ) -> Solution:  # fmt: skip
     """Return the solution of a whole stage at its cost, with a bound where that is wanted."""
-    from leafcut.solve.certificate import certify
-    from leafcut.solve.instance import path_cost
+    from leafcut.order.certificate import certify
+    from leafcut.order.instance import path_cost
 
     cost = path_cost(problem, nodes)
     if np.array_equal(nodes, found.nodes) and found.cost == cost and found.lower_bound is not None:

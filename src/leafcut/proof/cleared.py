@@ -12,9 +12,9 @@ from shapely.geometry.base import BaseGeometry
 from leafcut.gcode.program import Program
 from leafcut.gcode.tool_comments import tool_in_comments
 from leafcut.geometry.arrays import Mask
+from leafcut.material.straight_moves import straight_moves
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.stock.straight_moves import straight_moves
 
 #: Room for the rounding of written heights, mm.
 _ROOM = 0.002

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Mask
+from leafcut.material.straight_moves import straight_moves
 from leafcut.model.cycles import expand
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS, ProgramKind
@@ -21,7 +22,6 @@ from leafcut.model.toolpath import STILL, Kind, Toolpath, last_rows
 from leafcut.proof.clearance import LEAST_CLEARANCE, DangerCheck, height_checks, spindle_check, torch_check
 from leafcut.proof.difference import place
 from leafcut.proof.envelope import check_envelope
-from leafcut.stock.straight_moves import straight_moves
 from leafcut.units import fixed
 
 #: Room for the rounding of written heights, mm.

@@ -1,6 +1,6 @@
 """No rapid meets a surface that is not flat: every one of them against the triangles themselves, with shapes of GEOS.
 
-It shares no geometry with what plans how low ways may be (`leafcut.stock.surface`, which looks at tiles).
+It shares no geometry with what plans how low ways may be (`leafcut.material.surface`, which looks at tiles).
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from leafcut.stock.height_field import HeightField
+    from leafcut.material.height_field import HeightField
 
 #: Most cells that become triangles, four each: a file of some 40 MB.
 MOST_CELLS = 200_000

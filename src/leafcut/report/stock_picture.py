@@ -15,7 +15,7 @@ from leafcut.units import fixed
 if TYPE_CHECKING:
     from PIL.Image import Image as Picture
 
-    from leafcut.stock.height_field import HeightField
+    from leafcut.material.height_field import HeightField
 
 #: From the top of the stock to its deepest place: lightness falls steadily, readable with any colour vision, and stays
 #: light enough for shadows.

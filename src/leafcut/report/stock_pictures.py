@@ -12,7 +12,7 @@ from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import ProcessReport
 
 if TYPE_CHECKING:
-    from leafcut.stock.solid import Solid
+    from leafcut.material.solid import Solid
 
 #: Heights that differ by less are the same, mm.
 _TOLERANCE = 0.01
@@ -25,8 +25,8 @@ def stock_pictures(outcome: Outcome[Any], shown: ProcessReport) -> dict[str, Any
 
     That is ``pictures``, (title, address of the picture, size) of each, and ``same``, whether they differ, in words.
     """
-    from leafcut.stock.same_stock import stock_differences
-    from leafcut.stock.solid import solid_of
+    from leafcut.material.same_stock import stock_differences
+    from leafcut.material.solid import solid_of
 
     stock = shown.stock()
     try:

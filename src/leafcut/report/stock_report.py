@@ -13,7 +13,7 @@ from leafcut.units import fixed, format_time
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from leafcut.stock.stock_cut import StockCut
+    from leafcut.material.stock_cut import StockCut
 
 #: What a file of what is left may be, by its ending.
 _FILES = (".png", ".stl")

@@ -18,7 +18,7 @@ from leafcut.units import SECONDS_PER_MINUTE, format_length, format_time
 NO_VALUE = "–"
 #: A smaller gap is none: the path is the best there is.
 LEAST_GAP = 1e-4
-#: Of a search that ended by `solve.thrift`.
+#: Of a search that ended by `order.thrift`.
 SPARED = "more search would take longer than it saves"
 MINUS = "−"
 

@@ -12,6 +12,8 @@ from leafcut.model.kinds import Head
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.options import SolveOptions
+from leafcut.order.compiling import announced
+from leafcut.order.solve import solve
 from leafcut.post.header import header_lines
 from leafcut.post.writer import write_program
 from leafcut.processes.course import Run, check_words_used, machine_issues, refuse
@@ -20,8 +22,6 @@ from leafcut.proof.envelope import check_envelope
 from leafcut.proof.program import check_program, read_back
 from leafcut.read import read_contours
 from leafcut.read.format import Source
-from leafcut.solve.compiling import announced
-from leafcut.solve.solve import solve
 from leafcut.timing.toolpath import measure
 from leafcut.timing.travel import travel_metric
 from leafcut_engrave.model import EngravingDetail

@@ -13,8 +13,8 @@ import pytest
 import leafcut
 from leafcut.errors import LeafcutError, PlanError, VerifyError
 from leafcut.model.solution import Solution
+from leafcut.order import solve as room
 from leafcut.read.order_file import drawing_of, order_text
-from leafcut.solve import solve as room
 
 
 def map_of(tmp_path: Path, seed: int) -> Path:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from leafcut.geometry.polyline import Polyline
+from leafcut.material.removal import engaged_way
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
 from leafcut.processes.pocket.air import with_air
-from leafcut.stock.removal import engaged_way
 
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
 

@@ -14,6 +14,8 @@ from leafcut import api
 from leafcut.errors import OptionError, PlanError, VerifyError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
+from leafcut.material.height_field import HeightField, StockBlock
+from leafcut.material.loads import StockBefore, loads_of
 from leafcut.model.cutter import flat_mill
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.pocket import PocketRules
@@ -22,8 +24,6 @@ from leafcut.model.toolpath import Kind
 from leafcut.processes.pocket.proof.chips import measured_chips
 from leafcut.read.work_materials import load_material
 from leafcut.report.json_answer import as_json
-from leafcut.stock.height_field import HeightField, StockBlock
-from leafcut.stock.loads import StockBefore, loads_of
 
 #: A pocket of 28 × 20 mm with round corners.
 POCKET = shapely.box(5, 5, 23, 15).buffer(5, quad_segs=32)

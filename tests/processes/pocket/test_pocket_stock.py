@@ -11,8 +11,8 @@ import pytest
 import shapely
 
 import leafcut
+from leafcut.material.removal import removal
 from leafcut.processes.pocket.strategies import WAYS
-from leafcut.stock.removal import removal
 
 TOOL = 10.0
 #: Two levels of unequal depth: the comparison is of the second.

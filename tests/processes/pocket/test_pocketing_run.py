@@ -25,6 +25,7 @@ from leafcut.model.heartbeat import Trial
 from leafcut.model.outcome import Outcome
 from leafcut.model.pocket import PocketMeasures, PocketPath, PocketResult
 from leafcut.model.toolpath import Kind
+from leafcut.order import solve as solving
 from leafcut.processes.pocket import run as pocketing
 from leafcut.processes.pocket import strategies as room
 from leafcut.processes.pocket.options import PocketOptions
@@ -32,7 +33,6 @@ from leafcut.processes.pocket.report.pocket_report import PocketReport
 from leafcut.processes.settings import collect
 from leafcut.report.json_answer import as_json
 from leafcut.report.summary import print_summary
-from leafcut.solve import solve as solving
 from rs274_moves import run_rs274
 
 FAST: dict[str, Any] = {

@@ -21,11 +21,11 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.sequence import Sequence
+from leafcut.order import solve as solving
 from leafcut.processes.program import run as resequencing
 from leafcut.processes.program.post import rewriter
 from leafcut.processes.program.proving import with_comments
 from leafcut.report.views import work_words
-from leafcut.solve import solve as solving
 from rewriting import work_of
 
 

@@ -10,7 +10,7 @@ import pytest
 
 import leafcut
 from leafcut.cli.app import run
-from leafcut.stock.height_field import StockBlock, usual_cell
+from leafcut.material.height_field import StockBlock, usual_cell
 
 #: A slot 20 long and 2 deep with a flat mill of 6, gone back at feed; 100 mm/s² is the default machine's business.
 SLOT = """G21 G90

@@ -97,7 +97,7 @@ def test_holes_and_marks_of_a_part_come_before_its_outline(outcome) -> None:
 @pytest.fixture
 def limits(monkeypatch: pytest.MonkeyPatch) -> list[float | None]:
     """Return the list to which every search but that for nearest neighbours adds its time limit."""
-    from leafcut.solve import solve as solving
+    from leafcut.order import solve as solving
 
     limits: list[float | None] = []
     inner = solving.solve
@@ -397,7 +397,7 @@ def test_ants_as_many_as_parts_search_as_the_paper_on_sheets_has_it(
     drawing: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """All of its parameters reach the search: α = β = 0.5, evaporation 0.3, 200 iterations, an ant for each part."""
-    from leafcut.solve import solve as room
+    from leafcut.order import solve as room
 
     seen: list[tuple[Any, Any]] = []
     search = room.solve

@@ -15,11 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from leafcut.geometry.arrays import Floats, Indices, Mask
-from leafcut.model.cutting_front import CuttingPoint
-from leafcut.model.kinds import CuttingWork
-from leafcut.model.tool import Tool
-from leafcut.model.work_material import ToolLife, WorkMaterial
-from leafcut.stock.cutting_force import (
+from leafcut.material.cutting_force import (
     drilling_power,
     drilling_thrust,
     drilling_torque,
@@ -27,6 +23,10 @@ from leafcut.stock.cutting_force import (
     milling_power,
     spindle_torque,
 )
+from leafcut.model.cutting_front import CuttingPoint
+from leafcut.model.kinds import CuttingWork
+from leafcut.model.tool import Tool
+from leafcut.model.work_material import ToolLife, WorkMaterial
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: How much slower a drill goes in a deep hole: depth by diameter, and share of the speed. Source: Kosilova and

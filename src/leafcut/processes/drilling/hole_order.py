@@ -64,7 +64,7 @@ def solve_after(
 
     `bound` certifies a solution of the whole problem: the bound of the rest alone says nothing of it.
     """
-    from leafcut.solve.instance import path_cost
+    from leafcut.order.instance import path_cost
 
     rest = np.setdiff1d(np.arange(problem.n_nodes, dtype=np.int32), first)
     nodes, told = first, Solution(first, 0.0, problem.metric.unit, "given", 0)

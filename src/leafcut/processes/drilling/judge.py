@@ -264,7 +264,7 @@ def _tops(
         return (drawn if own else np.zeros(len(holes))), None
     if own and not request.options.through:
         return drawn, None
-    from leafcut.stock.surface import rims_of  # not at the top: it takes a kernel, and most plates are flat
+    from leafcut.material.surface import rims_of  # not at the top: it takes a kernel, and most plates are flat
 
     places, radius = request.places[: len(holes)], [0.5 * max(tool.diameter for tool in tools) for tools in steps]
     rims = rims_of(request.triangles, places, np.array(radius, dtype=np.float64))

@@ -159,9 +159,9 @@ def drill(run: Run, *sources: Source, everything: bool = False) -> Outcome[Drill
 def _order(run: Run, plan: DrillPlan, request: DrillingRequest) -> Outcome[DrillingDetail]:
     """Order the work, lay the toolpath, and prove the program before anybody sees it."""
     from leafcut.gcode.dialects import dialect
+    from leafcut.order.compiling import announced
     from leafcut.processes.drilling.plan.drill_toolpath import drawing_order, lay_toolpath, targets_in_order
     from leafcut.proof.envelope import check_envelope
-    from leafcut.solve.compiling import announced
     from leafcut.timing.toolpath import measure
 
     words = dialect(run.settings.post.dialect or run.machine.controller)
@@ -269,10 +269,10 @@ def _problems(run: Run, plan: DrillPlan) -> list[RoutingProblem]:
 
 def _solve_operations(run: Run, plan: DrillPlan, options: SolveOptions) -> list[Solution]:
     """Solve one routing problem per operation, each beginning where the one before ends; all are ordered together."""
+    from leafcut.order.solve import solve
     from leafcut.processes.drilling.hole_order import wanted_nodes
     from leafcut.processes.drilling.plan.drill_toolpath import drawing_order
     from leafcut.processes.together import Stage, solve_together
-    from leafcut.solve.solve import solve
 
     problems = _problems(run, plan)
     total = left = sum(problem.n_clusters for problem in problems)
@@ -313,10 +313,10 @@ def _as_wanted(
     search: Callable[[int, RoutingProblem], Solution],
 ) -> list[Solution]:  # fmt: skip
     """Solve one operation after another, those with holes that are wanted first around these."""
+    from leafcut.order.certificate import certify
+    from leafcut.order.solve import keep_better
     from leafcut.processes.drilling.hole_order import solve_after
     from leafcut.processes.drilling.plan.drill_toolpath import drawing_order, last_place
-    from leafcut.solve.certificate import certify
-    from leafcut.solve.solve import keep_better
 
     place, solutions = plan.start, list[Solution]()
     for number, (operation, endless) in enumerate(zip(plan.operations, problems, strict=True)):
@@ -340,9 +340,9 @@ def _restated(
     run: Run, plan: DrillPlan, orders: list[NDArray[np.int32]], solutions: list[Solution], algorithm: str
 ) -> list[Solution]:
     """Return the solutions with other orders in place of theirs, at those orders' costs and bounds."""
+    from leafcut.order.certificate import certify
+    from leafcut.order.instance import path_cost
     from leafcut.processes.drilling.plan.drill_toolpath import last_place
-    from leafcut.solve.certificate import certify
-    from leafcut.solve.instance import path_cost
 
     place, restated = plan.start, list[Solution]()
     for problem, nodes, solution in zip(_problems(run, plan), orders, solutions, strict=True):

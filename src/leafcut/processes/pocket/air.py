@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut.geometry.arrays import Floats
+from leafcut.material.removal import engaged_way
 from leafcut.model.pocket import PocketPath, PocketPiece, PocketRules
-from leafcut.stock.removal import engaged_way
 
 if TYPE_CHECKING:
-    from leafcut.stock.engagement import Engaged
-    from leafcut.stock.tool_steps import ToolWay
+    from leafcut.material.engagement import Engaged
+    from leafcut.material.tool_steps import ToolWay
 
 
 #: Shorter stretches keep their feed: the machine would hardly be faster, tool diameters.

@@ -9,13 +9,13 @@ from itertools import pairwise
 import numpy as np
 
 from leafcut.geometry.arrays import Floats, Indices
+from leafcut.material.chip_feeds import allowed_feed
+from leafcut.material.engagement import Engaged
+from leafcut.material.least_around import least_around
+from leafcut.material.removal import engaged_way
+from leafcut.material.tool_steps import STRAIGHT_ON, ToolWay
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketPiece, PocketRules
-from leafcut.stock.chip_feeds import allowed_feed
-from leafcut.stock.engagement import Engaged
-from leafcut.stock.least_around import least_around
-from leafcut.stock.removal import engaged_way
-from leafcut.stock.tool_steps import STRAIGHT_ON, ToolWay
 
 #: No feed is above what comes within this share of the tool's diameter before and behind it.
 AROUND = 0.25

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
+from leafcut.material.engagement import Engaged
+from leafcut.material.removal import Removal, engaged_way, entered, much_wider, removal
+from leafcut.material.step_over import widest_gaps
+from leafcut.material.tool_steps import ToolWay
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import Pocket, PocketMeasures, PocketPath, PocketRules
 from leafcut.model.toolpath import Arc, Toolpath, ToolpathBuilder
-from leafcut.stock.engagement import Engaged
-from leafcut.stock.removal import Removal, engaged_way, entered, much_wider, removal
-from leafcut.stock.step_over import widest_gaps
-from leafcut.stock.tool_steps import ToolWay
 from leafcut.timing.toolpath import measure
 
 #: Height of the tool over the work between two pieces, mm, where it is not told.
@@ -31,7 +31,7 @@ def measure_path(
 ) -> PocketMeasures:
     """Return what a path over one level of a pocket does.
 
-    Areas are those of `removal`, the engagement that of `stock.engagement`, the step-over that of `stock.step_over`.
+    Areas are those of `removal`, engagement and step-over those of `material.engagement` and `material.step_over`.
     Air is feed on which nothing is engaged. The first stroke of the tool into full material counts as half a turn. A
     piece of the kind ``entry`` is left out of engagement, air and step-over: it is cut on the way down, and with it
     what it goes round.

@@ -16,8 +16,8 @@ from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes, raised
 from leafcut.processes.pocket.options import PocketOptions
 
 if TYPE_CHECKING:
+    from leafcut.material.removal import Removal
     from leafcut.processes.pocket.proof.chips import MeasuredChips
-    from leafcut.stock.removal import Removal
 
 #: So many uncut places are told one by one.
 NAMED_PLACES = 3

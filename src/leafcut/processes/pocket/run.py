@@ -83,9 +83,9 @@ def pocket(run: Run, source: Source) -> Outcome[PocketDetail]:
     ReadError, OptionError, PlanError, SolveError, PostError, VerifyError
         One line that says what was found and what to do.
     """
+    from leafcut.order.compiling import announced
     from leafcut.processes.pocket.strategies import SearchTime
     from leafcut.proof.envelope import check_envelope
-    from leafcut.solve.compiling import announced
 
     job, issues = _prepared(run, source)
     # What no strategy changes is known before any is tried.
@@ -331,9 +331,9 @@ def _tried(
 
     The others follow what the tool meets, where that is asked for.
     """
+    from leafcut.material.removal import engaged_way
     from leafcut.processes.pocket.air import with_air
     from leafcut.processes.pocket.measures import measure_path
-    from leafcut.stock.removal import engaged_way
 
     if job.run.cancelled.is_set() and way.name not in (*USUAL, job.run.settings.of(PocketOptions).strategy):
         return PocketResult(way.name, refused="stopped before it was tried"), [], []
@@ -516,7 +516,7 @@ def _beyond(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
 
 def _ordered(job: PocketJob, pockets: list[list[Clearing]], share: float) -> tuple[list[Clearing], Solution]:
     """Return all regions in the order in which they are cleared, and the solution; `share` of the time left is used."""
-    from leafcut.solve.solve import solve
+    from leafcut.order.solve import solve
     from leafcut.timing.travel import travel_metric
 
     clearings = [c for one in pockets for c in one]

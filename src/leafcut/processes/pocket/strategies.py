@@ -48,8 +48,8 @@ def _too_wide(region: CentreRegion) -> Callable[[PocketPath], Points]:
 
     It examines the path as it is written: arcs move passes by a few thousandths of a millimetre.
     """
+    from leafcut.material.too_wide import TooWide
     from leafcut.processes.pocket.plan.arcs import fitted
-    from leafcut.stock.too_wide import TooWide
 
     wide, tolerance = TooWide(region.polygon, region.rules), region.rules.tolerance
     return lambda path: wide(fitted(path, tolerance))
@@ -109,9 +109,9 @@ def check_algorithm(settings: Settings) -> None:
 
 def _grid(name: str) -> Strategy:
     def path(region: CentreRegion, run: Run) -> PocketPath:
+        from leafcut.order.solve import solve
         from leafcut.processes.pocket.plan.closed import turned_to_wall
         from leafcut.processes.pocket.plan.grid import GridContext, Retract, grid_problem, lay_grid
-        from leafcut.solve.solve import solve
 
         settings, asked = run.settings, run.settings.of(PocketOptions)
         closes = asked.closed_path

@@ -18,9 +18,9 @@ from leafcut.options import ReadOptions
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
+    from leafcut.material.height_field import HeightField
+    from leafcut.material.straight_moves import StraightMoves
     from leafcut.model.heartbeat import Heartbeat
-    from leafcut.stock.height_field import HeightField
-    from leafcut.stock.straight_moves import StraightMoves
 
 #: The statement stands in the comments of so many lines at the top.
 _FIRST_LINES = 60
@@ -86,9 +86,9 @@ def before_its_cuts(
     PlanError
         There would be too many cells.
     """
-    from leafcut.stock.cutting import cut
-    from leafcut.stock.height_field import HeightField
-    from leafcut.stock.mesh_field import block_of_mesh, field_of_mesh
+    from leafcut.material.cutting import cut
+    from leafcut.material.height_field import HeightField
+    from leafcut.material.mesh_field import block_of_mesh, field_of_mesh
 
     field = field_of_mesh(mesh, cell)
     fed = ~moves.rapid & np.isin(moves.tool, list(cutters))

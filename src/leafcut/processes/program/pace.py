@@ -14,6 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PostError, ReadError, VerifyError
+from leafcut.material.cutting_force import spindle_torque
+from leafcut.material.height_field import HeightField
+from leafcut.material.loads import MILLING, Loads, StockBefore, has_chip, loads_of
+from leafcut.material.same_stock import stock_differences
 from leafcut.model.cutter import Cutter, cutter_of
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
@@ -30,10 +34,6 @@ from leafcut.processes.program.plan.corners import rounds_freely
 from leafcut.processes.program.plan.pace import KeptFeed, plan_pace, why_kept
 from leafcut.processes.program.workpiece import block_of, check_size, other_tools, stock_before, tools_of
 from leafcut.read.step import ChosenSolid
-from leafcut.stock.cutting_force import spindle_torque
-from leafcut.stock.height_field import HeightField
-from leafcut.stock.loads import MILLING, Loads, StockBefore, has_chip, loads_of
-from leafcut.stock.same_stock import stock_differences
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -652,8 +652,8 @@ def _by_row(times: PathTimes, source: NDArray[np.int64]) -> Floats:
 
 def _left(program: Program, cutters: Mapping[int, Cutter], stock: StockBefore) -> HeightField:
     """Return what a program leaves of its stock."""
-    from leafcut.stock.cutting import cut
-    from leafcut.stock.straight_moves import straight_moves
+    from leafcut.material.cutting import cut
+    from leafcut.material.straight_moves import straight_moves
 
     field = stock.field.copy()
     cut(field, straight_moves(program.path, 0.05 * field.cell, np.inf).of_tools(cutters), cutters, _threads())

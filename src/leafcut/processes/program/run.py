@@ -67,10 +67,10 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
         One line that says what was found and what to do.
     """
     from leafcut.gcode.dialects import dialect
+    from leafcut.order.compiling import announced
     from leafcut.processes.program.plan.precedence.staying import count_pieces, grouped
     from leafcut.processes.program.plan.sections.program_rows import dark_rows
     from leafcut.processes.program.reading import read_foreign
-    from leafcut.solve.compiling import announced
     from leafcut.timing.grbl import sent_lines
     from leafcut.timing.toolpath import corner_style, measure
 
@@ -277,9 +277,9 @@ def _solve_sections(
     A section begins where the one before it now ends, if nothing in between goes anywhere, or where that is not known.
     `start` is where the tool stands before the program moves it, where that is where the first section begins.
     """
+    from leafcut.order.solve import solve
     from leafcut.processes.program.plan.resequencing import build_problem
     from leafcut.processes.together import Stage, solve_together
-    from leafcut.solve.solve import solve
 
     settings = run.settings
     if settings.job.keep_order or not sequence.sections:

@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 from leafcut.errors import PlanError, count_of
 from leafcut.files.whole_files import read_program
+from leafcut.material.height_field import COARSEST, HeightField, StockBlock, usual_cell
+from leafcut.material.same_stock import stock_differences
+from leafcut.material.stock_cut import BodyCut, RapidCut, StockCut, ToolCut
 from leafcut.model.cutter import Body, BodyPart, Cutter, body_of, cutter_of
 from leafcut.model.heartbeat import Progress, looking_for
 from leafcut.model.issue import Issue, Severity
@@ -34,17 +37,14 @@ from leafcut.processes.program.workpiece import (
     tools_of,
 )
 from leafcut.read.step import ChosenSolid
-from leafcut.stock.height_field import COARSEST, HeightField, StockBlock, usual_cell
-from leafcut.stock.same_stock import stock_differences
-from leafcut.stock.stock_cut import BodyCut, RapidCut, StockCut, ToolCut
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
+    from leafcut.material.cutting import Removed
+    from leafcut.material.straight_moves import StraightMoves
     from leafcut.model.heartbeat import Heartbeat
     from leafcut.processes.program.reading import ProgramRead
     from leafcut.read import Input
-    from leafcut.stock.cutting import Removed
-    from leafcut.stock.straight_moves import StraightMoves
 
 #: Chords of arcs lie so many cells off at most.
 _STRAYS = 0.05
@@ -93,7 +93,7 @@ def cut_stock(
     words = dialects.dialect(dialect or machine.controller)
     mine = _read(program, settings, machine, words, look)
     every = [mine] if same_as is None else [mine, _read(same_as, settings, machine, words, look)]
-    from leafcut.stock.mesh_field import block_of_mesh
+    from leafcut.material.mesh_field import block_of_mesh
 
     given = settings.stock.workpiece
     which = ChosenSolid.of(settings.read)
@@ -171,8 +171,8 @@ def _dangers(one: _Cuts, assumed: StockBlock | None, in_part: bool) -> list[Issu
 
 def _read(program: Input, settings: Settings, machine: Machine, words: Dialect, look: Heartbeat) -> _Cuts:
     """Return a program with the shapes of its tools."""
+    from leafcut.material.straight_moves import straight_moves
     from leafcut.processes.program.reading import read_foreign
-    from leafcut.stock.straight_moves import straight_moves
 
     source = str(program)
     read = read_foreign(read_program(program), source, settings, machine, words, look)
@@ -191,7 +191,7 @@ def _read(program: Input, settings: Settings, machine: Machine, words: Dialect, 
 
 def _cut(one: _Cuts, field: HeightField, look: Heartbeat) -> tuple[HeightField, StraightMoves, Removed]:
     """Cut a stock by a program; return it, the program's moves in pieces, and what each takes off."""
-    from leafcut.stock.cutting import cut
+    from leafcut.material.cutting import cut
 
     moves = _pieces(one, field.cell)
     return field, moves, cut(field, moves, one.cutters, os.cpu_count() or 1, look, bodies=one.bodies)
@@ -199,7 +199,7 @@ def _cut(one: _Cuts, field: HeightField, look: Heartbeat) -> tuple[HeightField, 
 
 def _pieces(one: _Cuts, cell: float) -> StraightMoves:
     """Return a program's moves in pieces, for cells of a side, mm."""
-    from leafcut.stock.straight_moves import straight_moves
+    from leafcut.material.straight_moves import straight_moves
 
     longest = max(_PIECE * one.smallest, _PIECE_CELLS * cell)
     return straight_moves(one.read.program.path, _STRAYS * cell, longest).of_tools(one.cutters)

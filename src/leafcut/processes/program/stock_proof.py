@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from leafcut.errors import OptionError, PlanError
+from leafcut.material.height_field import usual_cell
 from leafcut.model.cutter import body_of, cutter_of
 from leafcut.model.issue import Issue
 from leafcut.model.kinds import BEAMS
 from leafcut.processes.program.model import StockProof
 from leafcut.processes.program.workpiece import block_around, block_of, field_of, known_tools, told_of
 from leafcut.read.step import ChosenSolid
-from leafcut.stock.height_field import usual_cell
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
@@ -49,8 +49,8 @@ def stock_judge(run: Run, program: Program, source: str, process: str) -> Judgin
         It has too many cells.
     """
     from leafcut.gcode.dialects import dialect
+    from leafcut.material.straight_moves import straight_moves
     from leafcut.processes.program.proof.stock_judge import StockJudge
-    from leafcut.stock.straight_moves import straight_moves
 
     if process in BEAMS:
         return Judging()

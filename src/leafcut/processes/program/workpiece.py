@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from leafcut.errors import OptionError, PlanError, ReadError, count_of, shown
+from leafcut.material.height_field import HeightField, StockBlock, usual_cell
+from leafcut.material.loads import StockBefore
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.options import Settings, StockOptions
 from leafcut.read.step import ChosenSolid
-from leafcut.stock.height_field import HeightField, StockBlock, usual_cell
-from leafcut.stock.loads import StockBefore
 from leafcut.units import MM_PER_INCH, parse_quantity
 
 #: The only solid of a file, as it is drawn.
@@ -40,10 +40,10 @@ FAR_OFF = 3.0
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
+    from leafcut.material.straight_moves import StraightMoves
     from leafcut.model.cutter import Cutter
     from leafcut.model.mesh import Mesh
     from leafcut.processes.course import Run
-    from leafcut.stock.straight_moves import StraightMoves
 
 
 def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
@@ -62,7 +62,7 @@ def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
         The file is no closed solid.
     """
     if _is_file(text):
-        from leafcut.stock.mesh_field import block_of_mesh
+        from leafcut.material.mesh_field import block_of_mesh
 
         return block_of_mesh(solid_file(text, which))
     if which != THE_ONLY:
@@ -94,7 +94,7 @@ def field_of(options: StockOptions, block: StockBlock, cell: float, which: Chose
     """
     if not options.workpiece or not _is_file(options.workpiece):
         return HeightField.of_block(block, cell)
-    from leafcut.stock.mesh_field import field_of_mesh
+    from leafcut.material.mesh_field import field_of_mesh
 
     return field_of_mesh(solid_file(options.workpiece, which), cell)
 
@@ -112,7 +112,7 @@ def told_of(
     outside = beyond(program, cutters, block)
     found = [outside.issue(in_other_unit(options.workpiece, program, cutters, block))] if outside else []
     if _is_file(options.workpiece):
-        from leafcut.stock.mesh_field import overhang
+        from leafcut.material.mesh_field import overhang
 
         area = overhang(solid_file(options.workpiece, which))
         if area > _SMALL_AREA:
@@ -252,8 +252,8 @@ def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBl
 
 def stock_before(run: Run, program: Program, cutters: Mapping[int, Cutter]) -> StockBefore:
     """Return the block that is given, or the most material that the program's own rapids leave room for."""
-    from leafcut.stock.largest_stock import largest_stock
-    from leafcut.stock.straight_moves import straight_moves
+    from leafcut.material.largest_stock import largest_stock
+    from leafcut.material.straight_moves import straight_moves
 
     options = run.settings.stock
     smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
@@ -333,7 +333,7 @@ def beyond(program: Program, cutters: Mapping[int, Cutter], block: StockBlock) -
 
     A tool may come in from outside, by its own diameter and a little more.
     """
-    from leafcut.stock.straight_moves import straight_moves
+    from leafcut.material.straight_moves import straight_moves
 
     smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
     moves = straight_moves(program.path, 0.01 * smallest, np.inf).of_tools(cutters)

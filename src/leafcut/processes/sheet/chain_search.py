@@ -48,8 +48,8 @@ def chained(job: SheetJob) -> tuple[Cutting, float]:
 
 def _search(job: SheetJob, block: list[int], before: Sequence[Chain], deadline: Deadline) -> tuple[list[Chain], float]:
     """Return the chains of one block, and the seconds of the search."""
+    from leafcut.order.solve import solve
     from leafcut.processes.sheet.plan.chains.chain_cutting import chain_problem, chains_of
-    from leafcut.solve.solve import solve
 
     run, cutting, settings = job.run, job.cutting, job.run.settings
     rules = settings.of(CutOptions)

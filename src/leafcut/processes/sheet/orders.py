@@ -82,8 +82,8 @@ def _solve_bands(
     job: SheetJob, options: SolveOptions, before: list[CutStart] | None
 ) -> tuple[list[CutStart], list[Solution]]:
     """Order the bands one after the other; each starts where the last one ends."""
+    from leafcut.order.solve import keep_better, solve
     from leafcut.processes.sheet.plan.cutting import bands, build_problem
-    from leafcut.solve.solve import keep_better, solve
 
     cutting, run = job.cutting, job.run
     groups = bands(cutting, run.settings.of(CutOptions))

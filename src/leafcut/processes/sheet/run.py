@@ -46,12 +46,12 @@ def cut(run: Run, source: Source) -> Outcome[SheetDetail]:
     ReadError, OptionError, PlanError, SolveError, PostError, VerifyError
         One line that says what was found and what to do.
     """
+    from leafcut.order.compiling import announced
     from leafcut.processes.sheet.chain_search import chained
     from leafcut.processes.sheet.plan.apply_plan_file import plan_order
     from leafcut.processes.sheet.plan.cutting import drawing_order, in_bands
     from leafcut.processes.sheet.plan.leads.clear_pierces import clear_pierces
     from leafcut.proof.envelope import check_envelope
-    from leafcut.solve.compiling import announced
 
     job, issues = prepared(run, source)
     options = run.settings.of(CutOptions)

@@ -44,6 +44,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import LeafcutError
+from leafcut.material.height_field import HeightField
+from leafcut.material.same_stock import differing_cells, regions
+from leafcut.material.solid import Solid, shown_block, solid_of
 from leafcut.model.cutter import BodyPart, Cutter
 from leafcut.model.machine import Machine
 from leafcut.model.measure import Measure
@@ -53,9 +56,6 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
 from leafcut.report.playback import Playback, outcome_playback, playback
 from leafcut.report.wording import clean
-from leafcut.stock.height_field import HeightField
-from leafcut.stock.same_stock import differing_cells, regions
-from leafcut.stock.solid import Solid, shown_block, solid_of
 from leafcut.studio.drawing.scene import Columns, packed
 
 #: Length of the cutting part of a tool, in diameters, if its library does not state it.

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from pocket_shapes import RULES, box, floor_mm, l_shape, leaves, only_region, plate, uncovered_share
 
 from leafcut.geometry.polyline import Polyline
+from leafcut.material.too_wide import TooWide
 from leafcut.model.pocket import Pocket, PocketPath
 from leafcut.processes.pocket.measures import measure_path
 from leafcut.processes.pocket.plan.connected import best
@@ -21,7 +22,6 @@ from leafcut.processes.pocket.plan.region import CentreRegion, centre_regions
 from leafcut.processes.pocket.plan.rings import contour, rings
 from leafcut.processes.pocket.plan.spurs import with_spurs
 from leafcut.processes.pocket.plan.zigzag import zigzag
-from leafcut.stock.too_wide import TooWide
 
 STRATEGIES = [best, contour, zigzag]
 POCKETS = {"plate": plate(), "l_shape": l_shape(), "disc": Pocket(Polyline.circle(0, 0, 24))}

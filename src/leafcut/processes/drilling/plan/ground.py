@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PlanError, count_of
+from leafcut.material.surface import TILES, TILES_DOGLEG, Rims, rims_of, safe_tiles
 from leafcut.model.cutter import cutter_of, discs_of
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import Issue, Severity
@@ -19,7 +20,6 @@ from leafcut.model.part import Part
 from leafcut.model.problem import Relief
 from leafcut.model.shown_stock import FixtureBox
 from leafcut.model.tool import Tool
-from leafcut.stock.surface import TILES, TILES_DOGLEG, Rims, rims_of, safe_tiles
 
 #: A rim that is more uneven than this is told, mm.
 UNEVEN = 0.2

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from leafcut.geometry.arrays import Indices, Points
 from leafcut.geometry.cells import Cells
-from leafcut.stock.bands import pieces_near
+from leafcut.material.bands import pieces_near
 
 #: How far a way may be from places, float64[n, 2], that are so many mm apart: float64[n], mm.
 Limit = Callable[[Points, float], Points]

@@ -9,6 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from leafcut.errors import OptionError, PlanError
+from leafcut.material.chip_feeds import allowed_feed, power_at
+from leafcut.material.engagement import Engaged
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
@@ -18,8 +20,6 @@ from leafcut.model.work_material import WorkMaterial
 from leafcut.options import FeedOptions, Settings, SpeedOptions, flag_name
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.rules import MillingData, finishing_levels
-from leafcut.stock.chip_feeds import allowed_feed, power_at
-from leafcut.stock.engagement import Engaged
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: A feed below this share of the tool's rubs more than it cuts.

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.geometry.regions import region
+from leafcut.material.chip_feeds import plunge_feed, ramp_feed
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.heights import SAME_HEIGHT
 from leafcut.model.issue import Issue, MissingWork, Severity
@@ -20,7 +21,6 @@ from leafcut.options import JobOptions
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.tool import with_data
 from leafcut.processes.spindle_heights import check_spindle_heights
-from leafcut.stock.chip_feeds import plunge_feed, ramp_feed
 
 #: Points of a grid nearer than this share of the diameter crowd, farther ones leave the middle of four uncut: half the
 #: diagonal of a square of 0.7 D is 0.495 D, a radius but for a hundredth.

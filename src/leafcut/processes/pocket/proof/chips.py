@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 
 from leafcut.geometry.arrays import Floats, Indices
+from leafcut.material.chip_feeds import chip_at, chip_limit, power_at, power_on_plunge, power_on_ramp, removal_rate
 from leafcut.model.difference import Difference
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.pace_change import FeedLimit, ToolPace
@@ -18,7 +19,6 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.pocket.proof.pocket import ROOM, PocketCut, cuts_of, engaged_levels, thinnest
 from leafcut.proof.difference import place, shorten
-from leafcut.stock.chip_feeds import chip_at, chip_limit, power_at, power_on_plunge, power_on_ramp, removal_rate
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: Numbers are rounded as they are written: no limit is passed by more than this share.
@@ -68,7 +68,7 @@ def measured_chips(
     """Return the chips that a program makes, and where they, its power or a feed are beyond the limits.
 
     1. No chip is thicker than that of the tool's own feed and speed, or what a cut so wide may have of it, and no cut
-       needs more power than there is (`stock.chip_feeds`): at every step of what is read back, at the feed and the
+       needs more power than there is (`material.chip_feeds`): at every step of what is read back, at the feed and the
        speed that stand there.
     2. No move that cuts is faster than the highest feed that was allowed.
     3. What goes down below the surface is no faster than the tool's own feed, and a ramp or a helix needs no more

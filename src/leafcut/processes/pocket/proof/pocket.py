@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.polyline import Polyline
 from leafcut.geometry.regions import FINE, quarter, region
+from leafcut.material.engagement import Engaged, engagement
+from leafcut.material.removal import Removal, capsules, removal
+from leafcut.material.step_over import widest_gaps
+from leafcut.material.tool_steps import ToolWay, way_of
 from leafcut.model.difference import Difference
 from leafcut.model.pocket import FILM, Pocket, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.proof.difference import place, shorten
-from leafcut.stock.engagement import Engaged, engagement
-from leafcut.stock.removal import Removal, capsules, removal
-from leafcut.stock.step_over import widest_gaps
-from leafcut.stock.tool_steps import ToolWay, way_of
 
 #: Room for the rounding of written heights, mm (half of 0.0001 inch is 0.00127 mm), and of the walls' chords.
 ROOM = 0.002
@@ -134,7 +134,7 @@ def air_differences(written: Toolpath, rules: PocketRules, feed: float) -> list[
     """Return the moves below the surface that are faster than the mill may cut, mm/s, and cut something even so.
 
     A faster move stays at one height; what all moves before it at that height have cleared under the whole tool is
-    found step by step (`stock.engagement`). A film as wide as a hundredth of the diameter is no material: passes are
+    found step by step (`material.engagement`). A film as wide as a hundredth of the diameter is no material: passes are
     true within the tolerance, so that one beside another may leave one; chips of it are a fifth as thick as others at
     the same feed.
     """

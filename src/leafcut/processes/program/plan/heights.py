@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from leafcut.gcode.program import Program
+from leafcut.material.loads import Loads
 from leafcut.model.machine import Machine
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.pace import CycleReturn, Lowered
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.processes.program.plan.corners import longest_rounding, rounds_freely
 from leafcut.processes.program.plan.plain_blocks import block_of_row, is_plain, words_of_row
-from leafcut.stock.loads import Loads
 
 #: What is lowered by less is left as it is, mm.
 _WORTH = 0.25

@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Floats
+from leafcut.material.least_around import least_around
+from leafcut.material.loads import Loads, limits_of
+from leafcut.material.straight_moves import StraightMoves
 from leafcut.model.cutter import Cutter
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.machine import Machine
@@ -19,9 +22,6 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
 from leafcut.processes.program.plan.corners import RapidCorners, rounds_freely
 from leafcut.processes.program.plan.plain_blocks import block_of_row, is_plain, words_of_row
-from leafcut.stock.least_around import least_around
-from leafcut.stock.loads import Loads, limits_of
-from leafcut.stock.straight_moves import StraightMoves
 from leafcut.timing.profile import move_time
 
 #: Words of a line that may change its feed, and G words beside its motion that change nothing about how it is divided.

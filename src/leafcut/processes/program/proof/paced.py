@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from leafcut.errors import VerifyError
 from leafcut.geometry.arrays import Floats
+from leafcut.material.loads import Loads
 from leafcut.model.cutter import Cutter
 from leafcut.model.pace import PaceRules, PaceStretch, ToolLimits
 from leafcut.model.toolpath import Kind, Toolpath
-from leafcut.stock.loads import Loads
 
 #: Places at which a cut is divided are rounded: they lie so far off it at most, mm.
 _OFF = 2e-4

@@ -14,14 +14,14 @@ import numpy as np
 
 from leafcut.errors import VerifyError, count_of
 from leafcut.gcode.program import Program
+from leafcut.material.cutting import Removed, cut
+from leafcut.material.height_field import HeightField
+from leafcut.material.same_stock import stock_differences
+from leafcut.material.straight_moves import StraightMoves, straight_moves
 from leafcut.model.cutter import Body, BodyPart, Cutter
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.tool import Tool
-from leafcut.stock.cutting import Removed, cut
-from leafcut.stock.height_field import HeightField
-from leafcut.stock.same_stock import stock_differences
-from leafcut.stock.straight_moves import StraightMoves, straight_moves
 from leafcut.units import fixed
 
 #: Heights that differ by less are the same, mm: cuts in another order are rounded otherwise.

@@ -1,0 +1,190 @@
+"""What a program takes off its material, move by move: volumes, depths, widths, air, and rapids in the material."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.arrays import Floats
+from leafcut.material.height_field import HeightField
+from leafcut.material.straight_moves import StraightMoves
+from leafcut.model.cutter import Body, BodyPart, Cutter
+from leafcut.model.heartbeat import Heartbeat, unseen
+
+#: The field is cut in so many strips, whatever the threads, so that sums come out the same.
+_STRIPS = 16
+#: So many moves are cut in one go: between two, a heartbeat.
+_AT_ONCE = 200_000
+#: What is thinner is rounding, mm: heights are kept in single precision.
+FILM = 1e-3
+#: A rapid is looked at with a tool that is smaller by so many cells all round: it may go along a wall that was cut.
+RAPID_INSET = 1.0
+#: A shank no wider than its tool runs into material where, one after the other, so many diameters of cells stand
+#: higher than the flutes, with no longer gap than so many cells: single ones stand where a tool comes back to a wall.
+_SHANK_CELLS, _SHANK_GAP = 0.5, 2.0
+
+
+class Removed(NamedTuple):
+    """What every move takes off, float64[m] each.
+
+    Attributes
+    ----------
+    volume
+        mm³.
+    area
+        What is cut, seen from above, mm².
+    depth
+        The deepest cut, mm.
+    left, right
+        How far to the left and the right of its way the tool cuts at most, mm; negative: beside the way only on the
+        other side.
+    over
+        How high material stood over the tool, taken wider all round by a margin, just before the move, mm: negative
+        where it stayed so far below it. −∞ without a margin.
+    shank, holder
+        How deep what is above the flutes is in the material, mm; 0: not at all, or of no known shape.
+    """
+
+    volume: Floats
+    area: Floats
+    depth: Floats
+    left: Floats
+    right: Floats
+    over: Floats
+    shank: Floats
+    holder: Floats
+
+    @property
+    def cuts(self) -> NDArray[np.bool_]:
+        """Whether a move cuts anything that is thicker than a film."""
+        return self.area > 0
+
+
+def cut(
+    field: HeightField,
+    moves: StraightMoves,
+    cutters: Mapping[int, Cutter],
+    threads: int = 1,
+    look: Heartbeat = unseen,
+    *,
+    margin: float | None = None,
+    beside: float | None = None,
+    room: HeightField | None = None,
+    bodies: Mapping[int, Sequence[BodyPart]] | None = None,
+) -> Removed:
+    """Cut material by the moves of a program, in their order; the field is changed.
+
+    A rapid cuts, too, what it meets more than a cell inside of the tool. The answer is the same with any number of
+    threads.
+
+    Parameters
+    ----------
+    cutters
+        By the number of the tool; every tool of the moves is there.
+    margin
+        How much wider the tools are taken for `Removed.over`, mm.
+    beside
+        How high material stands beside the field for `Removed.over`, mm; None: up to the field's floor.
+    room
+        A field of the same cells: where a rapid lowers the material, it gets the height that it is lowered to.
+    bodies
+        What is above the flutes, by the number of the tool; of tools that are not there it is not known.
+    """
+    from leafcut.kernels.sweep import CellGrid, ToolShape, sweep
+
+    rows = field.heights.shape[0]
+    edges = np.linspace(0, rows, min(_STRIPS, rows) + 1).astype(np.int64)
+    grid = CellGrid(field.x, field.y, field.cell)
+    table = np.zeros((len(moves), 9))
+    table[:, 3], table[:, 4], table[:, 5] = math.inf, -math.inf, -math.inf
+    if margin is not None:
+        reach = margin + np.array([cutters[number].radius for number in moves.tool.tolist()])
+        outside = ~field.contains(moves.ends, reach)
+        height = field.floor if beside is None else beside
+        table[outside, 5] = height - np.minimum(moves.ends[outside, 2], moves.ends[outside, 5])
+    inset = np.where(moves.rapid, RAPID_INSET * field.cell, 0.0)
+    wider = -1.0 if margin is None else margin
+    lowered = np.empty((0, 0), dtype=np.float32) if room is None else room.heights
+    shapes = {number: ToolShape(*_shape(cutter)) for number, cutter in cutters.items()}
+    above = {number: _rows(parts) for number, parts in (bodies or {}).items()}
+    none, top = np.zeros((0, 8)), float(field.heights.max(initial=-math.inf)) - FILM
+    middle = [field.y + 0.5 * (edges[k] + edges[k + 1] - 1) * field.cell for k in range(len(edges) - 1)]
+    with ThreadPoolExecutor(max(threads, 1)) as pool:
+        for begin, end, tool in _stretches(moves.tool):
+            look()
+            shape, body = shapes[tool], above.get(tool, none)
+            around = max(shape.radius + max(wider, 0.0), float(body[:, 0].max(initial=0.0)))
+            low = np.minimum(moves.ends[begin:end, 1], moves.ends[begin:end, 4]) - around
+            high = np.maximum(moves.ends[begin:end, 1], moves.ends[begin:end, 4]) + around
+
+            def strip(
+                number: int, begin: int = begin, shape: ToolShape = shape, body: Floats = body, low: Floats = low,
+                high: Floats = high,
+            ) -> tuple[NDArray[np.int64], Floats]:  # fmt: skip
+                first, last = int(edges[number]), int(edges[number + 1])
+                reach = 0.5 * (last - first) * field.cell
+                which = begin + np.flatnonzero((low <= middle[number] + reach) & (high >= middle[number] - reach))
+                found = np.empty((len(which), 9))
+                sweep(
+                    field.heights, lowered, first, last, grid, shape, moves.ends, which, inset, wider, FILM, top, body,
+                    found,
+                )  # fmt: skip
+                return which, found
+
+            for which, found in pool.map(strip, range(len(middle))):
+                table[which, :2] += found[:, :2]
+                table[which, 3] = np.minimum(table[which, 3], found[:, 3])
+                for column in (2, 4, 5, 6, 7):
+                    table[which, column] = np.maximum(table[which, column], found[:, column])
+                table[which, 8] += found[:, 8]
+    area = field.cell**2
+    shank = np.where(_runs_in(moves, table[:, 8], cutters, field.cell), table[:, 6], 0.0)
+    return Removed(
+        table[:, 0] * area, table[:, 1] * area, table[:, 2], table[:, 4], -table[:, 3], table[:, 5], shank, table[:, 7]
+    )  # fmt: skip
+
+
+def _rows(parts: Sequence[BodyPart]) -> Floats:
+    """Return what is above the flutes as the kernel takes it, float64[b, 8]."""
+    rows = [
+        (one.radius, one.flat, 0.0, one.flat, 0.0, 0.0 if math.isinf(one.slope) else one.slope, one.above,
+         float(one.body is Body.HOLDER))
+        for one in parts
+    ]  # fmt: skip
+    return np.array(rows, dtype=np.float64).reshape(-1, 8)
+
+
+def _runs_in(moves: StraightMoves, cells: Floats, cutters: Mapping[int, Cutter], cell: float) -> NDArray[np.bool_]:
+    """Return on which moves a shank is in the material, by the cells in which each is: one after the other, enough."""
+    met = np.zeros(len(moves), dtype=np.bool_)
+    hits = np.flatnonzero(cells > 0)
+    if not len(hits):
+        return met
+    way = np.cumsum(np.hypot(*(moves.ends[:, 3:5] - moves.ends[:, :2]).T))
+    length = np.diff(way, prepend=0.0)[hits]
+    gap = np.diff(way[hits]) - length[1:] > _SHANK_GAP * cell
+    apart = np.concatenate([[True], gap | (np.diff(moves.tool[hits]) != 0)])
+    group = np.cumsum(apart) - 1
+    enough = np.array([_SHANK_CELLS * 2.0 * cutters[number].radius / cell for number in moves.tool[hits].tolist()])
+    met[hits] = np.bincount(group, cells[hits])[group] > enough
+    return met
+
+
+def _shape(cutter: Cutter) -> tuple[float, ...]:
+    slope = 0.0 if math.isinf(cutter.slope) else cutter.slope
+    return (cutter.radius, cutter.flat, cutter.corner, *cutter.tangent, slope)
+
+
+def _stretches(tool: NDArray[np.int64]) -> Iterable[tuple[int, int, int]]:
+    """Yield moves of one tool that follow each other, not too many at once: begin, end, tool."""
+    if not len(tool):
+        return
+    changes = np.flatnonzero(np.diff(tool)) + 1
+    for first, last in zip([0, *changes.tolist()], [*changes.tolist(), len(tool)], strict=True):
+        for begin in range(first, last, _AT_ONCE):
+            yield begin, min(begin + _AT_ONCE, last), int(tool[first])

@@ -1,0 +1,55 @@
+"""The most material that a program leaves room for: what nobody has described may stand wherever it never went."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from leafcut.material.cutting import cut
+from leafcut.material.height_field import HeightField, StockBlock
+from leafcut.material.straight_moves import StraightMoves
+from leafcut.model.cutter import Cutter
+from leafcut.model.heartbeat import Heartbeat, unseen
+
+#: Where the tool never was, material stands so far above its highest way, mm.
+_ABOVE = 1.0
+
+
+def largest_stock(
+    moves: StraightMoves,
+    cutters: Mapping[int, Cutter],
+    cell: float,
+    dogleg: bool,
+    threads: int = 1,
+    look: Heartbeat = unseen,
+) -> HeightField:
+    """Return the highest material over the cuts of a program in which no rapid of it would meet any.
+
+    A program that works as it is bears witness: where one of its rapids goes, and no cut went as deep before, there
+    can be no material above it. Everywhere else there may be.
+
+    Parameters
+    ----------
+    dogleg
+        Of rapids that move several axes only the end is believed: the way there is not straight.
+
+    Raises
+    ------
+    PlanError
+        There would be too many cells.
+    """
+    low, high = moves.extent(~moves.rapid, cutters)
+    bottom = float(low[2]) - _ABOVE
+    top = float(np.maximum(moves.ends[:, 2], moves.ends[:, 5]).max()) + _ABOVE
+    field = HeightField.of_block(
+        StockBlock((float(low[0]), float(low[1]), bottom), (float(high[0]), float(high[1]), top)), cell
+    )
+    believed = moves.ends.copy()
+    if dogleg:
+        bent = moves.rapid & ((believed[:, 3:] != believed[:, :3]).sum(axis=1) > 1)
+        believed[bent, :3] = believed[bent, 3:]
+    room = field.copy()
+    cut(field, replace(moves, ends=believed), cutters, threads, look, room=room)
+    return room

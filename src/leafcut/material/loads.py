@@ -1,0 +1,230 @@
+"""What every piece of a program's motions meets in its stock: chips, widths and volumes, and how near material is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.arrays import Floats
+from leafcut.material.chip_thickness import chip_share, cut_width
+from leafcut.material.cutting import Removed, cut
+from leafcut.material.cutting_force import mean_chip, milling_power, ramp_power, spindle_torque
+from leafcut.material.height_field import HeightField
+from leafcut.material.straight_moves import StraightMoves, straight_moves
+from leafcut.model.cutter import Cutter
+from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.pace import PaceRules, SpindleLoad, ToolLimits
+from leafcut.model.tool import MILLS, Tool, ToolKind
+from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.units import SECONDS_PER_MINUTE
+
+#: A cut that falls by more than this per mm goes down into the material.
+_LEVEL = 0.001
+#: Tools whose feed goes by their chips.
+MILLING = (*MILLS, ToolKind.SLOT_MILL)
+
+
+@dataclass(frozen=True, eq=False)
+class StockBefore:
+    """The material before a program: its cells, how high it stands beside them, mm, and whether it was described."""
+
+    field: HeightField
+    beside: float
+    known: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """What every straight piece of a program's motions meets.
+
+    Attributes
+    ----------
+    moves, removed
+        The pieces, and what they take off.
+    feed, rpm
+        Of every piece: mm/s, 0 for rapids; 1/min.
+    share, width
+        The thickest chip as a share of the feed per tooth; how wide is cut, mm.
+    rate
+        Volume by time, mm³/s.
+    source
+        int64[m]: the row of the path.
+    """
+
+    moves: StraightMoves
+    removed: Removed
+    feed: Floats
+    rpm: Floats
+    share: Floats
+    width: Floats
+    rate: Floats
+    source: NDArray[np.int64]
+
+    @cached_property
+    def chip(self) -> Floats:
+        """The thickest chip in one revolution, mm: of one tooth, if it had but one; that of a slot where it sinks."""
+        share = np.where(self.sinks, 1.0, self.share)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            chip: Floats = np.where(self.rpm > 0, SECONDS_PER_MINUTE * share * self.feed / self.rpm, 0.0)
+        return chip
+
+    @cached_property
+    def upright(self) -> NDArray[np.bool_]:
+        """Which pieces go straight up or down."""
+        return np.asarray(np.hypot(*(self.moves.ends[:, 3:5] - self.moves.ends[:, :2]).T) < 1e-9)
+
+    @cached_property
+    def mills(self) -> NDArray[np.bool_]:
+        """Which pieces are fed through material, and not down into it."""
+        mills: NDArray[np.bool_] = self._fed & ~self.upright & ~self._falls
+        return mills
+
+    @cached_property
+    def sinks(self) -> NDArray[np.bool_]:
+        """Which pieces are fed down into material on a slope: ramps and helices."""
+        sinks: NDArray[np.bool_] = self._fed & ~self.upright & self._falls
+        return sinks
+
+    @cached_property
+    def plunges(self) -> NDArray[np.bool_]:
+        """Which pieces are fed straight down into material."""
+        plunges: NDArray[np.bool_] = self._fed & self.upright & self._falls
+        return plunges
+
+    @cached_property
+    def down(self) -> Floats:
+        """How fast each piece comes down, mm/s; 0 for those that do not."""
+        ends = self.moves.ends
+        fall = np.maximum(ends[:, 2] - ends[:, 5], 0.0)
+        return np.divide(self.feed * fall, self.length, out=np.zeros_like(fall), where=self.length > 0)
+
+    @cached_property
+    def length(self) -> Floats:
+        """Of every piece, mm."""
+        ends = self.moves.ends
+        return np.asarray(np.sqrt(((ends[:, 3:] - ends[:, :3]) ** 2).sum(axis=1)))
+
+    @cached_property
+    def _fed(self) -> NDArray[np.bool_]:
+        return np.asarray(~self.moves.rapid & self.removed.cuts)
+
+    @cached_property
+    def _falls(self) -> NDArray[np.bool_]:
+        ends = self.moves.ends
+        across = np.hypot(*(ends[:, 3:5] - ends[:, :2]).T)
+        return np.asarray(ends[:, 5] - ends[:, 2] < -_LEVEL * across)
+
+    def cuts_of(self, number: int) -> NDArray[np.bool_]:
+        """Return which pieces a tool mills; if it does nothing but to go down, its ramps and helices, or plunges."""
+        of_tool = self.moves.tool == number
+        ways = (np.asarray(one & of_tool) for one in (self.mills, self.sinks, self.plunges))
+        return next((one for one in ways if one.any()), np.zeros(len(of_tool), dtype=np.bool_))
+
+    def slot_share(self, limit: ToolLimits, diameter: float) -> Floats:
+        """Return the chip that a tool may have in every piece as a share of the one at half of its width."""
+        beyond = np.clip(2.0 * self.width / diameter - 1.0, 0.0, 1.0)
+        return np.asarray(1.0 - (1.0 - limit.slot) * np.where(self.sinks, 1.0, beyond))
+
+    def power(self, spindle: SpindleLoad, teeth: int, diameter: float) -> Floats:
+        """Return the power that every piece takes at the tool, W, 0 where it cuts nothing.
+
+        Straight down the end of the tool takes off all, with a chip as thick as the tool sinks for each tooth. Of what
+        a ramp or a helix takes off, the end takes no more than its whole area times what it sinks; the side takes the
+        rest. `material.cutting_force` says how each is reckoned.
+        """
+        turns = self.rpm > 0
+        mills, sinks, plunges = self.mills & turns, self.sinks & turns, self.plunges & turns
+        teeth_by_time = np.where(turns, self.rpm * teeth / SECONDS_PER_MINUTE, 1.0)
+        across = np.sqrt(np.maximum(self.feed**2 - self.down**2, 0.0))
+        chip = mean_chip(np.where(sinks, across, self.feed) / teeth_by_time, self.width, diameter)
+        end = np.where(sinks, np.minimum(self.rate, 0.25 * math.pi * diameter**2 * self.down), 0.0)
+        power = np.zeros(len(self.feed))
+        power[mills] = milling_power(spindle.material, self.rate[mills], chip[mills])
+        power[sinks] = ramp_power(
+            spindle.material, (self.rate - end)[sinks], end[sinks], chip[sinks], (self.down / teeth_by_time)[sinks]
+        )
+        # One piece may begin in the air: while it cuts it takes off what it cuts, seen from above, times what it sinks.
+        down = self.down[plunges]
+        power[plunges] = milling_power(
+            spindle.material, self.removed.area[plunges] * down, down / teeth_by_time[plunges]
+        )
+        return power
+
+    def spindle_ratio(self, limit: ToolLimits, diameter: float) -> Floats:
+        """Return how much faster every piece of a tool may be until power or torque is at its limit: a factor."""
+        spindle = limit.spindle
+        if spindle is None:
+            return np.full(len(self.feed), math.inf)
+        power = self.power(spindle, limit.teeth, diameter)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            of_torque = spindle.torque / spindle_torque(power, self.rpm)
+            ratio = np.minimum(spindle.power * spindle.efficiency / power, of_torque)
+            # A thicker chip takes less force by its area: power grows with f^(1 − mc).
+            return np.asarray(np.where(power > 0, ratio ** (1.0 / (1.0 - spindle.material.mc)), math.inf))
+
+
+def loads_of(
+    path: Toolpath,
+    cutters: Mapping[int, Cutter],
+    stock: StockBefore,
+    clearance: float,
+    threads: int = 1,
+    look: Heartbeat = unseen,
+) -> Loads:
+    """Return what every piece of the motions of a path meets in the stock, which stays as it is.
+
+    Raises
+    ------
+    PlanError
+        There are too many pieces.
+    """
+    field_ = stock.field.copy()
+    smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
+    numbered = replace(path, line=np.arange(len(path), dtype=np.int32))
+    moves = straight_moves(numbered, 0.05 * field_.cell, max(0.5 * smallest, 2.0 * field_.cell)).of_tools(cutters)
+    margin = clearance + field_.cell
+    removed = cut(field_, moves, cutters, threads, look, margin=margin, beside=stock.beside)
+    source = moves.path.line[moves.row].astype(np.int64)
+    radius = np.array([cutters[number].radius for number in moves.tool.tolist()])
+    fed = np.where(moves.rapid, 0.0, moves.path.value[moves.row])
+    rpm = np.abs(path.latest(Kind.SPINDLE, path.value))[source]
+    length = np.sqrt(((moves.ends[:, 3:] - moves.ends[:, :3]) ** 2).sum(axis=1))
+    rate = np.divide(removed.volume * fed, length, out=np.zeros_like(length), where=length > 0)
+    share, width = chip_share(removed, radius, field_.cell), cut_width(removed, radius, field_.cell)
+    return Loads(moves, removed, fed, rpm, share, width, rate, source)
+
+
+def limits_of(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> dict[int, ToolLimits]:
+    """Return what every milling tool is asked for at most: by its library, else by the program's own worst cut.
+
+    Limits of which something is not known are left out.
+    """
+    limits: dict[int, ToolLimits] = {}
+    chip = loads.chip
+    for number, tool in tools.items():
+        mine = loads.cuts_of(number)
+        if tool.kind not in MILLING or not mine.any() or not (loads.rpm[mine] > 0).all():
+            continue
+        rate = float(loads.rate[mine].max())
+        stated = has_chip(tool)
+        limits[number] = ToolLimits(
+            SECONDS_PER_MINUTE * tool.feed / tool.spindle_rpm if stated else float(chip[mine].max()),
+            rate,
+            stated,
+            # The program's own worst cut may be a slot: then its share would be taken twice.
+            1.0 if rules.slot is None or not stated else rules.slot,
+            tool.plunge_feed or math.inf,
+            rules.spindle if rules.spindle is not None and rules.spindle.limited and tool.teeth else None,
+            tool.teeth or 1,
+        )
+    return limits
+
+
+def has_chip(tool: Tool) -> bool:
+    """Return whether the library of a tool says how thick its chips may be: by a feed and a speed."""
+    return tool.feed > 0 and tool.spindle_rpm > 0 and not tool.assumed

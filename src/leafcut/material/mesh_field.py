@@ -1,0 +1,73 @@
+"""A solid of triangles as a height field: what is seen of it from above."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from leafcut.errors import PlanError
+from leafcut.material.height_field import HeightField, StockBlock
+from leafcut.model.mesh import Mesh
+
+#: Cells under all triangles together, each as often as there are triangles over it, at most: minutes of work.
+_MOST_LOOKS = 10_000_000_000
+#: What lies so near to the lowest place of a solid is its floor, mm.
+_FLAT = 0.01
+
+
+def block_of_mesh(mesh: Mesh) -> StockBlock:
+    """Return the box around a solid.
+
+    Raises
+    ------
+    PlanError
+        It is flat.
+    """
+    low, high = mesh.low.tolist(), mesh.high.tolist()
+    return StockBlock((low[0], low[1], low[2]), (high[0], high[1], high[2]))
+
+
+def field_of_mesh(mesh: Mesh, cell: float) -> HeightField:
+    """Return a solid as cells of a side, mm: how high it stands over the middle of each; its floor where it is not.
+
+    Material under an overhang is taken to be solid: see `overhang`.
+
+    Raises
+    ------
+    PlanError
+        There would be too many cells, or too many triangles over each.
+    """
+    field = HeightField.of_block(block_of_mesh(mesh), cell)
+    field.heights[:] = field.floor
+    raise_by_mesh(field, mesh)
+    return field
+
+
+def raise_by_mesh(field: HeightField, mesh: Mesh) -> None:
+    """Raise the cells of a field to the highest triangle over the middle of each.
+
+    Raises
+    ------
+    PlanError
+        There would be too many triangles over each.
+    """
+    from leafcut.kernels.from_above import raise_cell_middles
+
+    cell = field.cell
+    size = np.ptp(mesh.triangles[:, :, :2], axis=1) / cell + 1.0
+    looks = float(size.prod(axis=1).sum())
+    if looks > _MOST_LOOKS:
+        raise PlanError(
+            f"{mesh.name}: {looks / field.heights.size:,.0f} triangles lie over every cell on average; save it "
+            "coarser, or use larger cells"
+        )
+    raise_cell_middles(field.heights, field.x, field.y, cell, mesh.triangles)
+
+
+def overhang(mesh: Mesh) -> float:
+    """Return the area that faces down above the floor of a solid, seen from below, mm²: a height field fills it."""
+    a, b, c = (mesh.triangles[:, k] for k in range(3))
+    cross = np.cross(b - a, c - a)
+    turned = float((a * cross).sum())  # six times the volume, negative where the triangles are turned inside out
+    down = cross[:, 2] * (1.0 if turned >= 0 else -1.0) < 0
+    above = mesh.triangles[:, :, 2].max(axis=1) > float(mesh.low[2]) + _FLAT
+    return 0.5 * float(np.abs(cross[down & above, 2]).sum())

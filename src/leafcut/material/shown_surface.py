@@ -1,0 +1,107 @@
+"""Material that is no block, as it is shown: a solid or a skin seen from above, and what holds it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.material.height_field import HeightField, StockBlock
+from leafcut.material.mesh_field import raise_by_mesh
+from leafcut.material.straight_moves import StraightMoves
+from leafcut.material.surface import rims_of
+from leafcut.model.cutter import Cutter
+from leafcut.model.mesh import Mesh
+from leafcut.model.shown_stock import ShownStock
+
+#: What is below a skin is not known: it is shown so thick, as a share of its longer side, and mm at least.
+_THICK, _LEAST_THICK = 0.03, 1.0
+#: Holes whose middles are nearer than this are one, mm.
+_SAME = 1e-3
+
+
+def block_of_surface(mesh: Mesh, stock: ShownStock) -> StockBlock:
+    """Return the box around a surface and what holds it; it ends below where the surface does.
+
+    Raises
+    ------
+    PlanError
+        It has no width.
+    """
+    low, high = mesh.low, mesh.high
+    floor = float(low[2])
+    if not mesh.closed or low[2] >= high[2]:
+        floor -= max(_THICK * float((high - low)[:2].max()), _LEAST_THICK)
+    boxes = np.array(stock.fixtures, dtype=np.float64).reshape(-1, 6)
+    low = np.vstack([low, boxes[:, :3]]).min(axis=0)
+    high = np.vstack([high, boxes[:, 3:]]).max(axis=0)
+    return StockBlock((float(low[0]), float(low[1]), floor), (float(high[0]), float(high[1]), float(high[2])))
+
+
+def field_of_surface(
+    mesh: Mesh, stock: ShownStock, block: StockBlock, origin: tuple[float, float], cell: float,
+    moves: StraightMoves, cutters: dict[int, Cutter],
+) -> tuple[HeightField, NDArray[np.bool_]]:  # fmt: skip
+    """Return a surface as cells of a block, and which cells are of what holds it.
+
+    The block and the moves are relative to an origin. Of a finished part holes that the moves drill are filled.
+
+    Raises
+    ------
+    PlanError
+        There would be too many cells, or too many triangles over each.
+    """
+    moved = replace(mesh, triangles=mesh.triangles - (*origin, 0.0))
+    field = HeightField.of_block(block, cell)
+    # A last cell that stands out of the block has its middle beside the surface.
+    rows, columns = (
+        max(int((edge - begin) / cell + 1e-9) + 1, 1)
+        for edge, begin in ((block.high[1], field.y), (block.high[0], field.x))
+    )
+    field.heights = np.full((rows, columns), field.floor, dtype=np.float32)
+    raise_by_mesh(field, moved)
+    if stock.finished:
+        _fill_holes(field, moved, moves, cutters)
+    held = np.zeros(field.heights.shape, dtype=np.bool_)
+    for x0, y0, _, x1, y1, top in stock.fixtures:
+        held_in = _cells(field, (x0 - origin[0], y0 - origin[1]), (x1 - origin[0], y1 - origin[1]))
+        part = field.heights[held_in]
+        held[held_in] |= part < top
+        np.maximum(part, top, out=part)
+    return field, held
+
+
+def _fill_holes(field: HeightField, mesh: Mesh, moves: StraightMoves, cutters: dict[int, Cutter]) -> None:
+    """Raise what is open under a tool that goes straight down to the lowest place of the rim."""
+    ends = moves.ends
+    down = ~moves.rapid & (ends[:, 0] == ends[:, 3]) & (ends[:, 1] == ends[:, 4]) & (ends[:, 5] < ends[:, 2])
+    if not down.any():
+        return
+    _, first, which = np.unique(np.rint(ends[down, :2] / _SAME), axis=0, return_index=True, return_inverse=True)
+    xy = ends[down, :2][first]
+    radius = np.zeros(len(xy))
+    np.maximum.at(radius, which.ravel(), np.array([cutters[number].radius for number in moves.tool[down].tolist()]))
+    rims = rims_of(mesh.triangles, xy, radius)
+    for (x, y), reach, top in zip(xy.tolist(), radius.tolist(), rims.lowest.tolist(), strict=True):
+        if not np.isfinite(top):
+            continue
+        wide = reach + 0.5 * field.cell
+        rows, columns = _cells(field, (x - wide, y - wide), (x + wide, y + wide))
+        part = field.heights[rows, columns]
+        across = field.x + field.cell * np.arange(columns.start, columns.stop) - x
+        up = field.y + field.cell * np.arange(rows.start, rows.stop) - y
+        inside = across[None, :] ** 2 + up[:, None] ** 2 <= wide**2
+        part[inside] = np.maximum(part[inside], top)
+
+
+def _cells(field: HeightField, low: tuple[float, float], high: tuple[float, float]) -> tuple[slice, slice]:
+    """Return the rows and the columns of cells whose middles lie in a rectangle."""
+    spans = []
+    for begin, first, last, most in zip(
+        (field.y, field.x), low[::-1], high[::-1], field.heights.shape, strict=True
+    ):  # fmt: skip
+        edges = math.ceil((first - begin) / field.cell), math.floor((last - begin) / field.cell) + 1
+        spans.append(slice(*(min(max(edge, 0), most) for edge in edges)))
+    return spans[0], spans[1]

@@ -1,0 +1,229 @@
+"""`Solid`: the stock of a run for display: coarse cells, and all moves that cut them."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import PlanError
+from leafcut.geometry.arrays import Floats
+from leafcut.material.chip_thickness import chip_share, cut_width
+from leafcut.material.cutting import Removed, cut
+from leafcut.material.height_field import FINEST, HeightField, StockBlock
+from leafcut.material.shown_surface import block_of_surface, field_of_surface
+from leafcut.material.straight_moves import StraightMoves, straight_moves
+from leafcut.model.cutter import Body, BodyPart, Cutter, body_of, cutter_of
+from leafcut.model.heartbeat import Heartbeat, unseen
+from leafcut.model.shown_stock import ShownStock
+from leafcut.model.tool import Tool
+from leafcut.model.toolpath import Toolpath
+
+#: Cells along the longer side.
+CELLS = 512
+#: Length of pieces of cuts, as a share of the smallest tool's diameter, unless they become too many.
+_PIECE, _PIECES = 0.5, 400_000
+#: Maximum number of moves of a program that is shown.
+_MOST_MOVES = 1_000_000
+#: Maximum distance of chords from their arcs, cells.
+_STRAYS = 0.05
+#: Margin of a block around the cuts: share of its longer side, minimum and maximum, mm; and its depth below them, mm.
+_BESIDE, _LEAST_BESIDE, _MOST_BESIDE, _BELOW = 0.06, 1.0, 12.0, 1.0
+#: Minimum depth as a share of its longer side, so that it is no foil.
+_THICK = 0.03
+#: Maximum number of collisions that are shown.
+_MOST_COLLISIONS = 500
+#: Number of places along a rapid that are tested for being in the block.
+_PLACES = 65
+
+
+class Collision(NamedTuple):
+    """A collision of a tool with material: the colliding body, the row of the moves' path, and the depth, mm."""
+
+    kind: str
+    row: int
+    place: tuple[float, float, float]
+    depth: float
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """The stock before and after a run, and its moves.
+
+    Places are relative to `origin` and rounded to single precision for drawing: `before` cut by `moves` is `after`.
+
+    Attributes
+    ----------
+    origin
+        x and y, mm.
+    block
+        The block, where it lies in the program.
+    before, after
+        The stock.
+    held
+        bool[rows, columns]: cells of the fixture.
+    moves
+        The pieces of the program's motions.
+    width, chip
+        float64[m]: width of cut and thickest chip of each move, as shares of the tool's diameter and of the feed
+        per tooth.
+    """
+
+    origin: tuple[float, float]
+    block: StockBlock
+    before: HeightField
+    after: HeightField
+    held: NDArray[np.bool_]
+    moves: StraightMoves
+    tools: dict[int, Tool]
+    cutters: dict[int, Cutter]
+    bodies: dict[int, tuple[BodyPart, ...]]
+    width: Floats
+    chip: Floats
+    collisions: tuple[Collision, ...]
+
+
+def shown_block(path: Toolpath, stock: ShownStock) -> StockBlock:
+    """Return the block of material for showing a run.
+
+    Raises
+    ------
+    PlanError
+        It is not known.
+    OptionError
+        A tool has no diameter.
+    """
+    return _begun(path, stock)[1]
+
+
+def _begun(path: Toolpath, stock: ShownStock) -> tuple[dict[int, Cutter], StockBlock]:
+    """Return the shapes of the tools, and the block."""
+    if stock.refused:
+        raise PlanError(stock.refused)
+    if not stock.tools:
+        raise PlanError("no tool is known that cuts")
+    cutters = {number: cutter_of(tool) for number, tool in stock.tools.items()}
+    if stock.surface is not None:
+        return cutters, block_of_surface(stock.surface, stock)
+    if stock.block:
+        return cutters, StockBlock(*stock.block)
+    smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
+    return cutters, _around(straight_moves(path, 0.01 * smallest, np.inf).of_tools(cutters), cutters, stock)
+
+
+def solid_of(path: Toolpath, stock: ShownStock, look: Heartbeat = unseen) -> Solid:
+    """Return the stock of a run, cut by a toolpath, in cells for pictures.
+
+    Raises
+    ------
+    PlanError
+        The stock is unknown or not cut, or the moves are too many.
+    OptionError
+        A tool has no diameter.
+    """
+    cutters, block = _begun(path, stock)
+    tools = dict(stock.tools)
+    smallest = 2.0 * min(cutter.radius for cutter in cutters.values())
+    sides = [block.high[k] - block.low[k] for k in range(2)]
+    cell = max(max(sides) / CELLS, FINEST)
+    moves = straight_moves(path, _STRAYS * cell, max(_PIECE * smallest, 2.0 * cell)).of_tools(cutters)
+    if len(moves) > _PIECES:
+        moves = straight_moves(path, _STRAYS * cell, np.inf).of_tools(cutters)
+    if len(moves) > _MOST_MOVES:
+        raise PlanError(f"{len(moves):,} moves are more than can be shown, {_MOST_MOVES:,}")
+    origin = (0.5 * (block.low[0] + block.high[0]), 0.5 * (block.low[1] + block.high[1]))
+    shift = np.array([*origin, 0.0, *origin, 0.0])
+    moves = replace(moves, ends=(moves.ends - shift).astype(np.float32).astype(np.float64))
+    if stock.surface is not None:
+        before, held = field_of_surface(
+            stock.surface, stock, _moved(block, origin), origin, cell, moves, cutters
+        )  # fmt: skip
+    else:
+        before = HeightField.of_block(_moved(block, origin), cell)
+        held = np.zeros(before.heights.shape, dtype=np.bool_)
+    after = before.copy()
+    bodies = {number: body_of(tool) for number, tool in tools.items()}
+    removed = cut(after, moves, cutters, os.cpu_count() or 1, look, bodies=bodies)
+    if not removed.cuts.any():
+        raise PlanError("the program never touches the stock")
+    radius = np.array([cutters[number].radius for number in moves.tool.tolist()])
+    return Solid(
+        origin, block, before, after, held, moves, tools, cutters, bodies,
+        cut_width(removed, radius, cell) / (2.0 * radius),
+        np.where(removed.cuts, chip_share(removed, radius, cell), 0.0),
+        _collisions(moves, removed, bodies, block, origin),
+    )  # fmt: skip
+
+
+def _moved(block: StockBlock, origin: tuple[float, float]) -> StockBlock:
+    (x0, y0, z0), (x1, y1, z1) = block.low, block.high
+    return StockBlock((x0 - origin[0], y0 - origin[1], z0), (x1 - origin[0], y1 - origin[1], z1))
+
+
+def _around(moves: StraightMoves, cutters: dict[int, Cutter], stock: ShownStock) -> StockBlock:
+    """Return a block around the cuts below Z0, with a margin.
+
+    Raises
+    ------
+    PlanError
+        No cut goes below Z0.
+    """
+    ends = moves.ends
+    deep = ~moves.rapid & (np.minimum(ends[:, 2], ends[:, 5]) < 0.0)
+    if not deep.any():
+        raise PlanError("nothing is cut below Z0, so the top of the stock is not known; give --workpiece")
+    radius = np.array([cutters[number].radius for number in moves.tool[deep].tolist()])[:, None]
+    begin, end = ends[deep, :3], ends[deep, 3:]
+    low = (np.minimum(begin, end)[:, :2] - radius).min(axis=0)
+    high = (np.maximum(begin, end)[:, :2] + radius).max(axis=0)
+    deepest = float(np.minimum(begin, end)[:, 2].min())
+    beside = min(max(_BESIDE * float((high - low).max()), _LEAST_BESIDE), _MOST_BESIDE)
+    low, high = low - beside, high + beside
+    if stock.around:
+        low, high = np.minimum(low, stock.around[:2]), np.maximum(high, stock.around[2:])
+    floor = min(deepest - _BELOW, -_THICK * float((high - low).max()))
+    floor = stock.floor if stock.floor is not None and stock.floor < 0.0 else floor
+    return StockBlock((float(low[0]), float(low[1]), floor), (float(high[0]), float(high[1]), 0.0))
+
+
+def _collisions(
+    moves: StraightMoves,
+    removed: Removed,
+    bodies: dict[int, tuple[BodyPart, ...]],
+    block: StockBlock,
+    origin: tuple[float, float],
+) -> tuple[Collision, ...]:
+    """Return collisions of rapids, shanks and holders with the material: the deepest piece of each row."""
+    depths = {
+        "rapid": np.where(moves.rapid & removed.cuts, removed.depth, 0.0),
+        Body.SHANK.value: removed.shank,
+        Body.HOLDER.value: removed.holder,
+    }
+    found = []
+    for kind, depth in depths.items():
+        deepest: dict[int, int] = {}
+        for at in np.flatnonzero(depth > 0.0).tolist():
+            row = int(moves.row[at])
+            if row not in deepest or depth[at] > depth[deepest[row]]:
+                deepest[row] = at
+        for row, at in deepest.items():
+            x, y, z = _place_in(moves.ends[at], block, origin)
+            above = [part.above for part in bodies.get(int(moves.tool[at]), ()) if part.body == kind]
+            if above:
+                z = float(moves.ends[at, [2, 5]].min()) + min(above)
+            found.append(Collision(kind, row, (x, y, z), float(depth[at])))
+    return tuple(sorted(found, key=lambda one: one.row)[:_MOST_COLLISIONS])
+
+
+def _place_in(move: NDArray[np.float64], block: StockBlock, origin: tuple[float, float]) -> tuple[float, float, float]:
+    """Return the middle of the part of a move inside a block, relative to the origin; else its lower end."""
+    share = np.linspace(0.0, 1.0, _PLACES)[:, None]
+    places = move[:3] + share * (move[3:] - move[:3])
+    low, high = np.array(block.low) - (*origin, math.inf), np.array(block.high) - (*origin, 0.0)
+    inside = places[((places >= low) & (places <= high)).all(axis=1)]
+    x, y, z = (inside[len(inside) // 2] if len(inside) else min(move[:3], move[3:], key=lambda end: end[2])).tolist()
+    return x, y, z

@@ -1,0 +1,52 @@
+"""Where a path is too wide, asked of one path after another: what is as it was is not looked at again."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from leafcut.geometry.arrays import Floats
+from leafcut.geometry.cells import Cells, numbered
+from leafcut.material.step_over import FARTHEST, wide_places
+from leafcut.material.tool_steps import way_of
+from leafcut.model.pocket import PocketPath, PocketRules
+
+#: Places this near to each other are the same, mm.
+_SAME = 1e-4
+#: What a change may reach, in farthest neighbours: the neighbour of a place, and of that what is a corner.
+_REACHES = 2
+
+
+class TooWide:
+    """Returns the places of a path where the nearer neighbour is further away than the step-over, float64[n, 2], mm.
+
+    A path that differs from the last one in some places only is looked at there only.
+
+    Parameters
+    ----------
+    centres
+        shapely geometry of the allowed tool centres.
+    """
+
+    def __init__(self, centres: Any, rules: PocketRules) -> None:
+        self.centres, self.rules = centres, rules
+        self.cells = Cells(centres.bounds, FARTHEST * rules.tool_diameter, 2 * _REACHES + 4)
+        self.last, self.found = np.zeros((0, 2)), np.zeros((0, 2))
+
+    def __call__(self, path: PocketPath) -> Floats:
+        """Return the places of a path."""
+        way = way_of(path, self.rules)
+        moved = self.cells.of(np.vstack([_not_in(way.xy, self.last), _not_in(self.last, way.xy)]))
+        changed = self.cells.around(moved, _REACHES)
+        looked = np.isin(self.cells.of(way.xy), self.cells.around(changed, 1))
+        new = wide_places(way, self.centres, self.rules, looked)
+        old = self.found[~np.isin(self.cells.of(self.found), changed)]
+        self.last, self.found = way.xy, np.vstack([old, new[np.isin(self.cells.of(new), changed)]])
+        return self.found
+
+
+def _not_in(places: Floats, others: Floats) -> Floats:
+    """Return the places that are not among others but for rounding."""
+    key = numbered(np.vstack([places, others]), _SAME)
+    return places[~np.isin(key[: len(places)], key[len(places) :])]

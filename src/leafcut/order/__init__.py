@@ -1,0 +1,1 @@
+"""Ordering: a `RoutingProblem` in, a `Solution` out."""

@@ -1,0 +1,93 @@
+"""An ant that forgets pieces of its path and finds new places for them, cooling down: the friendly side of its kernel.
+
+Where few clusters of many nodes must come before others, exchanges along candidate lists do not reach every good path.
+Forgetting some clusters, putting each back at the cheapest place of all and choosing the nodes there by dynamic
+programming does; it costs a look at the whole path each time, so it is for paths of few clusters.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.arrays import Ints
+from leafcut.kernels.annealing import BEST, anneal
+from leafcut.kernels.insertion import AntPath
+from leafcut.kernels.layers import Clusters, fill_table
+from leafcut.order.directed import FEW_CLUSTERS, FEW_NODES, DirectedInstance
+from leafcut.order.precedence import followers, rows
+
+#: How much longer a step may make the path, in mean ways between clusters: at the beginning, by turns, and at the end.
+HOT, COLD = (3.0, 1.0), 0.02
+
+#: Clusters near each one that are forgotten with it.
+NEAR = 40
+
+#: Steps between two looks at the clock.
+STEPS = 200
+
+
+def is_small(instance: DirectedInstance) -> bool:
+    """Return whether a problem is small enough for this."""
+    return instance.n <= FEW_CLUSTERS and len(instance.rules.way) <= FEW_NODES
+
+
+def layers_of(instance: DirectedInstance) -> Clusters:
+    """Return the clusters and the costs of all ways between their nodes; the anchor is the last cluster and node."""
+    rules, n = instance.rules, instance.n
+    begin, enter = rules.way_begin.copy(), rules.way
+    leave = enter + np.int32(rules.beyond[0])
+    if instance.anchored:
+        begin[n] += 1
+        enter, leave = np.append(enter, instance.enter[n - 1]), np.append(leave, instance.leave[n - 1])
+    owner = np.repeat(np.arange(n, dtype=np.int32), np.diff(begin))
+    table, least = np.empty((len(enter), len(enter))), np.empty((n, n))
+    fill_table(instance.cost, leave, enter, rules.service[enter], owner, table, least)
+    pairs = np.argwhere(followers(instance.pairs, n)).astype(np.int32)
+    near = np.argsort(np.minimum(least, least.T), axis=1, kind="stable")[:, : min(n - 1, NEAR)]
+    return Clusters(
+        begin, owner, table, np.ascontiguousarray(table.T), least, np.ascontiguousarray(least.T),
+        np.ascontiguousarray(near, dtype=np.int32), *rows(pairs, n), *rows(pairs[:, ::-1], n),
+        np.array([instance.anchored], dtype=np.int64),
+    )  # fmt: skip
+
+
+class Forgetting:
+    """The walk of the ant: from a path to the best one of a whole cooling down."""
+
+    def __init__(self, instance: DirectedInstance, words: NDArray[np.uint64], layers: Clusters | None = None) -> None:
+        """Begin with a random word uint64[1]; `layers` are those of the instance, where they are there already."""
+        self.instance, self.words, self.layers = instance, words, layers or layers_of(instance)
+        self.turn = 0
+        m, widest = instance.n, int(np.diff(self.layers.begin).max())
+        path, trial, best, place, out = (np.zeros(m, dtype=np.int32) for _ in range(5))
+        self.walk = AntPath(
+            path, trial, best, place, out, np.zeros(m, dtype=np.uint8), np.zeros(2), np.zeros((2, widest)),
+            np.zeros((m, widest), dtype=np.int32),
+        )  # fmt: skip
+        self.number = np.zeros(int(instance.rules.way.max()) + 1, dtype=np.int32)
+        self.number[instance.rules.way] = np.arange(len(instance.rules.way), dtype=np.int32)
+
+    def cool_down(self, nodes: Ints, mean: float, steps: int, least: float, go_on: Callable[[int], bool]) -> Ints:
+        """Return the best path, as the problem's nodes int32[clusters], of so many steps from a given one.
+
+        `mean` is the cost of a mean way; `go_on` is told how many steps were made, and says whether there is time.
+        """
+        walk, instance = self.walk, self.instance
+        path = self.number[nodes]
+        walk.path[:] = np.concatenate([[len(self.layers.owner) - 1], path]) if instance.anchored else path
+        walk.costs[:] = math.inf
+        hot, made = HOT[self.turn % len(HOT)], 0
+        heat, cooling = hot * mean, (COLD / hot) ** (1.0 / steps)
+        self.turn += 1
+        while made < steps:
+            count = min(STEPS, steps - made)
+            heat = anneal(self.layers, walk, self.words, 0, heat, cooling, count, least)
+            made += count
+            if not go_on(count):
+                break
+        found = walk.best if walk.costs[BEST] < math.inf else walk.path
+        return instance.rules.way[found[1:] if instance.anchored else found]

@@ -1,0 +1,272 @@
+"""The certificate: a cost that no tour can be below.
+
+The bound of Held and Karp: penalties on the nodes are sought that make the smallest 1-tree heavy, on a graph of few
+edges, where a step costs little; then the smallest 1-tree of all edges under these penalties is found, which is what
+proves the bound. Nothing that happens before has to be exact. Of few nodes every step is over all edges.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.geometry.arrays import Floats
+from leafcut.kernels import cost as codes
+from leafcut.kernels.cost import CostModel, tour_cost
+from leafcut.kernels.one_tree import SLACK, Graph, Sets, TreeScratch, climb, join_sets
+from leafcut.order import spanning_tree
+from leafcut.order.instance import Instance
+from leafcut.order.spanning_tree import SpanningTree, StopAsked, all_pairs, edge_lengths, in_the_plane, smallest_tree
+
+#: Steps of the ascent: with more of them nothing was gained on a few hundred nodes; the clustered boards of one or two
+#: thousand want many; above that there is no time for them. A step takes about 0.2 µs per node.
+FEWEST_STEPS, STEPS, STEPS_PER_NODE, NODE_STEPS = 50, 200, 0.5, 1.5e6
+
+#: After these shares of the steps a bound is proved, and the edges that this brings to light join the graph: early, as
+#: penalties that a poor graph has led astray cost many steps to mend.
+PROOFS = (0.01, 0.03, 0.06, 0.12, 0.25, 0.5, 0.75, 1.0)
+
+#: With fewer steps since the last one a proof is put off: it takes as long as fifteen steps, or n / 5 steps where all
+#: pairs of n nodes are looked at.
+STEPS_PER_PROOF, STEPS_PER_DENSE_PROOF = 5, 0.1
+
+#: Nodes' worth of steps between two questions to `stop`: some ten milliseconds.
+NODE_STEPS_PER_LOOK = 5e4
+
+#: Candidates of a node that make edges of the graph, the cheapest first. More cost time and give no better bound, as
+#: the proofs find what is missing.
+MOST_NEAR = 6
+
+#: Above this many nodes the proof takes too long.
+MOST_NODES = 200_000
+
+#: Up to this many nodes all pairs are looked at where nothing is known of the metric (GEO, EXPLICIT): about a second.
+DENSE_LIMIT = 5000
+
+#: Much more than sums of millions of numbers are off by in float64, as a part of what was added.
+ROUNDING = 1e-9
+
+_WHOLE = (codes.EUC_2D, codes.CEIL_2D, codes.ATT, codes.GEO, codes.MAX_2D, codes.MAN_2D)
+
+
+class Hub(NamedTuple):
+    """The node of a 1-tree that is not in its spanning tree, the node it is tied to or -1, and what its edges cost."""
+
+    node: int
+    tied: int
+    spokes: Floats
+
+
+def lower_bound(instance: Instance, upper: float, *, stop: StopAsked | None = None) -> float | None:
+    """Return a cost that no tour of `instance` is below, or None where none can be proved in reasonable time.
+
+    Parameters
+    ----------
+    upper
+        The cost of a known tour, in the unit of the metric, without service times. The better it is the better the
+        bound; the bound is valid whatever it is.
+    stop
+        Asked every few hundredths of a second; when it says True, what was proved so far is returned, if anything.
+
+    Returns
+    -------
+    float | None
+        At most `tour_cost` of any tour that holds the tied edge, if there is one, whatever the metric; rounding errors
+        of floating point are allowed for. A whole number when all costs are whole. None for clusters of several nodes,
+        for nodes that are left elsewhere than entered, for matrices that are not the same both ways, above `MOST_NODES`
+        nodes, above `DENSE_LIMIT` where costs are not by place in the plane (GEO, EXPLICIT), where lifts cost so much
+        more than distances that a proof would look at too much, and where sums overflow.
+    """
+    problem, cost, n = instance.problem, instance.cost, instance.n
+    if problem.n_nodes > problem.n_clusters or not np.array_equal(problem.entry, problem.exit):
+        return None
+    explicit = cost.code == codes.EXPLICIT
+    if (explicit and not np.array_equal(cost.matrix, cost.matrix.T)) or n > (
+        MOST_NODES if in_the_plane(cost) else DENSE_LIMIT
+    ):
+        return None
+    if n <= 3:
+        only = float(tour_cost(cost, np.arange(n, dtype=np.int32)))
+        value: float | None = _below(cost, only, abs(only))
+    else:
+        prove = _best_of_few if n <= spanning_tree.ALL_PAIRS else _best_proved
+        value = prove(instance, upper, stop if stop is not None else lambda: False)
+    return value if value is not None and math.isfinite(value) else None
+
+
+def _best_proved(instance: Instance, upper: float, stop: StopAsked) -> float | None:
+    """Return the best bound that is proved on the way up; None if there was no time for the first."""
+    cost, n = instance.cost, instance.n
+    hub = _hub(cost, n)
+    edges = _candidate_edges(instance.candidates, hub.node)
+    tree = smallest_tree(instance, hub.node, np.zeros(n), _graph(cost, n, edges), stop)
+    if tree is None or not np.isfinite(tree.length).all():
+        return None
+    proved = _weight(cost, hub, tree, np.zeros(n))
+    ascent = _Ascent(n, _sets(tree, n), hub, upper, stop)
+    put_off = STEPS_PER_PROOF if in_the_plane(cost) else STEPS_PER_DENSE_PROOF * n
+    for goal in (math.ceil(share * ascent.steps) for share in PROOFS):
+        if goal - ascent.step < put_off and goal < ascent.steps:
+            continue
+        edges = np.concatenate([edges, tree.edges], axis=1)
+        graph = _graph(cost, n, edges)
+        penalty = ascent.climb(graph, goal)
+        tree = None if stop() else smallest_tree(instance, hub.node, penalty, graph, stop)
+        if tree is None:
+            break
+        proved = max(proved, _weight(cost, hub, tree, penalty))
+        if proved >= upper:
+            break
+    return proved
+
+
+def _steps(n: int) -> int:
+    return int(max(FEWEST_STEPS, min(STEPS + STEPS_PER_NODE * n, NODE_STEPS / n)))
+
+
+def _best_of_few(instance: Instance, upper: float, stop: StopAsked) -> float | None:
+    """Return the best bound on the way up, of which every step proves one; None if there was no time for the first.
+
+    The steps are those of `kernels.one_tree.climb`, in arrays that grow with n²: less to compile.
+    """
+    cost, n = instance.cost, instance.n
+    hub, steps, penalty, proved = _hub(cost, n), _steps(n), np.zeros(n), None
+    looked_up = _looked_up(cost, n)
+    for step in range(steps):
+        if stop() or not np.isfinite(penalty).all():
+            break
+        tree = all_pairs(looked_up, hub.node, penalty)
+        if not np.isfinite(tree.length).all():
+            return None
+        if step == 0:
+            sets = _sets_of_few(tree, n)
+        value = _weight(cost, hub, tree, penalty)
+        proved = value if proved is None else max(proved, value)
+        excess = np.bincount(np.append(tree.edges, _two_spokes(hub, penalty)), minlength=n) - 2.0
+        excess[hub.node] = 0.0
+        moves = np.einsum("si,i", sets, excess)
+        product = float((moves * moves).sum())
+        if not (product > 0.0 and value < upper < math.inf):
+            break
+        penalty += (1.0 - step / steps) ** 2 * (upper - value) / product * np.einsum("si,s", sets, moves)
+    return proved
+
+
+def _looked_up(cost: CostModel, n: int) -> CostModel:
+    """Return the same costs as a matrix: every step asks for all of them, and ways that have heights are slow to ask.
+
+    The tree of a step has no edge of the hub, so none that is tied or free.
+    """
+    if cost.code == codes.EXPLICIT:
+        return cost
+    leave, arrive = np.indices((n, n), dtype=np.int32).reshape(2, -1)
+    matrix = edge_lengths(cost, np.stack([leave, arrive])).reshape(n, n)
+    return cost._replace(code=codes.EXPLICIT, plain=False, matrix=matrix, zones=np.zeros((0, 4)))
+
+
+def _sets_of_few(tree: SpanningTree, n: int) -> Floats:
+    """Return what `_sets` returns as float64[2n, n]: in row s the root of the set's width for each of its nodes."""
+    inside, formed, width = np.zeros((2 * n, n)), np.zeros(2 * n), np.zeros(2 * n)
+    inside[:n] = np.eye(n)
+    part_of = np.arange(n)
+    for new, e in enumerate(np.argsort(tree.length, kind="stable").tolist(), n):
+        for part in part_of[tree.edges[:, e]].tolist():
+            room = float(tree.length[e]) - formed[part]
+            width[part] = max(0.0, room, SLACK * float(tree.length[e]) / inside[part].sum())
+            inside[new] += inside[part]
+        formed[new] = tree.length[e]
+        part_of[inside[new] > 0.0] = new
+    return inside * np.sqrt(width)[:, None]
+
+
+def _below(cost: CostModel, value: float, size: float) -> float:
+    """Return `value` less what rounding may have added to sums of numbers of this size; a whole number if all are."""
+    value -= ROUNDING * size
+    if cost.code == codes.EXPLICIT:
+        whole = bool(np.array_equal(cost.matrix, np.rint(cost.matrix)))
+    else:
+        whole = cost.code in _WHOLE and len(cost.zones) == 0
+    return float(math.ceil(value)) if whole and math.isfinite(value) else value
+
+
+def _hub(cost: CostModel, n: int) -> Hub:
+    """Return the free node as hub, or one that is tied, or any: so that all other edges have their own cost."""
+    node = next((i for i in (cost.free, cost.tied_a) if i >= 0), n - 1)
+    tied = {cost.tied_a: cost.tied_b, cost.tied_b: cost.tied_a}.get(node, -1)
+    return Hub(node, tied, edge_lengths(cost, np.array([np.full(n, node), np.arange(n)], dtype=np.int32)))
+
+
+def _candidate_edges(candidates: NDArray[np.int32], hub: int) -> NDArray[np.int32]:
+    """Return the edges to the first candidates of every node, int32[2, e], but those of the hub."""
+    near = candidates[:, :MOST_NEAR]
+    a, b = np.repeat(np.arange(len(near), dtype=np.int32), near.shape[1]), near.ravel()
+    edges: NDArray[np.int32] = np.stack([a, b])[:, (b >= 0) & (a != hub) & (b != hub)]
+    return edges
+
+
+def _graph(cost: CostModel, n: int, edges: NDArray[np.int32]) -> Graph:
+    """Return the graph of n nodes with these edges int32[2, e], which may come more than once and either way round."""
+    low, high = np.sort(edges.astype(np.int64), axis=0)
+    keys = np.sort(low * n + high)
+    once = keys[np.diff(keys, prepend=-1) > 0]
+    both = np.sort(np.concatenate([once, once % n * n + once // n]))
+    ends = np.stack([both // n, both % n]).astype(np.int32)
+    begin = np.searchsorted(ends[0], np.arange(n + 1)).astype(np.int32)
+    return Graph(begin, np.ascontiguousarray(ends[1]), edge_lengths(cost, ends))
+
+
+def _sets(tree: SpanningTree, n: int) -> Sets:
+    """Return the sets of nodes that grow together along the edges of the tree."""
+    order = np.argsort(tree.length, kind="stable")
+    a, b = np.ascontiguousarray(tree.edges[:, order])
+    left, right, up = (np.zeros(2 * n, dtype=np.int32) for _ in range(3))
+    sets = Sets(left, right, np.zeros(2 * n))
+    join_sets(a, b, tree.length[order], n, up, np.zeros(2 * n), np.zeros(2 * n), sets)
+    return sets
+
+
+class _Ascent:
+    """The way to penalties that make the smallest 1-tree heavy, on graphs that grow."""
+
+    def __init__(self, n: int, sets: Sets, hub: Hub, upper: float, stop: StopAsked) -> None:
+        self.n, self.sets, self.hub, self.upper, self.stop = n, sets, hub, upper, stop
+        self.steps = _steps(n)
+        self.step = 0
+        self.penalty = np.zeros(n)
+        parent, heap, place = (np.zeros(n, dtype=np.int32) for _ in range(3))
+        self.work = TreeScratch(parent, np.zeros(n), heap, place, np.zeros(2 * n))
+
+    def climb(self, graph: Graph, goal: int) -> Floats:
+        """Go on until `goal` steps are taken in all, and return the best penalties met since the last call."""
+        hub, best, value = self.hub, self.penalty.copy(), -math.inf
+        at_once = max(1, int(NODE_STEPS_PER_LOOK / self.n))
+        while self.step < goal and not self.stop():
+            last = min(goal, self.step + at_once)
+            value = climb(
+                graph, self.sets, hub.spokes, hub.node, hub.tied, self.upper, self.step, last, self.steps,
+                self.penalty, best, value, self.work,
+            )  # fmt: skip
+            self.step = last
+        return best
+
+
+def _two_spokes(hub: Hub, penalty: Floats) -> NDArray[np.int64]:
+    """Return the other ends of the hub's two cheapest edges, the tied one among them if there is one."""
+    costs = hub.spokes + penalty
+    costs[hub.node] = math.inf
+    if hub.tied >= 0:
+        costs[hub.tied] = -math.inf
+    ends: NDArray[np.int64] = np.argpartition(costs, 1)[:2]
+    return ends
+
+
+def _weight(cost: CostModel, hub: Hub, tree: SpanningTree, penalty: Floats) -> float:
+    """Return what no tour is below, by the smallest spanning tree under penalties and two edges of the hub."""
+    a, b = tree.edges
+    spokes = _two_spokes(hub, penalty)
+    added = np.concatenate([tree.length + (penalty[a] + penalty[b]), hub.spokes[spokes] + penalty[spokes]])
+    value = float(added.sum()) - 2.0 * float(penalty.sum())
+    return _below(cost, value, float(np.abs(added).sum()) + 4.0 * float(np.abs(penalty).sum()))

@@ -1,0 +1,292 @@
+"""`DirectedInstance`: a routing problem in the arrays that the kernels for paths with a direction take.
+
+Clusters are nodes of the path, in the problem's numbers. An open path has one more, the last: its anchor. Leaving it
+costs what the way from the start does, coming back to it what the way to the end does; nothing where that is free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import SolveError
+from leafcut.geometry.arrays import Ints
+from leafcut.kernels.cost import CostModel
+from leafcut.kernels.directed import fill_directed_candidates
+from leafcut.kernels.route import Lists, Rules
+from leafcut.model.problem import RoutingProblem
+from leafcut.order.instance import (
+    PER_QUADRANT,
+    candidate_lists,
+    cluster_places,
+    cost_model,
+    costs_of_edges,
+    nearby_buffers,
+    plant_tree,
+)
+from leafcut.order.precedence import CLOSURE_LIMIT, checked_pairs, consequences, rows
+
+#: Up to this many nodes of clusters with several, the costs of all pairs are looked at for candidates: n² memory.
+DENSE_LIMIT = 3000
+
+#: Up to so many clusters, the anchor included, and nodes in all, searches may look at all of them again and again and
+#: keep the costs of all ways, which is n² memory.
+FEW_CLUSTERS, FEW_NODES = 500, 2500
+
+#: Nodes int32[n, k], cheapest first, and what they cost float64[n, k].
+Listed = tuple[Ints, NDArray[np.float64]]
+
+
+@dataclass(frozen=True, eq=False)
+class DirectedInstance:
+    """One path to be found.
+
+    Attributes
+    ----------
+    problem
+        What it was made of.
+    pairs
+        int32[k, 2]: the precedence, without pairs that follow from others.
+    cost
+        Over the entries of the problem's nodes, their exits if any differs, and the ends.
+    rules
+        What the kernels keep to.
+    enter, leave
+        int32[n]: a row of `cost` for every node, by its first way.
+    twisted
+        Some way does not cost the same both ways.
+    anchored
+        There is an anchor, the last node.
+    """
+
+    problem: RoutingProblem
+    pairs: Ints
+    cost: CostModel
+    rules: Rules
+    enter: Ints
+    leave: Ints
+    twisted: bool
+    anchored: bool
+
+    @property
+    def n(self) -> int:
+        """Number of nodes, the anchor included."""
+        return len(self.enter)
+
+    def nodes(self, node: Ints, enter: Ints) -> Ints:
+        """Return the problem's nodes int32[clusters] in the order of a path int32[n], by the way each is entered.
+
+        A closed path that may begin anywhere begins with cluster 0.
+        """
+        order = node[1:] if self.anchored else node
+        if not self.anchored and not len(self.pairs):
+            order = np.roll(order, -int(np.flatnonzero(order == 0)[0]))
+        return enter[order]
+
+    def path_of(self, nodes: Ints) -> tuple[Ints, Ints]:
+        """Return (node, enter), int32[n] each, of a path through the problem's nodes int32[clusters]."""
+        node, enter = self.problem.cluster[nodes].astype(np.int32), self.enter.copy()
+        enter[node] = nodes
+        return (np.concatenate([[self.n - 1], node]).astype(np.int32) if self.anchored else node), enter
+
+    def length(self, node: Ints, enter: Ints, leave: Ints) -> float:
+        """Return travel and service along a path int32[n], added up edge by edge."""
+        travels = costs_of_edges(self.cost, leave[node], enter[np.roll(node, -1)])
+        return float(travels.sum()) + float(self.rules.service[enter].sum())
+
+
+def is_directed(problem: RoutingProblem) -> bool:
+    """Return whether some way between two nodes may not cost the same both ways."""
+    matrix = problem.metric.matrix
+    if matrix is not None:
+        return not np.array_equal(matrix, matrix.T)
+    return not np.array_equal(problem.entry, problem.exit)
+
+
+def refuse_places_of_a_table(problem: RoutingProblem) -> None:
+    """Refuse a start or an end where costs are in a table.
+
+    Raises
+    ------
+    SolveError
+        The problem has both.
+    """
+    ends = () if problem.closed else (problem.start, problem.end)
+    if problem.metric.name == "EXPLICIT" and any(p is not None for p in ends):
+        raise SolveError("a cost table has no costs to or from a place; leave out start and end")
+
+
+def build_directed(problem: RoutingProblem, k: int) -> DirectedInstance:
+    """Return the path that stands for `problem`, with lists of k candidates.
+
+    Raises
+    ------
+    SolveError
+        The precedence cannot be kept, or the problem has a table of costs and a start or an end besides.
+    """
+    m, twisted = problem.n_clusters, is_directed(problem)
+    pairs, barred = checked_pairs(problem), None
+    if len(pairs) and m <= CLOSURE_LIMIT:
+        barred, pairs = consequences(pairs, m)
+    cost, ends, beyond = _cost(problem, twisted)
+    way, begin = _ways(problem)
+    near, back = _candidates(problem, cost, way, begin, beyond, k + (k // 2 if len(pairs) else 0))
+    near, back = _possible(near, pairs, barred, False, k), _possible(back, pairs, barred, True, k)
+    enter = way[begin[:m]]
+    leave = enter + np.int32(beyond)
+    if ends is not None:
+        last = _cheapest_way(cost, way + np.int32(beyond), begin, ends[1], pairs[:, 0])
+        first = _cheapest_way(cost, way, begin, ends[0], pairs[:, 1])
+        near, back = _with_anchor(near, last, first), _with_anchor(back, first, last)
+        enter, leave, begin = np.append(enter, ends[1]), np.append(leave, ends[0]), np.append(begin, begin[-1])
+    n, here, there = len(enter), list(map(np.ascontiguousarray, near)), list(map(np.ascontiguousarray, back))
+    service = np.zeros(len(cost.xy))
+    service[: problem.n_nodes] = problem.service
+    rules = Rules(
+        *rows(pairs, n), *rows(pairs[:, ::-1], n), begin, way, np.array([beyond]), service,
+        Lists(*here, *there), Lists(*there, *here),
+    )  # fmt: skip
+    return DirectedInstance(problem, pairs, cost, rules, enter, leave, twisted, ends is not None)
+
+
+def least_costs(problem: RoutingProblem, late: Callable[[], bool] = lambda: False) -> NDArray[np.float64] | None:
+    """Return what the way from each cluster to each other costs at least, whichever of their nodes it joins.
+
+    float64[n, n]; an open path has a row and a column more, the last: its anchor. Precedence is not looked at. Asked
+    before each row whether it is `late`: then None.
+
+    Raises
+    ------
+    SolveError
+        The problem has a table of costs and a start or an end besides.
+    """
+    cost, ends, beyond = _cost(problem, is_directed(problem))
+    way, begin = _ways(problem)
+    leave, enter = way + np.int32(beyond), way
+    if ends is not None:
+        leave, enter, begin = np.append(leave, ends[0]), np.append(enter, ends[1]), np.append(begin, begin[-1] + 1)
+    least = np.empty((len(begin) - 1, len(begin) - 1))
+    for c, (first, last) in enumerate(pairwise(begin.tolist())):
+        if late():
+            return None
+        costs = costs_of_edges(cost, np.repeat(leave[first:last], len(enter)), np.tile(enter, last - first))
+        least[c] = np.minimum.reduceat(costs.reshape(-1, len(enter)).min(axis=0), begin[:-1])
+    return least
+
+
+def _cost(problem: RoutingProblem, twisted: bool) -> tuple[CostModel, tuple[np.int32, np.int32] | None, int]:
+    """Return the costs over entries, exits and ends, the rows of start and end unless closed, how far exits lie on."""
+    explicit = problem.metric.name == "EXPLICIT"
+    beyond = problem.n_nodes if twisted and not explicit else 0
+    places = np.concatenate([problem.entry, problem.exit]) if beyond else problem.entry
+    if problem.closed:
+        return cost_model(problem.metric, places), None, beyond
+    refuse_places_of_a_table(problem)
+    given = [p for p in (problem.start, problem.end) if p is not None]
+    count = len(places)
+    free = count + len(given)
+    ends = (
+        np.int32(count if problem.start is not None else free),
+        np.int32(free - 1 if problem.end is not None else free),
+    )
+    rest = np.array([*given, (0.0, 0.0)], dtype=np.float64)
+    cost = cost_model(problem.metric, np.concatenate([places, rest]), free=free if len(given) < 2 else -1)
+    return cost, ends, beyond
+
+
+def _ways(problem: RoutingProblem) -> tuple[Ints, Ints]:
+    """Return the nodes by cluster, int32[nodes], and where each cluster begins in them, int32[clusters + 1]."""
+    way = np.argsort(problem.cluster, kind="stable").astype(np.int32)
+    begin = np.searchsorted(problem.cluster[way], np.arange(problem.n_clusters + 1))
+    return way, begin.astype(np.int32)
+
+
+def _candidates(
+    problem: RoutingProblem, cost: CostModel, way: Ints, begin: Ints, beyond: int, k: int
+) -> tuple[Listed, Listed]:
+    """Return, for every cluster, those that are cheap to go to, and those from which it is cheap to come."""
+    m, nodes = len(begin) - 1, len(way)
+    k = min(k, m - 1)
+    if problem.metric.name == "EXPLICIT" or m < nodes <= DENSE_LIMIT:
+        grid = np.empty((m, m))
+        for c in range(m):
+            leave = way[begin[c] : begin[c + 1]] + np.int32(beyond)
+            costs = costs_of_edges(cost, np.repeat(leave, nodes), np.tile(way, len(leave)))
+            grid[c] = np.minimum.reduceat(costs.reshape(-1, nodes).min(axis=0), begin[:-1])
+        np.fill_diagonal(grid, np.inf)
+        return _cheapest(grid, k), _cheapest(grid.T, k)
+    if m == nodes and beyond:
+        exits = way + np.int32(beyond)
+        return _nearest(cost, exits, way, k + 1), _nearest(cost, way, exits, k + 1)
+    # Of clusters with many nodes in all: by their middles, which is good enough to know who is near.
+    xy = problem.entry[way] if m == nodes else cluster_places(problem)
+    tree, label = plant_tree(xy)
+    lists, costs = candidate_lists(cost_model(problem.metric, xy[label]), tree, m, m, k)
+    named, lengths = np.empty_like(lists), np.empty_like(costs)
+    named[label], lengths[label] = np.where(lists >= 0, label[lists], -1), costs
+    return (named, lengths), (named, lengths)
+
+
+def _cheapest(grid: NDArray[np.float64], k: int) -> Listed:
+    """Return the k cheapest columns of every row."""
+    few = np.sort(np.argpartition(grid, k - 1, axis=1)[:, :k], axis=1)
+    costs = np.take_along_axis(grid, few, axis=1)
+    order = np.argsort(costs, axis=1, kind="stable")
+    return np.take_along_axis(few, order, axis=1).astype(np.int32), np.take_along_axis(costs, order, axis=1)
+
+
+def _nearest(cost: CostModel, query: Ints, goal: Ints, k: int) -> Listed:
+    """Return, for every row in `query`, the numbers of those in `goal` that are near; its own among them, maybe."""
+    tree, label = plant_tree(cost.xy[goal])
+    tree = tree._replace(
+        x=np.append(tree.x, 0.0), y=np.append(tree.y, 0.0), leaf_of=np.append(tree.leaf_of, np.int32(0))
+    )
+    lists, costs = np.empty((len(query), k), dtype=np.int32), np.empty((len(query), k))
+    per_quadrant = min(PER_QUADRANT, max(1, k // 4))
+    fill_directed_candidates(cost, tree, goal[label], query, per_quadrant, lists, costs, nearby_buffers(k))
+    return np.where(lists >= 0, label[lists], -1).astype(np.int32), costs
+
+
+def _possible(listed: Listed, pairs: Ints, barred: NDArray[np.bool_] | None, back: bool, k: int) -> Listed:
+    """Return the first k of every list that some path can go to (or come from, if `back`), by what is known of that."""
+    near, costs = listed
+    m = len(near)
+    own = np.arange(m)[:, None]
+    wrong = (near < 0) | (near == own)
+    leave, arrive = (near, own) if back else (own, near)
+    if barred is not None:
+        wrong |= barred[leave, arrive]
+    elif len(pairs):
+        wrong |= np.isin(leave * np.int64(m) + arrive, pairs[:, 1] * np.int64(m) + pairs[:, 0])
+    near, costs = np.where(wrong, -1, near), np.where(wrong, np.inf, costs)
+    order = np.argsort(costs, axis=1, kind="stable")[:, :k]
+    return np.take_along_axis(near, order, axis=1), np.take_along_axis(costs, order, axis=1)
+
+
+def _cheapest_way(cost: CostModel, ways: Ints, begin: Ints, end: np.int32, barred: Ints) -> NDArray[np.float64]:
+    """Return what travel between each cluster and an end costs at least; infinite for those barred there."""
+    costs = np.minimum.reduceat(costs_of_edges(cost, ways, np.full(len(ways), end)), begin[:-1])
+    costs[barred] = np.inf
+    return costs
+
+
+def _with_anchor(listed: Listed, there: NDArray[np.float64], back: NDArray[np.float64]) -> Listed:
+    """Return lists with the anchor in each, at the cost float64[clusters] of going there, and one for the anchor.
+
+    Where it costs nothing to come back from the anchor, any cluster is as good as another: its list is empty.
+    """
+    near, costs = listed
+    m, k = near.shape
+    own, own_costs = np.full(k + 1, -1, dtype=np.int32), np.full(k + 1, np.inf)
+    if back[np.isfinite(back)].any():
+        first = np.argsort(back, kind="stable")[: k + 1]
+        own[: len(first)], own_costs[: len(first)] = np.where(np.isfinite(back[first]), first, -1), back[first]
+    wider = np.concatenate([near, np.where(np.isfinite(there), m, -1)[:, None]], axis=1)
+    lengths = np.concatenate([costs, there[:, None]], axis=1)
+    order = np.argsort(lengths, axis=1, kind="stable")
+    wider, lengths = np.take_along_axis(wider, order, axis=1), np.take_along_axis(lengths, order, axis=1)
+    return np.concatenate([wider, own[None]]).astype(np.int32), np.concatenate([lengths, own_costs[None]])

@@ -1,0 +1,163 @@
+"""Many ants at once: the tours of an iteration are built on a GPU, one ant to a thread.
+
+The code of an ant is that of the CPU: its functions (`kernels.construct.construct_tour` and what it calls) are compiled
+once more, for CUDA. So an ant draws the same random numbers and meets the same edges. The compiler for GPUs may join a
+product and a sum in one rounding, which in the last digit can differ from the CPU's two; with the same seed the same
+GPU gives the same answer.
+"""
+
+from __future__ import annotations
+
+import types
+from concurrent.futures import Executor
+from functools import cache
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import SolveError, shown
+from leafcut.kernels.construct import Unvisited, construct_tour
+from leafcut.order.aco import Ants, ColonyTrails
+from leafcut.order.construction import none_visited
+from leafcut.order.stop import Stop
+
+#: Stands for Numba's module of that name in the source of the kernel: it is not loaded unless a GPU is asked for.
+cuda: Any = None
+
+#: Threads of a block. Ants part ways at every step, so that larger blocks would wait for their slowest.
+_BLOCK = 32
+#: Ants are built in so many shares that what they need takes at most this part of the memory that is free.
+_OF_FREE_MEMORY = 0.5
+
+
+def check_gpu() -> None:
+    """Refuse where there is no GPU that this machine can use.
+
+    Raises
+    ------
+    SolveError
+        Says what is missing, in one line.
+    """
+    from numba import config
+
+    if config.ENABLE_CUDASIM:  # tests: CUDA's threads as threads of Python
+        return
+    if find_spec("numba_cuda") is None:
+        raise SolveError("--device gpu: needs the package numba-cuda: pip install 'leafcut[gpu]'")
+    from numba import cuda as there
+
+    if not there.is_available():
+        raise SolveError("--device gpu: this machine has no CUDA GPU, or no driver for one; leave it out")
+
+
+class GpuAnts(Ants):
+    """Ants whose tours are built on a GPU; local search and costs stay with the workers of the CPU.
+
+    Raises
+    ------
+    SolveError
+        There is no GPU, or it refuses the work: says why in one line.
+    """
+
+    def __init__(self, colony: ColonyTrails, seed: int, stop: Stop, executor: Executor | None, workers: int) -> None:
+        check_gpu()
+        super().__init__(colony, seed, stop, executor, workers)
+        self._gpu = _on_gpu(lambda: _Builder(colony, self.tours))
+
+    def _built(self, words: NDArray[np.uint64]) -> int:
+        _on_gpu(lambda: self._gpu.build(words))
+        return len(self.tours)
+
+
+class _Builder:
+    """What lies on the GPU: the map, and room for the ants of a share."""
+
+    def __init__(self, colony: ColonyTrails, tours: NDArray[np.int32]) -> None:
+        from numba import cuda as there
+
+        self.colony, self.tours = colony, tours
+        one, (ants, n) = colony.instance, tours.shape
+        room = none_visited(one)
+        bytes_of_ant = tours[0].nbytes + sum(array.nbytes for array in room) + np.uint64().nbytes
+        free, _ = there.current_context().get_memory_info()
+        self.share = int(min(max(_OF_FREE_MEMORY * free / bytes_of_ant, 1.0), ants))
+        self.cost = _placed(one.cost)
+        self.tree = _placed(one.tree)
+        self.candidates = there.to_device(one.candidates)
+        self.nearness = there.to_device(colony.nearness)
+        self.weights = there.to_device(colony.weights)
+        self.unvisited = [there.device_array((self.share, len(array)), array.dtype) for array in room]
+        self.made = there.device_array((self.share, n), tours.dtype)
+
+    def build(self, words: NDArray[np.uint64]) -> None:
+        """Build the tours of all ants, share by share. Changes: tours, words."""
+        from numba import cuda as there
+
+        one, q0 = self.colony.instance, self.colony.parameters.greedy_probability
+        self.weights.copy_to_device(self.colony.weights)
+        for begin in range(0, len(self.tours), self.share):
+            mine = words[begin : begin + self.share]
+            states = there.to_device(mine)
+            blocks = -(-len(mine) // _BLOCK)
+            _kernel()[blocks, _BLOCK](
+                self.cost, self.tree, self.candidates, self.weights, self.nearness, q0, one.first, one.second, states,
+                self.made, *self.unvisited,
+            )  # fmt: skip
+            self.tours[begin : begin + len(mine)] = self.made.copy_to_host()[: len(mine)]
+            mine[:] = states.copy_to_host()
+
+
+def _build_tours(
+    cost: Any, tree: Any, candidates: Any, weights: Any, nearness: Any, greedy_probability: float, first: int,
+    second: int, words: Any, tours: Any, visited: Any, alive: Any, stack: Any,
+) -> None:  # fmt: skip
+    """Build the tour of one ant in each thread."""
+    ant = cuda.grid(1)
+    if ant < len(words):
+        construct_tour(
+            cost, tree, candidates, weights, nearness, greedy_probability, first, second, words, ant, tours[ant],
+            Unvisited(visited[ant], alive[ant], stack[ant]),
+        )  # fmt: skip
+
+
+@cache
+def _kernel() -> Any:
+    from numba import cuda as there
+
+    return there.jit(_with_names_for_gpu(_build_tours, {"cuda": there}))
+
+
+@cache
+def for_gpu(function: Any) -> Any:
+    """Return a kernel of the CPU, and all kernels that it calls, compiled for a GPU from the same source."""
+    from numba import cuda as there
+
+    return there.jit(device=True)(_with_names_for_gpu(function, {}))
+
+
+def _with_names_for_gpu(function: Any, more: dict[str, Any]) -> Any:
+    """Return the source of a function as a function whose names stand for what is compiled for a GPU."""
+    source = getattr(function, "py_func", function)
+    names = {**source.__globals__, **more}
+    for name in source.__code__.co_names:
+        if hasattr(names.get(name), "py_func"):
+            names[name] = for_gpu(names[name])
+    return types.FunctionType(source.__code__, names, source.__name__, source.__defaults__)
+
+
+def _placed(arrays: Any) -> Any:
+    """Return a named tuple with its arrays on the GPU."""
+    from numba import cuda as there
+
+    return type(arrays)(*(there.to_device(one) if isinstance(one, np.ndarray) else one for one in arrays))
+
+
+def _on_gpu(work: Any) -> Any:
+    """Return what work on a GPU returns; its driver raises errors of many kinds, of which the first line says most."""
+    try:
+        return work()
+    except (ImportError, MemoryError, RuntimeError, OSError) as problem:
+        line = (str(problem).strip().splitlines() or [type(problem).__name__])[0]
+        raise SolveError(f"--device gpu: the GPU refused the work ({shown(line, 160)}); leave it out") from None

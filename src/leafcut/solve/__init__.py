@@ -1,1 +1,0 @@
-"""Solving: a `RoutingProblem` in, a `Solution` out."""

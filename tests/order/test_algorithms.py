@@ -1,0 +1,179 @@
+"""Algorithms of packages: what they return is looked at, and what they raise is told as theirs."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import numpy as np
+import pytest
+
+from leafcut.errors import OptionError, SolveError
+from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.options import ALGORITHM_TITLES, SolveOptions
+from leafcut.order.algorithms import AlgorithmRun, algorithm_titles
+from leafcut.order.instance import Instance
+from leafcut.order.running import SearchResult
+from leafcut.order.solve import solve
+from packages import Installer
+
+POINTS = np.random.default_rng(5).uniform(0, 40, (30, 2))
+
+
+class Toy:
+    """What all below are but for one thing: nodes in the order of their numbers."""
+
+    title = "toy"
+
+    def solve(self, instance: Instance, run: AlgorithmRun) -> SearchResult:
+        return SearchResult(self.tour(instance))
+
+    def tour(self, instance: Instance) -> Any:
+        return np.arange(instance.n, dtype=np.int32)
+
+
+class Short(Toy):
+    """Leaves a node out."""
+
+    def tour(self, instance: Instance) -> Any:
+        return np.arange(instance.n - 1)
+
+
+class Twice(Toy):
+    """Visits a node twice."""
+
+    def tour(self, instance: Instance) -> Any:
+        return np.maximum(np.arange(instance.n), 1)
+
+
+class Nothing(Toy):
+    """Returns no tour."""
+
+    def tour(self, instance: Instance) -> Any:
+        return None
+
+
+class Torn(Toy):
+    """Parts the start from the end."""
+
+    def tour(self, instance: Instance) -> Any:
+        return np.roll(np.arange(instance.n), instance.n // 2)[np.argsort(np.arange(instance.n) % 2, kind="stable")]
+
+
+class Crashing(Toy):
+    """Raises."""
+
+    def solve(self, instance: Instance, run: AlgorithmRun) -> SearchResult:
+        raise ValueError("no\nway")
+
+
+class Boasting(Toy):
+    """Offers a bad tour as a very short one, and returns a better one."""
+
+    def solve(self, instance: Instance, run: AlgorithmRun) -> SearchResult:
+        run.best.offer(np.random.default_rng(1).permutation(instance.n).astype(np.int32), 0.001, 0)
+        return SearchResult(self.tour(instance), 1)
+
+
+class Stopped(Toy):
+    """Is ended by Ctrl-C once it has a tour."""
+
+    def solve(self, instance: Instance, run: AlgorithmRun) -> SearchResult:
+        run.best.offer(self.tour(instance), instance.length(self.tour(instance)), 0)
+        raise KeyboardInterrupt
+
+
+class Telling(Toy):
+    """Tells how far it is."""
+
+    def solve(self, instance: Instance, run: AlgorithmRun) -> SearchResult:
+        run.best.offer(self.tour(instance), instance.length(self.tour(instance)), 0)
+        run.best.tell(1)
+        return SearchResult(run.best.tour, 1)
+
+
+class Untitled(Toy):
+    """Says nothing of itself."""
+
+    title = None  # type: ignore[assignment]
+
+
+HERE = (Toy, Short, Twice, Nothing, Torn, Crashing, Boasting, Stopped, Telling, Untitled)
+
+
+@pytest.fixture(autouse=True)
+def installed(install: Installer) -> None:
+    """Install a package with all of them, and with two names that are leafcut's own."""
+    points = {one.__name__.lower(): f"{__name__}:{one.__name__}" for one in HERE}
+    install("toys", {"leafcut.algorithms": {**points, "mmas": f"{__name__}:Toy", "auto": f"{__name__}:Toy"}})
+
+
+def found_by(name: str, ends: Any = None, **more: Any) -> Any:
+    problem = RoutingProblem.of_points(POINTS, Metric(), closed=ends is None, start=ends, end=ends)
+    return solve(problem, SolveOptions(algorithm=name), **more)
+
+
+def test_one_is_an_object_or_a_class_and_its_tour_is_what_is_driven() -> None:
+    found = found_by("toy")
+    assert sorted(found.nodes.tolist()) == list(range(30))
+    assert found.algorithm == "toy"
+    assert found.lower_bound <= found.cost
+
+
+@pytest.mark.parametrize("name", ["short", "twice", "nothing"])
+def test_what_is_no_tour_is_refused(name: str) -> None:
+    with pytest.raises(SolveError, match=f"algorithm '{name}' returned no tour of all 40 nodes|no part of leafcut"):
+        found_by(name)
+
+
+def test_a_tour_that_parts_the_start_from_the_end_is_refused() -> None:
+    with pytest.raises(SolveError, match="algorithm 'torn' returned no tour of all 32 nodes, each once and the ends"):
+        found_by("torn", (1.0, 2.0))
+
+
+def test_what_it_raises_is_told_in_a_line_as_its_own() -> None:
+    with pytest.raises(
+        SolveError, match=r"^algorithm 'crashing' failed \(ValueError: no way\); it is no part of leafcut$"
+    ):
+        found_by("crashing")
+
+
+def test_lengths_that_it_tells_are_not_believed() -> None:
+    found, honest = found_by("boasting"), found_by("toy")
+    assert found.cost == honest.cost
+    assert [cost for _, cost in found.history] == sorted((cost for _, cost in found.history), reverse=True)
+    assert found.history[-1][1] == found.cost
+
+
+def test_ctrl_c_keeps_its_best_tour() -> None:
+    cancelled = threading.Event()
+    found = found_by("stopped", cancelled=cancelled)
+    assert found.stopped_early
+    assert cancelled.is_set()
+    assert sorted(found.nodes.tolist()) == list(range(30))
+
+
+def test_the_iterations_that_it_counts_are_those_of_the_result() -> None:
+    assert (found_by("toy").iterations, found_by("telling").iterations) == (0, 1)
+
+
+def test_what_whoever_is_told_raises_ends_it_as_it_is() -> None:
+    def cancel(*_: object) -> None:
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        found_by("telling", progress=cancel)
+
+
+def test_one_that_cannot_be_used_is_told_also_where_there_is_nothing_to_order() -> None:
+    words = "the algorithm 'untitled' is a plug-in of toys that cannot be used .*has a title of one line"
+    for n in (0, 2, 30):
+        with pytest.raises(OptionError, match=words):
+            solve(RoutingProblem.of_points(POINTS[:n]), SolveOptions(algorithm="untitled"))
+
+
+def test_leafcuts_own_are_not_replaced() -> None:
+    titles = algorithm_titles()
+    assert {name: titles[name] for name in ALGORITHM_TITLES} == ALGORITHM_TITLES
+    assert "cannot be used" in titles["untitled"]
+    assert found_by("mmas").cost < found_by("toy").cost

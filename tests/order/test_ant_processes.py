@@ -1,0 +1,320 @@
+"""Ants in processes: the answer equals that of threads and of a plain simulation; no worker outlives a run.
+
+In the fast tests the workers are threads that exchange the same messages, since each process takes 0.4 s to start.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import closing, suppress
+from itertools import pairwise
+from multiprocessing import Pipe, active_children
+from multiprocessing.connection import Connection
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from leafcut.errors import OptionError, SolveError
+from leafcut.model.problem import RoutingProblem
+from leafcut.model.solution import Solution
+from leafcut.options import AcoOptions, SolveOptions
+from leafcut.order import ant_processes
+from leafcut.order.aco import ColonyParameters, ColonyTrails, first_tour
+from leafcut.order.ant_processes import AntProcesses, AntTask, AntWorker, WorkerStart, make_ants, starts_of
+from leafcut.order.construction import random_words
+from leafcut.order.instance import Instance, build_instance
+from leafcut.order.solve import solve
+from leafcut.order.statistics import Best
+from leafcut.order.stop import Stop
+from leafcut.processes import registry
+from leafcut.processes.settings import collect, settings_for
+
+N, ITERATIONS = 30, 6
+PLACES = np.random.default_rng(1).uniform(0, 100, (N, 2))
+PROBLEM = RoutingProblem.of_points(PLACES, closed=True)
+
+
+@pytest.fixture(autouse=True)
+def _no_worker_is_left() -> Iterator[None]:
+    """Check that no worker process outlives a test."""
+    yield
+    assert active_children() == []
+
+
+class ThreadWorker:
+    """Stands in for a worker process: serves the same messages in a thread."""
+
+    def __init__(self, target: Any, args: tuple[Any, ...], daemon: bool, name: str) -> None:
+        self.line: Connection = args[0].connection
+        self.thread = threading.Thread(target=self._run, args=(target, args[1]), daemon=daemon, name=name)
+        self.start, self.join, self.is_alive = self.thread.start, self.thread.join, self.thread.is_alive
+        self.exitcode: int | None = None
+
+    def _run(self, target: Any, start: WorkerStart) -> None:
+        with closing(self.line):
+            target(self.line, start)
+        self.exitcode = 0
+
+    def close(self) -> None:
+        assert not self.is_alive()
+
+    def terminate(self) -> None:
+        """Do nothing: a thread ends when the master closes the connection."""
+
+    kill = terminate
+
+
+def thread_pipe() -> tuple[Connection, SimpleNamespace]:
+    """Return a connection, and its other end, which stays open when the master closes its copy."""
+    mine, theirs = Pipe()
+    return mine, SimpleNamespace(connection=theirs, close=lambda: None)
+
+
+@pytest.fixture(params=["threads", pytest.param("processes", marks=pytest.mark.slow)])
+def workers_are(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Run workers in threads, and in the slow tier also in processes."""
+    if request.param == "threads":
+        context = SimpleNamespace(Pipe=thread_pipe, Process=ThreadWorker)
+        monkeypatch.setattr(ant_processes, "get_context", lambda _: context)
+        monkeypatch.setattr(ant_processes, "signal", SimpleNamespace(signal=lambda *_: None, SIGINT=0, SIG_IGN=0))
+
+
+def run(algorithm: str, parallel: str, workers: int = 2, seed: int = 1, **more: object) -> Solution:
+    """Return the solution of a short search."""
+    options = SolveOptions(
+        algorithm=algorithm, iterations=ITERATIONS, local_search=False, bound=False, threads=1, seed=seed
+    )
+    return solve(PROBLEM, options, AcoOptions(parallel=parallel, n_processes=workers, n_ants=7), **more)
+
+
+def starts(instance: Instance, algorithm: str, parallel: str, workers: int, ants: int) -> list[WorkerStart]:
+    """Return the initial data of the workers of a search."""
+    aco, best = AcoOptions(parallel=parallel, n_processes=workers, n_ants=ants), Best(Stop())
+    c_nn = first_tour(instance, False, best.stop, best)
+    return starts_of(make_ants, instance, aco, ColonyParameters.of(algorithm, aco, instance.n, False), c_nn, 3, best)
+
+
+@pytest.mark.usefixtures("workers_are")
+def test_a_master_with_workers_finds_the_answer_of_threads() -> None:
+    for algorithm, workers in (("as", 2), ("mmas", 3)):
+        ours, theirs = run(algorithm, "processes", workers), run(algorithm, "threads")
+        assert ours.nodes.tolist() == theirs.nodes.tolist()
+        assert ours.cost == theirs.cost
+        assert [w.ants for w in ours.workers] == [len(range(k, 7, workers)) * ITERATIONS for k in range(workers)]
+
+
+@pytest.mark.usefixtures("workers_are")
+def test_directed_orders_keep_precedence_and_equal_those_of_threads() -> None:
+    several = RoutingProblem(
+        entry=PLACES, exit=PLACES + 1.0, cluster=np.arange(N, dtype=np.int32), service=np.zeros(N),
+        precedence=np.array([[3, 2], [9, 4]], dtype=np.int32),
+    )  # fmt: skip
+    options = SolveOptions(algorithm="as", iterations=3, bound=False)
+    found = [solve(several, options, AcoOptions(parallel=p, n_ants=6)) for p in ("threads", "processes", "exchange")]
+    assert found[0].nodes.tolist() == found[1].nodes.tolist()
+    order = found[2].nodes.tolist()
+    assert sorted(order) == list(range(N))
+    assert order.index(3) < order.index(2)
+    assert order.index(9) < order.index(4)
+
+
+class PlainAnts:
+    """Ant System in plain Python: each colony has its own trails, a dict of edges, and adds the deposits of all."""
+
+    def __init__(self, instance: Instance, c_nn: float, workers: int, ants: int, offset: float) -> None:
+        self.xy, self.lists, self.offset = instance.cost.xy, instance.candidates.tolist(), offset
+        self.workers, self.ants = workers, ants
+        edges = [frozenset((i, j)) for i in range(instance.n) for j in range(i)]
+        self.trails = [dict.fromkeys(edges, ants / c_nn) for _ in range(workers)]
+
+    def length(self, i: int, j: int) -> float:
+        return math.dist(self.xy[i], self.xy[j])
+
+    @staticmethod
+    def uniform(word: int) -> tuple[float, int]:
+        """Return the next number of xorshift64 (13, 7, 17), and its state."""
+        word ^= (word << 13) & (2**64 - 1)
+        word ^= word >> 7
+        word ^= (word << 17) & (2**64 - 1)
+        return (word >> 11) / 2**53, word
+
+    def tour(self, trails: dict[frozenset[int], float], word: int) -> list[int]:
+        number, word = self.uniform(word)
+        tour = [int(number * len(self.xy))]
+        while len(tour) < len(self.xy):
+            here, left = tour[-1], [j for j in self.lists[tour[-1]] if j >= 0 and j not in tour]
+            weights = [trails[frozenset((here, j))] * (1.0 / (self.length(here, j) + self.offset)) ** 2 for j in left]
+            number, word = self.uniform(word)
+            reached = np.cumsum(weights) > number * sum(weights)
+            j = left[int(np.argmax(reached))]
+            tour.append(j)
+        return tour
+
+    def iterate(self, iteration: int) -> list[list[int]]:
+        """Return the tours of an iteration in the order of the ants; then all colonies learn from all tours."""
+        words = random_words(3, iteration, count=self.ants).tolist()
+        tours = [self.tour(self.trails[ant % self.workers], words[ant]) for ant in range(self.ants)]
+        steps = [[frozenset(pair) for pair in pairwise([*tour, tour[0]])] for tour in tours]
+        lengths = [sum(self.length(a, b) for a, b in pairwise([*tour, tour[0]])) for tour in tours]
+        for worker, trails in enumerate(self.trails):
+            for edge in trails:
+                trails[edge] *= 0.5
+            for ant in sorted(
+                range(self.ants), key=lambda ant: (ant % self.workers != worker, ant % self.workers, ant)
+            ):
+                for edge in steps[ant]:
+                    trails[edge] += 1.0 / lengths[ant]
+        return tours
+
+
+def test_processes_that_exchange_deposits_agree_with_a_plain_simulation() -> None:
+    instance = build_instance(RoutingProblem.of_points(PLACES[:12], closed=True), 0)
+    begin = starts(instance, "as", "exchange", workers=2, ants=5)
+    offset = ColonyTrails(instance, begin[0].parameters, begin[0].c_nn, 3).offset
+    plain = PlainAnts(instance, begin[0].c_nn, 2, 5, offset)
+    with closing(AntProcesses(begin, None, Stop())) as ants:
+        for iteration in range(8):
+            tours, costs = ants.propose(iteration)
+            expected = plain.iterate(iteration)
+            assert tours.tolist() == expected
+            assert costs == pytest.approx([sum(plain.length(a, b) for a, b in pairwise([*t, t[0]])) for t in expected])
+
+
+@pytest.mark.usefixtures("workers_are")
+@pytest.mark.parametrize("algorithm", ["mmas", "acs"])
+def test_separate_pheromone_diverges_as_in_a_sequential_simulation(algorithm: str) -> None:
+    """The same three workers run in turn in this process, and messages are passed by hand."""
+    instance = build_instance(PROBLEM, 8)
+    begin = starts(instance, algorithm, "exchange", workers=3, ants=7)
+    workers = [AntWorker(start) for start in begin]
+    laid: list[list] = [[], [], []]
+    with closing(AntProcesses(begin, None, Stop())) as ants:
+        for iteration in range(ITERATIONS):
+            tours, costs = ants.propose(iteration)
+            others = [[c for j in range(3) if j != k for c in laid[j]] for k in range(3)]
+            answers = [w.do(AntTask(iteration, math.inf, None, others[k])) for k, w in enumerate(workers)]
+            laid = [answer.changes for answer in answers]
+            for k, answer in enumerate(answers):
+                assert np.array_equal(tours[k::3], answer.tours)
+                assert np.array_equal(costs[k::3], answer.costs)
+    assert not np.allclose(workers[0].colony.pheromone, workers[1].colony.pheromone, rtol=1e-3)
+
+
+@pytest.mark.usefixtures("workers_are")
+def test_the_same_seed_and_number_of_workers_give_the_same_answer() -> None:
+    first, again, other = (run("acs", "exchange", seed=seed) for seed in (1, 1, 2))
+    assert first.nodes.tolist() == again.nodes.tolist()
+    assert first.history[-1][1] == again.history[-1][1]
+    assert [w.best for w in first.workers] != [w.best for w in other.workers]
+
+
+@pytest.mark.usefixtures("workers_are")
+def test_ctrl_c_and_a_cancelled_run_keep_the_best_and_an_error_is_passed_on() -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    def fail(*_: object) -> None:
+        raise ValueError("not of leafcut")
+
+    cancelled = threading.Event()
+    found = run("as", "exchange", progress=lambda *_: cancelled.set(), cancelled=cancelled)
+    assert sorted(found.nodes.tolist()) == list(range(N))
+    assert found.stopped_early
+    assert sorted(run("as", "processes", progress=interrupt).nodes.tolist()) == list(range(N))
+    with pytest.raises(ValueError, match="not of leafcut"):
+        run("as", "processes", progress=fail)
+
+
+@pytest.mark.usefixtures("workers_are")
+def test_a_worker_that_fails_is_reported_in_one_line() -> None:
+    begin = starts(build_instance(PROBLEM, 8), "as", "exchange", workers=2, ants=4)
+    with (
+        closing(AntProcesses(begin, None, Stop())) as ants,
+        pytest.raises(SolveError, match=r"^worker process [12] failed \(ValueError: [^\n]*$"),
+    ):
+        ants.propose(-1)
+
+
+@pytest.mark.slow
+def test_a_worker_that_is_killed_is_reported_in_one_line() -> None:
+    begin = starts(build_instance(PROBLEM, 8), "as", "exchange", workers=2, ants=4)
+    with closing(AntProcesses(begin, None, Stop())) as ants:
+        ants.propose(0)
+        os.kill(ants.processes[1].pid or 0, signal.SIGKILL)
+        with pytest.raises(SolveError, match=r"^worker process 2 of 2 ended with status -9; run again, [^\n]*$"):
+            for iteration in itertools.count(1):
+                ants.propose(iteration)
+
+
+def test_a_worker_whose_time_is_over_reports_no_cost_and_learns_nothing() -> None:
+    (start,) = starts(build_instance(PROBLEM, 8), "mmas", "exchange", workers=1, ants=4)
+    worker = AntWorker(start)
+    before = worker.colony.pheromone.copy()
+    answer = worker.do(AntTask(1, -1.0, None, []))
+    assert np.isinf(answer.costs).any()
+    assert answer.changes == []
+    assert np.array_equal(worker.colony.pheromone, before)
+
+
+@pytest.mark.slow
+def test_a_time_limit_ends_workers_that_would_need_hours_for_one_iteration() -> None:
+    options = SolveOptions(algorithm="as", time_limit=2.0, local_search=False, bound=False)
+    found = solve(PROBLEM, options, AcoOptions(parallel="exchange", n_ants=1_000_000))
+    assert sorted(found.nodes.tolist()) == list(range(N))
+    assert found.iterations == 0
+
+
+def count_of(group: int, wanted: range) -> int:
+    """Return the number of processes of a group as soon as it is in a range; give up after five minutes."""
+    for _ in range(3000):
+        found = subprocess.run(["pgrep", "-g", str(group)], capture_output=True, text=True, check=False).stdout.split()
+        if len(found) in wanted:
+            break
+        time.sleep(0.1)
+    return len(found)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no process groups to send a signal to")
+def test_ctrl_c_on_the_command_line_ends_all_processes_and_answers(tmp_path: Path) -> None:
+    """Four processes: the command, Python's resource tracker and two workers."""
+    tour = tmp_path / "best.tour"
+    command = f"solve random:60 --algorithm as --iterations 10000000 --parallel processes --no-bound --tour {tour}"
+    # Tests in the background ignore Ctrl-C, and their child processes would inherit that.
+    listens = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    begin = f"{listens}; from leafcut.cli.app import main; main()"
+    with subprocess.Popen(
+        [sys.executable, "-c", begin, *command.split()], stderr=subprocess.PIPE, stdout=subprocess.PIPE,
+        text=True, start_new_session=True,
+    ) as job:  # fmt: skip
+        try:
+            assert count_of(job.pid, range(4, 99)) == 4
+            os.killpg(job.pid, signal.SIGINT)
+            _, said = job.communicate(timeout=300)
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(job.pid, signal.SIGKILL)
+    assert "Traceback" not in said
+    assert job.returncode == 0
+    assert tour.read_text().count("\n") > 60
+    assert count_of(job.pid, range(1)) == 0
+
+
+def test_options_without_effect_are_refused() -> None:
+    with pytest.raises(SolveError, match="ants of acs wear off one pheromone in turn"):
+        run("acs", "processes")
+    with pytest.raises(OptionError, match="--n-processes: only used with --parallel processes or exchange"):
+        settings_for(collect({"algorithm": "as", "n_processes": 3}), registry.work("drill"))
+    with pytest.raises(OptionError, match="--parallel: only used with --algorithm"):
+        settings_for(collect({"parallel": "exchange"}), registry.work("drill"))

@@ -1,0 +1,201 @@
+"""The colony: no ant's tour gets longer, costs are true, and where the work is done changes nothing."""
+
+from __future__ import annotations
+
+import math
+import threading
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+
+from leafcut.kernels.cost import tour_cost
+from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.options import SolveOptions
+from leafcut.order import colony as colony_module
+from leafcut.order.colony import (
+    FIRST_ANTS,
+    MOST_ANTS,
+    Colony,
+    Meetings,
+    _have_time_to_kick,
+    _how_many,
+    _learned,
+    follow_trails,
+    found_colony,
+    next_generation,
+)
+from leafcut.order.instance import Instance, build_instance
+from leafcut.order.solve import solve
+from leafcut.order.statistics import WorkerLog
+from leafcut.order.stop import Stop
+from leafcut.order.workers import Workers
+
+
+def instance_of(n: int, seed: int = 1) -> Instance:
+    """Return a closed instance of n random places."""
+    return build_instance(RoutingProblem.of_points(np.random.default_rng(seed).uniform(0, 90, (n, 2)), closed=True), 8)
+
+
+def workers(executor: Executor | None = None, count: int = 1, shared: bool = True) -> Workers:
+    """Return workers without a clock."""
+    return Workers(executor, count, Stop(), WorkerLog.of(count), shared)
+
+
+def lived(instance: Instance, where: Workers, generations: int = 4) -> Colony:
+    """Return a colony of ten ants after some generations."""
+    colony = found_colony(instance, 10, 7, 0, where)
+    for _ in range(generations):
+        colony = next_generation(instance, colony, 7, where)
+    return colony
+
+
+def test_no_ants_tour_gets_longer_and_every_cost_is_that_of_its_tour() -> None:
+    instance = instance_of(150)
+    colony = found_colony(instance, 10, 3, 0, workers())
+    for _ in range(5):
+        after = next_generation(instance, colony, 3, workers())
+        assert (after.costs <= colony.costs).all()
+        assert all(sorted(t.tolist()) == list(range(150)) for t in after.tours)
+        assert after.costs.tolist() == pytest.approx([tour_cost(instance.cost, t) for t in after.tours])
+        colony = after
+    assert colony.generation == 5
+
+
+def test_a_generation_is_the_same_in_threads() -> None:
+    instance = instance_of(80)
+    here = lived(instance, workers())
+    with ThreadPoolExecutor(3) as threads:
+        assert np.array_equal(here.tours, lived(instance, workers(threads, 3)).tours)
+
+
+def test_the_best_ant_of_another_colony_joins_if_there_is_any() -> None:
+    one, other = (
+        Colony(np.arange(k, k + 6, dtype=np.int32).reshape(2, 3), np.array([5.0 + k, 4.0 + k]), k, 9) for k in (0, 10)
+    )
+    joined = one.joined_by(other)
+    assert joined.tours.tolist() == [[0, 1, 2], [3, 4, 5], [13, 14, 15]]
+    assert joined.costs.tolist() == [5.0, 4.0, 14.0]
+    assert (joined.number, joined.generation) == (0, 9)
+    assert one.joined_by(Colony(other.tours[:0], other.costs[:0])) is one
+
+
+def test_every_ant_meets_one_other_and_all_belong_to_one_ring(monkeypatch: pytest.MonkeyPatch) -> None:
+    instance, met = instance_of(12), []
+
+    def note(_: Instance, meetings: Meetings, __: Stop | None = None) -> tuple[np.ndarray, np.ndarray]:
+        met.extend(zip(meetings.mine.tolist(), meetings.other.tolist(), meetings.costs.tolist(), strict=True))
+        return meetings.mine, meetings.costs
+
+    monkeypatch.setattr(colony_module, "follow_trails", note)
+    tours = np.array([np.roll(np.arange(12), k) for k in range(9)], dtype=np.int32)
+    colony = Colony(tours, np.arange(9.0))
+    after = next_generation(instance, colony, 7, workers())
+    assert np.array_equal(after.tours, colony.tours)
+    assert np.array_equal(after.costs, colony.costs)
+    assert after.generation == 1
+    follows = {-mine[0] % 12: -other[0] % 12 for mine, other, _ in met}
+    assert [cost for *_, cost in met] == [-mine[0] % 12 for mine, *_ in met]
+    ring = [0]
+    for _ in range(8):
+        ring.append(follows[ring[-1]])
+    assert sorted(ring) == list(range(9))
+    assert follows[ring[-1]] == 0
+
+
+def test_ants_that_meet_after_the_time_is_up_keep_their_tours_and_costs() -> None:
+    instance = instance_of(150)
+    colony = found_colony(instance, 4, 7, 0, workers())
+    meetings = Meetings(colony.tours, np.roll(colony.tours, 1, axis=0), colony.costs, np.arange(1, 5, dtype=np.uint64))
+    late = Stop(seconds=0.0)
+    tours, costs = follow_trails(instance, meetings, late)
+    assert np.array_equal(tours, colony.tours)
+    assert np.array_equal(costs, colony.costs)
+    tours, costs = follow_trails(instance, meetings)
+    assert (costs < colony.costs).any()
+    assert np.array_equal(meetings.mine, colony.tours)
+
+
+@pytest.mark.slow
+def test_a_generation_is_the_same_in_another_process() -> None:
+    instance = instance_of(80)
+    here = lived(instance, workers())
+    with ProcessPoolExecutor(1, get_context("spawn")) as processes:
+        assert np.array_equal(here.tours, lived(instance, workers(processes, 1, shared=False), 4).tours)
+
+
+def test_a_generation_leaves_the_colony_it_comes_from_alone() -> None:
+    instance = instance_of(80)
+    colony = found_colony(instance, 6, 1, 0, workers())
+    before = colony.tours.copy()
+    assert np.array_equal(next_generation(instance, colony, 1, workers()).tours.shape, before.shape)
+    assert np.array_equal(colony.tours, before)
+
+
+def test_a_colony_grows_until_time_or_budget_is_short_and_then_takes_what_is_left() -> None:
+    stop = Stop(seconds=math.inf)
+    assert [_how_many(100, k, 1.0, stop, math.inf) for k in range(3)] == [FIRST_ANTS, 4 * FIRST_ANTS, 100]
+    assert _how_many(100, 0, 1.0, stop, 1500.0) == 15
+    assert _how_many(100, 0, 1.0, Stop(seconds=0.0), math.inf) == 1
+
+
+def test_with_a_clock_one_colony_takes_the_time_that_would_not_do_for_much_larger_ones() -> None:
+    """44 % of the time is for building, at one second an ant."""
+    assert _how_many(1000, 0, 1.0, Stop(seconds=228.5), math.inf) == 100
+    assert _how_many(1000, 0, 1.0, Stop(seconds=400.0), math.inf) == FIRST_ANTS
+    assert _how_many(1000, 1, 1.0, Stop(seconds=1000.0), math.inf) == MOST_ANTS
+
+
+def test_ants_kick_when_the_time_does_for_a_dozen_of_them_and_never_on_a_budget_of_work() -> None:
+    """75 % of the time is for building, at five seconds an ant."""
+    assert _have_time_to_kick(1.0, Stop(seconds=80.5))
+    assert not _have_time_to_kick(1.0, Stop(seconds=79.5))
+    assert not _have_time_to_kick(1.0, Stop())
+    assert _how_many(1000, 0, 1.0, Stop(seconds=80.5), math.inf, kicking=True) == 12
+
+
+def test_ants_that_kick_have_tours_no_longer_the_same_for_a_seed_and_none_when_the_time_is_up() -> None:
+    instance = instance_of(150)
+    plain, kicked, again = (found_colony(instance, 6, 3, 0, workers(), kicks) for kicks in (0, 300, 300))
+    assert (kicked.costs <= plain.costs + 1e-9).all()
+    assert kicked.costs.mean() < plain.costs.mean()
+    assert np.array_equal(kicked.tours, again.tours)
+    assert all(sorted(t.tolist()) == list(range(150)) for t in kicked.tours)
+    assert kicked.costs.tolist() == pytest.approx([tour_cost(instance.cost, t) for t in kicked.tours])
+    late = Workers(None, 1, Stop(seconds=0.0), WorkerLog.of(1))
+    assert len(found_colony(instance, 6, 3, 0, late, 300).costs) == 0
+
+
+def test_a_generation_is_of_use_when_the_best_ant_gained_or_the_others_came_nearer_to_it() -> None:
+    before = np.array([100.0, 110.0, 120.0])
+    assert _learned(before, np.array([99.0, 110.0, 120.0]), little=0.5)
+    assert _learned(before, np.array([100.0, 105.0, 110.0]), little=0.5)
+    assert not _learned(before, np.array([100.0, 109.9, 120.0]), little=0.5)
+    assert _learned(before, np.array([100.0, 109.9, 120.0]), little=0.0)
+    assert not _learned(before, before, little=0.0)
+
+
+@pytest.mark.parametrize("n", [5, 6, 7, 12])
+def test_all_nodes_on_one_place_or_in_a_line_are_no_trouble(n: int) -> None:
+    for xy in (np.ones((n, 2)), np.stack([np.arange(n), np.zeros(n)], axis=1)):
+        for closed in (True, False):
+            found = solve(RoutingProblem.of_points(xy, closed=closed), SolveOptions(preset="fast"))
+            assert sorted(found.nodes.tolist()) == list(range(n))
+            assert found.cost == pytest.approx((2 if closed else 1) * float(np.ptp(xy[:, 0])))
+
+
+def test_a_search_that_is_stopped_keeps_the_best_that_it_has() -> None:
+    cancelled = threading.Event()
+    seen: list[float] = []
+
+    def stop_soon(_: str, cost: float, *__: object) -> None:
+        seen.append(cost)
+        if len(seen) == 3:
+            cancelled.set()
+
+    problem = RoutingProblem.of_points(np.random.default_rng(5).uniform(0, 90, (400, 2)), Metric(), closed=True)
+    found = solve(problem, SolveOptions(iterations=10_000), progress=stop_soon, cancelled=cancelled)
+    assert found.stopped_early
+    assert found.cost <= min(seen) + 1e-9
+    assert sorted(found.nodes.tolist()) == list(range(400))

@@ -1,0 +1,80 @@
+"""Compile time is reported as compile time and nowhere else."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from numba.core import event
+
+import leafcut
+from leafcut.order import compiling, stop
+from leafcut.report.json_answer import as_json
+
+
+class Clock:
+    """A clock that only a test moves."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def perf_counter(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    made = Clock()
+    monkeypatch.setattr(compiling, "time", made)
+    monkeypatch.setattr(stop, "time", made)
+    return made
+
+
+def test_the_clock_of_searches_stands_still_while_kernels_are_compiled(clock: Clock) -> None:
+    """Searching 2 s, compiling 30 s, searching 1 s: a limit of 4 s is not over."""
+    limit = stop.Stop(seconds=4.0)
+    clock.now += 2.0
+    with event.trigger_event("numba:compile"):
+        clock.now += 30.0
+        assert limit.elapsed() == pytest.approx(2.0)
+    clock.now += 1.0
+    assert limit.elapsed() == pytest.approx(3.0)
+    assert not limit.now()
+    clock.now += 1.0
+    assert limit.now()
+
+
+def test_seconds_of_nested_compilations_count_once(clock: Clock) -> None:
+    """A kernel that calls another one compiles it inside."""
+    with compiling.announced(lambda _: None) as compilations, event.trigger_event("numba:compile"):
+        clock.now += 5.0
+        with event.trigger_event("numba:compile"):
+            clock.now += 7.0
+        clock.now += 1.0
+    assert (compilations.count, compilations.seconds) == (2, pytest.approx(13.0))
+
+
+def test_the_end_of_a_compilation_that_had_begun_before_is_not_counted(clock: Clock) -> None:
+    """Another thread is compiling when the counting begins: the clock of searches must not stand still afterwards."""
+    with event.trigger_event("numba:compile"):
+        counted = compiling.Compilations()
+        event.register("numba:compile", counted)
+        clock.now += 3.0
+    clock.now += 4.0
+    with event.trigger_event("numba:compile"):
+        clock.now += 5.0
+    event.unregister("numba:compile", counted)
+    clock.now += 6.0
+    assert (counted.count, counted.seconds) == (1, pytest.approx(5.0))
+
+
+def test_a_run_states_compile_time_beside_its_own(examples: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of all that is counted while the run lasts, nothing is in its seconds."""
+    spent = itertools.chain([100.0], itertools.repeat(140.0))
+    monkeypatch.setattr("leafcut.order.compiling.compile_seconds", lambda: next(spent))
+    outcome = leafcut.optimize(examples / "plate_8x8_10.dxf", process="drill", thickness=5, preset="fast")
+    assert outcome.compile_seconds == 40.0
+    answer = as_json(replace(outcome, seconds=2.0))
+    assert (answer["seconds"], answer["compile_seconds"]) == (2.0, 40.0)

@@ -1,0 +1,166 @@
+"""Fireflies: distances by hand, moves that keep tours whole, optima by brute force, same seed, same answer."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from leafcut.errors import SolveError
+from leafcut.kernels.cost import tour_cost
+from leafcut.kernels.firefly import edges_apart, fly, fly_and_mend
+from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.options import FireflyOptions, SolveOptions
+from leafcut.order import firefly
+from leafcut.order.firefly import Flight, all_costs
+from leafcut.order.instance import Instance, build_instance
+from leafcut.order.kicks import BREADTH, choices, work_tour
+from leafcut.order.solve import solve
+from leafcut.order.stop import Stop
+
+SIMPLE, COMPLEX = (Flight.of(FireflyOptions(firefly_mode=mode), limited=False) for mode in ("simple", "complex"))
+
+
+def places(n: int, seed: int = 1) -> np.ndarray:
+    """Return n random places, float64[n, 2]."""
+    return np.random.default_rng(seed).uniform(0.0, 100.0, (n, 2))
+
+
+def instance_of(n: int, closed: bool = True, seed: int = 1) -> Instance:
+    """Return an instance of n random places."""
+    return build_instance(RoutingProblem.of_points(places(n, seed), closed=closed), 5)
+
+
+def test_the_published_parameters_are_the_defaults() -> None:
+    assert (SIMPLE.fireflies, SIMPLE.attractiveness, SIMPLE.absorption, SIMPLE.switch) == (11, 20.0, 0.015, 0.27)
+    assert (COMPLEX.fireflies, COMPLEX.attractiveness, COMPLEX.absorption, COMPLEX.switch) == (10, 15.0, 0.015, 0.37)
+    assert SIMPLE.patience == 20
+    assert Flight.of(FireflyOptions(), limited=True).patience == math.inf
+    assert Flight.of(FireflyOptions(n_fireflies=3, attractiveness=2, switch_at=50), limited=True).switch == 0.5
+
+
+def test_distances_are_counted_by_hand() -> None:
+    """0–1–2–3–4–5 and 0–1–2–5–4–3: the run 3 4 5 is inverted, so the edges 2–3 and 5–0 are not in the other."""
+    tour, other = np.arange(6, dtype=np.int32), np.array([0, 1, 2, 5, 4, 3], dtype=np.int32)
+    place = np.argsort(other).astype(np.int32)
+    assert edges_apart(tour, other, place) == 2
+    assert edges_apart(np.roll(other, 2)[::-1].copy(), other, place) == 0
+    assert edges_apart(np.array([0, 2, 4, 1, 5, 3], dtype=np.int32), other, place) == 5  # 3–0 alone is in both
+
+
+def test_attraction_is_that_of_the_formula() -> None:
+    """A = 3 of h = 6: r = 5, β = 20·exp(-0.015·25) = 13.746."""
+    assert SIMPLE.attraction(3, 6) == pytest.approx(13.7458, abs=1e-4)
+    assert SIMPLE.attraction(0, 6) == 20.0
+
+
+def test_inversions_are_long_before_the_switch_and_short_after_it() -> None:
+    assert SIMPLE.longest(apart=60, h=100, share_done=0.26, short=25) == 60
+    assert SIMPLE.longest(apart=60, h=100, share_done=0.28, short=25) == 25
+    assert SIMPLE.longest(apart=0, h=100, share_done=0.28, short=25) == 2
+    assert SIMPLE.longest(apart=100, h=100, share_done=0.0, short=25) == 98
+
+
+def test_a_firefly_flies_to_the_near_one_of_two_that_are_as_bright() -> None:
+    lengths = np.array([10.0, 10.0, 12.0])
+    assert SIMPLE.target(lengths, 2, {0: 8, 1: 4}, 10) == 1
+    assert SIMPLE.target(np.array([1.0, 10.0, 12.0]), 2, {0: 8, 1: 4}, 10) == 0
+
+
+@given(st.integers(5, 40), st.integers(0, 99), st.integers(2, 38), st.integers(1, 300))
+def test_flying_keeps_a_tour_whole_and_never_makes_it_longer(n: int, seed: int, longest: int, moves: int) -> None:
+    instance = instance_of(n, closed=seed % 2 == 0, seed=seed)
+    h, costs = instance.n, all_costs(instance)
+    tour = np.random.default_rng(seed).permutation(h).astype(np.int32)
+    place, before = np.argsort(tour).astype(np.int32), tour_cost(instance.cost, tour)
+    words = np.array([seed + 1], dtype=np.uint64)
+    gained = fly(costs, tour, place, moves, min(longest, h - 2), words, 0)
+    assert sorted(tour.tolist()) == list(range(h))
+    assert place.tolist() == np.argsort(tour).tolist()
+    assert gained >= 0.0
+    assert tour_cost(instance.cost, tour) == pytest.approx(before - gained, abs=1e-3)
+
+
+@given(st.integers(8, 40), st.integers(0, 99), st.integers(2, 38), st.integers(1, 30))
+def test_mended_moves_keep_a_tour_whole_and_never_make_it_longer(n: int, seed: int, longest: int, moves: int) -> None:
+    instance = instance_of(n, closed=seed % 2 == 0, seed=seed)
+    h = instance.n
+    tour = work_tour(np.random.default_rng(seed).permutation(h).astype(np.int32), queued=False, log=2 * h + 1000)
+    before, words = tour_cost(instance.cost, tour.node), np.array([seed + 1], dtype=np.uint64)
+    gained = fly_and_mend(
+        instance.cost, tour, instance.candidates, instance.lengths, choices(instance, BREADTH), moves,
+        min(longest, h - 2), words, 0,
+    )  # fmt: skip
+    assert sorted(tour.node.tolist()) == list(range(h))
+    assert tour.place.tolist() == np.argsort(tour.node).tolist()
+    assert gained >= -1e-9 * moves
+    assert tour_cost(instance.cost, tour.node) == pytest.approx(before - gained)
+    assert tour.counts[1] == 0
+
+
+def shortest(xy: np.ndarray, closed: bool) -> float:
+    """Return the length of the shortest path or tour, all orders tried."""
+    d = np.hypot(*(xy[:, None] - xy).transpose(2, 0, 1))
+    orders = np.array(list(itertools.permutations(range(len(xy)))))
+    lengths = d[orders[:, :-1], orders[:, 1:]].sum(axis=1)
+    return float((lengths + d[orders[:, -1], orders[:, 0]] if closed else lengths).min())
+
+
+@pytest.mark.parametrize("local", [True, False])
+@pytest.mark.parametrize("start", ["greedy", "random"])
+def test_eight_places_have_the_shortest_of_all_orders(local: bool, start: str) -> None:
+    for seed, closed in itertools.product((1, 2), (True, False)):
+        xy = places(8, seed)
+        options = SolveOptions(algorithm="firefly", local_search=local, bound=False, threads=1, iterations=40)
+        for metric in (Metric(), Metric("EXPLICIT", matrix=np.hypot(*(xy[:, None] - xy).transpose(2, 0, 1)))):
+            problem = RoutingProblem.of_points(xy, metric, closed=closed)
+            found = solve(problem, options, firefly=FireflyOptions(firefly_start=start))
+            assert found.cost == pytest.approx(shortest(xy, closed))
+
+
+@pytest.mark.parametrize("local", [True, False])
+@pytest.mark.parametrize("ends", [((0.0, 0.0), None), ((0.0, 0.0), (90.0, 90.0)), (None, (90.0, 90.0))])
+def test_given_ends_stay_the_ends_whatever_fireflies_begin_with(local: bool, ends: tuple) -> None:
+    problem = RoutingProblem.of_points(places(20), start=ends[0], end=ends[1])
+    options = SolveOptions(algorithm="firefly", local_search=local, iterations=5, bound=False)
+    best = solve(problem, SolveOptions(bound=False)).cost
+    for start in ("greedy", "random"):
+        found = solve(problem, options, firefly=FireflyOptions(firefly_start=start))
+        assert sorted(found.nodes.tolist()) == list(range(20))
+        assert best - 1e-9 <= found.cost < 1.3 * best
+
+
+@pytest.mark.parametrize("local", [True, False])
+def test_the_same_seed_gives_the_same_answer_on_any_number_of_threads(local: bool) -> None:
+    problem = RoutingProblem.of_points(places(60))
+    options = {"algorithm": "firefly", "local_search": local, "iterations": 4, "bound": False}
+    answers = [solve(problem, SolveOptions(seed=s, threads=t, **options)) for s, t in ((5, 1), (5, 1), (5, 3))]
+    assert len({tuple(a.nodes.tolist()) for a in answers}) == 1
+    other = solve(problem, SolveOptions(seed=6, threads=1, **options))
+    assert local or other.nodes.tolist() != answers[0].nodes.tolist()
+
+
+def test_the_search_ends_when_nothing_got_shorter_for_as_long_as_was_said() -> None:
+    problem = RoutingProblem.of_points([(0, 0), (0, 9), (9, 9), (9, 0), (5, 5)], closed=True)
+    for patience in (1, 7):
+        found = solve(
+            problem, SolveOptions(algorithm="firefly", bound=False), firefly=FireflyOptions(firefly_patience=patience)
+        )
+        assert found.iterations == patience
+
+
+def test_costs_between_too_many_nodes_are_refused_in_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(firefly, "MOST_NODES", 49)
+    problem = RoutingProblem.of_points(places(50), closed=True)
+    with pytest.raises(SolveError, match="up to 49 of them; there are 50; leave out --no-local-search"):
+        solve(problem, SolveOptions(algorithm="firefly", local_search=False))
+
+
+def test_a_share_of_the_iterations_or_of_the_time_has_gone() -> None:
+    assert firefly.share_done(Stop(iterations=10), 5) == 0.5
+    assert firefly.share_done(Stop(), 5) == 0.0
+    assert firefly.share_done(Stop(seconds=1e-9), 0) > 1.0

@@ -1,0 +1,112 @@
+"""Ants and fireflies that order clusters: whole orders, kept precedence, true costs, and optima of few clusters."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from test_sequential import ENDS, KINDS, check, least, random_problem
+
+from leafcut.errors import SolveError
+from leafcut.kernels.ordering import invert_runs, steps_apart
+from leafcut.model.problem import RoutingProblem
+from leafcut.options import LITERATURE, AcoOptions, FireflyOptions, SolveOptions
+from leafcut.order.clusters import choose_nodes
+from leafcut.order.directed import build_directed
+from leafcut.order.instance import path_cost
+from leafcut.order.ordering import Ordering
+from leafcut.order.solve import solve
+from leafcut.order.stop import Stop
+
+
+@pytest.mark.parametrize("algorithm", [*LITERATURE, "nn"])
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_order_is_whole_keeps_precedence_and_states_its_cost(algorithm: str, kind: str) -> None:
+    for seed in range(5):
+        problem = random_problem(seed, 12, kind, ENDS[seed], pairs=6)
+        options = SolveOptions(algorithm=algorithm, iterations=2, local_search=seed % 2 == 0, bound=False)
+        found = solve(problem, options, AcoOptions(n_ants=3), firefly=FireflyOptions(n_fireflies=4))
+        check(problem, found.nodes, found.cost)
+        assert found.algorithm == algorithm
+        assert found.history[-1][1] == pytest.approx(found.cost)
+
+
+@pytest.mark.parametrize("algorithm", ["mmas", "acs", "firefly"])
+def test_without_local_search_the_optimum_of_six_clusters_is_found(algorithm: str) -> None:
+    """Ten problems, by dynamic programming over all sets; one may be missed."""
+    missed = 0
+    for seed in range(10):
+        problem = random_problem(seed, 6, KINDS[seed % len(KINDS)], ENDS[seed % 5], pairs=3)
+        options = SolveOptions(algorithm=algorithm, iterations=60, local_search=False, bound=False)
+        found = solve(
+            problem, options, AcoOptions(n_ants=10, greedy_probability=0.3), firefly=FireflyOptions(n_fireflies=10)
+        )
+        missed += found.cost > least(problem) * (1 + 1e-9)
+    assert missed <= 1
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_nodes_of_an_order_are_the_best_of_all(kind: str) -> None:
+    """The kernel's choice costs what the plain one by NumPy does."""
+    for seed in range(10):
+        problem = random_problem(seed, 8, kind, ENDS[seed % 5], pairs=0)
+        ordering = Ordering(build_directed(problem, 6), False, Stop())
+        order, length = ordering.nearest_neighbour()
+        nodes = ordering.nodes()
+        assert path_cost(problem, nodes) == pytest.approx(length)
+        assert path_cost(problem, choose_nodes(problem, problem.cluster[nodes])) == pytest.approx(length)
+        assert len(order) == ordering.instance.n
+
+
+def test_an_inversion_turns_one_run_round_and_leaves_the_rest() -> None:
+    """Without precedence an order is two pieces of the old one and a third, turned, in between."""
+    problem = random_problem(2, 9, "ways", (None, None), pairs=0)
+    ordering = Ordering(build_directed(problem, 6), False, Stop())
+    words, m = np.array([9], dtype=np.uint64), ordering.instance.n
+    turned = set()
+    for _ in range(60):
+        order = np.append(m - 1, np.arange(m - 1)).astype(np.int32)
+        before, place = order.copy(), np.argsort(order).astype(np.int32)
+        invert_runs(ordering.layers, order, place, 1, 4, words, 0)
+        assert place.tolist() == np.argsort(order).tolist()
+        changed = np.flatnonzero(order != before)
+        run = slice(changed[0], changed[-1] + 1)
+        assert order[run].tolist() == before[run][::-1].tolist()
+        turned.add(run.stop - run.start)
+    assert turned == {2, 3, 4}
+
+
+def test_a_firefly_never_breaks_precedence() -> None:
+    words = np.array([9], dtype=np.uint64)
+    for seed in range(10):
+        problem = random_problem(seed, 9, "holes", "closed", pairs=6)
+        ordering = Ordering(build_directed(problem, 6), False, Stop())
+        order, _ = ordering.nearest_neighbour()
+        before, place = order.copy(), np.argsort(order).astype(np.int32)
+        invert_runs(ordering.layers, order, place, 200, 5, words, 0)
+        assert order.tolist() != before.tolist()
+        assert sorted(order.tolist()) == list(range(len(order)))
+        assert all(place[a] < place[b] for a, b in problem.precedence.tolist())
+
+
+def test_steps_apart_are_counted_as_by_hand() -> None:
+    place = np.argsort([0, 1, 2, 3, 4]).astype(np.int32)
+    assert steps_apart(np.array([2, 3, 4, 0, 1], dtype=np.int32), place) == 1
+    assert steps_apart(np.array([4, 3, 2, 1, 0], dtype=np.int32), place) == 4
+
+
+def test_the_same_seed_gives_the_same_answer_and_another_one_another_search() -> None:
+    problem = random_problem(1, 30, "ways", (None, None), pairs=9)
+    for algorithm in LITERATURE:
+        options = [SolveOptions(algorithm=algorithm, iterations=2, local_search=False, seed=s) for s in (1, 1, 2)]
+        aco, fireflies = AcoOptions(n_ants=5), FireflyOptions(n_fireflies=5)
+        one, again, other = (solve(problem, o, aco, firefly=fireflies) for o in options)
+        assert one.nodes.tolist() == again.nodes.tolist()
+        assert one.nodes.tolist() != other.nodes.tolist()
+
+
+def test_too_many_clusters_for_ants_that_order_them_are_refused_in_one_line() -> None:
+    problem = random_problem(1, 600, "holes", pairs=3)
+    for algorithm in ("acs", "firefly"):
+        ordered = RoutingProblem.of_points(problem.entry, precedence=np.array([[0, 1]], dtype=np.int32))
+        with pytest.raises(SolveError, match=f"'{algorithm}' orders fewer than 500 clusters"):
+            solve(ordered, SolveOptions(algorithm=algorithm))

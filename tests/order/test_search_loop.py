@@ -1,0 +1,90 @@
+"""Runs of all algorithms: budgets, Ctrl-C, and the plain loop of a search."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from leafcut.options import SolveOptions
+from leafcut.order.loop import search
+from leafcut.order.running import set_budget, set_budget_of_visits, until_interrupted
+from leafcut.order.statistics import Best
+from leafcut.order.stop import Stop
+
+
+@pytest.mark.parametrize(
+    ("given", "iterations", "patience"),
+    [
+        (SolveOptions(), 8, 5),
+        (SolveOptions(iterations=3), 3, math.inf),
+        (SolveOptions(time_limit=9.0), math.inf, math.inf),
+        (SolveOptions(time_limit=9.0, iterations=3), 3, math.inf),
+    ],
+)
+def test_a_budget_is_what_was_asked_for_or_the_presets(given: SolveOptions, iterations: float, patience: float) -> None:
+    stop = Stop()
+    set_budget(stop, given, 7.2, 5)
+    assert (stop.iterations, stop.patience) == (iterations, patience)
+
+
+def test_a_budget_is_one_iteration_at_least() -> None:
+    stop = Stop()
+    set_budget(stop, SolveOptions(), 0.01)
+    assert (stop.iterations, stop.patience) == (1, math.inf)
+
+
+@pytest.mark.parametrize(("preset", "visits", "patience"), [("fast", 2e5, 30), ("default", 4e6, 40)])
+def test_the_budget_of_ants_is_a_number_of_visited_nodes(preset: str, visits: float, patience: int) -> None:
+    stop = Stop()
+    set_budget_of_visits(stop, SolveOptions(preset=preset), 400)
+    assert (stop.iterations, stop.patience) == (visits / 400, patience)
+
+
+def test_ctrl_c_ends_a_run_with_the_best_and_goes_on_where_there_is_none() -> None:
+    def interrupted() -> int:
+        raise KeyboardInterrupt
+
+    best = Best(Stop())
+    assert until_interrupted(lambda: 4, best) == 4
+    with pytest.raises(KeyboardInterrupt):
+        until_interrupted(interrupted, best)
+    best = Best(Stop())
+    best.offer(np.arange(3, dtype=np.int32), 7.0, 5)
+    assert until_interrupted(interrupted, best) == 5
+    assert best.stop.cancelled.is_set()
+
+
+class Candidates:
+    """Proposes two tours in each iteration, by a list of costs, and keeps a list of all that is learned."""
+
+    def __init__(self, costs: list[tuple[float, float]]) -> None:
+        self.given, self.learned = costs, []
+
+    def propose(self, iteration: int) -> tuple[np.ndarray, np.ndarray]:
+        return np.array([[iteration, 0], [iteration, 1]], dtype=np.int32), np.array(self.given[iteration])
+
+    def reinforce(self, iteration: int, tours: np.ndarray, costs: np.ndarray, best: Best) -> None:
+        self.learned.append((iteration, tours.tolist(), costs.tolist(), best.cost))
+
+
+def test_a_search_keeps_the_first_of_the_cheapest_and_learns_from_every_iteration() -> None:
+    ants = Candidates([(9.0, 8.0), (8.0, 8.0), (6.0, 6.0), (7.0, math.inf)])
+    reported: list[float] = []
+    best = Best(Stop(iterations=4), progress=lambda _, cost, *__: reported.append(cost))
+    assert search(ants.propose, ants.reinforce, best.stop, best) == 4
+    assert (best.tour.tolist(), best.cost, best.iteration) == ([2, 0], 6.0, 2)
+    assert [row[0] for row in ants.learned] == [0, 1, 2, 3]
+    assert [row[3] for row in ants.learned] == reported == [8.0, 8.0, 6.0, 6.0]
+
+
+def test_a_search_ends_without_patience_or_at_its_target_and_learns_nothing_then() -> None:
+    ants = Candidates([(9.0, 9.0)] * 9)
+    best = Best(Stop(patience=3))
+    assert search(ants.propose, ants.reinforce, best.stop, best) == 3
+    ants = Candidates([(9.0, 9.0), (5.0, 9.0), (1.0, 1.0)])
+    best = Best(Stop(target=5.0))
+    assert search(ants.propose, ants.reinforce, best.stop, best) == 1
+    assert best.cost == 5.0
+    assert len(ants.learned) == 1

@@ -1,0 +1,218 @@
+"""Pheromone trails: each algorithm evaporates and deposits as its equations say, on a full matrix of edges."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from leafcut.kernels import pheromone
+from leafcut.options import AcoOptions
+from leafcut.order import aco
+from leafcut.order.aco import ColonyParameters, Trails
+from leafcut.order.statistics import Best
+from leafcut.order.stop import Stop
+from plain_python import plain_parts, plain_python
+
+__all__ = ["plain_parts"]
+
+pytestmark = pytest.mark.usefixtures("plain_parts")
+
+N, ANTS, C_NN = 6, 5, 40.0
+
+#: Every other node, so that the lists hold all edges.
+LISTS = np.array([[j for j in range(N) if j != i] for i in range(N)], dtype=np.int32)
+
+#: The numbers of the options, each unlike all others.
+OPTIONS = AcoOptions(
+    n_ants=ANTS, pheromone_weight=1.5, heuristic_weight=3.0, evaporation_rate=0.2, elitist_weight=2.5, n_ranks=4,
+    local_evaporation_rate=0.3, best_probability=0.05,
+)  # fmt: skip
+
+
+def trails_of(algorithm: str, one_way: bool = False, local_search: bool = False) -> Trails:
+    """Return trails on all edges, which are not equal."""
+    trails = Trails(LISTS, ColonyParameters.of(algorithm, OPTIONS, N, local_search), C_NN, one_way=one_way)
+    trails.nearness[:] = np.random.default_rng(2).uniform(0.5, 2.0, LISTS.shape)
+    tau = np.random.default_rng(1).uniform(0.01, 0.1, (N, N))
+    tau = tau if one_way else (tau + tau.T) / 2
+    trails.pheromone[:] = np.take_along_axis(tau, LISTS, axis=1)
+    return trails
+
+
+def matrix(trails: Trails) -> np.ndarray:
+    """Return the trails as a matrix float64[n, n]."""
+    tau = np.zeros((N, N))
+    np.put_along_axis(tau, LISTS.astype(np.int64), trails.pheromone, axis=1)
+    return tau
+
+
+def proposed() -> tuple[np.ndarray, np.ndarray, Best]:
+    """Return tours, their costs (the last was not finished), and a best tour that is none of them."""
+    rng = np.random.default_rng(7)
+    tours = np.array([rng.permutation(N) for _ in range(ANTS)], dtype=np.int32)
+    best = Best(Stop())
+    best.offer(rng.permutation(N).astype(np.int32), 30.0, 0)
+    return tours, np.array([44.0, 35.0, 50.0, 38.0, math.inf]), best
+
+
+def lay(tau: np.ndarray, tour: np.ndarray, amount: float, one_way: bool, most: float = math.inf) -> None:
+    """Add an amount to the edges of a closed tour, in both directions unless `one_way`."""
+    for a, b in zip(tour, np.roll(tour, -1), strict=True):
+        tau[a, b] = min(most, tau[a, b] + amount)
+        if not one_way:
+            tau[b, a] = min(most, tau[b, a] + amount)
+
+
+@pytest.mark.parametrize("one_way", [False, True])
+@pytest.mark.parametrize("algorithm", ["as", "eas", "asrank", "acs"])
+def test_trails_change_by_the_equations_of_the_algorithm(algorithm: str, one_way: bool) -> None:
+    """Dorigo and Stützle 2004: equations 3.2 to 3.4 (as), 3.5 (eas), 3.6 (asrank) and 3.11 (acs)."""
+    trails = trails_of(algorithm, one_way)
+    tours, costs, best = proposed()
+    tau = matrix(trails)
+    if algorithm != "acs":
+        tau *= 0.8
+    if algorithm in ("as", "eas"):
+        for k in range(4):
+            lay(tau, tours[k], 1.0 / costs[k], one_way)
+    if algorithm == "eas":
+        lay(tau, best.tour, 2.5 / 30.0, one_way)
+    if algorithm == "asrank":
+        for weight, k in ((3, 1), (2, 3), (1, 0)):  # by cost: 35, 38, 44
+            lay(tau, tours[k], weight / costs[k], one_way)
+        lay(tau, best.tour, 4.0 / 30.0, one_way)
+    if algorithm == "acs":
+        for a, b in zip(best.tour, np.roll(best.tour, -1), strict=True):
+            tau[a, b] = 0.8 * tau[a, b] + 0.2 / 30.0
+            if not one_way:
+                tau[b, a] = 0.8 * tau[b, a] + 0.2 / 30.0
+    with plain_python():
+        trails.reinforce(1, tours, costs, best)
+    assert matrix(trails) == pytest.approx(tau)
+    assert trails.weights == pytest.approx(trails.pheromone**1.5 * trails.nearness)
+    assert trails.iteration_best == 35.0
+
+
+@pytest.mark.parametrize("local_search", [False, True])
+@pytest.mark.parametrize("iteration", [24, 25, 30, 31])
+def test_max_min_lets_one_ant_deposit_within_its_limits(iteration: int, local_search: bool) -> None:
+    """Section 3.3.4: τ_max = 1/ρC; τ_min by p_best, or τ_max/2n with local search; the best so far by turns.
+
+    From the 25th iteration on the best tour so far deposits every fifth time with local search (ACOTSP), and every
+    25th without.
+    """
+    trails = trails_of("mmas", local_search=local_search)
+    tours, costs, best = proposed()
+    highest = 1.0 / (0.2 * 30.0)
+    # n edges are chosen, each of (5 + 1)/2 on average: p_best is the chance of the best tour where trails are limits.
+    root = 0.05 ** (1.0 / N)
+    lowest = highest / (2.0 * N) if local_search else highest * (1.0 - root) / (3.0 * root)
+    trails.pheromone[0] = 0.99 * highest / 0.8
+    tau = np.maximum(0.8 * matrix(trails), lowest)
+    np.fill_diagonal(tau, 0.0)
+    by_best = iteration == 25 or (iteration == 30 and local_search)
+    lay(tau, best.tour if by_best else tours[1], 1.0 / (30.0 if by_best else 35.0), False, highest)
+    with plain_python():
+        trails.reinforce(iteration, tours, costs, best)
+    assert (trails.highest, trails.lowest) == pytest.approx((highest, lowest))
+    assert matrix(trails) == pytest.approx(tau)
+    assert trails.depositor == ("best" if by_best else "iteration")
+    assert matrix(trails).max() <= highest
+
+
+def test_the_best_tour_so_far_deposits_ever_more_often() -> None:
+    """The schedule of ACOTSP, counted over whole stretches of iterations."""
+    every = {since: aco._best_so_far_every(since, True) for since in (0, 24, 25, 74, 75, 124, 125, 249, 250, 9999)}
+    assert every == {0: 25, 24: 25, 25: 5, 74: 5, 75: 3, 124: 3, 125: 2, 249: 2, 250: 1, 9999: 1}
+    assert {aco._best_so_far_every(since, False) for since in (0, 30, 100, 9999)} == {25}
+
+
+@pytest.mark.parametrize(
+    ("iteration", "best_at", "agree", "restarts"),
+    [(300, 50, True, True), (300, 51, True, False), (301, 0, True, False), (300, 50, False, False),
+     (200, 0, True, False)],
+)  # fmt: skip
+def test_max_min_starts_again_with_equal_trails_once_converged_and_stuck(
+    iteration: int, best_at: int, agree: bool, restarts: bool
+) -> None:
+    """Only every hundredth iteration, 250 without a better tour, and where two edges a node have all the pheromone."""
+    trails = trails_of("mmas")
+    tours, costs, best = proposed()
+    best.iteration = best_at
+    if agree:
+        tau = np.full((N, N), 1e-6)
+        lay(tau, best.tour, 1.0, False)
+        trails.pheromone[:] = np.take_along_axis(tau, LISTS, axis=1)
+    with plain_python():
+        trails.reinforce(iteration, tours, costs, best)
+        assert (trails.depositor == "restart") == restarts
+        if not restarts:
+            assert np.ptp(trails.pheromone) > 0.0
+            assert trails.restarted_at == 0
+            return
+        assert (trails.pheromone == trails.highest).all()
+        assert trails.highest == pytest.approx(1.0 / (0.2 * 30.0))
+        assert trails.restarted_at == iteration
+        # The iterations since then count: it does not start again at once.
+        trails.pheromone[:] = np.take_along_axis(tau, LISTS, axis=1)
+        trails.reinforce(iteration + 100, tours, costs, best)
+        assert trails.depositor != "restart"
+
+
+@pytest.mark.parametrize("algorithm", ["as", "eas", "asrank", "mmas", "acs"])
+def test_trails_of_another_colony_are_laid_as_it_laid_them(algorithm: str) -> None:
+    """Of two colonies with the same rules and equal trails, one learns; the other receives, without evaporation."""
+    giver, taker = trails_of(algorithm), trails_of(algorithm)
+    giver.changes = []
+    tours, costs, best = proposed()
+    tau = matrix(taker)
+    with plain_python():
+        giver.reinforce(1, tours, costs, best)
+        taker.highest = giver.highest
+        taker.receive(giver.changes)
+    if algorithm == "acs":
+        assert matrix(taker) == pytest.approx(matrix(giver))
+    else:
+        for tour, amount in giver.changes:
+            lay(tau, tour, amount, False, giver.highest)
+        assert matrix(taker) == pytest.approx(tau)
+    laid = {"as": 4, "eas": 5, "asrank": 4, "mmas": 1, "acs": 1}
+    assert len(giver.changes) == laid[algorithm]
+    assert taker.weights == pytest.approx(taker.pheromone**1.5 * taker.nearness)
+
+
+def test_the_branching_factor_counts_the_strong_edges_of_a_node() -> None:
+    """Node 0: trails 0, 1, 4 with mark 0 + 0.25 · 4 = 1, so two; node 1: equal trails, so both of its two edges.
+
+    Node 2 has no edge but one to itself, and is left out.
+    """
+    lists = np.array([[1, 2, 3], [0, 1, 2], [2, -1, -1]], dtype=np.int32)
+    tau = np.array([[0.0, 1.0, 4.0], [5.0, 99.0, 5.0], [7.0, 8.0, 9.0]])
+    with plain_python():
+        assert pheromone.branching(lists, tau, 0.25) == 2.0
+        assert pheromone.branching(lists, tau, 0.26) == 1.5
+        assert pheromone.branching(lists[2:], tau[2:], 0.25) == 1.0
+
+
+def test_local_decay_moves_a_trail_towards_the_first_one() -> None:
+    """Equation 3.12: (1 − 0.3) · 2 + 0.3 · 5 = 2.9; its weight is 2.9² · 10."""
+    tau, nearness, weights = np.full((2, 2), 2.0), np.full((2, 2), 10.0), np.zeros((2, 2))
+    with plain_python():
+        pheromone.wear(tau, nearness, weights, 2.0, 0.3, 5.0, 1, 0)
+    assert tau.tolist() == [[2.0, 2.0], [pytest.approx(2.9), 2.0]]
+    assert weights.tolist() == [[0.0, 0.0], [pytest.approx(84.1), 0.0]]
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "ants", "rate"),
+    [("as", 80, 0.5), ("eas", 80, 0.5), ("asrank", 80, 0.1), ("mmas", 80, 0.02), ("acs", 10, 0.1)],
+)
+def test_parameters_are_those_recommended_by_the_book(algorithm: str, ants: int, rate: float) -> None:
+    """Dorigo and Stützle 2004, box 3.1, for 80 nodes without local search; e is the number of ants."""
+    found = ColonyParameters.of(algorithm, AcoOptions(), 80, False)
+    assert (found.ants, found.rate, found.elitist_weight) == (ants, rate, ants)
+    assert found.greedy_probability == (0.9 if algorithm == "acs" else 0.0)
+    assert aco.RECOMMENDED[algorithm].name == algorithm
+    assert ColonyParameters.of(algorithm, AcoOptions(), 80, True).ants == (10 if algorithm == "acs" else 25)
