@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from datetime import datetime
 
+from leafcut.files.digests import DIGEST_LINE
 from leafcut.model.machine import Machine
 from leafcut.model.part import ProgramZero
 from leafcut.model.tool import Tool
@@ -57,6 +58,7 @@ def header_lines(
         lines.append(f"{axis} {_short(least / scale)} to {_short(most / scale)} {unit}")
     before, after = seconds
     lines.append(f"estimated time {format_time(after)}, {beside} {format_time(before)}")
+    lines.append(DIGEST_LINE)
     return lines
 
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from leafcut.errors import PostError
+from leafcut.files.digests import signed
 from leafcut.gcode.klartext import CYCLE_200
 from leafcut.gcode.numbers import format_number
 from leafcut.model.toolpath import DrillCycle, Kind, Motion
@@ -63,7 +64,7 @@ class KlartextWriter(Writer):
         if not self.ended:
             raise PostError("the toolpath has no end (Kind.END)")
         self._blocks.append(f"END PGM {_NAME} MM")
-        return "".join(f"{number} {block}\n" for number, block in enumerate(self._blocks))
+        return signed("".join(f"{number} {block}\n" for number, block in enumerate(self._blocks)))
 
     def _speeds_of_tools(self) -> dict[int, float]:
         """Return the speed of the tool that is called in each row TOOL: that of the spindle's next turn."""

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 
 from leafcut.errors import PostError
+from leafcut.files.digests import signed
 from leafcut.gcode.dialects import Dialect
 from leafcut.gcode.numbers import NumberFormat, format_number
 from leafcut.model.cycles import expand_drill
@@ -70,7 +71,7 @@ class Writer:
             raise PostError("the toolpath has no end (Kind.END)")
         if self.dialect.percent == "frame":
             self.out.lines.append("%")
-        return "\n".join(self.out.lines) + "\n"
+        return signed("\n".join(self.out.lines) + "\n")
 
     def _writing(self) -> dict[Kind, Callable[[Motion], None]]:
         """Return what writes the rows of each kind."""

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PostError, ReadError, VerifyError
+from leafcut.files.digests import signed
 from leafcut.material.cutting_force import spindle_torque
 from leafcut.material.height_field import HeightField
 from leafcut.material.loads import MILLING, Loads, StockBefore, has_chip, loads_of
@@ -250,6 +251,7 @@ class _Job:
                 kept |= ways.kept
                 if not count:
                     continue
+                text = signed(text)
                 new = self.read(text)
                 self.check_heights(program, new)
                 if step == "returns":
@@ -364,7 +366,7 @@ class _Job:
         """Return a program with a pace: its text, and what it does."""
         from leafcut.processes.program.post.pace_writer import with_pace
 
-        text = with_pace(program, pace, self.words.max_line, self.run.looking("writing"))
+        text = signed(with_pace(program, pace, self.words.max_line, self.run.looking("writing")))
         return text, self.read(text) if pace.stretches else program
 
     def without_losses(self, program: Program, pace: Pace) -> tuple[Pace, str, Program]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from leafcut._version import __version__
 from leafcut.errors import PostError, ReadError, VerifyError
+from leafcut.files.digests import DIGEST_LINE, signed
 from leafcut.model.issue import Issue
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.sequence import Section, Sequence
@@ -209,7 +210,8 @@ class _OrderWriter:
             except VerifyError as problem:
                 raise _Refused(str(problem), set()) from None
         if settings.post.header and text != "".join(self.original.lines):
-            text = with_comments(text, proof_lines(certificate, __version__, Path(self.source).name), self.words)
+            comments = [*proof_lines(certificate, __version__, Path(self.source).name), DIGEST_LINE]
+            text = signed(with_comments(text, comments, self.words))
             new = read_new(self.run, self.words, text)
         return Proved(text, new, certificate)
 

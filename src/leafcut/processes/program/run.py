@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from leafcut._version import __version__
 from leafcut.errors import OptionError, VerifyError
+from leafcut.files.digests import signed
 from leafcut.files.whole_files import decoded
 from leafcut.geometry.arrays import Point
 from leafcut.model.issue import Issue, Severity
@@ -213,7 +214,7 @@ def _with_avoided(run: Run, words: Dialect, original: Program, proved: Proved) -
         return proved, found
     # The comments move all moves down by their own lines.
     found = replace(found, line=found.line + len(with_comments("", _avoided_comments(found), words).splitlines()))
-    text = with_comments(proved.text, _avoided_comments(found), words)
+    text = signed(with_comments(proved.text, _avoided_comments(found), words))
     program = read_new(run, words, text)
     return replace(proved, text=text, program=program), found
 

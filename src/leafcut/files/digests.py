@@ -1,0 +1,34 @@
+"""Digest of a program in its header: it shows whether anyone has changed the program since leafcut wrote it."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+
+_DIGITS = 16
+#: Line of a header; `signed` fills in the digits.
+DIGEST_LINE = f"leafcut digest {'0' * _DIGITS}"
+_PLACE = re.compile(rf"(leafcut digest )([0-9]{{{_DIGITS}}})", re.IGNORECASE)
+#: The digest stands in the first characters of a program.
+_HEADER = 20_000
+
+
+def signed(text: str) -> str:
+    """Return a program with its digest in the line of its header; one without that line as it is."""
+    place = _PLACE.search(text, 0, _HEADER)
+    if place is None:
+        return text
+    begin, end = place.span(2)
+    empty = f"{text[:begin]}{'0' * _DIGITS}{text[end:]}"
+    return f"{text[:begin]}{_digest(empty)}{text[end:]}"
+
+
+def is_unchanged(text: str) -> bool:
+    """Return whether a program has a digest and is as leafcut wrote it."""
+    return _PLACE.search(text, 0, _HEADER) is not None and signed(text) == text
+
+
+def _digest(text: str) -> str:
+    # Decimal digits: some controllers take no lower-case letters in comments.
+    number = int.from_bytes(hashlib.sha256(text.encode("utf-8", "surrogateescape")).digest()[:8], "big")
+    return f"{number % 10**_DIGITS:0{_DIGITS}d}"
