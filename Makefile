@@ -32,12 +32,12 @@ demo: $(READY)
 
 # The fast tests: no outside program, at most 3 s of processor each. One process compiles the kernels for all workers.
 test: $(READY_DEV)
-	$(BIN)/leafcut warm-up
+	$(BIN)/leafcut install kernels
 	$(BIN)/pytest -n 2 --dist worksteal -m 'not ($(MORE))' $(PYTEST_FLAGS)
 
 # All other tests, and the rules of Hypothesis with ten times as many examples.
 test-more: $(READY_DEV)
-	$(BIN)/leafcut warm-up
+	$(BIN)/leafcut install kernels
 	$(BIN)/pytest -n 2 --dist worksteal -m '$(MORE) or hypothesis' --hypothesis-profile=thorough $(PYTEST_FLAGS)
 
 test-lowest: $(LOWEST)/.ready

@@ -46,7 +46,7 @@ def test_an_add_on_calls_the_leafcut_that_wrote_it(
 ) -> None:
     """And is written again over its own files."""
     for _ in range(2):
-        assert run(["addon", name, "--to", str(tmp_path)]) == 0
+        assert run(["install", "addon", name, str(tmp_path)]) == 0
     said = capsys.readouterr().out
     assert all(str(tmp_path / file) in said for file in ADDONS[name].files)
     (script,) = [file for file in ADDONS[name].files if file.endswith(".py")]
@@ -56,12 +56,11 @@ def test_an_add_on_calls_the_leafcut_that_wrote_it(
 @pytest.mark.parametrize(
     "words, status, told",
     [
-        ("inkscpe --to .", 2, "unknown add-on 'inkscpe'; did you mean 'inkscape'?"),
-        ("inkscape", 2, "addon needs a folder: leafcut addon inkscape --to FOLDER"),
-        ("--to .", 2, "--to: name the add-on, too"),
-        ("inkscape --to nosuch", 1, "nosuch: not a folder"),
-        ("inkscape --to -", 2, "--to -: not taken from standard input"),
-        ("freecad --to theirs", 1, "leafcut_post.py: is there already and not of leafcut"),
+        ("inkscpe .", 2, "unknown add-on 'inkscpe'; did you mean 'inkscape'?"),
+        ("inkscape", 2, "install addon inkscape needs a folder: leafcut install addon inkscape FOLDER"),
+        ("inkscape nosuch", 1, "nosuch: not a folder"),
+        ("inkscape -", 2, "needs a folder"),
+        ("freecad theirs", 1, "leafcut_post.py: is there already and not of leafcut"),
     ],
 )
 def test_what_cannot_be_written_is_refused_in_a_line(
@@ -75,14 +74,14 @@ def test_what_cannot_be_written_is_refused_in_a_line(
     monkeypatch.chdir(tmp_path)
     Path("theirs").mkdir(exist_ok=True)
     Path("theirs/leafcut_post.py").write_text("print('mine')\n")
-    assert run(["addon", *words.split()]) == status
+    assert run(["install", "addon", *words.split()]) == status
     said = capsys.readouterr()
     assert told in said.err and said.err.count("\n") == 1
     assert Path("theirs/leafcut_post.py").read_text() == "print('mine')\n"
 
 
 def test_the_list_of_add_ons_tells_what_each_does(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert run(["addon"]) == 0
+    assert run(["install", "addon"]) == 0
     said = capsys.readouterr().out
     assert all(f"{one.name} " in said and one.help in said for one in ADDONS.values())
     with pytest.raises(OptionError):

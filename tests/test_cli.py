@@ -13,6 +13,7 @@ import pytest
 import leafcut
 from leafcut.cli.app import run
 from leafcut.cli.progress import Reporter
+from leafcut.files.digests import signed
 from leafcut.options import SolveOptions, SpeedOptions, StockOptions
 from leafcut.options.option_spec import flag_name
 from leafcut.processes.nesting.options import NestOptions
@@ -104,29 +105,28 @@ def test_a_program_can_be_simulated_and_compared(
 
 
 def test_what_there_is_can_be_listed(capsys: pytest.CaptureFixture[str]) -> None:
-    for command, name in (("machines", "haas-vf2"), ("algorithms", "mmas"), ("formats", "dxf")):
-        assert name in answer(capsys, command)[0]
-        assert name in [row["name"] for row in json.loads(answer(capsys, command, "--json")[0])[command]]
+    for kind, name in (("machines", "haas-vf2"), ("algorithms", "mmas"), ("formats", "dxf")):
+        assert name in answer(capsys, "list", kind)[0]
+        assert name in [row["name"] for row in json.loads(answer(capsys, "list", kind, "--json")[0])[kind]]
 
 
 def test_a_machine_shown_can_be_saved_and_used_again(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     """The same program, byte for byte, but for the name of the option."""
     own = tmp_path / "my.toml"
-    own.write_text(answer(capsys, "machines", "--show", "haas-vf2")[0], encoding="utf-8")
+    own.write_text(answer(capsys, "list", "machines", "haas-vf2")[0], encoding="utf-8")
     shown = leafcut.optimize(PLATE, machine=str(own), thickness=5).text
     assert (
-        shown.replace("--machine my.toml", "--machine haas-vf2")
+        signed(shown.replace("--machine my.toml", "--machine haas-vf2"))
         == leafcut.optimize(PLATE, machine="haas-vf2", thickness=5).text
     )
-    profile = json.loads(answer(capsys, "machines", "--show", str(own), "--json")[0])
+    profile = json.loads(answer(capsys, "list", "machines", str(own), "--json")[0])
     assert (profile["name"], profile["profile"]) == ("haas-vf2", own.read_text(encoding="utf-8"))
-    assert "did you mean 'haas-vf2'" in answer(capsys, "machines", "--show", "haas-vf3", status=2)[1]
+    assert "did you mean 'haas-vf2'" in answer(capsys, "list", "machines", "haas-vf3", status=2)[1]
 
 
 PLATE = "example:plate-10"
 REFUSED = [
     (1, ["optimize", "nothing.dxf"], "file not found"),
-    (1, ["optimize", "."], "folder"),
     (1, ["optimize", "empty.dxf"], "empty"),
     (1, ["optimize", "garbage.dxf"], "garbage.dxf"),
     (1, ["optimize", "cut.dxf"], "cut.dxf"),
@@ -262,8 +262,9 @@ def test_ctrl_c_elsewhere_writes_nothing(
 
 
 def test_every_option_is_a_flag_of_the_command_that_it_is_for(capsys: pytest.CaptureFixture[str]) -> None:
-    texts = {command: answer(capsys, command, "--help")[0] for command in ("optimize", "nest", "stock", "cutting-data")}
-    command = {NestOptions: "nest", StockOptions: "stock", SpeedOptions: "cutting-data"}
+    commands = ("optimize", "nest", "stock", "tools speeds")
+    texts = {command: answer(capsys, *command.split(), "--help-all")[0] for command in commands}
+    command = {NestOptions: "nest", StockOptions: "stock", SpeedOptions: "tools speeds"}
     for group, name, spec in all_options():
         text = texts[command.get(group, "optimize")]
         assert flag_name(name) in text, name

@@ -123,7 +123,7 @@ def script(folder: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, Path]:
     found = {shell: folder / f"_{shell}" for shell in ("bash", "zsh", "fish")}
     for shell, file in found.items():
         if not file.exists():
-            file.write_text(said(capsys, "completion", shell))
+            file.write_text(said(capsys, "install", "completion", shell, "--print"))
     return found
 
 
@@ -136,7 +136,7 @@ TYPED = [
     ("leafcut drill plate.dxf --tools to", "tools.toml"),
     ("leafcut drill plate.dxf --cycle G8", "G81 G82 G83 G84 G85"),
     ("leafcut machine im", "import"),
-    ("leafcut completion fi", "fish"),
+    ("leafcut install completion fi", "fish"),
 ]
 
 
@@ -203,5 +203,7 @@ def test_zsh_completes_choices_and_files(setup: str, zsh: str, folder: Path, scr
 
 
 def test_a_shell_that_is_not_known_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert said(capsys, "completion", "bsh", status=2).endswith("unknown shell 'bsh'; did you mean 'bash'?\n")
-    assert "completion needs SHELL" in said(capsys, "completion", status=2)
+    assert said(capsys, "install", "completion", "bsh", status=2).endswith(
+        "unknown shell 'bsh'; did you mean 'bash'?\n"
+    )
+    assert "completion needs SHELL" in said(capsys, "install", "completion", status=2)

@@ -13,13 +13,18 @@ from leafcut.processes import registry
 
 COMMANDS = {one.command: one for one in registry.processes()}
 #: Flags of every command that are no options.
-OWN = {"--output", "--report", "--options", "--no-defaults", "--json", "--quiet", "--process"}
+OWN = {
+    "--output", "--dry-run", "--report", "--options", "--no-defaults", "--json", "--quiet", "--process",
+    "--watch", "--every", "--executor", "--workers",
+}  # fmt: skip
 
 
-def helped(command: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> dict[str, list[str]]:
+def helped(
+    command: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, flag: str = "--help-all"
+) -> dict[str, list[str]]:
     """Return the flags of a command's help: the title of each part → its flags in their order."""
     monkeypatch.setenv("COLUMNS", "250")
-    assert run([command, "--help"]) == 0
+    assert run([command, flag]) == 0
     parts: dict[str, list[str]] = {}
     for line in capsys.readouterr().out.splitlines():
         if title := re.match(r"╭─ (.+?) ─+╮", line):
@@ -41,13 +46,16 @@ def test_a_command_has_the_options_of_its_process_and_no_others(
 def test_the_ten_options_that_matter_stand_first_and_the_rest_under_more(
     command: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Those that a form of the studio shows open, in its order."""
+    """Those that a form of the studio shows open, in its order; --help shows no others."""
     parts = helped(command, capsys, monkeypatch)
     first = [flag_name(name) for _, names in COMMANDS[command].form[:2] for name in names]
     titles = list(parts)
     assert parts["Main options"] == first and len(first) <= 11
-    behind = titles[titles.index("Main options") + 1 :]
+    behind = [title for title in titles[titles.index("Main options") + 1 :] if title != "Many inputs"]
     assert behind and all(title.startswith("More: ") for title in behind)
+    short = helped(command, capsys, monkeypatch, "--help")
+    assert short["Main options"] == first
+    assert set(short) <= {"Arguments", "Parameters", "Main options", "Many inputs"}
 
 
 def test_no_package_can_take_the_name_of_a_command() -> None:
@@ -106,11 +114,14 @@ def test_the_help_of_all_commands_tells_what_each_does(capsys: pytest.CaptureFix
         ("lab run x --reducd", "unknown option '--reducd'; did you mean '--reduced'"),
         ("lab report x --kerf 2", "unknown option '--kerf'|--kerf: not used"),
         ("lab list all", "lab list takes no input, but was given all; leave it out$"),
-        ("plate_10.dxf", r"'plate_10\.dxf' is no command; name one first: leafcut optimize plate_10\.dxf$"),
+        ("machines", r"'leafcut machines' was replaced; type: leafcut list machines \[NAME\]$"),
+        ("batch parts", "'leafcut batch' was replaced; type: leafcut optimize FOLDER -o OUT$"),
+        ("list machnes", "list: unknown kind 'machnes'; did you mean 'machines'"),
+        ("list formats dxf", "list formats: there is no file of one of them; leave dxf out$"),
         ("--versio", r"unknown option '--versio'; did you mean '--version'\?$"),
         ("--quiet drill plate_10.dxf", "unknown option '--quiet'; name a command first: leafcut drill --quiet$"),
         ("--qqq", r"unknown option '--qqq'; name a command first \(see leafcut --help\)$"),
-        ("machines haas", "machines takes no input, but was given haas; leave it out$"),
+        ("list machines haas", "unknown machine 'haas'; did you mean 'haas-vf2'"),
         ("drill plate_10.dxf --seed 1 --seed 2", "--seed is given twice; leave one out$"),
         ("drill plate_10.dxf --json=ja", "--json: 'ja' is not true or false; --json alone turns it on$"),
         ("drill plate_10.dxf --tools nosuch", "--tools nosuch: file not found$"),

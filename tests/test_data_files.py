@@ -58,11 +58,11 @@ WRONG = [
     ("--machine a.toml", said(MACHINE, "controller", '"none.toml"'), "file not found"),
     ("--machine a.toml", said(MACHINE, "controller", '"dialect.toml"'), "dialect.toml:1: unknown key 'x'"),
     ("--dialect a.toml", "x = 1\n", "a.toml:1: unknown key 'x'"),
-    ("materials --show a.toml", "[x", "not a TOML file"),
-    ("materials --show a.toml", MATERIAL + "\ncolour = 1\n", "unknown key 'colour'"),
-    ("materials --show a.toml", said(MATERIAL, "mc", "1.5"), "'mc' is 1.5"),
-    ("materials --show a.toml", said(MATERIAL, "kc11", '"0 N/mm²"'), "'kc11' is 0 N/mm²"),
-    ("materials --show a.toml", "life = 3\n" + MATERIAL.partition("[[life]]")[0], "must be written as [[life]]"),
+    ("list materials a.toml", "[x", "not a TOML file"),
+    ("list materials a.toml", MATERIAL + "\ncolour = 1\n", "unknown key 'colour'"),
+    ("list materials a.toml", said(MATERIAL, "mc", "1.5"), "'mc' is 1.5"),
+    ("list materials a.toml", said(MATERIAL, "kc11", '"0 N/mm²"'), "'kc11' is 0 N/mm²"),
+    ("list materials a.toml", "life = 3\n" + MATERIAL.partition("[[life]]")[0], "must be written as [[life]]"),
 ]
 
 
@@ -86,7 +86,7 @@ def test_wrong_data_in_a_file_is_a_refused_input_and_no_wrong_usage(
 
 @pytest.mark.parametrize(
     "words",
-    ["--tools none.toml", "--machine none.toml", "--machine hass", "--dialect hass", "materials --show none.toml"],
+    ["--tools none.toml", "--machine none.toml", "--machine hass", "--dialect hass", "list materials none.toml"],
 )
 def test_a_name_that_there_is_not_is_wrong_usage(words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

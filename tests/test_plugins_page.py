@@ -43,11 +43,11 @@ def circle(tmp_path: Path) -> str:
     return str(tmp_path / "circle.polar")
 
 
-def listed(capsys: pytest.CaptureFixture[str], command: str) -> dict[str, str]:
-    """Return what a command lists; in words it lists the same."""
-    assert run([command, "--json"]) == 0
-    rows = {row["name"]: row["description"] for row in json.loads(capsys.readouterr().out)[command]}
-    assert run([command]) == 0
+def listed(capsys: pytest.CaptureFixture[str], kind: str) -> dict[str, str]:
+    """Return what `leafcut list` lists of a kind; in words it lists the same."""
+    assert run(["list", kind, "--json"]) == 0
+    rows = {row["name"]: row["description"] for row in json.loads(capsys.readouterr().out)[kind]}
+    assert run(["list", kind]) == 0
     words = capsys.readouterr().out
     assert all(name in words and text in words for name, text in rows.items())
     return rows
@@ -75,7 +75,7 @@ def test_without_packages_nothing_is_listed(
     import sys
 
     monkeypatch.setattr(sys, "path", [folder for folder in sys.path if "packages" not in folder])
-    assert run(["plugins"]) == 0
+    assert run(["list", "plugins"]) == 0
     assert capsys.readouterr().out == "no plug-ins installed\n"
     assert listed(capsys, "formats").keys().isdisjoint({"polar", "torn"})
 
@@ -117,14 +117,17 @@ def test_the_process_makes_a_program_with_its_own_option(circle: str, capsys: py
     assert outcome.verified
     assert "Z-0.8" in outcome.text
     assert "Z-0.5" in leafcut.optimize(circle, process="spot", preset="fast").text
-    assert run(["optimize", circle, "--process", "spot", "--spot-depth", "0.8", "--preset", "fast", "-q"]) == 0
+    assert (
+        run(["optimize", circle, "--process", "spot", "--spot-depth", "0.8", "--preset", "fast", "-q", "--dry-run"])
+        == 0
+    )
     assert run(["spot", circle, "--spot-depth", "0.8", "--preset", "fast", "-q"]) == 0
     capsys.readouterr()
     assert run(["optimize", circle, "--process", "spot", "--depth", "3"]) == 2
     assert "--spot-depth says how deep" in capsys.readouterr().err
     assert run(["optimize", circle, "--spot-depth", "0.8"]) == 2
     assert "it applies to spotting" in capsys.readouterr().err
-    assert run(["optimize", "--help"]) == 0
+    assert run(["optimize", "--help-all"]) == 0
     told = capsys.readouterr().out
     assert "--spot-depth" in told
     assert "random-insertion" in told
@@ -149,7 +152,7 @@ def test_what_is_broken_is_told_where_it_is_asked_for(
     told = capsys.readouterr().err
     assert words in told
     assert told.count("\n") == 1
-    assert run(["optimize", "example:plate-10", "--preset", "fast", "-q"]) == 0
+    assert run(["optimize", "example:plate-10", "--preset", "fast", "-q", "--dry-run"]) == 0
 
 
 def test_a_plate_is_drilled_as_if_no_package_were_there(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -163,14 +166,14 @@ def test_a_plate_is_drilled_as_if_no_package_were_there(monkeypatch: pytest.Monk
 def test_no_package_takes_the_name_of_a_command() -> None:
     commands = {name for name in app() if not name.startswith("-")}
     assert commands - set(registry.PACKAGED.names()) <= set(registry.PACKAGED.built_in())
-    assert {"spot", "drill", "plugins", "machines"} <= commands
+    assert {"spot", "drill", "list", "machine"} <= commands
 
 
 def test_a_shipped_dialect_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["dialects", "--show", "haas"]) == 0
+    assert run(["list", "dialects", "haas"]) == 0
     text = capsys.readouterr().out
     assert 'base = "haas"\n' in text
-    assert run(["dialects", "--show", "haas", "--json"]) == 0
+    assert run(["list", "dialects", "haas", "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"schema": 1, "name": "haas", "dialect": text}
-    assert run(["dialects", "--show", "hass"]) == 2
+    assert run(["list", "dialects", "hass"]) == 2
     assert "no dialect 'hass' is shipped; did you mean 'haas'?" in capsys.readouterr().err

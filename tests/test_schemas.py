@@ -163,19 +163,19 @@ def written(tmp_path: Path) -> Iterator[tuple[str, str]]:
     library.write_text(f'# Ours\n{TOOL}feed = "100 mm/min"\nspindle_speed = "900 rpm"\n', encoding="utf-8")
     saved = tmp_path / "saved.toml"
     given: dict[str, Any] = {"depth": 3, "holes": 1, "material": "steel-c45", "save": saved}
-    yield "machines --show", machine_template("haas-vf2")
+    yield "list machines", machine_template("haas-vf2")
     yield "machine import", imported(settings, "grbl.txt").text
     answers = {"name": "mill", "controller": "haas", "rapid": "20 m/min"}
     yield "machine new", questioned(answers).text
     yield "machine check", changed_profile("haas-vf2", {}, "a.toml")
-    yield "materials --show", material_text("copper")
-    yield "dialects --show", dialect_template("haas")
+    yield "list materials", material_text("copper")
+    yield "list dialects", dialect_template("haas")
     yield "tools import", imported_tools(str(table), "mm")[0]
     yield "defaults --template", TEMPLATE
     leafcut.cutting_data(**given, tools=library)
-    yield "cutting-data --save, with a library", saved.read_text(encoding="utf-8")
+    yield "tools speeds --save, with a library", saved.read_text(encoding="utf-8")
     leafcut.cutting_data(**given, drill_diameter=6)
-    yield "cutting-data --save", saved.read_text(encoding="utf-8")
+    yield "tools speeds --save", saved.read_text(encoding="utf-8")
 
 
 def test_every_file_that_leafcut_writes_states_its_schema(tmp_path: Path) -> None:
@@ -185,21 +185,22 @@ def test_every_file_that_leafcut_writes_states_its_schema(tmp_path: Path) -> Non
 
 #: A short run of every command that answers in JSON, in a folder with the files that it names.
 RUNS = [
-    "machines", "machines --show haas-vf2", "materials", "materials --show copper", "dialects", "dialects --show haas",
-    "algorithms", "formats", "plugins", "defaults", "addon", "addon inkscape --to .", "warm-up", "lab list",
+    "list machines", "list machines haas-vf2", "list materials", "list materials copper", "list dialects",
+    "list dialects haas", "list algorithms", "list formats", "list plugins", "defaults", "install addon",
+    "install addon inkscape .", "install kernels", "lab list",
     "lab run nine.toml", "lab report nine.toml",
     f"lab tune {MAP} random:9:2 random:9:3 --algorithm mmas --process solve --trials 1 --seeds 1 --iterations 1",
     "machine import settings.txt", "machine new --name m --controller haas --rapid 20m/min",
     f"machine check {CAM} --measured 5:00 --machine haas-vf2", "tools import tools.csv --units mm",
-    f"optimize {PLATE} --depth 3 --algorithm none", f"drill {PLATE} --depth 3 --algorithm none",
-    f"optimize {PLATE} example:plate-27 --depth 3 --algorithm none",
-    "cut bracket.dxf --thickness 6 --preset fast", f"reorder {CAM} --algorithm none",
-    "pocket pocket.dxf --depth 1 --tool-diameter 10 --strategy contour",
+    f"optimize {PLATE} --depth 3 --algorithm none --dry-run", f"drill {PLATE} --depth 3 --algorithm none --dry-run",
+    f"optimize {PLATE} example:plate-27 --depth 3 --algorithm none --dry-run",
+    "cut bracket.dxf --thickness 6 --preset fast --dry-run", f"reorder {CAM} --algorithm none --dry-run",
+    "pocket pocket.dxf --depth 1 --tool-diameter 10 --strategy contour --dry-run",
     "nest bracket.dxf:1 --sheet 600x400 --nester rectangles --variants 1",
-    f"batch {CAM} -o out --algorithm none -q --executor threads", f"solve {MAP} --preset fast",
-    f"reorder {CAM} --algorithm none --feeds --mill-diameter 6 --workpiece -500,-500,-20,500,500,0",
+    f"optimize {CAM} {PLATE} -o out --preset fast", f"solve {MAP} --preset fast",
+    f"reorder {CAM} --algorithm none --feeds --mill-diameter 6 --workpiece -500,-500,-20,500,500,0 --dry-run",
     f"simulate {CAM}", f"simulate {CAM} {CAM}", f"stock {CAM} --mill-diameter 6", f"verify {CAM} {CAM}",
-    "cutting-data --holes 1 --depth 3 --drill-diameter 6 --material steel-c45",
+    "tools speeds --holes 1 --depth 3 --drill-diameter 6 --material steel-c45",
 ]  # fmt: skip
 #: It needs a board: tests/sender/test_marlin.py.
 WITH_A_BOARD = {"send"}
@@ -232,7 +233,7 @@ def values_of(answer: Any) -> Iterator[Any]:
         ("drill nosuch.dxf", "nosuch.dxf"),
         ("drill", "INPUT"),
         ("drill a.dxf --no-such-option", "--no-such-option"),
-        ("machines --show nosuch", "nosuch"),
+        ("list machines nosuch", "nosuch"),
         ("verify nosuch.nc nosuch.nc", "nosuch.nc"),
     ],
 )
@@ -252,7 +253,7 @@ def test_an_error_that_the_answer_reports_is_not_answered_again(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(warming, "warm_all", lambda _: SimpleNamespace(count=3, seconds=1.0, kept=False))
-    assert run(["warm-up", "--json"]) == 1
+    assert run(["install", "kernels", "--json"]) == 1
     out, err = capsys.readouterr()
     assert json.loads(out) == {"schema": 1, "compiled": 3, "seconds": 1.0, "kept": False}
     assert "NUMBA_CACHE_DIR" in err

@@ -61,9 +61,9 @@ def test_a_warm_up_that_compiles_nothing_prints_nothing(
 ) -> None:
     for name in ("_order", "_follow_programs", "_look_at_surfaces", "_measure_a_path"):
         monkeypatch.setattr(warming, name, lambda: None)
-    assert run(["warm-up"]) == 0
+    assert run(["install", "kernels"]) == 0
     assert capsys.readouterr() == ("", "")
-    assert run(["warm-up", "--json"]) == 0
+    assert run(["install", "kernels", "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"schema": 1, "compiled": 0, "seconds": 0.0, "kept": True}
 
 
@@ -73,10 +73,10 @@ def test_compiled_kernels_are_counted_and_a_missing_cache_folder_is_reported(
     for name in ("_order", "_follow_programs"):
         monkeypatch.setattr(warming, name, lambda: None)
     monkeypatch.setattr(warming, "_look_at_surfaces", lambda: numba.njit(lambda x: x)(1))
-    assert run(["warm-up"]) == 0
+    assert run(["install", "kernels"]) == 0
     said = capsys.readouterr()
     assert re.fullmatch(r"1 kernel compiled in \d+ s\n", said.out)
     assert said.err == "leafcut: compiling (first run on this machine) …\n"
     monkeypatch.setattr("leafcut.order.compiling.cache_folder", lambda: None)
-    assert run(["warm-up"]) == 1
+    assert run(["install", "kernels"]) == 1
     assert "leafcut: no folder for compiled code can be written; set NUMBA_CACHE_DIR" in capsys.readouterr().err

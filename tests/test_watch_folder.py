@@ -177,8 +177,8 @@ def test_inputs_are_never_overwritten(folder: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "words, status, told",
     [
-        ("in", 2, "--output needs a value"),
-        ("in out -o out", 2, "watch takes one folder; 2 were given"),
+        ("in", 2, "--watch needs -o FOLDER"),
+        ("in out -o out", 2, "--watch takes one folder; 2 inputs were given"),
         ("nosuch -o out", 1, "nosuch: not a folder; the folder to watch must be there"),
         ("in -o nosuch", 1, "nosuch: not a folder; -o must be there"),
         ("in -o in", 2, "programs would be watched as well"),
@@ -186,7 +186,7 @@ def test_inputs_are_never_overwritten(folder: Path, tmp_path: Path) -> None:
         ("in -o out --every 0", 2, "--every: choose 0.1s to 1h"),
         ("in -o out --every often", 2, "often"),
         ("in -o out --save-plan x.toml", 2, "--save-plan: names one file"),
-        ("- -o out", 2, "standard input"),
+        ("- -o out", 2, "--watch takes one folder"),
     ],
 )
 def test_what_cannot_be_watched_is_refused_before_the_first_look(
@@ -196,7 +196,7 @@ def test_what_cannot_be_watched_is_refused_before_the_first_look(
     monkeypatch.chdir(tmp_path)
     for name in ("in", "out"):
         Path(name).mkdir(exist_ok=True)
-    assert run(["watch", *words.split(), "--executor", "threads"]) == status
+    assert run(["optimize", *words.split(), "--watch", "--executor", "threads"]) == status
     said = capsys.readouterr()
     assert told in said.err and said.err.count("\n") == 1, said.err
 
@@ -215,7 +215,7 @@ def test_ctrl_c_ends_it_and_what_was_written_is_told(folder: Path) -> None:
     # Whoever runs the tests in the background of a shell ignores Ctrl-C, and what they start would, too.
     listens = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
     program = f"{listens}; from leafcut.cli.app import main; main()"
-    command = [sys.executable, "-c", program, "watch", "in", "-o", "out", "--every", "0.1"]
+    command = [sys.executable, "-c", program, "optimize", "in", "--watch", "-o", "out", "--every", "0.1"]
     words = ["--machine", "linuxcnc-mill", "--preset", "fast", "--executor", "threads", "--workers", "1"]
     with subprocess.Popen([*command, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         limit = threading.Timer(240, process.kill)

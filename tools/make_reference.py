@@ -51,7 +51,7 @@ def profile_table() -> list[str]:
     """Return the keys of a machine profile."""
     lines = ["### A profile of your own", ""]
     lines += [
-        "`leafcut machines --show haas-vf2 > my.toml` writes a profile that explains its keys. Change it and use it",
+        "`leafcut list machines haas-vf2 > my.toml` writes a profile that explains its keys. Change it and use it",
         "with `--machine my.toml`. Lengths, speeds and times are texts with a unit; lists are x, y and z. A run",
         "that uses a default on which time or safety depends reports it (L408). `[sources]` may hold the source of",
         "each value.",

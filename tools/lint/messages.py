@@ -24,10 +24,9 @@ ERRORS = {
     "ReadError": (1,),
     "parsing": (1,),
 }
-#: Commands outside the studio → files whose errors only they show.
+#: Commands outside the studio → files whose errors only they show, beside those of the command line.
 NOT_IN_STUDIO = {
-    "command line in general": ("cli/app.py", "cli/several.py", "order/executors.py"),
-    "batch": ("cli/batch.py",),
+    "many inputs": ("order/executors.py",),
     "cutting-data": (
         "processes/cutting_data/run.py",
         "processes/cutting_data/drawn_work.py",
@@ -36,15 +35,8 @@ NOT_IN_STUDIO = {
         "read/work_materials.py",
         "report/front_chart.py",
     ),
-    "defaults, filter, watch and addon": (
-        "addons/__init__.py",
-        "cli/inside.py",
-        "cli/linuxcnc_filter.py",
-        "cli/shop_defaults.py",
-        "cli/watch_folder.py",
-    ),
+    "install": ("addons/__init__.py",),
     "lab": (
-        "cli/lab.py",
         "lab/description.py",
         "lab/description_table.py",
         "lab/judging.py",
@@ -54,7 +46,6 @@ NOT_IN_STUDIO = {
         "lab/tuning.py",
     ),
     "machine and tools": (
-        "cli/machine.py",
         "read/controllers/fluidnc.py",
         "read/controllers/importing.py",
         "read/controllers/ini_text.py",
@@ -63,11 +54,11 @@ NOT_IN_STUDIO = {
         "read/time_table.py",
         "read/tool_text.py",
     ),
-    "send": ("cli/send.py",),
     "stock": ("report/stock_report.py",),
     "studio, before its page is open": ("studio/server/app.py",),
 }
 SKIPPED_FILES = {f"src/leafcut/{file}" for files in NOT_IN_STUDIO.values() for file in files}
+COMMAND_LINE = "src/leafcut/cli/"
 #: Lines that consist of other lines, each of which is translated by itself.
 COMPOSED = {
     "--baud {}: {}",
@@ -143,7 +134,8 @@ def other_lines() -> Iterator[tuple[str, Mapping[str, str]]]:
 
 def _in_studio(lines: Mapping[str, str]) -> Iterator[tuple[str, str]]:
     for line, place in lines.items():
-        if line not in COMPOSED and place.partition(":")[0] not in SKIPPED_FILES:
+        file = place.partition(":")[0]
+        if line not in COMPOSED and file not in SKIPPED_FILES and not file.startswith(COMMAND_LINE):
             yield line, place
 
 

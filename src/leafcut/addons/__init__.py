@@ -1,4 +1,4 @@
-"""Add-ons for other programs, as files that those read from a folder of theirs; `leafcut addon` writes them.
+"""Add-ons for other programs, as files that those read from a folder of theirs; `leafcut install addon` writes them.
 
 They run in the Python of the other program, which has no leafcut: they call it as a program.
 """

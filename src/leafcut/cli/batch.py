@@ -1,7 +1,8 @@
-"""`run_batch`: many inputs with the same options, in threads, processes or on a cluster, and one report of all.
+"""Many inputs with the same options: one after another, in threads, in processes or on a cluster.
 
-What becomes of each input stands in a table (CSV) beside the programs, a line as soon as it is over. From it a batch
-goes on that was cut short: an input that is the same, with the same options and version, is not done again.
+Programs in a folder come with a table (CSV) and a report. The table has a row for each input, written as soon as the
+input is finished. With the table an interrupted run is resumed: an input is skipped if the input, the options and the
+version of leafcut are the same and its program is unchanged.
 """
 
 from __future__ import annotations
@@ -16,9 +17,10 @@ from typing import Any
 
 from leafcut import api
 from leafcut._version import __version__
-from leafcut.cli.several import targets_of
+from leafcut.cli.shared import failure
 from leafcut.errors import LeafcutError, OptionError, count_of
-from leafcut.files.whole_files import OutputError, write_together
+from leafcut.files.digests import is_unchanged
+from leafcut.files.whole_files import OutputError, decoded, write_together
 from leafcut.model.heartbeat import Progress
 from leafcut.order.executors import WatchedExecutor, run_tasks
 from leafcut.read.registry import format_name, read_source
@@ -26,29 +28,28 @@ from leafcut.report.batch_page import batch_page
 
 #: The table and the report, beside the programs.
 TABLE, PAGE = "batch.csv", "batch.html"
-#: A list of inputs has this ending, and at most so many lines.
+#: Ending of a list of inputs, and its most lines.
 LIST, MOST_INPUTS = ".list", 100_000
 
-WRITTEN, REFUSED = "written", "refused"
+WRITTEN, REFUSED, SIMULATED = "written", "refused", "not written"
 
 
 @dataclass(frozen=True)
 class BatchRow:
-    """What became of one input.
+    """The result of one input in the table.
 
     Attributes
     ----------
     state
-        `WRITTEN` or `REFUSED`.
+        `WRITTEN`, `REFUSED`, or `SIMULATED` where no program is to be written.
     before_s, after_s
-        Machine time of the usual order, or of the program that was given, and of the one that was written; "" where it
-        is not known.
+        Machine time of the usual order, or of the given program, and of the new program; "" if unknown.
     issues
-        How many were noticed, beside notes; `worst` is the severity of the worst.
+        Number of issues except notes; `worst` is the severity of the worst.
     line
-        Why it was refused.
+        Why the input was refused.
     key, program_sha256
-        Of all that the program is made of, and of the program.
+        Hash of input, options and version, and hash of the program.
     """
 
     input: str
@@ -66,41 +67,75 @@ class BatchRow:
 
 @dataclass(frozen=True)
 class BatchTask:
-    """One input with all that is asked of it; `source` is read already, so that a worker needs no file of this one."""
+    """One input with its options.
+
+    Attributes
+    ----------
+    source
+        The input, already read: a worker on another machine needs no file of this one.
+    target, report
+        Files to write; "" for none.
+    """
 
     name: str
-    program: str
+    target: str
+    report: str
     key: str
     source: Any
     given: Mapping[str, Any]
 
 
-def inputs_of(words: Iterable[str]) -> list[str]:
-    """Return the inputs that are meant: a folder stands for its files, and a list for the inputs on its lines.
+@dataclass(frozen=True)
+class BatchResult:
+    """What a task returns: its row, the bytes of the program, the report page, and the answer as for ``--json``."""
 
-    Of a folder all are meant that leafcut may read, by their content or ending. A line of a list that begins with #
-    says nothing; a relative path is that from the list.
+    row: BatchRow
+    data: bytes = b""
+    page: str = ""
+    answer: Mapping[str, Any] | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the answer of this input among those of several."""
+        if self.row.state == REFUSED:
+            return {"input": self.row.input, "error": self.row.line, "status": 1}
+        if self.answer is None:  # finished by an earlier run
+            return {"input": self.row.input, "output": self.row.program, "status": 0, "done_before": True}
+        return {**self.answer, "input": self.row.input, "status": 3 if self.row.worst == "missing" else 0}
+
+
+def inputs_of(words: Iterable[str]) -> list[str]:
+    """Return the inputs: a folder stands for its files, and a list (.list) for the inputs on its lines.
+
+    Files of a folder are taken if leafcut may read them, by content or extension. Lines of a list that begin with # are
+    comments; relative paths are relative to the list.
 
     Raises
     ------
-    OptionError, OutputError
-        There is no input, or a list cannot be read.
+    OptionError
+        A folder has no input, a list cannot be read, or there are too many inputs.
     """
     found: list[str] = []
     for word in words:
         path = Path(word)
         if path.is_dir():
             inside = sorted(one for one in path.iterdir() if one.is_file() and not one.name.startswith("."))
-            found += [str(one) for one in inside if one.name not in (TABLE, PAGE) and format_name(one)]
+            files = [str(one) for one in inside if one.name not in (TABLE, PAGE) and _is_input(one)]
+            if not files:
+                raise OptionError(f"{word}: this folder has no drawing and no program")
+            found += files
         elif path.suffix.lower() == LIST:
             found += _listed(path)
         else:
             found.append(word)
-    if not found:
-        raise OptionError("batch needs inputs: a folder with drawings or programs, a list (.list), or files")
     if len(found) > MOST_INPUTS:
-        raise OptionError(f"{count_of(len(found), 'input')}; a batch takes {MOST_INPUTS:,} at most")
-    return list(dict.fromkeys(found))
+        raise OptionError(f"{count_of(len(found), 'input')}; at most {MOST_INPUTS:,} are possible")
+    return found
+
+
+def _is_input(path: Path) -> bool:
+    """Return whether a file of a folder is an input: one that leafcut reads and did not write."""
+    kind = format_name(path)
+    return bool(kind) and not (kind == "gcode" and is_unchanged(decoded(path.read_bytes())[0]))
 
 
 def _listed(path: Path) -> list[str]:
@@ -109,137 +144,164 @@ def _listed(path: Path) -> list[str]:
     except (OSError, UnicodeDecodeError) as problem:
         raise OptionError(f"{path}: cannot be read as a list of inputs ({problem})") from None
     names = [line.strip() for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    if not names:
+        raise OptionError(f"{path}: this list names no input")
     return [name if ":" in name else str(path.parent / name) for name in names]
 
 
 def run_batch(
     inputs: Sequence[str],
-    folder: str,
+    targets: Sequence[str | None],
     given: Mapping[str, Any],
-    executor: WatchedExecutor,
+    executor: WatchedExecutor | None = None,
     *,
+    folder: str | None = None,
+    reports: Sequence[str | None] = (),
     progress: Progress | None = None,
     refused: Callable[[str], None] = lambda line: None,
     beside: Iterable[BatchRow] = (),
-) -> list[BatchRow]:
-    """Make a program of each input in a folder, with a table and a report of all; return a row for each.
+) -> list[BatchResult]:
+    """Make a program of each input; return the results in the order of the inputs.
 
     Parameters
     ----------
+    targets, reports
+        Program and report page of each input; None: not written.
     given
-        What `api.optimize` is given with each.
+        Arguments of `api.optimize` for each input.
+    executor
+        None: one input after another in this thread.
+    folder
+        Folder of the table and the report of all inputs; None: no table, and no input is skipped.
     refused
-        Told a line for each input that is refused, when that is known.
+        Receives one line for each refused input.
     beside
-        Rows of other inputs, which the table and the report have, too.
+        Rows of other inputs that table and report list as well.
 
     Raises
     ------
-    OptionError, OutputError
-        Options hold for no input, or the folder cannot be written.
+    OutputError
+        The folder cannot be written.
     ExecutorError
-        The cluster is gone. What is done stays, and the same call goes on.
+        The cluster is gone. Finished inputs stay finished.
     """
-    names = [api.output_name(source, **given) for source in inputs]
-    targets = [str(one) for one in targets_of(inputs, names, folder, "-o")]
-    table = Path(folder) / TABLE
-    known = read_table(table)
+    known = read_table(Path(folder) / TABLE) if folder else {}
     asked = _asked(given)
-    rows: dict[str, BatchRow] = {}
+    results: dict[str, BatchResult] = {}
     others = [row for row in beside if row.input not in inputs]
-    tasks: list[tuple[str, str, str]] = []
-    for source, target in zip(inputs, targets, strict=True):
+    tasks: list[tuple[str, str, str, str]] = []
+    pages = reports or [None] * len(inputs)
+    for source, target, page in zip(inputs, targets, pages, strict=True):
         try:
             key = _key(source, asked)
         except LeafcutError as problem:
-            rows[source] = BatchRow(source, Path(target).name, REFUSED, line=str(problem))
-            refused(_told(source, str(problem)))
+            results[source] = BatchResult(BatchRow(source, Path(target or "").name, REFUSED, line=str(problem)))
+            refused(_with_source(source, str(problem)))
             continue
         old = known.get(source)
-        if old is not None and old.key == key and sha_of(Path(target)) == old.program_sha256:
-            rows[source] = old
+        if old is not None and target and old.key == key and sha_of(Path(target)) == old.program_sha256:
+            results[source] = BatchResult(old)
         else:
-            tasks.append((source, target, key))
-    _write_table(table, (*others, *rows.values()))
+            tasks.append((source, target or "", page or "", key))
+    if folder:
+        _write_table(Path(folder) / TABLE, (*others, *(result.row for result in results.values())))
     todo = len(tasks)
-    if progress is not None and todo:
+    if progress is not None and executor is not None and todo:
         progress(f"{todo} of {count_of(len(inputs), 'input')}", None, 0.0, None)
-    for done, (task, answer) in enumerate(run_tasks(executor, do, _tasks(tasks, given)), 1):
-        row = _kept(task, answer, folder)
-        rows[task.name] = row
-        if row.state == REFUSED:
-            refused(_told(task.name, row.line))
-        _append(table, row)
-        if progress is not None:
-            progress(f"{Path(task.name).name} ({done} of {todo})", None, done / todo, None)
-    every = [rows[source] for source in inputs]
-    told = [*others, *every]
-    page = batch_page([asdict(row) for row in told], __version__)
-    write_together({str(table): _as_csv(told), str(Path(folder) / PAGE): page})
+    for number, (task, answer) in enumerate(_done(tasks, given, executor, progress), 1):
+        result = _kept(task, answer)
+        results[task.name] = result
+        if result.row.state == REFUSED:
+            refused(_with_source(task.name, result.row.line))
+        if folder:
+            _append(Path(folder) / TABLE, result.row)
+        if progress is not None and executor is not None:
+            progress(f"{Path(task.name).name} ({number} of {todo})", None, number / todo, None)
+    every = [results[source] for source in inputs]
+    if folder:
+        rows = [*others, *(result.row for result in every)]
+        page_of_all = batch_page([asdict(row) for row in rows], __version__)
+        write_together({str(Path(folder) / TABLE): _as_csv(rows), str(Path(folder) / PAGE): page_of_all})
     return every
 
 
-def do(task: BatchTask) -> tuple[BatchRow, bytes]:
-    """Return the row of an input and its program; what is refused is told in the row, as errors may not travel."""
-    row = BatchRow(task.name, task.program, REFUSED, key=task.key)
+def _done(
+    tasks: Iterable[tuple[str, str, str, str]], given: Mapping[str, Any], executor: WatchedExecutor | None,
+    progress: Progress | None,
+) -> Iterator[tuple[BatchTask, Any]]:  # fmt: skip
+    """Yield each task with its result or error; an input is read when its task begins: few are in memory."""
+    made = (BatchTask(name, target, page, key, read_source(name)[1], given) for name, target, page, key in tasks)
+    if executor is not None:
+        yield from run_tasks(executor, do, made)
+        return
+    for task in made:
+        yield task, do(task, progress)
+
+
+def do(task: BatchTask, progress: Progress | None = None) -> BatchResult:
+    """Return the result of a task; the row has the line of a refusal, as errors may not travel between machines."""
+    from leafcut.report.json_answer import as_json
+    from leafcut.report.page import write_page
+
+    row = BatchRow(task.name, Path(task.target).name, REFUSED, key=task.key)
     try:
-        outcome = api.optimize(task.source, **task.given)
-    except LeafcutError as problem:
-        return replace(row, line=str(problem)), b""
-    except MemoryError:
-        return replace(row, line="not enough memory for this input"), b""
+        outcome = api.optimize(task.source, progress=progress, **task.given)
+        page = write_page(outcome) if task.report else ""
+    except Exception as problem:
+        line, _ = failure(problem)
+        return BatchResult(replace(row, line=line))
+    outcome = replace(outcome, output=task.target, report=task.report)
     data = outcome.text.encode(outcome.encoding)
     issues = [issue.severity for issue in outcome.issues if issue.severity != "note"]
-    worst = next((one for one in ("danger", "missing", "warning") if one in issues), "")
-    before, after = outcome.before.time_s, outcome.after.time_s
-    saved = outcome.saved_percent
     made = replace(
         row,
-        state=WRITTEN,
-        before_s=_figure(before),
-        after_s=_figure(after),
-        saved_percent=_figure(saved),
+        state=WRITTEN if task.target else SIMULATED,
+        before_s=_figure(outcome.before.time_s),
+        after_s=_figure(outcome.after.time_s),
+        saved_percent=_figure(outcome.saved_percent),
         issues=len(issues),
-        worst=worst,
+        worst=next((one for one in ("danger", "missing", "warning") if one in issues), ""),
         program_sha256=hashlib.sha256(data).hexdigest(),
     )
-    return made, data
+    return BatchResult(made, data, page, as_json(outcome))
 
 
 def _figure(value: float | None) -> str:
     return "" if value is None else f"{value:.3f}"
 
 
-def _tasks(tasks: Iterable[tuple[str, str, str]], given: Mapping[str, Any]) -> Iterator[BatchTask]:
-    """Yield the tasks, each read when it is given out: only so many are in memory."""
-    for source, target, key in tasks:
-        yield BatchTask(source, Path(target).name, key, read_source(source)[1], given)
-
-
-def _kept(task: BatchTask, answer: Any, folder: str) -> BatchRow:
-    """Write the program of an answer; return its row."""
+def _kept(task: BatchTask, answer: Any) -> BatchResult:
+    """Write the program and the report of an answer; return the result."""
     if isinstance(answer, BaseException):
-        return BatchRow(task.name, task.program, REFUSED, line=f"{type(answer).__name__}: {answer}", key=task.key)
-    row, data = answer
-    if row.state == WRITTEN:
-        path = Path(folder) / task.program
-        # latin-1 has a letter for each byte: the program is written as it was made.
-        write_together({str(path): data.decode("latin-1")}, encodings={str(path): "latin-1"}, newline="")
-    return row  # type: ignore[no-any-return]
+        line = f"{type(answer).__name__}: {answer}"
+        answer = BatchResult(BatchRow(task.name, Path(task.target).name, REFUSED, line=line, key=task.key))
+    result: BatchResult = answer
+    if result.row.state == REFUSED:
+        if task.target and Path(task.target).is_file():
+            result = replace(result, row=replace(result.row, line=f"{result.row.line}; {task.target} was not changed"))
+        return result
+    # latin-1 has a character for each byte: the program is written byte for byte.
+    texts = {task.target: result.data.decode("latin-1")} if task.target else {}
+    encodings = {task.target: "latin-1"}
+    if task.report:
+        texts[task.report] = result.page
+    if texts:
+        write_together(texts, encodings=encodings, newline="")
+    return result
 
 
-def _told(source: str, line: str) -> str:
+def _with_source(source: str, line: str) -> str:
     return line if source in line else f"{source}: {line}"
 
 
 def _key(source: str, asked: str) -> str:
-    """Return the hash of all that a program is made of."""
+    """Return the hash of input, options and version."""
     data = read_source(source)[1].data or source.encode()
     return hashlib.sha256(b"\0".join([hashlib.sha256(data).digest(), asked.encode()])).hexdigest()
 
 
 def _asked(given: Mapping[str, Any]) -> str:
-    """Return the options and the version as a text; a file among them counts by what is in it."""
+    """Return options and version as a text; for a file among them, the hash of its content."""
     words = {}
     for name, value in sorted(given.items()):
         path = Path(str(value)) if isinstance(value, str | Path) else None
@@ -248,7 +310,7 @@ def _asked(given: Mapping[str, Any]) -> str:
 
 
 def sha_of(path: Path) -> str:
-    """Return the hash of what a file holds; "" where it cannot be read."""
+    """Return the hash of a file's content; "" if it cannot be read."""
     try:
         return hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError:

@@ -23,6 +23,18 @@ class Directory(str):
     __slots__ = ()
 
 
+class Name(str):
+    """A name: the help shows NAME instead of STR."""
+
+    __slots__ = ()
+
+
+class Time(str):
+    """A time with its unit: the help shows TIME instead of STR."""
+
+    __slots__ = ()
+
+
 #: Types that the help shows by their names, by unit or kind of an option. All of them are texts that `option_spec`
 #: reads.
 _SHOWN = {
@@ -53,13 +65,14 @@ def command_of(
     annotations: Mapping[str, Any] | None = None,
     defaults: Callable[[], Mapping[str, str]] = dict,
     help: str = "",
+    all_shown: bool = True,
 ) -> Callable[..., int]:
     """Return `function` with a flag for each of `options`, which it receives as a dict `options`.
 
     Parameters
     ----------
     first
-        Names of options that come first in the help; the others follow under "More".
+        Names of the main options, which come first in the help.
     fixed
         Values of arguments of the function that have no flag.
     annotations
@@ -68,6 +81,8 @@ def command_of(
         Returns the defaults that the help shows instead of those of the groups.
     help
         Replaces the docstring of the function.
+    all_shown
+        Show the other options in the help as well; else only the main ones, if there are any.
     """
     fixed = fixed or {}
     own = [
@@ -80,7 +95,14 @@ def command_of(
     names = sorted(every, key=lambda option: first.index(option[1]) if option[1] in first else len(first))
     places = {group: k for k, group in enumerate(dict.fromkeys(group for group, _, _ in every))}
     flags = [
-        _flag(group, name, spec, _group(group, places[group], name, first), usual.get(name, ""))
+        _flag(
+            group,
+            name,
+            spec,
+            _group(group, places[group], name, first),
+            usual.get(name, ""),
+            all_shown or not first or name in first,
+        )
         for group, name, spec in names
     ]
 
@@ -97,6 +119,21 @@ def command_of(
     return command
 
 
+def usage_of(name: str, command: Callable[..., int]) -> str:
+    """Return the usage line of a command, with the names of its arguments."""
+    words = ["leafcut", name]
+    for parameter in inspect.signature(command, eval_str=True).parameters.values():
+        notes = [one for one in getattr(parameter.annotation, "__metadata__", ()) if isinstance(one, Parameter)]
+        if parameter.kind is inspect.Parameter.KEYWORD_ONLY or any(one.show is False for one in notes):
+            continue
+        word = next((one for note in notes for one in note.name or ()), parameter.name.upper())
+        if parameter.kind is inspect.Parameter.VAR_POSITIONAL:
+            words.append(f"{word}...")
+        else:
+            words.append(word if parameter.default is inspect.Parameter.empty else f"[{word}]")
+    return " ".join([*words, "[OPTIONS]"])
+
+
 def _group(group: type[OptionGroup], place: int, name: str, first: Sequence[str]) -> Group:
     """Return the part of the help that a flag stands in."""
     if name in first:
@@ -104,7 +141,9 @@ def _group(group: type[OptionGroup], place: int, name: str, first: Sequence[str]
     return Group(f"More: {group.title}" if first else group.title, sort_key=10 + place)
 
 
-def _flag(group: type[OptionGroup], name: str, spec: OptionSpec, where: Group, default_words: str) -> inspect.Parameter:
+def _flag(
+    group: type[OptionGroup], name: str, spec: OptionSpec, where: Group, default_words: str, show: bool
+) -> inspect.Parameter:
     default = group.defaults()[name]
     words = default_words or spec.default_words or ("" if default in (None, (), False) else written(spec, default))
     help_text = spec.help
@@ -119,6 +158,7 @@ def _flag(group: type[OptionGroup], name: str, spec: OptionSpec, where: Group, d
         help=help_text,
         group=where,
         show_default=False,
+        show=show,
         allow_leading_hyphen=True,
         negative_iterable=(),
     )

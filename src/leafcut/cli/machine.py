@@ -97,7 +97,7 @@ def new_machine(
     ] = None,
     name: Annotated[str | None, Parameter(name="--name", help="name of the machine")] = None,
     controller: Annotated[
-        str | None, Parameter(name="--controller", help="haas, centroid, or any of `leafcut dialects`")
+        str | None, Parameter(name="--controller", help="haas, centroid, or any of `leafcut list dialects`")
     ] = None,
     process: Annotated[
         str | None, Parameter(name="--process", help="what does the work: spindle, torch, laser, flame or water")

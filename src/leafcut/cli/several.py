@@ -1,4 +1,4 @@
-"""Several inputs of one command: which files are meant, whether each is done by itself, and what it is written as."""
+"""Inputs of a command: the files that its words stand for, and the files that are written for them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from leafcut.errors import OptionError, ReadError
-from leafcut.files.whole_files import OutputError, check_output
+from leafcut.files.digests import is_unchanged
+from leafcut.files.whole_files import OutputError, check_output, decoded
 
 #: Stands for standard input.
 _DASH = "-"
@@ -55,6 +56,64 @@ def all_drill_files(inputs: Iterable[str]) -> bool:
     return all(format_name(one) == "excellon" for one in inputs)
 
 
+def places_beside(inputs: Sequence[str], names: Sequence[str], every: Iterable[str]) -> list[str]:
+    """Return the file for the program of each input: beside it, or in the working folder for a built-in input.
+
+    A program that would be one of `every` input gets ``.leafcut`` in its name.
+
+    Raises
+    ------
+    OptionError
+        Two inputs would be written under one name.
+    OutputError
+        One cannot be written.
+    """
+    targets = []
+    known = [Path(one) for one in every]
+    for source, name in zip(inputs, names, strict=True):
+        path = (Path(source).parent if Path(source).is_file() else Path()) / name
+        if any(_is_same(path, one) for one in known):
+            path = path.with_name(f"{path.stem}.leafcut{path.suffix}")
+        targets.append(str(path))
+    _check_names(inputs, targets)
+    for target in targets:
+        check_output(target, known)
+    return targets
+
+
+def _is_same(path: Path, other: Path) -> bool:
+    return path.exists() and other.exists() and path.samefile(other)
+
+
+def check_own(target: str | None, inputs: Sequence[str]) -> None:
+    """Refuse to replace a file that leafcut did not write, or that was changed since.
+
+    Raises
+    ------
+    OutputError
+        The file of the default name is neither an unchanged program of leafcut nor a copy of an input.
+    """
+    path = Path(target or "")
+    if target is None or not path.is_file():
+        return
+    data = path.read_bytes()
+    if is_unchanged(decoded(data)[0]) or any(Path(one).is_file() and Path(one).read_bytes() == data for one in inputs):
+        return
+    raise OutputError(
+        f"{target}: exists, and leafcut did not write it or it was changed since; name it with -o to replace it"
+    )
+
+
+def _check_names(inputs: Sequence[str], names: Sequence[str]) -> None:
+    first: dict[str, str] = {}
+    for source, name in zip(inputs, names, strict=True):
+        if name.casefold() in first:
+            raise OptionError(
+                f"{first[name.casefold()]} and {source} would both be written as {name}; run them separately"
+            )
+        first[name.casefold()] = source
+
+
 def targets_of(inputs: Sequence[str], names: Sequence[str], folder: str | None, flag: str) -> list[str | None]:
     """Return where each of several inputs is written: in a folder, under its name; None for each without a folder.
 
@@ -65,13 +124,7 @@ def targets_of(inputs: Sequence[str], names: Sequence[str], folder: str | None, 
     OutputError
         One cannot be written, or is an input.
     """
-    first: dict[str, str] = {}
-    for source, name in zip(inputs, names, strict=True):
-        if name.casefold() in first:
-            raise OptionError(
-                f"{first[name.casefold()]} and {source} would both be written as {name}; run them separately"
-            )
-        first[name.casefold()] = source
+    _check_names(inputs, names)
     if folder is None:
         return [None for _ in inputs]
     if folder == _DASH:

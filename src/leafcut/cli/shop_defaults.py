@@ -21,7 +21,7 @@ TEMPLATE = f"""\
 # leafcut defaults drill tells all options of drilling, and where the value of each comes from.
 {OPTIONS.line}
 
-# machine = "haas-vf2"          # a name of `leafcut machines`, or a profile: "my.toml"
+# machine = "haas-vf2"          # a name of `leafcut list machines`, or a profile: "my.toml"
 # work_offset = "-400,-200,-300"
 # dialect = "haas"              # where it is not the machine's
 # tools = "tools.toml"          # tool library

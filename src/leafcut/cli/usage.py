@@ -13,6 +13,26 @@ if TYPE_CHECKING:
 
 #: Commands that have commands of their own: their help, and the function of each command.
 GROUPS = {
+    "machine": (
+        "Make a machine profile, and check it with a stop-watch.",
+        {
+            "import": "leafcut.cli.machine:import_machine",
+            "new": "leafcut.cli.machine:new_machine",
+            "check": "leafcut.cli.machine:check_machine",
+        },
+    ),
+    "tools": (
+        "Make a tool library from one of another program, and choose speeds and feeds.",
+        {"import": "leafcut.cli.machine:import_tools", "speeds": "leafcut.cli.tools:tool_speeds"},
+    ),
+    "install": (
+        "Install add-ons, completion of your shell, and compiled kernels.",
+        {
+            "addon": "leafcut.cli.install:install_addon",
+            "completion": "leafcut.cli.install:install_completion",
+            "kernels": "leafcut.cli.install:install_kernels",
+        },
+    ),
     "lab": (
         "Repeat published experiments, and your own, with statistics.",
         {
@@ -22,15 +42,6 @@ GROUPS = {
             "tune": "leafcut.cli.lab:tune_options",
         },
     ),
-    "machine": (
-        "Make a machine profile, and check it with a stop-watch.",
-        {
-            "import": "leafcut.cli.machine:import_machine",
-            "new": "leafcut.cli.machine:new_machine",
-            "check": "leafcut.cli.machine:check_machine",
-        },
-    ),
-    "tools": ("Make a tool library from one of another program.", {"import": "leafcut.cli.machine:import_tools"}),
 }
 
 #: Stands for standard input and standard output. Alone it would be taken for a flag, so it is held back from the parser
@@ -120,8 +131,6 @@ def _unknown_command(word: str, command: str, commands: Iterable[str]) -> str:
             return f"unknown option '{shown(word)}'; did you mean '{near}'?"
         after = f": leafcut {command} {shown(word)}" if command in commands else " (see leafcut --help)"
         return f"unknown option '{shown(word)}'; name a command first{after}"
-    if "." in word and not close_to(word, commands):
-        return f"'{shown(word)}' is no command; name one first: leafcut optimize {shown(word)}"
     return f"unknown command '{shown(word)}'{nearest(word, commands)}"
 
 

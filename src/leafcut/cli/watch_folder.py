@@ -184,7 +184,16 @@ class FolderWatch:
             return
         present = [row for name, row in self.rows.items() if Path(name) in look.seen]
         try:
-            rows = run_batch(inputs, str(self.output), self.given, self.executor, refused=self.refused, beside=present)
+            targets = [str(self.output / self.rows[name].program) for name in inputs]
+            results = run_batch(
+                inputs,
+                targets,
+                self.given,
+                self.executor,
+                folder=str(self.output),
+                refused=self.refused,
+                beside=present,
+            )
         except ExecutorError:
             raise
         except LeafcutError as problem:
@@ -193,8 +202,8 @@ class FolderWatch:
                 look.again(Path(name))
             return
         self.hindered = ""
-        for row in rows:
-            self._keep(row)
+        for result in results:
+            self._keep(result.row)
 
     def _hinder(self, line: str) -> None:
         """Tell what hinders the work, once and not at every look."""

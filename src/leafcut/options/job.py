@@ -22,7 +22,7 @@ class MachineOptions(OptionGroup):
     machine: str = option(
         "text",
         "linuxcnc-mill",
-        "machine name (see `leafcut machines`), or path of a TOML profile",
+        "machine name (see `leafcut list machines`), or path of a TOML profile",
         may_be_path=".toml",
     )
     work_offset: tuple[float, ...] | None = option(
@@ -134,8 +134,8 @@ class JobOptions(OptionGroup):
         "text",
         "mild_steel",
         "material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for "
-        "cutting-data and for feeds of a program a name of `leafcut materials`, or a TOML file; it also chooses among "
-        "the presets of the tools of a Fusion library",
+        "tools speeds and for feeds of a program a name of `leafcut list materials`, or a TOML file; it also chooses "
+        "among the presets of the tools of a Fusion library",
         may_be_path=".toml",
         of_file=True,
     )

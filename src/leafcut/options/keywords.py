@@ -98,7 +98,7 @@ class OptimizeKeywords(TypedDict, total=False):
     ]
     """What to do with open paths on cut layers (default: refuse)."""
     machine: str | None
-    """Machine name (see `leafcut machines`), or path of a TOML profile (default: linuxcnc-mill)."""
+    """Machine name (see `leafcut list machines`), or path of a TOML profile (default: linuxcnc-mill)."""
     work_offset: str | Sequence[Quantity] | None
     """Work offset: program zero in machine coordinates, x,y,z (mm; default: the machine's, else unknown)."""
     tools: str | Path | None
@@ -135,9 +135,9 @@ class OptimizeKeywords(TypedDict, total=False):
     default: 0.05mm).
     """
     material: str | None
-    """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data and for feeds of a program a name of `leafcut materials`, or a TOML file; it also chooses among the
-    presets of the tools of a Fusion library (default: mild_steel).
+    """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for tools
+    speeds and for feeds of a program a name of `leafcut list materials`, or a TOML file; it also chooses among
+    the presets of the tools of a Fusion library (default: mild_steel).
     """
     start_point: str | Sequence[Quantity] | None
     """Start point of the tool, x,y, or free; for a program, its position before the first rapid (mm; default:
@@ -504,7 +504,7 @@ class OptimizeKeywords(TypedDict, total=False):
         "none",
         None,
     ]
-    """Algorithm (see `leafcut algorithms`) (default: auto)."""
+    """Algorithm (see `leafcut list algorithms`) (default: auto)."""
     preset: Literal[
         "fast",
         "default",
@@ -632,7 +632,7 @@ class OptimizeKeywords(TypedDict, total=False):
     ]
     """Initial tours: greedy with small changes, or random (default: greedy; random in the published variant)."""
     dialect: str | None
-    """Dialect of the controller (see `leafcut dialects`), or path of a TOML file (default: the machine's)."""
+    """Dialect of the controller (see `leafcut list dialects`), or path of a TOML file (default: the machine's)."""
     output_units: Literal[
         "mm",
         "inch",
@@ -757,7 +757,7 @@ class NestKeywords(TypedDict, total=False):
     ]
     """What to do with open paths on cut layers (default: refuse)."""
     machine: str | None
-    """Machine name (see `leafcut machines`), or path of a TOML profile (default: linuxcnc-mill)."""
+    """Machine name (see `leafcut list machines`), or path of a TOML profile (default: linuxcnc-mill)."""
     cut_process: str | None
     """Cutting process: plasma, laser, oxyfuel, waterjet, or a name in the cut chart such as laser_fiber_3kW
     (default: the machine's, else plasma).
@@ -872,7 +872,7 @@ class SolveKeywords(TypedDict, total=False):
         "none",
         None,
     ]
-    """Algorithm (see `leafcut algorithms`) (default: auto)."""
+    """Algorithm (see `leafcut list algorithms`) (default: auto)."""
     preset: Literal[
         "fast",
         "default",
@@ -1011,7 +1011,7 @@ class SimulateKeywords(TypedDict, total=False):
     strict: bool | None
     """Refuse input with skipped or repaired entities, and programs with dangerous moves."""
     machine: str | None
-    """Machine name (see `leafcut machines`), or path of a TOML profile (default: linuxcnc-mill)."""
+    """Machine name (see `leafcut list machines`), or path of a TOML profile (default: linuxcnc-mill)."""
     work_offset: str | Sequence[Quantity] | None
     """Work offset: program zero in machine coordinates, x,y,z (mm; default: the machine's, else unknown)."""
     thickness: Quantity | None
@@ -1019,9 +1019,9 @@ class SimulateKeywords(TypedDict, total=False):
     clearance_height: Quantity | None
     """Clearance height (initial plane): safe above part and clamps (mm; default: 10mm)."""
     material: str | None
-    """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data and for feeds of a program a name of `leafcut materials`, or a TOML file; it also chooses among the
-    presets of the tools of a Fusion library (default: mild_steel).
+    """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for tools
+    speeds and for feeds of a program a name of `leafcut list materials`, or a TOML file; it also chooses among
+    the presets of the tools of a Fusion library (default: mild_steel).
     """
     cut_process: str | None
     """Cutting process: plasma, laser, oxyfuel, waterjet, or a name in the cut chart such as laser_fiber_3kW
@@ -1076,7 +1076,7 @@ class StockKeywords(TypedDict, total=False):
     strict: bool | None
     """Refuse input with skipped or repaired entities, and programs with dangerous moves."""
     machine: str | None
-    """Machine name (see `leafcut machines`), or path of a TOML profile (default: linuxcnc-mill)."""
+    """Machine name (see `leafcut list machines`), or path of a TOML profile (default: linuxcnc-mill)."""
     work_offset: str | Sequence[Quantity] | None
     """Work offset: program zero in machine coordinates, x,y,z (mm; default: the machine's, else unknown)."""
     tools: str | Path | None
@@ -1168,7 +1168,7 @@ class CuttingDataKeywords(TypedDict, total=False):
     strict: bool | None
     """Refuse input with skipped or repaired entities, and programs with dangerous moves."""
     machine: str | None
-    """Machine name (see `leafcut machines`), or path of a TOML profile (default: linuxcnc-mill)."""
+    """Machine name (see `leafcut list machines`), or path of a TOML profile (default: linuxcnc-mill)."""
     work_offset: str | Sequence[Quantity] | None
     """Work offset: program zero in machine coordinates, x,y,z (mm; default: the machine's, else unknown)."""
     tools: str | Path | None
@@ -1205,9 +1205,9 @@ class CuttingDataKeywords(TypedDict, total=False):
     default: 0.05mm).
     """
     material: str | None
-    """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data and for feeds of a program a name of `leafcut materials`, or a TOML file; it also chooses among the
-    presets of the tools of a Fusion library (default: mild_steel).
+    """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for tools
+    speeds and for feeds of a program a name of `leafcut list materials`, or a TOML file; it also chooses among
+    the presets of the tools of a Fusion library (default: mild_steel).
     """
     start_point: str | Sequence[Quantity] | None
     """Start point of the tool, x,y, or free; for a program, its position before the first rapid (mm; default:
@@ -1358,15 +1358,15 @@ class VerifyKeywords(TypedDict, total=False):
     ]
     """Units of a file that does not state them (default: the file's, else mm)."""
     machine: str | None
-    """Machine name (see `leafcut machines`), or path of a TOML profile (default: linuxcnc-mill)."""
+    """Machine name (see `leafcut list machines`), or path of a TOML profile (default: linuxcnc-mill)."""
     work_offset: str | Sequence[Quantity] | None
     """Work offset: program zero in machine coordinates, x,y,z (mm; default: the machine's, else unknown)."""
     thickness: Quantity | None
     """Thickness of the plate (holes go through), or of the sheet to cut (mm; default: unknown: holes are blind)."""
     material: str | None
-    """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data and for feeds of a program a name of `leafcut materials`, or a TOML file; it also chooses among the
-    presets of the tools of a Fusion library (default: mild_steel).
+    """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for tools
+    speeds and for feeds of a program a name of `leafcut list materials`, or a TOML file; it also chooses among
+    the presets of the tools of a Fusion library (default: mild_steel).
     """
     cut_process: str | None
     """Cutting process: plasma, laser, oxyfuel, waterjet, or a name in the cut chart such as laser_fiber_3kW

@@ -18,7 +18,7 @@ class PostOptions(OptionGroup):
     dialect: str | None = option(
         "text",
         None,
-        "dialect of the controller (see `leafcut dialects`), or path of a TOML file",
+        "dialect of the controller (see `leafcut list dialects`), or path of a TOML file",
         default_words="the machine's",
         may_be_path=".toml",
     )

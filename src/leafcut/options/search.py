@@ -51,7 +51,7 @@ class SolveOptions(OptionGroup):
     algorithm: str = option(
         "text",
         "auto",
-        "algorithm (see `leafcut algorithms`)",
+        "algorithm (see `leafcut list algorithms`)",
         choices=ALGORITHMS,
         group_of_plugins=ALGORITHM_GROUP,
     )

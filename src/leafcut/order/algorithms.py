@@ -40,7 +40,7 @@ class Algorithm(Protocol):
 
     @property
     def title(self) -> str:
-        """What it is, in a line of ``leafcut algorithms``."""
+        """What it is, in a line of ``leafcut list algorithms``."""
         ...
 
     def solve(self, instance: Instance, run: AlgorithmRun) -> SearchResult:

@@ -193,7 +193,7 @@ def machine_issues(
     if machine.assumed:
         values = ", ".join(f"{key} {words.partition(' (')[0]}" for key, words in machine.assumed.items())
         message = f"the profile of {machine.name} is incomplete; assumed: {values}"
-        issues.append(Issue("L408", f"{message}; see leafcut machines --show", severity=Severity.NOTE))
+        issues.append(Issue("L408", f"{message}; see leafcut list machines", severity=Severity.NOTE))
     if machine.work_offset is None:
         # Where an axis has no known end, that is told with what the profile does not say.
         checked = ": only its size was checked against the travel"

@@ -29,34 +29,11 @@ BUILT_IN = {
     "pocket": "leafcut.processes.pocket.process:Pocketing",
     "program": "leafcut.processes.program.process:ForeignProgram",
 }
-#: What stands where the name of a process does, on the command line and behind ``--process``, and is none.
+#: Commands and words behind ``--process`` that are no processes: no plug-in can take their names.
 OTHER_COMMANDS = (
-    "auto",
-    "optimize",
-    "batch",
-    "filter",
-    "solve",
-    "simulate",
-    "stock",
-    "verify",
-    "cutting-data",
-    "machines",
-    "machine",
-    "tools",
-    "send",
-    "materials",
-    "dialects",
-    "defaults",
-    "completion",
-    "addon",
-    "warm-up",
-    "watch",
-    "algorithms",
-    "formats",
-    "plugins",
-    "studio",
-    "lab",
-)
+    "auto", "optimize", "filter", "solve", "simulate", "stock", "verify", "machine", "tools", "list", "install",
+    "defaults", "send", "studio", "lab",
+)  # fmt: skip
 #: What other commands than `optimize` do, each in the package of the process that it belongs to.
 COMMANDS = {
     "cutting_data": "leafcut.processes.cutting_data.run:cutting_data",

@@ -173,7 +173,7 @@ class Format:
     extensions
         Lower case, with the dot.
     help
-        One line for `leafcut formats`.
+        One line for `leafcut list formats`.
     read
         ``(Source, ReadOptions) -> Part``; raises `ReadError`.
     sniff

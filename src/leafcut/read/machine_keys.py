@@ -256,7 +256,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
     ),
     ProfileKey(
         "spindle.power",
-        "power of the spindle, a limit for `leafcut cutting-data`",
+        "power of the spindle, a limit for `leafcut tools speeds`",
         why="unknown: no limit",
         example="7.5 kW",
         unit="W",
@@ -264,7 +264,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
     ),
     ProfileKey(
         "spindle.torque",
-        "torque of the spindle, a limit for `leafcut cutting-data`",
+        "torque of the spindle, a limit for `leafcut tools speeds`",
         why="unknown: no limit",
         example="40 N·m",
         unit="N·mm",
@@ -272,7 +272,7 @@ PROFILE_KEYS: tuple[ProfileKey, ...] = (
     ),
     ProfileKey(
         "spindle.max_thrust",
-        "force with which z can push, a limit for `leafcut cutting-data`",
+        "force with which z can push, a limit for `leafcut tools speeds`",
         why="unknown: no limit",
         example="5 kN",
         unit="N",

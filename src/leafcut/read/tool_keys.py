@@ -54,14 +54,14 @@ TOOL_KEYS: tuple[ProfileKey, ...] = (
     ),
     ProfileKey(
         "material",
-        "what its cutting edges are made of, for `leafcut cutting-data`",
+        "what its cutting edges are made of, for `leafcut tools speeds`",
         why="as --tool-material says",
         example=ToolMaterial.HSS.value,
         choices=tuple(ToolMaterial),
     ),
     ProfileKey(
         "life_cost",
-        "cost of one life of it, a new tool or a regrind, for `leafcut cutting-data`",
+        "cost of one life of it, a new tool or a regrind, for `leafcut tools speeds`",
         why="as --tool-cost says",
         example=12.5,
         bounds="0 or more",

@@ -18,7 +18,7 @@ _BEST = {"time": "quickest", "cost": "cheapest", "life": "longest life"}
 
 
 def cutting_data_as_json(found: CuttingData, save: str | None = None, plot: str | None = None) -> dict[str, Any]:
-    """Return the answer of `leafcut cutting-data --json`: mm, s, kW, N·m, N, m/min for speeds, mm/min for feeds."""
+    """Return the answer of `leafcut tools speeds --json`: mm, s, kW, N·m, N, m/min for speeds, mm/min for feeds."""
     return {
         **({"input": found.source} if found.source else {}),
         "machine": found.machine.name,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from leafcut.report.wording import NO_VALUE, clean, count, length_words, percent_words, time_words
@@ -20,39 +20,49 @@ def several_as_json(rows: Sequence[dict[str, Any]], status: int) -> dict[str, An
     return {"runs": list(rows), "failed": sum("error" in row for row in rows), "status": status}
 
 
-def print_programs(rows: Sequence[dict[str, Any]], folder: str | None, console: Console) -> None:
-    """Print what became of several programs or drawings, and where they were written."""
+def print_programs(
+    rows: Sequence[tuple[Mapping[str, Any], dict[str, Any]]], folder: str | None, console: Console
+) -> None:
+    """Print the result of each of several inputs, and where the programs are.
+
+    Parameters
+    ----------
+    rows
+        The row of each input in the table of figures, and its answer as for ``--json``.
+    """
     table = _table("input", "before", "leafcut", "saved", "verified")
     total = [0.0, 0.0]
-    for row in rows:
-        if "error" in row:
+    for row, answer in rows:
+        if "error" in answer:
             _add(table, row["input"], [NO_VALUE, NO_VALUE, NO_VALUE], "refused", "bold red")
             continue
-        times = [row["before"]["time_s"] or 0.0, row["after"]["time_s"] or 0.0]
+        times = [float(row["before_s"] or 0.0), float(row["after_s"] or 0.0)]
         total = [a + b for a, b in zip(total, times, strict=True)]
-        worst = _worst(row["issues"], sum(work["count"] for work in row["missing"]))
-        cells = [*map(time_words, times), percent_words(row["saved_percent"])]
-        style = "bold red" if row["missing"] else "yellow" if worst else ""
-        _add(table, row["input"], cells, f"yes; {worst}" if worst else "yes", style)
-    done = [row for row in rows if "error" not in row]
+        missing = sum(work["count"] for work in answer.get("missing", ()))
+        worst = _worst(answer.get("issues", ()), missing)
+        words = "; ".join(filter(None, ["yes, by an earlier run" if answer.get("done_before") else "yes", worst]))
+        saved = percent_words(float(row["saved_percent"])) if row["saved_percent"] else NO_VALUE
+        _add(
+            table,
+            row["input"],
+            [*map(time_words, times), saved],
+            words,
+            "bold red" if missing else "yellow" if worst else "",
+        )
+    done = [(row, answer) for row, answer in rows if "error" not in answer]
     if len(done) > 1:
-        saved = 100.0 * (1.0 - total[1] / total[0]) if total[0] > 0.0 else None
-        _add(table, f"{len(done)} in all", [*map(time_words, total), percent_words(saved)], "", "bold")
-    lines = _defaults(done)
-    if not folder:
-        lines.append("programs  not written: name a folder for them, -o FOLDER")
+        saved_in_all = 100.0 * (1.0 - total[1] / total[0]) if total[0] > 0.0 else None
+        _add(table, f"{len(done)} in all", [*map(time_words, total), percent_words(saved_in_all)], "", "bold")
+    lines = _defaults([answer for _, answer in done])
+    written = [row["program"] for row, _ in done if row["state"] == "written"]
+    if folder:
+        lines.append(f"programs  {count(len(written), 'file')} in {folder}, with batch.csv and batch.html")
+    elif written:
+        lines.append(f"programs  {count(len(written), 'file')} beside the inputs")
     elif done:
-        lines.append(f"programs  {count(len(done), 'file')} in {folder}")
-    _print(table, lines, rows, console, "input")
-
-
-def print_batch(states: Sequence[str], page: str) -> None:
-    """Print how many programs of a batch were written, and where the report is."""
-    written = sum(state == "written" for state in states)
-    words = f"{count(written, 'program')} written"
-    if written < len(states):
-        words += f", {len(states) - written} refused"
-    print(f"{words}; all of them: {page}")
+        lines.append("programs  not written (--dry-run)")
+    answers = [answer for _, answer in rows]
+    _print(table, lines, answers, console, "input")
 
 
 def print_simulated(rows: Sequence[dict[str, Any]], console: Console) -> None:

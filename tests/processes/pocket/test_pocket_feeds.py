@@ -181,7 +181,7 @@ def test_a_material_of_unknown_force_gives_a_warning(drawing: Path, library_tool
     unknown = api.optimize(drawing, feeds=True, machine="haas-vf2", **given)
     assert [issue.message for issue in unknown.issues if issue.code == "L705"] == [
         "power and torque do not limit feeds: the force that 'plastic' needs is not known; name a material of "
-        "`leafcut materials`"
+        "`leafcut list materials`"
     ]
 
 

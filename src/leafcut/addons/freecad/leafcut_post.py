@@ -12,7 +12,7 @@ import shlex
 import subprocess
 from typing import Any
 
-#: How leafcut is called; `leafcut addon freecad` writes its own place here.
+#: How leafcut is called; `leafcut install addon freecad` writes its own place here.
 LEAFCUT = ["leafcut"]
 
 TOOLTIP = "Writes by another post-processor (--base linuxcnc), then reorders and proves by leafcut reorder."
@@ -47,7 +47,9 @@ def export(objectslist: Any, filename: str, argstring: str) -> str:
     try:
         done = subprocess.run(command, input=text.encode("utf-8"), capture_output=True, env=environment, check=False)
     except OSError as problem:
-        raise RuntimeError(f"leafcut cannot be started ({problem}); install it again: leafcut addon freecad") from None
+        raise RuntimeError(
+            f"leafcut cannot be started ({problem}); install it again: leafcut install addon freecad"
+        ) from None
     told = done.stderr.decode("utf-8", "replace").strip()
     if done.returncode:
         raise RuntimeError(told or f"leafcut ended with status {done.returncode}")

@@ -8,7 +8,7 @@ import shlex
 import subprocess
 import sys
 
-#: How leafcut is called; `leafcut addon inkscape` writes its own place here.
+#: How leafcut is called; `leafcut install addon inkscape` writes its own place here.
 LEAFCUT = ["leafcut"]
 
 
@@ -36,7 +36,7 @@ def main() -> int:
     try:
         done = subprocess.run(command(sys.argv[1:]), capture_output=True, env=environment, check=False)
     except OSError as problem:
-        sys.stderr.write(f"leafcut cannot be started ({problem}); install the add-on again: leafcut addon inkscape\n")
+        sys.stderr.write(f"leafcut cannot be started ({problem}); run: leafcut install addon inkscape\n")
         return 1
     except ValueError as problem:
         sys.stderr.write(f"More options: {problem}\n")

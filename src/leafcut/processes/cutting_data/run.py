@@ -51,7 +51,7 @@ def cutting_data(
     if objective not in OBJECTIVES:
         raise OptionError(f"--objective: unknown value '{objective}'{nearest(objective, OBJECTIVES)}")
     if "material" not in settings.given:
-        raise OptionError("no material given; name what is cut with --material (leafcut materials lists them)")
+        raise OptionError("no material given; name what is cut with --material (leafcut list materials lists them)")
     options = settings.of(SpeedOptions)
     if options.min_life > options.max_life:
         raise OptionError(

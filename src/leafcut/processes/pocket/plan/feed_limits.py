@@ -95,10 +95,10 @@ def _unlimited(settings: Settings, tool: Tool, material: WorkMaterial | None) ->
         if asked:
             raise OptionError(
                 f"{flag_name(asked[0])}: the force that '{name}' needs is not known; name a material of "
-                "`leafcut materials` with --material"
+                "`leafcut list materials` with --material"
             )
         words = f"power and torque do not limit feeds: the force that '{name}' needs is not known"
-        return Issue("L705", f"{words}; name a material of `leafcut materials`", severity=Severity.NOTE)
+        return Issue("L705", f"{words}; name a material of `leafcut list materials`", severity=Severity.NOTE)
     if asked:
         raise OptionError(
             f"{flag_name(asked[0])}: the number of teeth of {tool.label} is not known; give a library that states it "

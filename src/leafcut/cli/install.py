@@ -1,4 +1,4 @@
-"""The commands `leafcut defaults`, `completion`, `addon` and `warm-up`: what makes leafcut at home in a shop."""
+"""The commands `leafcut install …`: add-ons of other programs, completion of shells, compiled kernels."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from cyclopts import App, Parameter
 
 from leafcut.cli.flags import Json, switch
 from leafcut.cli.json_output import print_json
-from leafcut.cli.usage import refuse_dash
+from leafcut.cli.usage import DASH, HELD
 from leafcut.errors import LeafcutError, OptionError, count_of, nearest
-from leafcut.files.user_files import DEFAULTS_VARIABLE, defaults_file, usual_defaults_file
+from leafcut.files.whole_files import OutputError
 
 SHELLS = ("bash", "zsh", "fish")
 
@@ -29,88 +29,32 @@ fi
 """
 
 
-def add_commands(app: App, whole: Callable[[], App]) -> None:
-    """Add the commands to the application; `whole` makes the one with all its flags."""
-
-    def completion(
-        shell: Annotated[str, Parameter(name="SHELL", help=f"one of {', '.join(SHELLS)}")],
-        /,
-    ) -> int:
-        """Print the script by which a shell completes commands, options and their choices."""
-        return _completion(shell, whole)
-
-    app.command(_defaults, name="defaults")
-    app.command(_addon, name="addon")
-    app.command(completion, name="completion")
-    app.command(_warm_up, name="warm-up")
-
-
-def _defaults(
-    command: Annotated[
-        str | None, Parameter(name="COMMAND", help="show all options of this command, such as drill")
-    ] = None,
-    /,
-    *,
-    options_file: Annotated[
-        str | None, Parameter(name="--options", help="a TOML file of options that goes before your defaults")
-    ] = None,
-    template: Annotated[
-        bool,
-        switch("--template", help="print a file of defaults to begin with"),
-    ] = False,
-    as_json: Json = False,
-) -> int:
-    """Show your own defaults, and where the value of each option comes from."""
-    from leafcut.cli.shop_defaults import TEMPLATE, as_answer, shop_defaults
-    from leafcut.files.whole_files import check_is_there
-
-    if template:
-        if command or options_file or as_json:
-            raise OptionError("--template prints a file to begin with; leave the others out")
-        print(TEMPLATE, end="")
-        return 0
-    refuse_dash("--options", options_file)
-    given = Path(options_file) if options_file else None
-    check_is_there("--options", given)
-    file = defaults_file()
-    rows = shop_defaults(command, given, file)
-    if as_json:
-        print_json(as_answer(rows, file))
-        return 0
-    print(_file_words(str(file) if file else "", str(usual_defaults_file() or "")))
-    widths = [max((len(cell) for cell in column), default=0) for column in zip(*map(_cells, rows), strict=True)]
-    for row in rows:
-        print("  ".join(f"{cell:{width}}" for cell, width in zip(_cells(row), widths, strict=True)).rstrip())
-    return 0
-
-
-def _addon(
+def install_addon(
     name: Annotated[
         str | None, Parameter(name="NAME", help="inkscape or freecad; without one, they are listed")
     ] = None,
+    folder: Annotated[
+        str | None, Parameter(name="FOLDER", help="folder in which the other program looks for add-ons")
+    ] = None,
     /,
     *,
-    to: Annotated[
-        str | None, Parameter(name="--to", help="folder to write the files into, in which the other program looks")
-    ] = None,
     as_json: Json = False,
 ) -> int:
-    """Write the files of an add-on, with which another program uses leafcut: Inkscape, FreeCAD."""
+    """Write the files of an add-on with which another program uses leafcut: Inkscape, FreeCAD."""
     from leafcut.addons import ADDONS, write_addon
 
-    refuse_dash("--to", to)
     if name is None:
-        if to is not None:
-            raise OptionError("--to: name the add-on, too: leafcut addon inkscape --to FOLDER")
         if as_json:
             print_json({"addons": [{"name": one.name, "description": one.help} for one in ADDONS.values()]})
         else:
             for one in ADDONS.values():
                 print(f"{one.name:10}{one.help}")
         return 0
-    if to is None:
-        raise OptionError(f"addon needs a folder: leafcut addon {name} --to FOLDER")
-    files = write_addon(name, to)
+    if name not in ADDONS:
+        raise OptionError(f"unknown add-on '{name}'{nearest(name, ADDONS)}")
+    if folder is None or folder in (DASH, HELD):
+        raise OptionError(f"install addon {name} needs a folder: leafcut install addon {name} FOLDER")
+    files = write_addon(name, folder)
     if as_json:
         print_json({"name": name, "files": [str(file) for file in files]})
     else:
@@ -118,7 +62,36 @@ def _addon(
     return 0
 
 
-def _warm_up(*, as_json: Json = False) -> int:
+def install_completion(
+    shell: Annotated[str, Parameter(name="SHELL", help=f"one of {', '.join(SHELLS)}")],
+    /,
+    *,
+    print_only: Annotated[bool, switch("--print", help="print the script, change nothing")] = False,
+) -> int:
+    """Let a shell complete commands, options and their choices with the Tab key."""
+    from leafcut.cli.app import app
+
+    if shell not in SHELLS:
+        raise OptionError(f"unknown shell '{shell}'{nearest(shell, SHELLS)}")
+    whole = app()
+    type_for_shell(whole)
+    script = whole.generate_completion(prog_name="leafcut", shell=shell)  # type: ignore[arg-type]
+    # Where bash knows nothing better it completes files, as it does elsewhere: --machine my.toml.
+    script = script.replace("\ncomplete -F ", "\ncomplete -o default -F ")
+    script += _ZSH_END if shell == "zsh" else ""
+    if print_only:
+        print(script, end="")
+        return 0
+    try:
+        file = whole.install_completion(shell=shell)  # type: ignore[arg-type]
+        file.write_text(script, encoding="utf-8")
+    except OSError as problem:
+        raise OutputError(f"{problem.filename}: cannot be written ({problem.strerror}); use --print") from None
+    print(f"wrote {file}; open a new shell")
+    return 0
+
+
+def install_kernels(*, as_json: Json = False) -> int:
     """Compile all kernels now, so that the first job starts at once."""
     from leafcut.cli.progress import Reporter
     from leafcut.cli.warming import warm_all
@@ -133,30 +106,6 @@ def _warm_up(*, as_json: Json = False) -> int:
         problem = LeafcutError("no folder for compiled code can be written; set NUMBA_CACHE_DIR to one that can")
         problem.answered = as_json
         raise problem
-    return 0
-
-
-def _cells(row: Any) -> tuple[str, ...]:
-    cells = (row.option, row.value, row.source, f"used by {row.used_by}" if row.used_by else "")
-    return tuple("".join(c if c.isprintable() else "?" for c in cell) for cell in cells)
-
-
-def _file_words(file: str, usual: str) -> str:
-    if file:
-        return f"your defaults file: {file}"
-    place = f"; leafcut defaults --template prints one to save as {usual}" if usual else ""
-    return f"no defaults file{place} (or name one in ${DEFAULTS_VARIABLE})"
-
-
-def _completion(shell: str, whole: Callable[[], App]) -> int:
-    if shell not in SHELLS:
-        raise OptionError(f"unknown shell '{shell}'{nearest(shell, SHELLS)}")
-    app = whole()
-    type_for_shell(app)
-    script = app.generate_completion(prog_name="leafcut", shell=shell)  # type: ignore[arg-type]
-    # Where bash knows nothing better it completes files, as it does elsewhere: --machine my.toml.
-    script = script.replace("\ncomplete -F ", "\ncomplete -o default -F ")
-    print(script + (_ZSH_END if shell == "zsh" else ""), end="")
     return 0
 
 

@@ -1,0 +1,205 @@
+"""The commands that check a program: simulate, verify and stock."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from leafcut.cli.flags import File, Json, switch
+from leafcut.cli.json_output import print_json
+from leafcut.cli.several import expanded
+from leafcut.cli.shared import (
+    DONE,
+    REFUSED,
+    DialectOption,
+    NoDefaults,
+    check_file_name,
+    dashed,
+    defaults_given,
+    each_of,
+    given_options,
+    nothing_new_in,
+    print_defaults,
+)
+from leafcut.cli.usage import DASH, refuse_dash
+from leafcut.errors import OptionError, count_of
+from leafcut.files.whole_files import StandardInput
+
+if TYPE_CHECKING:
+    from leafcut.model.simulation import Simulation
+
+
+def simulate(
+    *programs: Annotated[
+        str,
+        Parameter(name="PROGRAM", help="a G-code program; - for standard input; several, or a pattern with * and ?"),
+    ],
+    dialect: DialectOption = None,
+    no_defaults: NoDefaults = False,
+    as_json: Json = False,
+    options: dict[str, Any],
+) -> int:
+    """Show the machine time and travel of a program, and any dangerous moves."""
+    from leafcut import api
+    from leafcut.report.json_answer import simulation_as_json
+
+    inputs, each = expanded([*map(dashed, programs)], "simulate")
+    given = {"dialect": dialect, "defaults_file": defaults_given(no_defaults), **given_options(options)}
+
+    def simulated(program: str) -> tuple[Simulation, int]:
+        found = api.simulate(StandardInput.read() if program == DASH else program, **given)
+        dangerous = any(issue.severity == "danger" for issue in found.issues)
+        return found, REFUSED if dangerous and options.get("strict") else DONE
+
+    def do(_: int, program: str) -> tuple[dict[str, Any], int]:
+        found, status = simulated(program)
+        return simulation_as_json(found), status
+
+    if each:
+        rows, status = each_of("program", inputs, do)
+        if as_json:
+            from leafcut.report.several import several_as_json
+
+            print_json(several_as_json(rows, status))
+        else:
+            from rich.console import Console
+
+            from leafcut.report.several import print_simulated
+
+            print_simulated(rows, Console())
+        return status
+    found, status = simulated(inputs[0])
+    if as_json:
+        print_json(simulation_as_json(found))
+    else:
+        _print_simulated(found)
+    return status
+
+
+def _print_simulated(found: Simulation) -> None:
+    from leafcut.units import fixed, format_length, format_time
+
+    dangers = [issue for issue in found.issues if issue.severity == "danger"]
+    for issue in dangers:
+        print(f"danger: {issue}")
+    cost = found.measure
+    print(f"{found.program}: {format_time(cost.time_s)} on {found.machine.name}")
+    print(f"rapid {format_length(cost.travel_mm)}, feed {format_length(cost.cut_mm)}")
+    print("  ".join(f"{kind} {format_time(s)}" for kind, s in cost.by_kind.items()))
+    for axis, low, high in zip("XYZ", *found.path.extents, strict=True):
+        print(f"{axis} {fixed(low, 3)} to {fixed(high, 3)} mm")
+    for issue in found.issues:
+        if issue not in dangers:
+            print(f"{issue.severity}: {issue}")
+    print_defaults(found.defaults)
+
+
+def stock(
+    program: Annotated[str, Parameter(name="PROGRAM", help="a G-code program; - for standard input")],
+    /,
+    *more: Annotated[str, Parameter(show=False)],
+    output: Annotated[
+        File | None,
+        Parameter(
+            name=["--output", "-o"], help="what is left, as a picture (.png) or a solid for other programs (.stl)"
+        ),
+    ] = None,
+    same_as: Annotated[
+        str | None,
+        Parameter(
+            name="--same-as", help="another program, which must leave the same of the stock (else exit status 1)"
+        ),
+    ] = None,
+    dialect: DialectOption = None,
+    no_defaults: NoDefaults = False,
+    as_json: Json = False,
+    options: dict[str, Any],
+) -> int:
+    """Show what a program cuts from its stock: volume, depth, time in the air, rapids and holders that meet it."""
+    from leafcut import api
+    from leafcut.files.whole_files import check_output, write_bytes
+    from leafcut.report.stock_report import as_file, check_name, print_stock, stock_as_json
+
+    if more:
+        raise OptionError(f"stock takes one program, not {1 + len(more)}; run them one by one")
+    program = dashed(program)
+    refuse_dash("--same-as", same_as)
+    check_file_name("-o", output)
+    check_name(output)
+    check_output(
+        output, [program if program != DASH else None, same_as, options.get("tools"), options.get("workpiece")]
+    )
+    source = StandardInput.read() if program == DASH else program
+    with nothing_new_in(output):
+        found = api.cut_stock(
+            source,
+            same_as=same_as,
+            dialect=dialect,
+            defaults_file=defaults_given(no_defaults),
+            **given_options(options),
+        )
+    if output:
+        write_bytes(output, as_file(found, output))
+    if as_json:
+        print_json(stock_as_json(found, output))
+    else:
+        from rich.console import Console
+
+        print_stock(found, output, Console())
+        print_defaults(found.defaults)
+    dangers = bool(found.rapids or found.collisions)
+    return REFUSED if found.differences or (dangers and options.get("strict")) else DONE
+
+
+def verify(
+    original: Annotated[str, Parameter(name="ORIGINAL", help="the reference program")],
+    new: Annotated[str, Parameter(name="NEW", help="the program to check against it")],
+    /,
+    *more: Annotated[str, Parameter(show=False)],
+    dialect: Annotated[
+        str | None,
+        Parameter(name="--dialect", help="dialect of both programs, by name or TOML file (default: the machine's)"),
+    ] = None,
+    allow_reverse: Annotated[
+        bool,
+        switch(
+            "--allow-reverse",
+            help="accept open cuts of constant depth that run from the other end",
+        ),
+    ] = False,
+    no_defaults: NoDefaults = False,
+    as_json: Json = False,
+    options: dict[str, Any],
+) -> int:
+    """Check that two programs do the same work, to 0.002 mm, or show where they differ."""
+    from leafcut import api
+
+    if more:
+        raise OptionError(
+            f"verify compares two programs, but {len(more) + 2} were given; give the original and the new one"
+        )
+    if dashed(original) == dashed(new) == DASH:
+        raise OptionError("verify: only one of the two programs can come from standard input")
+    first, other = (StandardInput.read() if dashed(word) == DASH else word for word in (original, new))
+    proof = api.verify_programs(
+        first,
+        other,
+        dialect=dialect,
+        allow_reverse=allow_reverse,
+        defaults_file=defaults_given(no_defaults),
+        **given_options(options),
+    )
+    if as_json:
+        from leafcut.report.json_answer import verification_as_json
+
+        print_json(verification_as_json(proof))
+    else:
+        turned = proof.reversed_cuts
+        if proof.same:
+            print("the same work" + (f", {count_of(turned, 'cut')} reversed" if turned else ""))
+        for difference in proof.differences:
+            print(difference)
+        for note in proof.notes:
+            print(f"note: {note}")
+    return DONE if proof.same else REFUSED

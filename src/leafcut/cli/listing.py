@@ -1,0 +1,115 @@
+"""The command `leafcut list`: what leafcut knows, and the file of one of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from leafcut.cli.flags import Json
+from leafcut.cli.json_output import print_json
+from leafcut.errors import OptionError, nearest
+
+KINDS = ("machines", "materials", "dialects", "formats", "algorithms", "plugins")
+
+
+def list_known(
+    kind: Annotated[str, Parameter(name="KIND", help=f"one of {', '.join(KINDS)}")],
+    name: Annotated[
+        str | None,
+        Parameter(name="NAME", help="print the file of this machine, material or dialect, to save and edit: > my.toml"),
+    ] = None,
+    /,
+    *more: Annotated[str, Parameter(show=False)],
+    as_json: Json = False,
+) -> int:
+    """List machines, materials, dialects, formats, algorithms or plug-ins, or print the file of one."""
+    if kind not in KINDS:
+        raise OptionError(f"list: unknown kind '{kind}'{nearest(kind, KINDS)}")
+    if more:
+        raise OptionError(f"list takes one name, not {1 + len(more)}; run it once for each")
+    if name is not None:
+        if kind not in _FILES:
+            raise OptionError(f"list {kind}: there is no file of one of them; leave {name} out")
+        noun, file_of = _FILES[kind]
+        known_as, text = file_of(name)
+        if as_json:
+            print_json({"name": known_as, noun: text})
+        else:
+            print(text, end="")
+        return 0
+    rows = _ROWS[kind]()
+    if as_json:
+        print_json({kind: [{"name": one, "description": text} for one, text in rows]})
+    elif rows:
+        width = max(len(one) for one, _ in rows)
+        for one, text in rows:
+            print(f"{one:{width}}  {text}")
+    else:
+        print("no plug-ins installed")
+    return 0
+
+
+def _machines() -> Sequence[tuple[str, str]]:
+    from leafcut.read.machine import machine_list
+
+    return machine_list()
+
+
+def _machine(name: str) -> tuple[str, str]:
+    from leafcut.read.machine import load_machine, machine_template
+
+    return load_machine(name).name, machine_template(name)
+
+
+def _materials() -> Sequence[tuple[str, str]]:
+    from leafcut.read.work_materials import material_list
+
+    return material_list()
+
+
+def _material(name: str) -> tuple[str, str]:
+    from leafcut.read.work_materials import load_material, material_text
+
+    return load_material(name).name, material_text(name)
+
+
+def _dialects() -> Sequence[tuple[str, str]]:
+    from leafcut.gcode.dialects import dialect_list
+
+    return dialect_list()
+
+
+def _dialect(name: str) -> tuple[str, str]:
+    from leafcut.gcode.dialects import dialect_template
+
+    return name, dialect_template(name)
+
+
+def _formats() -> Sequence[tuple[str, str]]:
+    from leafcut.read import formats
+
+    return [(one.name, f"{' '.join(one.extensions)}  {one.help}".strip()) for one in formats()]
+
+
+def _algorithms() -> Sequence[tuple[str, str]]:
+    from leafcut import api
+
+    return list(api.algorithms().items())
+
+
+def _plugins() -> Sequence[tuple[str, str]]:
+    from leafcut import api
+
+    return api.plugins()
+
+
+_ROWS: dict[str, Callable[[], Sequence[tuple[str, str]]]] = {
+    "machines": _machines, "materials": _materials, "dialects": _dialects, "formats": _formats,
+    "algorithms": _algorithms, "plugins": _plugins,
+}  # fmt: skip
+#: Kinds with files: the key of the file in the JSON answer, and the function that returns name and text of a file.
+_FILES: dict[str, tuple[str, Callable[[str], tuple[str, str]]]] = {
+    "machines": ("profile", _machine), "materials": ("material", _material), "dialects": ("dialect", _dialect),
+}  # fmt: skip

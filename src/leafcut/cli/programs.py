@@ -1,0 +1,371 @@
+"""The commands that make programs: optimize, drill, cut, pocket, reorder, nest, and the filter of LinuxCNC."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Group, Parameter
+
+from leafcut.cli.flags import File, Json, Name, Time, switch
+from leafcut.cli.json_output import print_json
+from leafcut.cli.progress import Reporter
+from leafcut.cli.several import all_drill_files, check_own, expanded, places_beside, targets_of
+from leafcut.cli.shared import (
+    DONE,
+    INCOMPLETE,
+    REFUSED,
+    NoDefaults,
+    OptionsFile,
+    Quiet,
+    check_file_name,
+    dashed,
+    defaults_given,
+    given_options,
+    nothing_new_in,
+    print_issues,
+    print_line,
+    write_program,
+)  # fmt: skip
+from leafcut.cli.usage import DASH, refuse_dash
+from leafcut.errors import OptionError
+from leafcut.files.user_files import first_time
+from leafcut.files.whole_files import StandardInput
+from leafcut.options.option_spec import PLACES, flag_name
+from leafcut.processes import registry
+from leafcut.processes.settings import all_options
+
+if TYPE_CHECKING:
+    from leafcut.cli.batch import BatchResult, BatchRow
+    from leafcut.model.outcome import Outcome
+
+_MANY = Group("Many inputs", sort_key=50)
+
+
+def optimize(
+    *sources: str,
+    command: str,
+    output: Annotated[
+        File | None,
+        Parameter(
+            name=["--output", "-o"],
+            help="program to write, - for standard output; for several inputs, a folder (default: beside the input)",
+        ),
+    ] = None,
+    dry_run: Annotated[bool, switch("--dry-run", help="write no program")] = False,
+    report: Annotated[
+        File | None, Parameter(name="--report", help="report page to write (HTML); for several inputs, a folder")
+    ] = None,
+    process: str = "auto",
+    options_file: OptionsFile = None,
+    no_defaults: NoDefaults = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    watch: Annotated[
+        bool, Parameter(name="--watch", negative="", show_default=False, group=_MANY,
+                        help="watch a folder, and make a program of each file that is added or changed; needs -o"),
+    ] = False,
+    every: Annotated[
+        Time | None, Parameter(name="--every", group=_MANY, help="with --watch: time between two looks (default: 2s)")
+    ] = None,
+    executor: Annotated[
+        Name | None,
+        Parameter(name="--executor", group=_MANY, help="where to work: threads, processes, or dask://host:port"),
+    ] = None,
+    workers: Annotated[
+        int | None, Parameter(name="--workers", group=_MANY, help="number of inputs at once (default: 1)")
+    ] = None,
+    options: dict[str, Any],
+) -> int:  # fmt: skip
+    """Make a verified program with the least machine time from a drawing, or from another CAM's program.
+
+    The search ends when its colonies agree; --time-limit and --preset limit it.
+    """
+    from leafcut.cli.batch import inputs_of
+
+    output, report = dashed(output), dashed(report)
+    asked = process if command == "optimize" or process != "auto" else command
+    check_file_name("--report", report)
+    refuse_dash("--options", options_file)
+    _check_workers(executor, workers)
+    if dry_run and output is not None:
+        raise OptionError("--dry-run writes no program; leave -o out")
+    if output == DASH and as_json:
+        raise OptionError("--json and -o - both write to standard output; leave one out")
+    own = {"process": asked, "options_file": options_file, "defaults_file": defaults_given(no_defaults)}
+    given: dict[str, Any] = own | given_options(options)
+    words = [*map(dashed, sources)]
+    if watch:
+        _check_one_file(given, "a folder has many programs")
+        if dry_run or report or as_json:
+            raise OptionError("--watch writes programs, a table and a report with -o; leave the other outputs out")
+        return _watch(words, output, given, every or "2s", executor, workers, quiet=quiet)
+    if every is not None:
+        raise OptionError("--every is used with --watch only; leave it out")
+    found = inputs_of(words)
+    inputs, each = expanded(found, command, folder=output, joins=asked in ("auto", "drill"))
+    if each or found != words:
+        return _optimize_each(
+            inputs, output, report, given, executor, workers, dry_run=dry_run, as_json=as_json, quiet=quiet
+        )
+    if executor is not None or workers is not None:
+        raise OptionError(f"--{'workers' if executor is None else 'executor'}: there is one input only; leave it out")
+    from leafcut import api
+
+    source = StandardInput.read() if inputs == [DASH] else inputs[0] if len(inputs) == 1 else inputs
+    file = None if output == DASH else output
+    if output is None and not dry_run and inputs != [DASH]:
+        file = places_beside(inputs[:1], [api.output_name(inputs[0], **given)], inputs)[0]
+        check_own(file, inputs)
+    with nothing_new_in(file), Reporter(quiet=quiet) as reporter:
+        outcome = api.optimize(source, file, report=report, progress=reporter, **given)
+    if output == DASH:
+        write_program(outcome.text.encode(outcome.encoding))
+        outcome = replace(outcome, output="standard output")
+    if as_json:
+        from leafcut.report.json_answer import as_json as answer
+
+        print_json(answer(outcome))
+    elif quiet:
+        print_issues(outcome.issues)
+    else:
+        from rich.console import Console
+
+        from leafcut.report.summary import print_summary
+
+        print_summary(_without_known_note(outcome), Console(stderr=output == DASH))
+    return _status_of(outcome)
+
+
+def _status_of(outcome: Outcome) -> int:
+    return INCOMPLETE if outcome.missing else DONE
+
+
+def _without_known_note(outcome: Outcome) -> Outcome:
+    """Return an outcome without the note on this machine (L403) if it was shown before; notes on the part stay."""
+    from leafcut.model.issue import Severity
+
+    known = [
+        issue
+        for issue in outcome.issues
+        if issue.code == "L403"
+        and issue.severity is Severity.NOTE
+        and not issue.message.startswith("the part reaches ")
+    ]
+    if known and not first_time(f"L403 {outcome.machine.name}"):
+        return replace(outcome, issues=tuple(issue for issue in outcome.issues if issue not in known))
+    return outcome
+
+
+def _check_one_file(given: Mapping[str, Any], several: str) -> None:
+    """Refuse options that name one file to write where there are several programs."""
+    for _, name, spec in all_options():
+        if spec.is_output and given.get(name):
+            raise OptionError(f"{flag_name(name)}: names one file but {several}; run them one by one")
+
+
+def _check_workers(executor: str | None, workers: int | None) -> None:
+    from leafcut.order.executors import MOST_WORKERS, check_executor
+
+    if executor is not None:
+        check_executor(executor)
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise OptionError(f"--workers: choose 1 to {MOST_WORKERS}")
+
+
+def _optimize_each(
+    inputs: list[str], output: str | None, report: str | None, given: dict[str, Any], executor: str | None,
+    workers: int | None, *, dry_run: bool, as_json: bool, quiet: bool,
+) -> int:  # fmt: skip
+    """Make a program of each of several inputs; a refused one does not stop the others."""
+    from leafcut import api
+    from leafcut.cli.batch import run_batch
+    from leafcut.order.executors import open_executor
+
+    _check_one_file(given, "there are several inputs")
+    if DASH in inputs:
+        raise OptionError("-: standard input cannot be combined with other inputs")
+    if given.get("origin") in PLACES and len(inputs) > 1 and all_drill_files(inputs):
+        raise OptionError(
+            f"--origin {given['origin']}: each drill file would get its own zero, so the holes of the board would not "
+            "match; name one program for all with -o, or a point, --origin x,y"
+        )
+    names = [api.output_name(source, **given) for source in inputs]
+    if output is None and not dry_run:
+        programs: Sequence[str | None] = places_beside(inputs, names, inputs)
+        for program in programs:
+            check_own(program, inputs)
+    else:
+        programs = targets_of(inputs, names, output, "-o")
+    pages = targets_of(inputs, [f"{Path(name).stem}.html" for name in names], report, "--report")
+    with Reporter(quiet=quiet) as reporter:
+        make = partial(
+            run_batch, inputs, programs, given,
+            folder=output, reports=pages, progress=reporter, refused=_print_refusal,
+        )  # fmt: skip
+        try:
+            if executor is None and (workers or 1) == 1:
+                results = make()
+            else:
+                with open_executor(executor or "processes", workers or 0) as opened:
+                    results = make(executor=opened)
+        except KeyboardInterrupt:
+            raise OptionError("interrupted; finished programs are kept") from None
+    return _print_results(results, output, as_json=as_json, quiet=quiet)
+
+
+def _print_results(results: Sequence[BatchResult], folder: str | None, *, as_json: bool, quiet: bool) -> int:
+    """Print the results of several inputs; return the exit status."""
+    from leafcut.model.issue import Issue, Severity
+    from leafcut.report.several import print_programs, several_as_json
+
+    rows = [result.as_json() for result in results]
+    status = next((one for one in (REFUSED, INCOMPLETE) if any(row["status"] == one for row in rows)), DONE)
+    if as_json:
+        print_json(several_as_json(rows, status))
+    elif quiet:
+        for row in rows:
+            issues = [
+                Issue(one["code"], one["message"], one["place"], severity=Severity(one["severity"]))
+                for one in row.get("issues", ())
+            ]
+            print_issues(issues, f"{row['input']}: ")
+    else:
+        from rich.console import Console
+
+        figures = [asdict(result.row) for result in results]
+        print_programs([*zip(figures, rows, strict=True)], folder, Console())
+    return status
+
+
+def _print_refusal(line: str) -> None:
+    print_line(line, REFUSED)
+
+
+def _watch(
+    words: Sequence[str], output: str | None, given: Mapping[str, Any], every: str, executor: str | None,
+    workers: int | None, *, quiet: bool,
+) -> int:  # fmt: skip
+    """Make a program of each drawing or program that is added to a folder or changed there, until Ctrl-C."""
+    from leafcut.cli.watch_folder import FolderWatch
+    from leafcut.order.executors import open_executor
+    from leafcut.report.wording import count, time_words
+    from leafcut.units import parse_quantity
+
+    if len(words) != 1 or words == [DASH]:
+        raise OptionError(f"--watch takes one folder; {len(words)} inputs were given")
+    if output is None or output == DASH:
+        raise OptionError("--watch needs -o FOLDER for the programs")
+    seconds = parse_quantity(every, "s")
+    if not 0.1 <= seconds <= 3600.0:
+        raise OptionError("--every: choose 0.1s to 1h")
+    numbers = {"written": 0, "refused": 0}
+
+    def written(row: BatchRow) -> None:
+        numbers["written"] += 1
+        worst = f"; {count(row.issues, 'issue')}, the worst: {row.worst}" if row.issues else ""
+        if not quiet:
+            name = "".join(c if c.isprintable() else "?" for c in f"{row.input}: {row.program}")
+            print(f"{name}, {time_words(float(row.after_s or 'nan'))}{worst}", flush=True)
+
+    def refused(line: str) -> None:
+        numbers["refused"] += 1
+        _print_refusal(line)
+
+    # An input that is being processed at Ctrl-C is done again when the folder is watched again.
+    with suppress(KeyboardInterrupt), open_executor(executor or "threads", workers or 1) as opened:
+        watch = FolderWatch(Path(words[0]), Path(output), given, opened, written, refused)
+        watch.check()
+        if not quiet:
+            print(f"watching {words[0]}; Ctrl-C ends it", flush=True)
+        watch.run(seconds)
+    if not quiet:
+        print(f"ended; {count(numbers['written'], 'program')} written, {count(numbers['refused'], 'refusal')}")
+    return DONE
+
+
+def filter_program(
+    *sources: str,
+    process: str = "auto",
+    options_file: OptionsFile = None,
+    no_defaults: NoDefaults = False,
+    options: dict[str, Any],
+) -> int:
+    """Write the program of a file to standard output, as a filter of LinuxCNC: a drawing opens in its own window.
+
+    The machine is that of LinuxCNC, by its .ini, unless --machine or --options names one. A line in [FILTER] of the
+    .ini calls it: dxf = leafcut filter --thickness 6
+    """
+    from leafcut.cli.linuxcnc_filter import check_file, run_filter
+
+    refuse_dash("filter", *sources)
+    refuse_dash("--options", options_file)
+    outcome = run_filter(
+        check_file(sources),
+        given_options(options),
+        process=process,
+        options_file=options_file,
+        defaults_file=defaults_given(no_defaults),
+    )
+    print_issues(outcome.issues)
+    if _status_of(outcome) == INCOMPLETE:
+        line = "something in the drawing would not be done, so it is not opened; leave its layer out, or correct it"
+        return print_line(line, INCOMPLETE)
+    write_program(outcome.text.encode(outcome.encoding))
+    return DONE
+
+
+def nest(
+    *parts: Annotated[
+        str, Parameter(name="PARTS", help="drawings with quantities, such as bracket.dxf:10, or a parts list (CSV)")
+    ],
+    output: Annotated[
+        File | None,
+        Parameter(
+            name=["--output", "-o"],
+            help="nested sheet to write (DXF), - for standard output if there is one (default: none is written)",
+        ),
+    ] = None,
+    options_file: OptionsFile = None,
+    no_defaults: NoDefaults = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
+    options: dict[str, Any],
+) -> int:
+    """Nest parts on sheets, in several variants, and write the best nest as DXF for cutting."""
+    from leafcut import api
+
+    refuse_dash("nest", *parts)
+    refuse_dash("--options", options_file)
+    to_standard_output = dashed(output) == DASH
+    if to_standard_output and as_json:
+        raise OptionError("--json and -o - both write to standard output; leave one out")
+    file = None if to_standard_output else output
+    with nothing_new_in(file), Reporter(quiet=quiet) as reporter:
+        outcome = api.nest(
+            [*parts],
+            file,
+            options_file=options_file,
+            defaults_file=defaults_given(no_defaults),
+            progress=reporter,
+            **given_options(options),
+        )
+    if to_standard_output:
+        drawings = [drawing for variant in outcome.drawings for drawing in variant]
+        if len(drawings) != 1:
+            raise OptionError(f"-o -: the nest is {len(drawings)} drawings, and one alone can go there; name a file")
+        write_program(drawings[0].encode())
+        outcome = replace(outcome, files=(("standard output",),))
+    if as_json:
+        print_json(registry.command("nest_answer")(outcome))
+    elif quiet:
+        print_issues(outcome.issues)
+    else:
+        from rich.console import Console
+
+        registry.command("nest_summary")(outcome, Console(stderr=to_standard_output))
+    return INCOMPLETE if outcome.missing else DONE

@@ -1,0 +1,150 @@
+"""What several commands share: exit statuses, flags, error lines, files."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from leafcut.cli.flags import File, switch
+from leafcut.cli.usage import DASH, HELD
+from leafcut.errors import DataError, LeafcutError, OptionError
+from leafcut.files.user_files import DEFAULTS_VARIABLE, defaults_file
+
+DONE, REFUSED, USAGE, INCOMPLETE = 0, 1, 2, 3
+STATUSES = "Exit status: 0 done; 1 refused; 2 wrong usage; 3 done, but work is missing, which is reported first."
+_WORST_FIRST = ("danger", "missing", "warning")
+#: Of several inputs the status is that of the worst.
+_STATUS_ORDER = (DONE, INCOMPLETE, REFUSED, USAGE)
+#: Most warnings that are printed where no summary was asked for.
+MOST_WARNINGS = 10
+
+OptionsFile = Annotated[File | None, Parameter(name="--options", help="a TOML file of options")]
+NoDefaults = Annotated[
+    bool,
+    switch(
+        "--no-defaults",
+        help=f"ignore your defaults file (leafcut/defaults.toml in your settings folder, or ${DEFAULTS_VARIABLE})",
+    ),
+]
+DialectOption = Annotated[
+    str | None,
+    Parameter(name="--dialect", help="dialect of the program, by name or TOML file (default: the machine's)"),
+]
+Quiet = Annotated[bool, switch("--quiet", "-q", help="no progress, no summary; warnings only")]
+
+
+def failure(problem: Exception) -> tuple[str, int]:
+    """Return what a person is told of an error, in a line, and the exit status."""
+    if isinstance(problem, LeafcutError):
+        line = "; ".join([str(problem), *getattr(problem, "__notes__", ())])
+        wrong_usage = isinstance(problem, OptionError) and not isinstance(problem, DataError)
+        return line, USAGE if wrong_usage else REFUSED
+    if isinstance(problem, MemoryError):
+        return "not enough memory for this input", REFUSED
+    if os.environ.get("LEAFCUT_TRACEBACK"):
+        raise problem
+    text = " ".join(f"{type(problem).__name__}: {problem}".split())
+    return f"internal error in leafcut ({text}); set LEAFCUT_TRACEBACK=1 for details", REFUSED
+
+
+def print_issues(issues: Iterable[Any], place: str = "") -> None:
+    """Say on standard error what matters even to somebody who wants no summary: holes lost, depths assumed."""
+    from leafcut.model.issue import LIMITS
+
+    told = sorted((i for i in issues if i.severity != "note"), key=lambda i: _WORST_FIRST.index(i.severity))
+    lines = {f"{place}{issue.severity}: {issue}": issue.code in LIMITS for issue in told}
+    most = MOST_WARNINGS
+    for line, is_limit in lines.items():
+        # Never fold assumptions.
+        if is_limit or most > 0:
+            print_line(line, DONE)
+        most -= not is_limit
+    if most < 0:
+        print_line(f"warning: {-most} more", DONE)
+
+
+def print_line(line: str, status: int) -> int:
+    """Print a line on standard error; return the status."""
+    print(f"leafcut: {printable(line)}", file=sys.stderr)
+    return status
+
+
+def printable(line: str) -> str:
+    """Return a line as it is shown; names of files may hold any character."""
+    line = line.replace(HELD, DASH)  # a word that nobody took for standard input
+    return "".join(c if c.isprintable() else "?" for c in line)
+
+
+@contextmanager
+def nothing_new_in(output: str | None) -> Iterator[None]:
+    """Let a refusal tell that what an earlier run wrote is still there: it would run on the machine as well."""
+    try:
+        yield
+    except LeafcutError as problem:
+        from leafcut.files.whole_files import OutputError
+
+        if output and Path(output).is_file() and not isinstance(problem, OutputError):
+            problem.add_note(f"{output} was not changed")
+        raise
+
+
+def each_of(
+    noun: str, inputs: Sequence[str], do: Callable[[int, str], tuple[dict[str, Any], int]]
+) -> tuple[list[dict[str, Any]], int]:
+    """Return the answer of each input with its ``status``, and the worst status; an error is told where it happens."""
+    rows: list[dict[str, Any]] = []
+    for number, source in enumerate(inputs):
+        try:
+            answer, status = do(number, source)
+        except KeyboardInterrupt:
+            print_line(f"interrupted; {number} of {len(inputs)} inputs were done", REFUSED)
+            rows += [{noun: one, "error": "interrupted", "status": REFUSED} for one in inputs[number:]]
+            break
+        except BrokenPipeError:
+            raise
+        except Exception as problem:
+            line, status = failure(problem)
+            print_line(line if str(Path(source)) in line else f"{source}: {line}", status)
+            answer = {noun: source, "error": line}
+        rows.append({**answer, "status": status})
+    return rows, max((row["status"] for row in rows), key=_STATUS_ORDER.index)
+
+
+def print_defaults(told: Sequence[str]) -> None:
+    """Print the options that came from the user's defaults file."""
+    if told:
+        print(f"from your defaults file: {', '.join(told)}")
+
+
+def given_options(options: dict[str, Any]) -> dict[str, Any]:
+    """Return the options that were given."""
+    return {name: dashed(value) for name, value in options.items() if value is not None}
+
+
+def check_file_name(flag: str, name: str | None) -> None:
+    """Refuse standard output where no program is written."""
+    if dashed(name) == DASH:
+        raise OptionError(f"{flag} -: only a program can go to standard output; name a file")
+
+
+def dashed(word: Any) -> Any:
+    """Return a word of the command line as it was typed."""
+    return DASH if word == HELD else word
+
+
+def defaults_given(left_out: bool) -> Path | None:
+    """Return the file of the person's own defaults, unless they are left out or there is none."""
+    return None if left_out else defaults_file()
+
+
+def write_program(data: bytes) -> None:
+    """Write a program to standard output as it is, whatever the terminal's letters are."""
+    sys.stdout.flush()
+    sys.stdout.buffer.write(data)
+    sys.stdout.buffer.flush()

@@ -1,0 +1,86 @@
+"""The command that studies algorithms on maps: solve."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from leafcut.cli.flags import File, switch
+from leafcut.cli.json_output import print_json
+from leafcut.cli.progress import Reporter
+from leafcut.cli.shared import (
+    DONE,
+    MOST_WARNINGS,
+    NoDefaults,
+    check_file_name,
+    dashed,
+    defaults_given,
+    given_options,
+    print_defaults,
+)
+from leafcut.cli.usage import DASH
+from leafcut.errors import OptionError
+from leafcut.files.whole_files import StandardInput
+
+
+def solve(
+    instance: Annotated[str, Parameter(name="INSTANCE", help="a TSPLIB file, a point map, or random:200")],
+    /,
+    *,
+    tour: Annotated[File | None, Parameter(name="--tour", help="tour file to write, in TSPLIB format")] = None,
+    save_map: Annotated[
+        File | None, Parameter(name="--save-map", help="table to write with the points of the map (.csv), mm")
+    ] = None,
+    as_json: Annotated[
+        bool,
+        switch(
+            "--json",
+            help="print the result as JSON; gap_percent is to the best known length (optimum) if the map has one, else "
+            "to lower_bound",
+        ),
+    ] = False,
+    no_defaults: NoDefaults = False,
+    options: dict[str, Any],
+) -> int:
+    """Find a short closed tour through the points of a map, or one point of each set, to study the algorithms."""
+    from leafcut import api
+    from leafcut.files.whole_files import check_output, write_whole
+    from leafcut.read.csvmap import points_text
+    from leafcut.read.tsplib import tour_text
+    from leafcut.report.wording import count, gap_lines
+
+    check_file_name("--tour", tour)
+    check_file_name("--save-map", save_map)
+    if save_map and not save_map.lower().endswith(".csv"):
+        raise OptionError(f"--save-map {save_map}: a table of points is written; name a file that ends in .csv")
+    for file in (tour, save_map):
+        check_output(file, [instance, *([tour] if file is save_map else [])])
+    with Reporter() as reporter:
+        solved = api.solve_file(
+            StandardInput.read() if dashed(instance) == DASH else instance,
+            progress=reporter,
+            defaults_file=defaults_given(no_defaults),
+            **given_options(options),
+        )
+    part, found = solved.part, solved.solution
+    if tour:
+        write_whole(tour, tour_text(part.name, found.nodes, every=part.grouping is None))
+    if save_map:
+        write_whole(save_map, points_text(part))
+    if as_json:
+        from leafcut.report.json_answer import solved_as_json
+
+        print_json(solved_as_json(solved))
+        return DONE
+    sets = "" if part.grouping is None else f" in {count(part.grouping.n_clusters, 'set')}"
+    print(f"{part.name}: {count(len(part.holes), 'point')}{sets}, {found.algorithm}, seed {found.seed}")
+    print(f"length {found.cost:,.10g}, {count(found.iterations, 'iteration')} in {found.seconds:.2f} s")
+    if found.stopped_early and options.get("time_limit") is None:
+        print("stopped early; this is the best tour so far")
+    for line in gap_lines(found.cost, part.optimum, found.lower_bound):
+        print(line)
+    print_defaults(solved.defaults)
+    for issue in part.issues[:MOST_WARNINGS]:
+        print(f"{issue.code}  {issue.message}{f' ({issue.place})' if issue.place else ''}")
+    return DONE

@@ -1,0 +1,72 @@
+"""The commands of tool libraries: import one of another program, choose speeds."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from leafcut.cli.flags import File, Json
+from leafcut.cli.json_output import print_json
+from leafcut.cli.progress import Reporter
+from leafcut.cli.shared import (
+    DONE,
+    NoDefaults,
+    check_file_name,
+    dashed,
+    defaults_given,
+    given_options,
+    nothing_new_in,
+    print_defaults,
+)
+from leafcut.cli.usage import DASH
+from leafcut.errors import OptionError
+from leafcut.files.whole_files import StandardInput
+
+
+def tool_speeds(
+    drawing: Annotated[
+        str | None,
+        Parameter(name="DRAWING", help="a drawing with the holes; without one --holes and --depth say what is drilled"),
+    ] = None,
+    /,
+    *more: Annotated[str, Parameter(show=False)],
+    objective: Annotated[
+        str, Parameter(name="--objective", help="what the speeds are chosen for [time, cost, life]")
+    ] = "cost",
+    save: Annotated[
+        str | None,
+        Parameter(name="--save", help="tool library to write, a copy of --tools with the chosen speeds (.toml)"),
+    ] = None,
+    plot: Annotated[File | None, Parameter(name="--plot", help="picture of the fronts to write (.svg)")] = None,
+    no_defaults: NoDefaults = False,
+    as_json: Json = False,
+    options: dict[str, Any],
+) -> int:
+    """Choose spindle speeds and feeds: all that no others are better than in time, cost and tool life of a part."""
+    from leafcut import api
+    from leafcut.report.cutting_data_report import cutting_data_as_json, print_cutting_data
+
+    if more:
+        raise OptionError(f"tools speeds takes one drawing, not {1 + len(more)}; run them one by one")
+    check_file_name("--save", save)
+    check_file_name("--plot", plot)
+    source = StandardInput.read() if dashed(drawing) == DASH else drawing
+    with nothing_new_in(save), Reporter(quiet=as_json) as reporter:
+        found = api.cutting_data(
+            source,
+            objective=objective,
+            save=save,
+            plot=plot,
+            progress=reporter,
+            defaults_file=defaults_given(no_defaults),
+            **given_options(options),
+        )
+    if as_json:
+        print_json(cutting_data_as_json(found, save, plot))
+    else:
+        from rich.console import Console
+
+        print_cutting_data(found, save, plot, Console())
+        print_defaults(found.defaults)
+    return DONE

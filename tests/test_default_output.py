@@ -1,0 +1,90 @@
+"""A file in the place of a command is optimized, and its program is written beside it."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+import leafcut
+from leafcut.cli.app import run
+from leafcut.files.digests import is_unchanged
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+FAST = ("--preset", "fast", "--threads", "1", "-q")
+
+
+@pytest.fixture
+def shop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return a folder below the working folder with a drawing and a program."""
+    (tmp_path / "jobs").mkdir()
+    shutil.copy(EXAMPLES / "plate_8x8_10.dxf", tmp_path / "jobs" / "plate.dxf")
+    shutil.copy(EXAMPLES / "cam_121.nc", tmp_path / "jobs" / "part.nc")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path / "jobs"
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(file.name for file in folder.iterdir())
+
+
+def test_a_file_without_a_command_is_optimized_and_its_program_stands_beside_it(shop: Path) -> None:
+    assert run(["jobs/plate.dxf", "--thickness", "6", "--machine", "haas-vf2", *FAST]) == 0
+    text = (shop / "plate.nc").read_text()
+    assert text == leafcut.optimize("jobs/plate.dxf", thickness=6, machine="haas-vf2", preset="fast").text
+    assert names(shop) == ["part.nc", "plate.dxf", "plate.nc"]
+
+
+def test_the_program_of_a_program_has_leafcut_in_its_name(shop: Path) -> None:
+    before = (shop / "part.nc").read_bytes()
+    assert run(["reorder", "jobs/part.nc", *FAST]) == 0
+    assert names(shop) == ["part.leafcut.nc", "part.nc", "plate.dxf"]
+    assert (shop / "part.nc").read_bytes() == before
+
+
+def test_a_built_in_input_is_written_into_the_working_folder(shop: Path) -> None:
+    assert run(["example:plate-8x8-10", "--thickness", "6", *FAST]) == 0
+    assert names(Path()) == ["jobs", "plate-8x8-10.ngc"]
+
+
+def test_an_own_program_is_replaced_and_an_edited_one_is_not(shop: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["jobs/plate.dxf", *FAST, "--thickness"]
+    assert run([*words, "6"]) == 0
+    assert run([*words, "8"]) == 0
+    program = shop / "plate.ngc"
+    assert "--thickness 8mm" in program.read_text() and is_unchanged(program.read_text())
+    edited = program.read_text().replace("G21", "G21 (checked)", 1)
+    program.write_text(edited)
+    assert run([*words, "6"]) == 1
+    assert "jobs/plate.ngc: exists, and leafcut did not write it or it was changed since; name it with -o" in (
+        capsys.readouterr().err
+    )
+    assert program.read_text() == edited
+    assert run([*words, "6", "-o", "jobs/plate.ngc"]) == 0
+    assert is_unchanged(program.read_text())
+
+
+def test_two_inputs_of_one_name_and_a_folder_as_output_are_refused(
+    shop: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (shop / "plate.csv").write_text("x,y,diameter\n1,2,3\n4,5,3\n")
+    assert run(["jobs/plate.dxf", "jobs/plate.csv", "--thickness", "6", *FAST]) == 2
+    assert "would both be written as jobs/plate.ngc" in capsys.readouterr().err
+    assert run(["jobs/plate.dxf", "--thickness", "6", "-o", "jobs", *FAST]) == 1
+    assert "jobs: is a folder" in capsys.readouterr().err
+    assert names(shop) == ["part.nc", "plate.csv", "plate.dxf"]
+
+
+def test_a_folder_is_done_again_without_its_own_programs(shop: Path) -> None:
+    (shop / "part.nc").unlink()
+    for _ in range(2):
+        assert run(["drill", "jobs", "--thickness", "6", *FAST]) == 0
+    assert names(shop) == ["plate.dxf", "plate.ngc"]
+
+
+def test_a_dry_run_writes_nothing(shop: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["jobs/plate.dxf", "--thickness", "6", "--dry-run", *FAST]) == 0
+    assert run(["jobs/plate.dxf", "--thickness", "6", "--dry-run", "-o", "x.nc"]) == 2
+    assert "--dry-run writes no program; leave -o out" in capsys.readouterr().err
+    assert names(shop) == ["part.nc", "plate.dxf"]
