@@ -19,8 +19,10 @@ class SolidReader:
     TimeoutExpired = subprocess.TimeoutExpired
 
     def __init__(self) -> None:
+        # It forks, so it must not have threads.
+        environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
         self._server = subprocess.Popen(
-            [sys.executable, "-P", __file__], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+            [sys.executable, "-P", __file__], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment
         )
 
     def run(self, command: Sequence[str], **_: Any) -> subprocess.CompletedProcess[str]:
@@ -40,7 +42,6 @@ def serve() -> None:
     """Fork for each line of words that comes, and tell how that ended."""
     import OCP.STEPControl  # noqa: F401  # all of OpenCASCADE is in one library
 
-    from leafcut.read.step import _limited
     from leafcut.read.step_solid import main
 
     for line in sys.stdin:
@@ -50,7 +51,6 @@ def serve() -> None:
             try:
                 os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
                 os.dup2(1, 2)
-                _limited()
                 status = main(json.loads(line))
             finally:
                 os._exit(status)

@@ -47,6 +47,10 @@ _SHOWN = {
 }  # fmt: skip
 
 
+#: Parameters of functions that the help shows with all options only.
+_SELDOM = ("options_file", "no_defaults", "watch", "every", "executor", "workers")
+
+
 def switch(*names: str, help: str) -> Parameter:
     """Return the parameter of a flag that takes no value."""
     return Parameter(name=names, negative="", show_default=False, help=help)
@@ -90,6 +94,8 @@ def command_of(
         for parameter in inspect.signature(function, eval_str=True).parameters.values()
         if parameter.name != "options" and parameter.name not in fixed
     ]
+    if first and not all_shown:
+        own = [_unseen(one) if one.name in _SELDOM else one for one in own]
     every = list(options)
     usual = defaults() if every else {}
     names = sorted(every, key=lambda option: first.index(option[1]) if option[1] in first else len(first))
@@ -117,6 +123,11 @@ def command_of(
     command.__annotations__ = {p.name: p.annotation for p in parameters}
     command.__doc__ = help or function.__doc__
     return command
+
+
+def _unseen(parameter: inspect.Parameter) -> inspect.Parameter:
+    """Return a parameter that the help does not show."""
+    return parameter.replace(annotation=Annotated[parameter.annotation, Parameter(show=False)])
 
 
 def usage_of(name: str, command: Callable[..., int]) -> str:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import importlib.util
 import json
 import math
+import os
 import subprocess
 import sys
 import tempfile
@@ -31,8 +31,8 @@ from leafcut.read.step_shapes import ONLY
 LARGEST = 100 * 1024 * 1024
 #: Directions of holes along an axis, as the process tells them: the number of the axis.
 _AXES = {"1, 0, 0": 0, "0, 1, 0": 1}
-#: The process gets so much memory and time: what needs more is refused, bytes and s.
-MEMORY, SECONDS = 8 * 1024**3, 300
+#: Most time of the process, s; `step_solid.MEMORY` is its most memory.
+SECONDS = 300
 #: The solid of a file: a number, all of them, or None for its only one.
 WhichSolid = int | Literal["all"] | None
 #: More triangles than this are not taken.
@@ -362,7 +362,7 @@ def _solid(
         try:
             done = subprocess.run(
                 command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                timeout=SECONDS, check=False, preexec_fn=_limited if sys.platform != "win32" else None,
+                timeout=SECONDS, check=False, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
             )  # fmt: skip
         except subprocess.TimeoutExpired:
             raise ReadError(path, f"takes more than {SECONDS} s to read; export the part in fewer faces") from None
@@ -373,18 +373,6 @@ def _solid(
     if "problem" in told:
         raise ReadError(path, told["problem"])
     return told, triangles
-
-
-def _limited() -> None:
-    """Bound the memory of the process that reads."""
-    import resource
-
-    for kind, limit in ((resource.RLIMIT_AS, MEMORY), (resource.RLIMIT_CORE, 0)):
-        hard = resource.getrlimit(kind)[1]
-        # A limit that is lower already stays; macOS refuses to set that of the memory, and goes without.
-        with contextlib.suppress(ValueError, OSError):
-            least = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
-            resource.setrlimit(kind, (least, least))
 
 
 FORMAT = Format(

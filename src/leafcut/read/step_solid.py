@@ -14,6 +14,7 @@ import json
 import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple
 
@@ -24,6 +25,8 @@ from numpy.typing import NDArray
 from leafcut.model.part import TURNS, HoleStep
 from leafcut.read.step_shapes import ALL, ONLY, PARALLEL, face_of, part_above, parts_of, triangles_of
 
+#: Most memory of this process, bytes.
+MEMORY = 8 * 1024**3
 #: Triangles leave the solid by at most this, mm, and by this angle, rad.
 DEFLECTION, ANGLE = 0.05, 0.3
 #: Lengths that differ by less are one, mm.
@@ -206,11 +209,25 @@ def meets_disc(surface: Surface, x: float, y: float, radius: float, low: float, 
 
 
 def main(arguments: list[str]) -> int:
-    """Read a file and write what it holds."""
+    """Read a file and write what it holds; this process gets no more memory than `MEMORY`."""
+    _limit_memory()
     file, out, most, what, which, up, level, boxed = arguments
     told, triangles = _found(file, int(most), what, which, up, level, bool(boxed))
     np.savez(out, told=np.array(json.dumps(told)), triangles=triangles)
     return 0
+
+
+def _limit_memory() -> None:
+    if sys.platform == "win32":
+        return
+    import resource
+
+    for kind, limit in ((resource.RLIMIT_AS, MEMORY), (resource.RLIMIT_CORE, 0)):
+        hard = resource.getrlimit(kind)[1]
+        # A lower limit is kept. macOS refuses to limit the memory, and goes without.
+        with suppress(ValueError, OSError):
+            least = limit if hard == resource.RLIM_INFINITY else min(limit, hard)
+            resource.setrlimit(kind, (least, least))
 
 
 def _found(
