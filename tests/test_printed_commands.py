@@ -126,7 +126,8 @@ RUN = [
 def shop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return the working folder with the files that the pages name."""
     monkeypatch.chdir(tmp_path)
-    shutil.copytree(ROOT / "examples", "examples")
+    for folder in ("examples", "tests/styles"):
+        shutil.copytree(ROOT / folder, folder)
     for name, source in SHIPPED.items():
         shutil.copy(ROOT / source, name)
     for name in ("part.nc", "plate.nc", "old.nc", "new.nc", "original.nc"):

@@ -84,9 +84,10 @@ def unknown_flags() -> Iterator[str]:
         for command in COMMANDS:
             run([*command.split(), "--help-all"])
     known = set(re.findall(r"--[a-z][a-z-]+", output.getvalue())) | {flag_name(name) for _, name, _ in all_options()}
-    for place, match in sources.matches(r"--[a-z][a-z-]+", README):
-        if match[0] not in known | {"--help", "--help-all"}:
-            yield f"{place}: no command has {match[0]}"
+    for place, line in sources.matches(r"^(?! +python -m ).+$", README):
+        for flag in re.findall(r"--[a-z][a-z-]+", line[0]):
+            if flag not in known | {"--help", "--help-all"}:
+                yield f"{place}: no command has {flag}"
 
 
 def undocumented_options() -> Iterator[str]:
