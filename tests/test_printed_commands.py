@@ -18,12 +18,12 @@ OUTSIDE = {
     "--port": "a board",
     "dask://": "a cluster",
     "--device gpu": "a graphics card",
-    "watch ": "goes on until it is stopped",
+    "--watch": "goes on until it is stopped",
     "studio": "goes on until it is stopped",
     "send ": "a board",
-    "addon ": "a folder of another program",
+    "install addon ": "a folder of another program",
     "…": "an ellipsis stands for words",
-    "warm-up": "compiles for minutes; tests/test_warming.py",
+    "install kernels": "compiles for minutes; tests/test_warming.py",
 }
 #: Experiments of many hours: the reduced one of each runs in tests/lab.
 LONG = ("lab run thesis", "lab run machining_time", "lab report machining_time", "lab tune boards/")
@@ -59,7 +59,7 @@ BEFORE: dict[str, tuple[str, ...]] = {
         "cut examples/sheet.dxf --thickness 6 --save-plan plan.json -o sheet.ngc",
     ),
     "drill examples/plate_70.dxf --tools tuned.toml --thickness 0.25in --machine haas-vf2 -o plate.nc": (
-        "cutting-data examples/plate_70.dxf --material c45 --tools examples/tools.toml --thickness 0.25in --machine "
+        "tools speeds examples/plate_70.dxf --material c45 --tools examples/tools.toml --thickness 0.25in --machine "
         "haas-vf2 --save tuned.toml",
     ),
     "nest examples/gusset.svg:4 --sheet first_rest_1.dxf --sheet 600x400 -o second.dxf": (
