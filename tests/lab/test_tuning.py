@@ -178,7 +178,7 @@ def test_by_the_command_it_is_written_as_options_that_a_run_takes(
     assert answer["trials"] == 3
     assert [Path(file).name for file in answer["files"]] == ["tune_as.toml", "tune_as.html", "tune_as.csv"]
     assert "The set that was found" in (tmp_path / "tune_as.html").read_text()
-    plate = ["optimize", "example:plate-10", "--depth", "3", "--no-bound", "--iterations", "2", "--json"]
+    plate = ["optimize", "example:plate-10", "--depth", "3", "--no-bound", "--iterations", "2", "--json", "--dry-run"]
     assert run([*plate, "--options", str(tmp_path / "tune_as.toml")]) == 0
     assert json.loads(capsys.readouterr().out)["algorithm"] == "as"
     options.write_text("[solve]\ntime_limit = 1\n")

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 
-from leafcut.cli import app as cli
+from leafcut.cli import shared
 from leafcut.model.issue import CODES, LIMITS, Issue, Severity
 from leafcut.model.outcome import Outcome
 from leafcut.processes.drilling.model import DrillingDetail
@@ -154,7 +154,7 @@ def test_assumptions_are_never_folded_into_and_so_many_more(outcome_of, capsys):
     text = shown(outcome_of(issues=issues))
     assert text.count("drill assumed") == 42 and "more" not in text
     assert write_page(outcome_of(issues=issues)).count("drill assumed") >= 42
-    cli._warn((*others, *issues))
+    shared.print_issues((*others, *issues))
     told = capsys.readouterr().err
     assert told.count("drill assumed") == 42 and told.count("L208") == 10 and "warning: 5 more" in told
 

@@ -227,7 +227,7 @@ def test_what_there_is_is_listed_as_the_command_line_does(
 ) -> None:
     for what in ("machines", "algorithms", "formats"):
         capsys.readouterr()
-        cli.run([what, "--json"])
+        cli.run(["list", what, "--json"])
         assert client.get(f"/api/{what}").json() == json.loads(capsys.readouterr().out)
     options = {option["name"]: option for option in client.get("/api/options").json()["options"]}
     assert options["thickness"]["flag"] == "--thickness"

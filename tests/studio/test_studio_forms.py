@@ -58,14 +58,17 @@ def test_every_option_is_in_a_form() -> None:
 
 
 #: What a command takes that is no choice of a form: the page has inputs, downloads, lists of choices and files for it.
-BESIDE = {"defaults", "options", "output", "report", "process", "json", "quiet", "save_map", "tour", "help", "version"}
+BESIDE = {
+    "defaults", "options", "output", "dry_run", "report", "process", "json", "quiet", "save_map", "tour", "help",
+    "version", "watch", "every", "executor", "workers",
+}  # fmt: skip
 #: What the points of a map have no use for: they are solved by the map's own rule of distance.
 NOT_OF_MAPS = {"objective", "min_diameter", "max_diameter", "merge_tolerance", "concentric", "solid"}
 
 
 @pytest.mark.parametrize("command", ["optimize", "nest", "solve", "simulate", "verify"])
 def test_what_a_command_takes_is_in_the_forms_of_its_work(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.run([command, "--help"]) == 0
+    assert cli.run([command, "--help-all"]) == 0
     flags = {word.replace("-", "_") for word in re.findall(r"--([a-z][a-z0-9-]+)", capsys.readouterr().out)}
     taken = flags & {name for _, name, _ in all_options()}
     shown = {

@@ -228,7 +228,7 @@ def _working_commands() -> Iterator[tuple[str, Callable[..., int], Sequence[Work
         "annotations": every, "fixed": {"command": "optimize"}, "first": main,
     }  # fmt: skip
     for one in registry.processes():
-        first = [name for _, names in one.form[:2] for name in names]
+        first = one.form[0][1]
         special: dict[str, Any] = {"first": first, "help": one.help}
         if not one.reads:
             yield one.command, programs.nest, [one], special

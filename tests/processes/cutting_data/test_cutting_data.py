@@ -300,7 +300,7 @@ def test_files_are_refused_before_anything_is_written(tmp_path: Path, library: P
 
 def test_json_has_shop_units_and_the_whole_front(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     """m/min = π D n / 1000, kW and N·m: P = M · 2π n / 60 by the drive's 0.75."""
-    line = "cutting-data --material c45 --drill-diameter 6 --holes 20 --depth 12 --objective time --json"
+    line = "tools speeds --material c45 --drill-diameter 6 --holes 20 --depth 12 --objective time --json"
     plot = tmp_path / "front.svg"
     assert run([*line.split(), "--plot", str(plot)]) == 0
     found = json.loads(capsys.readouterr().out)
@@ -322,7 +322,7 @@ def test_the_terminal_shows_the_best_of_each_objective_and_the_librarys_own(
     capsys: pytest.CaptureFixture[str], library: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "80")
-    assert run(["cutting-data", "--material", "c45", "--tools", str(library), "--holes", "9", "--depth", "12"]) == 0
+    assert run(["tools", "speeds", "--material", "c45", "--tools", str(library), "--holes", "9", "--depth", "12"]) == 0
     out = capsys.readouterr().out
     assert "quickest" in out and "→ cheapest" in out and "as given" in out
     assert re.search(r"spindle speed .* 900 rpm\n", out)
@@ -342,21 +342,21 @@ def test_the_terminal_says_in_one_line_what_a_tools_life_is_worth(
     capsys: pytest.CaptureFixture[str], material: str, tool: str, words: str
 ) -> None:
     """Those of high-speed steel drills in S235 stand in worked examples that were read."""
-    line = f"cutting-data --material {material} --tool-material {tool} --drill-diameter 6 --holes 20 --depth 12"
+    line = f"tools speeds --material {material} --tool-material {tool} --drill-diameter 6 --holes 20 --depth 12"
     assert run(line.split()) == 0
     said = [row for row in capsys.readouterr().out.splitlines() if row.startswith(("from memory", "estimate"))]
     assert said == ([words] if words else [])
 
 
 def test_materials_are_listed_and_shown_with_their_sources(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert run(["materials"]) == 0
+    assert run(["list", "materials"]) == 0
     assert "steel-c45" in capsys.readouterr().out
-    assert run(["materials", "--show", "1045"]) == 0
+    assert run(["list", "materials", "1045"]) == 0
     text = capsys.readouterr().out
     assert "[sources]" in text and 'kc11 = "1500 N/mm2"' in text
     own = tmp_path / "own.toml"
     own.write_text(text, encoding="utf-8")
     options = {**DRILL, "material": str(own)}
     assert chosen(leafcut.cutting_data(**options)).points == chosen(leafcut.cutting_data(**DRILL)).points
-    assert run(["materials", "--show", "1054"]) == 2
+    assert run(["list", "materials", "1054"]) == 2
     assert "unknown material '1054'; did you mean '1045'?" in capsys.readouterr().err
