@@ -104,7 +104,7 @@ def simulated(text: str, ours: float) -> float:
 def run(path: Path, longest: float) -> list[str]:
     """Return the row of a program, or its name and the reason of a refusal."""
     try:
-        stock = leafcut.cut_stock(path, machine=MACHINE, mill_diameter=WIDTH)
+        stock = leafcut.stock(path, machine=MACHINE, mill_diameter=WIDTH)
         block = ",".join(f"{side:.6f}" for side in (*stock.block.low, *stock.block.high))
         outcome = leafcut.optimize(
             path, process="reorder", machine=MACHINE, mill_diameter=WIDTH, workpiece=block, time_limit=5,

@@ -121,7 +121,7 @@ def mutant(cuts: list[Feature], chance: random.Random, least: float = LEAST_PLAC
 
 def differ(original: Path, new: Path) -> bool:
     """Return whether `leafcut stock` reports different parts for two programs."""
-    return bool(leafcut.cut_stock(new, same_as=original, cell=CELL).differences)
+    return bool(leafcut.stock(new, same_as=original, cell=CELL).differences)
 
 
 def reordered(original: Path, new: Path) -> bool:

@@ -11,7 +11,9 @@ def main() -> None:
     """Print the median and the best length of every algorithm."""
     board = leafcut.read_part("example:board-97")
     for algorithm in ("nn", "2opt", "as", "eas", "asrank", "mmas", "acs"):
-        lengths = [leafcut.solve_part(board, algorithm=algorithm, seed=seed, iterations=20).cost for seed in range(5)]
+        lengths = [
+            leafcut.solve(board, algorithm=algorithm, seed=seed, iterations=20).solution.cost for seed in range(5)
+        ]
         print(f"{algorithm:7} median {median(lengths):8.1f} mm   best {min(lengths):8.1f} mm")
 
 

@@ -173,7 +173,7 @@ def test_a_job_of_freecad_is_reordered_and_does_the_same_work(
     done = freecad_job(freecadcmd, tmp_path, ARGUMENTS="--base linuxcnc --machine linuxcnc-mill --preset fast")
     assert done.returncode == 0, done.stderr
     monkeypatch.chdir(tmp_path)
-    assert leafcut.verify_programs("before.ngc", "job.ngc").same
+    assert leafcut.verify("before.ngc", "job.ngc").same
     assert Path("job.ngc").read_text().count("G81") == 6
     before, after = (leafcut.simulate(name).measure.time_s for name in ("before.ngc", "job.ngc"))
     assert after < before
@@ -202,7 +202,7 @@ def test_the_post_processor_takes_any_other_one_and_the_options_of_leafcut(
     text = export([], str(file), "--base shop --machine linuxcnc-mill --preset fast")
     assert file.read_bytes().decode() == text and not list(tmp_path.glob("*.leafcut-part"))
     (tmp_path / "before.ngc").write_text(PROGRAM)
-    assert leafcut.verify_programs(tmp_path / "before.ngc", file).same
+    assert leafcut.verify(tmp_path / "before.ngc", file).same
 
 
 @pytest.mark.parametrize(
@@ -260,4 +260,4 @@ def test_a_drilling_program_of_pcb2gcode_is_reordered(tmp_path: Path, monkeypatc
     monkeypatch.chdir(tmp_path)
     Path("drill.ngc").write_bytes((HERE / "styles" / "pcb2gcode_drill_three_bits.ngc").read_bytes())
     assert run([*recipe("drill.ngc").split(), "--preset", "fast", "-q"]) == 0
-    assert leafcut.verify_programs("drill.ngc", "faster.ngc").same
+    assert leafcut.verify("drill.ngc", "faster.ngc").same

@@ -58,12 +58,12 @@ def test_a_simulation_has_measure_dangers_and_both_paths(programs: dict[str, str
 
 
 def test_a_certificate_names_each_difference_with_its_lines(programs: dict[str, str]) -> None:
-    proof = leafcut.verify_programs(programs["right"], programs["deeper"])
+    proof = leafcut.verify(programs["right"], programs["deeper"])
     assert not proof.same and proof.compared == ()
     assert proof.before == proof.after and proof.before.holes == 3
     assert all(isinstance(one, Difference) for one in proof.differences)
     assert (proof.differences[0].original, proof.differences[0].new) == (6, 6)
-    assert leafcut.verify_programs(programs["right"], programs["right"]).same
+    assert leafcut.verify(programs["right"], programs["right"]).same
 
 
 def test_the_answers_of_the_commands_are_views_of_those_of_the_library(
@@ -71,8 +71,8 @@ def test_the_answers_of_the_commands_are_views_of_those_of_the_library(
 ) -> None:
     right, deeper, low = (programs[name] for name in ("right", "deeper", "low"))
     assert printed(capsys, "simulate", low) == simulation_as_json(api.simulate(low))
-    assert printed(capsys, "verify", right, deeper) == verification_as_json(api.verify_programs(right, deeper))
-    told, solved = printed(capsys, "solve", "random:12:1"), solved_as_json(api.solve_file("random:12:1"))
+    assert printed(capsys, "verify", right, deeper) == verification_as_json(api.verify(right, deeper))
+    told, solved = printed(capsys, "solve", "random:12:1"), solved_as_json(api.solve("random:12:1"))
     clocked = {"seconds", "compile_seconds", "history", "workers"}
     assert {k: v for k, v in told.items() if k not in clocked} == {k: v for k, v in solved.items() if k not in clocked}
 
@@ -81,7 +81,7 @@ def test_the_keys_of_the_answers_are_those_that_scripts_rely_on(programs: dict[s
     simulated = simulation_as_json(api.simulate(programs["low"]))
     assert [*simulated] == ["program", "machine", "time_s", "rapid_mm", "feed_mm", "by_kind", "extents", "issues"]
     assert simulated["extents"] == {"x": [5.0, 9.0], "y": [5.0, 5.0], "z": [-1.0, 5.0]}
-    proof = verification_as_json(api.verify_programs(programs["right"], programs["deeper"]))
+    proof = verification_as_json(api.verify(programs["right"], programs["deeper"]))
     head = ["same", "differences", "before", "after", "compared", "sha256"]
     assert [*proof] == [*head, "allow_reverse", "reversed_cuts", "notes"]
     assert [*proof["differences"][0]] == ["what", "original", "new", "text", "also", "words"]
@@ -91,8 +91,8 @@ def test_what_is_of_the_persons_defaults_is_told_by_every_answer(programs: dict[
     defaults = tmp_path / "defaults.toml"
     defaults.write_text('machine = "grbl-3018"\nseed = 7\n')
     found = api.simulate(programs["right"], defaults_file=defaults)
-    proof = api.verify_programs(programs["right"], programs["right"], defaults_file=defaults)
-    solved = api.solve_file("random:6:1", defaults_file=defaults)
+    proof = api.verify(programs["right"], programs["right"], defaults_file=defaults)
+    solved = api.solve("random:6:1", defaults_file=defaults)
     assert (found.defaults, proof.defaults, solved.defaults) == (
         ("--machine grbl-3018",),
         ("--machine grbl-3018",),
@@ -104,7 +104,7 @@ def test_what_is_of_the_persons_defaults_is_told_by_every_answer(programs: dict[
 
 def test_a_solved_map_has_its_points_its_tour_and_its_gap() -> None:
     """Every point once; of a map without a known best length the gap is that against the bound."""
-    solved = api.solve_file("random:9:2")
+    solved = api.solve("random:9:2")
     assert sorted(solved.solution.nodes.tolist()) == list(range(len(solved.part.holes)))
     assert solved.gap == solved.solution.gap
     better = dataclasses.replace(solved, part=dataclasses.replace(solved.part, optimum=solved.solution.cost / 2))
@@ -112,7 +112,7 @@ def test_a_solved_map_has_its_points_its_tour_and_its_gap() -> None:
 
 
 def test_answers_cannot_be_changed(programs: dict[str, str]) -> None:
-    for answer in (api.simulate(programs["right"]), api.verify_programs(programs["right"], programs["right"])):
+    for answer in (api.simulate(programs["right"]), api.verify(programs["right"], programs["right"])):
         with pytest.raises(dataclasses.FrozenInstanceError):
             answer.defaults = ("else",)  # type: ignore[misc]
 

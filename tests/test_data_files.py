@@ -9,6 +9,7 @@ import pytest
 
 import leafcut
 from leafcut.cli.app import run
+from leafcut.errors import DataError
 from leafcut.read.machine import machine_template
 from leafcut.read.work_materials import material_text
 
@@ -97,4 +98,4 @@ def test_who_catches_wrong_options_catches_wrong_files_too(tmp_path: Path) -> No
     (tmp_path / "a.toml").write_text("[[tool]\n")
     with pytest.raises(leafcut.OptionError) as caught:
         leafcut.optimize("example:plate-10", depth=3, tools=str(tmp_path / "a.toml"))
-    assert isinstance(caught.value, leafcut.DataError)
+    assert isinstance(caught.value, DataError)

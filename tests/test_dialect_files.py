@@ -128,7 +128,7 @@ def test_a_program_is_simulated_and_verified_by_a_file(ours: Path, examples: Pat
     program = str(examples / "cam_121.nc")
     by_file, shipped = (api.simulate(program, dialect=word) for word in (str(ours), "linuxcnc"))
     assert (by_file.dialect, by_file.measure, by_file.issues) == ("ours.toml", shipped.measure, shipped.issues)
-    assert api.verify_programs(program, program, dialect=str(ours)).same
+    assert api.verify(program, program, dialect=str(ours)).same
     assert run(["simulate", program, "--dialect", str(ours), "--json"]) == 0
     assert run(["verify", program, program, "--dialect", str(ours)]) == 0
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import re
+import subprocess
+import sys
 import typing
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -13,6 +16,7 @@ import pytest
 
 import leafcut
 from leafcut.errors import OptionError
+from leafcut.options import keywords
 from leafcut.options.option_spec import OptionSpec
 from leafcut.processes import registry
 from leafcut.processes.settings import collect, used_by
@@ -20,29 +24,51 @@ from leafcut.processes.settings import collect, used_by
 #: Function → the kinds of work that it does.
 FUNCTIONS: dict[Callable[..., Any], tuple[str, ...]] = {
     leafcut.optimize: ("drill", "cut", "pocket", "program"),
+    leafcut.drill: ("drill",),
+    leafcut.cut: ("cut",),
+    leafcut.pocket: ("pocket",),
+    leafcut.reorder: ("program",),
     leafcut.nest: ("nest",),
-    leafcut.solve_part: ("solve",),
-    leafcut.solve_file: ("solve",),
+    leafcut.solve: ("solve",),
     leafcut.simulate: ("simulate",),
-    leafcut.verify_programs: ("verify",),
+    leafcut.stock: ("stock",),
+    leafcut.tool_speeds: ("cutting-data",),
+    leafcut.verify: ("verify",),
 }
 #: A value of each type that a keyword may have.
 SAMPLES = {"float": 1.0, "int": 1, "bool": True, "Path": Path("a.toml")}
 
 
 def keywords_of(function: Callable[..., Any]) -> dict[str, Any]:
-    """Return the typed keywords of a function: name → type."""
-    (unpacked,) = typing.get_args(typing.get_type_hints(function)["options"])
-    return typing.get_type_hints(unpacked)
+    """Return the options among the typed keywords of a function: name → type."""
+    unpacked = list(inspect.signature(function).parameters.values())[-1].annotation
+    found = typing.get_type_hints(vars(keywords)[unpacked.removeprefix("Unpack[").removesuffix("]")])
+    return {name: hint for name, hint in found.items() if name not in keywords.RunKeywords.__annotations__}
 
 
 @pytest.mark.parametrize("function, works", list(FUNCTIONS.items()))
 def test_the_keywords_of_a_function_are_the_options_that_its_work_uses(
     function: Callable[..., Any], works: tuple[str, ...]
 ) -> None:
-    keywords = keywords_of(function)
-    assert list(keywords) == [name for _, name, _ in used_by(*map(registry.work, works))]
-    assert not keywords.keys() & inspect.signature(function).parameters.keys()
+    names = keywords_of(function).keys()
+    assert names == {name for _, name, _ in used_by(*map(registry.work, works))}
+    assert not names & inspect.signature(function).parameters.keys()
+
+
+def test_each_option_is_written_once() -> None:
+    tree = ast.parse(Path(keywords.__file__).read_text(encoding="utf-8"))
+    names = [ast.unparse(line.target) for line in ast.walk(tree) if isinstance(line, ast.AnnAssign)]
+    assert len(names) == len(set(names)) > 200
+
+
+def test_the_keywords_that_are_no_options_are_arguments_of_optimize() -> None:
+    assert keywords.RunKeywords.__annotations__.keys() < inspect.signature(leafcut.optimize).parameters.keys()
+
+
+def test_the_module_of_keywords_is_not_imported_at_run_time() -> None:
+    code = "import sys, leafcut.api; print('leafcut.options.keywords' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "False\n"
 
 
 def values_of(hint: Any, spec: OptionSpec) -> Iterator[Any]:
@@ -57,9 +83,9 @@ def values_of(hint: Any, spec: OptionSpec) -> Iterator[Any]:
 @pytest.mark.parametrize("function, works", list(FUNCTIONS.items()))
 def test_the_options_take_what_the_types_allow(function: Callable[..., Any], works: tuple[str, ...]) -> None:
     """Every choice, None, and a number: one that is refused is out of bounds, and not of a wrong kind."""
-    keywords = keywords_of(function)
+    types = keywords_of(function)
     for _, name, spec in used_by(*map(registry.work, works)):
-        for value in values_of(keywords[name], spec):
+        for value in values_of(types[name], spec):
             try:
                 collect({name: value})
             except OptionError as problem:

@@ -154,27 +154,27 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         laid = {"sheet": "400x200", "ignore_layers": "MARK", "open_paths": "drop", "nester": "shapes", **FAST}
         api.nest([at["sheet.dxf"]], out / "nest.dxf", remnants_out=out, **laid)
     elif work == "solve":
-        api.solve_file(at["holes.csv"], **APART, target_gap=1, **LITTLE)
-        api.solve_file("random:12", algorithm="firefly", **LITTLE)
-        api.solve_file("random:12", colonies=2, **LITTLE)
+        api.solve(at["holes.csv"], **APART, target_gap=1, **LITTLE)
+        api.solve("random:12", algorithm="firefly", **LITTLE)
+        api.solve("random:12", colonies=2, **LITTLE)
     elif work == "simulate":
         api.simulate(at["cam.nc"])
         api.simulate(at["plasma.ngc"], machine="plasma-table")
     elif work == "stock":
         (out / "cam.nc").write_text("G21 G90\nT1 M6\nM3 S900\nG0 X0 Y0 Z5\nG1 Z-1 F60\nG1 X9\nG0 Z5\nM2\n")
-        api.cut_stock(out / "cam.nc", mill_diameter=3)
+        api.stock(out / "cam.nc", mill_diameter=3)
     elif work == "cutting-data":
         made = {"material": "c45", "holes": 3}
-        api.cutting_data(at["holes.csv"], material="c45", depth=3, tools=at["tools.toml"], **FAST)
+        api.tool_speeds(at["holes.csv"], material="c45", depth=3, tools=at["tools.toml"], **FAST)
         surface = {"surface": at["block.stl"], "through": True, "fixture": "200 200 0 210 210 9"}
         surface["fixture_file"] = at["clamp.stl"]
-        api.cutting_data(at["holes.csv"], material="c45", **surface, **FAST)
-        api.cutting_data(at["holes.csv"], material="c45", depth=3, cycle=None, feed=99, spindle_speed=900, **FAST)
-        api.cutting_data(**made, depth=3, drill_diameter=3)
+        api.tool_speeds(at["holes.csv"], material="c45", **surface, **FAST)
+        api.tool_speeds(at["holes.csv"], material="c45", depth=3, cycle=None, feed=99, spindle_speed=900, **FAST)
+        api.tool_speeds(**made, depth=3, drill_diameter=3)
         (out / "mill.toml").write_text(TOOLS.replace('kind = "end-mill"', 'kind = "end-mill"\nteeth = 3'))
-        api.cutting_data(**made, thickness=3, tools=out / "mill.toml", cut_length=100)
+        api.tool_speeds(**made, thickness=3, tools=out / "mill.toml", cut_length=100)
     else:
-        api.verify_programs(at["plasma.ngc"], at["plasma.ngc"], machine="plasma-table")
+        api.verify(at["plasma.ngc"], at["plasma.ngc"], machine="plasma-table")
 
 
 @pytest.mark.slow

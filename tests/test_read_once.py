@@ -154,8 +154,8 @@ def test_programs_and_maps_are_opened_once(tmp_path: Path) -> None:
         api.simulate(program)
         assert times_opened(paths, program) == 1
         paths.clear()
-        assert api.verify_programs(program, other).same
-        api.solve_file(points, iterations=1)
+        assert api.verify(program, other).same
+        api.solve(points, iterations=1)
     assert [times_opened(paths, file) for file in (program, other, points)] == [1, 1, 1]
 
 
@@ -179,7 +179,7 @@ def test_a_source_in_memory_is_an_input(tmp_path: Path) -> None:
     drawing.unlink()
     assert api.simulate(loaded[0]).measure == expected[0].measure
     assert leafcut.optimize(loaded[1], thickness=6, **LITTLE).text == expected[1].text
-    assert api.verify_programs(loaded[0], loaded[0]).same
+    assert api.verify(loaded[0], loaded[0]).same
 
 
 def test_the_file_of_a_source_in_memory_is_never_overwritten(tmp_path: Path) -> None:

@@ -172,9 +172,9 @@ def written(tmp_path: Path) -> Iterator[tuple[str, str]]:
     yield "list dialects", dialect_template("haas")
     yield "tools import", imported_tools(str(table), "mm")[0]
     yield "defaults --template", TEMPLATE
-    leafcut.cutting_data(**given, tools=library)
+    leafcut.tool_speeds(**given, tools=library)
     yield "tools speeds --save, with a library", saved.read_text(encoding="utf-8")
-    leafcut.cutting_data(**given, drill_diameter=6)
+    leafcut.tool_speeds(**given, drill_diameter=6)
     yield "tools speeds --save", saved.read_text(encoding="utf-8")
 
 

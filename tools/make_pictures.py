@@ -36,7 +36,7 @@ def main() -> None:
     assert shown is not None
     (_, picture, _), *_ = shown["pictures"]
     (PICTURES / "surface.png").write_bytes(base64.b64decode(picture.partition(",")[2]))
-    leafcut.cutting_data(
+    leafcut.tool_speeds(
         ROOT / "examples" / "plate_70.dxf",
         material="c45",
         tools=ROOT / "examples" / "tools.toml",

@@ -25,16 +25,7 @@ from leafcut.model.part import Part
 from leafcut.model.simulation import Simulation
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution, Solved
-from leafcut.options import Settings, flag_name
-from leafcut.options.keywords import (
-    CuttingDataKeywords,
-    NestKeywords,
-    OptimizeKeywords,
-    SimulateKeywords,
-    SolveKeywords,
-    StockKeywords,
-    VerifyKeywords,
-)
+from leafcut.options import ReadOptions, Settings, flag_name
 from leafcut.processes import registry
 from leafcut.processes.course import Run, machine_of, refuse_missing
 from leafcut.processes.deadline import Deadline
@@ -43,6 +34,19 @@ from leafcut.read import Input
 from leafcut.read.nest_list import WantedDrawing
 
 if TYPE_CHECKING:
+    from leafcut.options.keywords import (
+        CutKeywords,
+        DrillKeywords,
+        NestKeywords,
+        OptimizeKeywords,
+        PocketKeywords,
+        ReorderKeywords,
+        SimulateKeywords,
+        SolveKeywords,
+        StockKeywords,
+        ToolSpeedsKeywords,
+        VerifyKeywords,
+    )
     from leafcut.processes.base import Process
     from leafcut.timing.fitting import Fitted
 
@@ -132,6 +136,38 @@ def optimize(
         texts[str(report)] = page
     write_together(texts, encodings={str(output): outcome.encoding})
     return outcome
+
+
+def drill(
+    source: Input | Sequence[Input], output: str | Path | None = None, **keywords: Unpack[DrillKeywords]
+) -> Outcome:
+    """Return a verified program that drills the holes of a drawing, of drill files or of a point map.
+
+    `source` and `output` are those of `optimize`. `keywords` are those of `optimize`, except `process`, with the
+    options of drilling; an option that drilling does not use is refused. So it is with `cut`, `pocket` and `reorder`.
+    """
+    return optimize(source, output, process="drill", **keywords)
+
+
+def cut(source: Input, output: str | Path | None = None, **keywords: Unpack[CutKeywords]) -> Outcome:
+    """Return a verified program that cuts the contours of a drawing from a sheet. Arguments are as in `drill`."""
+    return optimize(source, output, process="cut", **keywords)
+
+
+def pocket(source: Input, output: str | Path | None = None, **keywords: Unpack[PocketKeywords]) -> Outcome:
+    """Return a verified program that mills the pockets of a drawing or a picture. Arguments are as in `drill`."""
+    return optimize(source, output, process="pocket", **keywords)
+
+
+def reorder(
+    source: Input, output: str | Path | None = None, *, process: str = "auto", **keywords: Unpack[ReorderKeywords]
+) -> Outcome:
+    """Return a program of another CAM with its work in a quicker order, verified to do the same work.
+
+    Arguments are as in `drill`; `process` is what the program does: ``drill``, ``mill``, ``laser`` or ``plasma``, where
+    the program does not show it.
+    """
+    return optimize(source, output, process="reorder" if process == "auto" else process, **keywords)
 
 
 def _files(*names: str | None) -> list[str]:
@@ -245,41 +281,21 @@ def nest(
     return replace(outcome, defaults=settings.from_defaults())
 
 
-def solve_part(
-    part: Part, *, progress: Progress | None = None, observe: Observer | None = None,
-    cancelled: threading.Event | None = None, **options: Unpack[SolveKeywords],
-) -> Solution:  # fmt: skip
-    """Return a closed tour through the points of a map, by TSPLIB's rule of distance where the file has one.
+def read_part(source: Input, options: ReadOptions | None = None) -> Part:
+    """Return the part of a file, or of a name such as ``example:plate-70`` or ``random:200:7``, in mm.
 
-    Where the map has sets of points, the tour visits one point of each, and keeps what must come before what.
-    `progress`, `observe`, `cancelled` and `options` are those of `optimize`.
+    Raises
+    ------
+    ReadError
+        The file cannot be read, holds no holes, or, with `options.strict`, needed anything skipped or repaired.
     """
-    return _solved(part, _settings("solve", options), progress, observe, cancelled)
+    from leafcut.read import read
+
+    return read(source, options)
 
 
-def _solved(
-    part: Part, settings: Settings, progress: Progress | None, observe: Observer | None,
-    cancelled: threading.Event | None,
-) -> Solution:  # fmt: skip
-    from leafcut.order.compiling import announced
-    from leafcut.order.maps import check_allowed, problem_of_map
-    from leafcut.order.solve import solve
-
-    problem = problem_of_map(part)
-    what = f"solving {part.name}"
-    looking_for(progress, what)  # what was read before may have been ended anywhere; a search may not
-    tell = passing_on(progress, what)
-    with announced(lambda words: progress(words, None, 0.0, None) if progress else None):
-        solution = solve(
-            problem, settings.solve, settings.aco, firefly=settings.firefly, progress=tell, observe=observe,
-            cancelled=cancelled,
-        )  # fmt: skip
-    check_allowed(part, solution.nodes)
-    return solution
-
-
-def solve_file(
-    source: Input,
+def solve(
+    source: Input | Part,
     *,
     defaults_file: str | Path | None = None,
     progress: Progress | None = None,
@@ -287,15 +303,51 @@ def solve_file(
     cancelled: threading.Event | None = None,
     **options: Unpack[SolveKeywords],
 ) -> Solved:
-    """Read a map, and return it with a closed tour through its points, as `solve_part` does.
+    """Return a map with a closed tour through its points, by TSPLIB's rule of distance where the file has one.
+
+    Where the map has sets of points, the tour visits one point of each, and keeps the given precedence.
+
+    Parameters
+    ----------
+    source
+        A file that `read_part` understands, or the part that it returned.
 
     `progress`, `observe`, `cancelled` and `options` are those of `optimize`.
     """
     from leafcut.read import read
 
     settings = _settings("solve", options, None, defaults_file)
-    part = read(source, settings.read, looking_for(progress, "reading"))
-    return Solved(part, _solved(part, settings, progress, observe, cancelled), settings.from_defaults())
+    part = source if isinstance(source, Part) else read(source, settings.read, looking_for(progress, "reading"))
+    return Solved(part, _tour(part, settings, progress, observe, cancelled), settings.from_defaults())
+
+
+def _tour(
+    part: Part,
+    settings: Settings,
+    progress: Progress | None,
+    observe: Observer | None,
+    cancelled: threading.Event | None,
+) -> Solution:
+    from leafcut.order import solve
+    from leafcut.order.compiling import announced
+    from leafcut.order.maps import check_allowed, problem_of_map
+
+    problem = problem_of_map(part)
+    step = f"solving {part.name}"
+    looking_for(progress, step)  # what was read before may have been ended anywhere; a search may not
+    tell = passing_on(progress, step)
+    with announced(lambda words: progress(words, None, 0.0, None) if progress else None):
+        solution = solve.solve(
+            problem,
+            settings.solve,
+            settings.aco,
+            firefly=settings.firefly,
+            progress=tell,
+            observe=observe,
+            cancelled=cancelled,
+        )
+    check_allowed(part, solution.nodes)
+    return solution
 
 
 def simulate(
@@ -354,7 +406,7 @@ def check_times(
     return fit(programs, found[0].machine), found
 
 
-def cut_stock(
+def stock(
     program: Input,
     *,
     same_as: Input | None = None,
@@ -372,7 +424,7 @@ def cut_stock(
     return found
 
 
-def cutting_data(
+def tool_speeds(
     drawing: Input | None = None,
     *,
     objective: str = "cost",
@@ -380,7 +432,7 @@ def cutting_data(
     plot: str | Path | None = None,
     defaults_file: str | Path | None = None,
     progress: Progress | None = None,
-    **options: Unpack[CuttingDataKeywords],
+    **options: Unpack[ToolSpeedsKeywords],
 ) -> CuttingData:
     """Return the spindle speeds and feeds of tools that no others are better than in time, cost and tool life.
 
@@ -420,7 +472,7 @@ def cutting_data(
     return found
 
 
-def verify_programs(
+def verify(
     original: Input,
     new: Input,
     *,

@@ -213,8 +213,8 @@ def test_a_drawing_is_drilled_verified_and_its_program_is_not_reordered(plate: P
     other.write_text(leafcut.optimize(plate, dialect=name, start_point="45,45", **FAST).text)
     moved = plate.with_name("moved" + dialect(name).extension)
     moved.write_text(re.sub(r"X40 Y10\b", "X41 Y10", outcome.text))
-    assert leafcut.verify_programs(program, other, dialect=name).same
-    assert not leafcut.verify_programs(program, moved, dialect=name).same
+    assert leafcut.verify(program, other, dialect=name).same
+    assert not leafcut.verify(program, moved, dialect=name).same
     with pytest.raises(OptionError, match="does not reorder"):
         leafcut.optimize(program, dialect=name)
 

@@ -260,8 +260,8 @@ def test_a_drawing_is_drilled_verified_and_its_program_is_not_reordered(tmp_path
     files[0].write_text(leafcut.optimize(plate, **fast).text)
     files[1].write_text(leafcut.optimize(plate, start_point="45,45", **fast).text)
     files[2].write_text(re.sub(r"X\+40 Y\+10\b", "X+41 Y+10", files[0].read_text()))
-    assert leafcut.verify_programs(files[0], files[1], dialect="heidenhain").same
-    assert not leafcut.verify_programs(files[0], files[2], dialect="heidenhain").same
+    assert leafcut.verify(files[0], files[1], dialect="heidenhain").same
+    assert not leafcut.verify(files[0], files[2], dialect="heidenhain").same
     with pytest.raises(OptionError, match="does not reorder"):
         leafcut.optimize(files[0], dialect="heidenhain")
     with pytest.raises(ReadError, match="Heidenhain's plain language"):

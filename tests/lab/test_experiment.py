@@ -33,7 +33,7 @@ def test_every_run_is_the_run_of_its_algorithm_and_seed_alone(found: Experiment)
     )
     for one in found.repetitions:
         given = {**SHORT, **({"n_ants": "5"} if one.algorithm == "mmas" else {})}
-        alone = api.solve_file("random:30:2", algorithm=one.algorithm, seed=one.seed, **given).solution
+        alone = api.solve("random:30:2", algorithm=one.algorithm, seed=one.seed, **given).solution
         assert one.cost == alone.cost
         assert one.iterations == alone.iterations
         assert one.nodes.tobytes() == alone.nodes.tobytes()

@@ -47,7 +47,7 @@ def test_a_run_is_what_its_command_answers(tmp_path: Path) -> None:
     assert (ran.runs, ran.finished, ran.done, ran.failed) == (12, 12, 12, ())
     assert len({row.key for row in rows}) == 12
     (row,) = [row for row in rows if (row.instance, row.levels["algorithm"], row.seed) == ("thirty", "acs", 2)]
-    alone = api.solve_file(
+    alone = api.solve(
         "random:30:5", algorithm="acs", seed=2, iterations=5, threads=1, bound=False, local_search=False
     ).solution
     assert row.responses == {"length": alone.cost}
@@ -157,7 +157,7 @@ def test_a_run_in_a_process_of_its_own_finds_the_same_and_its_start_counts(tmp_p
         rows = store.rows("small")
     assert len(rows) == 4
     for row in rows:
-        here = api.solve_file(
+        here = api.solve(
             "example:plate-10", algorithm=row.levels["algorithm"], seed=1, iterations=5, threads=1, bound=False,
             local_search=False,
         )  # fmt: skip

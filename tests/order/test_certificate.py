@@ -312,7 +312,7 @@ def test_the_best_is_kept_when_the_caller_cancels(bounding: Bounding) -> None:
 
     options = {"progress": press, "cancelled": cancelled, "iterations": 100_000}
     part = leafcut.read_part("random:80")
-    found = leafcut.solve_part(part, **options)
+    found = leafcut.solve(part, **options).solution
     assert found.stopped_early
     assert sorted(found.nodes.tolist()) == list(range(80))
     cancelled.clear()

@@ -98,7 +98,7 @@ SOLVE = """
 import sys
 from leafcut import api
 options = {"preset": "fast", "colonies": 4, "iterations": 2, "bound": False, "colonies_on": sys.argv[1]}
-print(api.solve_file("random:300:3", **options).solution.nodes.tolist())
+print(api.solve("random:300:3", **options).solution.nodes.tolist())
 """
 
 

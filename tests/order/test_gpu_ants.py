@@ -100,7 +100,7 @@ from leafcut import api
 found = {}
 for algorithm in ("eas", "asrank"):
     answers = [
-        api.solve_file("random:30:2", algorithm=algorithm, device=d, iterations=2, n_ants=6, bound=False, threads=2)
+        api.solve("random:30:2", algorithm=algorithm, device=d, iterations=2, n_ants=6, bound=False, threads=2)
         for d in ("cpu", "gpu")
     ]
     found[algorithm] = answers[0].solution.nodes.tolist() == answers[1].solution.nodes.tolist()
@@ -129,7 +129,7 @@ def test_a_missing_gpu_is_reported_in_one_line_before_anything_is_compiled(tmp_p
 )
 def test_searches_that_cannot_use_a_gpu_are_refused(words: dict[str, str]) -> None:
     with pytest.raises(OptionError, match=r"^--device: only used with --(algorithm|parallel)"):
-        api.solve_file("random:12", device="gpu", iterations=1, **words)
+        api.solve("random:12", device="gpu", iterations=1, **words)
 
 
 def test_directed_paths_are_refused() -> None:

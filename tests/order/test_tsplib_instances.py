@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import leafcut
-from leafcut.api import solve_part
+from leafcut.api import solve
 
 ANTS = ("as", "eas", "asrank", "mmas", "acs")
 
@@ -31,7 +31,7 @@ def test_the_published_optimal_tour_has_the_published_length(data: Path) -> None
 def test_each_algorithm_comes_within_three_percent_on_kroa100(algorithm: str, data: Path) -> None:
     part = leafcut.read_part(data / "tsplib" / "kroA100.tsp")
     assert part.optimum == 21282
-    found = solve_part(part, algorithm=algorithm, iterations=40)
+    found = solve(part, algorithm=algorithm, iterations=40).solution
     assert 21282 <= found.cost <= 1.03 * 21282
 
 
@@ -41,8 +41,8 @@ def test_each_algorithm_comes_within_three_percent_on_kroa100(algorithm: str, da
 )
 def test_each_algorithm_improves_on_nearest_neighbour(algorithm: str, name: str, data: Path) -> None:
     part = leafcut.read_part(data / "tsplib" / f"{name}.tsp")
-    nearest = solve_part(part, algorithm="nn")
-    found = solve_part(part, algorithm=algorithm, iterations=1)
+    nearest = solve(part, algorithm="nn").solution
+    found = solve(part, algorithm=algorithm, iterations=1).solution
     assert part.optimum <= found.cost < nearest.cost
 
 
@@ -53,15 +53,15 @@ def test_each_algorithm_improves_on_nearest_neighbour(algorithm: str, name: str,
 def test_ants_without_local_search_learn(algorithm: str, iterations: int, data: Path) -> None:
     """Tours of ants alone improve on nearest neighbour; MAX–MIN is the slowest, with the least evaporation (0.02)."""
     part = leafcut.read_part(data / "tsplib" / "kroA100.tsp")
-    nearest = solve_part(part, algorithm="nn")
-    found = solve_part(part, algorithm=algorithm, local_search=False, iterations=iterations, n_ants=50)
+    nearest = solve(part, algorithm="nn").solution
+    found = solve(part, algorithm=algorithm, local_search=False, iterations=iterations, n_ants=50).solution
     assert 21282 <= found.cost < 0.92 * nearest.cost
 
 
 @pytest.mark.slow
 def test_mmas_comes_within_one_percent_on_pcb442(data: Path) -> None:
     part = leafcut.read_part(data / "tsplib" / "pcb442.tsp")
-    assert solve_part(part, algorithm="mmas", iterations=200).cost <= 1.01 * 50778
+    assert solve(part, algorithm="mmas", iterations=200).solution.cost <= 1.01 * 50778
 
 
 @pytest.mark.parametrize(
@@ -74,6 +74,6 @@ def test_mmas_comes_within_one_percent_on_pcb442(data: Path) -> None:
 )
 def test_kicks_come_near_the_optimum_of_large_boards(name: str, percent: float, data: Path) -> None:
     part = leafcut.read_part(data / "tsplib" / f"{name}.tsp")
-    found = solve_part(part, algorithm="kicks", iterations=60)
+    found = solve(part, algorithm="kicks", iterations=60).solution
     assert part.optimum <= found.cost <= (1 + percent / 100) * part.optimum
     assert sorted(found.nodes.tolist()) == list(range(len(part.holes)))

@@ -88,7 +88,7 @@ def test_a_table_may_have_a_column_z(tmp_path: Path) -> None:
     assert [(h.z, h.diameter) for h in read_part(table).holes] == [(0.0, 3.0), (-2.0, 3.0)]
     with pytest.raises(PlanError, match=r"1 at Z0 .*, 1 at Z-2"):
         api.optimize(table, depth=2, **FAST)
-    api.solve_file(table, **FAST)  # a map of points has no surface
+    api.solve(table, **FAST)  # a map of points has no surface
 
 
 def squares(*heights: float) -> Callable[[Any], None]:

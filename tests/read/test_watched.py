@@ -67,12 +67,12 @@ def test_a_dxf_reader_ends_when_nobody_waits_for_it(
 
 
 def test_progress_can_end_what_only_reads(tmp_path: Path) -> None:
-    """`simulate`, `verify_programs` and `nest` of the library, and with them those jobs of the studio."""
+    """`simulate`, `verify` and `nest` of the library, and with them those jobs of the studio."""
     path = tmp_path / "a.ngc"
     path.write_text("G21 G90 G17 G94\nG0 Z5\nG1 X1 F100\nM2\n", encoding="utf-8")
     with pytest.raises(Enough):
         api.simulate(path, progress=Patience(0))
     with pytest.raises(Enough):
-        api.verify_programs(path, path, progress=Patience(0))
+        api.verify(path, path, progress=Patience(0))
     with pytest.raises(Enough):
         api.nest(["no.dxf"], progress=Patience(0))

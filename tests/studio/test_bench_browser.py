@@ -103,7 +103,7 @@ def test_a_step_is_drawn_with_best_mean_worst_and_branching_and_explained_in_its
     with Path(waiting.value.path()).open() as file:
         rows = list(csv.DictReader(file))
     # The command line makes the same search, and its best tour after as many iterations is as long.
-    same = api.solve_file("random:40:1", algorithm="mmas", local_search=False, iterations=len(rows), bound=False)
+    same = api.solve("random:40:1", algorithm="mmas", local_search=False, iterations=len(rows), bound=False)
     assert float(rows[-1]["shortest"]) == pytest.approx(same.solution.cost, rel=1e-12)
     assert [int(row["number"]) for row in rows] == list(range(1, len(rows) + 1))
     assert len(rows) >= 4
@@ -154,7 +154,7 @@ def test_runs_of_several_algorithms_are_compared_in_table_boxes_and_curves_and_c
         figures = (min(found), statistics.mean(found), statistics.stdev(found), max(found))
         assert row.locator("th").inner_text() == name
         assert row.locator("td").all_inner_texts() == [f"{value:,.2f}" for value in figures]
-    alone = api.solve_file("random:40:1", algorithm="acs", seed=2, iterations=8, local_search=False, bound=False)
+    alone = api.solve("random:40:1", algorithm="acs", seed=2, iterations=8, local_search=False, bound=False)
     assert alone.solution.cost == lengths["acs"][1]
     expect(page.locator(".result .lc-boxes rect.lc-quartiles").first).to_be_visible()
     assert page.locator(".scrolls > section .lc-boxes rect.lc-quartiles").count() == 3

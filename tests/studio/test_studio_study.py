@@ -31,7 +31,7 @@ def test_a_study_is_a_job_whose_runs_are_those_of_the_command_line(studio: Studi
     ]
     for run in answer["runs"]:
         used = {**OPTIONS, **({} if run["algorithm"] != "firefly" else {"n_ants": None})}
-        alone = api.solve_file("random:30:1", algorithm=run["algorithm"], seed=run["seed"], **used)
+        alone = api.solve("random:30:1", algorithm=run["algorithm"], seed=run["seed"], **used)
         assert run["length"] == alone.solution.cost
     rows = csv.DictReader(io.StringIO(studio.history.artefact(job, "runs").text))
     assert [float(row["length"]) for row in rows] == [run["length"] for run in answer["runs"]]

@@ -187,7 +187,7 @@ def test_a_job_studied_step_by_step_gives_what_the_command_line_gives(studio: St
     assert studio.jobs.wait(job, 60) is JobState.DONE
     answer = studio.history.answer(job)
     assert answer is not None
-    assert answer["length"] == api.solve_file("random:40:1", **MMAS).solution.cost
+    assert answer["length"] == api.solve("random:40:1", **MMAS).solution.cost
     assert answer["iterations"] == 12
 
 

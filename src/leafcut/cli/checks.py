@@ -132,7 +132,7 @@ def stock(
     )
     source = StandardInput.read() if program == DASH else program
     with nothing_new_in(output):
-        found = api.cut_stock(
+        found = api.stock(
             source,
             same_as=same_as,
             dialect=dialect,
@@ -182,7 +182,7 @@ def verify(
     if dashed(original) == dashed(new) == DASH:
         raise OptionError("verify: only one of the two programs can come from standard input")
     first, other = (StandardInput.read() if dashed(word) == DASH else word for word in (original, new))
-    proof = api.verify_programs(
+    proof = api.verify(
         first,
         other,
         dialect=dialect,

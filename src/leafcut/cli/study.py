@@ -57,7 +57,7 @@ def solve(
     for file in (tour, save_map):
         check_output(file, [instance, *([tour] if file is save_map else [])])
     with Reporter() as reporter:
-        solved = api.solve_file(
+        solved = api.solve(
             StandardInput.read() if dashed(instance) == DASH else instance,
             progress=reporter,
             defaults_file=defaults_given(no_defaults),

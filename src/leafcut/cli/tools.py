@@ -53,7 +53,7 @@ def tool_speeds(
     check_file_name("--plot", plot)
     source = StandardInput.read() if dashed(drawing) == DASH else drawing
     with nothing_new_in(save), Reporter(quiet=as_json) as reporter:
-        found = api.cutting_data(
+        found = api.tool_speeds(
             source,
             objective=objective,
             save=save,

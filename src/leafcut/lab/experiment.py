@@ -111,7 +111,7 @@ def run_experiment(
 ) -> Experiment:
     """Run each algorithm `runs` times on a map, with seeds that count up from the option ``seed``.
 
-    `options` are those of `api.solve_part`; each algorithm gets those that mean something to it. Seeds are the same for
+    `options` are those of `api.solve`; each algorithm gets those that mean something to it. Seeds are the same for
     all algorithms. When `cancelled` is set, the run that goes on is left out, unless it is the first.
 
     Raises
@@ -133,7 +133,7 @@ def run_experiment(
         study = Study(observe)
         tell = _tell(progress, f"{algorithm}, seed {seed}", number, len(todo))
         given = {**options_for(algorithm, options or {}), "seed": seed}
-        found = api.solve_part(part, progress=tell, observe=study, cancelled=ended, **given)
+        found = api.solve(part, progress=tell, observe=study, cancelled=ended, **given).solution
         stopped = ended.is_set()
         if stopped and repetitions:
             break

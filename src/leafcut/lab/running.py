@@ -235,7 +235,7 @@ def _answer(
 
     if task.command == SOLVE:
         study = Study(None)
-        solved = api.solve_file(task.input, observe=study, cancelled=cancelled, **task.options)
+        solved = api.solve(task.input, observe=study, cancelled=cancelled, **task.options)
         return solved_as_json(solved), tuple(curve_of(solved.solution, study, MOST_POINTS))
     if task.command == "nest":
         nested = api.nest([str(task.input)], cancelled=cancelled, **task.options)

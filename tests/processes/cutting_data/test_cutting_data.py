@@ -76,7 +76,7 @@ def by_hand(rpm: int, feed: int) -> tuple[float, float, float] | None:
 
 def test_the_front_is_that_of_a_brute_force_search_by_the_handbooks_formulas() -> None:
     """All speeds in steps of 100 rpm and feeds of 10 mm/min, each compared with each, in plain Python."""
-    found = leafcut.cutting_data(**DRILL, machine="haas-vf2", speed_step=100, feed_step=10)
+    found = leafcut.tool_speeds(**DRILL, machine="haas-vf2", speed_step=100, feed_step=10)
     tried = {(n, f): by_hand(n, f) for n in range(100, 8200, 100) for f in range(10, 1300, 10)}
     allowed = {pair: values for pair, values in tried.items() if values is not None}
 
@@ -98,7 +98,7 @@ def test_the_front_is_that_of_a_brute_force_search_by_the_handbooks_formulas() -
 
 
 def test_each_objective_chooses_the_best_of_all_that_is_allowed_and_the_front_runs_between_them() -> None:
-    found = {o: chosen(leafcut.cutting_data(**DRILL, objective=o)) for o in ("time", "cost", "life")}
+    found = {o: chosen(leafcut.tool_speeds(**DRILL, objective=o)) for o in ("time", "cost", "life")}
     points = found["cost"].points
     assert found["time"].best.time == min(p.time for p in points) == points[0].time
     assert found["cost"].best.cost == min(p.cost for p in points)
@@ -118,8 +118,8 @@ def test_each_objective_chooses_the_best_of_all_that_is_allowed_and_the_front_ru
     ],
 )
 def test_no_point_is_beyond_a_limit_and_the_limit_is_what_stops_the_quickest(limit: dict[str, Any], of: Any) -> None:
-    free = chosen(leafcut.cutting_data(**DRILL, objective="time"))
-    bound = chosen(leafcut.cutting_data(**DRILL, **limit, objective="time"))
+    free = chosen(leafcut.tool_speeds(**DRILL, objective="time"))
+    bound = chosen(leafcut.tool_speeds(**DRILL, **limit, objective="time"))
     assert of(free.best) > 1.0
     assert all(of(point) <= 1.0 + 1e-9 for point in bound.points)
     assert max(map(of, bound.points)) > 0.9
@@ -132,7 +132,7 @@ def test_the_limits_of_a_machine_hold_without_being_asked_for(tmp_path: Path) ->
         'controller = "grbl"\n[rapid]\nvelocity = "2 m/min"\n[travel]\nmin = "-100 mm"\nmax = "0 mm"\n'
         '[spindle]\npower = "0.3 kW"\ntorque = "1.6 N·m"\nmax_thrust = "750 N"\nmax_speed = "2000 rpm"\n'
     )
-    points = chosen(leafcut.cutting_data(**DRILL, machine=str(profile))).points
+    points = chosen(leafcut.tool_speeds(**DRILL, machine=str(profile))).points
     assert all(p.power <= 300 and p.torque <= 1600 and p.thrust <= 750 and p.rpm <= 2000 for p in points)
 
 
@@ -140,7 +140,7 @@ def test_drills_of_a_drawing_have_its_holes_and_the_time_of_its_program(library:
     """What comes of the library's own speed, with no tool worn, is the time of the program without the other tools."""
     options: dict[str, Any] = {"depth": 3, "tools": library, "diameter_tolerance": 1, "machine": "haas-vf2"}
     plate = str(examples / "plate_10.dxf")
-    found = chosen(leafcut.cutting_data(plate, material="c45", worn_change=0, **options))
+    found = chosen(leafcut.tool_speeds(plate, material="c45", worn_change=0, **options))
     made = leafcut.optimize(plate, **options)
     assert found.holes == len(made.operations[0].holes) == 10
     assert found.given is not None
@@ -151,12 +151,12 @@ def test_drills_of_a_drawing_have_its_holes_and_the_time_of_its_program(library:
 def test_end_mills_are_chosen_for_beside_the_drills_of_a_drawing(library: Path, examples: Path) -> None:
     """The mill's way is 1 m: by hand 1000 mm by its feed, and its share of a worn tool."""
     options: dict[str, Any] = {"material": "c45", "depth": 3, "tools": library, "diameter_tolerance": 1}
-    found = leafcut.cutting_data(str(examples / "plate_10.dxf"), **options, cut_length="1 m")
+    found = leafcut.tool_speeds(str(examples / "plate_10.dxf"), **options, cut_length="1 m")
     assert [one.tool.number for one in found.tools] == [1, 2]
     mill = chosen(found, 2).best
     assert mill.time == pytest.approx(1000.0 / mill.feed * (1.0 + 120.0 / mill.life))
     with pytest.raises(OptionError, match="--cut-length: only used with --tools"):
-        leafcut.cutting_data(str(examples / "plate_10.dxf"), material="c45", depth=3, cut_length="1 m")
+        leafcut.tool_speeds(str(examples / "plate_10.dxf"), material="c45", depth=3, cut_length="1 m")
 
 
 def test_mills_of_high_speed_steel_have_half_the_chip_of_carbide_ones(library: Path) -> None:
@@ -165,7 +165,7 @@ def test_mills_of_high_speed_steel_have_half_the_chip_of_carbide_ones(library: P
     most = {}
     for kind in ("carbide", "hss"):
         library.write_text(LIBRARY.replace('material = "carbide"', f'material = "{kind}"'), encoding="utf-8")
-        most[kind] = max(point.chip for point in leafcut.cutting_data(**given).tools[0].points)
+        most[kind] = max(point.chip for point in leafcut.tool_speeds(**given).tools[0].points)
     assert most == pytest.approx({"carbide": 0.08, "hss": 0.04}, rel=0.01)
 
 
@@ -173,7 +173,7 @@ def test_a_saved_library_is_the_users_own_but_for_the_chosen_speeds_and_a_progra
     library: Path, tmp_path: Path, examples: Path
 ) -> None:
     new = tmp_path / "new.toml"
-    found = leafcut.cutting_data(tools=library, material="c45", holes=9, depth=12, cut_length="1m", save=new)
+    found = leafcut.tool_speeds(tools=library, material="c45", holes=9, depth=12, cut_length="1m", save=new)
     point = chosen(found).best
     assert library.read_text(encoding="utf-8") == LIBRARY
     changed = {
@@ -194,7 +194,7 @@ def test_a_saved_library_is_the_users_own_but_for_the_chosen_speeds_and_a_progra
 
 def test_without_a_library_a_new_one_is_written_and_read_again_as_the_same_tool(tmp_path: Path) -> None:
     new = tmp_path / "new.toml"
-    found = leafcut.cutting_data(**DRILL, save=new)
+    found = leafcut.tool_speeds(**DRILL, save=new)
     (tool,) = load_tools(new).tools
     assert (tool.diameter, tool.point_angle) == pytest.approx((6.0, math.radians(118)))
     assert (tool.feed, tool.spindle_rpm) == pytest.approx((chosen(found).best.feed, chosen(found).best.rpm))
@@ -204,7 +204,7 @@ def test_a_library_of_another_program_is_written_as_toml_with_all_its_tools(tmp_
     table = tmp_path / "tool.tbl"
     table.write_text("T1 P1 D6.0 ;drill\nT4 P4 D10 ;end mill\n")
     new = tmp_path / "new.toml"
-    found = leafcut.cutting_data(tools=table, material="c45", holes=9, depth=12, save=new)
+    found = leafcut.tool_speeds(tools=table, material="c45", holes=9, depth=12, save=new)
     tools = load_tools(new).by_number
     assert set(tools) == {1, 4}
     assert tools[1].feed == pytest.approx(chosen(found).best.feed)
@@ -212,7 +212,7 @@ def test_a_library_of_another_program_is_written_as_toml_with_all_its_tools(tmp_
 
 
 def test_tools_whose_speeds_are_not_chosen_are_told_and_the_rest_is_chosen(library: Path) -> None:
-    found = leafcut.cutting_data(tools=library, material="c45", holes=9, depth=12)
+    found = leafcut.tool_speeds(tools=library, material="c45", holes=9, depth=12)
     assert [one.tool.number for one in found.tools] == [1]
     assert [issue.message for issue in found.issues] == [
         "no speeds chosen for T2: give --cut-length",
@@ -227,7 +227,7 @@ def test_a_tool_that_cannot_be_used_is_told_and_does_not_keep_the_others_from_th
     text = "".join(f'[[tool]]\nnumber = {n}\ndiameter = "{n + 4} mm"\n{row}\n' for n, row in enumerate(rows, 1))
     file.write_text(text, encoding="utf-8")
     options: dict[str, Any] = {"tools": file, "material": "6061", "holes": 9, "depth": 12}
-    found = leafcut.cutting_data(**options)
+    found = leafcut.tool_speeds(**options)
     assert [one.tool.number for one in found.tools] == [1]
     assert [issue.severity.value for issue in found.issues] == ["warning", "warning"]
     assert "T2 drill Ø6: its flutes are 5 mm long, but with its point the holes are 13.8 mm deep" in str(
@@ -235,12 +235,12 @@ def test_a_tool_that_cannot_be_used_is_told_and_does_not_keep_the_others_from_th
     )
     assert "T3 drill Ø7: aluminium-6061 has no tool-life constants of carbide drills" in str(found.issues[1])
     with pytest.raises(PlanError, match="T2 drill Ø6: its flutes"):
-        leafcut.cutting_data(**options, tool_numbers="1,2")
+        leafcut.tool_speeds(**options, tool_numbers="1,2")
 
 
 def test_the_costs_of_the_library_go_before_the_option(library: Path) -> None:
     """4.5 for a life: cost = rate × time + worn × 4.5."""
-    point = chosen(leafcut.cutting_data(tools=library, material="c45", holes=9, depth=12, tool_cost=99)).best
+    point = chosen(leafcut.tool_speeds(tools=library, material="c45", holes=9, depth=12, tool_cost=99)).best
     assert point.cost == pytest.approx(60 / 3600 * point.time + 4.5 * point.worn)
 
 
@@ -273,29 +273,29 @@ def test_the_costs_of_the_library_go_before_the_option(library: Path) -> None:
 def test_what_cannot_be_chosen_is_refused_in_one_line_that_says_why(given: dict[str, Any], words: str) -> None:
     options = {name: value for name, value in (DRILL | given).items() if value is not None}
     with pytest.raises(LeafcutError) as refused:
-        leafcut.cutting_data(**options)
+        leafcut.tool_speeds(**options)
     assert words in str(refused.value)
     assert "\n" not in str(refused.value)
 
 
 def test_files_are_refused_before_anything_is_written(tmp_path: Path, library: Path, examples: Path) -> None:
     with pytest.raises(OptionError, match=r"--plot: 'front\.png'.*\.svg"):
-        leafcut.cutting_data(**DRILL, plot=tmp_path / "front.png")
+        leafcut.tool_speeds(**DRILL, plot=tmp_path / "front.png")
     with pytest.raises(OptionError, match=r"--save new\.txt: a tool library is written as TOML"):
-        leafcut.cutting_data(**DRILL, save=tmp_path / "new.txt", plot=tmp_path / "front.svg")
+        leafcut.tool_speeds(**DRILL, save=tmp_path / "new.txt", plot=tmp_path / "front.svg")
     assert not (tmp_path / "front.svg").exists()
     with pytest.raises(LeafcutError, match="never overwritten"):
-        leafcut.cutting_data(tools=library, material="c45", holes=1, depth=5, save=library)
+        leafcut.tool_speeds(tools=library, material="c45", holes=1, depth=5, save=library)
     with pytest.raises(OptionError, match="--holes: not used for a drawing"):
-        leafcut.cutting_data(str(examples / "plate_10.dxf"), material="c45", holes=3)
+        leafcut.tool_speeds(str(examples / "plate_10.dxf"), material="c45", holes=3)
     with pytest.raises(PlanError, match="is a gcode; speeds and feeds are chosen for a drawing with holes"):
-        leafcut.cutting_data(str(examples / "cam_121.nc"), material="c45")
+        leafcut.tool_speeds(str(examples / "cam_121.nc"), material="c45")
     with pytest.raises(PlanError, match="number of its teeth is unknown"):
         library.write_text(LIBRARY.replace("teeth = 4\n", ""), encoding="utf-8")
-        leafcut.cutting_data(tools=library, tool_numbers="2", material="c45", cut_length=100)
+        leafcut.tool_speeds(tools=library, tool_numbers="2", material="c45", cut_length=100)
     with pytest.raises(OptionError, match="'diameter' is missing"):
         library.write_text("[[tool]]\nnumber = 1\n", encoding="utf-8")
-        leafcut.cutting_data(tools=library, material="c45", holes=1, depth=5)
+        leafcut.tool_speeds(tools=library, material="c45", holes=1, depth=5)
 
 
 def test_json_has_shop_units_and_the_whole_front(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -357,6 +357,6 @@ def test_materials_are_listed_and_shown_with_their_sources(capsys: pytest.Captur
     own = tmp_path / "own.toml"
     own.write_text(text, encoding="utf-8")
     options = {**DRILL, "material": str(own)}
-    assert chosen(leafcut.cutting_data(**options)).points == chosen(leafcut.cutting_data(**DRILL)).points
+    assert chosen(leafcut.tool_speeds(**options)).points == chosen(leafcut.tool_speeds(**DRILL)).points
     assert run(["list", "materials", "1054"]) == 2
     assert "unknown material '1054'; did you mean '1045'?" in capsys.readouterr().err

@@ -39,7 +39,7 @@ def test_height_field_and_polygons_remove_the_same_of_a_pocket(strategy: str, tm
         max_engagement="100deg" if strategy == "adaptive" else None,
     )  # fmt: skip
     (tmp_path / "pocket.ngc").write_text(outcome.text)
-    field = leafcut.cut_stock(
+    field = leafcut.stock(
         tmp_path / "pocket.ngc", workpiece=f"-10,-10,{-DEPTH - 1},58,46,0", cell=CELL, mill_diameter=TOOL
     ).field
     deep = field.heights < -STEP_DOWN - 0.1

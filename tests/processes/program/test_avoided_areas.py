@@ -128,7 +128,7 @@ def test_with_named_zones_the_report_is_a_note(bar: Path) -> None:
 def test_verify_notes_new_moves_across_avoided_areas(bar: Path, tmp_path: Path) -> None:
     out = tmp_path / "new.nc"
     found = api.optimize(bar, out, **FAST)
-    proof = api.verify_programs(bar, out)
+    proof = api.verify(bar, out)
     assert proof.same
     assert any("2 new moves below Z20 cross areas that the original avoided" in note for note in proof.notes)
     assert any(f"line {found.detail.avoided.line}" in note for note in proof.notes)

@@ -58,7 +58,7 @@ def test_a_program_states_the_part_it_was_made_for(folder: Path, program: Path) 
 @pytest.mark.hazard
 def test_our_own_program_is_not_accused_and_the_assumed_block_is_told(folder: Path, program: Path) -> None:
     """The holes of the low step are reached by rapids below the top of a full block, and above the part."""
-    block = api.cut_stock(program)
+    block = api.stock(program)
     assert block.rapids
     assert not dangers(block)
     (assumed,) = [issue for issue in block.issues if issue.code == "L510"]
@@ -66,7 +66,7 @@ def test_our_own_program_is_not_accused_and_the_assumed_block_is_told(folder: Pa
     assert "full block" in assumed.message
     assert "part.stl" in assumed.message
     assert "--part" in assumed.message
-    part = api.cut_stock(program, part=str(folder / "part.stl"))
+    part = api.stock(program, part=str(folder / "part.stl"))
     assert not part.rapids
     assert [issue.code for issue in part.issues] == []
     assert (part.block.low, part.block.high) == ((0.0, 0.0, -30.0), (80.0, 60.0, 0.0))
@@ -77,7 +77,7 @@ def test_our_own_program_is_not_accused_and_the_assumed_block_is_told(folder: Pa
 @pytest.mark.hazard
 def test_the_part_is_placed_as_the_program_states(folder: Path) -> None:
     placed = drilled(folder, "turned.nc", origin="10,5", rotate=90, mirror="x")
-    found = api.cut_stock(placed, part=str(folder / "part.stl"))
+    found = api.stock(placed, part=str(folder / "part.stl"))
     assert not found.rapids
     # x, y → −x, y → −y, −x → less (10, 5).
     assert found.block.low == pytest.approx((-70.0, -85.0, -30.0))
@@ -91,7 +91,7 @@ def test_a_rapid_through_the_part_stays_a_danger(folder: Path, program: Path) ->
     low = folder / "low.nc"
     low.write_text(text.replace("\nM5", "\nG0 X10 Y10\nZ-10\nX70\nZ20\nM5", 1))
     assert low.read_text() != text
-    found = api.cut_stock(low, part=str(folder / "part.stl"))
+    found = api.stock(low, part=str(folder / "part.stl"))
     assert max(one.depth_mm for one in found.rapids) == pytest.approx(10.0, abs=0.2)
     assert dangers(found)
     assert run(["stock", str(low), "--part", str(folder / "part.stl"), "--strict", "--no-defaults"]) == 1
@@ -116,7 +116,7 @@ def test_simulate_warns_of_our_own_low_ways_and_calls_them_no_danger(program: Pa
 
 def test_a_block_and_a_part_are_not_given_together(folder: Path, program: Path) -> None:
     with pytest.raises(OptionError, match="--part: not used with --workpiece"):
-        api.cut_stock(program, part=str(folder / "part.stl"), workpiece="0,0,-30,80,60,0")
+        api.stock(program, part=str(folder / "part.stl"), workpiece="0,0,-30,80,60,0")
 
 
 def test_a_foreign_program_in_an_assumed_block_keeps_its_dangers(
@@ -146,6 +146,6 @@ def test_a_turned_and_lifted_solid_is_placed_as_the_program_states(tmp_path: Pat
     program = tmp_path / "side.nc"
     api.optimize(side, program, process="drill", machine="linuxcnc-mill", up="x", algorithm="nn", bound=False)
     assert "(part: side.step, x up, Z0 at Z20 mm)" in program.read_text()
-    found = api.cut_stock(program, part=str(side))
+    found = api.stock(program, part=str(side))
     assert not found.rapids and not dangers(found)
     assert (found.block.low[2], found.block.high[2]) == pytest.approx((-20.0, 0.0))

@@ -47,9 +47,9 @@ def test_new_speeds_and_heights_are_refused_with_the_library_of_other_tools(tmp_
 @pytest.mark.hazard
 def test_the_library_of_other_tools_is_the_first_issue(tmp_path: Path) -> None:
     program, options = of(tmp_path, "3.175 mm")
-    for found in (leafcut.cut_stock(program, **options), leafcut.optimize(program, **options)):
+    for found in (leafcut.stock(program, **options), leafcut.optimize(program, **options)):
         assert found.issues[0].code == "L813" and found.issues[0].place == "line 6"
         assert "Ø3.175 mm" in found.issues[0].message
     program, options = of(tmp_path, "6 mm")
-    for found in (leafcut.cut_stock(program, **options), leafcut.optimize(program, **options)):
+    for found in (leafcut.stock(program, **options), leafcut.optimize(program, **options)):
         assert not any(issue.code == "L813" for issue in found.issues)

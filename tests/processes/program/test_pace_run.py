@@ -257,7 +257,7 @@ def test_programs_in_the_styles_of_cams_leave_the_same_and_linuxcnc_takes_what_i
 ) -> None:
     machine = "haas-vf2" if file.name.startswith(("fusion_haas", "mastercam")) else "linuxcnc-mill"
     common = {"machine": machine, "mill_diameter": 3}
-    block = leafcut.cut_stock(file, **common).block
+    block = leafcut.stock(file, **common).block
     stock = {**common, "workpiece": ",".join(f"{side:.6f}" for side in (*block.low, *block.high))}
     found = leafcut.optimize(
         file, process="reorder", air=True, feeds=True, low_retracts=True, iterations=20, **stock
@@ -266,10 +266,10 @@ def test_programs_in_the_styles_of_cams_leave_the_same_and_linuxcnc_takes_what_i
     assert not [issue for issue in found.issues if issue.code == "L513"]
     new = tmp_path / f"new{file.suffix}"
     new.write_text(found.text)
-    cut = leafcut.cut_stock(new, same_as=file, **stock)
+    cut = leafcut.stock(new, same_as=file, **stock)
     assert cut.differences == ()
     # Its rapids meet no more of the stock than those of the original.
-    assert len(cut.rapids) <= len(leafcut.cut_stock(file, **stock).rapids)
+    assert len(cut.rapids) <= len(leafcut.stock(file, **stock).rapids)
     before, after = (run_rs274(rs274, text, tmp_path)[0] for text in (file.read_text(), found.text))
     assert after == before or before
 

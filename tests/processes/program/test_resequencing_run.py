@@ -52,9 +52,9 @@ def test_a_colon_number_and_commands_of_the_board_stay_and_the_rest_is_ordered(t
     assert found.after.travel_mm < 0.6 * found.before.travel_mm
     assert found.text.splitlines().count(line) == 1
     old, new = written(tmp_path, text), written(tmp_path, found.text, "new.nc")
-    assert leafcut.verify_programs(old, new).same
+    assert leafcut.verify(old, new).same
     if line.startswith("$"):
-        assert not leafcut.verify_programs(old, written(tmp_path, found.text.replace(line, ""), "less.nc")).same
+        assert not leafcut.verify(old, written(tmp_path, found.text.replace(line, ""), "less.nc")).same
 
 
 @pytest.mark.parametrize("n", [97, *(pytest.param(n, marks=pytest.mark.slow) for n in (121, 200))])

@@ -34,7 +34,7 @@ def made(folder: Path, text: str) -> str:
 
 def test_a_slot_and_the_way_back_through_it(tmp_path: Path) -> None:
     """6 · 20 · 2 + π 9 · 2 mm³; 20 mm at 10 mm/s in the stock, and in the air the same back and 5 mm down at 5 mm/s."""
-    found = leafcut.cut_stock(made(tmp_path, SLOT))
+    found = leafcut.stock(made(tmp_path, SLOT))
     (one,) = found.tools
     assert found.derived
     assert (found.block.low[2], found.block.high[2]) == (-3.0, 0.0)
@@ -49,9 +49,7 @@ def test_a_slot_and_the_way_back_through_it(tmp_path: Path) -> None:
 
 
 def test_a_rapid_that_meets_the_stock_is_a_danger_with_its_line_and_depth(tmp_path: Path) -> None:
-    found = leafcut.cut_stock(
-        made(tmp_path, SLOT.replace("G0 Z5\nM5", "G0 X40\nG0 Z5\nM5")), workpiece="0,0,-5,60,20,0"
-    )
+    found = leafcut.stock(made(tmp_path, SLOT.replace("G0 Z5\nM5", "G0 X40\nG0 Z5\nM5")), workpiece="0,0,-5,60,20,0")
     (rapid,) = found.rapids
     assert (rapid.line, rapid.depth_mm) == (8, pytest.approx(2.0))
     (issue,) = [issue for issue in found.issues if issue.message.startswith("rapid in the stock")]
@@ -77,7 +75,7 @@ def test_the_simulation_decides_on_rapids_down_inside_the_stock_that_it_knows(
     """
     text = SLOT.replace("flat", "ball").replace("G1 X10\n", f"G1 {second}\nG1 X10\n")
     text = text.replace("M5", f"G0 {place}\nG0 Z-0.5\nG0 Z5\nM5")
-    issues = leafcut.cut_stock(made(tmp_path, text)).issues
+    issues = leafcut.stock(made(tmp_path, text)).issues
     assert [issue.severity for issue in issues if issue.code == "L802"] == found
 
 
@@ -120,20 +118,18 @@ def test_a_tool_has_the_shape_that_its_comment_says(comment: str, z: float, area
     volumes = []
     for end in (30, 130):
         text = SLOT.replace("(D=6. CR=0. - flat end mill)", comment).replace("Z-2", f"Z{z}").replace("X30", f"X{end}")
-        volumes.append(leafcut.cut_stock(made(tmp_path, text), cell=0.05).removed_mm3)
+        volumes.append(leafcut.stock(made(tmp_path, text), cell=0.05).removed_mm3)
     assert (volumes[1] - volumes[0]) / 100.0 == pytest.approx(area, rel=0.005)
 
 
 def test_a_tool_of_a_library_comes_before_the_comment(tmp_path: Path) -> None:
     (tmp_path / "tools.toml").write_text('[[tool]]\nnumber = 1\nkind = "ball-mill"\ndiameter = "4 mm"\n')
-    (one,) = leafcut.cut_stock(made(tmp_path, SLOT), tools=tmp_path / "tools.toml").tools
+    (one,) = leafcut.stock(made(tmp_path, SLOT), tools=tmp_path / "tools.toml").tools
     assert (one.tool.kind, one.tool.diameter) == ("ball-mill", 4.0)
 
 
 def test_what_is_fed_first_from_an_unknown_place_cuts_at_its_end_and_is_told(tmp_path: Path) -> None:
-    found = leafcut.cut_stock(
-        made(tmp_path, "G21 G90\nT1 M6\nM3 S900\nG1 X10 Y10 Z-2 F60\nG0 Z5\nM2\n"), mill_diameter=6
-    )
+    found = leafcut.stock(made(tmp_path, "G21 G90\nT1 M6\nM3 S900\nG1 X10 Y10 Z-2 F60\nG0 Z5\nM2\n"), mill_diameter=6)
     assert found.removed_mm3 == pytest.approx(math.pi * 18, rel=0.01)
     assert [i.message for i in found.issues if i.code == "L808"] == [
         "the start of 1 cut is unknown: only its end is cut here"
@@ -192,7 +188,7 @@ def test_another_order_leaves_the_same_of_the_stock(tmp_path: Path) -> None:
     first, second, third = lines[3:7], lines[7:11], lines[11:15]
     second = ["G0 X30 Y30\n", "G1 Z-2 F300\n", "G3 X10 I-10 J0 F600\n", "G0 Z5\n"]
     (tmp_path / "new.nc").write_text("".join([*lines[:3], "G0 Z5\n", *third, *second, *first, *lines[15:]]))
-    found = leafcut.cut_stock(tmp_path / "new.nc", same_as=made(tmp_path, SLOTS))
+    found = leafcut.stock(tmp_path / "new.nc", same_as=made(tmp_path, SLOTS))
     assert (found.same_as, found.differences) == (str(tmp_path / "part.nc"), ())
 
 
@@ -255,7 +251,7 @@ def test_a_shank_and_a_holder_in_the_stock_are_dangers_and_with_strict_status_1(
 
 def test_a_body_that_the_library_does_not_know_meets_nothing(tmp_path: Path) -> None:
     (tmp_path / "tools.toml").write_text('[[tool]]\nnumber = 1\nkind = "end-mill"\ndiameter = "6 mm"\n')
-    found = leafcut.cut_stock(made(tmp_path, SLOT.replace("Z-2", "Z-19")), tools=tmp_path / "tools.toml")
+    found = leafcut.stock(made(tmp_path, SLOT.replace("Z-2", "Z-19")), tools=tmp_path / "tools.toml")
     assert found.collisions == ()
 
 

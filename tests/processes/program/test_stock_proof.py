@@ -73,7 +73,7 @@ def test_every_reordered_program_of_known_tools_is_judged_by_what_it_leaves(tmp_
         False,
         "",
     )
-    assert leafcut.cut_stock(written(tmp_path, found.text), same_as=written(tmp_path, found.text)).differences == ()
+    assert leafcut.stock(written(tmp_path, found.text), same_as=written(tmp_path, found.text)).differences == ()
 
 
 def test_an_order_that_loses_a_cut_is_not_written_even_if_the_other_proof_sees_nothing(

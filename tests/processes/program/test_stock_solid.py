@@ -74,14 +74,14 @@ def test_two_set_ups_one_after_the_other_leave_what_one_program_of_both_does(tmp
     """A slot along Y, then one beside it that is deeper; by way of a file, and at once."""
     left = str(tmp_path / "left.stl")
     assert run(["stock", program(tmp_path), "--workpiece", BLOCK, "--cell", str(cell), "-o", left]) == 0
-    second = leafcut.cut_stock(program(tmp_path, 24.0, 4.0), workpiece=left, cell=cell)
+    second = leafcut.stock(program(tmp_path, 24.0, 4.0), workpiece=left, cell=cell)
     both = tmp_path / "both.nc"
     both.write_text(SLOT.format(x=20, z=2).replace("M5\nM2\n", "") + SLOT.format(x=24, z=4).split("S9000\n")[1])
-    at_once = leafcut.cut_stock(both, workpiece=BLOCK, cell=cell)
+    at_once = leafcut.stock(both, workpiece=BLOCK, cell=cell)
     assert second.field.heights.shape == at_once.field.heights.shape
     assert np.abs(second.field.heights - at_once.field.heights).max() < 1e-3
     # Of the 6 mm of the second slot 2 were 2 deep already.
-    assert second.removed_mm3 == pytest.approx(at_once.removed_mm3 - leafcut.cut_stock(
+    assert second.removed_mm3 == pytest.approx(at_once.removed_mm3 - leafcut.stock(
         program(tmp_path), workpiece=BLOCK, cell=cell).removed_mm3, rel=1e-4)  # fmt: skip
 
 

@@ -85,7 +85,7 @@ def _verify(call: ReadyTask, names: tuple[str, ...], tell: Progress) -> Made:
     from leafcut.studio.drawing.differences import differences_scene
     from leafcut.studio.drawing.scene import toolpath_scene
 
-    proof = api.verify_programs(call.sources[0], call.sources[1], progress=tell, **call.options)
+    proof = api.verify(call.sources[0], call.sources[1], progress=tell, **call.options)
     asked = {name: value for name, value in call.options.items() if name != "allow_reverse"}
     runs = [api.simulate(source, progress=tell, **asked) for source in call.sources]
     texts = [read_program(source) for source in call.sources]
@@ -267,7 +267,7 @@ def _solve(call: ReadyTask, name: str, tell: Progress, cancelled: threading.Even
     from leafcut.read.tsplib import tour_text
     from leafcut.report.json_answer import solved_as_json
 
-    solved = api.solve_file(call.sources[0], progress=tell, observe=observe, cancelled=cancelled, **call.options)
+    solved = api.solve(call.sources[0], progress=tell, observe=observe, cancelled=cancelled, **call.options)
     part, found = solved.part, solved.solution
     tour = tour_text(part.name, found.nodes, every=part.grouping is None)
     answer = solved_as_json(solved)

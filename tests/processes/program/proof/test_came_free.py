@@ -65,4 +65,4 @@ def test_the_command_prints_the_note_and_says_the_same_work(tmp_path: Path, caps
     said = capsys.readouterr().out.splitlines()
     assert said[0] == "the same work"
     assert said[1].startswith("note: parts come free in another order: 3 of 4 outlines")
-    assert len(api.verify_programs(*files, machine="grbl-laser-5w").notes) == 1
+    assert len(api.verify(*files, machine="grbl-laser-5w").notes) == 1
