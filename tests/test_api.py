@@ -1,9 +1,8 @@
-"""What the library answers: typed, and what the commands print as JSON is a view of it."""
+"""What the library answers: typed, with plain values that the commands print as JSON."""
 
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -12,10 +11,8 @@ import pytest
 
 import leafcut
 from leafcut import api
-from leafcut.cli import app as cli
 from leafcut.model.difference import Difference
 from leafcut.model.issue import Issue
-from leafcut.report.json_answer import simulation_as_json, solved_as_json, verification_as_json
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -38,14 +35,6 @@ def programs(tmp_path: Path) -> dict[str, str]:
     return {name: str(tmp_path / f"{name}.nc") for name in texts}
 
 
-def printed(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, Any]:
-    """Return the answer of a command with ``--json``, without its schema number."""
-    cli.run([*words, "--json"])
-    answer: dict[str, Any] = json.loads(capsys.readouterr().out)
-    assert answer.pop("schema") == 1
-    return answer
-
-
 def test_a_simulation_has_measure_dangers_and_both_paths(programs: dict[str, str]) -> None:
     """By hand: 6 mm down at 100 mm/min; its danger is an issue, not a text."""
     found = leafcut.simulate(programs["low"], machine="linuxcnc-mill")
@@ -66,23 +55,22 @@ def test_a_certificate_names_each_difference_with_its_lines(programs: dict[str, 
     assert leafcut.verify(programs["right"], programs["right"]).same
 
 
-def test_the_answers_of_the_commands_are_views_of_those_of_the_library(
-    programs: dict[str, str], capsys: pytest.CaptureFixture[str]
-) -> None:
-    right, deeper, low = (programs[name] for name in ("right", "deeper", "low"))
-    assert printed(capsys, "simulate", low) == simulation_as_json(api.simulate(low))
-    assert printed(capsys, "verify", right, deeper) == verification_as_json(api.verify(right, deeper))
-    told, solved = printed(capsys, "solve", "random:12:1"), solved_as_json(api.solve("random:12:1"))
-    clocked = {"seconds", "compile_seconds", "history", "workers"}
-    assert {k: v for k, v in told.items() if k not in clocked} == {k: v for k, v in solved.items() if k not in clocked}
-
-
 def test_the_keys_of_the_answers_are_those_that_scripts_rely_on(programs: dict[str, str]) -> None:
-    simulated = simulation_as_json(api.simulate(programs["low"]))
-    assert [*simulated] == ["program", "machine", "time_s", "rapid_mm", "feed_mm", "by_kind", "extents", "issues"]
+    simulated = api.simulate(programs["low"]).to_dict()
+    assert [*simulated] == [
+        "schema",
+        "program",
+        "machine",
+        "time_s",
+        "rapid_mm",
+        "feed_mm",
+        "by_kind",
+        "extents",
+        "issues",
+    ]
     assert simulated["extents"] == {"x": [5.0, 9.0], "y": [5.0, 5.0], "z": [-1.0, 5.0]}
-    proof = verification_as_json(api.verify(programs["right"], programs["deeper"]))
-    head = ["same", "differences", "before", "after", "compared", "sha256"]
+    proof = api.verify(programs["right"], programs["deeper"]).to_dict()
+    head = ["schema", "same", "differences", "before", "after", "compared", "sha256"]
     assert [*proof] == [*head, "allow_reverse", "reversed_cuts", "notes"]
     assert [*proof["differences"][0]] == ["what", "original", "new", "text", "also", "words"]
 
@@ -98,7 +86,7 @@ def test_what_is_of_the_persons_defaults_is_told_by_every_answer(programs: dict[
         ("--machine grbl-3018",),
         ("--seed 7",),
     )
-    answers = simulation_as_json(found), verification_as_json(proof), solved_as_json(solved)
+    answers = found.to_dict(), proof.to_dict(), solved.to_dict()
     assert [answer["defaults"] for answer in answers] == [["--machine grbl-3018"]] * 2 + [["--seed 7"]]
 
 

@@ -16,7 +16,8 @@ import pytest
 from PIL import Image
 
 import leafcut
-from leafcut import Outcome, api
+from leafcut import api
+from leafcut.model.outcome import Outcome
 from leafcut.read import Source
 from leafcut.studio.page.preview import look
 

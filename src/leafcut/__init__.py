@@ -26,13 +26,13 @@ _HOMES = {
     "solve": "leafcut.api",
     "tool_speeds": "leafcut.api",
     "read_part": "leafcut.api",
-    "Outcome": "leafcut.model.outcome",
-    "NestOutcome": "leafcut.model.nest",
-    "Simulation": "leafcut.model.simulation",
-    "Certificate": "leafcut.model.certificate",
-    "StockCut": "leafcut.material.stock_cut",
-    "Solved": "leafcut.model.solution",
-    "CuttingData": "leafcut.model.cutting_front",
+    "ProgramResult": "leafcut.results",
+    "NestResult": "leafcut.results",
+    "SimulationResult": "leafcut.results",
+    "VerificationResult": "leafcut.results",
+    "StockResult": "leafcut.results",
+    "TourResult": "leafcut.results",
+    "ToolSpeedsResult": "leafcut.results",
     "ReadOptions": "leafcut.options",
     "WantedDrawing": "leafcut.read.nest_list",
     "Issue": "leafcut.model.issue",
@@ -73,21 +73,21 @@ if TYPE_CHECKING:
     from leafcut.errors import SolveError as SolveError
     from leafcut.errors import VerifyError as VerifyError
     from leafcut.files.whole_files import OutputError as OutputError
-    from leafcut.material.stock_cut import StockCut as StockCut
-    from leafcut.model.certificate import Certificate as Certificate
-    from leafcut.model.cutting_front import CuttingData as CuttingData
     from leafcut.model.heartbeat import Progress as Progress
     from leafcut.model.issue import Issue as Issue
     from leafcut.model.machine import Machine as Machine
-    from leafcut.model.nest import NestOutcome as NestOutcome
-    from leafcut.model.outcome import Outcome as Outcome
     from leafcut.model.part import Part as Part
-    from leafcut.model.simulation import Simulation as Simulation
-    from leafcut.model.solution import Solved as Solved
     from leafcut.model.tool import Tool as Tool
     from leafcut.model.toolpath import Toolpath as Toolpath
     from leafcut.options import ReadOptions as ReadOptions
     from leafcut.read.nest_list import WantedDrawing as WantedDrawing
+    from leafcut.results import NestResult as NestResult
+    from leafcut.results import ProgramResult as ProgramResult
+    from leafcut.results import SimulationResult as SimulationResult
+    from leafcut.results import StockResult as StockResult
+    from leafcut.results import ToolSpeedsResult as ToolSpeedsResult
+    from leafcut.results import TourResult as TourResult
+    from leafcut.results import VerificationResult as VerificationResult
 else:
 
     def __getattr__(name):

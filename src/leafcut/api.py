@@ -15,23 +15,28 @@ from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import StandardInput, check_is_there, check_output, write_together
-from leafcut.material.stock_cut import StockCut
-from leafcut.model.certificate import Certificate
-from leafcut.model.cutting_front import CuttingData
 from leafcut.model.heartbeat import Progress, looking_for, passing_on
-from leafcut.model.nest import NestOutcome
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
-from leafcut.model.simulation import Simulation
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution, Solved
 from leafcut.options import ReadOptions, Settings, flag_name
 from leafcut.processes import registry
 from leafcut.processes.course import Run, machine_of, refuse_missing
 from leafcut.processes.deadline import Deadline
-from leafcut.processes.settings import collect, settings_for
+from leafcut.processes.settings import collect, files_read, settings_for
 from leafcut.read import Input
 from leafcut.read.nest_list import WantedDrawing
+from leafcut.results import (
+    NestResult,
+    ProgramResult,
+    SimulationResult,
+    StockResult,
+    ToolSpeedsResult,
+    TourResult,
+    VerificationResult,
+    of_model,
+)
 
 if TYPE_CHECKING:
     from leafcut.options.keywords import (
@@ -63,7 +68,7 @@ def optimize(
     observe: Observer | None = None,
     cancelled: threading.Event | None = None,
     **options: Unpack[OptimizeKeywords],
-) -> Outcome:
+) -> ProgramResult:
     """Turn a drawing into a verified program that drills, cuts or mills it, or a program into a quicker one.
 
     Parameters
@@ -94,7 +99,7 @@ def optimize(
 
     Returns
     -------
-    Outcome
+    ProgramResult
         Toolpaths, measures before and after, the program's text and all else that was found out.
 
     Raises
@@ -108,8 +113,7 @@ def optimize(
     sources = _sources(source)
     settings = _collected(options, options_file, defaults_file)
     tables = [file for one in registry.processes() for file in one.reads_besides(settings)]
-    files = [str(one) for one in sources if not isinstance(one, StandardInput)]
-    inputs = [*files, options_file, defaults_file, *tables, *_files(settings.machine.machine, settings.post.dialect)]
+    inputs = [*_named(*sources), options_file, defaults_file, *tables, *files_read(settings)]
     outputs = [output, report, *(file for one in _asked(process) for file in one.writes_besides(settings))]
     for k, target in enumerate(outputs):
         check_output(target, [*inputs, *outputs[:k]])
@@ -135,12 +139,12 @@ def optimize(
     if report:
         texts[str(report)] = page
     write_together(texts, encodings={str(output): outcome.encoding})
-    return outcome
+    return of_model(ProgramResult, outcome, [*inputs, *_files(run.machine.controller)])
 
 
 def drill(
     source: Input | Sequence[Input], output: str | Path | None = None, **keywords: Unpack[DrillKeywords]
-) -> Outcome:
+) -> ProgramResult:
     """Return a verified program that drills the holes of a drawing, of drill files or of a point map.
 
     `source` and `output` are those of `optimize`. `keywords` are those of `optimize`, except `process`, with the
@@ -149,19 +153,19 @@ def drill(
     return optimize(source, output, process="drill", **keywords)
 
 
-def cut(source: Input, output: str | Path | None = None, **keywords: Unpack[CutKeywords]) -> Outcome:
+def cut(source: Input, output: str | Path | None = None, **keywords: Unpack[CutKeywords]) -> ProgramResult:
     """Return a verified program that cuts the contours of a drawing from a sheet. Arguments are as in `drill`."""
     return optimize(source, output, process="cut", **keywords)
 
 
-def pocket(source: Input, output: str | Path | None = None, **keywords: Unpack[PocketKeywords]) -> Outcome:
+def pocket(source: Input, output: str | Path | None = None, **keywords: Unpack[PocketKeywords]) -> ProgramResult:
     """Return a verified program that mills the pockets of a drawing or a picture. Arguments are as in `drill`."""
     return optimize(source, output, process="pocket", **keywords)
 
 
 def reorder(
     source: Input, output: str | Path | None = None, *, process: str = "auto", **keywords: Unpack[ReorderKeywords]
-) -> Outcome:
+) -> ProgramResult:
     """Return a program of another CAM with its work in a quicker order, verified to do the same work.
 
     Arguments are as in `drill`; `process` is what the program does: ``drill``, ``mill``, ``laser`` or ``plasma``, where
@@ -173,6 +177,11 @@ def reorder(
 def _files(*names: str | None) -> list[str]:
     """Return those names of machines and dialects that are paths of files."""
     return [name for name in names if name and name.lower().endswith(".toml")]
+
+
+def _named(*sources: Input | None) -> list[str]:
+    """Return the names of inputs that are files, or may be."""
+    return [str(one) for one in sources if one is not None and not isinstance(one, StandardInput)]
 
 
 def _sources(source: Input | Sequence[Input]) -> list[Input]:
@@ -212,7 +221,7 @@ def _usual(settings: Settings, word: str) -> Settings:
     return settings
 
 
-def _work(run: Run, sources: Sequence[Input], asked: str) -> tuple[Process, Outcome]:
+def _work(run: Run, sources: Sequence[Input], asked: str) -> tuple[Process, Outcome[Any]]:
     """Do what is to be done with an input of its kind, with the options that it uses; others are refused."""
     from leafcut.read.registry import read_source
 
@@ -239,7 +248,7 @@ def _telling_defaults(settings: Settings) -> Iterator[None]:
         raise
 
 
-def _page(outcome: Outcome) -> str:
+def _page(outcome: Outcome[Any]) -> str:
     from leafcut.report.page import write_page
 
     return write_page(outcome)
@@ -254,7 +263,7 @@ def nest(
     progress: Progress | None = None,
     cancelled: threading.Event | None = None,
     **options: Unpack[NestKeywords],
-) -> NestOutcome:
+) -> NestResult:
     """Lay parts on sheets, in several variants, and write the sheets of the best one as DXF drawings.
 
     Parameters
@@ -275,10 +284,10 @@ def nest(
         One line that says what was found and what to do. Nothing has been written then.
     """
     settings = _settings("nest", options, options_file, defaults_file)
-    outcome: NestOutcome = registry.command("nest")(
+    outcome, read = registry.command("nest")(
         parts, output, settings, beside=[options_file, defaults_file], progress=progress, cancelled=cancelled
     )
-    return replace(outcome, defaults=settings.from_defaults())
+    return of_model(NestResult, replace(outcome, defaults=settings.from_defaults()), [*read, *files_read(settings)])
 
 
 def read_part(source: Input, options: ReadOptions | None = None) -> Part:
@@ -302,7 +311,7 @@ def solve(
     observe: Observer | None = None,
     cancelled: threading.Event | None = None,
     **options: Unpack[SolveKeywords],
-) -> Solved:
+) -> TourResult:
     """Return a map with a closed tour through its points, by TSPLIB's rule of distance where the file has one.
 
     Where the map has sets of points, the tour visits one point of each, and keeps the given precedence.
@@ -318,7 +327,8 @@ def solve(
 
     settings = _settings("solve", options, None, defaults_file)
     part = source if isinstance(source, Part) else read(source, settings.read, looking_for(progress, "reading"))
-    return Solved(part, _tour(part, settings, progress, observe, cancelled), settings.from_defaults())
+    solved = Solved(part, _tour(part, settings, progress, observe, cancelled), settings.from_defaults())
+    return of_model(TourResult, solved, [part.source or None, defaults_file, *files_read(settings)])
 
 
 def _tour(
@@ -357,14 +367,14 @@ def simulate(
     defaults_file: str | Path | None = None,
     progress: Progress | None = None,
     **options: Unpack[SimulateKeywords],
-) -> Simulation:
+) -> SimulationResult:
     """Return what a program does on a machine, what that costs by kind of motion, and what is dangerous in it.
 
     `progress` is that of `optimize`; here and in all else an exception that it raises ends the work.
     """
     settings = _settings("simulate", options, None, defaults_file)
-    found: Simulation = registry.command("simulate")(program, settings, dialect, progress)
-    return found
+    found = registry.command("simulate")(program, settings, dialect, progress)
+    return of_model(SimulationResult, found, [*_named(program), defaults_file, *files_read(settings)])
 
 
 def check_times(
@@ -374,7 +384,7 @@ def check_times(
     dialect: str | None = None,
     units: Literal["mm", "in"] | None = None,
     progress: Progress | None = None,
-) -> tuple[Fitted, list[Simulation]]:
+) -> tuple[Fitted, list[SimulationResult]]:
     """Return how the times of programs on a machine differ from what a stop-watch says, and the machine fitted to it.
 
     Parameters
@@ -386,7 +396,7 @@ def check_times(
 
     Returns
     -------
-    tuple[Fitted, list[Simulation]]
+    tuple[Fitted, list[SimulationResult]]
         What was fitted (`leafcut.timing.fitting`), and each program as it was simulated before.
 
     Raises
@@ -414,14 +424,14 @@ def stock(
     defaults_file: str | Path | None = None,
     progress: Progress | None = None,
     **options: Unpack[StockKeywords],
-) -> StockCut:
+) -> StockResult:
     """Return what a program takes off its stock, tool by tool, where its rapids meet the stock, and what it leaves.
 
     With `same_as`, another program, also where that one leaves something else. `progress` is that of `optimize`.
     """
     settings = _settings("stock", options, None, defaults_file)
-    found: StockCut = registry.command("stock")(program, settings, dialect, progress, same_as=same_as)
-    return found
+    found = registry.command("stock")(program, settings, dialect, progress, same_as=same_as)
+    return of_model(StockResult, found, [*_named(program, same_as), defaults_file, *files_read(settings)])
 
 
 def tool_speeds(
@@ -433,7 +443,7 @@ def tool_speeds(
     defaults_file: str | Path | None = None,
     progress: Progress | None = None,
     **options: Unpack[ToolSpeedsKeywords],
-) -> CuttingData:
+) -> ToolSpeedsResult:
     """Return the spindle speeds and feeds of tools that no others are better than in time, cost and tool life.
 
     Parameters
@@ -459,17 +469,16 @@ def tool_speeds(
     from leafcut.report.front_chart import check_name, front_svg
 
     settings = _settings("cutting-data", options, None, defaults_file, "drawing" if drawing is not None else "none")
-    read = None if drawing is None or isinstance(drawing, StandardInput) else str(drawing)
-    inputs = [read, settings.job.tools, defaults_file, *_files(settings.machine.machine, settings.job.material)]
+    inputs = [*_named(drawing), defaults_file, *files_read(settings)]
     check_name(plot)
     check_output(plot, [*inputs, save])
     check_output(save, inputs)
-    found: CuttingData = registry.command("cutting_data")(drawing, settings, objective, progress)
+    found = registry.command("cutting_data")(drawing, settings, objective, progress)
     texts = {str(plot): front_svg(found)} if plot else {}
     if save:
         texts[str(save)] = registry.command("cutting_data_library")(found, settings, save)
     write_together(texts)
-    return found
+    return of_model(ToolSpeedsResult, found, inputs)
 
 
 def verify(
@@ -481,16 +490,14 @@ def verify(
     allow_reverse: bool = False,
     progress: Progress | None = None,
     **options: Unpack[VerifyKeywords],
-) -> Certificate:
+) -> VerificationResult:
     """Return the proof that two programs do the same work, with what was counted, or in what they differ.
 
     With `allow_reverse`, open cuts of one depth are the same from either end.
     """
     settings = _settings("verify", options, None, defaults_file)
-    proof: Certificate = registry.command("verify")(
-        original, new, settings, dialect, progress, allow_reverse=allow_reverse
-    )
-    return proof
+    proof = registry.command("verify")(original, new, settings, dialect, progress, allow_reverse=allow_reverse)
+    return of_model(VerificationResult, proof, [*_named(original, new), defaults_file, *files_read(settings)])
 
 
 def output_name(

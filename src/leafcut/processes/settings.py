@@ -119,6 +119,14 @@ def _check_files(settings: Settings) -> None:
             check_is_there(flag_name(name), getattr(settings.of(group), name))
 
 
+def files_read(settings: Settings) -> list[str]:
+    """Return the files that given options name and that are read."""
+    values = [
+        (group_of(name).specs()[name], getattr(settings.of(group_of(name)), name)) for name in sorted(settings.given)
+    ]
+    return [str(value) for spec, value in values if not spec.is_output and spec.names_file(value)]
+
+
 def why_unused(name: str, title: str, instead: str = "") -> str:
     """Return why work with a title does not take an option, which others it is for, and what to do instead."""
     titles = [one.title for one in registry.works() if name in one.used()]

@@ -13,7 +13,7 @@ from leafcut.model.process_report import ProcessReport, Which
 from leafcut.report import views
 from leafcut.report.colours import drawing_css, style_sheet
 from leafcut.report.stock_pictures import stock_pictures
-from leafcut.report.svg import element
+from leafcut.report.svg import styled
 from leafcut.report.wording import COMPILED, algorithm_words, clean, limits, time_words
 
 #: An option of the command line as messages name it.
@@ -52,9 +52,7 @@ def _whole_flags(html: str) -> str:
 def path_svg(outcome: Outcome, which: Which) -> str:
     """Return the path ``before`` or ``after`` over the work, as a stand-alone SVG file."""
     shown = outcome.shown
-    style = element("style", drawing_css() + _own_css(shown))
-    head, title, rest = shown.drawing(which).partition("</title>")
-    return f"{head}{title}{style}{rest}\n"
+    return styled(shown.drawing(which), drawing_css() + _own_css(shown))
 
 
 def _own_css(shown: ProcessReport) -> str:

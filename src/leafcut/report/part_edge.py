@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.geometry.polyline import Polyline
 from leafcut.model.part import Part
 
 #: Lines are shown so far beyond the work, in parts of its size: the frame of a sheet of paper stays out of sight.
@@ -26,10 +27,12 @@ def near_edge(part: Part, low: NDArray[np.float64], high: NDArray[np.float64]) -
 
 def edge_segments(part: Part) -> NDArray[np.float64]:
     """Return the edge in straight segments, float64[k, 2, 2], mm."""
-    found = [np.zeros((0, 2, 2))]
-    for contour in part.edge:
-        points = contour.path.flattened(_TOLERANCE)
-        if contour.path.closed:
-            points = np.vstack([points, points[:1]])
-        found.append(np.stack([points[:-1], points[1:]], axis=1))
-    return np.concatenate(found)
+    return np.concatenate([np.zeros((0, 2, 2)), *(path_segments(contour.path) for contour in part.edge)])
+
+
+def path_segments(path: Polyline) -> NDArray[np.float64]:
+    """Return a path in straight segments, float64[k, 2, 2], mm."""
+    points = path.flattened(_TOLERANCE)
+    if path.closed:
+        points = np.vstack([points, points[:1]])
+    return np.stack([points[:-1], points[1:]], axis=1)

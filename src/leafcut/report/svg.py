@@ -43,6 +43,12 @@ def title(words: str) -> str:
     return element("title", escape(clean(words)))
 
 
+def styled(svg: str, css: str) -> str:
+    """Return a drawing with its styles inside, as the text of a file."""
+    head, end_of_title, rest = svg.partition("</title>")
+    return f"{head}{end_of_title}{element('style', css)}{rest}\n"
+
+
 def short(value: float) -> str:
     """Return a finite number with two decimals at most, without trailing zeros."""
     words = f"{value:.2f}".rstrip("0").rstrip(".")

@@ -22,8 +22,8 @@ def nest(
     beside: Sequence[str | Path | None],
     progress: Progress | None,
     cancelled: threading.Event | None,
-) -> NestOutcome:
-    """Nest parts and write the sheets; `beside` are files that were read, which nothing may be written over."""
+) -> tuple[NestOutcome, list[str | Path | None]]:
+    """Nest parts and write the sheets; return the outcome and all files that were read, `beside` among them."""
     from leafcut.processes.nesting.run import nest_drawings
 
     wanted = read_wanted([part if isinstance(part, WantedDrawing) else str(part) for part in parts])
@@ -36,7 +36,8 @@ def nest(
         check_output(options.remnants_out / "rest.dxf", inputs)  # before any work: the folder is there
     outcome, texts = nest_drawings(wanted, settings, output, progress=progress, cancelled=cancelled)
     sheets = [word.name for word in options.sheets if word.size is None]
+    read = [*inputs, *sheets]
     for name in texts:
-        check_output(name, [*inputs, *sheets])
+        check_output(name, read)
     write_together(texts)
-    return outcome
+    return outcome, read

@@ -1,0 +1,90 @@
+"""Pictures of results that have no report page: a program's path, a tour, a nest, and what is left of a stock."""
+
+from __future__ import annotations
+
+import base64
+import io
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.nest import NestOutcome
+from leafcut.model.simulation import Simulation
+from leafcut.model.solution import Solved
+from leafcut.report.colours import drawing_css
+from leafcut.report.frame import Frame
+from leafcut.report.part_edge import path_segments
+from leafcut.report.plan_view import trace
+from leafcut.report.svg import STEPS, element, in_steps, lines_data, short, styled, title
+from leafcut.report.wording import clean, count
+
+if TYPE_CHECKING:
+    from leafcut.material.stock_cut import StockCut
+
+#: Sheets of a nest that are drawn: more would be too small to see.
+MOST_SHEETS = 6
+#: Distance between two sheets, as a share of the width of the first.
+_APART = 0.06
+_NO_LINES = np.zeros((0, 2, 2))
+
+
+def simulation_picture(found: Simulation) -> str:
+    """Return the path of a program from above, as a stand-alone SVG."""
+    seen = trace(found.path)
+    return _picture(f"Path of {found.program}", {"rapid": seen.rapids, "cut": seen.cuts})
+
+
+def tour_picture(solved: Solved) -> str:
+    """Return a tour through the points of a map, as a stand-alone SVG."""
+    places = solved.part.hole_xy[[*solved.solution.nodes, *solved.solution.nodes[:1]]]
+    lines = np.stack([places[:-1], places[1:]], axis=1) if len(places) else _NO_LINES
+    return _picture(f"Tour of {solved.part.name}", {"rapid": lines})
+
+
+def nest_picture(outcome: NestOutcome) -> str:
+    """Return the first sheets of the best nest, one above the other, as a stand-alone SVG."""
+    best = outcome.nests[0]
+    edges, parts, y = [_NO_LINES], [_NO_LINES], 0.0
+    for layout in best.layouts[:MOST_SHEETS]:
+        sheet = best.stock_of(layout)
+        edges += [path_segments(path.moved(0.0, y)) for path in sheet.paths]
+        parts += [path_segments(contour.path.moved(0.0, y)) for contour in best.contours(layout)]
+        y += (1.0 + _APART) * sheet.width
+    shown, every = len(best.layouts[:MOST_SHEETS]), count(len(best.layouts), "layout")
+    words = f"Nest: {every}" if shown == len(best.layouts) else f"Nest: the first {shown} of {every}"
+    return _picture(words, {"plate": np.concatenate(edges), "cut": np.concatenate(parts)})
+
+
+def stock_picture(found: StockCut) -> str:
+    """Return what is left of a stock, from above and coloured by depth, as a stand-alone SVG with a PNG inside."""
+    from PIL import Image
+
+    from leafcut.report.stock_picture import stock_png
+
+    data = stock_png(found.field, found.block.high[2])
+    width, height = Image.open(io.BytesIO(data)).size
+    address = f"data:image/png;base64,{base64.b64encode(data).decode()}"
+    return element(
+        "svg",
+        title(clean(f"Stock after {found.program}")),
+        element("image", href=address, width=float(width), height=float(height)),
+        xmlns="http://www.w3.org/2000/svg",
+        viewBox=f"0 0 {short(width)} {short(height)}",
+        width=float(width),
+        height=float(height),
+        role="img",
+    )
+
+
+def _picture(words: str, lines: dict[str, NDArray[np.float64]]) -> str:
+    """Return lines, class → float64[n, 2, 2] in mm, in a frame with axes, as a stand-alone SVG."""
+    points = np.concatenate([segments.reshape(-1, 2) for segments in lines.values()])
+    (x0, y0), (x1, y1) = (points.min(axis=0), points.max(axis=0)) if len(points) else np.zeros((2, 2))
+    frame = Frame.around((float(x0), float(y0)), (float(x1), float(y1)))
+    paths = [
+        element("path", d=lines_data(frame.place(segments)), class_=name, stroke_width=float(STEPS))
+        for name, segments in lines.items()
+        if len(segments)
+    ]
+    return styled(frame.drawing(words, "window", (in_steps(*paths),), "drawing", size=True), drawing_css())
