@@ -14,6 +14,7 @@ import leafcut
 from leafcut.cli.app import run
 from leafcut.cli.progress import Reporter
 from leafcut.files.digests import signed
+from leafcut.model.heartbeat import Progress
 from leafcut.options import SolveOptions, SpeedOptions, StockOptions
 from leafcut.options.option_spec import flag_name
 from leafcut.processes.nesting.options import NestOptions
@@ -234,8 +235,8 @@ def test_an_output_that_may_not_be_written_is_refused_before_any_work(
 def interrupt_at(words: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Have a person press Ctrl-C when the progress first says `words`."""
 
-    def call(self: Reporter, what: str, *_: object) -> None:
-        if what.startswith(words):
+    def call(self: Reporter, progress: Progress) -> None:
+        if progress.step.startswith(words):
             raise KeyboardInterrupt
 
     monkeypatch.setattr(Reporter, "__call__", call)

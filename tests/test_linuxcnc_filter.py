@@ -17,6 +17,7 @@ import pytest
 
 from leafcut.cli.app import run
 from leafcut.cli.linuxcnc_filter import FilterProgress
+from leafcut.model.heartbeat import Progress
 from rs274_moves import moves_of_rs274, run_rs274
 
 # LinuxCNC leaves it to the end of its program to close files.
@@ -30,14 +31,14 @@ SVG = (
 )
 
 
-class Progress:
+class ProgressBar:
     """The bar of a window of LinuxCNC: it keeps what it is told."""
 
     def __init__(self, *_: Any) -> None:
         self.told: list[int] = []
-        Progress.last = self
+        ProgressBar.last = self
 
-    last: Progress
+    last: ProgressBar
 
     def update(self, percent: int, *_: Any) -> None:
         self.told.append(percent)
@@ -56,7 +57,7 @@ def of_linuxcnc(file: Path, *names: str) -> dict[str, Any]:
         or (isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "progress_re")
     ]  # fmt: skip
     found: dict[str, Any] = {
-        "_": str, "os": os, "sys": sys, "re": re, "select": select, "Progress": Progress,
+        "_": str, "os": os, "sys": sys, "re": re, "select": select, "Progress": ProgressBar,
         "t": SimpleNamespace(update=lambda: None),
     }  # fmt: skip
     exec(compile(tree, str(file), "exec"), found)
@@ -96,7 +97,7 @@ def test_axis_opens_a_drawing_as_a_program_of_its_own_machine(
     assert (status, "FILTER_PROGRESS" in said) == (0, False), said
     text = opened.read_text()
     assert "(machine: shop-router)" in text
-    percents = Progress.last.told
+    percents = ProgressBar.last.told
     assert percents == sorted(set(percents)) and all(0 <= percent <= 100 for percent in percents)
     done, printed = run_rs274(rs274, text, tmp_path)
     assert done == 0, printed
@@ -225,6 +226,6 @@ def test_no_percentage_is_told_twice_or_falls(capsys: pytest.CaptureFixture[str]
     """Between two searches the share of the work begins again; the whole is told when the program is there."""
     progress = FilterProgress()
     for share in (0.0, 0.001, 0.5, 0.2, 0.505, 1.0):
-        progress("searching", None, share, None)
+        progress(Progress("searching", share))
     progress.tell(100)
     assert capsys.readouterr().err.split() == [f"FILTER_PROGRESS={n}" for n in (0, 50, 99, 100)]

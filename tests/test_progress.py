@@ -9,6 +9,7 @@ import pytest
 
 from leafcut.cli import progress
 from leafcut.cli.progress import Reporter
+from leafcut.model.heartbeat import Progress
 
 
 class Terminal(io.StringIO):
@@ -20,16 +21,16 @@ class Terminal(io.StringIO):
 
 def test_without_a_terminal_only_compiling_is_said(capsys: pytest.CaptureFixture[str]) -> None:
     with Reporter() as reporter:
-        reporter("reading", None, 0.0)
-        reporter("compiling (first run on this machine)", None, 0.0)
-        reporter("ordering T1", 12.5, 0.5)
+        reporter(Progress("reading"))
+        reporter(Progress("compiling (first run on this machine)"))
+        reporter(Progress("ordering T1", 0.5, 12.5))
     out, err = capsys.readouterr()
     assert (out, err) == ("", "leafcut: compiling (first run on this machine) …\n")
 
 
 def test_quiet_is_quiet(capsys: pytest.CaptureFixture[str]) -> None:
     with Reporter(quiet=True) as reporter:
-        reporter("compiling", None, 0.0)
+        reporter(Progress("compiling"))
     assert capsys.readouterr() == ("", "")
 
 
@@ -38,7 +39,7 @@ def test_a_terminal_shows_a_bar_with_the_cost_when_the_run_takes_long(monkeypatc
     monkeypatch.setattr(sys, "stderr", terminal)
     monkeypatch.setattr(progress, "QUIET_SECONDS", 0.0)
     with Reporter() as reporter:
-        reporter("ordering T1", 1234.5, 0.5)
+        reporter(Progress("ordering T1", 0.5, 1234.5))
         assert reporter.bar.tasks[0].completed == 50.0
         assert reporter.bar.tasks[0].description == "ordering T1: 1,234.50"
     assert reporter.bar.finished is False
@@ -52,12 +53,12 @@ def test_the_bar_tells_the_gap_and_how_long_the_rest_takes(monkeypatch: pytest.M
     with Reporter() as reporter:
         for seconds, share in ((60.0, 0.0), (100.0, 0.25), (110.0, 0.5)):
             now[0] = seconds
-            reporter("ordering T1", 10.0, share, 0.0123)
+            reporter(Progress("ordering T1", share, 10.0, 0.0123))
         task = reporter.bar.tasks[0]
         assert task.description == "ordering T1: 10.00, gap at most 1.23 %"
         assert task.fields["left"] == "20 s left"
         now[0] = 1100.0
-        reporter("ordering T1", 10.0, 0.5, None)
+        reporter(Progress("ordering T1", 0.5, 10.0))
         assert task.fields["left"] == "33 min left"
 
 
@@ -65,6 +66,6 @@ def test_a_short_run_shows_no_bar(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stderr", Terminal())
     monkeypatch.setattr(progress, "QUIET_SECONDS", 1e9)
     with Reporter() as reporter:
-        reporter("ordering T1", 1.0, 0.5)
+        reporter(Progress("ordering T1", 0.5, 1.0))
     assert reporter.bar is None
     assert sys.stderr.getvalue() == ""

@@ -59,7 +59,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal, TypedDict
 
-from leafcut.model.heartbeat import Progress
+from leafcut.model.heartbeat import OnProgress
 from leafcut.model.snapshot import Observer
 
 #: A number in the unit of the option, or a text with a unit: ``6``, ``"0.25in"``.
@@ -75,7 +75,7 @@ class RunKeywords(TypedDict, total=False):
     """TOML file of options."""
     defaults_file: str | Path | None
     """TOML file of options that apply where neither the call nor `options_file` sets them."""
-    progress: Progress | None
+    progress: OnProgress | None
     """Callback for progress."""
     observe: Observer | None
     """Callback of the searches between their steps."""

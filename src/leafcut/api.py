@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, Unpack
 
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import StandardInput, check_is_there, check_output, write_together
-from leafcut.model.heartbeat import Progress, looking_for, passing_on
+from leafcut.model.heartbeat import OnProgress, Progress, looking_for, passing_on
 from leafcut.model.outcome import Outcome
 from leafcut.model.part import Part
 from leafcut.model.snapshot import Observer
@@ -64,7 +64,7 @@ def optimize(
     process: str = "auto",
     options_file: str | Path | None = None,
     defaults_file: str | Path | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     observe: Observer | None = None,
     cancelled: threading.Event | None = None,
     **options: Unpack[OptimizeKeywords],
@@ -88,7 +88,7 @@ def optimize(
     defaults_file
         Another one, whose options hold where neither a call nor `options_file` says others.
     progress
-        Called as the work goes on with (what, cost so far or None, share done, gap or None).
+        Called with a `Progress` when a step begins and while it runs. It must be quick. If it raises, the work ends.
     observe
         Called by the searches between their steps, to look at them closely; see `leafcut.model.snapshot`.
     cancelled
@@ -260,7 +260,7 @@ def nest(
     *,
     options_file: str | Path | None = None,
     defaults_file: str | Path | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     cancelled: threading.Event | None = None,
     **options: Unpack[NestKeywords],
 ) -> NestResult:
@@ -307,7 +307,7 @@ def solve(
     source: Input | Part,
     *,
     defaults_file: str | Path | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     observe: Observer | None = None,
     cancelled: threading.Event | None = None,
     **options: Unpack[SolveKeywords],
@@ -334,7 +334,7 @@ def solve(
 def _tour(
     part: Part,
     settings: Settings,
-    progress: Progress | None,
+    progress: OnProgress | None,
     observe: Observer | None,
     cancelled: threading.Event | None,
 ) -> Solution:
@@ -346,7 +346,7 @@ def _tour(
     step = f"solving {part.name}"
     looking_for(progress, step)  # what was read before may have been ended anywhere; a search may not
     tell = passing_on(progress, step)
-    with announced(lambda words: progress(words, None, 0.0, None) if progress else None):
+    with announced(lambda words: progress(Progress(words)) if progress else None):
         solution = solve.solve(
             problem,
             settings.solve,
@@ -365,7 +365,7 @@ def simulate(
     *,
     dialect: str | None = None,
     defaults_file: str | Path | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     **options: Unpack[SimulateKeywords],
 ) -> SimulationResult:
     """Return what a program does on a machine, what that costs by kind of motion, and what is dangerous in it.
@@ -383,7 +383,7 @@ def check_times(
     *,
     dialect: str | None = None,
     units: Literal["mm", "in"] | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
 ) -> tuple[Fitted, list[SimulationResult]]:
     """Return how the times of programs on a machine differ from what a stop-watch says, and the machine fitted to it.
 
@@ -422,7 +422,7 @@ def stock(
     same_as: Input | None = None,
     dialect: str | None = None,
     defaults_file: str | Path | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     **options: Unpack[StockKeywords],
 ) -> StockResult:
     """Return what a program takes off its stock, tool by tool, where its rapids meet the stock, and what it leaves.
@@ -441,7 +441,7 @@ def tool_speeds(
     save: str | Path | None = None,
     plot: str | Path | None = None,
     defaults_file: str | Path | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     **options: Unpack[ToolSpeedsKeywords],
 ) -> ToolSpeedsResult:
     """Return the spindle speeds and feeds of tools that no others are better than in time, cost and tool life.
@@ -488,7 +488,7 @@ def verify(
     dialect: str | None = None,
     defaults_file: str | Path | None = None,
     allow_reverse: bool = False,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     **options: Unpack[VerifyKeywords],
 ) -> VerificationResult:
     """Return the proof that two programs do the same work, with what was counted, or in what they differ.

@@ -17,6 +17,7 @@ from leafcut.lab import experiment
 from leafcut.lab.experiment import COMPARED, Experiment, options_for, run_experiment
 from leafcut.lab.spread import Spread
 from leafcut.lab.tables import curves_as_json, experiment_as_json, runs_as_csv, summary_as_csv
+from leafcut.model.heartbeat import Progress
 from leafcut.read import read
 
 SHORT = {"iterations": "4", "threads": "1", "local_search": False}
@@ -123,7 +124,7 @@ def test_progress_names_the_run_and_grows_to_the_end() -> None:
         ("mmas", "acs"),
         2,
         SHORT,
-        progress=lambda what, cost, share, gap: told.append((what, share)),
+        progress=lambda now: told.append((now.step, now.share)),
     )
     assert [what for what, _ in itertools.groupby(what for what, _ in told)] == [
         "mmas, seed 1 (1 of 4)", "mmas, seed 2 (2 of 4)", "acs, seed 1 (3 of 4)", "acs, seed 2 (4 of 4)",
@@ -138,9 +139,9 @@ def test_stopped_it_keeps_the_runs_that_were_finished_and_always_one(after: int,
     """It is stopped at the first word of a run, which is then left out, unless it is the first of all."""
     stop, begun = threading.Event(), []
 
-    def tell(what: str, *_: object) -> None:
-        if what not in begun:
-            begun.append(what)
+    def tell(progress: Progress) -> None:
+        if progress.step not in begun:
+            begun.append(progress.step)
         if len(begun) == after:
             stop.set()
 

@@ -24,6 +24,7 @@ from leafcut.lab.loading import load
 from leafcut.lab.results import Results
 from leafcut.lab.running import Answer, RunTask, on_executor, perform, rows_of, run, task_of
 from leafcut.lab.store import Store
+from leafcut.model.heartbeat import Progress
 from leafcut.order.executors import open_executor
 from leafcut.read.machine import machine_template
 
@@ -77,8 +78,8 @@ from leafcut.lab import running
 from leafcut.lab.loading import load
 from leafcut.lab.store import Store
 from leafcut.read.machine import machine_template
-def tell(what, *rest):
-    print(what, flush=True)
+def tell(progress):
+    print(progress.step, flush=True)
 with Store({str(file)!r}) as store:
     running.run(load({str(description)!r}), store, progress=tell)
 """
@@ -123,8 +124,8 @@ def test_a_file_that_changed_is_run_anew(tmp_path: Path) -> None:
 def test_a_run_that_is_stopped_is_not_kept(tmp_path: Path) -> None:
     ended = threading.Event()
 
-    def stop(what: str, *_: object) -> None:
-        if "3 of 12" in what:
+    def stop(progress: Progress) -> None:
+        if "3 of 12" in progress.step:
             ended.set()
 
     with Store(tmp_path / "r.sqlite") as store:

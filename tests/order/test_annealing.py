@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import threading
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ from test_sequential import ENDS, KINDS, added_up, check, least, random_problem
 
 from leafcut.kernels.insertion import put_back
 from leafcut.kernels.layers import ring_length
+from leafcut.model.heartbeat import Progress
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import SolveOptions
 from leafcut.order.annealing import Forgetting, is_small, layers_of
@@ -102,8 +102,9 @@ def test_several_threads_with_a_clock_give_one_true_answer_and_a_budget_does_not
     problem, stopped = random_problem(3, 40, "ways", (None, None), pairs=9), threading.Event()
     told: list[float] = []
 
-    def tell(*state: Any) -> None:
-        told.append(state[1])
+    def tell(progress: Progress) -> None:
+        assert progress.cost is not None
+        told.append(progress.cost)
         if len(told) == 3:
             stopped.set()
 

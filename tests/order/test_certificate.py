@@ -14,6 +14,7 @@ import pytest
 
 import leafcut
 from leafcut.errors import OptionError, SolveError
+from leafcut.model.heartbeat import Progress
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.solution import gap
 from leafcut.options import SolveOptions
@@ -229,14 +230,14 @@ def test_the_clock_of_a_search_stands_still_while_a_bound_is_sought(monkeypatch:
 
 def test_progress_tells_cost_gap_and_share(bounding: Bounding) -> None:
     bounding(400.0)
-    told: list[tuple[str, float | None, float, float | None]] = []
+    told: list[Progress] = []
     found = solve(
         board(service=1.0), SolveOptions(algorithm="mmas", iterations=5, target_gap=0.0),
-        progress=lambda *state: told.append(state),
+        progress=told.append,
     )  # fmt: skip
-    assert [row[2] for row in told] == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0])
-    assert told[-1][1] == pytest.approx(found.cost)
-    assert all(row[3] == pytest.approx(row[1] / 460.0 - 1.0) for row in told)
+    assert [now.share for now in told] == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0])
+    assert told[-1].cost == pytest.approx(found.cost)
+    assert all(now.gap == pytest.approx(now.cost / 460.0 - 1.0) for now in told)
 
 
 @pytest.mark.parametrize("service", [0.0, 0.1])
@@ -306,8 +307,8 @@ def test_the_best_is_kept_when_the_caller_cancels(bounding: Bounding) -> None:
     bounding(1.0)
     cancelled = threading.Event()
 
-    def press(what: str, *_: object) -> None:
-        if what.startswith(("solving", "ordering")):
+    def press(progress: Progress) -> None:
+        if progress.step.startswith(("solving", "ordering")):
             cancelled.set()
 
     options = {"progress": press, "cancelled": cancelled, "iterations": 100_000}

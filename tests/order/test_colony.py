@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from leafcut.kernels.cost import tour_cost
+from leafcut.model.heartbeat import Progress
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import SolveOptions
 from leafcut.order import colony as colony_module
@@ -189,8 +190,9 @@ def test_a_search_that_is_stopped_keeps_the_best_that_it_has() -> None:
     cancelled = threading.Event()
     seen: list[float] = []
 
-    def stop_soon(_: str, cost: float, *__: object) -> None:
-        seen.append(cost)
+    def stop_soon(progress: Progress) -> None:
+        assert progress.cost is not None
+        seen.append(progress.cost)
         if len(seen) == 3:
             cancelled.set()
 

@@ -77,7 +77,7 @@ def test_a_first_tour_that_takes_long_is_offered_on_the_way(many: int, monkeypat
     monkeypatch.setattr(kicks, "NODES_PER_LOOK", 20)
     monkeypatch.setattr(kicks, "OFFER_EVERY", -1.0)
     monkeypatch.setattr(kicks, "MANY", many)
-    best = Best(Stop(iterations=10), progress=lambda _, cost, *__: reported.append(cost))
+    best = Best(Stop(iterations=10), progress=lambda now: reported.append(now.cost or 0.0))
     first_tour(instance, BREADTH, best.stop, best)
     check_best(instance, best)
     assert len(best.history) > 5
@@ -159,7 +159,7 @@ def test_moves_too_long_at_first_are_made_in_a_second_pass(monkeypatch: pytest.M
 def test_kicks_stop_after_the_given_iterations(budget: int) -> None:
     instance = field(60, 2)
     reported: list[float] = []
-    best = Best(Stop(iterations=budget), progress=lambda _, cost, *__: reported.append(cost))
+    best = Best(Stop(iterations=budget), progress=lambda now: reported.append(now.cost or 0.0))
     assert improve_by_kicks(instance, 3, best.stop, best) == budget
     check_best(instance, best)
     assert len(reported) == budget + 1  # one after the first tour

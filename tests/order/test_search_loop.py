@@ -72,7 +72,7 @@ class Candidates:
 def test_a_search_keeps_the_first_of_the_cheapest_and_learns_from_every_iteration() -> None:
     ants = Candidates([(9.0, 8.0), (8.0, 8.0), (6.0, 6.0), (7.0, math.inf)])
     reported: list[float] = []
-    best = Best(Stop(iterations=4), progress=lambda _, cost, *__: reported.append(cost))
+    best = Best(Stop(iterations=4), progress=lambda now: reported.append(now.cost or 0.0))
     assert search(ants.propose, ants.reinforce, best.stop, best) == 4
     assert (best.tour.tolist(), best.cost, best.iteration) == ([2, 0], 6.0, 2)
     assert [row[0] for row in ants.learned] == [0, 1, 2, 3]

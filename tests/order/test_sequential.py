@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from leafcut.errors import SolveError
 from leafcut.kernels.route import Route
+from leafcut.model.heartbeat import Progress
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.options import SolveOptions
 from leafcut.order import ordering, sequential
@@ -302,8 +303,8 @@ def test_a_search_that_is_stopped_or_interrupted_keeps_the_best_that_it_has() ->
     problem, seen = random_problem(2, 80, "cuts", ENDS[1], pairs=30), []
     cancelled = threading.Event()
 
-    def press(_: str, cost: float, *__: object) -> None:
-        seen.append(cost)
+    def press(progress: Progress) -> None:
+        seen.append(progress.cost)
         if len(seen) == 3:
             cancelled.set()
 

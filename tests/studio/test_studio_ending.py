@@ -13,6 +13,7 @@ import uvicorn
 from own_loop import awaited
 from websockets.exceptions import InvalidState
 
+from leafcut.model.heartbeat import Progress
 from leafcut.studio.jobs import jobs as room
 from leafcut.studio.jobs.ending import Endable, Ended
 from leafcut.studio.jobs.history import JobState
@@ -52,7 +53,7 @@ def test_a_job_that_reads_for_ever_is_ended(
     """By Cancel, by being forgotten, and by the end of the studio; the next job has its turn."""
 
     def run(call: Any, names: Any, tell: Any, *_: Any) -> Any:
-        tell("reading", None, 0.0, None)
+        tell(Progress("reading"))
         endless()
         pytest.fail("it was not ended")
 
@@ -82,7 +83,7 @@ def test_a_job_is_ended_where_its_reading_is_in_a_callback_of_the_garbage_collec
             pass
 
     def run(call: Any, names: Any, tell: Any, *_: Any) -> Any:
-        tell("reading", None, 0.0, None)
+        tell(Progress("reading"))
         reader.append(threading.get_ident())
         gc.collect()
         endless()
@@ -106,12 +107,12 @@ def test_what_does_not_read_is_not_ended_anywhere(studio: Studio, monkeypatch: p
     through: list[bool] = []
 
     def run(call: Any, names: Any, tell: Any, *_: Any) -> Any:
-        tell("reading", None, 0.0, None)
-        tell("searching", None, 0.0, None)
+        tell(Progress("reading"))
+        tell(Progress("searching"))
         begun.set()
         cancelled.wait(LONG_ENOUGH)
         through.append(True)
-        tell("searching", None, 0.5, None)
+        tell(Progress("searching", 0.5))
 
     monkeypatch.setattr(room, "run", run)
     job = studio.jobs.start(Task("optimize", ("example:plate-10",)))

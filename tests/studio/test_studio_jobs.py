@@ -16,7 +16,7 @@ from waiting import until
 
 from leafcut.errors import OptionError
 from leafcut.files.whole_files import OutputError
-from leafcut.model.heartbeat import trial
+from leafcut.model.heartbeat import Progress, Trial
 from leafcut.studio.jobs import jobs as room
 from leafcut.studio.jobs.history import Artefact, History, JobState
 from leafcut.studio.jobs.jobs import Live
@@ -136,7 +136,7 @@ def test_of_a_days_jobs_only_the_last_are_still_known_as_they_went(
     """What they said and how they stand is read from the history; what that does not know is not let go of."""
 
     def said(_call: Any, _names: Any, tell: Any, *_: Any) -> Made:
-        tell("search", None, 0.0, None)
+        tell(Progress("search"))
         return Made({}, {}, {})
 
     def full(*_: object, **__: object) -> None:
@@ -203,7 +203,7 @@ def test_the_curve_of_a_long_run_stays_short() -> None:
     live = Live("a", ReadyTask("optimize", ("a.dxf",), "auto", {}), ("a.dxf",))
     for k in range(9_000):
         live.began = time.perf_counter() - k
-        live.tell("search", 1e6 - k, 0.5, None)
+        live.tell(Progress("search", 0.5, 1e6 - k))
     assert len(live.points) <= 4001
     costs = [cost for _, cost, what in live.points if what == "search"]
     assert costs == sorted(costs, reverse=True)
@@ -384,7 +384,7 @@ def test_jobs_of_one_file_are_told_apart_by_machine_and_options(studio: Studio) 
 def test_messages_are_counted_also_when_only_the_last_are_kept() -> None:
     live = Live("a", ReadyTask("optimize", ("a.dxf",), "auto", {}), ("a.dxf",))
     for number in range(1500):
-        live.tell(f"pocket {number}", None, 0.0, None)
+        live.tell(Progress(f"pocket {number}"))
     assert (len(live.messages), live.said) == (1000, 1500)
     assert live.messages[-1][1] == "pocket 1499"
 
@@ -393,8 +393,8 @@ def test_what_a_run_tries_is_kept_by_its_name_with_what_came_of_it(studio: Studi
     """Also what is told of it in the same words: the words are one message."""
     call = prepare(Task("optimize", ("example:plate-27",)), studio.folder)
     live = Live("a", call, ("plate-27",))
-    live.tell(trial("trying both", "zigzag"), None, 0.0, None)
-    live.tell(trial("trying both", "contour"), None, 0.0, None)
-    live.tell(trial("trying both", "zigzag", "41.2 s", 41.2), None, 0.5, None)
+    live.tell(Progress("trying both", trial=Trial("zigzag")))
+    live.tell(Progress("trying both", trial=Trial("contour")))
+    live.tell(Progress("trying both", 0.5, trial=Trial("zigzag", "41.2 s", 41.2)))
     assert live.tried == {"zigzag": ("41.2 s", 41.2), "contour": ("", None)}
     assert [words for _, words in live.messages] == ["trying both"]

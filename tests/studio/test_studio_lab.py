@@ -15,6 +15,7 @@ from leafcut.errors import OptionError
 from leafcut.lab.loading import in_short, load
 from leafcut.lab.own_part import compare_on
 from leafcut.lab.running import Ran
+from leafcut.model.heartbeat import Progress
 from leafcut.read import read
 from leafcut.studio import lab_runs
 from leafcut.studio.studio import Studio
@@ -57,7 +58,7 @@ def test_one_runs_at_a_time_and_stops_when_it_is_told_or_the_studio_ends(
     begun = threading.Event()
 
     def waits(of: Any, store: Any, *, progress: Any, cancelled: threading.Event, mixed: bool) -> Ran:
-        progress("first (1 of 2 runs)", None, 0.5)
+        progress(Progress("first (1 of 2 runs)", 0.5))
         begun.set()
         assert cancelled.wait(60)
         return Ran(2, 1, 1, stopped=True)

@@ -6,12 +6,12 @@ import csv
 import io
 import json
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 
 from leafcut import api
 from leafcut.errors import OptionError
+from leafcut.model.heartbeat import Progress
 from leafcut.studio.jobs.history import JobState
 from leafcut.studio.jobs.jobs import Live
 from leafcut.studio.jobs.task import Task
@@ -51,9 +51,9 @@ def test_a_study_can_be_cancelled_and_a_stopped_study_keeps_its_finished_runs(
     tell = Live.tell
 
     def end_at(words: str, end: Callable[[str], None]) -> None:
-        def observed(live: Live, what: str, *more: Any) -> None:
-            tell(live, what, *more)
-            if words in what:
+        def observed(live: Live, progress: Progress) -> None:
+            tell(live, progress)
+            if words in progress.step:
                 end(live.id)
 
         monkeypatch.setattr(Live, "tell", observed)

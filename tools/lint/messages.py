@@ -129,7 +129,7 @@ def other_lines() -> Iterator[tuple[str, Mapping[str, str]]]:
     # Blocks of a program that stay in place, and progress.
     staying = [*program_rows._BARRIERS.values(), *program_rows._CHANGES.values(), find_sections.STAYING]
     yield "stays in its place: {}", dict.fromkeys(staying, sources.place(Path(str(program_rows.__file__)).resolve()))
-    yield GAP, message_lines({"tell": (0,), "progress": (0,), "trial": (0,)}, modules())
+    yield GAP, message_lines({"tell": (0,), "Progress": (0,)}, modules())
 
 
 def _in_studio(lines: Mapping[str, str]) -> Iterator[tuple[str, str]]:

@@ -21,7 +21,7 @@ from leafcut.cli.shared import failure
 from leafcut.errors import LeafcutError, OptionError, count_of
 from leafcut.files.digests import is_unchanged
 from leafcut.files.whole_files import OutputError, decoded, write_together
-from leafcut.model.heartbeat import Progress
+from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.order.executors import WatchedExecutor, run_tasks
 from leafcut.read.registry import format_name, read_source
 from leafcut.report.batch_page import batch_page
@@ -157,7 +157,7 @@ def run_batch(
     *,
     folder: str | None = None,
     reports: Sequence[str | None] = (),
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     refused: Callable[[str], None] = lambda line: None,
     beside: Iterable[BatchRow] = (),
 ) -> list[BatchResult]:
@@ -207,7 +207,7 @@ def run_batch(
         _write_table(Path(folder) / TABLE, (*others, *(result.row for result in results.values())))
     todo = len(tasks)
     if progress is not None and executor is not None and todo:
-        progress(f"{todo} of {count_of(len(inputs), 'input')}", None, 0.0, None)
+        progress(Progress(f"{todo} of {count_of(len(inputs), 'input')}"))
     for number, (task, answer) in enumerate(_done(tasks, given, executor, progress), 1):
         result = _kept(task, answer)
         results[task.name] = result
@@ -216,7 +216,7 @@ def run_batch(
         if folder:
             _append(Path(folder) / TABLE, result.row)
         if progress is not None and executor is not None:
-            progress(f"{Path(task.name).name} ({number} of {todo})", None, number / todo, None)
+            progress(Progress(f"{Path(task.name).name} ({number} of {todo})", number / todo))
     every = [results[source] for source in inputs]
     if folder:
         rows = [*others, *(result.row for result in every)]
@@ -227,7 +227,7 @@ def run_batch(
 
 def _done(
     tasks: Iterable[tuple[str, str, str, str]], given: Mapping[str, Any], executor: WatchedExecutor | None,
-    progress: Progress | None,
+    progress: OnProgress | None,
 ) -> Iterator[tuple[BatchTask, Any]]:  # fmt: skip
     """Yield each task with its result or error; an input is read when its task begins: few are in memory."""
     made = (BatchTask(name, target, page, key, read_source(name)[1], given) for name, target, page, key in tasks)
@@ -238,7 +238,7 @@ def _done(
         yield task, do(task, progress)
 
 
-def do(task: BatchTask, progress: Progress | None = None) -> BatchResult:
+def do(task: BatchTask, progress: OnProgress | None = None) -> BatchResult:
     """Return the result of a task; the row has the line of a refusal, as errors may not travel between machines."""
     from leafcut.report.json_answer import as_json
     from leafcut.report.page import write_page

@@ -95,9 +95,10 @@ def install_kernels(*, as_json: Json = False) -> int:
     """Compile all kernels now, so that the first job starts at once."""
     from leafcut.cli.progress import Reporter
     from leafcut.cli.warming import warm_all
+    from leafcut.model.heartbeat import Progress
 
     with Reporter() as reporter:
-        warmed = warm_all(lambda words: reporter(words, None, 0.0, None))
+        warmed = warm_all(lambda words: reporter(Progress(words)))
     if as_json:
         print_json({"compiled": warmed.count, "seconds": round(warmed.seconds, 1), "kept": warmed.kept})
     elif warmed.count:

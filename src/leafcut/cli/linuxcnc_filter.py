@@ -18,6 +18,7 @@ from typing import Any
 from leafcut import api
 from leafcut.errors import LeafcutError, OptionError, ReadError
 from leafcut.files.whole_files import check_is_there
+from leafcut.model.heartbeat import Progress
 from leafcut.model.outcome import Outcome
 from leafcut.processes import registry
 from leafcut.processes.settings import collect
@@ -27,14 +28,14 @@ INI_VARIABLE = "INI_FILE_NAME"
 
 
 class FilterProgress:
-    """Receives `api.Progress` calls and tells LinuxCNC the percent done, each once and none lower than before."""
+    """A progress callback that tells LinuxCNC the percent done, each once and none lower than before."""
 
     def __init__(self) -> None:
         self.told = -1
 
-    def __call__(self, what: str, cost: float | None, share: float, gap: float | None = None) -> None:
+    def __call__(self, now: Progress) -> None:
         """Tell the share done, where it is another percent; the last one is told when the program is there."""
-        self.tell(min(99, int(100.0 * share)))
+        self.tell(min(99, int(100.0 * now.share)))
 
     def tell(self, percent: int) -> None:
         """Tell a percentage."""

@@ -7,12 +7,14 @@ import time
 from types import TracebackType
 from typing import Any, Self
 
+from leafcut.model.heartbeat import Progress
+
 #: A run that is over before this shows no bar.
 QUIET_SECONDS = 0.5
 
 
 class Reporter:
-    """Receives `api.Progress` calls; shows a bar when standard error is a terminal and the run takes long."""
+    """A progress callback that shows a bar when standard error is a terminal and the run takes long."""
 
     def __init__(self, *, quiet: bool = False) -> None:
         self.bar: Any = None
@@ -23,20 +25,20 @@ class Reporter:
         self.origin: tuple[float, float] | None = None
         self.terminal = sys.stderr.isatty()
 
-    def __call__(self, what: str, cost: float | None, share: float, gap: float | None = None) -> None:
+    def __call__(self, now: Progress) -> None:
         """Show what is being done, the cost so far, its gap to the lower bound, the share done and the time left."""
         if self.quiet:
             return
-        if what.startswith("compiling"):
-            self._say(f"leafcut: {what} …")
+        if now.step.startswith("compiling"):
+            self._say(f"leafcut: {now.step} …")
         if not self.terminal or time.perf_counter() - self.began < QUIET_SECONDS:
             return
         if self.bar is None:
             self._open()
-        words = what if cost is None else f"{what}: {cost:,.2f}"
-        if gap is not None:
-            words += f", gap at most {100.0 * gap:.2f} %"
-        self.bar.update(self.task, completed=100.0 * share, description=words, left=self._left(share))
+        words = now.step if now.cost is None else f"{now.step}: {now.cost:,.2f}"
+        if now.gap is not None:
+            words += f", gap at most {100.0 * now.gap:.2f} %"
+        self.bar.update(self.task, completed=100.0 * now.share, description=words, left=self._left(now.share))
 
     def _left(self, share: float) -> str:
         """Return how long the rest takes if it goes on as it did; empty while that is not known."""
@@ -57,7 +59,8 @@ class Reporter:
 
     def _open(self) -> None:
         from rich.console import Console
-        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+        from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+        from rich.progress import Progress as Bar
 
         columns = (
             TextColumn("{task.description}", markup=False),
@@ -65,7 +68,7 @@ class Reporter:
             TimeElapsedColumn(),
             TextColumn("{task.fields[left]}"),
         )
-        self.bar = Progress(*columns, console=Console(stderr=True), transient=True)
+        self.bar = Bar(*columns, console=Console(stderr=True), transient=True)
         self.bar.start()
         self.task = self.bar.add_task("", total=100.0, left="")
 

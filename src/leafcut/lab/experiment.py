@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from leafcut import api
 from leafcut.errors import OptionError, nearest
-from leafcut.model.heartbeat import Progress
+from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.model.part import Part
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution
@@ -105,7 +105,7 @@ def run_experiment(
     runs: int,
     options: Mapping[str, Any] | None = None,
     *,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     observe: Observer | None = None,
     cancelled: threading.Event | None = None,
 ) -> Experiment:
@@ -158,13 +158,13 @@ def _fits(needs: str, algorithm: str) -> bool:
     return all(algorithm in names.split("|") for names in asked)
 
 
-def _tell(progress: Progress | None, what: str, number: int, runs: int) -> Progress | None:
+def _tell(progress: OnProgress | None, what: str, number: int, runs: int) -> OnProgress | None:
     """Return what a run tells its progress to: its name, and the share of all runs that is done."""
     if progress is None:
         return None
 
-    def tell(_: str, cost: float | None, share: float, gap: float | None) -> None:
-        progress(f"{what} ({number + 1} of {runs})", cost, (number + share) / runs, gap)
+    def tell(now: Progress) -> None:
+        progress(replace(now, step=f"{what} ({number + 1} of {runs})", share=(number + now.share) / runs))
 
     return tell
 

@@ -24,7 +24,7 @@ from leafcut.errors import LeafcutError, OptionError, count_of
 from leafcut.lab.description import OPTIMIZE, PROCESSOR, SOLVE, TIMES, WALL, Description, LabInstance, RunPlan
 from leafcut.lab.experiment import curve_of
 from leafcut.lab.store import Row, Store, key_of
-from leafcut.model.heartbeat import Progress
+from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.model.study import Study
 from leafcut.options.option_spec import flag_name
 from leafcut.order.executors import WatchedExecutor, run_tasks
@@ -94,7 +94,7 @@ def run(
     store: Store,
     *,
     performer: Performer | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     cancelled: threading.Event | None = None,
     mixed: bool = False,
 ) -> Ran:
@@ -321,10 +321,10 @@ def _row(description: Description, plan: RunPlan, task: RunTask, sha: str, answe
     )  # fmt: skip
 
 
-def _tell(progress: Progress | None, todo: int, labels: list[str]) -> Callable[[int], None]:
+def _tell(progress: OnProgress | None, todo: int, labels: list[str]) -> Callable[[int], None]:
     def tell(done: int) -> None:
         if progress is not None and done < todo:
-            progress(f"{labels[done]} ({done + 1} of {count_of(todo, 'run')})", None, done / todo, None)
+            progress(Progress(f"{labels[done]} ({done + 1} of {count_of(todo, 'run')})", done / todo))
 
     return tell
 

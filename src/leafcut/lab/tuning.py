@@ -25,7 +25,7 @@ from leafcut.lab.own_part import responses_of
 from leafcut.lab.results import ReportBlock, Table, number
 from leafcut.lab.running import Performer, rows_of, run
 from leafcut.lab.store import Row, Store
-from leafcut.model.heartbeat import Progress
+from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.options.option_spec import flag_name
 from leafcut.options.search import ANT_ALGORITHMS
 from leafcut.processes import registry
@@ -208,7 +208,7 @@ def tune(
     store: Store,
     *,
     performer: Performer | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     cancelled: threading.Event | None = None,
     mixed: bool = False,
 ) -> Tuned:
@@ -392,10 +392,10 @@ def _names(inputs: Sequence[str]) -> list[str]:
     return [f"{name} ({k + 1})" if names.count(name) > 1 else name for k, name in enumerate(names)]
 
 
-def _within(progress: Progress, share: float, width: float) -> Progress:
+def _within(progress: OnProgress, share: float, width: float) -> OnProgress:
     """Return a progress that tells of a part of all the work."""
 
-    def tell(words: str, best: float | None, done: float, seconds: float | None) -> None:
-        progress(words, best, min(share + width * done, 1.0), seconds)
+    def tell(now: Progress) -> None:
+        progress(replace(now, share=min(share + width * now.share, 1.0)))
 
     return tell

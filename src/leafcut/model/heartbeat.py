@@ -1,18 +1,61 @@
 """Progress of all slow steps, from reading a file to a search: one callback for the user interface.
 
-The callback receives the name of each step when it begins, and again while it runs. It may raise an exception to end
-the work.
+The callback receives a `Progress` when a step begins, and again while it runs. It may raise an exception to end the
+work.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Protocol
 
-#: Callback for progress: (name of the step, cost of the best result or None, fraction done from 0 to 1, largest gap of
-#: the cost to the optimum as a fraction, or None without a bound). Must be quick.
-Progress = Callable[[str, float | None, float, float | None], None]
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One of several alternatives that a step tries in turn.
+
+    Attributes
+    ----------
+    name
+        Unique name of the alternative.
+    figure, cost
+        Its result in words and as a cost to compare; "" and None until it is known.
+    """
+
+    name: str
+    figure: str = ""
+    cost: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """State of the work.
+
+    Attributes
+    ----------
+    step
+        Name of the step that runs.
+    share
+        Fraction of the work that is done, 0 to 1; 0 if it is not known.
+    cost
+        Cost of the best result so far; None if there is none.
+    gap
+        Largest gap of `cost` to the optimum, as a fraction; None without a lower bound.
+    trial
+        The alternative that the step tries; None if it tries none.
+    """
+
+    step: str
+    share: float = 0.0
+    cost: float | None = None
+    gap: float | None = None
+    trial: Trial | None = None
+
+
+#: Callback for progress; must be quick.
+OnProgress = Callable[[Progress], None]
 
 
 class Heartbeat(Protocol):
@@ -26,38 +69,15 @@ class Heartbeat(Protocol):
 _TOLD_AGAIN = 0.1
 
 
-class Trial(str):
-    """Name of a step that tries one of several alternatives in turn; a progress callback receives it as a step's name.
-
-    Attributes
-    ----------
-    name
-        Unique name of the alternative.
-    figure, cost
-        Its result in words and as a cost to compare; "" and None until it is known.
-    """
-
-    name: str
-    figure: str
-    cost: float | None
-
-
-def trial(words: str, name: str, figure: str = "", cost: float | None = None) -> Trial:
-    """Return the name of a step that tries an alternative."""
-    made = Trial(words)
-    made.name, made.figure, made.cost = name, figure, cost
-    return made
-
-
 def unseen(_: float = 0.0, /) -> None:
     """Ignore the report."""
 
 
-def looking_for(progress: Progress | None, what: str) -> Heartbeat:
+def looking_for(progress: OnProgress | None, what: str) -> Heartbeat:
     """Report the beginning of a step; return a heartbeat that reports it again while it runs."""
     if progress is None:
         return unseen
-    progress(what, None, 0.0, None)
+    progress(Progress(what))
     told = time.monotonic()
 
     def look(share: float = 0.0, /) -> None:
@@ -65,12 +85,12 @@ def looking_for(progress: Progress | None, what: str) -> Heartbeat:
         now = time.monotonic()
         if now - told >= _TOLD_AGAIN:
             told = now
-            progress(what, None, share, None)
+            progress(Progress(what, share))
 
     return look
 
 
-def passing_on(progress: Progress | None, what: str, left: float = 1.0, part: float = 1.0) -> Progress | None:
+def passing_on(progress: OnProgress | None, what: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
     """Return the progress callback of a search, reported as the step `what`.
 
     The search does `part` of the whole work, of which `left` is not done when it begins. Both are fractions.
@@ -78,7 +98,7 @@ def passing_on(progress: Progress | None, what: str, left: float = 1.0, part: fl
     if progress is None:
         return None
 
-    def tell(_: str, cost: float | None, share: float, gap: float | None) -> None:
-        progress(what, cost, 1.0 - left + part * share, gap)
+    def tell(now: Progress) -> None:
+        progress(replace(now, step=what, share=1.0 - left + part * now.share))
 
     return tell

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from leafcut.errors import LeafcutError, SolveError
 from leafcut.files.plugins import PluginKind, reason
-from leafcut.model.heartbeat import Progress
+from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.options import ALGORITHM_GROUP, ALGORITHM_TITLES, AcoOptions, FireflyOptions, SolveOptions
 from leafcut.order.running import SearchResult, set_budget_of_visits
 from leafcut.order.statistics import Best
@@ -106,15 +106,15 @@ def run_packaged(name: str, instance: Instance, run: AlgorithmRun) -> SearchResu
 class _Ends:
     """Passes progress on, and knows what whoever is told raises to end the search."""
 
-    def __init__(self, progress: Progress | None) -> None:
+    def __init__(self, progress: OnProgress | None) -> None:
         self.progress = progress
         self.raised: Exception | None = None
 
-    def __call__(self, what: str, cost: float | None, share: float, gap: float | None) -> None:
+    def __call__(self, now: Progress) -> None:
         if self.progress is None:
             return
         try:
-            self.progress(what, cost, share, gap)
+            self.progress(now)
         except Exception as ended:
             self.raised = ended
             raise

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.errors import SolveError
-from leafcut.model.heartbeat import Progress
+from leafcut.model.heartbeat import OnProgress
 from leafcut.model.problem import RoutingProblem
 from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution, WorkerFigures
@@ -83,7 +83,7 @@ def solve(
     aco: AcoOptions | None = None,
     *,
     firefly: FireflyOptions | None = None,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     observe: Observer | None = None,
     cancelled: threading.Event | None = None,
     bound_late: BoundLate = never,
@@ -158,7 +158,7 @@ def solve(
 
 
 def _exactly(
-    problem: RoutingProblem, pairs: NDArray[np.int32], options: SolveOptions, progress: Progress | None,
+    problem: RoutingProblem, pairs: NDArray[np.int32], options: SolveOptions, progress: OnProgress | None,
     cancelled: threading.Event | None,
 ) -> Solution:  # fmt: skip
     """Return the best path there is of a few clusters: its cost is the bound."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.model.heartbeat import Progress
+from leafcut.model.heartbeat import OnProgress, Progress
 from leafcut.model.snapshot import Observer, Pheromone, SearchStep, Snapshot
 from leafcut.model.solution import WorkerFigures, gap
 from leafcut.model.study import Study
@@ -30,7 +30,7 @@ class Best:
     """
 
     stop: Stop
-    progress: Progress | None = None
+    progress: OnProgress | None = None
     service: float = 0.0
     bound: float | None = None
     shown_bound: float | None = None
@@ -71,10 +71,10 @@ class Best:
         if self.watched is not None:
             self.watched.look(self, iteration, alone, costs)
 
-    def _report(self, progress: Progress, iteration: int) -> None:
+    def _report(self, progress: OnProgress, iteration: int) -> None:
         shares = (iteration / max(self.stop.iterations, 1), self.stop.elapsed() / self.stop.seconds)
         cost = self.cost + self.service
-        progress("searching", cost, min(1.0, max(shares)), gap(cost, self.known_bound))
+        progress(Progress("searching", min(1.0, max(shares)), cost, gap(cost, self.known_bound)))
 
 
 @dataclass

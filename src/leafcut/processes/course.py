@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, PlanError, VerifyError
-from leafcut.model.heartbeat import Heartbeat, Progress, looking_for, passing_on
+from leafcut.model.heartbeat import Heartbeat, OnProgress, Progress, Trial, looking_for, passing_on
 from leafcut.model.issue import Issue, Severity, missing_work
 from leafcut.model.machine import Machine
 from leafcut.model.snapshot import Observer
@@ -31,7 +31,7 @@ class Run:
     settings: Settings
     machine: Machine
     deadline: Deadline
-    progress: Progress | None = None
+    progress: OnProgress | None = None
     cancelled: threading.Event = field(default_factory=threading.Event)
     observe: Observer | None = None
 
@@ -57,10 +57,10 @@ class Run:
             return self
         return replace(self, machine=replace(self.machine, safe_z=None))
 
-    def tell(self, what: str, cost: float | None = None, share: float = 0.0, gap: float | None = None) -> None:
+    def tell(self, step: str, share: float = 0.0, trial: Trial | None = None) -> None:
         """Report progress."""
         if self.progress is not None:
-            self.progress(what, cost, share, gap)
+            self.progress(Progress(step, share, trial=trial))
 
     def looking(self, what: str) -> Heartbeat:
         """Report that a stage starts; return the function that the stage calls while it works.
@@ -69,7 +69,7 @@ class Run:
         """
         return looking_for(self.progress, what)
 
-    def passing_on(self, what: str, left: float = 1.0, part: float = 1.0) -> Progress | None:
+    def passing_on(self, what: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
         """Return the progress callback of a search that does `part` of the whole work, while `left` of it is left."""
         return passing_on(self.progress, what, left, part)
 

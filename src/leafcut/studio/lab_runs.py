@@ -12,6 +12,7 @@ from leafcut.lab.loading import in_short, load
 from leafcut.lab.own_part import OWN_PART
 from leafcut.lab.running import rows_of, run
 from leafcut.lab.store import Row, Store
+from leafcut.model.heartbeat import Progress
 from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.jobs import line_of
 
@@ -149,6 +150,6 @@ class LabRuns:
         assert self.state is not None
         self.state = replace(self.state, running=False, doing="", line=line, failed=lines)
 
-    def _tell(self, what: str, cost: float | None, share: float, gap: float | None = None) -> None:
+    def _tell(self, now: Progress) -> None:
         if self.state is not None:
-            self.state = replace(self.state, doing=what, share=share)
+            self.state = replace(self.state, doing=now.step, share=now.share)

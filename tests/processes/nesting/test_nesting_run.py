@@ -15,7 +15,7 @@ import shapely
 from leafcut import api
 from leafcut.cli.app import run
 from leafcut.errors import LeafcutError, OptionError, PlanError, ReadError
-from leafcut.model.heartbeat import Trial
+from leafcut.model.heartbeat import Progress, Trial
 from leafcut.options import ReadOptions, SheetOptions
 from leafcut.processes.nesting.plan.strip import NesterError
 from leafcut.processes.sheet.plan.sheet import prepare_sheet
@@ -255,9 +255,9 @@ def test_quiet_nesting_still_tells_of_parts_that_have_no_room(
 def test_every_variant_is_told_by_its_name_and_what_came_of_it(drawings: Path) -> None:
     told: list[Trial] = []
 
-    def tell(what: str, *_: object) -> None:
-        if isinstance(what, Trial):
-            told.append(what)
+    def tell(progress: Progress) -> None:
+        if progress.trial is not None:
+            told.append(progress.trial)
 
     outcome = api.nest([f"{drawings}/angle.dxf:4", f"{drawings}/plate.dxf:3"], progress=tell, **SMALL)
     begun = {one.name for one in told if not one.figure}

@@ -21,7 +21,7 @@ from leafcut.cli.app import run
 from leafcut.errors import LeafcutError, OptionError, PlanError, VerifyError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
-from leafcut.model.heartbeat import Trial
+from leafcut.model.heartbeat import Progress, Trial
 from leafcut.model.outcome import Outcome
 from leafcut.model.pocket import PocketMeasures, PocketPath, PocketResult
 from leafcut.model.toolpath import Kind
@@ -402,7 +402,7 @@ def test_the_air_feed_applies_only_where_nothing_is_cut_and_saves_its_share_of_t
 
 def test_a_strategy_that_is_asked_for_is_the_only_one_that_is_tried(drawing: Path) -> None:
     told: list[str] = []
-    outcome = api.optimize(drawing, progress=lambda what, *_: told.append(what), strategy="contour", **FAST)
+    outcome = api.optimize(drawing, progress=lambda now: told.append(now.step), strategy="contour", **FAST)
     assert [r.strategy for r in outcome.detail.plans[0].results] == ["contour"]
     assert not {"zigzag", "connected", "firefly", "ants", "adaptive"} & set(told)
 
@@ -412,8 +412,8 @@ def test_a_run_stopped_while_it_makes_the_connected_way_writes_what_is_there(dra
     """The connected way clears all even so; what was not begun is not tried."""
     cancelled = threading.Event()
 
-    def progress(what: str, *_: Any) -> None:
-        if "connected" in what:
+    def progress(now: Progress) -> None:
+        if "connected" in now.step:
             cancelled.set()
 
     outcome = api.optimize(drawing, progress=progress, cancelled=cancelled, **{**FAST, "strategy": strategy})
@@ -575,9 +575,9 @@ def test_the_header_tells_the_process_where_the_drawing_alone_does_not(drawing: 
 def test_every_strategy_is_told_by_its_name_and_the_time_of_its_program(drawing: Path) -> None:
     told: list[Trial] = []
 
-    def tell(what: str, *_: object) -> None:
-        if isinstance(what, Trial):
-            told.append(what)
+    def tell(progress: Progress) -> None:
+        if progress.trial is not None:
+            told.append(progress.trial)
 
     (plan,) = api.optimize(drawing, progress=tell, **{**FAST, "strategy": "best"}).detail.plans
     assert [result.strategy for result in plan.results] == [way.name for way in room.WAYS]

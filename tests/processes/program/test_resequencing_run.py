@@ -20,6 +20,7 @@ from leafcut.gcode import control_flow
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program import Program
 from leafcut.gcode.program_interpreter import interpret_program
+from leafcut.model.heartbeat import Progress
 from leafcut.model.sequence import Sequence
 from leafcut.order import solve as solving
 from leafcut.processes.program import run as resequencing
@@ -332,8 +333,8 @@ def test_every_stage_names_itself_and_who_is_told_can_end_it_while_it_goes_on(
     class Cancelled(Exception):
         pass
 
-    def tell(what: str, *_: object) -> None:
-        told.append(what)
+    def tell(progress: Progress) -> None:
+        told.append(progress.step)
         if told.count(stage) == 3:
             raise Cancelled
 

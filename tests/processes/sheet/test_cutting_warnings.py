@@ -108,7 +108,7 @@ def test_a_sheet_too_large_for_the_machine_is_refused_before_places_to_pierce_ar
     document.saveas(tmp_path / "long.dxf")
     told: list[str] = []
     with pytest.raises(VerifyError, match="too large: X goes from"):
-        api.optimize(tmp_path / "long.dxf", thickness="6", progress=lambda what, *_: told.append(what), **FAST)
+        api.optimize(tmp_path / "long.dxf", thickness="6", progress=lambda now: told.append(now.step), **FAST)
     assert set(told) == {"reading"}
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut.errors import PlanError
-from leafcut.model.heartbeat import Progress
+from leafcut.model.heartbeat import OnProgress
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool, ToolKind
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def drawn_works(
-    drawing: Input, settings: Settings, machine: Machine, issues: list[Issue], progress: Progress | None
+    drawing: Input, settings: Settings, machine: Machine, issues: list[Issue], progress: OnProgress | None
 ) -> list[tuple[Tool, int, float, float, float]]:
     """Return the tools that drill a drawing, in their order: holes, mm fed, mm cut, and s besides the feed.
 

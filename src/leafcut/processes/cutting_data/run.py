@@ -9,7 +9,7 @@ import numpy as np
 
 from leafcut.errors import OptionError, PlanError, nearest
 from leafcut.model.cutting_front import OBJECTIVES, CuttingData, CuttingPoint, ToolFront
-from leafcut.model.heartbeat import Progress
+from leafcut.model.heartbeat import OnProgress
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import CuttingWork, Head, ToolMaterial
 from leafcut.model.machine import Machine
@@ -36,7 +36,7 @@ _DEPTH = 0.5
 
 
 def cutting_data(
-    drawing: Input | None, settings: Settings, objective: str, progress: Progress | None = None
+    drawing: Input | None, settings: Settings, objective: str, progress: OnProgress | None = None
 ) -> CuttingData:
     """Return the best speeds and feeds of the tools of a part, and the one of each that is chosen for an objective.
 
@@ -109,7 +109,7 @@ def _fronts(
 
 def _works(
     drawing: Input | None, settings: Settings, machine: Machine, material: WorkMaterial, issues: list[Issue],
-    progress: Progress | None,
+    progress: OnProgress | None,
 ) -> Iterator[tuple[ToolWork, ToolMaterial]]:  # fmt: skip
     """Yield what each tool has to do, with what it is made of; tools that have no speeds chosen become issues."""
     from leafcut.processes.cutting_data.drawn_work import drawn_works

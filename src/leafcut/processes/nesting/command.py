@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from leafcut.files.whole_files import check_output, write_together
-from leafcut.model.heartbeat import Progress
+from leafcut.model.heartbeat import OnProgress
 from leafcut.model.nest import NestOutcome
 from leafcut.options import Settings
 from leafcut.processes.nesting.options import NestOptions
@@ -20,7 +20,7 @@ def nest(
     settings: Settings,
     *,
     beside: Sequence[str | Path | None],
-    progress: Progress | None,
+    progress: OnProgress | None,
     cancelled: threading.Event | None,
 ) -> tuple[NestOutcome, list[str | Path | None]]:
     """Nest parts and write the sheets; return the outcome and all files that were read, `beside` among them."""

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from shapely import Polygon
 
 from leafcut.errors import OptionError, PlanError, VerifyError, count_of, shown
-from leafcut.model.heartbeat import Heartbeat, Progress, Trial, looking_for, trial
+from leafcut.model.heartbeat import Heartbeat, OnProgress, Progress, Trial, looking_for
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.nest import Layout, Nest, NestOutcome, NestPart, Remnant, Stock
 from leafcut.options import ReadOptions, Settings, SheetOptions, SolveOptions
@@ -42,7 +42,7 @@ def nest(
     search: SolveOptions,
     *,
     stocks: Sequence[Stock] = (),
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     cancelled: threading.Event | None = None,
 ) -> NestOutcome:
     """Return the nests of parts that passed the check, the best first; on `stocks`, else on the sizes of the options.
@@ -65,19 +65,19 @@ def nest(
     found: list[Nest] = []
     dropped: list[str] = []
 
-    said, shared = "", 0.0
+    last = Progress("")
 
-    def tell(what: str, share: float) -> None:
-        nonlocal said, shared
+    def tell(now: Progress) -> None:
+        nonlocal last
         best = f"; {100.0 * max(n.utilisation_of_used for n in found):.1f} % so far" if found else ""
-        said, shared = what + best, share
+        last = replace(now, step=now.step + best)
         if progress is not None:
-            progress(trial(said, what.name) if isinstance(what, Trial) else said, None, share, None)
+            progress(last)
 
     def tell_found(variant: Nest) -> None:
         used = 100.0 * variant.utilisation_of_used
         if progress is not None:
-            progress(trial(said, f"{variant.method} {variant.seed}", f"{used:.1f} %", -used), None, shared, None)
+            progress(replace(last, trial=Trial(f"{variant.method} {variant.seed}", f"{used:.1f} %", -used)))
 
     try:
         for variant in variants(task, search, tell, cancelled):
@@ -151,7 +151,7 @@ def nest_drawings(
     settings: Settings,
     output: str | Path | None = None,
     *,
-    progress: Progress | None = None,
+    progress: OnProgress | None = None,
     cancelled: threading.Event | None = None,
 ) -> tuple[NestOutcome, dict[str, str]]:
     """Nest the parts of drawings; return the nests, and the text of each file that is to be written.
@@ -183,7 +183,7 @@ def nest_drawings(
 
 
 def _read(
-    wanted: Sequence[WantedDrawing], settings: Settings, progress: Progress | None
+    wanted: Sequence[WantedDrawing], settings: Settings, progress: OnProgress | None
 ) -> tuple[Settings, list[NestPart], list[Stock], list[Issue]]:
     """Return the settings, the parts, the sheets, and what was noticed.
 

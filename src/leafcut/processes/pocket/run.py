@@ -17,7 +17,7 @@ from leafcut.geometry.arrays import Point, Points
 from leafcut.geometry.regions import as_polyline
 from leafcut.geometry.zones import widened
 from leafcut.model.cutter import bodies_of, widest_below
-from leafcut.model.heartbeat import trial
+from leafcut.model.heartbeat import Trial
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.pace_change import PaceChange
@@ -303,12 +303,12 @@ def _cleared(job: PocketJob, one: Pocket, number: int, time: SearchTime) -> tupl
     time.to_come = each * sum(way.searches for way in ways_tried)
     for place, way in enumerate(sorted(ways_tried, key=lambda one: one.searches)):
         words, share = f"{several}{way.name}", (number + place / len(ways_tried)) / len(job.part.pockets)
-        job.run.tell(trial(words, words), None, share)
+        job.run.tell(words, share, Trial(words))
         result, clearings, fitted = _tried(job, number, way, regions, roughed, time)
         found[way.name] = result
         known = result.measures is not None
         figure = format_time(result.program_s) if known else "–"
-        job.run.tell(trial(words, words, figure, result.program_s if known else None), None, share)
+        job.run.tell(words, share, Trial(words, figure, result.program_s if known else None))
         if clearings:
             ways[way.name], even[way.name] = fitted, clearings
     results = [found[way.name] for way in ways_tried]

@@ -8,7 +8,7 @@ import numpy as np
 
 from leafcut.errors import OptionError
 from leafcut.files.whole_files import read_program
-from leafcut.model.heartbeat import Progress, looking_for
+from leafcut.model.heartbeat import OnProgress, looking_for
 from leafcut.model.issue import Issue
 from leafcut.model.simulation import Simulation
 from leafcut.model.toolpath import Toolpath
@@ -31,7 +31,7 @@ WORTH_TELLING = 0.01
 GAP = 20
 
 
-def simulate(program: Input, settings: Settings, dialect: str | None, progress: Progress | None) -> Simulation:
+def simulate(program: Input, settings: Settings, dialect: str | None, progress: OnProgress | None) -> Simulation:
     """Return what a program does on the machine of the settings, and what that costs.
 
     An exception of `progress` ends the work.

@@ -15,7 +15,7 @@ from leafcut.material.height_field import COARSEST, HeightField, StockBlock, usu
 from leafcut.material.same_stock import stock_differences
 from leafcut.material.stock_cut import BodyCut, RapidCut, StockCut, ToolCut
 from leafcut.model.cutter import Body, BodyPart, Cutter, body_of, cutter_of
-from leafcut.model.heartbeat import Progress, looking_for
+from leafcut.model.heartbeat import OnProgress, looking_for
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import BEAMS
 from leafcut.model.machine import Machine
@@ -75,7 +75,12 @@ class _Cuts(NamedTuple):
 
 
 def cut_stock(
-    program: Input, settings: Settings, dialect: str | None, progress: Progress | None, *, same_as: Input | None = None
+    program: Input,
+    settings: Settings,
+    dialect: str | None,
+    progress: OnProgress | None,
+    *,
+    same_as: Input | None = None,
 ) -> StockCut:
     """Return what a program takes off its stock; with `same_as`, where another one leaves something else of it.
 

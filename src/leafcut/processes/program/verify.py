@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.files.whole_files import read_program
 from leafcut.model.certificate import Certificate
-from leafcut.model.heartbeat import Progress, looking_for
+from leafcut.model.heartbeat import OnProgress, looking_for
 from leafcut.options import Settings
 from leafcut.processes.course import machine_of
 
@@ -24,7 +24,7 @@ def verify(
     new: Input,
     settings: Settings,
     dialect: str | None,
-    progress: Progress | None,
+    progress: OnProgress | None,
     *,
     allow_reverse: bool,
 ) -> Certificate:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 
 from leafcut.errors import LeafcutError
 from leafcut.files.whole_files import OutputError
-from leafcut.model.heartbeat import Trial
+from leafcut.model.heartbeat import Progress
 from leafcut.model.study import Study
 from leafcut.studio.folder import Folder
 from leafcut.studio.jobs.ending import Endable
@@ -43,25 +43,16 @@ class Cancelled(Exception):
     """Raised inside a run that a person cancelled, so that it ends at once."""
 
 
-@dataclass(frozen=True)
-class Latest:
-    """What a run is doing: words, cost so far, share done, gap to the lower bound (a fraction), seconds."""
-
-    what: str = ""
-    cost: float | None = None
-    share: float = 0.0
-    gap: float | None = None
-    seconds: float = 0.0
-
-
 @dataclass
 class Live:
     """A job of this server.
 
     Attributes
     ----------
+    latest, latest_s
+        The last progress, and when it came, s.
     points
-        (seconds, cost, what) whenever the cost fell or another thing was begun.
+        (seconds, cost, step) whenever the cost fell or another step began.
     messages
         What was begun, once each: (seconds, words); the last of them.
     internal
@@ -86,7 +77,8 @@ class Live:
     state: JobState = JobState.WAITING
     line: str = ""
     internal: bool = False
-    latest: Latest = field(default_factory=Latest)
+    latest: Progress = Progress("")
+    latest_s: float = 0.0
     points: list[tuple[float, float, str]] = field(default_factory=list)
     messages: list[tuple[float, str]] = field(default_factory=list)
     said: int = 0
@@ -106,26 +98,27 @@ class Live:
         self.watch.release()
         self.reading.end()
 
-    def tell(self, what: str, cost: float | None, share: float, gap: float | None) -> None:
+    def tell(self, progress: Progress) -> None:
         """Note what is being done; called by the run, often."""
         if self.dropped:
             raise Cancelled
-        if what != self.latest.what:
-            self.reading.begin() if what == READING else self.reading.leave()
-        if isinstance(what, Trial) and (what.name in self.tried or len(self.tried) < _MOST_TRIED):
-            self.tried[what.name] = what.figure, what.cost
+        step, cost, trial = progress.step, progress.cost, progress.trial
+        if step != self.latest.step:
+            self.reading.begin() if step == READING else self.reading.leave()
+        if trial is not None and (trial.name in self.tried or len(self.tried) < _MOST_TRIED):
+            self.tried[trial.name] = trial.figure, trial.cost
         now = time.perf_counter() - self.began
-        if not self.messages or self.messages[-1][1] != what:
-            self.messages.append((now, what))
+        if not self.messages or self.messages[-1][1] != step:
+            self.messages.append((now, step))
             self.said += 1
             del self.messages[:-_MOST_MESSAGES]
-        self.latest = Latest(what, cost, share, gap, now)
+        self.latest, self.latest_s = progress, now
         if cost is None:
             return
         last = self.points[-1] if self.points else None
-        fresh = last is None or last[2] != what or cost < last[1]
-        if fresh and (last is None or last[2] != what or now - last[0] >= _POINT_SECONDS):
-            self.points.append((now, cost, what))
+        fresh = last is None or last[2] != step or cost < last[1]
+        if fresh and (last is None or last[2] != step or now - last[0] >= _POINT_SECONDS):
+            self.points.append((now, cost, step))
             if len(self.points) > _MOST_POINTS:
                 del self.points[1:-1:2]
 

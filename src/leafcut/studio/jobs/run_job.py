@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from leafcut import api
 from leafcut.files.whole_files import read_program
 from leafcut.lab.tables import iterations_as_csv
-from leafcut.model.heartbeat import Progress, looking_for
+from leafcut.model.heartbeat import OnProgress, looking_for
 from leafcut.model.shown_stock import CUT_THROUGH
 from leafcut.model.snapshot import Observer
 from leafcut.model.study import Study
@@ -54,7 +54,11 @@ class Made:
 
 
 def run(
-    call: ReadyTask, names: tuple[str, ...], tell: Progress, cancelled: threading.Event, observe: Observer | None = None
+    call: ReadyTask,
+    names: tuple[str, ...],
+    tell: OnProgress,
+    cancelled: threading.Event,
+    observe: Observer | None = None,
 ) -> Made:
     """Do what is asked; `names` is what a person calls the inputs.
 
@@ -79,7 +83,7 @@ def run(
     return _verify(call, names, tell)
 
 
-def _verify(call: ReadyTask, names: tuple[str, ...], tell: Progress) -> Made:
+def _verify(call: ReadyTask, names: tuple[str, ...], tell: OnProgress) -> Made:
     """Compare two programs; both are drawn, and in what they differ."""
     from leafcut.report.json_answer import verification_as_json
     from leafcut.studio.drawing.differences import differences_scene
@@ -121,7 +125,9 @@ def _lines(before: Toolpath, after: Toolpath, original: str, new: str) -> Artefa
     return Artefact("", "application/octet-stream", zlib.compress(line_pairs(before, after, original, new).tobytes()))
 
 
-def _optimize(call: ReadyTask, name: str, tell: Progress, cancelled: threading.Event, observe: Observer | None) -> Made:
+def _optimize(
+    call: ReadyTask, name: str, tell: OnProgress, cancelled: threading.Event, observe: Observer | None
+) -> Made:
     from leafcut.read.plan_file import plan_text
     from leafcut.report.json_answer import as_json
     from leafcut.report.overview import overview_as_json
@@ -163,7 +169,7 @@ def _optimize(call: ReadyTask, name: str, tell: Progress, cancelled: threading.E
     return Made(answer, figures, artefacts)
 
 
-def _nest(call: ReadyTask, names: tuple[str, ...], tell: Progress, cancelled: threading.Event) -> Made:
+def _nest(call: ReadyTask, names: tuple[str, ...], tell: OnProgress, cancelled: threading.Event) -> Made:
     """Nest parts: every variant is drawn, sheet by sheet."""
     from leafcut.processes.registry import command
     from leafcut.read.nest_list import WantedDrawing
@@ -263,7 +269,7 @@ def _scene(data: bytes) -> Artefact:
     return Artefact("", "application/octet-stream", data)
 
 
-def _solve(call: ReadyTask, name: str, tell: Progress, cancelled: threading.Event, observe: Observer | None) -> Made:
+def _solve(call: ReadyTask, name: str, tell: OnProgress, cancelled: threading.Event, observe: Observer | None) -> Made:
     from leafcut.read.tsplib import tour_text
     from leafcut.report.json_answer import solved_as_json
 
@@ -283,7 +289,7 @@ def _solve(call: ReadyTask, name: str, tell: Progress, cancelled: threading.Even
     return Made(answer, figures, artefacts)
 
 
-def _study(call: ReadyTask, name: str, tell: Progress, cancelled: threading.Event, observe: Observer | None) -> Made:
+def _study(call: ReadyTask, name: str, tell: OnProgress, cancelled: threading.Event, observe: Observer | None) -> Made:
     """Run several algorithms with several seeds; the best tour of all is drawn."""
     from leafcut.lab.experiment import run_experiment
     from leafcut.lab.tables import curves_as_json, experiment_as_json, runs_as_csv, summary_as_csv

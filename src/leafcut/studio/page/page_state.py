@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from leafcut import api
 from leafcut.errors import LeafcutError, OptionError
-from leafcut.model.heartbeat import Progress
+from leafcut.model.heartbeat import OnProgress
 from leafcut.options import LITERATURE
 from leafcut.options.option_spec import flag_name
 from leafcut.processes.settings import all_options, group_of, options_of_file
@@ -86,7 +86,7 @@ class View:
     edited: bool = False
     for_study: bool | None = None
 
-    def look(self, work: str = "", progress: Progress | None = None) -> Seen:
+    def look(self, work: str = "", progress: OnProgress | None = None) -> Seen:
         """Read the input, for a kind of work or the likeliest; slow for a large file."""
         try:
             values = dict(self.values)  # a person may type meanwhile

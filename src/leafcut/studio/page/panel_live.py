@@ -91,7 +91,8 @@ class LivePanel:
         """Show what is new of a job that is not over."""
         number, snapshot = live.watch.look()
         seconds = time.perf_counter() - live.began if live.began else 0.0
-        said = (live.state, live.latest, int(seconds), pace_of(live.watch), live.watch.paused, live.watch.can_hold)
+        now = (live.state, live.latest, live.latest_s, int(seconds))
+        said = (*now, pace_of(live.watch), live.watch.paused, live.watch.can_hold)
         if said != self._said:
             self._said = said
             self._figures(live, seconds)
@@ -104,7 +105,7 @@ class LivePanel:
         w, latest = self.view.words, live.latest
         self.place.set_visibility(True)
         self.what.set_text(
-            w.messages.translate(latest.what) or w("run.waiting" if live.state is JobState.WAITING else "run.reading")
+            w.messages.translate(latest.step) or w("run.waiting" if live.state is JobState.WAITING else "run.reading")
         )
         unit = live.call.unit
         self.cost.set_text("" if latest.cost is None else f"{latest.cost:,.2f} {unit}".strip())
@@ -122,12 +123,12 @@ class LivePanel:
             self.chart.set_visibility(False)
             self.learning.set(rows, bound, unit)
             return
-        points = [(seconds, cost) for seconds, cost, what in live.points if what == latest.what]
+        points = [(seconds, cost) for seconds, cost, what in live.points if what == latest.step]
         self.chart.set_visibility(bool(points))
         if points:
             began = points[0][0]
             shown = [(seconds - began, cost) for seconds, cost in points[:: len(points) // _MOST_POINTS + 1]]
-            self.chart.set([*shown, (points[-1][0] - began, points[-1][1])], bound, unit, latest.seconds - began)
+            self.chart.set([*shown, (points[-1][0] - began, points[-1][1])], bound, unit, live.latest_s - began)
 
     def _draw(self, snapshot: Snapshot) -> None:
         """Show a snapshot: the path and the pheromone on the drawing, workers and fireflies beside the chart."""

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from leafcut.model.heartbeat import Progress
 from leafcut.studio.jobs.ending import Endable
 from leafcut.studio.page.elements import box, button, text
 from leafcut.studio.wording import Words
@@ -41,9 +42,9 @@ class PreviewReading:
         """For how long it is read."""
         return time.monotonic() - self._began
 
-    def tell(self, what: str, _: float | None, share: float, __: float | None) -> None:
+    def tell(self, now: Progress) -> None:
         """Note what the reader does; called by the reader, often."""
-        self.what, self.share = what, share
+        self.what, self.share = now.step, now.share
 
     def cancel(self) -> None:
         """End the thread, and wait for it no longer: what a package in another language does is done first."""

@@ -9,7 +9,7 @@ from typing import Any
 
 from leafcut import api
 from leafcut.errors import LeafcutError, ReadError
-from leafcut.model.heartbeat import Progress, looking_for
+from leafcut.model.heartbeat import OnProgress, looking_for
 from leafcut.model.part import Part
 from leafcut.model.simulation import Simulation
 from leafcut.options import Settings
@@ -84,7 +84,7 @@ def get_ready() -> None:
 
 
 def look(
-    source: str | Source, work: str = "", options: dict[str, Any] | None = None, progress: Progress | None = None
+    source: str | Source, work: str = "", options: dict[str, Any] | None = None, progress: OnProgress | None = None
 ) -> Seen:
     """Return what is in an input; `work` says how to see a drawing that is good for several kinds of work.
 
@@ -113,7 +113,9 @@ def look(
     return Seen(format_.name, works, error=error, broken=broken, whole=whole)
 
 
-def _drawing(source: Source, name: str, work: str, settings: Settings, whole: Whole, progress: Progress | None) -> Seen:
+def _drawing(
+    source: Source, name: str, work: str, settings: Settings, whole: Whole, progress: OnProgress | None
+) -> Seen:
     """Return a drawing or a map, read for a kind of work, over the whole of it."""
     from leafcut.report.json_answer import issues_as_json
     from leafcut.studio.drawing.scene import part_scene, unitless
@@ -159,7 +161,7 @@ def _size(width: float, height: float) -> str:
     return " × ".join(f"{side:,.0f}" if abs(side) >= 1000.0 else f"{side:.4g}" for side in (width, height))
 
 
-def _program(source: Source, options: Mapping[str, Any], progress: Progress | None) -> Seen:
+def _program(source: Source, options: Mapping[str, Any], progress: OnProgress | None) -> Seen:
     from leafcut.files.whole_files import read_program
     from leafcut.report.json_answer import issues_as_json
     from leafcut.studio.drawing.scene import toolpath_scene

@@ -308,7 +308,7 @@ def _job_answer(jobs: Jobs, record: JobRecord) -> dict[str, Any]:
         "figures": record.figures,
         "progress": None
         if latest is None or record.state.over
-        else {"what": latest.what, "cost": latest.cost, "share": latest.share, "gap": latest.gap},
+        else {"what": latest.step, "cost": latest.cost, "share": latest.share, "gap": latest.gap},
         "files": {name: file for name, file in jobs.history.artefacts(record.id).items() if file},
     }
 

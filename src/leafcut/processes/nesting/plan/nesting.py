@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
-from leafcut.model.heartbeat import trial
+from leafcut.model.heartbeat import OnProgress, Progress, Trial
 from leafcut.model.nest import Nest, NestPart, Stock
 from leafcut.options import SolveOptions
 from leafcut.processes.nesting.options import NestOptions
@@ -41,9 +41,6 @@ DENSEST = 0.93
 CHOOSING = 0.2
 #: Within a time limit the first variant has the nester's threads, but one of so many for each other variant.
 THREADS_PER_VARIANT = 3
-
-#: Told what is being done, and the share of it that is done.
-Tell = Callable[[str, float], None]
 
 
 def prepare(parts: Sequence[NestPart], options: NestOptions, stocks: Sequence[Stock]) -> NestTask:
@@ -80,7 +77,9 @@ def _blocks(
     return found, numbers
 
 
-def variants(task: NestTask, search: SolveOptions, tell: Tell, cancelled: threading.Event) -> Iterator[Nest | str]:
+def variants(
+    task: NestTask, search: SolveOptions, tell: OnProgress, cancelled: threading.Event
+) -> Iterator[Nest | str]:
     """Yield nests as they are found, unchecked; a line of text for one that could not be made.
 
     By shapes, one for each seed from the one asked for; by rectangles, one for each rule of `RULES`.
@@ -97,7 +96,9 @@ def variants(task: NestTask, search: SolveOptions, tell: Tell, cancelled: thread
     yield from _rectangle_variants(task, tell, cancelled.is_set, cancelled)
 
 
-def _on_several(task: NestTask, search: SolveOptions, tell: Tell, cancelled: threading.Event) -> Iterator[Nest | str]:
+def _on_several(
+    task: NestTask, search: SolveOptions, tell: OnProgress, cancelled: threading.Event
+) -> Iterator[Nest | str]:
     """Yield nests on the sheets that cost least: by rectangles, which is quick, and by shapes on those that cost less.
 
     By shapes the first variant seeks the sheets, and the others lie on the same ones; of a time limit the first has
@@ -136,11 +137,11 @@ def _on_several(task: NestTask, search: SolveOptions, tell: Tell, cancelled: thr
 
 
 def _rectangle_variants(
-    task: NestTask, tell: Tell, late: Callable[[], bool], cancelled: threading.Event
+    task: NestTask, tell: OnProgress, late: Callable[[], bool], cancelled: threading.Event
 ) -> Iterator[Nest]:
     for rule in range(len(RULES)):
         if not (rule and (cancelled.is_set() or late())):
-            tell(trial("nesting by rectangles", f"rectangles {rule}"), 0.99)
+            tell(Progress("nesting by rectangles", 0.99, trial=Trial(f"rectangles {rule}")))
             yield cheapest(task, _rectangle_packers(task, rule), "rectangles", rule, late)
 
 
@@ -173,7 +174,7 @@ def _with_remnants(task: NestTask, search: SolveOptions) -> NestTask:
 
 
 def _shape_variants(
-    task: NestTask, search: SolveOptions, numbers: range, make: Callable[[int, _Clock], Nest], tell: Tell,
+    task: NestTask, search: SolveOptions, numbers: range, make: Callable[[int, _Clock], Nest], tell: OnProgress,
     cancelled: threading.Event,
 ) -> Iterator[Nest | str]:  # fmt: skip
     """Yield a nest by shapes for each of some numbers, in their order; several are sought at a time.
@@ -204,9 +205,9 @@ def _shape_variants(
         words = f"nesting by shapes, {len(futures)} variants" if len(futures) > 1 else "nesting by shapes"
         try:
             for number in numbers[: len(futures)]:
-                tell(trial(words, f"shapes {search.seed + number}"), 0.0)
+                tell(Progress(words, trial=Trial(f"shapes {search.seed + number}")))
             for number, future in enumerate(futures):
-                tell(words, number / len(futures))
+                tell(Progress(words, number / len(futures)))
                 if found := future.result():
                     yield found
         except BaseException:  # Ctrl-C, or nobody wants more: the searches end, or leaving would wait for them
