@@ -14,6 +14,7 @@ import pytest
 
 import leafcut
 from leafcut.cli import app as cli
+from leafcut.gcode.dialects import dialect_template
 from leafcut.results import Result
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -114,10 +115,11 @@ def test_saving_never_overwrites_an_input(case: tuple[str, Result]) -> None:
 
 
 def test_files_that_options_name_are_inputs(tmp_path: Path, files: Callable[[str], str]) -> None:
-    library = tmp_path / "tools.toml"
+    library, dialect = tmp_path / "tools.toml", tmp_path / "my.toml"
     library.write_text('[[tool]]\nnumber = 1\nkind = "end-mill"\ndiameter = "3 mm"\n')
-    found = leafcut.stock(files("cam"), tools=library, cell=0.5)
-    assert {str(library), files("cam")} <= set(found.inputs)
+    dialect.write_text(dialect_template("linuxcnc"))
+    found = leafcut.stock(files("cam"), tools=library, dialect=str(dialect), cell=0.5)
+    assert {str(library), str(dialect), files("cam")} <= set(found.inputs)
 
 
 def test_the_program_is_saved_as_it_would_be_written(tmp_path: Path) -> None:

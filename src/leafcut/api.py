@@ -1,6 +1,6 @@
-"""What leafcut does for those who call it: it finds the process and runs it, and knows none by name.
+"""The functions of the library. They find the process in the registry and run it; they know no process by name.
 
-Rooms are imported where they are used, so `import leafcut` stays quick.
+Packages are imported where they are used, so that the import of leafcut stays quick.
 """
 
 from __future__ import annotations
@@ -69,43 +69,41 @@ def optimize(
     cancelled: threading.Event | None = None,
     **options: Unpack[OptimizeKeywords],
 ) -> ProgramResult:
-    """Turn a drawing into a verified program that drills, cuts or mills it, or a program into a quicker one.
+    """Return a verified program that drills, cuts or mills a drawing, or that does the work of a program faster.
 
     Parameters
     ----------
     source
-        A drawing or a map that `leafcut.read_part` understands, the name of an example such as ``example:plate-70``, or
-        a G-code program of any CAM. Of several drill files, such as those of plated and of other holes, one program is
-        made.
+        A drawing, a map of points, the name of an example such as ``example:plate-70``, or a G-code program of any
+        CAM. Several drill files, such as those of plated and of other holes, become one program.
     output, report
-        Where to write the program and the report page; nothing is written without them.
+        Files to write: the program and the report page. Without them nothing is written.
     process
-        ``cut`` makes a cutting program of the contours in a drawing, ``pocket`` a milling program of its pockets; else
-        what a program does: ``drill``, ``mill``, ``laser`` or ``plasma``, where ``auto`` does not see it. Of a picture
-        ``auto`` makes pockets.
+        ``drill``, ``cut`` or ``pocket`` for a drawing; ``drill``, ``mill``, ``laser`` or ``plasma`` for a program.
+        ``auto`` chooses by the file, and makes pockets of a picture.
     options_file
-        A TOML file of options.
+        TOML file of options.
     defaults_file
-        Another one, whose options hold where neither a call nor `options_file` says others.
+        TOML file of options that apply where neither the call nor `options_file` sets them.
     progress
-        Called with a `Progress` when a step begins and while it runs. It must be quick. If it raises, the work ends.
+        Receives a `Progress` when a step begins and while it runs. It must be quick. If it raises, the work ends.
     observe
-        Called by the searches between their steps, to look at them closely; see `leafcut.model.snapshot`.
+        Called by the searches between their steps; see `leafcut.model.snapshot`.
     cancelled
-        Set it from another thread to stop the search and keep the best.
+        Set it from another thread to stop the search and keep the best result.
     options
-        Any option of `leafcut.options` by its name: ``machine="haas-vf2", thickness="0.25in", seed=7``. A number
-        without a unit is what it is on the command line: mm, s, rpm, and mm/min for feeds.
+        Options by their names: ``machine="haas-vf2", thickness="0.25in", seed=7``. Numbers without a unit are in mm,
+        s, rpm, and mm/min for feeds.
 
     Returns
     -------
     ProgramResult
-        Toolpaths, measures before and after, the program's text and all else that was found out.
+        Text of the program, toolpaths, measures before and after, and issues.
 
     Raises
     ------
     ReadError, OptionError, PlanError, PostError, VerifyError, OutputError
-        One line that says what was found and what to do. Nothing has been written then.
+        One line: what is wrong, where, and what to do. Nothing was written.
     """
     from leafcut.order.compiling import compile_seconds
 
@@ -148,7 +146,8 @@ def drill(
     """Return a verified program that drills the holes of a drawing, of drill files or of a point map.
 
     `source` and `output` are those of `optimize`. `keywords` are those of `optimize`, except `process`, with the
-    options of drilling; an option that drilling does not use is refused. So it is with `cut`, `pocket` and `reorder`.
+    options of drilling. An option that drilling does not use is refused. The same holds for `cut`, `pocket` and
+    `reorder`.
     """
     return optimize(source, output, process="drill", **keywords)
 
@@ -166,16 +165,16 @@ def pocket(source: Input, output: str | Path | None = None, **keywords: Unpack[P
 def reorder(
     source: Input, output: str | Path | None = None, *, process: str = "auto", **keywords: Unpack[ReorderKeywords]
 ) -> ProgramResult:
-    """Return a program of another CAM with its work in a quicker order, verified to do the same work.
+    """Return a program of another CAM with its work in a faster order, verified to do the same work.
 
-    Arguments are as in `drill`; `process` is what the program does: ``drill``, ``mill``, ``laser`` or ``plasma``, where
-    the program does not show it.
+    Arguments are as in `drill`. `process` is ``drill``, ``mill``, ``laser`` or ``plasma``; ``auto`` reads it from the
+    program.
     """
     return optimize(source, output, process="reorder" if process == "auto" else process, **keywords)
 
 
 def _files(*names: str | None) -> list[str]:
-    """Return those names of machines and dialects that are paths of files."""
+    """Return the names of machines and dialects that are paths of files."""
     return [name for name in names if name and name.lower().endswith(".toml")]
 
 
@@ -264,24 +263,24 @@ def nest(
     cancelled: threading.Event | None = None,
     **options: Unpack[NestKeywords],
 ) -> NestResult:
-    """Lay parts on sheets, in several variants, and write the sheets of the best one as DXF drawings.
+    """Nest parts on sheets in several variants; write the sheets of the best variant as DXF drawings.
 
     Parameters
     ----------
     parts
-        Drawings with quantities, ``"bracket.dxf:10"`` or a `leafcut.WantedDrawing`, or lists, ``"parts.csv"``.
+        Drawings with quantities, ``"bracket.dxf:10"`` or a `leafcut.WantedDrawing`; or parts lists, ``"parts.csv"``.
     output
-        The drawing to write; with several different sheets, ``sheet_1.dxf`` and so on. Nothing is written without it:
-        the drawings are in the answer all the same.
+        Drawing to write; several different sheets become ``sheet_1.dxf``, ``sheet_2.dxf`` … Without it nothing is
+        written; the result holds the drawings in any case.
     options
-        Any option of `leafcut.options` by its name: ``sheet="3000x1500", kerf=1.5, gap="5mm", variants=5``.
+        Options by their names: ``sheet="3000x1500", kerf=1.5, gap="5mm", variants=5``.
 
     `options_file`, `defaults_file`, `progress` and `cancelled` are those of `optimize`.
 
     Raises
     ------
     ReadError, OptionError, PlanError, VerifyError, OutputError
-        One line that says what was found and what to do. Nothing has been written then.
+        One line: what is wrong, where, and what to do. Nothing was written.
     """
     settings = _settings("nest", options, options_file, defaults_file)
     outcome, read = registry.command("nest")(
@@ -312,14 +311,14 @@ def solve(
     cancelled: threading.Event | None = None,
     **options: Unpack[SolveKeywords],
 ) -> TourResult:
-    """Return a map with a closed tour through its points, by TSPLIB's rule of distance where the file has one.
+    """Return a short closed tour through the points of a map, by the distance rule of TSPLIB if the file has one.
 
-    Where the map has sets of points, the tour visits one point of each, and keeps the given precedence.
+    If the map has sets of points, the tour visits one point of each set and keeps the given precedence.
 
     Parameters
     ----------
     source
-        A file that `read_part` understands, or the part that it returned.
+        A map of points, or a part that `read_part` returned.
 
     `progress`, `observe`, `cancelled` and `options` are those of `optimize`.
     """
@@ -368,13 +367,22 @@ def simulate(
     progress: OnProgress | None = None,
     **options: Unpack[SimulateKeywords],
 ) -> SimulationResult:
-    """Return what a program does on a machine, what that costs by kind of motion, and what is dangerous in it.
+    """Return the machine time of a program by kind of motion, its path, and its dangerous moves.
 
-    `progress` is that of `optimize`; here and in all else an exception that it raises ends the work.
+    Parameters
+    ----------
+    program
+        A G-code program.
+    dialect
+        Its dialect, by name or TOML file; without it that of the machine.
+    options
+        Options by their names: ``machine="grbl-3018", units="in"``.
+
+    `defaults_file` and `progress` are those of `optimize`.
     """
     settings = _settings("simulate", options, None, defaults_file)
     found = registry.command("simulate")(program, settings, dialect, progress)
-    return of_model(SimulationResult, found, [*_named(program), defaults_file, *files_read(settings)])
+    return of_model(SimulationResult, found, [*_named(program), *_files(dialect), defaults_file, *files_read(settings)])
 
 
 def check_times(
@@ -385,19 +393,19 @@ def check_times(
     units: Literal["mm", "in"] | None = None,
     progress: OnProgress | None = None,
 ) -> tuple[Fitted, list[SimulationResult]]:
-    """Return how the times of programs on a machine differ from what a stop-watch says, and the machine fitted to it.
+    """Compare the simulated times of programs with measured times, and fit the machine to the measured times.
 
     Parameters
     ----------
     measured
-        Each program, and the seconds that it took.
+        Programs with their measured times, s.
     machine, dialect, units
         Options of `simulate`.
 
     Returns
     -------
     tuple[Fitted, list[SimulationResult]]
-        What was fitted (`leafcut.timing.fitting`), and each program as it was simulated before.
+        The fit (`leafcut.timing.fitting`), and the simulation of each program before it.
 
     Raises
     ------
@@ -425,13 +433,23 @@ def stock(
     progress: OnProgress | None = None,
     **options: Unpack[StockKeywords],
 ) -> StockResult:
-    """Return what a program takes off its stock, tool by tool, where its rapids meet the stock, and what it leaves.
+    """Return the material that each tool of a program removes, the stock that remains, and rapids in material.
 
-    With `same_as`, another program, also where that one leaves something else. `progress` is that of `optimize`.
+    Parameters
+    ----------
+    program, dialect
+        As in `simulate`.
+    same_as
+        Another program; the result lists the places where it leaves different stock.
+    options
+        Options by their names: ``workpiece="0,0,-10,80,60,0", tools="shop.toml"``.
+
+    `defaults_file` and `progress` are those of `optimize`.
     """
     settings = _settings("stock", options, None, defaults_file)
     found = registry.command("stock")(program, settings, dialect, progress, same_as=same_as)
-    return of_model(StockResult, found, [*_named(program, same_as), defaults_file, *files_read(settings)])
+    read = [*_named(program, same_as), *_files(dialect), defaults_file, *files_read(settings)]
+    return of_model(StockResult, found, read)
 
 
 def tool_speeds(
@@ -444,27 +462,27 @@ def tool_speeds(
     progress: OnProgress | None = None,
     **options: Unpack[ToolSpeedsKeywords],
 ) -> ToolSpeedsResult:
-    """Return the spindle speeds and feeds of tools that no others are better than in time, cost and tool life.
+    """Return the Pareto-optimal spindle speeds and feeds of tools: time, cost and tool life.
 
     Parameters
     ----------
     drawing
-        With the holes to drill; without it their number and depth are options.
+        Drawing with the holes to drill; without it their number and depth are options.
     objective
-        What one of the best is chosen for: ``time`` of a part, ``cost`` of a part, or ``life`` of the tool.
+        Objective by which one point of each front is chosen: ``time`` or ``cost`` of a part, or ``life`` of the tool.
     save
-        A tool library to write, with the chosen speeds and feeds: a copy of the one that was given, else a new one.
+        Tool library to write with the chosen speeds and feeds: a copy of the given library, or a new one.
     plot
-        A picture of the fronts to write (SVG).
+        Picture of the fronts to write (SVG).
     options
-        Any option of `leafcut.options` by its name: ``material="c45", tools="shop.toml", holes=70, depth=10``.
+        Options by their names: ``material="c45", tools="shop.toml", holes=70, depth=10``.
 
     `defaults_file` and `progress` are those of `optimize`.
 
     Raises
     ------
     ReadError, OptionError, PlanError, OutputError
-        One line that says what was found and what to do. Nothing has been written then.
+        One line: what is wrong, where, and what to do. Nothing was written.
     """
     from leafcut.report.front_chart import check_name, front_svg
 
@@ -491,13 +509,23 @@ def verify(
     progress: OnProgress | None = None,
     **options: Unpack[VerifyKeywords],
 ) -> VerificationResult:
-    """Return the proof that two programs do the same work, with what was counted, or in what they differ.
+    """Return the proof that two programs do the same work, or their differences.
 
-    With `allow_reverse`, open cuts of one depth are the same from either end.
+    Parameters
+    ----------
+    original, new
+        G-code programs.
+    dialect
+        Dialect of both, by name or TOML file; without it that of the machine.
+    allow_reverse
+        Accept open cuts of constant depth that run from the other end.
+
+    `defaults_file` and `progress` are those of `optimize`.
     """
     settings = _settings("verify", options, None, defaults_file)
     proof = registry.command("verify")(original, new, settings, dialect, progress, allow_reverse=allow_reverse)
-    return of_model(VerificationResult, proof, [*_named(original, new), defaults_file, *files_read(settings)])
+    read = [*_named(original, new), *_files(dialect), defaults_file, *files_read(settings)]
+    return of_model(VerificationResult, proof, read)
 
 
 def output_name(
