@@ -134,7 +134,7 @@ class _SheetOptions2(TypedDict, total=False):
 class _MachineOptions1(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, reorder, nest, simulate, stock, tool_speeds, verify.
     machine: str | None
-    """Machine name (see `leafcut machines`), or path of a TOML profile (default: linuxcnc-mill)."""
+    """Machine name (see `leafcut list machines`), or path of a TOML profile (default: linuxcnc-mill)."""
 
 
 class _MachineOptions2(TypedDict, total=False):
@@ -176,9 +176,9 @@ class _JobOptions3(TypedDict, total=False):
     thickness: Quantity | None
     """Thickness of the plate (holes go through), or of the sheet to cut (mm; default: unknown: holes are blind)."""
     material: str | None
-    """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for cutting-
-    data and for feeds of a program a name of `leafcut materials`, or a TOML file; it also chooses among the
-    presets of the tools of a Fusion library (default: mild_steel).
+    """Material, by its name in the cut chart; for pockets it sets the speed of an assumed end mill; for tools
+    speeds and for feeds of a program a name of `leafcut list materials`, or a TOML file; it also chooses among
+    the presets of the tools of a Fusion library (default: mild_steel).
     """
 
 
@@ -537,7 +537,7 @@ class _SolveOptions1(TypedDict, total=False):
         "none",
         None,
     ]
-    """Algorithm (see `leafcut algorithms`) (default: auto)."""
+    """Algorithm (see `leafcut list algorithms`) (default: auto)."""
     target_gap: float | str | None
     """Stop at this gap to the lower bound, in percent; the bound is computed first (default: none)."""
     bound: bool | None
@@ -663,7 +663,7 @@ class _FireflyOptions1(TypedDict, total=False):
 class _PostOptions1(TypedDict, total=False):
     # Of optimize, drill, cut, pocket, reorder.
     dialect: str | None
-    """Dialect of the controller (see `leafcut dialects`), or path of a TOML file (default: the machine's)."""
+    """Dialect of the controller (see `leafcut list dialects`), or path of a TOML file (default: the machine's)."""
     header: bool | None
     """Write header comments: source, options, tools, extents, time (on unless False)."""
 
