@@ -104,10 +104,10 @@ def simulated(text: str, ours: float) -> float:
 def run(path: Path, longest: float) -> list[str]:
     """Return the row of a program, or its name and the reason of a refusal."""
     try:
-        stock = leafcut.stock(path, machine=MACHINE, mill_diameter=WIDTH)
+        stock = leafcut.stock(path, machine=MACHINE, tool_diameter=WIDTH)
         block = ",".join(f"{side:.6f}" for side in (*stock.block.low, *stock.block.high))
         outcome = leafcut.optimize(
-            path, process="reorder", machine=MACHINE, mill_diameter=WIDTH, workpiece=block, time_limit=5,
+            path, process="reorder", machine=MACHINE, tool_diameter=WIDTH, workpiece=block, time_limit=5,
             air=True, feeds=True, low_retracts=True,
         )  # fmt: skip
     except LeafcutError as error:

@@ -237,7 +237,7 @@ def milled(text: str, **options: Any) -> str:
             drawing,
             machine="linuxcnc-sim",
             tool_diameter=10,
-            milling_feed="1200mm/min",
+            feed="1200mm/min",
             spindle_speed=6000,
             preset="fast",
             **options,

@@ -138,16 +138,16 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
             **common,
         )
         api.optimize(at["pocket.png"], machine="haas-vf2", pixel_size=1, **common)
-        fed = {"feeds": True, "slot_chip": 90, "max_power": "5 kW", "strategy": "zigzag", "step_over": 0.4}
+        fed = {"feeds": True, "max_power": "5 kW", "strategy": "zigzag", "step_over": 0.4}
         (out / "teeth.toml").write_text(TOOLS.replace('kind = "end-mill"', 'kind = "end-mill"\nteeth = 3'))
         api.optimize(at["pocket.dxf"], tools=out / "teeth.toml", material="c45", open_paths="drop", **fed, **common)
     elif work == "program":
         api.optimize(at["cam.nc"], **APART, **LITTLE)
         api.optimize(at["cam.nc"], algorithm="firefly", **LITTLE)
         api.optimize(at["cam.nc"], keep_out="200 200 210 210", **FAST)
-        stock = {"workpiece": "-10,-10,-9,110,130,0", "mill_diameter": 3}
+        stock = {"workpiece": "-10,-10,-9,110,130,0", "tool_diameter": 3}
         api.optimize(at["cam.nc"], air=True, low_retracts=True, feeds=True, **stock, **FAST)
-        limits = {"material": "c45", "slot_chip": 50, "tools": at["tools.toml"]}
+        limits = {"material": "c45", "tools": at["tools.toml"]}
         api.optimize(at["cam.nc"], feeds=True, **limits, **stock, **FAST)
         api.optimize(at["plasma.ngc"], machine="plasma-table", **LITTLE)
     elif work == "nest":
@@ -162,7 +162,7 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         api.simulate(at["plasma.ngc"], machine="plasma-table")
     elif work == "stock":
         (out / "cam.nc").write_text("G21 G90\nT1 M6\nM3 S900\nG0 X0 Y0 Z5\nG1 Z-1 F60\nG1 X9\nG0 Z5\nM2\n")
-        api.stock(out / "cam.nc", mill_diameter=3)
+        api.stock(out / "cam.nc", tool_diameter=3)
     elif work == "cutting-data":
         made = {"material": "c45", "holes": 3}
         api.tool_speeds(at["holes.csv"], material="c45", depth=3, tools=at["tools.toml"], **FAST)
@@ -170,7 +170,7 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
         surface["fixture_file"] = at["clamp.stl"]
         api.tool_speeds(at["holes.csv"], material="c45", **surface, **FAST)
         api.tool_speeds(at["holes.csv"], material="c45", depth=3, cycle=None, feed=99, spindle_speed=900, **FAST)
-        api.tool_speeds(**made, depth=3, drill_diameter=3)
+        api.tool_speeds(**made, depth=3, tool_diameter=3)
         (out / "mill.toml").write_text(TOOLS.replace('kind = "end-mill"', 'kind = "end-mill"\nteeth = 3'))
         api.tool_speeds(**made, thickness=3, tools=out / "mill.toml", cut_length=100)
     else:

@@ -59,8 +59,8 @@ def test_a_default_passes_its_own_check_and_has_a_help(group: type) -> None:
         (PostOptions, "dialect", 5, "a text"),
         (PocketOptions, "step_over", "60 mm", "a fraction such as 0.6 or 60%"),
         (PocketOptions, "step_over", "60", "above the maximum of 0.95"),
-        (PocketOptions, "zigzag_angle", "361", "361 deg is above the maximum of 360 deg"),
-        (PocketOptions, "zigzag_angle", "-400", "-400 deg is below the minimum of -360 deg"),
+        (ReadOptions, "rotate", "361", "361 deg is above the maximum of 360 deg"),
+        (ReadOptions, "rotate", "-400", "-400 deg is below the minimum of -360 deg"),
     ],
 )
 def test_what_cannot_be_used_is_refused_with_its_flag(group: Any, name: str, value: Any, words: str) -> None:
@@ -72,7 +72,7 @@ def test_what_cannot_be_used_is_refused_with_its_flag(group: Any, name: str, val
     "group, name, value, words",
     [
         (PocketOptions, "entry_angle", "95", "95 deg is above the maximum of 45.8366 deg"),
-        (PocketOptions, "milling_feed", "0", "0 mm/min is below the minimum of 0.06 mm/min"),
+        (JobOptions, "feed", "0", "0 mm/min is below the minimum of 0.06 mm/min"),
         (JobOptions, "depth", "0", "0 mm is below the minimum of 0.001 mm"),
         (PocketOptions, "step_over", 2, "2 is above the maximum of 0.95"),
     ],
@@ -95,13 +95,13 @@ def test_a_bare_number_means_the_same_in_a_file_in_a_call_and_on_the_command_lin
         collect({"feed": "300", "thickness": "6", "dwell": "0.5"}),
         collect({"feed": "0.3 m/min", "thickness": "6mm", "dwell": "500ms"}),
     ]
-    assert [s.of(DrillOptions).feed for s in made] == pytest.approx([5.0] * 4)
+    assert [s.job.feed for s in made] == pytest.approx([5.0] * 4)
     assert all((s.job.thickness, s.of(DrillOptions).dwell) == (6.0, 0.5) for s in made)
 
 
 def test_an_option_made_anew_keeps_its_inner_value() -> None:
-    options = collect({"feed": "300"}).of(DrillOptions)
-    assert dataclasses.replace(options, peck=3.0).feed == options.feed
+    options = collect({"feed": "300"}).job
+    assert dataclasses.replace(options, depth=3.0).feed == options.feed
 
 
 def test_what_is_given_goes_before_what_the_file_says(tmp_path: Path) -> None:

@@ -174,7 +174,7 @@ def written(tmp_path: Path) -> Iterator[tuple[str, str]]:
     yield "defaults --template", TEMPLATE
     leafcut.tool_speeds(**given, tools=library)
     yield "tools speeds --save, with a library", saved.read_text(encoding="utf-8")
-    leafcut.tool_speeds(**given, drill_diameter=6)
+    leafcut.tool_speeds(**given, tool_diameter=6)
     yield "tools speeds --save", saved.read_text(encoding="utf-8")
 
 
@@ -198,9 +198,9 @@ RUNS = [
     "pocket pocket.dxf --depth 1 --tool-diameter 10 --strategy contour --dry-run",
     "nest bracket.dxf:1 --sheet 600x400 --nester rectangles --variants 1",
     f"optimize {CAM} {PLATE} -o out --preset fast", f"solve {MAP} --preset fast",
-    f"reorder {CAM} --algorithm none --feeds --mill-diameter 6 --workpiece -500,-500,-20,500,500,0 --dry-run",
-    f"simulate {CAM}", f"simulate {CAM} {CAM}", f"stock {CAM} --mill-diameter 6", f"verify {CAM} {CAM}",
-    "tools speeds --holes 1 --depth 3 --drill-diameter 6 --material steel-c45",
+    f"reorder {CAM} --algorithm none --feeds --tool-diameter 6 --workpiece -500,-500,-20,500,500,0 --dry-run",
+    f"simulate {CAM}", f"simulate {CAM} {CAM}", f"stock {CAM} --tool-diameter 6", f"verify {CAM} {CAM}",
+    "tools speeds --holes 1 --depth 3 --tool-diameter 6 --material steel-c45",
 ]  # fmt: skip
 #: It needs a board: tests/sender/test_marlin.py.
 WITH_A_BOARD = {"send"}

@@ -12,7 +12,6 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.material.chip_feeds import (
     allowed_feed,
     chip_at,
-    chip_limit,
     plunge_feed,
     power_at,
     power_on_plunge,
@@ -78,15 +77,6 @@ def test_the_feed_holds_the_chip_and_keeps_the_highest_feed() -> None:
     assert allowed_feed(slot, LIMITS) == pytest.approx(10.0)
     assert allowed_feed(beside(2.5), LIMITS) == pytest.approx(11.55, rel=0.006)
     assert allowed_feed(beside(1.0), LIMITS) == pytest.approx(15.0)
-
-
-def test_the_chip_falls_in_proportion_from_half_of_the_width_to_that_of_a_slot() -> None:
-    """At 70 %: all of it up to 5 mm of 10, 85 % at 7.5 mm, 70 % at 10."""
-    limits = replace(LIMITS, slot=0.7)
-    width = np.array([1.0, 5.0, 7.5, 10.0])
-    engaged = Engaged(np.full(4, 1.0), width, np.ones(4))
-    assert chip_limit(engaged, limits) == pytest.approx(0.2 * np.array([1.0, 1.0, 0.85, 0.7]))
-    assert allowed_feed(engaged, limits) == pytest.approx([10.0, 10.0, 8.5, 7.0])
 
 
 @pytest.mark.parametrize("width", [0.5, 2.5, 5.0, 8.0])

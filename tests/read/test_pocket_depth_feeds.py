@@ -39,8 +39,7 @@ def test_the_deepest_level_of_all_pockets_counts_for_the_power_of_each(tmp_path:
     (tmp_path / "shop.toml").write_text(LIBRARY)
     found = api.optimize(
         saved(tmp_path / "two.step", solid), process="pocket", preset="fast", threads=1, machine="linuxcnc-mill",
-        strategy="contour", tools=tmp_path / "shop.toml", feeds=True, material="c45", max_power="0.3 kW",
-        drive_efficiency=1.0,
+        strategy="contour", tools=tmp_path / "shop.toml", feeds=True, material="c45", max_power="0.4 kW",
     )  # fmt: skip
     path = found.written
     assert path is not None

@@ -64,7 +64,7 @@ def material(cell: float) -> HeightField:
     [
         {},
         pytest.param({"stock": 0.3}, marks=pytest.mark.slow),
-        pytest.param({"strategy": "connected", "closed_path": True}, marks=pytest.mark.slow),
+        pytest.param({"strategy": "connected"}, marks=pytest.mark.slow),
         pytest.param({"entry": "helix"}, marks=pytest.mark.slow),
     ],
 )

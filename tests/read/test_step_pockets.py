@@ -173,10 +173,7 @@ def left_at(outcome: Any, x: float, y: float, radius: float, top: float) -> floa
     "more",
     [
         {},
-        *(
-            pytest.param(m, marks=pytest.mark.slow)
-            for m in ({"stock": 0.3}, {"strategy": "connected", "closed_path": True})
-        ),
+        *(pytest.param(m, marks=pytest.mark.slow) for m in ({"stock": 0.3}, {"strategy": "connected"})),
     ],
 )
 def test_each_pocket_is_milled_to_its_floor_and_inner_pockets_after_outer_ones(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, close_to, nearest, shown
 from leafcut.options.option_spec import OptionSpec
+from leafcut.options.removed import why_removed
 
 if TYPE_CHECKING:
     from cyclopts import CycloptsError, UnknownOptionError
@@ -145,6 +146,8 @@ def _unknown_option(
         reason = why(flag, positive)
         if reason:
             return reason
+    if gone := why_removed(name):
+        return gone
     # Without their dashes: those are alike in all.
     names = [one for argument in problem.argument_collection for one in argument.names if one.startswith("-")]
     known = {one.lstrip("-"): one for one in names}

@@ -81,7 +81,7 @@ def _follow_programs() -> None:
     """Time a program as two controllers do, and cut with it."""
     for machine in ("linuxcnc-mill", "grbl-3018"):
         api.simulate(StandardInput(_PROGRAM), machine=machine)
-    api.stock(StandardInput(_PROGRAM), machine="linuxcnc-mill", workpiece="-5,-5,-5,20,10,0", mill_diameter=6)
+    api.stock(StandardInput(_PROGRAM), machine="linuxcnc-mill", workpiece="-5,-5,-5,20,10,0", tool_diameter=6)
 
 
 def _look_at_surfaces() -> None:

@@ -46,18 +46,12 @@ def power_at(engaged: Engaged, feed: Floats | float, limits: FeedLimits) -> Floa
     return power
 
 
-def chip_limit(engaged: Engaged, limits: FeedLimits) -> Floats:
-    """Return the thickest chip in a revolution that is allowed at every place, mm."""
-    beyond = np.clip(2.0 * engaged.width / limits.diameter - 1.0, 0.0, 1.0)
-    return np.asarray(limits.chip * (1.0 - (1.0 - limits.slot) * beyond))
-
-
 def allowed_feed(engaged: Engaged, limits: FeedLimits) -> Floats:
     """Return the highest feed at every place, mm/s, that keeps the chip, the power and the highest feed.
 
     The power of a cut goes with f^(1 − mc), where kc goes with h^−mc.
     """
-    most = chip_limit(engaged, limits) / limits.chip * limits.feed
+    most = np.full(len(engaged.width), limits.feed)
     feed = np.minimum(most / np.maximum(engaged.chip, 1e-9), limits.most)
     if limits.material is not None:
         power = power_at(engaged, feed, limits)

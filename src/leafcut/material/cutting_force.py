@@ -29,6 +29,8 @@ _THRUST, _THRUST_FEED = 570.0, 0.85
 #: 0.7 D/2 f kc, "approximately". With 0.7 C45 needs 2470 N at 10 mm and 0.3 mm; Mitsubishi Materials' course Basic
 #: Drilling (mmc-permanent.learnways.com) prints 2500 N.
 _THRUST_SHARE = 0.7
+#: Share of the spindle's power that reaches the tool (estimate for belts and gears; makers state 0.7 to 0.8).
+DRIVE_EFFICIENCY = 0.75
 #: W per N·mm/s.
 _WATT = 0.001
 

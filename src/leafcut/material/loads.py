@@ -125,11 +125,6 @@ class Loads:
         ways = (np.asarray(one & of_tool) for one in (self.mills, self.sinks, self.plunges))
         return next((one for one in ways if one.any()), np.zeros(len(of_tool), dtype=np.bool_))
 
-    def slot_share(self, limit: ToolLimits, diameter: float) -> Floats:
-        """Return the chip that a tool may have in every piece as a share of the one at half of its width."""
-        beyond = np.clip(2.0 * self.width / diameter - 1.0, 0.0, 1.0)
-        return np.asarray(1.0 - (1.0 - limit.slot) * np.where(self.sinks, 1.0, beyond))
-
     def power(self, spindle: SpindleLoad, teeth: int, diameter: float) -> Floats:
         """Return the power that every piece takes at the tool, W, 0 where it cuts nothing.
 
@@ -216,8 +211,6 @@ def limits_of(loads: Loads, tools: Mapping[int, Tool], rules: PaceRules) -> dict
             SECONDS_PER_MINUTE * tool.feed / tool.spindle_rpm if stated else float(chip[mine].max()),
             rate,
             stated,
-            # The program's own worst cut may be a slot: then its share would be taken twice.
-            1.0 if rules.slot is None or not stated else rules.slot,
             tool.plunge_feed or math.inf,
             rules.spindle if rules.spindle is not None and rules.spindle.limited and tool.teeth else None,
             tool.teeth or 1,

@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from leafcut.model.work_material import WorkMaterial
 from leafcut.units import SECONDS_PER_MINUTE
 
+#: A feed in the material grows by this factor at most.
+FEED_INCREASE = 1.5
+
 
 @dataclass(frozen=True)
 class FeedLimits:
@@ -24,8 +27,6 @@ class FeedLimits:
     depth, film_depth, film
         How deep a cut is: that of a level; in a strip no wider than `film`, such as a finishing pass takes, all of its
         depth.
-    slot
-        At the full width the chip is this share of `chip`; from half of the width on it falls in proportion.
     power
         What the spindle gives to the cut at this speed, W, by its power and its torque; infinite where that is not
         known.
@@ -40,7 +41,6 @@ class FeedLimits:
     depth: float
     film_depth: float
     film: float
-    slot: float = 1.0
     power: float = math.inf
     material: WorkMaterial | None = None
     teeth: int = 0

@@ -19,10 +19,6 @@ class PaceRules:
         Make fed moves in the air rapids; fit feeds to the chips.
     clearance
         How far rapids that were none keep from all material, mm.
-    increase
-        By which factor a feed may grow at most.
-    slot
-        The chip at the full width of a mill as a share of the one that its library allows; None: nobody said.
     spindle
         What the spindle gives, and what it cuts; None: the material is not known.
     """
@@ -30,8 +26,6 @@ class PaceRules:
     air: bool
     feeds: bool
     clearance: float = 1.0
-    increase: float = 1.5
-    slot: float | None = None
     spindle: SpindleLoad | None = None
 
 
@@ -82,8 +76,6 @@ class ToolLimits(NamedTuple):
     ----------
     stated
         The chip is that of the tool's own feed and speed in its library, and not the program's worst.
-    slot
-        At the full width the chip is this share of `chip`; from half of the width on it falls in proportion.
     plunge
         How fast it goes down at most, mm/s; infinite where its library does not say it.
     spindle, teeth
@@ -93,7 +85,6 @@ class ToolLimits(NamedTuple):
     chip: float
     rate: float
     stated: bool
-    slot: float = 1.0
     plunge: float = math.inf
     spindle: SpindleLoad | None = None
     teeth: int = 1

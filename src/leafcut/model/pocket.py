@@ -16,6 +16,9 @@ POCKET, ISLAND, EDGE, EITHER = "pocket", "island", "edge", ""
 #: A finishing pass takes off no more than this, in diameters, where it goes deeper than one level.
 FILM = 0.2
 
+#: Share of the reachable area that may stay uncut without a warning, percent.
+UNCOVERED = 0.1
+
 #: Two places nearer than this are the same: the tool goes on without being lifted, mm.
 SAME_PLACE = 1e-6
 
@@ -110,8 +113,6 @@ class PocketRules:
         How far a path may leave the exact one, mm.
     max_engagement
         Largest angle of the tool's edge in the material, rad; None: not limited.
-    pitch
-        Distance between the points of a grid, mm; None: the step-over.
 
     Passes are planned a little nearer to each other than the step-over (`planned`): each is only true within the
     tolerance. So what is measured of a program is no more than the step-over but for rounding (`keeps`).
@@ -123,7 +124,6 @@ class PocketRules:
     climb: bool = True
     tolerance: float = 0.01
     max_engagement: float | None = None
-    pitch: float | None = None
 
     @property
     def radius(self) -> float:

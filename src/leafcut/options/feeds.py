@@ -21,16 +21,3 @@ class FeedOptions(OptionGroup):
         "fit the feeds of milling tools to their chips: faster where the tool meets less than in its worst cut, slower "
         "where that is more than its data allow; a foreign program needs --workpiece, too",
     )
-    feed_increase: float = option(
-        "percent", 50.0, "how much --feeds raises a feed at most, in percent", minimum=0, maximum=300, needs="feeds"
-    )
-    slot_chip: float | None = option(
-        "percent",
-        None,
-        "thickest chip where a mill cuts its whole width, in percent of the one that its data allow; from half of the "
-        "width on in proportion",
-        minimum=1,
-        maximum=100,
-        default_words="no less than elsewhere",
-        needs="feeds",
-    )

@@ -113,6 +113,25 @@ class JobOptions(OptionGroup):
         default_words="none",
         of_file=True,
     )
+    tool_diameter: float | None = option(
+        "quantity",
+        None,
+        "diameter of the flat end mill of a pocket, of the drill without --tools (cutting-data), or of the flat mills "
+        "that a program does not describe",
+        unit="mm",
+        minimum=0.01,
+        maximum=1000,
+        default_words="from the tool library",
+        of_file=True,
+    )
+    feed: float | None = option(
+        "quantity",
+        None,
+        "feed rate of assumed drills, or of the end mill",
+        unit="mm/s",
+        minimum=0.001,
+        default_words="from the tool library, else assumed by diameter",
+    )
     spindle_speed: float | None = option(
         "quantity",
         None,

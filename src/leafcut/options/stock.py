@@ -44,13 +44,3 @@ class StockOptions(OptionGroup):
         maximum=100,
         default_words="a fortieth of the smallest tool, up to a fifth of it for a large stock",
     )
-    mill_diameter: float | None = option(
-        "quantity",
-        None,
-        "diameter of tools that neither --tools nor the program's comments describe; they count as flat mills",
-        unit="mm",
-        minimum=0.01,
-        maximum=1000,
-        default_words="such a tool is refused",
-        of_file=True,
-    )

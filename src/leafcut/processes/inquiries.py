@@ -53,7 +53,7 @@ class CuttingStock(Work):
     uses = (
         use(ReadOptions, "units", "strict", solid="workpiece,part", up="workpiece", z_zero="workpiece")
         | use(MachineOptions)
-        | use(JobOptions, "tools")
+        | use(JobOptions, "tools", "tool_diameter")
     )
     uses |= use(StockOptions)
 
@@ -70,7 +70,16 @@ class ChoosingSpeeds(Work):
     name = "cutting-data"
     title = "choosing speeds and feeds"
     uses = use(MachineOptions) | use(SpeedOptions)
-    uses |= use(JobOptions, "tools", "depth", "thickness", "break_through", "retract_height", "material")
+    uses |= use(
+        JobOptions,
+        "tools",
+        "depth",
+        "thickness",
+        "break_through",
+        "retract_height",
+        "material",
+        tool_diameter="!tools !input=drawing",
+    )
 
     def __init__(self, drilling: Mapping[str, str]) -> None:
         unused = {name for group in (PostOptions, SolveOptions, AcoOptions, FireflyOptions) for name in group.specs()}

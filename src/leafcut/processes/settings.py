@@ -17,6 +17,7 @@ from leafcut.errors import DataError, OptionError, nearest
 from leafcut.files.schemas import OPTIONS
 from leafcut.files.whole_files import check_is_there, line_of, parse_toml, toml_bytes
 from leafcut.options.option_spec import OptionGroup, OptionSpec, flag_name
+from leafcut.options.removed import why_removed
 from leafcut.options.settings import Settings, without
 from leafcut.processes import registry
 from leafcut.processes.base import Work
@@ -59,10 +60,10 @@ def all_options() -> Iterator[tuple[type[OptionGroup], str, OptionSpec]]:
 
 
 def group_of(name: str) -> type[OptionGroup]:
-    """Return the group that holds the option `name`, or raise `OptionError` with the nearest name."""
+    """Return the group that holds the option `name`; refuse a removed option, or name the nearest option."""
     names = _by_name(registry.groups())
     if name not in names:
-        raise OptionError(f"unknown option '{name}'{nearest(name, names)}")
+        raise OptionError(why_removed(name) or f"unknown option '{name}'{nearest(name, names)}")
     return names[name]
 
 
@@ -269,12 +270,14 @@ def placed_options(file: Path) -> list[PlacedOption]:
             is_table = isinstance(table, dict)
             what = f"table [{section}]" if is_table else f"option '{section}'"
             place = (section, "") if is_table else ("", section)
+            if not is_table and (gone := why_removed(section)):
+                raise refused(gone, *place)
             raise refused(f"unknown {what}{nearest(section, [*sections, *names])}", *place)
         if not isinstance(table, dict):
             raise refused(f"'{section}' is not a table; write [{section}]", "", section)
         for name, value in table.items():
             if name not in sections[section]:
                 near = nearest(name, sections[section])
-                raise refused(f"unknown option '{name}' in [{section}]{near}", section, name)
+                raise refused(why_removed(name) or f"unknown option '{name}' in [{section}]{near}", section, name)
             take(sections[section][name], name, value, section)
     return found

@@ -11,7 +11,6 @@ from leafcut.units import SECONDS_PER_MINUTE
 _LIMITS = {
     "power": ("power", "kW", 0.001),
     "torque": ("torque", "N·m", 0.001),
-    "slot": ("chip of slots", "mm", 1.0),
     "plunge": ("downwards", "mm/min", SECONDS_PER_MINUTE),
 }
 

@@ -46,8 +46,8 @@ def path() -> Toolpath:
     rings = PocketPath("rings", (PocketPiece(Polyline.of_points(points)),))
     walls = fitted(wall_passes(region, rough.polygon), 0.01)
     clearing = Clearing(region, rough.polygon, fitted(rings, 0.01), PocketLevels(0.0, (-2.0, -4.0)), walls)
-    options = PocketOptions(tool_diameter=10.0, milling_feed=800 / 60)
-    data = milling_data(options, JobOptions(spindle_speed=3000.0), RULES, MACHINE)[0]
+    job = JobOptions(spindle_speed=3000.0, feed=800 / 60)
+    data = milling_data(PocketOptions(), job, RULES, MACHINE)[0]
     return lay_pockets([clearing], PocketHeights(10.0, 2.0), data, MACHINE)[0]
 
 

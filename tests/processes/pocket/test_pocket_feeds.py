@@ -14,6 +14,7 @@ from leafcut import api
 from leafcut.errors import OptionError, PlanError, VerifyError
 from leafcut.gcode.dialects import dialect
 from leafcut.gcode.interpreter import interpret
+from leafcut.material.cutting_force import DRIVE_EFFICIENCY
 from leafcut.material.height_field import HeightField, StockBlock
 from leafcut.material.loads import StockBefore, loads_of
 from leafcut.model.cutter import flat_mill
@@ -34,7 +35,7 @@ GIVEN: dict[str, Any] = {
     "depth": 3,
     "step_down": 1.5,
     "step_over": 0.15,
-    "milling_feed": "600mm/min",
+    "feed": "600mm/min",
     "plunge_feed": "200mm/min",
     "spindle_speed": 6000,
     "iterations": 3,
@@ -81,17 +82,14 @@ def test_the_program_is_faster_by_what_is_told_and_goes_the_same_way(even, fed) 
     assert len(new) > len(old)
 
 
-def test_no_feed_is_above_what_was_given_and_ways_down_keep_theirs(drawing: Path, even, fed) -> None:
-    for outcome, most in ((fed, 1.5), (api.optimize(drawing, feeds=True, feed_increase=20, **GIVEN), 1.2)):
-        path = outcome.written
-        cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
-        down = cuts & (path.end[:, 2] < path.before[:, 2])
-        before = even.written.value[
-            (even.written.kind == Kind.FEED) & (even.written.end[:, 2] < even.written.before[:, 2])
-        ]
-        assert set(path.value[down].round(4)) <= set(before.round(4))
-        milled = path.value[cuts & ~down & (path.value < 40)]
-        assert 12.0 - 1e-6 <= milled.max() <= 10.0 * most + 1e-6
+def test_no_feed_is_above_what_was_given_and_ways_down_keep_theirs(even, fed) -> None:
+    path = fed.written
+    cuts = (path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)
+    down = cuts & (path.end[:, 2] < path.before[:, 2])
+    before = even.written.value[(even.written.kind == Kind.FEED) & (even.written.end[:, 2] < even.written.before[:, 2])]
+    assert set(path.value[down].round(4)) <= set(before.round(4))
+    milled = path.value[cuts & ~down & (path.value < 40)]
+    assert 12.0 - 1e-6 <= milled.max() <= 15.0 + 1e-6
 
 
 def test_chips_are_no_thicker_by_another_model_of_the_stock(even, fed) -> None:
@@ -156,24 +154,19 @@ def test_no_program_takes_longer_on_any_machine(machine: str, drawing: Path) -> 
 def library_tool(tmp_path: Path) -> dict[str, Any]:
     """Return options with feed and speed from a tool library, and steel."""
     (tmp_path / "shop.toml").write_text(TOOL)
-    return {**GIVEN, "milling_feed": None, "spindle_speed": None, "tools": tmp_path / "shop.toml", "material": "c45"}
+    return {**GIVEN, "feed": None, "spindle_speed": None, "tools": tmp_path / "shop.toml", "material": "c45"}
 
 
 def test_a_weak_spindle_lowers_the_feed_in_slots(drawing: Path, library_tool: dict[str, Any]) -> None:
-    slow = api.optimize(drawing, feeds=True, max_power="0.15 kW", drive_efficiency=0.8, **library_tool)
+    slow = api.optimize(drawing, feeds=True, max_power="0.16 kW", **library_tool)
     low, high = slow.detail.pace.tools[0].feed_after
     assert low < 9.7
     assert high > 10.0
 
 
 def test_a_spindle_too_weak_for_any_feed_is_refused(drawing: Path, library_tool: dict[str, Any]) -> None:
-    with pytest.raises(PlanError, match=r"the spindle gives 0\.04 kW to it; give a smaller --step-down"):
-        api.optimize(drawing, feeds=True, max_power="0.05 kW", drive_efficiency=0.8, **library_tool)
-
-
-def test_slot_chip_lowers_the_feed_in_slots(drawing: Path, library_tool: dict[str, Any]) -> None:
-    slot = api.optimize(drawing, feeds=True, slot_chip=60, **library_tool)
-    assert slot.detail.pace.tools[0].feed_after[0] < 0.62 * 10.0
+    with pytest.raises(PlanError, match=r"the spindle gives 0\.0398 kW to it; give a smaller --step-down"):
+        api.optimize(drawing, feeds=True, max_power="0.053 kW", **library_tool)
 
 
 def test_a_material_of_unknown_force_gives_a_warning(drawing: Path, library_tool: dict[str, Any]) -> None:
@@ -188,14 +181,13 @@ def test_a_material_of_unknown_force_gives_a_warning(drawing: Path, library_tool
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"milling_feed": None, "spindle_speed": None}, "feed and spindle speed of T1 .* --milling-feed and --spindle"),
-        ({"milling_feed": None}, "the feed of T1 end-mill Ø6 is not stated, .*; give --milling-feed, or"),
+        ({"feed": None, "spindle_speed": None}, "feed and spindle speed of T1 .* --feed and --spindle"),
+        ({"feed": None}, "the feed of T1 end-mill Ø6 is not stated, .*; give --feed, or"),
         ({"spindle_speed": None}, "the spindle speed of T1 end-mill Ø6 is not stated"),
         ({"max_power": "2 kW"}, "--max-power: only used with --material"),
         ({"max_power": "2 kW", "material": "c45"}, "--max-power: the number of teeth of T1 end-mill Ø6 is not known"),
-        ({"max_torque": "2 N·m", "material": "plastic"}, "--max-torque: the force that 'plastic' needs is not known"),
-        ({"drive_efficiency": 0.8}, "--drive-efficiency: the power of the spindle is not known"),
-        ({"feeds": None, "feed_increase": 20}, "--feed-increase: only used with --feeds"),
+        ({"max_power": "2 kW", "material": "plastic"}, "--max-power: the force that 'plastic' needs is not known"),
+        ({"feeds": None, "max_power": "2 kW"}, "--max-power: only used with --feeds"),
     ],
 )
 def test_feeds_are_refused_where_their_data_are_missing(options: dict[str, Any], words: str, drawing: Path) -> None:
@@ -212,7 +204,7 @@ def test_a_ramp_or_helix_keeps_the_power_limit_by_a_height_field(
 ) -> None:
     """Cells measure the volume that each descending move removes; without the limit it needs more power."""
     given = {**library_tool, "entry": entry, "entry_angle": f"{angle} deg", "plunge_feed": "400 mm/min"}
-    weak = api.optimize(drawing, feeds=True, max_power="0.2 kW", drive_efficiency=1.0, **given)
+    weak = api.optimize(drawing, feeds=True, max_power=f"{200 / DRIVE_EFFICIENCY} W", **given)
     limit = weak.detail.pace.tools[0].limits[0]
     assert (limit.name, limit.limit) == ("power", pytest.approx(200.0))
     assert limit.after <= 200.0 * 1.0001
@@ -247,7 +239,7 @@ def test_a_plunge_keeps_the_power_by_hand_and_is_refused_above_it(drawing: Path,
         return 9.0 * math.pi * feed / 60.0 * steel.kc11 * (feed / 60.0 / 300.0) ** -steel.mc / 1000.0
 
     given = {**library_tool, "entry": "plunge", "plunge_feed": "400 mm/min"}
-    found = api.optimize(drawing, feeds=True, max_power="0.2 kW", drive_efficiency=1.0, **given)
+    found = api.optimize(drawing, feeds=True, max_power=f"{200 / DRIVE_EFFICIENCY} W", **given)
     path = found.written
     before = path.before
     down = (path.kind == Kind.FEED) & (before[:, 2] > path.end[:, 2]) & (before[:, 2] <= 0.5)

@@ -39,7 +39,7 @@ FAST: dict[str, Any] = {
     "tool_diameter": 10,
     "depth": 4,
     "step_down": 2,
-    "milling_feed": "800mm/min",
+    "feed": "800mm/min",
     "spindle_speed": 3000,
     "iterations": 5,
     "threads": 1,
@@ -128,7 +128,7 @@ def test_every_level_of_the_program_clears_the_pocket_and_stays_inside_it(outcom
 
 def test_a_cheaper_strategy_that_is_not_written_has_the_reason_beside_it(outcome: Outcome) -> None:
     [plan] = outcome.detail.plans
-    options = {PocketOptions: PocketOptions(tool_diameter=10.0, step_over=0.6)}
+    options = {PocketOptions: PocketOptions(step_over=0.6)}
     settings = SimpleNamespace(of=options.__getitem__, solve=SimpleNamespace(objective="time"))
     job: Any = SimpleNamespace(run=SimpleNamespace(settings=settings), exact=plan.rules, rules=plan.rules)
     sound = PocketMeasures(1000.0, 0.0, 0, reachable_mm2=1000.0)
@@ -298,14 +298,12 @@ def test_the_summary_fits_a_terminal_and_names_the_strategies(outcome) -> None:
         ({"stock": 7}, OptionError, "--stock 7 mm is more than the step-over of 6 mm"),
         ({"step_over": 0.96}, OptionError, "0.95"),
         ({"step_over": 0.01}, OptionError, "0.02"),
-        ({"point_distance": 0.45}, OptionError, "cut the same place twice"),
-        ({"point_distance": 0.75}, OptionError, "stays uncut"),
         ({"strategy": "adaptive"}, OptionError, "--max-engagement"),
         ({"max_engagement": "60deg"}, PlanError, "contour engages 180°, more than --max-engagement 60°"),
         ({"machine": "plasma-table"}, PlanError, "cannot mill"),
         ({"tools": EXAMPLES / "tools.toml", "tool_number": 2}, PlanError, "T2 drill 5.0, M6 core Ø5 is a drill"),
         ({"retract_height": 20}, PlanError, "R plane"),
-        ({"milling_feed": "100m/min"}, PlanError, "feeds at most"),
+        ({"feed": "100m/min"}, PlanError, "feeds at most"),
         ({"air_feed": "700mm/min"}, PlanError, "--air-feed 700 mm/min is below the feed of the mill, 800 mm/min"),
         ({"air_feed": "90m/min"}, PlanError, "feeds at most"),
         ({"keep_out": "20 0 40 10"}, PlanError, "pocket plate is in the keep-out zone '20 0 40 10'"),

@@ -270,7 +270,7 @@ def test_speeds_and_heights_are_changed_for_the_default_machine_only(
     source.write_text(_SQUARE.format(comment, 18000))
     asked: dict[str, Any] = {
         changed: True,
-        "mill_diameter": 6.0,
+        "tool_diameter": 6.0,
         "algorithm": "2opt",
         "workpiece": "690,-10,-5,770,70,0",
     }

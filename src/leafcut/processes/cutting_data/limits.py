@@ -56,8 +56,8 @@ class SpeedGrid(NamedTuple):
         counts = np.maximum(np.floor(highest / self.feed_step + _ROUNDED) - first + 1.0, 0.0)
         if not counts.sum() <= _MOST:
             raise PlanError(
-                f"{counts.sum():.3g} speeds and feeds are too many (at most {_MOST:g}); give a larger --speed-step or "
-                "--feed-step"
+                f"{counts.sum():.3g} speeds and feeds are too many (at most {_MOST:g}); lower the machine's "
+                "spindle.max_speed"
             )
         ends = np.cumsum(counts)
         begin = 0
@@ -75,7 +75,7 @@ class SpeedGrid(NamedTuple):
         """Return the multiples of a step from `low` to `high`; `high` itself where none lies between."""
         first, last = max(math.ceil(low / step - _ROUNDED), 1), math.floor(high / step + _ROUNDED)
         if last - first >= _MOST_SPEEDS:
-            raise PlanError(f"{last - first:.3g} spindle speeds are too many; give a larger --speed-step")
+            raise PlanError(f"{last - first:.3g} spindle speeds are too many; lower the machine's spindle.max_speed")
         return step * np.arange(first, last + 1, dtype=float) if last >= first else np.array([high])
 
 
@@ -86,7 +86,7 @@ class CuttingLimit:
     Attributes
     ----------
     words, flag
-        What is limited, and the option that sets it.
+        What is limited, and what sets it.
     value, shown
         The limit, and how a number is told.
     of

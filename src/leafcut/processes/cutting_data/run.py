@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from leafcut.errors import OptionError, PlanError, nearest
+from leafcut.material.cutting_force import DRIVE_EFFICIENCY
 from leafcut.model.cutting_front import OBJECTIVES, CuttingData, CuttingPoint, ToolFront
 from leafcut.model.heartbeat import OnProgress
 from leafcut.model.issue import Issue, Severity
@@ -31,6 +32,14 @@ _LEAST_CHIP = 0.25
 #: Catalogues have the chips of carbide mills; those of high-speed steel bend and break sooner (estimate).
 _HSS_MILL_CHIP = 0.5
 _SECONDS_PER_HOUR = 3600.0
+#: Time from one hole to the next, up and down included, where no drawing says it, s (estimate).
+_MOVE = 1.5
+#: Time to replace a worn tool and to set its length, s (estimate).
+_WORN_CHANGE = 120.0
+#: Longest tool life that is counted on, s: after half a shift a tool is replaced.
+_MAX_LIFE = 14_400.0
+#: Steps of the spindle speed, 1/min, and of the feed rate, mm/s: finer than any chart of cutting data.
+_RPM_STEP, _FEED_STEP = 10.0, 5.0 / 60.0
 #: A mill without a cut of its own cuts so deep, in diameters.
 _DEPTH = 0.5
 
@@ -53,10 +62,6 @@ def cutting_data(
     if "material" not in settings.given:
         raise OptionError("no material given; name what is cut with --material (leafcut list materials lists them)")
     options = settings.of(SpeedOptions)
-    if options.min_life > options.max_life:
-        raise OptionError(
-            f"--min-life: {format_time(options.min_life)} is longer than --max-life, {format_time(options.max_life)}"
-        )
     machine = machine_of(settings)
     if machine.head is not Head.SPINDLE:
         raise OptionError(f"--machine {machine.name}: has no spindle; speeds and feeds are for drills and mills")
@@ -88,7 +93,7 @@ def _fronts(
     Raises
     ------
     PlanError
-        There is none, or one of a tool that was asked for by its number is missing.
+        There is none.
     """
     fronts: list[ToolFront] = []
     refused: list[PlanError] = []
@@ -98,8 +103,6 @@ def _fronts(
             _check_tool(work)
             fronts.append(_front(work, settings, machine, material, objective, kind))
         except PlanError as problem:
-            if settings.of(SpeedOptions).tool_numbers:
-                raise
             refused.append(problem)
     if not fronts:
         raise refused[0]
@@ -115,21 +118,14 @@ def _works(
     from leafcut.processes.cutting_data.drawn_work import drawn_works
 
     options = settings.of(SpeedOptions)
-    wanted = _wanted(options.tool_numbers)
     if drawing is None:
         found = list(_stated(settings, machine))
     else:
         found = drawn_works(drawing, settings, machine, issues, progress)
         if options.cut_length is not None:
             found += _end_mills(settings, machine)
-    for number in wanted:
-        if all(tool.number != number for tool, *_ in found):
-            known = ", ".join(str(tool.number) for tool, *_ in found)
-            raise OptionError(f"--tool-numbers: no tool {number} at work here; there are {known}")
     left_out: dict[str, list[str]] = {}
     for tool, holes, fed, cut, idle in found:
-        if wanted and tool.number not in wanted:
-            continue
         kind = tool.material or ToolMaterial(options.tool_material)
         if tool.kind is ToolKind.DRILL and holes:
             lives = material.lives_of(CuttingWork.DRILL, kind)
@@ -150,13 +146,6 @@ def _end_mills(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int
     for tool in library.tools:
         if tool.kind is ToolKind.END_MILL:
             yield tool, 0, 0.0, 0.0, 0.0
-
-
-def _wanted(words: tuple[str, ...]) -> tuple[int, ...]:
-    for word in words:
-        if not word.isdecimal():
-            raise OptionError(f"--tool-numbers: '{word}' is not the number of a tool, such as 3")
-    return tuple(int(word) for word in words)
 
 
 def _check_known(tool: Tool, kind: ToolMaterial, work: CuttingWork, material: WorkMaterial) -> None:
@@ -192,7 +181,7 @@ def _check_tool(work: ToolWork) -> None:
     if most is not None and work.hole_depth > most:
         raise PlanError(
             f"{work.tool.label}: its flutes are {most:g} mm long, but with its point the holes are "
-            f"{work.hole_depth:.4g} mm deep; choose other tools with --tool-numbers"
+            f"{work.hole_depth:.4g} mm deep; take it out of the tool library or correct its 'flute_length'"
         )
 
 
@@ -201,15 +190,13 @@ def _stated(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, f
     job, options, library = settings.job, settings.of(SpeedOptions), library_of(settings, machine)
     if library is not None:
         tools = list(library.tools)
-    elif options.drill_diameter is not None:
-        tools = [Tool(1, options.drill_diameter, assumed=True)]
+    elif job.tool_diameter is not None:
+        tools = [Tool(1, job.tool_diameter, assumed=True)]
     else:
-        raise OptionError("no tool given: give a drawing, --tools or --drill-diameter")
+        raise OptionError("no tool given: give a drawing, --tools or --tool-diameter")
     drills = [tool for tool in tools if tool.kind is ToolKind.DRILL]
-    wanted = _wanted(options.tool_numbers)
-    at_work = [tool for tool in drills if not wanted or tool.number in wanted]
     deep = None
-    if at_work:
+    if drills:
         if options.holes is None:
             raise OptionError("no number of holes: give a drawing or --holes")
         deep = job.thickness + job.break_through if job.thickness is not None else job.depth
@@ -219,7 +206,7 @@ def _stated(settings: Settings, machine: Machine) -> Iterator[tuple[Tool, int, f
         if tool.kind is ToolKind.DRILL and deep is not None and options.holes is not None:
             cut = options.holes * (deep + tool.point_length)
             approach = options.holes * job.retract_height
-            yield tool, options.holes, cut + approach, cut, options.holes * options.move_time
+            yield tool, options.holes, cut + approach, cut, options.holes * _MOVE
         else:
             yield tool, 0, 0.0, 0.0, 0.0
 
@@ -237,22 +224,21 @@ def _front(
     """Return the front of one tool, from all speeds and feeds that the machine has."""
     options, tool = settings.of(SpeedOptions), work.tool
     own = tool.life_cost if tool.life_cost is not None else options.tool_cost
-    prices = Prices(options.shop_rate / _SECONDS_PER_HOUR, own, options.worn_change, options.max_life)
-    grid = _grid(work, kind, options, machine, material)
+    prices = Prices(options.shop_rate / _SECONDS_PER_HOUR, own, _WORN_CHANGE, _MAX_LIFE)
+    grid = _grid(work, kind, machine, material)
     limits = _limits(work, options, machine)
     found: list[Yields] = []
     candidates = allowed = 0
     for rpm, feed in grid.blocks():
         candidates += len(rpm)
         if len(rpm):
-            tried = yields(work, material, prices, rpm, feed, options.drive_efficiency)
+            tried = yields(work, material, prices, rpm, feed, DRIVE_EFFICIENCY)
             kept = tried.taken(within(limits, tried))
             allowed += len(kept.rpm)
             found.append(_front_of(kept))  # what a part of all dominates, all dominate
     if not candidates:
         raise PlanError(
-            f"{tool.label}: no feed of the machine gives a chip of {grid.least_chip:.3g} to {grid.largest_chip:.3g} "
-            "mm; change --min-chip, --max-chip, --speed-step or --feed-step"
+            f"{tool.label}: no feed of the machine gives a chip of {grid.least_chip:.3g} to {grid.largest_chip:.3g} mm"
         )
     if not allowed:
         raise refusal(tool.label, limits)
@@ -260,7 +246,7 @@ def _front(
     best = best.taken(np.lexsort((best.rpm, -best.life, best.cost, best.time)))
     given = None
     if not tool.assumed or {"feed", "spindle_speed"} & settings.given:
-        given = _given(work, material, prices, options)
+        given = _given(work, material, prices)
     return ToolFront(
         tool=tool,
         tool_material=kind,
@@ -279,37 +265,29 @@ def _front_of(found: Yields) -> Yields:
     return found.taken(non_dominated(np.column_stack((found.time, found.cost, -found.life))))
 
 
-def _given(work: ToolWork, material: WorkMaterial, prices: Prices, options: SpeedOptions) -> CuttingPoint | None:
+def _given(work: ToolWork, material: WorkMaterial, prices: Prices) -> CuttingPoint | None:
     """Return what comes of the tool's own speed and feed, if it has them."""
     tool = work.tool
     if not (tool.feed > 0 and tool.spindle_rpm > 0):
         return None
     rpm, feed = np.array([tool.spindle_rpm]), np.array([tool.feed])
-    return yields(work, material, prices, rpm, feed, options.drive_efficiency).points()[0]
+    return yields(work, material, prices, rpm, feed, DRIVE_EFFICIENCY).points()[0]
 
 
-def _grid(
-    work: ToolWork, kind: ToolMaterial, options: SpeedOptions, machine: Machine, material: WorkMaterial
-) -> SpeedGrid:
+def _grid(work: ToolWork, kind: ToolMaterial, machine: Machine, material: WorkMaterial) -> SpeedGrid:
     share = material.drill_feed if work.work is CuttingWork.DRILL else material.mill_feed
     if work.work is CuttingWork.MILL and kind is ToolMaterial.HSS:
         share *= _HSS_MILL_CHIP
-    largest = options.max_chip or share * work.tool.diameter
+    largest = share * work.tool.diameter
     if not largest:
-        raise OptionError(f"{material.name} does not say how large a chip may be; give --max-chip")
-    least = options.min_chip or _LEAST_CHIP * largest
-    if least > largest:
-        raise OptionError(
-            f"--min-chip: {least:g} mm is more than the highest chip of {work.tool.label}, {largest:.3g} mm "
-            "(--max-chip)"
-        )
+        raise OptionError(f"{material.name} does not say how large a chip may be; use a material file that does")
     return SpeedGrid(
         lowest_rpm=machine.spindle_min_rpm,
         highest_rpm=machine.spindle_max_rpm,
-        rpm_step=options.speed_step,
+        rpm_step=_RPM_STEP,
         highest_feed=machine.max_feed,
-        feed_step=options.feed_step,
-        least_chip=least,
+        feed_step=_FEED_STEP,
+        least_chip=_LEAST_CHIP * largest,
         largest_chip=largest,
         teeth=work.teeth,
     )
@@ -318,14 +296,19 @@ def _grid(
 def _limits(work: ToolWork, options: SpeedOptions, machine: Machine) -> list[CuttingLimit]:
     limits = [CuttingLimit("tool life", "--min-life", options.min_life, format_time, lambda y: y.life, at_least=True)]
     power = options.max_power or machine.spindle_power
-    torque = options.max_torque or machine.spindle_torque
-    thrust = options.max_thrust or machine.max_thrust
+    torque, thrust = machine.spindle_torque, machine.max_thrust
     if power:
         limits.append(CuttingLimit("power", "--max-power", power, lambda w: f"{w / 1000.0:.3g} kW", lambda y: y.power))
     if torque:
         limits.append(
-            CuttingLimit("torque", "--max-torque", torque, lambda m: f"{m / 1000.0:.3g} N·m", lambda y: y.torque)
+            CuttingLimit(
+                "torque", "spindle.torque of the machine", torque, lambda m: f"{m / 1000.0:.3g} N·m", lambda y: y.torque
+            )
         )
     if thrust and work.work is CuttingWork.DRILL:
-        limits.append(CuttingLimit("thrust", "--max-thrust", thrust, lambda f: f"{f:.3g} N", lambda y: y.thrust))
+        limits.append(
+            CuttingLimit(
+                "thrust", "spindle.max_thrust of the machine", thrust, lambda f: f"{f:.3g} N", lambda y: y.thrust
+            )
+        )
     return limits

@@ -106,14 +106,6 @@ class DrillOptions(OptionGroup):
     dwell: float | None = option(
         "quantity", None, "dwell at the bottom (P of G82)", unit="s", minimum=0, maximum=100, default_words="none"
     )
-    feed: float | None = option(
-        "quantity",
-        None,
-        "feed rate of assumed drills",
-        unit="mm/s",
-        minimum=0.001,
-        default_words="0.02 diameters per revolution",
-    )
     centre_drill: bool = option(
         "flag", False, "centre-drill every hole first, with the library's centre drill", needs="tools"
     )

@@ -40,7 +40,7 @@ class Drilling(Process):
     options = (DrillOptions,)
     uses = use(ReadOptions) | use(MachineOptions) | ORDERED | WRITTEN
     uses |= (
-        use(JobOptions, but=("material", "keep_order"))
+        use(JobOptions, but=("material", "keep_order", "tool_diameter"))
         | use(JobOptions, material="tools", diameter_tolerance="")
         | use(SolveOptions, *COLONIES)
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -25,15 +24,6 @@ class PocketOptions(OptionGroup):
         "clearing strategy; best tries all and writes the fastest",
         choices=("best", "zigzag", "contour", "connected", "firefly", "ants", "adaptive"),
     )
-    tool_diameter: float | None = option(
-        "quantity",
-        None,
-        "diameter of the flat end mill",
-        unit="mm",
-        minimum=0.01,
-        maximum=200,
-        default_words="required without a tool library",
-    )
     tool_number: int | None = option(
         "whole",
         None,
@@ -44,14 +34,6 @@ class PocketOptions(OptionGroup):
     )
     step_over: float = option(
         "share", 0.6, "maximum step-over, as a share of the tool diameter", minimum=0.02, maximum=0.95
-    )
-    point_distance: float | None = option(
-        "share",
-        None,
-        "grid spacing as a share of the tool diameter: 0.5 to 0.7, and no more than the step-over",
-        minimum=0.02,
-        maximum=2,
-        default_words="the step-over, at most 0.6",
     )
     pocket_top: str = option(
         "text",
@@ -79,22 +61,7 @@ class PocketOptions(OptionGroup):
         maximum=100,
     )
     finishing_pass: bool = option("flag", True, "finish every wall after zigzag and grid strategies")
-    closed_path: bool = option(
-        "flag",
-        False,
-        "come back to the start of the path on each level, so that the tool is not lifted between levels",
-        needs="!stock",
-    )
     milling: str = option("text", "climb", "milling direction", choices=("climb", "conventional"))
-    zigzag_angle: float | None = option(
-        "quantity",
-        None,
-        "zigzag angle",
-        unit="rad",
-        minimum=-math.tau,
-        maximum=math.tau,
-        default_words="the best of twelve angles",
-    )
     max_engagement: float | None = option(
         "quantity",
         None,
@@ -128,14 +95,6 @@ class PocketOptions(OptionGroup):
         minimum=0.001,
         default_words="the tool library's, else a third of the feed rate",
     )
-    milling_feed: float | None = option(
-        "quantity",
-        None,
-        "feed rate of the end mill",
-        unit="mm/s",
-        minimum=0.001,
-        default_words="the tool library's, else two teeth at 1 % of the diameter, at most 0.05 mm, per tooth",
-    )
     air_feed: float | None = option(
         "quantity",
         None,
@@ -143,7 +102,4 @@ class PocketOptions(OptionGroup):
         unit="mm/s",
         minimum=0.001,
         default_words="the machine's highest feed rate",
-    )
-    uncovered_tolerance: float = option(
-        "percent", 0.1, "warn if more than this share of the reachable area stays uncut", minimum=0, maximum=100
     )

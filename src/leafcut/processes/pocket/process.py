@@ -44,9 +44,7 @@ class Pocketing(Process):
     uses = use(ReadOptions, "units", "layers", "solid", "up", "z_zero", *PLACE, "strict") | use(
         SheetOptions, "join_tolerance", "open_paths"
     )
-    uses |= use(FeedOptions) | use(
-        SpeedOptions, **dict.fromkeys(("max_power", "max_torque", "drive_efficiency"), "feeds")
-    )
+    uses |= use(FeedOptions) | use(SpeedOptions, max_power="feeds")
     uses |= use(PocketDrawingOptions) | use(MachineOptions) | use(JobOptions, but=("keep_order",)) | ORDERED | WRITTEN
     #: Whatever the algorithm is, fireflies may order the grid: every strategy is tried.
     uses |= {name: needs.replace("algorithm=firefly", "").strip() for name, needs in use(FireflyOptions).items()}
@@ -62,8 +60,8 @@ class Pocketing(Process):
     form = (
         ("main", _MAIN),
         ("search", SEARCH),
-        ("pocket", ("tools", *all_of(PocketOptions, _MAIN), *all_of(PocketDrawingOptions, _MAIN), "material")),
-        ("pace", ("feeds", "feed_increase", "slot_chip", "max_power", "max_torque", "drive_efficiency")),
+        ("pocket", ("tools", *all_of(PocketOptions, _MAIN), "feed", *all_of(PocketDrawingOptions, _MAIN), "material")),
+        ("pace", ("feeds", "max_power")),
         ("place", (*PLACE, *_PLACES)),
         ("read", ("units", "layers", "solid", "up", "z_zero", "join_tolerance", "strict")),
         ("post", (*POST, "coolant")),

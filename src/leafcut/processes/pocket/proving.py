@@ -9,11 +9,11 @@ from leafcut._version import __version__
 from leafcut.errors import count_of
 from leafcut.model.cutter import bodies_of
 from leafcut.model.issue import Issue, MissingWork
+from leafcut.model.pocket import UNCOVERED
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.course import refuse
 from leafcut.processes.placing import negative_axes
 from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes, raised
-from leafcut.processes.pocket.options import PocketOptions
 
 if TYPE_CHECKING:
     from leafcut.material.removal import Removal
@@ -80,7 +80,6 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpat
     from leafcut.processes.pocket.proof.pocket import (
         air_differences,
         check_pockets,
-        closed_differences,
         depth_differences,
         gouge_differences,
         simulated_levels,
@@ -115,8 +114,6 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpat
             stock_top_differences(job.solid.milled, job.tops, job.solid.pockets, job.solid.triangles, job.rules.radius)
         )
     refuse(check_pockets(written, pockets, job.exact, [-one.floor for one in job.levels], heights.retract, job.tops))
-    if job.run.settings.of(PocketOptions).closed_path:
-        refuse(closed_differences(written, pockets, job.exact, levels))
     refuse(depth_differences(written, job.exact, max(one.step for one in job.levels), pockets, job.tops))
     finishing = [finishing_levels(one, tool.diameter) if job.rules.stock else () for one in job.levels]
     simulated = simulated_levels(written, pockets, job.exact, levels, finishing)
@@ -144,7 +141,7 @@ def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
     issues = []
     for number, found in removed:
         share = 100.0 * found.uncovered.area / found.reachable.area if found.reachable.area > 0.0 else 0.0
-        if share <= job.run.settings.of(PocketOptions).uncovered_tolerance:
+        if share <= UNCOVERED:
             continue
         left = sorted(polygons(found.uncovered), key=lambda piece: -piece.area)
         points = [piece.representative_point() for piece in left[:NAMED_PLACES]]

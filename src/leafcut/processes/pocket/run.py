@@ -22,6 +22,7 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.pace_change import PaceChange
 from leafcut.model.pocket import (
+    UNCOVERED,
     USUAL,
     Pocket,
     PocketLevels,
@@ -138,20 +139,24 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     options = settings.of(PocketOptions)
     part = read_pockets(source, settings.read, settings.pocket_drawing, settings.sheet, run.looking("reading"))
     mill = _library_mill(run, settings.job.depth)
-    diameter = options.tool_diameter if mill is None else mill.diameter
+    diameter = settings.job.tool_diameter if mill is None else mill.diameter
     whole = part
     part, left = milled_pockets(part, settings.job.depth, diameter)
     depths = [one.depth or 0.0 for one in part.pockets]
     if mill is not None:
         # Of the pockets of a solid the depths are known now: whether the mill is long enough.
         mill = _library_mill(run, max(depths))
-        options = replace(options, tool_diameter=diameter)
-    rules = rules_of(options)
+    rules = rules_of(options, diameter)
     around = lying_in(part.pockets, rules.tolerance)
     solid, tops = _solid(run, source, whole, part, rules.radius)
     levels = tuple(
         levels_of(
-            depth, options, top if over is None else -depths[over], settings.job.thickness, settings.job.break_through
+            depth,
+            options,
+            rules.tool_diameter,
+            top if over is None else -depths[over],
+            settings.job.thickness,
+            settings.job.break_through,
         )
         for depth, over, top in zip(depths, around, tops, strict=True)
     )
@@ -239,7 +244,10 @@ def _library_mill(run: Run, depth: float | None) -> Tool | None:
     tools = library_of(run.settings, run.machine)
     if tools is None:
         return None
-    return library_mill(tools, run.settings.of(PocketOptions), run.settings.job.diameter_tolerance, depth)
+    job = run.settings.job
+    return library_mill(
+        tools, run.settings.of(PocketOptions).tool_number, job.tool_diameter, job.diameter_tolerance, depth
+    )
 
 
 def _material(settings: Settings) -> WorkMaterial | None:
@@ -399,18 +407,14 @@ def _clearing(
 ) -> Clearing:
     """Return one region cleared by a strategy: all of it, or less the stock and then along its walls."""
     from leafcut.processes.pocket.plan.arcs import fitted
-    from leafcut.processes.pocket.plan.closed import closed
     from leafcut.processes.pocket.plan.toolpath import Clearing
     from leafcut.processes.pocket.plan.walls import wall_passes
 
-    tolerance, closes = job.rules.tolerance, job.run.settings.of(PocketOptions).closed_path
+    tolerance = job.rules.tolerance
     if region.middle is not None:
         # A slot as wide as the tool: there is one way to clear it.
         along = _along(way.name, region.middle)
-        return Clearing(region, region.polygon, fitted(closed(along, region) if closes else along, tolerance), levels)
-    if closes:
-        path = closed(time.path(way, region, job.run), region)
-        return Clearing(region, region.polygon, fitted(path, tolerance), levels)
+        return Clearing(region, region.polygon, fitted(along, tolerance), levels)
     inside = [r for r in roughed if region.polygon.intersects(r.polygon)] if job.rules.stock > 0.0 else []
     if not inside:
         # Where stock leaves no room the tool clears up to the wall.
@@ -445,7 +449,7 @@ def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
         wrong = {k: _beyond(job, r.strategy, m) or "gouges" for k, r, m in known}
         reasons = (f"{r.strategy}: {r.refused or wrong[k]}" for k, r in enumerate(results))
         raise PlanError(f"{name}: no strategy is possible ({'; '.join(reasons)})")
-    whole = [row for row in sound if row[2].uncovered_percent <= options.uncovered_tolerance]
+    whole = [row for row in sound if row[2].uncovered_percent <= UNCOVERED]
     if not whole:
         return min(sound, key=lambda row: row[2].uncovered_percent)[0]
     costs = [_cost(job, row[1], row[2]) for row in whole]
@@ -466,7 +470,7 @@ def with_reasons(job: PocketJob, results: list[PocketResult], written: PocketRes
     best = written.measures
     if best is None:
         return results
-    allowed, cost = job.run.settings.of(PocketOptions).uncovered_tolerance, _cost(job, written, best)
+    cost = _cost(job, written, best)
     found = []
     for result in results:
         reason, m = "", result.measures
@@ -474,7 +478,7 @@ def with_reasons(job: PocketJob, results: list[PocketResult], written: PocketRes
             reason = _excess(job, result.strategy, m)
             if m.gouge_mm2:
                 reason = f"gouges {m.gouge_mm2:.3g} mm² of the walls"
-            elif not reason and m.uncovered_percent > allowed:
+            elif not reason and m.uncovered_percent > UNCOVERED:
                 reason = f"leaves {m.uncovered_percent:.3g} % uncut"
             elif not reason:
                 reason = f"costs at most {100.0 * (NEARLY - 1.0):.0f} % less, with more retracts"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -60,7 +59,7 @@ def _zigzag(region: CentreRegion, run: Run) -> PocketPath:
 
     options, wide = run.settings.of(PocketOptions), _too_wide(region)
     with run.deadline.running(run.cancelled) as late:
-        return zigzag(_planned(region), options.zigzag_angle, options.finishing_pass, late, wide)
+        return zigzag(_planned(region), None, options.finishing_pass, late, wide)
 
 
 def _contour(region: CentreRegion, run: Run) -> PocketPath:
@@ -110,17 +109,13 @@ def check_algorithm(settings: Settings) -> None:
 def _grid(name: str) -> Strategy:
     def path(region: CentreRegion, run: Run) -> PocketPath:
         from leafcut.order.solve import solve
-        from leafcut.processes.pocket.plan.closed import turned_to_wall
-        from leafcut.processes.pocket.plan.grid import GridContext, Retract, grid_problem, lay_grid
+        from leafcut.processes.pocket.plan.grid import GridContext, grid_problem, lay_grid
 
         settings, asked = run.settings, run.settings.of(PocketOptions)
-        closes = asked.closed_path
-        # A closed path is never linked by a lift, however long the move at depth is.
-        retract = Retract(fixed=math.inf) if closes else None
         if (made := _GRIDS.pop(region, None)) is not None:
             problem, context = made[0], GridContext(region, *made[1:])
         else:
-            problem, context = grid_problem(region, retract, finish=asked.finishing_pass, closed=closes)
+            problem, context = grid_problem(region, finish=asked.finishing_pass)
             if asked.strategy != name:
                 _GRIDS[region] = problem, context.grid, context.ways, context.retract, context.finish
         options = replace(settings.solve, bound=False, target_gap=None, time_limit=run.deadline.seconds)
@@ -138,8 +133,7 @@ def _grid(name: str) -> Strategy:
             cancelled=run.cancelled,
         )
         run.deadline.spend(found.seconds)
-        order = turned_to_wall(found.nodes, context.grid.points, region) if closes else found.nodes
-        return lay_grid(context, order, name)
+        return lay_grid(context, found.nodes, name)
 
     return path
 

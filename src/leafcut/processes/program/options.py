@@ -43,12 +43,3 @@ class ResequenceOptions(OptionGroup):
         "--keep-out; needs --workpiece",
         of_file=True,
     )
-    air_clearance: float = option(
-        "quantity",
-        1.0,
-        "how far the ways that --air and --low-retracts change keep from all material",
-        unit="mm",
-        minimum=0.05,
-        maximum=1000,
-        needs="air,low_retracts",
-    )

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from leafcut.errors import OptionError, PostError, ReadError, VerifyError
 from leafcut.files.digests import signed
-from leafcut.material.cutting_force import spindle_torque
+from leafcut.material.cutting_force import DRIVE_EFFICIENCY, spindle_torque
 from leafcut.material.height_field import HeightField
-from leafcut.material.loads import MILLING, Loads, StockBefore, has_chip, loads_of
+from leafcut.material.loads import MILLING, Loads, StockBefore, loads_of
 from leafcut.material.same_stock import stock_differences
 from leafcut.model.cutter import Cutter, cutter_of
 from leafcut.model.issue import Issue, Severity
@@ -163,9 +163,7 @@ class _Job:
         options, feeds = run.settings.of(ResequenceOptions), run.settings.of(FeedOptions)
         cutters = {number: cutter_of(tool) for number, tool in tools.items()}
         rules = PaceRules(
-            options.air, feeds.feeds, options.air_clearance, 1.0 + feeds.feed_increase / 100.0,
-            None if feeds.slot_chip is None else feeds.slot_chip / 100.0,
-            _spindle(run) if feeds.feeds else None,
+            options.air, feeds.feeds, spindle=_spindle(run) if feeds.feeds else None
         )  # fmt: skip
         if run.settings.stock.workpiece:
             text = run.settings.stock.workpiece
@@ -496,10 +494,6 @@ class _Job:
             if math.isfinite(limit.spindle.torque):
                 torque = spindle_torque(power, np.where(loads.rpm > 0, loads.rpm, np.inf))
                 yield FeedLimit("torque", *most(torque, all_cuts, grows), limit.spindle.torque)
-        if limit.slot < 1.0:
-            # As thick as at the full width a chip is at any other one, by its own share.
-            chip = loads.chip * limit.slot / loads.slot_share(limit, diameter)
-            yield FeedLimit("slot", *most(chip, cuts & (loads.width > 0.5 * diameter)), limit.chip * limit.slot)
         if math.isfinite(limit.plunge):
             yield FeedLimit("plunge", *most(loads.down, loads.sinks | loads.plunges), limit.plunge)
 
@@ -525,7 +519,7 @@ class _Job:
                 continue
             tool, diameter = self.tools[number], 2.0 * self.cutters[number].radius
             why = why_kept(program, loads, number, limit, diameter, self.rules, self.run.machine)
-            words = "it only goes straight down" if why is None else _kept_words(why, limit, diameter, self.rules)
+            words = "it only goes straight down" if why is None else _kept_words(why, limit, diameter)
             issues.append(Issue("L512", f"{tool.label} keeps its feed: {words}", severity=Severity.NOTE))
         return issues
 
@@ -541,14 +535,10 @@ class _Job:
         if spindle is None:
             yield "power and torque do not limit feeds: give --material"
         elif not spindle.limited:
-            yield "power and torque do not limit feeds: the machine's are unknown; give --max-power or --max-torque"
+            yield "power and torque do not limit feeds: the machine's are unknown; give --max-power"
         elif toothless:
             yield f"power and torque do not limit feeds of {named(toothless)}: give the number of teeth with --tools"
-        chipless = [number for number in numbers if not has_chip(self.tools[number])]
-        if self.rules.slot is None:
-            yield "slots are fed as other cuts: give --slot-chip for less"
-        elif chipless:
-            yield f"--slot-chip does not limit {named(chipless)}: give feed and spindle speed with --tools"
+        yield "slots are fed as other cuts"
         if unknown := [number for number in numbers if math.isinf(pace.limits[number].plunge)]:
             yield f"ways down into the material keep their feeds with {named(unknown)}: give a plunge feed with --tools"
 
@@ -562,7 +552,6 @@ _KEPT_WORDS = {
     "chip": "its worst cut is {width:.3g} mm wide at line {line}, and chips are as thick in {share:.0f} % of its "
     "cutting time; give its own feed and speed with --tools",
     "rate": "it takes off as much as in its worst cut in {share:.0f} % of its cutting time, first at line {line}",
-    "increase": "--feed-increase {increase:g} allows no higher feed",
     "spindle": "power or torque of the spindle is the limit in {share:.0f} % of its cutting time, first at line {line}",
     "ramp": "it goes down on ramps in {share:.0f} % of its cutting time, first at line {line}; give its plunge feed "
     "with --tools",
@@ -574,14 +563,12 @@ _KEPT_WORDS = {
 }
 
 
-def _kept_words(why: KeptFeed, limit: ToolLimits, diameter: float, rules: PaceRules) -> str:
+def _kept_words(why: KeptFeed, limit: ToolLimits, diameter: float) -> str:
     """Return why a tool keeps its feed, for people."""
     reason = why.reason
     if reason == "chip":
         reason = "stated" if limit.stated else "slot" if why.width >= _SLOT * diameter else "chip"
-    return _KEPT_WORDS[reason].format(
-        share=100.0 * why.share, line=why.line, width=why.width, increase=100.0 * (rules.increase - 1.0)
-    )
+    return _KEPT_WORDS[reason].format(share=100.0 * why.share, line=why.line, width=why.width)
 
 
 def _spindle(run: Run) -> SpindleLoad | None:
@@ -594,15 +581,13 @@ def _spindle(run: Run) -> SpindleLoad | None:
     """
     from leafcut.read.work_materials import load_material
 
-    options = run.settings.of(SpeedOptions)
     if "material" not in run.settings.given:
-        for name in ("max_power", "max_torque", "drive_efficiency"):
-            if name in run.settings.given:
-                raise OptionError(f"{flag_name(name)}: only used with --material; add --material or leave it out")
+        if "max_power" in run.settings.given:
+            raise OptionError("--max-power: only used with --material; add --material or leave it out")
         return None
     material = load_material(run.settings.job.material)
-    power, torque = options.max_power or run.machine.spindle_power, options.max_torque or run.machine.spindle_torque
-    return SpindleLoad(material, power or math.inf, torque or math.inf, options.drive_efficiency)
+    power = run.settings.of(SpeedOptions).max_power or run.machine.spindle_power
+    return SpindleLoad(material, power or math.inf, run.machine.spindle_torque or math.inf, DRIVE_EFFICIENCY)
 
 
 def _skippable(program: Program) -> int:

@@ -41,9 +41,11 @@ class ForeignProgram(Process):
         | LOOKED_UP
         | ORDERED
     )
-    uses |= use(JobOptions, "keep_out", "start_point", "keep_order", "tools", clearance_height="keep_out")
-    uses |= use(StockOptions, but=("part",)) | use(FeedOptions, "feeds", "feed_increase", slot_chip="feeds tools")
-    uses |= use(SpeedOptions, **dict.fromkeys(("max_power", "max_torque", "drive_efficiency"), "feeds"))
+    uses |= use(
+        JobOptions, "keep_out", "start_point", "keep_order", "tools", "tool_diameter", clearance_height="keep_out"
+    )
+    uses |= use(StockOptions, but=("part",)) | use(FeedOptions)
+    uses |= use(SpeedOptions, max_power="feeds")
     uses |= use(PostOptions, "dialect", "header")
     otherwise = {  # noqa: RUF012  # the protocol says that it is of the class
         "output_units": "a program keeps its own units",
@@ -74,18 +76,13 @@ class ForeignProgram(Process):
                 "air",
                 "feeds",
                 "low_retracts",
-                "air_clearance",
-                "feed_increase",
-                "slot_chip",
                 "material",
                 "max_power",
-                "max_torque",
-                "drive_efficiency",
                 "workpiece",
                 "solid",
                 "up",
                 "z_zero",
-                "mill_diameter",
+                "tool_diameter",
                 "cell",
             ),
         ),

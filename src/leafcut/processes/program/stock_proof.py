@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 #: tool would be missed, at most so many.
 _CELLS, _SHARE, _MOST = 2_000_000, 0.05, 8_000_000
 
-_NO_SHAPES = "the shapes of its tools are unknown; give --tools or --mill-diameter"
+_NO_SHAPES = "the shapes of its tools are unknown; give --tools or --tool-diameter"
 
 
 class Judging(NamedTuple):

@@ -178,7 +178,7 @@ def tools_of(
         line = int(program.text_line[block])
         how = "describe it in a comment, such as (T1 D=8. CR=0. - flat end mill)"
         if by_options:
-            how = "give a library that has it with --tools, or --mill-diameter for a flat mill"
+            how = "give a library that has it with --tools, or --tool-diameter for a flat mill"
         raise OptionError(f"{source}:{line}: the shape of tool T{number} is unknown; {how}")
     return found
 
@@ -231,7 +231,7 @@ def known_tools(
     unknown: dict[int, int] = {}
     for number, first, listed in _tools_in_use(program, settings, machine):
         tool = listed or tool_in_comments(program, first)
-        diameter = 0.0 if tool else settings.stock.mill_diameter or (tool_width(program, first) if flat else 0.0)
+        diameter = 0.0 if tool else settings.job.tool_diameter or (tool_width(program, first) if flat else 0.0)
         if diameter:
             tool = Tool(number, diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
         if tool is None:

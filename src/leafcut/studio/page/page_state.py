@@ -333,7 +333,7 @@ _ALSO_READ = {
     "island_layers",
     "tools",
     "workpiece",
-    "mill_diameter",
+    "tool_diameter",
 }
 #: What of the options changes how a file is read.
 OF_READING = frozenset(

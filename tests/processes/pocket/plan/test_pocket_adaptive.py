@@ -107,9 +107,9 @@ def test_a_path_that_begins_with_a_loop_is_entered_round_and_round_it_no_steeper
     rules = PocketRules(tool_diameter=10.0, step_over=6.0, max_engagement=1.2)
     region = centre_regions(Pocket(Polyline.circle(0, 0, 15)), rules)[0][0]
     angle = math.radians(3.0)
-    options = PocketOptions(tool_diameter=10.0, entry="ramp", entry_angle=angle, milling_feed=10.0)
+    options = PocketOptions(entry="ramp", entry_angle=angle)
     mill = load_machine("linuxcnc-mill")
-    data = milling_data(options, JobOptions(spindle_speed=3000.0), rules, mill)[0]
+    data = milling_data(options, JobOptions(spindle_speed=3000.0, feed=10.0), rules, mill)[0]
     clearing = Clearing(region, region.polygon, adaptive(region), PocketLevels(0.0, (-2.0, -4.0)))
     toolpath, down = lay_pockets([clearing], PocketHeights(10.0, 2.0), data, mill)
     before, end = toolpath.before, toolpath.end

@@ -25,8 +25,10 @@ SHOP = ToolLibrary((DRILL, SMALL, LARGE), source="shop.toml")
 MACHINE = load_machine("linuxcnc-mill")
 
 
-def mill(library: ToolLibrary = SHOP, depth: float = 4.0, **options: object) -> Tool:
-    return library_mill(library, PocketOptions(**options), 0.05, depth)  # type: ignore[arg-type]
+def mill(
+    library: ToolLibrary = SHOP, depth: float = 4.0, tool_number: int | None = None, tool_diameter: float | None = None
+) -> Tool:
+    return library_mill(library, tool_number, tool_diameter, 0.05, depth)
 
 
 def test_the_mill_is_that_of_the_number_or_of_the_diameter_or_the_only_one() -> None:
@@ -53,7 +55,7 @@ def test_a_tool_that_cannot_clear_the_pocket_is_refused_by_name_in_one_line(
     library: ToolLibrary, options: dict[str, object], depth: float, words: str
 ) -> None:
     with pytest.raises(LeafcutError, match=words) as refused:
-        mill(library, depth, **options)
+        mill(library, depth, **options)  # type: ignore[arg-type]
     assert "\n" not in str(refused.value)
 
 
@@ -62,7 +64,7 @@ def test_an_option_counts_before_the_library_and_the_library_before_what_is_assu
     data, issues = milling_data(PocketOptions(), JobOptions(), rules, MACHINE, SMALL)
     assert (data.tool.number, data.tool.feed, data.plunge_feed, data.tool.spindle_rpm) == (7, 10.0, 2.5, 5000)
     assert issues == [] and not data.tool.assumed
-    data, issues = milling_data(PocketOptions(milling_feed=12.0), JobOptions(), rules, MACHINE, SMALL)
+    data, issues = milling_data(PocketOptions(), JobOptions(feed=12.0), rules, MACHINE, SMALL)
     assert (data.tool.feed, data.tool.spindle_rpm, issues) == (12.0, 5000, [])
 
 
@@ -128,4 +130,4 @@ def test_a_feed_that_is_assumed_for_a_speed_far_above_the_right_one_is_a_warning
     rules = PocketRules(tool_diameter=20.0, step_over=12.0)
     _, [told] = milling_data(PocketOptions(), JobOptions(spindle_speed=6000.0), rules, router)
     assert told.severity is Severity.WARNING and told.message.endswith("; 318 rpm would be right for that")
-    assert not milling_data(PocketOptions(milling_feed=2.0), JobOptions(spindle_speed=6000.0), rules, router)[1]
+    assert not milling_data(PocketOptions(), JobOptions(spindle_speed=6000.0, feed=2.0), rules, router)[1]

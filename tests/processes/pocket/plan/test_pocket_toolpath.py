@@ -63,8 +63,7 @@ def rings(*sizes: float, joined: bool = True) -> PocketPath:
 
 
 def data_of(entry: str = "ramp", feed: float = 10.0) -> MillingData:
-    options = PocketOptions(tool_diameter=10.0, entry=entry, milling_feed=feed)
-    return milling_data(options, JobOptions(spindle_speed=3000.0), RULES, MILL)[0]
+    return milling_data(PocketOptions(entry=entry), JobOptions(spindle_speed=3000.0, feed=feed), RULES, MILL)[0]
 
 
 def lay(path: PocketPath, levels: tuple[float, ...] = (-2.0,), entry: str = "ramp", **changes: object) -> Toolpath:
@@ -75,11 +74,11 @@ def lay(path: PocketPath, levels: tuple[float, ...] = (-2.0,), entry: str = "ram
 
 
 def test_levels_are_equal_and_none_is_deeper_than_the_step_down() -> None:
-    options = PocketOptions(tool_diameter=10.0, step_down=2.0)
-    assert levels_of(5.0, options).levels == pytest.approx([-5 / 3, -10 / 3, -5.0])
-    assert levels_of(4.0, options).levels == pytest.approx([-2.0, -4.0])
-    assert levels_of(4.0, PocketOptions(tool_diameter=10.0)) == PocketLevels(0.0, (-4.0,))
-    assert levels_of(9.0, options, begin=-4.0).levels == pytest.approx([-4 - 5 / 3, -4 - 10 / 3, -9.0])
+    options = PocketOptions(step_down=2.0)
+    assert levels_of(5.0, options, 10.0).levels == pytest.approx([-5 / 3, -10 / 3, -5.0])
+    assert levels_of(4.0, options, 10.0).levels == pytest.approx([-2.0, -4.0])
+    assert levels_of(4.0, PocketOptions(), 10.0) == PocketLevels(0.0, (-4.0,))
+    assert levels_of(9.0, options, 10.0, begin=-4.0).levels == pytest.approx([-4 - 5 / 3, -4 - 10 / 3, -9.0])
 
 
 def test_finishing_passes_are_two_diameters_deep_at_most() -> None:
@@ -88,33 +87,27 @@ def test_finishing_passes_are_two_diameters_deep_at_most() -> None:
 
 
 @pytest.mark.parametrize(
-    "options, words",
-    [
-        ({}, "--tool-diameter"),
-        ({"tool_diameter": 10.0, "point_distance": 0.5}, "cut the same place twice"),
-        ({"tool_diameter": 10.0, "point_distance": 0.7}, "stays uncut"),
-        ({"tool_diameter": 10.0, "strategy": "adaptive"}, "--max-engagement"),
-    ],
+    "diameter, strategy, words", [(None, "best", "--tool-diameter"), (10.0, "adaptive", "--max-engagement")]
 )
-def test_rules_say_in_one_line_what_is_missing_or_wrong(options: dict[str, object], words: str) -> None:
+def test_rules_say_in_one_line_what_is_missing_or_wrong(diameter: float | None, strategy: str, words: str) -> None:
     with pytest.raises(OptionError, match=words):
-        rules_of(PocketOptions(**options))  # type: ignore[arg-type]
+        rules_of(PocketOptions(strategy=strategy), diameter)
 
 
 def test_depth_is_needed_and_levels_are_counted() -> None:
     with pytest.raises(OptionError, match="--depth"):
         milled_pockets(Part("part", pockets=(Pocket(box(0, 0, 60, 60)),)), None, 10.0)
     with pytest.raises(OptionError, match="levels"):
-        levels_of(100.0, PocketOptions(tool_diameter=10.0, step_down=0.01))
+        levels_of(100.0, PocketOptions(step_down=0.01), 10.0)
 
 
 def test_a_spindle_or_a_feed_that_the_machine_does_not_have_is_refused() -> None:
     with pytest.raises(PlanError, match="rpm"):
-        milling_data(PocketOptions(tool_diameter=10.0), JobOptions(spindle_speed=50_000.0), RULES, MILL)
+        milling_data(PocketOptions(), JobOptions(spindle_speed=50_000.0), RULES, MILL)
     with pytest.raises(PlanError, match="feeds at most"):
-        milling_data(PocketOptions(tool_diameter=10.0, milling_feed=1000.0), JobOptions(), RULES, MILL)
+        milling_data(PocketOptions(), JobOptions(feed=1000.0), RULES, MILL)
     with pytest.raises(PlanError, match="cannot mill"):
-        milling_data(PocketOptions(tool_diameter=10.0), JobOptions(), RULES, load_machine("plasma-table"))
+        milling_data(PocketOptions(), JobOptions(), RULES, load_machine("plasma-table"))
 
 
 # -- ways down -------------------------------------------------------------------------------------------------------

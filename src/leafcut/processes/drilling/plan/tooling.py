@@ -302,7 +302,7 @@ class ToolChooser:
             if careful > machine.spindle_max_rpm * MOST_OFF:
                 raise PlanError(self._unfit(tool, careful))
             rpm = float(round(min(max(careful, machine.spindle_min_rpm), machine.spindle_max_rpm)))
-        feed = self.options.feed or min(round(FEED_PER_REVOLUTION * tool.diameter * rpm, 1) / 60.0, machine.max_feed)
+        feed = self.job.feed or min(round(FEED_PER_REVOLUTION * tool.diameter * rpm, 1) / 60.0, machine.max_feed)
         return rpm, feed
 
     def _unfit(self, tool: Tool, rpm: float) -> str:
@@ -320,7 +320,7 @@ class ToolChooser:
 
     def _material(self) -> str:
         """Return the material of the assumed feeds and speeds; nothing where a person gave both."""
-        if self.options.feed and self.job.spindle_speed:
+        if self.job.feed and self.job.spindle_speed:
             return ""
         return ", for circuit boards" if self._board else ", for high-speed steel in mild steel or aluminium"
 
@@ -331,7 +331,7 @@ class ToolChooser:
         """
         right = _rpm(self._fastest, tool.diameter)
         lowest = self.machine.spindle_min_rpm
-        if tool.spindle_rpm > MOST_OFF * right and not self.options.feed:
+        if tool.spindle_rpm > MOST_OFF * right and not self.job.feed:
             return f"; {right:.0f} rpm would be right for that"
         if self.job.spindle_speed or tool.spindle_rpm != lowest or lowest <= FAST * right:
             return ""

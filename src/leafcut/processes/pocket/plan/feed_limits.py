@@ -10,14 +10,15 @@ import numpy as np
 
 from leafcut.errors import OptionError, PlanError
 from leafcut.material.chip_feeds import allowed_feed, power_at
+from leafcut.material.cutting_force import DRIVE_EFFICIENCY
 from leafcut.material.engagement import Engaged
-from leafcut.model.feed_limits import FeedLimits
+from leafcut.model.feed_limits import FEED_INCREASE, FeedLimits
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.machine import Machine
 from leafcut.model.pocket import FILM, PocketLevels, PocketRules
 from leafcut.model.tool import Tool
 from leafcut.model.work_material import WorkMaterial
-from leafcut.options import FeedOptions, Settings, SpeedOptions, flag_name
+from leafcut.options import Settings, SpeedOptions
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.rules import MillingData, finishing_levels
 from leafcut.units import SECONDS_PER_MINUTE
@@ -57,15 +58,12 @@ def feed_limits(
     options = settings.of(PocketOptions)
     _check_stated(settings, data.tool, mill)
     tool = data.tool
-    increase = 1.0 + settings.of(FeedOptions).feed_increase / 100.0
-    most = max(min(increase * tool.feed, machine.max_feed, data.air_feed), tool.feed)
+    most = max(min(FEED_INCREASE * tool.feed, machine.max_feed, data.air_feed), tool.feed)
     # One tool cuts all pockets: the deepest level of any counts.
     depth = max(one.step for one in levels)
     finish = max(one.begin - finishing_levels(one, tool.diameter)[0] for one in levels) if options.stock else depth
-    slot = settings.of(FeedOptions).slot_chip
     limits = FeedLimits(
         tool.diameter, tool.feed, tool.spindle_rpm, most, depth, finish, FILM * tool.diameter,
-        1.0 if slot is None else slot / 100.0,
     )  # fmt: skip
     power = _power(settings, machine, tool)
     if power is None:
@@ -85,24 +83,23 @@ def _unlimited(settings: Settings, tool: Tool, material: WorkMaterial | None) ->
     OptionError
         A limit of the spindle was given.
     """
-    asked = [name for name in ("max_power", "max_torque", "drive_efficiency") if name in settings.given]
+    asked = "max_power" in settings.given
     if "material" not in settings.given:
         if asked:
-            raise OptionError(f"{flag_name(asked[0])}: only used with --material; add --material or leave it out")
+            raise OptionError("--max-power: only used with --material; add --material or leave it out")
         return Issue("L705", "power and torque do not limit feeds: give --material", severity=Severity.NOTE)
     if material is None:
         name = settings.job.material
         if asked:
             raise OptionError(
-                f"{flag_name(asked[0])}: the force that '{name}' needs is not known; name a material of "
+                f"--max-power: the force that '{name}' needs is not known; name a material of "
                 "`leafcut list materials` with --material"
             )
         words = f"power and torque do not limit feeds: the force that '{name}' needs is not known"
         return Issue("L705", f"{words}; name a material of `leafcut list materials`", severity=Severity.NOTE)
     if asked:
         raise OptionError(
-            f"{flag_name(asked[0])}: the number of teeth of {tool.label} is not known; give a library that states it "
-            "with --tools"
+            f"--max-power: the number of teeth of {tool.label} is not known; give a library that states it with --tools"
         )
     words = f"power and torque do not limit feeds of {tool.label}: give the number of teeth with --tools"
     return Issue("L705", words, severity=Severity.NOTE)
@@ -117,7 +114,7 @@ def _check_slot(limits: FeedLimits, tool: Tool) -> None:
         It has not.
     """
     slot = Engaged(np.array([math.pi]), np.array([tool.diameter]), np.ones(1))
-    slowest = float(allowed_feed(slot, replace(limits, slot=1.0))[0])
+    slowest = float(allowed_feed(slot, limits)[0])
     if slowest < SLOWEST * tool.feed:
         needed = float(power_at(slot, tool.feed, limits)[0])
         raise PlanError(
@@ -128,16 +125,16 @@ def _check_slot(limits: FeedLimits, tool: Tool) -> None:
 
 def _check_stated(settings: Settings, tool: Tool, mill: Tool | None) -> None:
     """Check that the chip of the tool is known: that nobody assumed its feed or its speed."""
-    feed = settings.of(PocketOptions).milling_feed or (mill.feed if mill else 0.0)
+    feed = settings.job.feed or (mill.feed if mill else 0.0)
     speed = settings.job.spindle_speed or (mill.spindle_rpm if mill else 0.0)
     if not feed and not speed:
         raise OptionError(
             f"--feeds: feed and spindle speed of {tool.label} are not stated, so that its chips are not known; give "
-            "--milling-feed and --spindle-speed, or a library that states both with --tools"
+            "--feed and --spindle-speed, or a library that states both with --tools"
         )
     if not feed:
         raise OptionError(
-            f"--feeds: the feed of {tool.label} is not stated, so that its chips are not known; give --milling-feed, "
+            f"--feeds: the feed of {tool.label} is not stated, so that its chips are not known; give --feed, "
             "or a library that states it with --tools"
         )
     if not speed:
@@ -148,20 +145,9 @@ def _check_stated(settings: Settings, tool: Tool, mill: Tool | None) -> None:
 
 
 def _power(settings: Settings, machine: Machine, tool: Tool) -> float | None:
-    """Return what the spindle gives to a cut at the tool's speed, W; None where that is not known.
-
-    Raises
-    ------
-    OptionError
-        How much of its power reaches the tool is given, and the power is not known.
-    """
-    options = settings.of(SpeedOptions)
-    power, torque = options.max_power or machine.spindle_power, options.max_torque or machine.spindle_torque
-    found = [power * options.drive_efficiency] if power else []
+    """Return what the spindle gives to a cut at the tool's speed, W; None where that is not known."""
+    power, torque = settings.of(SpeedOptions).max_power or machine.spindle_power, machine.spindle_torque
+    found = [power * DRIVE_EFFICIENCY] if power else []
     if torque:
         found.append(torque / 1000.0 * math.tau * tool.spindle_rpm / SECONDS_PER_MINUTE)
-    if not power and "drive_efficiency" in settings.given:
-        raise OptionError(
-            "--drive-efficiency: the power of the spindle is not known; give --max-power, or leave it out"
-        )
     return min(found) if found else None

@@ -29,8 +29,9 @@ from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.region_paths import Ways, length_of
 
-#: Distances between points that are allowed, in tool diameters.
-NEAREST, FARTHEST = 0.5, 0.7
+#: Distance between points, in tool diameters, if the step-over allows it; nearer points cut the same place twice. The
+#: middle of four points is 0.71 distances away: below 0.7 diameters it is cut.
+USUAL, NEAREST = 0.6, 0.5
 #: Most points of a grid: costs between all of them are kept, in 8 bytes each, and ways to them from the boundary.
 MOST_POINTS = 3000
 #: How many places of the grid are tried along each axis, and which angles, rad.
@@ -95,29 +96,13 @@ def checked_pitch(rules: PocketRules) -> float:
     Raises
     ------
     PlanError
-        It is not between 0.5 and 0.7 tool diameters, or more than the step-over.
+        The step-over does not allow points more than 0.5 tool diameters apart.
     """
-    pitch, d = rules.pitch if rules.pitch is not None else rules.step_over, rules.tool_diameter
-    words = f"points {pitch:g} mm apart for a tool of {d:g} mm"
-    if pitch <= NEAREST * d and rules.step_over <= NEAREST * d:
+    pitch = min(rules.step_over, USUAL * rules.tool_diameter)
+    if pitch <= NEAREST * rules.tool_diameter:
         raise PlanError(
             f"its grid needs points more than {NEAREST:g} diameters apart, which is more than the step-over of "
             f"{rules.step_over:.4g} mm; use another strategy"
-        )
-    if pitch <= NEAREST * d:
-        raise PlanError(
-            f"{words}: at {NEAREST:g} diameters or less points crowd and the tool cuts the same material twice; "
-            f"give a --point-distance between {NEAREST:g} and {FARTHEST:g}"
-        )
-    if pitch >= FARTHEST * d:
-        raise PlanError(
-            f"{words}: at {FARTHEST:g} diameters or more the middle of four points, √2/2 of their distance away, stays "
-            f"uncut; give a --point-distance between {NEAREST:g} and {FARTHEST:g}"
-        )
-    if not rules.keeps(pitch):
-        raise PlanError(
-            f"{words} are further from each other than the step-over of {rules.step_over:.4g} mm; give a smaller "
-            "--point-distance, or use another strategy"
         )
     return pitch
 
@@ -202,7 +187,6 @@ def grid_problem(
     *,
     finish: bool = True,
     grid: Grid | None = None,
-    closed: bool = False,
 ) -> tuple[RoutingProblem, GridContext]:
     """Return the problem of visiting all points of a grid, and what `lay_grid` needs to lay its path.
 
@@ -220,7 +204,7 @@ def grid_problem(
     lifted = retract.fixed + retract.per_mm * np.hypot(x[:, None] - x, y[:, None] - y)
     matrix = np.minimum(ways.between_points(), lifted)
     np.fill_diagonal(matrix, 0.0)
-    problem = RoutingProblem.of_points(grid.points, Metric("EXPLICIT", matrix=matrix), closed=closed)
+    problem = RoutingProblem.of_points(grid.points, Metric("EXPLICIT", matrix=matrix))
     return problem, GridContext(region, grid, ways, retract, finish)
 
 

@@ -22,12 +22,6 @@ from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.tool import with_data
 from leafcut.processes.spindle_heights import check_spindle_heights
 
-#: Points of a grid nearer than this share of the diameter crowd, farther ones leave the middle of four uncut: half the
-#: diagonal of a square of 0.7 D is 0.495 D, a radius but for a hundredth.
-CLOSEST_POINTS, FARTHEST_POINTS = 0.5, 0.7
-#: Points of a grid are so far apart where nothing else is said and the step-over allows it.
-USUAL_POINTS = 0.6
-
 #: How far a path may leave the exact one, mm, and as a share of the step-over: passes that are close are as true.
 TOLERANCE, TRUE = 0.01, 0.05
 
@@ -66,28 +60,20 @@ class MillingData:
         return self.plunge_feed if self.limits is None else plunge_feed(self.limits, self.plunge_feed)
 
 
-def rules_of(options: PocketOptions, tolerance: float = TOLERANCE) -> PocketRules:
+def rules_of(options: PocketOptions, diameter: float | None, tolerance: float = TOLERANCE) -> PocketRules:
     """Return how pockets are cleared in the plane.
 
     Raises
     ------
     OptionError
-        The diameter of the tool is missing, the points of a grid would crowd or leave corners uncut, or a strategy
+        The diameter of the tool is missing, or a strategy
         lacks what it needs.
     """
-    diameter = options.tool_diameter
     if diameter is None:
         raise OptionError(
             "a pocket needs the diameter of its end mill; give --tool-diameter, or a tool library with --tools"
         )
-    points, step_over = options.point_distance, options.step_over * diameter
-    if points is not None and not CLOSEST_POINTS < points < FARTHEST_POINTS:
-        why = "points this close cut the same place twice"
-        why = why if points <= CLOSEST_POINTS else "the middle between four points stays uncut"
-        raise OptionError(
-            f"--point-distance {points:g}: {why}; it must be above {CLOSEST_POINTS:g} and below "
-            f"{FARTHEST_POINTS:g} of the tool's diameter"
-        )
+    step_over = options.step_over * diameter
     if options.stock > step_over:
         raise OptionError(
             f"--stock {options.stock:g} mm is more than the step-over of {step_over:.4g} mm: the finishing pass would "
@@ -102,12 +88,16 @@ def rules_of(options: PocketOptions, tolerance: float = TOLERANCE) -> PocketRule
         climb=options.milling == "climb",
         tolerance=min(tolerance, TRUE * step_over),
         max_engagement=options.max_engagement,
-        pitch=min(options.step_over, USUAL_POINTS) * diameter if points is None else points * diameter,
     )
 
 
 def levels_of(
-    depth: float, options: PocketOptions, begin: float = 0.0, thickness: float | None = None, beyond: float = 0.0
+    depth: float,
+    options: PocketOptions,
+    diameter: float,
+    begin: float = 0.0,
+    thickness: float | None = None,
+    beyond: float = 0.0,
 ) -> PocketLevels:
     """Return the levels of a pocket `depth` mm below the top: equal steps, none larger than the step-down.
 
@@ -128,7 +118,7 @@ def levels_of(
             f"a pocket of {depth:g} mm is below the plate of --thickness {thickness:g} mm by more than "
             f"--break-through {beyond:g} mm: the tool would mill what the plate lies on"
         )
-    step, high = options.step_down or 0.5 * (options.tool_diameter or math.inf), depth + begin
+    step, high = options.step_down or 0.5 * diameter, depth + begin
     count = max(math.ceil(high / step - 1e-9), 1)
     if count > MOST_LEVELS:
         raise OptionError(f"--step-down {step:g} mm gives {count:,} levels; {MOST_LEVELS:,} are the most")

@@ -37,11 +37,15 @@ MOST_OFF, FAST = 2.0, 1.5
 TEETH = 2
 
 
-def library_mill(library: ToolLibrary, options: PocketOptions, tolerance: float, depth: float | None) -> Tool:
+def library_mill(
+    library: ToolLibrary, number: int | None, asked: float | None, tolerance: float, depth: float | None
+) -> Tool:
     """Return the end mill of a library that is asked for by its number, else by its diameter, else its only one.
 
     Parameters
     ----------
+    number, asked
+        Number and diameter asked for, mm; None: any.
     tolerance
         How far its diameter may be from the one asked for, mm.
     depth
@@ -55,8 +59,7 @@ def library_mill(library: ToolLibrary, options: PocketOptions, tolerance: float,
         The library has no end mill; or the tool asked for is none, has another diameter, or is too short for the
         depth.
     """
-    tool = _numbered(library, options.tool_number) if options.tool_number is not None else _fitting(library, options)
-    asked = options.tool_diameter
+    tool = _numbered(library, number) if number is not None else _fitting(library, asked)
     if asked is not None and abs(tool.diameter - asked) > tolerance + 1e-9:
         raise PlanError(
             f"{library.source}: {tool.label} is not as wide as --tool-diameter {asked:g} mm says; {_others(library)}"
@@ -81,9 +84,9 @@ def _numbered(library: ToolLibrary, number: int) -> Tool:
     return tool
 
 
-def _fitting(library: ToolLibrary, options: PocketOptions) -> Tool:
+def _fitting(library: ToolLibrary, asked: float | None) -> Tool:
     """Return the end mill nearest to the diameter asked for, or the only one."""
-    mills, asked = _mills(library), options.tool_diameter
+    mills = _mills(library)
     if not mills:
         raise PlanError(f'{library.source}: no end mill for a pocket; add a [[tool]] of kind = "end-mill"')
     if asked is None and len(mills) > 1:
@@ -120,7 +123,7 @@ def with_data(
     """
     number = options.tool_number or 1
     tool = mill or Tool(number, rules.tool_diameter, ToolKind.END_MILL, point_angle=math.pi, assumed=True)
-    asked_rpm, asked_feed = job.spindle_speed or tool.spindle_rpm, options.milling_feed or tool.feed
+    asked_rpm, asked_feed = job.spindle_speed or tool.spindle_rpm, job.feed or tool.feed
     known = _NAMES.get(_plain(job.material), _plain(job.material))
     known = known if known in SURFACE_SPEEDS else UNKNOWN
     careful = 1000.0 * SURFACE_SPEEDS[known] / (math.pi * tool.diameter)
@@ -138,7 +141,7 @@ def with_data(
     per_tooth = min(FEED_PER_TOOTH * tool.diameter, MOST_PER_TOOTH)
     feed = asked_feed or min(per_tooth * (tool.teeth or TEETH) * rpm / 60.0, machine.max_feed)
     if feed > machine.max_feed * (1 + 1e-9):
-        whose = "--milling-feed" if options.milling_feed else f"{tool.label}, feed"
+        whose = "--feed" if job.feed else f"{tool.label}, feed"
         raise PlanError(f"{whose} {feed * 60:g} mm/min: {machine.name} feeds at most {machine.max_feed * 60:g} mm/min")
     tool = replace(tool, feed=feed, spindle_rpm=rpm)
     if asked_rpm and asked_feed:
@@ -146,7 +149,7 @@ def with_data(
     too_fast = rpm > (MOST_OFF if asked_rpm else FAST) * careful
     words = (
         f"{tool.label}: {feed * 60:.6g} mm/min at {rpm:.0f} rpm assumed, for high-speed steel in "
-        f"{known.replace('_', ' ')}, {per_tooth:.3g} mm a tooth; check them, or give --material, --milling-feed and "
+        f"{known.replace('_', ' ')}, {per_tooth:.3g} mm a tooth; check them, or give --material, --feed and "
         "--spindle-speed"
     )
     if too_fast:

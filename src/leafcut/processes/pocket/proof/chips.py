@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from leafcut.geometry.arrays import Floats, Indices
-from leafcut.material.chip_feeds import chip_at, chip_limit, power_at, power_on_plunge, power_on_ramp, removal_rate
+from leafcut.material.chip_feeds import chip_at, power_at, power_on_plunge, power_on_ramp, removal_rate
 from leafcut.model.difference import Difference
 from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.pace_change import FeedLimit, ToolPace
@@ -54,9 +54,7 @@ class _Places:
     move: Indices
     feed: Floats
     chip: Floats
-    chip_limit: Floats
     chip_before: Floats
-    width: Floats
     power: Floats
     power_before: Floats
     rate: Floats
@@ -67,7 +65,7 @@ def measured_chips(
 ) -> MeasuredChips:
     """Return the chips that a program makes, and where they, its power or a feed are beyond the limits.
 
-    1. No chip is thicker than that of the tool's own feed and speed, or what a cut so wide may have of it, and no cut
+    1. No chip is thicker than that of the tool's own feed and speed, and no cut
        needs more power than there is (`material.chip_feeds`): at every step of what is read back, at the feed and the
        speed that stand there.
     2. No move that cuts is faster than the highest feed that was allowed.
@@ -119,7 +117,7 @@ def _all(every: list[_Places], name: str) -> Floats:
 
 
 def _limits(every: list[_Places], ramps: list[_Ramp], limits: FeedLimits) -> Iterator[FeedLimit]:
-    """Yield what is asked of the other limits at most, before and after: of power at the tool, of the chip in slots."""
+    """Yield what is asked of the other limits at most, before and after: of power at the tool."""
 
     def most(values: Floats) -> float:
         return float(values.max(initial=0.0))
@@ -128,12 +126,6 @@ def _limits(every: list[_Places], ramps: list[_Ramp], limits: FeedLimits) -> Ite
         down = np.array([ramp.power for ramp in ramps])
         power = max(most(_all(every, "power")), most(down))
         yield FeedLimit("power", max(most(_all(every, "power_before")), power), power, limits.power)
-    if limits.slot < 1.0:
-        wide = _all(every, "width") > 0.5 * limits.diameter
-        # As thick as at the full width a chip is at any other one, by its own share.
-        share = limits.slot * limits.chip / _all(every, "chip_limit")[wide]
-        before, after = ((_all(every, name)[wide]) * share for name in ("chip_before", "chip"))
-        yield FeedLimit("slot", most(before), most(after), limits.slot * limits.chip)
 
 
 def _levels(
@@ -146,8 +138,8 @@ def _levels(
         chip = chip_at(engaged, feed, turns)
         met = (engaged.width > thinnest(rules)) & np.isin(rows, list(flat))
         yield _Places(
-            there, way.piece[met], feed[met], chip[met], chip_limit(engaged, limits)[met],
-            (chip * limits.feed / feed)[met], engaged.width[met], power_at(engaged, feed, limits)[met],
+            there, way.piece[met], feed[met], chip[met],
+            (chip * limits.feed / feed)[met], power_at(engaged, feed, limits)[met],
             power_at(engaged, limits.feed, limits)[met], removal_rate(engaged, feed, limits)[met],
         )  # fmt: skip
 
@@ -155,14 +147,14 @@ def _levels(
 def _beyond(level: _Places, written: Toolpath, limits: FeedLimits) -> Iterator[Difference]:
     """Yield the moves at one height that ask too much of the tool or of the spindle, or are too fast."""
     thick, strong, fast = (
-        _worst(level, level.chip / level.chip_limit),
+        _worst(level, level.chip / limits.chip),
         _worst(level, level.power / limits.power),
         _worst(level, level.feed / limits.most),
     )
     for cut, at in thick:
         words = (
             f"{_at(cut, written)} makes a chip of {level.chip[at]:.4g} mm a revolution near {place(*cut.way[-1])}; "
-            f"{level.chip_limit[at]:.4g} mm at most are allowed"
+            f"{limits.chip:.4g} mm at most are allowed"
         )
         yield Difference("feed", 0, cut.line, words)
     for cut, at in strong:

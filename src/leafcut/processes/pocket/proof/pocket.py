@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -237,35 +235,6 @@ def step_over_differences(
         for level in simulated
         if not rules.keeps(level.step_over)
     ]
-
-
-def closed_differences(
-    written: Toolpath, pockets: Sequence[Pocket], rules: PocketRules, levels: Sequence[Sequence[float]]
-) -> list[Difference]:
-    """Return where a program that is to go on from level to level at one place is lifted, or comes back elsewhere.
-
-    From the rapid down to the rapid up the tool clears all `levels` of a pocket, one after the other, each from one
-    place back to it.
-    """
-    wrong, rapids = [], np.cumsum(written.kind == Kind.RAPID)
-    shapes = [_shape(pocket, rules) for pocket in pockets]
-    for _, stretch in itertools.groupby(cuts_of(written, rules.tolerance), lambda cut: int(rapids[cut.row])):
-        flat = [cut for cut in stretch if np.ptp(cut.way[:, 2]) <= ROOM]
-        there = [list(level) for _, level in itertools.groupby(flat, lambda cut: round(float(cut.way[-1, 2]), 2))]
-        heights = [float(level[0].way[-1, 2]) for level in there]
-        # Of pockets in the floors of others it is in several.
-        mine = [own for own, shape in zip(levels, shapes, strict=True) if flat and _lies_in(flat[0].way, shape)]
-        if not any(len(heights) == len(own) and np.allclose(heights, own, rtol=0.0, atol=ROOM) for own in mine):
-            done = ", ".join(f"Z{height:.3f}" for height in heights) or "none"
-            many = " or ".join(str(number) for number in sorted({len(own) for own in mine or levels}))
-            words = f"of {many} levels of a closed path these are cleared without a lift: {done}"
-            wrong.append(Difference("lifted", 0, flat[0].line if flat else 0, words))
-        for level in there:
-            begin, end = level[0].way[0], level[-1].way[-1]
-            if math.dist(begin[:2], end[:2]) > 2.0 * ROOM:
-                words = f"a level of a closed path begins at {place(*begin)} and ends at {place(*end)}"
-                wrong.append(Difference("not closed", 0, level[-1].line, words))
-    return shorten(wrong)
 
 
 def depth_differences(

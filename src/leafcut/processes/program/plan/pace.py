@@ -15,6 +15,7 @@ from leafcut.material.least_around import least_around
 from leafcut.material.loads import Loads, limits_of
 from leafcut.material.straight_moves import StraightMoves
 from leafcut.model.cutter import Cutter
+from leafcut.model.feed_limits import FEED_INCREASE
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.machine import Machine
 from leafcut.model.pace import Pace, PaceRules, PaceStretch, ToolLimits
@@ -174,7 +175,7 @@ def _bounds(
 
     `mine` are the cuts of the tool.
     """
-    by_chip = limit.chip * loads.slot_share(limit, diameter) / np.where(mine, loads.chip, 1.0)
+    by_chip = limit.chip / np.where(mine, loads.chip, 1.0)
     none = np.full_like(by_chip, np.inf)
     by_rate = np.divide(limit.rate, loads.rate, out=none.copy(), where=loads.rate > 0)
     down = _downwards(loads, limit)
@@ -185,7 +186,7 @@ def _bounds(
         # Of a tool in no library the worst chip is that of its level cuts: its ramps stay as they are.
         "chip": by_chip if limit.stated else np.maximum(by_chip, 1.0),
         "rate": np.maximum(by_rate, 1.0),
-        "increase": np.full_like(by_chip, rules.increase),
+        "increase": np.full_like(by_chip, FEED_INCREASE),
         "spindle": loads.spindle_ratio(limit, diameter),
     }
 
@@ -235,8 +236,6 @@ def why_kept(
     lines = np.array([changeable[row] for row in rows.tolist()])
     above = np.where(loads.feed[at] >= machine.max_feed * (1.0 - 1e-9), "machine", np.where(lines, "short", "lines"))
     reason = np.where(free, above, names[least])
-    if rules.increase < _STEP:
-        reason[:] = "increase"
     seconds = loads.length[at] / loads.feed[at]
     by_reason = {name: float(seconds[reason == name].sum()) for name in names.tolist()}
     chosen = max(by_reason, key=lambda name: by_reason[name])

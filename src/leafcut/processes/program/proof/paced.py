@@ -12,6 +12,7 @@ from leafcut.errors import VerifyError
 from leafcut.geometry.arrays import Floats
 from leafcut.material.loads import Loads
 from leafcut.model.cutter import Cutter
+from leafcut.model.feed_limits import FEED_INCREASE
 from leafcut.model.pace import PaceRules, PaceStretch, ToolLimits
 from leafcut.model.toolpath import Kind, Toolpath
 
@@ -154,12 +155,11 @@ def check_limits(
     clear = ~loads.removed.cuts & (loads.removed.over <= -rules.clearance * (1.0 - _PART))
     # In the air, too, speeds up to a rapid's are no matter of chips.
     faster &= ~(clear & rules.air) & ~upright
-    wrong = faster & (ratio > rules.increase)
+    wrong = faster & (ratio > FEED_INCREASE)
     for number, limit in limits.items():
         mine = cuts & (loads.moves.tool == number) & np.isfinite(speed)
         diameter = 2.0 * cutters[number].radius
-        allowed = limit.chip * loads.slot_share(limit, diameter)
-        wrong |= mine & faster & (chip * ratio > allowed)
+        wrong |= mine & faster & (chip * ratio > limit.chip)
         wrong |= mine & faster & (loads.rate * ratio > limit.rate)
         wrong |= mine & faster & (ratio > loads.spindle_ratio(limit, diameter))
         # A ramp is made faster only where it is known how fast the tool may go down.

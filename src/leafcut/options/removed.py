@@ -1,0 +1,39 @@
+"""Options of earlier versions that no longer exist, and what to do instead."""
+
+from __future__ import annotations
+
+from leafcut.options.option_spec import flag_name
+
+#: Name → reason and remedy, or the new name, "now --name". Wherever an option can be given, these are refused by name.
+REMOVED = {
+    "air_clearance": "rapids in the air keep 1 mm from the material",
+    "closed_path": "it saved at most 0.3 % of the time; --strategy connected needs no retracts inside a level",
+    "drill_diameter": "now --tool-diameter",
+    "drive_efficiency": "75 % of the spindle's power reaches the tool; give less with --max-power",
+    "feed_increase": "--feeds raises a feed by 50 % at most",
+    "feed_step": "feeds are tried in steps of 5 mm/min",
+    "max_chip": "give feed.drill or feed.mill in a material file",
+    "max_life": "tools are replaced after 4 h in the cut",
+    "max_thrust": "give spindle.max_thrust in the machine profile",
+    "max_torque": "give spindle.torque in the machine profile",
+    "mill_diameter": "now --tool-diameter",
+    "milling_feed": "now --feed",
+    "min_chip": "it is a quarter of the largest chip of the material",
+    "move_time": "give a drawing; without one 1.5 s pass between two holes",
+    "point_distance": "it follows --step-over, up to 0.6 tool diameters",
+    "slot_chip": "give a smaller --step-down for slots",
+    "speed_step": "spindle speeds are tried in steps of 10 rpm",
+    "tool_numbers": "use a tool library with only these tools",
+    "uncovered_tolerance": "more than 0.1 % of uncut area is reported",
+    "worn_change": "a worn tool takes 2 min to replace",
+    "zigzag_angle": "leafcut chooses the best of twelve angles",
+}
+
+
+def why_removed(name: str) -> str:
+    """Return the refusal of a removed option, "" for any other name."""
+    words = REMOVED.get(name) or REMOVED.get(name.removeprefix("no_"), "")
+    if not words:
+        return ""
+    verb = "is" if words.startswith("now ") else "was removed in 1.0:"
+    return f"{flag_name(name)} {verb} {words}"
