@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from leafcut.model.part import Hole
 from leafcut.options import ReadOptions
 from leafcut.read.arcs import ArcPiece, bulge_arc, close_circles
-from leafcut.read.filter_holes import anchors, layer_filter, sift
+from leafcut.read.filter_holes import MERGE_TOLERANCE, anchors, layer_filter, sift
 
 
 def brute(points, tolerance):
@@ -63,8 +63,8 @@ def test_what_is_kept_is_a_part_of_the_drawing_in_its_order_without_doubles(rows
     for i, a in enumerate(kept):
         for b in kept[:i]:
             # A distance that rounds to the tolerance may count as either.
-            near = math.hypot(a.x - b.x, a.y - b.y) <= options.merge_tolerance * (1.0 - 1e-9)
-            same = abs(a.diameter - b.diameter) <= options.merge_tolerance
+            near = math.hypot(a.x - b.x, a.y - b.y) <= MERGE_TOLERANCE * (1.0 - 1e-9)
+            same = abs(a.diameter - b.diameter) <= MERGE_TOLERANCE
             assert not (near and (same or rule != "all"))
 
 

@@ -28,7 +28,7 @@ def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
 def outcome(request: pytest.FixtureRequest) -> Outcome[Any]:
     """Return an outcome of each kind of work."""
     examples = ROOT / "examples"
-    sheet: dict[str, Any] = {"thickness": "6", "quantity": 25, "machine_rate": 60.0}
+    sheet: dict[str, Any] = {"thickness": "6", "quantity": 25, "shop_rate": 60.0}
     known: dict[str, tuple[Path, str, dict[str, Any]]] = {
         "sheet": (examples / "sheet.dxf", "cut", sheet),
         "pocket": (examples / "pocket.dxf", "pocket", {"tool_diameter": "10", "depth": "3", "strategy": "contour"}),

@@ -36,7 +36,7 @@ EN = words("en")
 #: Done by the studio itself, or of `leafcut stock` alone.
 NOT_OFFERED = {
     "part", "save_plan", "save_norms", "all_variants", "remnants_out", "remnant_size",
-    *(set(SpeedOptions.specs()) - {"max_power", "max_torque", "drive_efficiency"}),
+    *(set(SpeedOptions.specs()) - {"max_power", "shop_rate"}),
 }  # fmt: skip
 #: A page says the feed of a program's materials by the speed alone.
 OF_A_CHART = {"cut_process", "material", "thickness", "amps", "nozzle", "chart"}
@@ -63,7 +63,7 @@ BESIDE = {
     "version", "watch", "every", "executor", "workers",
 }  # fmt: skip
 #: What the points of a map have no use for: they are solved by the map's own rule of distance.
-NOT_OF_MAPS = {"objective", "min_diameter", "max_diameter", "merge_tolerance", "concentric", "solid"}
+NOT_OF_MAPS = {"objective", "min_diameter", "max_diameter", "concentric", "solid"}
 
 
 @pytest.mark.parametrize("command", ["optimize", "nest", "solve", "simulate", "verify"])
@@ -114,7 +114,7 @@ def test_a_field_says_what_the_option_says() -> None:
         assert field["kind"] == specs[name].kind
         assert field["default"] or field["kind"] == "flag"
     assert fields["feed"]["unit"] == "mm/min"
-    assert fields["entry_angle" if "entry_angle" in fields else "lead_angle"]["unit"] == "deg"
+    assert fields["rotate"]["unit"] == "deg"
     assert fields["clearance_height"]["default"] == "10"
     assert [word for word, _ in fields["preset"]["choices"]] == ["fast", "default", "thorough"]
     assert fields["tools"]["file"]
@@ -261,8 +261,8 @@ def test_what_was_put_for_one_input_does_not_hold_for_the_next(studio: Studio) -
 def test_a_wrong_value_of_another_work_stands_in_nobodys_way(studio: Studio) -> None:
     view = View(studio, EN, source="example:plate-10", name="plate-10")
     view.put("thickness", "thick")
-    view.put("merge_tolerance", "near")
-    assert view.wrong.keys() == {"thickness", "merge_tolerance"}
+    view.put("min_diameter", "near")
+    assert view.wrong.keys() == {"thickness", "min_diameter"}
     assert view.look().error == ""
     view.work = "program"
     assert view.wrong == {}

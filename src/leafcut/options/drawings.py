@@ -52,15 +52,6 @@ class ReadOptions(OptionGroup):
         default_words="none",
         of_file=True,
     )
-    merge_tolerance: float = option(
-        "quantity",
-        0.01,
-        "merge holes of equal diameter closer than this",
-        unit="mm",
-        minimum=0,
-        maximum=1,
-        of_file=True,
-    )
     concentric: str = option(
         "text",
         "smallest",

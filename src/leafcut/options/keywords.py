@@ -31,8 +31,6 @@ class OptimizeKeywords(TypedDict, total=False):
     """Skip round holes smaller than this (mm; default: none)."""
     max_diameter: Quantity | None
     """Skip round holes larger than this (mm; default: none)."""
-    merge_tolerance: Quantity | None
-    """Merge holes of equal diameter closer than this (mm; default: 0.01mm)."""
     concentric: Literal[
         "smallest",
         "largest",
@@ -246,8 +244,6 @@ class OptimizeKeywords(TypedDict, total=False):
     """Probe the sheet before every pierce (G38.2), if the program moves Z (default: auto: if the machine profile
     has a probe).
     """
-    switch_offset: Quantity | None
-    """Switch offset: Z travel from touching the sheet until the probe switch trips (mm; default: the machine's)."""
     compensation: Literal[
         "geometry",
         "controller",
@@ -287,8 +283,6 @@ class OptimizeKeywords(TypedDict, total=False):
     """
     lead_out_length: Quantity | None
     """Length of the lead-out (mm; default: as the lead-in, at least 6)."""
-    lead_angle: Quantity | None
-    """Lead angle: of a line to the contour, or swept by an arc (deg; default: 90deg)."""
     overcut: Quantity | None
     """Overcut past the start of a closed contour; with the torch off if the controller can (mm; default: 4 mm for
     plasma holes, else 0).
@@ -297,34 +291,16 @@ class OptimizeKeywords(TypedDict, total=False):
     """Small holes, below this diameter, are cut slower, from near the centre, without a lead-out (mm; default: 32
     mm for plasma, else 0).
     """
-    small_hole_speed: float | str | None
-    """Speed in small holes, percent of the cutting speed (default: 60%)."""
     corner_loops: bool | None
     """Loop through the scrap at sharp outer corners, if there is room."""
-    loop_angle: Quantity | None
-    """Loop at corners sharper than this (deg; default: 100deg)."""
-    loop_length: Quantity | None
-    """Loop length past the corner (mm; default: half the lead-in length)."""
     micro_joints: int | None
     """Number of micro-joints that hold each part."""
-    joint_holes: bool | None
-    """Add micro-joints to holes too, except small ones, to hold the slugs."""
     joint_width: Quantity | None
     """Width of a micro-joint (mm; default: 0.5mm)."""
     chains: bool | None
     """Chain-cut neighbouring outlines with one pierce, through the scrap, if that is faster."""
-    chain_contours: int | None
-    """Maximum contours per chain (default: 12)."""
-    chain_bridge: Quantity | None
-    """Longest bridge through the scrap between outlines of a chain (mm; default: as long as it is faster than a
-    pierce).
-    """
     common_lines: bool | None
     """Common-line cutting: cut edges one kerf apart once for both parts."""
-    pierce_pitch: Quantity | None
-    """Spacing of candidate pierce points along a contour (mm; default: a sixteenth of the contour, between 10 and
-    100 mm).
-    """
     start_at: Literal[
         "any",
         "corners",
@@ -338,8 +314,6 @@ class OptimizeKeywords(TypedDict, total=False):
         None,
     ]
     """Edge start: start outlines outside the sheet, without a pierce (default: auto: above the pierce capacity)."""
-    splash: Quantity | None
-    """Splash radius of a pierce, kept clear of parts if there is room (mm; default: one kerf)."""
     heat_distance: Quantity | None
     """Minimum distance between consecutive starts (mm)."""
     heat_time: Quantity | None
@@ -351,8 +325,6 @@ class OptimizeKeywords(TypedDict, total=False):
         None,
     ]
     """Cut parts in bands along an axis, to keep the rest of the sheet flat (default: free)."""
-    sweep_width: Quantity | None
-    """Band width (mm; default: a fifth of the sheet, or its largest part)."""
     start_corner: Literal[
         "free",
         "lower-left",
@@ -376,16 +348,10 @@ class OptimizeKeywords(TypedDict, total=False):
     """CSV file to write: norms of time and consumption by part, sheet and batch (default: none)."""
     quantity: int | None
     """Number of sheets in the batch (default: 1)."""
-    gas_rate: float | None
-    """Gas or abrasive cost per hour of cutting."""
-    power_rate: float | None
-    """Power cost per hour of cutting."""
-    consumables_rate: float | None
-    """Consumables cost per hour of cutting."""
+    cutting_rate: float | None
+    """Gas, power and consumables cost per hour of cutting."""
     pierce_cost: float | None
     """Consumables cost per pierce."""
-    machine_rate: float | None
-    """Machine and operator cost per hour."""
     strategy: Literal[
         "best",
         "zigzag",
@@ -647,10 +613,6 @@ class OptimizeKeywords(TypedDict, total=False):
     """Laser power for cutting, S word (GRBL: value of $30) (default: 1000)."""
     mark_power: int | None
     """Laser power for marking, S word (default: 200)."""
-    path_tolerance: Quantity | None
-    """Path tolerance: how far the torch may round corners to keep speed (G64 P); 0 for exact path (mm; default:
-    0.1mm).
-    """
     material_number: int | None
     """Material number in the controller's table (QtPlasmaC M190); the controller then sets the feed (default:
     cutting data are written in the program).
@@ -668,6 +630,8 @@ class OptimizeKeywords(TypedDict, total=False):
     """Fit the feeds of milling tools to their chips: faster where the tool meets less than in its worst cut,
     slower where that is more than its data allow; a foreign program needs --workpiece, too.
     """
+    shop_rate: float | None
+    """Cost of machine and operator by the hour, in any currency (default: 60 for cutting-data, else 0)."""
     max_power: Quantity | None
     """Limit of the spindle's power (kW; default: the machine's, else none)."""
 
@@ -816,8 +780,6 @@ class SolveKeywords(TypedDict, total=False):
     """Skip round holes smaller than this (mm; default: none)."""
     max_diameter: Quantity | None
     """Skip round holes larger than this (mm; default: none)."""
-    merge_tolerance: Quantity | None
-    """Merge holes of equal diameter closer than this (mm; default: 0.01mm)."""
     concentric: Literal[
         "smallest",
         "largest",
@@ -1095,8 +1057,6 @@ class CuttingDataKeywords(TypedDict, total=False):
     """Skip round holes smaller than this (mm; default: none)."""
     max_diameter: Quantity | None
     """Skip round holes larger than this (mm; default: none)."""
-    merge_tolerance: Quantity | None
-    """Merge holes of equal diameter closer than this (mm; default: 0.01mm)."""
     concentric: Literal[
         "smallest",
         "largest",
@@ -1285,7 +1245,7 @@ class CuttingDataKeywords(TypedDict, total=False):
     cut_depth: Quantity | None
     """Depth of an end mill's cut (mm; default: half of the tool's diameter)."""
     shop_rate: float | None
-    """Cost of machine and operator by the hour, in any currency (default: 60)."""
+    """Cost of machine and operator by the hour, in any currency (default: 60 for cutting-data, else 0)."""
     tool_cost: float | None
     """Cost of one life of a tool, new or reground, in the same currency; `life_cost` in the library goes before
     (default: 10).

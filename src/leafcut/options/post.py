@@ -48,14 +48,6 @@ class PostOptions(OptionGroup):
     mark_power: int = option(
         "whole", 200, "laser power for marking, S word", minimum=1, maximum=1_000_000, of_file=True
     )
-    path_tolerance: float = option(
-        "quantity",
-        0.1,
-        "path tolerance: how far the torch may round corners to keep speed (G64 P); 0 for exact path",
-        unit="mm",
-        minimum=0,
-        maximum=1,
-    )
     material_number: int | None = option(
         "whole",
         None,

@@ -61,8 +61,13 @@ class SpeedOptions(OptionGroup):
         default_words="half of the tool's diameter",
         needs="cut_length",
     )
-    shop_rate: float = option(
-        "number", 60.0, "cost of machine and operator by the hour, in any currency", minimum=0, maximum=1e6
+    shop_rate: float | None = option(
+        "number",
+        None,
+        "cost of machine and operator by the hour, in any currency",
+        minimum=0,
+        maximum=1e6,
+        default_words="60 for cutting-data, else 0",
     )
     tool_cost: float = option(
         "number",

@@ -22,7 +22,7 @@ from leafcut.read.dxf_document import hidden_by_layer, layers_of, open_document,
 from leafcut.read.dxf_edge import edge_of
 from leafcut.read.dxf_shapes import ROUND, Matrix, Shape, half_axes, is_flat, moved, seen_span, shape_of
 from leafcut.read.dxf_whole import read_dxf_whole
-from leafcut.read.filter_holes import circles_around, part_holes, sift
+from leafcut.read.filter_holes import MERGE_TOLERANCE, circles_around, part_holes, sift
 from leafcut.read.format import (
     FREE_HOLES,
     MAX_COORDINATE,
@@ -84,7 +84,7 @@ def read_dxf(source: Source, options: ReadOptions) -> Part:
         raise ReadError(source.path, _nothing(walk, finds, noticed))
     undrilled: list[Issue] = []
     contours: list[Issue] = []
-    around = circles_around(kept, paths, options.merge_tolerance)
+    around = circles_around(kept, paths, MERGE_TOLERANCE)
     if paths or around:
         from leafcut.read.besides_holes import besides_holes  # start-up
 

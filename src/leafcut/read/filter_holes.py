@@ -23,6 +23,8 @@ from leafcut.model.part import Hole
 from leafcut.options import ReadOptions
 from leafcut.read.format import places_of
 
+#: Holes of equal diameter closer than this are one, mm.
+MERGE_TOLERANCE = 0.01
 #: Circles are concentric if their centres are apart by at most this part of the radius of the larger one.
 _CONCENTRIC = 0.05
 
@@ -75,16 +77,16 @@ def sift(
     Parameters
     ----------
     point_tolerance
-        Distance within which bare points are one, mm; None for `options.merge_tolerance`.
+        Distance within which bare points are one, mm; None for `MERGE_TOLERANCE`.
     """
     issues: list[Issue] = []
     kept = _by_diameter(holes, options, issues)
-    kept = _without_doubles(kept, options.merge_tolerance, point_tolerance, issues)
-    kept = _without_centre_marks(kept, options.merge_tolerance, issues)
+    kept = _without_doubles(kept, MERGE_TOLERANCE, point_tolerance, issues)
+    kept = _without_centre_marks(kept, MERGE_TOLERANCE, issues)
     if options.concentric != "all":
         kept = _one_per_centre(kept, options, issues)
         # A point may be near to that circle only which another stood for until now.
-        kept = _without_centre_marks(kept, options.merge_tolerance, issues)
+        kept = _without_centre_marks(kept, MERGE_TOLERANCE, issues)
     return tuple(kept), issues
 
 
@@ -154,7 +156,7 @@ def _one_per_centre(holes: list[Hole], options: ReadOptions, issues: list[Issue]
     circles = [i for i, hole in enumerate(holes) if hole.diameter > 0]
     order = sorted(circles, key=lambda i: sign * holes[i].diameter)
     table = np.array([(holes[i].x, holes[i].y, 0.0) for i in order]).reshape(-1, 3)
-    found = _concentric_anchors(table, [0.5 * holes[i].diameter for i in order], options.merge_tolerance)
+    found = _concentric_anchors(table, [0.5 * holes[i].diameter for i in order], MERGE_TOLERANCE)
     gone = {row for rank, row in enumerate(order) if found[rank] != rank}
     highest = [hole.z for hole in holes]
     for rank, row in enumerate(order):

@@ -95,7 +95,7 @@ def test_the_cut_sheet_keeps_names_and_quantities_of_the_order(drawings: Path, t
     sheet = tmp_path / "nested.dxf"
     api.nest([str(tmp_path / "order.csv")], sheet, nester="rectangles", **{**SMALL, "gap": 10})
     cut: dict[str, Any] = {"process": "cut", "thickness": 6, "iterations": 5, "threads": 1}
-    outcome = api.optimize(sheet, quantity=4, machine_rate=60.0, report=tmp_path / "r.html", **cut)
+    outcome = api.optimize(sheet, quantity=4, shop_rate=60.0, report=tmp_path / "r.html", **cut)
     answer = as_json(outcome)["cutting"]
     pieces = {p["name"]: (p["per_sheet"], p["in_batch"]) for p in answer["pieces"]}
     assert pieces == {"Träger “1” µ": (2, 8), "plate": (3, 12)}

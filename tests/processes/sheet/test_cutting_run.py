@@ -235,9 +235,6 @@ def test_the_sheet_is_found_before_every_pierce_where_the_machine_can(drawing: P
     norm, other = moving_z.detail.plan.measures.sheet, plain.detail.plan.measures.sheet
     assert norm.cut_s == pytest.approx(other.cut_s, abs=0.01)
     assert norm.pierce_s > other.pierce_s
-    floating = api.optimize(drawing, dialect="plasma", ignore_layers="MARK", switch_offset="3.5", **FAST)
-    assert floating.verified
-    assert floating.text.count("\nG92 Z-3.5\nG0 Z3.8\n") == 12
 
 
 def test_linuxcnc_takes_the_program(outcome, moving_z, rs274: str, tmp_path: Path) -> None:
@@ -284,7 +281,6 @@ def test_a_hole_too_small_for_a_controllers_lead_is_compensated_by_the_program(r
             for options in (
                 {},
                 {"output_units": "inch", "small_hole": "0"},
-                {"path_tolerance": "0"},
                 {"machine": "laser-table", "dialect": "grbl-laser", "thickness": "3"},
             )
         ),
@@ -463,7 +459,7 @@ def test_distance_as_the_literature_counts_it_can_be_what_is_made_small(drawing:
 
 
 def test_sweep_corner_and_heat_are_kept(drawing: Path) -> None:
-    found = api.optimize(drawing, sweep="x", sweep_width="150", start_corner="lower-right", heat_distance="30", **FAST)
+    found = api.optimize(drawing, sweep="x", start_corner="lower-right", heat_distance="30", **FAST)
     columns = [c.path.start[0] < 155 for c in found.detail.plan.cuts]
     assert columns == sorted(columns)  # the right column first
     assert [i.code for i in found.issues].count("L614") == 1
@@ -491,8 +487,6 @@ def test_a_laser_table_cuts_by_the_lasers_rules(drawing: Path) -> None:
         ({"start_point": "1,2,3"}, OptionError, "--start-point"),
         ({"clearance_height": "3"}, PlanError, "--clearance-height"),
         ({"probe": "on"}, OptionError, "have no probe"),
-        ({"probe": "off", "switch_offset": "3"}, OptionError, "--switch-offset"),
-        ({"dialect": "plasma", "switch_offset": "30"}, OptionError, "20 mm below Z0"),
     ],
 )
 def test_what_cannot_be_cut_is_refused_in_one_line(drawing: Path, options, error, words: str) -> None:

@@ -32,6 +32,8 @@ _LEAST_CHIP = 0.25
 #: Catalogues have the chips of carbide mills; those of high-speed steel bend and break sooner (estimate).
 _HSS_MILL_CHIP = 0.5
 _SECONDS_PER_HOUR = 3600.0
+#: Cost of machine and operator by the hour, in any currency.
+_SHOP_RATE = 60.0
 #: Time from one hole to the next, up and down included, where no drawing says it, s (estimate).
 _MOVE = 1.5
 #: Time to replace a worn tool and to set its length, s (estimate).
@@ -77,7 +79,7 @@ def cutting_data(
         machine=machine,
         material=material,
         objective=objective,
-        shop_rate=options.shop_rate,
+        shop_rate=_shop_rate(options),
         tools=tuple(fronts),
         issues=tuple(issues),
         defaults=settings.from_defaults(),
@@ -224,7 +226,7 @@ def _front(
     """Return the front of one tool, from all speeds and feeds that the machine has."""
     options, tool = settings.of(SpeedOptions), work.tool
     own = tool.life_cost if tool.life_cost is not None else options.tool_cost
-    prices = Prices(options.shop_rate / _SECONDS_PER_HOUR, own, _WORN_CHANGE, _MAX_LIFE)
+    prices = Prices(_shop_rate(options) / _SECONDS_PER_HOUR, own, _WORN_CHANGE, _MAX_LIFE)
     grid = _grid(work, kind, machine, material)
     limits = _limits(work, options, machine)
     found: list[Yields] = []
@@ -259,6 +261,10 @@ def _front(
         given=given,
         sources=tuple(dict.fromkeys(life.source for life in work.lives)),
     )
+
+
+def _shop_rate(options: SpeedOptions) -> float:
+    return _SHOP_RATE if options.shop_rate is None else options.shop_rate
 
 
 def _front_of(found: Yields) -> Yields:

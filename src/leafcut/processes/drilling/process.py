@@ -62,7 +62,7 @@ class Drilling(Process):
         (
             "read",
             (
-                *("units", "layers", "min_diameter", "max_diameter", "merge_tolerance", "concentric"),
+                *("units", "layers", "min_diameter", "max_diameter", "concentric"),
                 *("solid", "up", "z_zero", "strict"),
             ),
         ),

@@ -298,22 +298,14 @@ def probe_for(machine: Machine, words: Dialect, options: CutOptions) -> Probe | 
         It is asked for, and the machine or its controller cannot do it.
     """
     able = words.torch is not None and bool(words.torch.probe)
-    probe, offset = machine.probe, options.switch_offset
+    probe = machine.probe
     if options.probe == "off" or (options.probe == "auto" and (probe is None or not able)):
-        if offset is not None and (options.probe == "off" or probe is None):
-            raise OptionError("--switch-offset is for a probe; leave it out, or use --probe on")
         return None
     if not able:
         raise OptionError(f"programs for {words.name} have no probe; leave out --probe on, or choose another --dialect")
     if probe is None:
         raise OptionError(
             f"{machine.name} has no probe; give a profile of your own (--machine my.toml) with a table [probe]"
-        )
-    probe = probe if offset is None else replace(probe, switch_offset=offset)
-    if probe.switch_offset >= probe.depth:
-        raise OptionError(
-            f"the probe of {machine.name} goes to {probe.depth:g} mm below Z0 at most; a --switch-offset of "
-            f"{probe.switch_offset:g} mm is not within"
         )
     return probe
 
@@ -366,7 +358,7 @@ def _probe_issues(probe: Probe | None) -> list[Issue]:
         return []
     words = (
         f"the torch finds the sheet before every pierce; its switch is assumed to trip {probe.switch_offset:g} mm "
-        "after the touch: measure yours (--switch-offset)"
+        "after the touch: measure yours (probe.switch_offset of the machine profile)"
     )
     return [Issue("L618", words, "", Severity.NOTE)]
 

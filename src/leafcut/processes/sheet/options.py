@@ -69,15 +69,6 @@ class CutOptions(OptionGroup):
         choices=("auto", "on", "off"),
         default_words="auto: if the machine profile has a probe",
     )
-    switch_offset: float | None = option(
-        "quantity",
-        None,
-        "switch offset: Z travel from touching the sheet until the probe switch trips",
-        unit="mm",
-        minimum=0,
-        maximum=50,
-        default_words="the machine's",
-    )
     compensation: str = option(
         "text",
         "geometry",
@@ -125,14 +116,6 @@ class CutOptions(OptionGroup):
         default_words="as the lead-in, at least 6",
         needs="lead_out=auto|line|arc",
     )
-    lead_angle: float = option(
-        "quantity",
-        1.5707963267948966,
-        "lead angle: of a line to the contour, or swept by an arc",
-        unit="rad",
-        minimum=0.17,
-        maximum=2.97,
-    )
     overcut: float | None = option(
         "quantity",
         None,
@@ -151,36 +134,8 @@ class CutOptions(OptionGroup):
         maximum=1000,
         default_words="32 mm for plasma, else 0",
     )
-    small_hole_speed: float = option(
-        "percent", 60.0, "speed in small holes, percent of the cutting speed", minimum=1, maximum=100
-    )
     corner_loops: bool = option("flag", False, "loop through the scrap at sharp outer corners, if there is room")
-    loop_angle: float = option(
-        "quantity",
-        1.7453292519943295,
-        "loop at corners sharper than this",
-        unit="rad",
-        minimum=0.17,
-        maximum=2.8,
-        needs="corner_loops",
-    )
-    loop_length: float | None = option(
-        "quantity",
-        None,
-        "loop length past the corner",
-        unit="mm",
-        minimum=0.1,
-        maximum=100,
-        default_words="half the lead-in length",
-        needs="corner_loops",
-    )
     micro_joints: int = option("whole", 0, "number of micro-joints that hold each part", minimum=0, maximum=100)
-    joint_holes: bool = option(
-        "flag",
-        False,
-        "add micro-joints to holes too, except small ones, to hold the slugs",
-        needs="micro_joints",
-    )
     joint_width: float = option(
         "quantity", 0.5, "width of a micro-joint", unit="mm", minimum=0.01, maximum=50, needs="micro_joints"
     )
@@ -189,29 +144,10 @@ class CutOptions(OptionGroup):
         False,
         "chain-cut neighbouring outlines with one pierce, through the scrap, if that is faster",
     )
-    chain_contours: int = option("whole", 12, "maximum contours per chain", minimum=2, maximum=1000, needs="chains")
-    chain_bridge: float | None = option(
-        "quantity",
-        None,
-        "longest bridge through the scrap between outlines of a chain",
-        unit="mm",
-        minimum=0.1,
-        maximum=1000,
-        default_words="as long as it is faster than a pierce",
-        needs="chains",
-    )
     common_lines: bool = option(
         "flag",
         False,
         "common-line cutting: cut edges one kerf apart once for both parts",
-    )
-    pierce_pitch: float | None = option(
-        "quantity",
-        None,
-        "spacing of candidate pierce points along a contour",
-        unit="mm",
-        minimum=0.1,
-        default_words="a sixteenth of the contour, between 10 and 100 mm",
     )
     start_at: str = option(
         "text",
@@ -226,15 +162,6 @@ class CutOptions(OptionGroup):
         "edge start: start outlines outside the sheet, without a pierce",
         choices=("auto", "always", "never"),
         default_words="auto: above the pierce capacity",
-    )
-    splash: float | None = option(
-        "quantity",
-        None,
-        "splash radius of a pierce, kept clear of parts if there is room",
-        unit="mm",
-        minimum=0,
-        maximum=100,
-        default_words="one kerf",
     )
     heat_distance: float = option("quantity", 0.0, "minimum distance between consecutive starts", unit="mm", minimum=0)
     heat_time: float = option(
@@ -251,15 +178,6 @@ class CutOptions(OptionGroup):
         "free",
         "cut parts in bands along an axis, to keep the rest of the sheet flat",
         choices=("free", "x", "y"),
-    )
-    sweep_width: float | None = option(
-        "quantity",
-        None,
-        "band width",
-        unit="mm",
-        minimum=1,
-        default_words="a fifth of the sheet, or its largest part",
-        needs="sweep=x|y",
     )
     start_corner: str = option(
         "text",
@@ -290,8 +208,5 @@ class CutOptions(OptionGroup):
         of_file=True,
     )
     quantity: int = option("whole", 1, "number of sheets in the batch", minimum=1, maximum=1_000_000, of_file=True)
-    gas_rate: float = option("number", 0.0, "gas or abrasive cost per hour of cutting", minimum=0)
-    power_rate: float = option("number", 0.0, "power cost per hour of cutting", minimum=0)
-    consumables_rate: float = option("number", 0.0, "consumables cost per hour of cutting", minimum=0)
+    cutting_rate: float = option("number", 0.0, "gas, power and consumables cost per hour of cutting", minimum=0)
     pierce_cost: float = option("number", 0.0, "consumables cost per pierce", minimum=0)
-    machine_rate: float = option("number", 0.0, "machine and operator cost per hour", minimum=0)

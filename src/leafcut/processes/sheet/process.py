@@ -7,7 +7,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from leafcut.model.kinds import Head
-from leafcut.options import CutDataOptions, JobOptions, MachineOptions, PostOptions, ReadOptions, Settings, SheetOptions
+from leafcut.options import (
+    CutDataOptions,
+    JobOptions,
+    MachineOptions,
+    PostOptions,
+    ReadOptions,
+    Settings,
+    SheetOptions,
+    SpeedOptions,
+)
 from leafcut.processes.base import CHANGES, ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, Process, all_of, use
 from leafcut.processes.cutting_machines import for_cutting
 from leafcut.processes.sheet.options import CutOptions
@@ -34,8 +43,9 @@ class SheetCutting(Process):
     name = "cut"
     title = "cutting a sheet"
     options = (CutOptions,)
-    uses = use(ReadOptions, but=("merge_tolerance", "z_zero")) | use(SheetOptions) | use(MachineOptions)
+    uses = use(ReadOptions, but=("z_zero",)) | use(SheetOptions) | use(MachineOptions)
     uses |= use(JobOptions, *_JOB, start_point="start_corner=free") | use(CutDataOptions)
+    uses |= use(SpeedOptions, "shop_rate")
     uses |= ORDERED | use(PostOptions, but=("coolant", *CHANGES))
     command = "cut"
     help = "Cut the contours of a drawing from sheet, by plasma, laser, oxyfuel or waterjet."
@@ -46,11 +56,11 @@ class SheetCutting(Process):
     form = (
         ("main", _MAIN),
         ("search", SEARCH),
-        ("cut", (*_CUT, *all_of(CutOptions, (*_MAIN, *_CUT, "save_plan", "save_norms")))),
+        ("cut", (*_CUT, *all_of(CutOptions, (*_MAIN, *_CUT, "save_plan", "save_norms")), "shop_rate")),
         ("place", (*PLACE, *_PLACES, "work_offset")),
         ("sheet", all_of(SheetOptions)),
         ("read", ("units", "layers", "min_diameter", "max_diameter", "concentric", "solid", "up", "strict")),
-        ("post", (*POST, "beam_power", "mark_power", "path_tolerance", "material_number")),
+        ("post", (*POST, "beam_power", "mark_power", "material_number")),
         ("solve", SEARCH_MORE),
     )
 

@@ -19,6 +19,7 @@ from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
+from leafcut.options import SpeedOptions
 from leafcut.processes.course import Run, machine_issues, refuse
 from leafcut.processes.keep_out import meetings
 from leafcut.processes.placing import negative_axes
@@ -36,6 +37,9 @@ if TYPE_CHECKING:
 
 #: Where leads met, an order is sought anew so often at most; of more cuts than this never.
 ROUNDS, MOST_AGAIN = 2, 1000
+
+#: How far the torch may round corners to keep speed, mm (G64 P).
+PATH_TOLERANCE = 0.1
 
 
 def cut(run: Run, source: Source) -> Outcome[SheetDetail]:
@@ -147,7 +151,7 @@ def _laid(job: SheetJob, order: list[CutStart]) -> _LaidOrder:
         switches=job.switches,
         power=settings.post.beam_power if torch is not None and torch.power else TORCH_ON,
         mark_power=settings.post.mark_power if torch is not None and torch.power else TORCH_ON,
-        tolerance=settings.post.path_tolerance if torch is not None else 0.0,
+        tolerance=PATH_TOLERANCE if torch is not None else 0.0,
         probe=job.probe,
         moves_z=job.words.moves_z,
         mark_tool=torch.mark_tool if torch is not None else None,
@@ -156,7 +160,16 @@ def _laid(job: SheetJob, order: list[CutStart]) -> _LaidOrder:
     )
     whole = measure(path, machine)
     seconds = _cut_seconds(path, rows, machine)
-    norm = cut_norm(job.cutting.sheet, cuts, seconds, whole.time_s, settings.of(CutOptions), job.data, corners)
+    norm = cut_norm(
+        job.cutting.sheet,
+        cuts,
+        seconds,
+        whole.time_s,
+        settings.of(CutOptions),
+        job.data,
+        corners,
+        settings.of(SpeedOptions).shop_rate or 0.0,
+    )
     crossings, close = (None, 0) if led is None else (len(led.crossing), len(led.close))
     return _LaidOrder(CutPlan(job.cutting.sheet, job.data, cuts, norm, crossings, close), path, rows, whole, order, led)
 
@@ -351,7 +364,6 @@ def _verify(job: SheetJob, laid: _LaidOrder, text: str) -> Toolpath:
         half=job.cutting.rules.half,
         joints=options.micro_joints,
         joint_width=options.joint_width,
-        joint_holes=options.joint_holes,
         safe_height=settings.job.clearance_height,
         probe=job.probe,
         power=settings.post.beam_power if job.words.torch is not None and job.words.torch.power else None,

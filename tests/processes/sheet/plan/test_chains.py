@@ -30,6 +30,7 @@ from cut_sheets import (
 from leafcut.errors import OptionError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.cutting import Cut
+from leafcut.processes.sheet.plan.chains import chain_cutting
 from leafcut.processes.sheet.plan.chains import chain_cutting as chaining
 from leafcut.processes.sheet.plan.cutting import Cutting, drawing_order
 
@@ -79,7 +80,6 @@ def test_a_bridge_that_takes_longer_than_a_pierce_is_not_made() -> None:
     near, far = cutting_of(two_squares(33.0)), cutting_of(two_squares(38.0))
     assert len(chained(near).heads) == 1
     assert chained(far) is far
-    assert chained(near, chain_bridge=30.0) is near
 
 
 def test_three_in_a_row_have_one_pierce_when_piercing_takes_long() -> None:
@@ -96,8 +96,9 @@ def test_three_in_a_row_have_one_pierce_when_piercing_takes_long() -> None:
     assert_bridges_in_scrap(cutting.sheet, [cut], KERF)
 
 
-def test_a_chain_has_no_more_contours_than_allowed() -> None:
-    cutting = chained(cutting_of(lower_in_the_middle()), overhead=6.0, chain_contours=2)
+def test_a_chain_has_no_more_contours_than_allowed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(chain_cutting, "MOST_CONTOURS", 2)
+    cutting = chained(cutting_of(lower_in_the_middle()), overhead=6.0)
     assert sorted(len(c.contours) for c in cuts_of(cutting)) == [1, 2]
 
 
@@ -134,12 +135,13 @@ def test_no_bridge_crosses_a_part_or_a_clamp_between_two_parts() -> None:
     assert chained(plain, overhead=1.0) is plain
 
 
-def test_leads_of_other_cuts_keep_away_from_bridges() -> None:
+def test_leads_of_other_cuts_keep_away_from_bridges(monkeypatch: pytest.MonkeyPatch) -> None:
     """A small part beside a bridge has leads on the sides that face away from it only."""
     sheet = sheet_of(
         (square(20, 20, 50), 0, -1, 1), (square(90, 20, 50), 0, -1, 2), (Polyline.circle(80, 100, 4), 0, -1, 3)
     )
-    cutting = chained(cutting_of(sheet), chain_contours=2)
+    monkeypatch.setattr(chain_cutting, "MOST_CONTOURS", 2)
+    cutting = chained(cutting_of(sheet))
     bridges = [b for s in cutting.starts if s.then for b in bridges_of(cutting.cut(s))]
     singles = [cutting.cut(s) for s in cutting.starts if not s.then]
     assert bridges

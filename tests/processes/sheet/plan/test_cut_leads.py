@@ -139,7 +139,7 @@ def test_a_controller_that_cannot_switch_while_moving_ends_the_hole_where_it_clo
 def test_leads_get_shorter_where_the_neighbour_is_near() -> None:
     """4 mm between two squares is no room for an arc of 6 mm; elsewhere there is."""
     sheet = two_squares(4.0)
-    between = [c for c in all_cuts(cutting_of(sheet, pierce_pitch="5")) if 70 < c.path.start[0] < 74]
+    between = [c for c in all_cuts(cutting_of(sheet)) if 70 < c.path.start[0] < 74]
     assert all(c.lead_in < 24.0 for c in between)
     assert_leads_in_scrap(sheet, between, PLASMA.kerf)
 
@@ -178,7 +178,7 @@ def test_a_part_under_a_clamp_is_refused() -> None:
 
 def test_leads_keep_off_clamps_and_off_the_sheets_edge() -> None:
     sheet = sheet_of((square(8, 8, 60), 0, -1, 1), size=76, zones=[(70, 20, 76, 40)])
-    cuts = all_cuts(cutting_of(sheet, pierce_pitch="3"))
+    cuts = all_cuts(cutting_of(sheet))
     assert_nothing_is_gouged(sheet, cuts, PLASMA.kerf)
     assert_leads_in_scrap(sheet, cuts, PLASMA.kerf)
     near_the_clamp = [c.path.start for c in cuts if 20 < c.path.start[1] < 40]
@@ -323,20 +323,15 @@ def test_no_joint_lies_in_a_corner_or_where_the_cut_begins(loops: bool) -> None:
     assert many > 8
 
 
-def test_holes_have_joints_where_that_is_asked_for() -> None:
-    """A plasma hole then stays open at its end instead of an overcut; small holes have none."""
+def test_holes_have_no_joints() -> None:
+    """A plasma hole keeps its overcut."""
     sheet = part_in_hole()
     for data, joints in ((LASER, 3), (PLASMA, 1)):
-        for holes in (False, True):
-            cuts = all_cuts(cutting_of(sheet, data, micro_joints=joints, joint_holes=holes, joint_width="0.4"))
-            hole = next(c for c in cuts if c.contours == (1,))
-            if data is LASER:
-                assert len(hole.joints) == (3 if holes else 0)
-            else:
-                ends = hole.path.point_at(hole.lead_in), hole.path.end
-                assert (math.dist(*ends) == pytest.approx(0.4 + 1.5, abs=0.02)) == holes
-                small = next(c for c in cuts if c.contours == (3,))
-                assert small.torch_off_at < small.path.length
+        cuts = all_cuts(cutting_of(sheet, data, micro_joints=joints, joint_width="0.4"))
+        hole = next(c for c in cuts if c.contours == (1,))
+        assert not hole.joints
+        if data is PLASMA:
+            assert hole.torch_off_at < hole.path.length
 
 
 def test_above_the_pierce_capacity_outlines_start_beyond_the_sheets_edge() -> None:

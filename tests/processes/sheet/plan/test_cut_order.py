@@ -64,7 +64,7 @@ def test_a_part_in_a_notch_that_the_kerf_closes_is_cut_first(mouth: float, compe
     cutting = cutting_of(part_in_notch(mouth), compensation=compensation, small_hole=0.0)
     order = [cutting.contours[s.contour].index for s in drawing_order(cutting)]
     assert order == ([2, 1, 0] if closed else [0, 2, 1])
-    swept = bands(cutting, CutOptions(sweep="x", sweep_width=1.0))
+    swept = bands(cutting, CutOptions(sweep="x"), width=1.0)
     assert len(swept) == (1 if closed else 2)
 
 
@@ -221,8 +221,8 @@ def test_a_sweep_goes_from_band_to_band_with_all_that_is_in_a_part() -> None:
     )  # fmt: skip
     cutting = cutting_of(sheet)
     assert bands(cutting, CutOptions()) == [[0, 1, 2, 3]]
-    assert bands(cutting, CutOptions(sweep="x", sweep_width="80")) == [[1, 2], [3], [0]]
-    assert bands(cutting, CutOptions(sweep="x", sweep_width="80", start_corner="lower-right")) == [[0], [3], [1, 2]]
+    assert bands(cutting, CutOptions(sweep="x")) == [[1, 2], [3], [0]]
+    assert bands(cutting, CutOptions(sweep="x", start_corner="lower-right")) == [[0], [3], [1, 2]]
     assert bands(cutting, CutOptions(sweep="y")) == [[0, 1, 2, 3]]
 
 

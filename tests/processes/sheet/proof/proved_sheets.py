@@ -106,6 +106,6 @@ def checked(
     material: int | None = None,
 ) -> list[Difference]:
     """What is wrong with a text that should be this plan's."""
-    asked = Asked(rules.half, rules.joints, rules.joint_width, rules.joint_holes, CLEARANCE, probe, power, material)
+    asked = Asked(rules.half, rules.joints, rules.joint_width, CLEARANCE, probe, power, material)
     written = read_back(text, plan, dialect(words), material)
     return check_sheet(plan.sheet, plan, text, written, dialect(words), machine_for(words), asked)

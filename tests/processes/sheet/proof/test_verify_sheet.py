@@ -58,10 +58,9 @@ def test_a_right_program_is_accepted_for_every_controller(words: str, units: str
         CutOptions(compensation="none", small_hole=0.0),
         CutOptions(corner_loops=True),
         CutOptions(micro_joints=1),
-        CutOptions(micro_joints=1, joint_holes=True),
-        CutOptions(overcut=0.0, lead_in="line", lead_angle=math.radians(45)),
+        CutOptions(overcut=0.0, lead_in="line"),
     ],
-    ids=["other way round", "no compensation", "corner loops", "a joint", "joints in holes", "no overcut"],
+    ids=["other way round", "no compensation", "corner loops", "a joint", "no overcut"],
 )
 def test_a_right_program_is_accepted_by_every_rule(options: CutOptions) -> None:
     plan, rules = planned("qtplasmac", options)

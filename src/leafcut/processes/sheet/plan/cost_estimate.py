@@ -25,6 +25,7 @@ def cut_norm(
     options: CutOptions,
     data: CutData,
     corners: Mapping[int, Sequence[Point]] = MappingProxyType({}),
+    shop_rate: float = 0.0,
 ) -> CutMeasures:
     """Return times, lengths, costs and consumption.
 
@@ -36,6 +37,8 @@ def cut_norm(
         Of the whole program; what is in no cut (the ways at its beginning and end) counts as rapid of the sheet.
     corners
         Of the way to a cut, by its number.
+    shop_rate
+        Cost of machine and operator by the hour.
     """
     each = [_times(sheet, cuts, k, parts, corners.get(k, ())) for k, parts in enumerate(seconds)]
     one = _sum(each)
@@ -54,8 +57,10 @@ def cut_norm(
         # The sheet is paid by its parts, by their areas.
         metal = sheet.price * area / used if number in cut_parts and used else 0.0
         used_up = consumption_of(own, data, one)
-        parts.append(PartTimes(number, area, own, cost_of(own, options) + metal, names.get(number, ""), used_up))
-    cost = cost_of(one, options) + sheet.price
+        parts.append(
+            PartTimes(number, area, own, cost_of(own, options, shop_rate) + metal, names.get(number, ""), used_up)
+        )
+    cost = cost_of(one, options, shop_rate) + sheet.price
     stock = sum(abs(path.area) * (-1.0 if k else 1.0) for k, path in enumerate(sheet.paths))
     batch = one.times(options.quantity)
     return CutMeasures(
@@ -134,9 +139,7 @@ def part_areas(sheet: Sheet) -> dict[int, float]:
     return areas
 
 
-def cost_of(times: CutTimes, options: CutOptions) -> float:
-    """Return what a time costs: gas, power and consumables while the torch is on, the machine all the time."""
-    burning = options.gas_rate + options.power_rate + options.consumables_rate
-    return (
-        burning * (times.cut_s + times.pierce_s) + options.machine_rate * times.total_s
-    ) / _HOUR + options.pierce_cost * times.pierces
+def cost_of(times: CutTimes, options: CutOptions, shop_rate: float) -> float:
+    """Return the cost of a time: gas, power and consumables while the torch is on, the machine all the time."""
+    burning = options.cutting_rate * (times.cut_s + times.pierce_s)
+    return (burning + shop_rate * times.total_s) / _HOUR + options.pierce_cost * times.pierces

@@ -26,6 +26,12 @@ SHORTEST_LEAD_OUT = 6.0
 #: LinuxCNC QtPlasmaC's defaults for holes: overcut, and the diameter below which a hole is cut slower, mm.
 HOLE_OVERCUT = 4.0
 SMALL_HOLE = 32.0
+#: Speed in small holes, percent of the cutting speed (QtPlasmaC's default).
+SMALL_HOLE_SPEED = 60.0
+#: Angle of a straight lead to the contour, or swept by an arc, rad.
+LEAD_ANGLE = 0.5 * math.pi
+#: Corners sharper than this get a loop, rad.
+LOOP_ANGLE = math.radians(100.0)
 #: Speed of marks, mm/s (2500 mm/min): an estimate for scribes and for lasers at a fifth of their power. The chart's
 #: speeds are for cutting through: too fast for a scribe on thin sheets, too slow for a beam on thick ones.
 MARK_FEED = 2500.0 / 60.0
@@ -73,15 +79,11 @@ class CutRules:
     small_hole_feed: float
     mark_feed: float
     loops: bool
-    loop_angle: float
     loop_length: float
     joints: int
     joint_width: float
-    joint_holes: bool
-    pitch: float | None
     corners: bool
     edge_start: bool
-    splash: float
     margin: float
     compensation: str
     common_lines: bool = False
@@ -143,9 +145,7 @@ def resolve_rules(
         data=data,
         half=0.0 if options.compensation == "none" else 0.5 * data.kerf,
         outline_direction=direction,
-        lead_in=Lead(
-            style, length if style != "none" else 0.0, options.lead_angle, 2.0 * data.kerf if by_controller else 0.0
-        ),
+        lead_in=Lead(style, length if style != "none" else 0.0, LEAD_ANGLE, 2.0 * data.kerf if by_controller else 0.0),
         lead_out=_lead_out(out, options, length),
         hole_lead_out=options.lead_out not in ("auto", "none"),
         hole_overcut=overcut if overcut is not None else (HOLE_OVERCUT if kind == CutMethod.PLASMA else 0.0),
@@ -154,18 +154,14 @@ def resolve_rules(
         small_hole=options.small_hole
         if options.small_hole is not None
         else (SMALL_HOLE if kind == CutMethod.PLASMA else 0.0),
-        small_hole_feed=data.feed * options.small_hole_speed / 100.0,
+        small_hole_feed=data.feed * SMALL_HOLE_SPEED / 100.0,
         mark_feed=options.mark_speed if options.mark_speed is not None else min(MARK_FEED, max_feed),
         loops=options.corner_loops,
-        loop_angle=options.loop_angle,
-        loop_length=options.loop_length or 0.5 * length,
+        loop_length=0.5 * length,
         joints=options.micro_joints,
         joint_width=options.joint_width,
-        joint_holes=options.joint_holes,
-        pitch=options.pierce_pitch,
         corners=options.start_at == "corners",
         edge_start=options.edge_start == "always" or (options.edge_start == "auto" and not data.can_pierce),
-        splash=data.kerf if options.splash is None else options.splash,
         margin=options.sheet_margin,
         compensation=options.compensation,
         common_lines=options.common_lines,
@@ -175,8 +171,8 @@ def resolve_rules(
 
 def _lead_out(style: str, options: CutOptions, length: float) -> Lead:
     if style == "none":
-        return Lead("none", 0.0, options.lead_angle)
-    return Lead(style, options.lead_out_length or max(SHORTEST_LEAD_OUT, length), options.lead_angle)
+        return Lead("none", 0.0, LEAD_ANGLE)
+    return Lead(style, options.lead_out_length or max(SHORTEST_LEAD_OUT, length), LEAD_ANGLE)
 
 
 def _check(kind: str, options: CutOptions, data: CutData) -> None:

@@ -297,11 +297,11 @@ def drawing_order(cutting: Cutting) -> list[CutStart]:
     return [cutting.starts[cutting.by_contour[k][0]] for k in _sorted(cutting)]
 
 
-def bands(cutting: Cutting, options: CutOptions) -> list[list[int]]:
+def bands(cutting: Cutting, options: CutOptions, width: float = 0.0) -> list[list[int]]:
     """Return the contours in bands along the axis of the sweep, each cut before the next; one band when it is free.
 
     Of a chain its first contour. A part is in the band of its outline's middle, with all that lies in it. The first
-    band is the one at the start corner.
+    band is the one at the start corner. `width` of a band, mm; 0: a fifth of the sheet, or its largest part.
     """
     if options.sweep == "free":
         return [cutting.heads]
@@ -312,7 +312,7 @@ def bands(cutting: Cutting, options: CutOptions) -> list[list[int]]:
     roots = [_root(cutting, k, position, outlines) for k in everything]
     spans = {k: cutting.contours[k].path.extents for k in set(roots)}
     low, high = min(s[axis] for s in spans.values()), max(s[axis + 2] for s in spans.values())
-    width = options.sweep_width or max((high - low) / 5.0, *(s[axis + 2] - s[axis] for s in spans.values()), 1.0)
+    width = width or max((high - low) / 5.0, *(s[axis + 2] - s[axis] for s in spans.values()), 1.0)
     backward = ("right", "upper")[axis] in options.start_corner
     found: dict[int, list[int]] = {}
     for k, root in enumerate(roots):

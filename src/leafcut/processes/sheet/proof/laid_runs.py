@@ -24,7 +24,7 @@ MOST = 0.5
 class Asked:
     """What was asked for besides the plan: half of the kerf that is compensated, mm, and how parts may hang on.
 
-    `joints` micro-joints of a contour at most, each no wider than `joint_width` mm, `joint_holes`: of holes, too;
+    `joints` micro-joints of an outline at most, each no wider than `joint_width` mm,
     `safe_height` of rapids, mm; `probe`: how the sheet is found before every pierce; `power`: of a beam that cuts, so
     that one with less marks; None: the most that the program says. `material_number` of the controller's table; None:
     the program states the material.
@@ -33,7 +33,6 @@ class Asked:
     half: float
     joints: int = 0
     joint_width: float = 0.0
-    joint_holes: bool = False
     safe_height: float | None = None
     probe: Probe | None = None
     power: float | None = None

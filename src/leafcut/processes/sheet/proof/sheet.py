@@ -74,7 +74,7 @@ def missing(laid: LaidRuns) -> list[Difference]:
         if sum(g.length for g in gaps) > MOST * target.way.length:
             found.append(wrong(f"not {what}", f"{target.name} is not {what}", _line_of(laid.runs, claims)))
             continue
-        joints = 0 if target.marks or (target.source.is_hole and not laid.asked.joint_holes) else laid.asked.joints
+        joints = 0 if target.marks or target.source.is_hole else laid.asked.joints
         widest = laid.asked.joint_width + 2.0 * laid.asked.half + 2.0 * TOLERANCE
         bare = gaps if len(gaps) > joints else [g for g in gaps if g.length > widest]
         if bare:

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 #: Where two bridges meet on a contour they are this far apart at least, rad: the sliver between them must not melt.
 LEAST_ANGLE = math.radians(40.0)
+#: Contours of one chain at most.
+MOST_CONTOURS = 12
 #: Contours of one search at most.
 BLOCK = 400
 
@@ -73,7 +75,6 @@ def chain_problem(
     single = pierce_seconds(cutting, overhead)
     # A bridge of length d costs d / feed, a pierce the rapid of about d besides.
     reach = single / max(1.0 / feed - 1.0 / rapid, 1e-9)
-    reach = min(reach, options.chain_bridge or math.inf)
     found = find_bridges(cutting.contours, members, cutting.scrap, reach)
     saving = {
         (a, b): single + length / rapid - length / feed
@@ -136,10 +137,7 @@ def chains_of(
         if all(_go_together(bridge, other, cutting.rules.kerf) for other in others):
             kept.append(pair)
     return [
-        tuple(link[n] for n in run)
-        for whole in _runs(nodes, set(kept))
-        for run in _short_enough(whole, options.chain_contours)
-        if len(run) > 1
+        tuple(link[n] for n in run) for whole in _runs(nodes, set(kept)) for run in _short_enough(whole) if len(run) > 1
     ]
 
 
@@ -245,9 +243,9 @@ def _runs(nodes: Sequence[int], kept: set[tuple[int, int]]) -> Iterable[list[int
     yield run
 
 
-def _short_enough(run: list[int], most: int) -> Iterable[list[int]]:
-    """Yield a run in parts of at most so many contours, about equally long."""
-    parts = math.ceil(len(run) / most)
+def _short_enough(run: list[int]) -> Iterable[list[int]]:
+    """Yield a run in parts of at most `MOST_CONTOURS`, about equally long."""
+    parts = math.ceil(len(run) / MOST_CONTOURS)
     for k in range(parts):
         yield run[len(run) * k // parts : len(run) * (k + 1) // parts]
 

@@ -81,7 +81,7 @@ def _begun(contour: CutContour, step: CutStart, scrap: Scrap, rules: CutRules) -
     if rules.lead_in.style == "none":
         return [step]
     found: list[CutStart] = []
-    for splash in (True, False) if rules.splash > 0.0 else (False,):
+    for splash in (True, False) if rules.kerf > 0.0 else (False,):
         for way in ways_of(contour, rules):
             found += with_leads(step.contour, contour, scrap, rules, place, [way], splash)
         if len(found) >= MOST_STARTS:

@@ -320,7 +320,7 @@ class Grouper:
         travel = (np.array([to]) - np.array([here])) / math.dist(here, to)
         least = max(LEAST_KERFS * self.rules.kerf, LEAST_LEAD)
         lengths = list(dict.fromkeys(max(share * wanted.length, least) for share in SHARES))
-        for splash, angle, length in itertools.product((self.rules.splash, 0.0), ANGLES, lengths):
+        for splash, angle, length in itertools.product((self.rules.kerf, 0.0), ANGLES, lengths):
             lead = Lead("line", length, angle)
             points = placed(lead_shape(lead), np.array([here]), travel, backward)[0]
             if self._has_room(points, members, around, splash):

@@ -15,7 +15,7 @@ import shapely
 from leafcut.geometry.arrays import Points
 from leafcut.geometry.polyline import Polyline
 from leafcut.processes.sheet.plan.cut_contours import CutContour, corner_turns, corners_along, flat_line
-from leafcut.processes.sheet.plan.cut_rules import CutRules
+from leafcut.processes.sheet.plan.cut_rules import LOOP_ANGLE, CutRules
 from leafcut.processes.sheet.plan.leads.leads import Scrap
 
 #: How much the radius of an arc round a corner may differ from half a kerf, as a part of it.
@@ -66,7 +66,7 @@ def _loops_of(number: int, contour: CutContour, rules: CutRules) -> list[_Loop]:
     """Return the loops that a counter-clockwise path might have."""
     path, found = contour.path, []
     for at, turn in enumerate(corner_turns(path).tolist()):
-        if rules.half == 0.0 and math.pi - rules.loop_angle < turn < math.pi - 0.01:
+        if rules.half == 0.0 and math.pi - LOOP_ANGLE < turn < math.pi - 0.01:
             corner = path.segment(at).start
             before = path.direction_at(_begin(path, at) - 1e-6)
             after = path.direction_at(_begin(path, at) + 1e-6)
@@ -75,7 +75,7 @@ def _loops_of(number: int, contour: CutContour, rules: CutRules) -> list[_Loop]:
         s = path.segment(at)
         turn = 4.0 * math.atan(s.bulge)
         around = s.is_arc and abs(s.radius - rules.half) < SAME_RADIUS * rules.half
-        if not around or not math.pi - rules.loop_angle < turn < math.pi - 0.01:
+        if not around or not math.pi - LOOP_ANGLE < turn < math.pi - 0.01:
             continue
         before, after = ((-(p[1] - s.center[1]) / s.radius, (p[0] - s.center[0]) / s.radius) for p in (s.start, s.end))
         found.append(_loop(number, at, True, s.start, s.end, before, after, rules.half, rules))

@@ -70,7 +70,7 @@ def overcut_of(contour: CutContour, rules: CutRules) -> float:
 
 def joints_wanted(contour: CutContour, rules: CutRules) -> int:
     """Return how many micro-joints a contour is to have."""
-    if not contour.has_leads or (contour.hole and not rules.joint_holes) or contour.is_small(rules):
+    if not contour.has_leads or contour.hole or contour.is_small(rules):
         return 0
     return rules.joints
 
@@ -222,7 +222,7 @@ def lead_ins_fit(
         ok = scrap.free(as_lines(points), contour)
         ok &= scrap.leaves_once(points, contour)
         if splash:
-            ok &= scrap.clear(points[:, 0], scrap.rules.splash)
+            ok &= scrap.clear(points[:, 0], scrap.rules.kerf)
         fits[row] = ok
     return fits
 

@@ -95,7 +95,7 @@ def starts_of(number: int, contour: CutContour, scrap: Scrap, rules: CutRules, m
         ]
     for finer in (1, 4):
         dense = places if finer == 1 else _smooth(contour, _even_places(path.length, 4 * len(places)), rules)
-        for splash in (True, False) if rules.splash > 0.0 else (False,):
+        for splash in (True, False) if rules.kerf > 0.0 else (False,):
             left_over = [(at, way) for way in directions_of(contour, rules) for at in dense]
             starts = with_leads(number, contour, scrap, rules, left_over, ways_of(contour, rules), splash)
             if starts:
@@ -127,7 +127,7 @@ def _open_starts(number: int, contour: CutContour) -> Iterator[CutStart]:
 def start_places(contour: CutContour, rules: CutRules, most: int) -> list[float]:
     """Return places along a closed contour, mm: its corners and, unless only those are wanted, places between."""
     length = contour.path.length
-    pitch = rules.pitch or min(max(length / PLACES, NEAREST), FARTHEST)
+    pitch = min(max(length / PLACES, NEAREST), FARTHEST)
     count = min(max(math.ceil(length / pitch), FEWEST_PLACES), most)
     corners = [at for at in contour.corners if not in_loop(contour, at, rules) and rules.compensation != "controller"]
     if len(corners) > most:

@@ -128,7 +128,7 @@ def start_at(
     if not wanted(moved):
         return None
     if like.lead_in.style != "none" and contour.has_leads:
-        clear = bool(rules.splash > 0.0 and scrap.clear(np.array([like.entry]), rules.splash)[0])
+        clear = bool(rules.kerf > 0.0 and scrap.clear(np.array([like.entry]), rules.kerf)[0])
         if not lead_ins_fit(contour, scrap, [lead], here, travel, [(at, clockwise)], clear)[0]:
             return None
     if like.lead_out.style == "none":
