@@ -112,7 +112,6 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
     if work == "drill":
         api.optimize(at["holes.csv"], depth=3, cycle=None, **FAST)
         api.optimize(at["sizes.csv"], depth=3, **FAST)
-        api.optimize(at["holes.csv"], depth=3, colonies=2, **LITTLE)
         api.optimize(at["holes.csv"], thickness=3, tools=at["tools.toml"], **APART, **LITTLE)
         api.optimize(at["holes.csv"], depth=3, machine="haas-vf2", algorithm="firefly", **LITTLE)
         (out / "fusion.csv").write_text("T,D [mm],kind,feed [mm/min],rpm,preset\n1,3,drill,100,2000,Steel\n")
@@ -156,7 +155,6 @@ def _runs(work: str, files: dict[str, Path], out: Path) -> None:
     elif work == "solve":
         api.solve(at["holes.csv"], **APART, target_gap=1, **LITTLE)
         api.solve("random:12", algorithm="firefly", **LITTLE)
-        api.solve("random:12", colonies=2, **LITTLE)
     elif work == "simulate":
         api.simulate(at["cam.nc"])
         api.simulate(at["plasma.ngc"], machine="plasma-table")
@@ -191,11 +189,10 @@ def test_the_options_that_a_kind_of_work_names_are_those_that_its_runs_read(
         "simulate": {"strict"},
         "stock": {"strict"},
     }.get(work, set())
-    # The search looks whether there are colonies, to refuse them where they cannot be.
     # Speeds are chosen for a program that is planned, written and proved as usual, but not shown.
     unseen = {*PostOptions.specs(), *SolveOptions.specs(), *FireflyOptions.specs()} if work == "cutting-data" else set()
     # Each drawing is read with its zero, also for work that has none.
-    unseen |= {"colonies", "origin", "up", "z_zero"}
+    unseen |= {"origin", "up", "z_zero"}
     assert (sorted(named - reads), sorted(reads - named - unseen)) == ([], [])
 
 

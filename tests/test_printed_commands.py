@@ -17,8 +17,8 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 OUTSIDE = {
     "--port": "a board",
     "dask://": "a cluster",
-    "--device gpu": "a graphics card",
-    "--watch": "goes on until it is stopped",
+    "--parallel gpu": "a graphics card",
+    "watch ": "goes on until it is stopped",
     "studio": "goes on until it is stopped",
     "send ": "a board",
     "install addon ": "a folder of another program",

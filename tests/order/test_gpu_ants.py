@@ -100,8 +100,8 @@ from leafcut import api
 found = {}
 for algorithm in ("eas", "asrank"):
     answers = [
-        api.solve("random:30:2", algorithm=algorithm, device=d, iterations=2, n_ants=6, bound=False, threads=2)
-        for d in ("cpu", "gpu")
+        api.solve("random:30:2", algorithm=algorithm, parallel=d, iterations=2, n_ants=6, bound=False, threads=2)
+        for d in ("threads", "gpu")
     ]
     found[algorithm] = answers[0].solution.nodes.tolist() == answers[1].solution.nodes.tolist()
 print(json.dumps(found))
@@ -110,7 +110,7 @@ print(json.dumps(found))
 
 
 def test_a_missing_gpu_is_reported_in_one_line_before_anything_is_compiled(tmp_path: Path) -> None:
-    words = ["solve", "random:12", "--algorithm", "as", "--device", "gpu"]
+    words = ["solve", "random:12", "--algorithm", "as", "--parallel", "gpu"]
     environment = {k: v for k, v in os.environ.items() if k != "NUMBA_ENABLE_CUDASIM"}
     environment |= {"CUDA_VISIBLE_DEVICES": "-1", "NUMBA_CACHE_DIR": str(tmp_path)}  # an empty cache of kernels
     done = subprocess.run(
@@ -121,15 +121,14 @@ def test_a_missing_gpu_is_reported_in_one_line_before_anything_is_compiled(tmp_p
         check=False,
     )
     assert done.returncode == 1
-    assert re.fullmatch(r"leafcut: --device gpu: .*(pip install 'leafcut\[gpu\]'|no CUDA GPU).*\n", done.stderr)
+    assert re.fullmatch(r"leafcut: --parallel gpu: .*(pip install 'leafcut\[gpu\]'|no CUDA GPU).*\n", done.stderr)
 
 
-@pytest.mark.parametrize(
-    "words", [{"algorithm": "acs"}, {"algorithm": "auto"}, {"algorithm": "as", "parallel": "processes"}]
-)
-def test_searches_that_cannot_use_a_gpu_are_refused(words: dict[str, str]) -> None:
-    with pytest.raises(OptionError, match=r"^--device: only used with --(algorithm|parallel)"):
-        api.solve("random:12", device="gpu", iterations=1, **words)
+def test_searches_that_cannot_use_a_gpu_are_refused() -> None:
+    with pytest.raises(OptionError, match=r"^--parallel: only used with --algorithm"):
+        api.solve("random:12", parallel="gpu", iterations=1)
+    with pytest.raises(SolveError, match=r"^--parallel gpu: the ants of acs"):
+        api.solve("random:12", parallel="gpu", algorithm="acs", iterations=1)
 
 
 def test_directed_paths_are_refused() -> None:
@@ -138,5 +137,5 @@ def test_directed_paths_are_refused() -> None:
         entry=places, exit=places + 1.0, cluster=np.arange(12, dtype=np.int32), service=np.zeros(12),
         precedence=np.array([[3, 2]], dtype=np.int32),
     )  # fmt: skip
-    with pytest.raises(SolveError, match="--device gpu: paths with directions"):
-        solve(several, SolveOptions(algorithm="as", iterations=1, bound=False), AcoOptions(device="gpu"))
+    with pytest.raises(SolveError, match="--parallel gpu: paths with directions"):
+        solve(several, SolveOptions(algorithm="as", iterations=1, bound=False), AcoOptions(parallel="gpu"))

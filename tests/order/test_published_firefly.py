@@ -52,7 +52,7 @@ def test_the_published_swarm_is_random_and_has_the_published_numbers() -> None:
     assert SIMPLE.at_random
     assert COMPLEX.at_random
     assert (SIMPLE.fireflies, SIMPLE.attractiveness, COMPLEX.fireflies, COMPLEX.attractiveness) == (11, 20, 10, 15)
-    assert not Flight.of(FireflyOptions(variant="published", firefly_start="greedy"), limited=False).at_random
+    assert not Flight.of(FireflyOptions(), limited=False).at_random
 
 
 @pytest.mark.parametrize(
@@ -169,16 +169,15 @@ def test_it_ends_after_twenty_iterations_that_brought_nothing() -> None:
 def test_options_that_it_would_not_use_are_refused_and_off_is_off() -> None:
     drill = registry.work("drill")
     published = {"algorithm": "firefly", "variant": "published"}
-    for name, value in (("switch_at", 30), ("local_search", True)):
-        with pytest.raises(OptionError, match="only used with --variant leafcut"):
-            settings_for(collect({**published, name: value}), drill)
+    with pytest.raises(OptionError, match="only used with --variant leafcut"):
+        settings_for(collect({**published, "local_search": True}), drill)
     with pytest.raises(OptionError, match="--variant: only used with --algorithm firefly"):
         settings_for(collect({"variant": "published"}), drill)
     assert settings_for(collect({**published, "local_search": False}), drill).firefly.variant == "published"
     pocket = registry.work("pocket")
     assert settings_for(collect({"variant": "published"}), pocket).firefly.variant == "published"
     with pytest.raises(OptionError, match="only used with --variant leafcut"):
-        settings_for(collect({"variant": "published", "switch_at": 30}), pocket)
+        settings_for(collect({"variant": "published", "local_search": True}), pocket)
 
 
 def test_an_order_with_a_direction_is_refused_in_one_line() -> None:

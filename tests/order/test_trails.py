@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -25,15 +26,14 @@ N, ANTS, C_NN = 6, 5, 40.0
 LISTS = np.array([[j for j in range(N) if j != i] for i in range(N)], dtype=np.int32)
 
 #: The numbers of the options, each unlike all others.
-OPTIONS = AcoOptions(
-    n_ants=ANTS, pheromone_weight=1.5, heuristic_weight=3.0, evaporation_rate=0.2, elitist_weight=2.5, n_ranks=4,
-    local_evaporation_rate=0.3, best_probability=0.05,
-)  # fmt: skip
+OPTIONS = AcoOptions(n_ants=ANTS, pheromone_weight=1.5, heuristic_weight=3.0, evaporation_rate=0.2)
 
 
 def trails_of(algorithm: str, one_way: bool = False, local_search: bool = False) -> Trails:
     """Return trails on all edges, which are not equal."""
-    trails = Trails(LISTS, ColonyParameters.of(algorithm, OPTIONS, N, local_search), C_NN, one_way=one_way)
+    parameters = ColonyParameters.of(algorithm, OPTIONS, N, local_search)
+    parameters = replace(parameters, elitist_weight=2.5, ranks=4, local_rate=0.3)
+    trails = Trails(LISTS, parameters, C_NN, one_way=one_way)
     trails.nearness[:] = np.random.default_rng(2).uniform(0.5, 2.0, LISTS.shape)
     tau = np.random.default_rng(1).uniform(0.01, 0.1, (N, N))
     tau = tau if one_way else (tau + tau.T) / 2

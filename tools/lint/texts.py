@@ -29,18 +29,13 @@ SYMBOLS = {
     "heuristic_weight": "β",
     "evaporation_rate": "ρ",
     "initial_pheromone": "τ₀",
-    "elitist_weight": "e",
-    "n_ranks": "w",
     "greedy_probability": "q₀",
-    "local_evaporation_rate": "ξ",
-    "best_probability": "p_best",
     "n_fireflies": "n",
     "attractiveness": "β₀",
     "absorption": "γ",
-    "short_inversion": "α",
 }
 #: Options of the ants that are no parameters of the literature.
-WITHOUT_SYMBOL = {"parallel", "n_processes", "device"}
+WITHOUT_SYMBOL = {"parallel", "n_processes"}
 #: Symbols that several algorithms share; the glossary explains them.
 SHARED_SYMBOLS = ("τ", "α", "β", "ρ", "ξ", "q₀", "β₀", "γ", "m")
 

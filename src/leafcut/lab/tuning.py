@@ -67,15 +67,11 @@ _FIREFLIES = (
     Range("n_fireflies", 4, 64, log=True, whole=True, paced=True),
     Range("attractiveness", 1.0, 80.0, log=True, paced=True),
     Range("absorption", 1e-4, 1.0, log=True),
-    Range("switch_at", 0.0, 90.0),
 )
 #: What is sought for each algorithm: all that its authors leave open, about where they looked.
 RANGES: Mapping[str, tuple[Range, ...]] = {
     **dict.fromkeys(ANT_ALGORITHMS, _ANTS),
-    "eas": (*_ANTS, Range("elitist_weight", 1.0, 128.0, log=True)),
-    "asrank": (*_ANTS, Range("n_ranks", 2, 20, whole=True)),
-    "mmas": (*_ANTS, Range("best_probability", 0.001, 0.5, log=True)),
-    "acs": (*_ANTS, Range("greedy_probability", 0.0, 0.99), Range("local_evaporation_rate", 0.01, 0.5, log=True)),
+    "acs": (*_ANTS, Range("greedy_probability", 0.0, 0.99)),
     "firefly": _FIREFLIES,
 }
 

@@ -488,14 +488,6 @@ class OptimizeKeywords(TypedDict, total=False):
     """Random seed: same seed, same result (default: 1)."""
     threads: int | None
     """Number of threads; does not change the result (default: one per core)."""
-    colonies: int | None
-    """So many colonies live apart and exchange their best tours; their number is part of the result (default: one,
-    on all threads).
-    """
-    colonies_on: str | None
-    """Where the colonies live: threads, processes, or dask://host:port; does not change the result (default:
-    threads).
-    """
     candidates: int | None
     """Candidate list length per node; 0 for all nodes, as in the original papers (default: 8 for colony and kicks,
     else 16).
@@ -522,31 +514,17 @@ class OptimizeKeywords(TypedDict, total=False):
         "threads",
         "processes",
         "exchange",
-        None,
-    ]
-    """Parallel ants: threads; processes, to which a master sends its pheromone; exchange: processes with pheromone
-    of their own that send each other their changes (default: threads).
-    """
-    n_processes: int | None
-    """Number of worker processes; part of the result where they exchange changes (default: 2)."""
-    device: Literal[
-        "cpu",
         "gpu",
         None,
     ]
-    """What builds the tours of the ants: gpu, one ant to a thread of a CUDA GPU (default: cpu)."""
-    elitist_weight: float | None
-    """Weight of the best tour's deposit (e of eas) (default: the number of ants)."""
-    n_ranks: int | None
-    """Number of ranks that deposit (w of asrank) (default: 6)."""
+    """Parallel ants: threads; processes, to which a master sends its pheromone; exchange: processes with pheromone
+    of their own that send each other their changes; gpu: one ant to a thread of a CUDA GPU, except for acs
+    (default: threads).
+    """
+    n_processes: int | None
+    """Number of worker processes; part of the result where they exchange changes (default: 2)."""
     greedy_probability: float | None
     """Probability of taking the best edge (q₀ of acs) (default: 0.9)."""
-    local_evaporation_rate: float | None
-    """Local evaporation on each edge used (ξ of acs) (default: 0.1)."""
-    best_probability: float | None
-    """Probability of rebuilding the best tour at convergence; sets the trail limits (p_best of mmas) (default:
-    0.05).
-    """
     variant: Literal[
         "leafcut",
         "published",
@@ -569,22 +547,8 @@ class OptimizeKeywords(TypedDict, total=False):
     """
     absorption: float | None
     """Absorption: how fast attractiveness falls with tour distance (γ) (default: 0.015)."""
-    switch_at: float | str | None
-    """Switch to short inversions after this share of the iterations or time limit (default: 27 in simple mode, 37
-    in complex).
-    """
-    short_inversion: int | None
-    """Longest short inversion, in nodes: the size of a random step (α) (default: a quarter of the nodes; 50 with
-    local search).
-    """
     firefly_patience: int | None
     """Stop after this many iterations without improvement (default: 20; unlimited with --time-limit)."""
-    firefly_start: Literal[
-        "greedy",
-        "random",
-        None,
-    ]
-    """Initial tours: greedy with small changes, or random (default: greedy; random in the published variant)."""
     dialect: str | None
     """Dialect of the controller (see `leafcut dialects`), or path of a TOML file (default: the machine's)."""
     output_units: Literal[
@@ -832,14 +796,6 @@ class SolveKeywords(TypedDict, total=False):
     """Random seed: same seed, same result (default: 1)."""
     threads: int | None
     """Number of threads; does not change the result (default: one per core)."""
-    colonies: int | None
-    """So many colonies live apart and exchange their best tours; their number is part of the result (default: one,
-    on all threads).
-    """
-    colonies_on: str | None
-    """Where the colonies live: threads, processes, or dask://host:port; does not change the result (default:
-    threads).
-    """
     candidates: int | None
     """Candidate list length per node; 0 for all nodes, as in the original papers (default: 8 for colony and kicks,
     else 16).
@@ -866,31 +822,17 @@ class SolveKeywords(TypedDict, total=False):
         "threads",
         "processes",
         "exchange",
-        None,
-    ]
-    """Parallel ants: threads; processes, to which a master sends its pheromone; exchange: processes with pheromone
-    of their own that send each other their changes (default: threads).
-    """
-    n_processes: int | None
-    """Number of worker processes; part of the result where they exchange changes (default: 2)."""
-    device: Literal[
-        "cpu",
         "gpu",
         None,
     ]
-    """What builds the tours of the ants: gpu, one ant to a thread of a CUDA GPU (default: cpu)."""
-    elitist_weight: float | None
-    """Weight of the best tour's deposit (e of eas) (default: the number of ants)."""
-    n_ranks: int | None
-    """Number of ranks that deposit (w of asrank) (default: 6)."""
+    """Parallel ants: threads; processes, to which a master sends its pheromone; exchange: processes with pheromone
+    of their own that send each other their changes; gpu: one ant to a thread of a CUDA GPU, except for acs
+    (default: threads).
+    """
+    n_processes: int | None
+    """Number of worker processes; part of the result where they exchange changes (default: 2)."""
     greedy_probability: float | None
     """Probability of taking the best edge (q₀ of acs) (default: 0.9)."""
-    local_evaporation_rate: float | None
-    """Local evaporation on each edge used (ξ of acs) (default: 0.1)."""
-    best_probability: float | None
-    """Probability of rebuilding the best tour at convergence; sets the trail limits (p_best of mmas) (default:
-    0.05).
-    """
     variant: Literal[
         "leafcut",
         "published",
@@ -913,22 +855,8 @@ class SolveKeywords(TypedDict, total=False):
     """
     absorption: float | None
     """Absorption: how fast attractiveness falls with tour distance (γ) (default: 0.015)."""
-    switch_at: float | str | None
-    """Switch to short inversions after this share of the iterations or time limit (default: 27 in simple mode, 37
-    in complex).
-    """
-    short_inversion: int | None
-    """Longest short inversion, in nodes: the size of a random step (α) (default: a quarter of the nodes; 50 with
-    local search).
-    """
     firefly_patience: int | None
     """Stop after this many iterations without improvement (default: 20; unlimited with --time-limit)."""
-    firefly_start: Literal[
-        "greedy",
-        "random",
-        None,
-    ]
-    """Initial tours: greedy with small changes, or random (default: greedy; random in the published variant)."""
 
 
 class SimulateKeywords(TypedDict, total=False):

@@ -111,22 +111,6 @@ class SolveOptions(OptionGroup):
         default_words="one per core",
         changes_program=False,
     )
-    colonies: int | None = option(
-        "whole",
-        None,
-        "so many colonies live apart and exchange their best tours; their number is part of the result",
-        minimum=2,
-        maximum=1000,
-        default_words="one, on all threads",
-        needs="algorithm=auto|colony",
-    )
-    colonies_on: str = option(
-        "text",
-        "threads",
-        "where the colonies live: threads, processes, or dask://host:port; does not change the result",
-        needs="algorithm=auto|colony",
-        changes_program=False,
-    )
     candidates: int | None = option(
         "whole",
         None,
@@ -141,8 +125,6 @@ class SolveOptions(OptionGroup):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.colonies is None and self.colonies_on != "threads":
-            raise OptionError("--colonies-on: only used with --colonies")
         if self.target_gap is not None and not self.bound:
             raise OptionError("--target-gap: needs the lower bound; leave out --no-bound")
 
@@ -191,8 +173,8 @@ class AcoOptions(OptionGroup):
         "text",
         "threads",
         "parallel ants: threads; processes, to which a master sends its pheromone; exchange: processes with pheromone "
-        "of their own that send each other their changes",
-        choices=("threads", "processes", "exchange"),
+        "of their own that send each other their changes; gpu: one ant to a thread of a CUDA GPU, except for acs",
+        choices=("threads", "processes", "exchange", "gpu"),
         needs=_ANTS,
     )
     n_processes: int = option(
@@ -203,37 +185,8 @@ class AcoOptions(OptionGroup):
         maximum=256,
         needs=f"{_ANTS} parallel=processes|exchange",
     )
-    device: str = option(
-        "text",
-        "cpu",
-        "what builds the tours of the ants: gpu, one ant to a thread of a CUDA GPU",
-        choices=("cpu", "gpu"),
-        needs="algorithm=as|eas|asrank|mmas parallel=threads",
-    )
-    elitist_weight: float | None = option(
-        "number",
-        None,
-        "weight of the best tour's deposit (e of eas)",
-        minimum=0,
-        default_words="the number of ants",
-        needs="algorithm=eas",
-    )
-    n_ranks: int = option(
-        "whole", 6, "number of ranks that deposit (w of asrank)", minimum=1, maximum=1000, needs="algorithm=asrank"
-    )
     greedy_probability: float = option(
         "number", 0.9, "probability of taking the best edge (q₀ of acs)", minimum=0, maximum=1, needs="algorithm=acs"
-    )
-    local_evaporation_rate: float = option(
-        "number", 0.1, "local evaporation on each edge used (ξ of acs)", minimum=0, maximum=1, needs="algorithm=acs"
-    )
-    best_probability: float = option(
-        "number",
-        0.05,
-        "probability of rebuilding the best tour at convergence; sets the trail limits (p_best of mmas)",
-        minimum=1e-6,
-        maximum=0.999,
-        needs="algorithm=mmas",
     )
 
 
@@ -284,36 +237,11 @@ class FireflyOptions(OptionGroup):
         maximum=100,
         needs=_FIREFLIES,
     )
-    switch_at: float | None = option(
-        "percent",
-        None,
-        "switch to short inversions after this share of the iterations or time limit",
-        minimum=0,
-        maximum=100,
-        default_words="27 in simple mode, 37 in complex",
-        needs=_OWN_FIREFLIES,
-    )
-    short_inversion: int | None = option(
-        "whole",
-        None,
-        "longest short inversion, in nodes: the size of a random step (α)",
-        minimum=2,
-        default_words="a quarter of the nodes; 50 with local search",
-        needs=_FIREFLIES,
-    )
     firefly_patience: int | None = option(
         "whole",
         None,
         "stop after this many iterations without improvement",
         minimum=1,
         default_words="20; unlimited with --time-limit",
-        needs=_FIREFLIES,
-    )
-    firefly_start: str | None = option(
-        "text",
-        None,
-        "initial tours: greedy with small changes, or random",
-        choices=("greedy", "random"),
-        default_words="greedy; random in the published variant",
         needs=_FIREFLIES,
     )

@@ -50,6 +50,10 @@ RECOMMENDED = {
     "acs": Recommended("acs", "Ant Colony System", 10, 0.1, 10, 0.1),
 }
 
+#: Ranks that deposit (w of ASrank), local evaporation rate (ξ of ACS), and probability of building the best tour anew
+#: at convergence (p_best of MMAS): the book's.
+RANKS, LOCAL_RATE, BEST_PROBABILITY = 6, 0.1, 0.05
+
 #: As many ants as nodes, but not more than this: the rule is meant for hundreds of nodes.
 MOST_ANTS = 1000
 
@@ -96,11 +100,11 @@ class ColonyParameters:
             alpha=options.pheromone_weight,
             beta=options.heuristic_weight,
             rate=rate if rate is not None else (known.rate_local if local_search else known.rate),
-            elitist_weight=ants if options.elitist_weight is None else options.elitist_weight,
-            ranks=min(options.n_ranks, ants),
+            elitist_weight=ants,
+            ranks=min(RANKS, ants),
             greedy_probability=options.greedy_probability if algorithm == "acs" else 0.0,
-            local_rate=options.local_evaporation_rate,
-            best_probability=options.best_probability,
+            local_rate=LOCAL_RATE,
+            best_probability=BEST_PROBABILITY,
             local_search=local_search,
             initial=options.initial_pheromone,
         )

@@ -9,7 +9,7 @@ shortest, which sees none, flies at random.
 What the sources leave open is settled as follows.
 
 - β is how many inversions a flight has; an iteration is as many flights as there are nodes (`FLIGHTS`).
-- Long inversions have 2 to A nodes, short ones no more than `short_inversion` allows besides. Until the switch, at a
+- Long inversions have 2 to A nodes, short ones no more than a share of all, or 50 where mended. Until the switch, at a
   share of the iterations (or of the time limit), they are long, then short: first far, then fine.
 - Simple and complex mode differ in their defaults only: fireflies, β0, and the switch.
 
@@ -58,9 +58,6 @@ class Mode:
 
 MODES = {"simple": Mode(11, 20.0, 27.0), "complex": Mode(10, 15.0, 37.0)}
 
-#: What a swarm of each variant begins with.
-START = {"leafcut": "greedy", "published": "random"}
-
 #: Iterations without a shorter tour after which the published system ends.
 PATIENCE = 20
 
@@ -88,7 +85,6 @@ class Flight:
     attractiveness: float
     absorption: float
     switch: float
-    short: int | None
     patience: float
     at_random: bool
     complex: bool = False
@@ -102,10 +98,9 @@ class Flight:
             fireflies=options.n_fireflies or mode.fireflies,
             attractiveness=mode.attractiveness if options.attractiveness is None else options.attractiveness,
             absorption=options.absorption,
-            switch=0.01 * (mode.switch_at if options.switch_at is None else options.switch_at),
-            short=options.short_inversion,
+            switch=0.01 * mode.switch_at,
             patience=patience if patience is not None else math.inf if limited else PATIENCE,
-            at_random=(options.firefly_start or START[options.variant]) == "random",
+            at_random=options.variant == "published",
             complex=options.firefly_mode == "complex",
         )
 
@@ -127,7 +122,7 @@ class Flight:
 
         `apart` tells how many edges of another one it has not; the brightest sees none, and flies at random.
         """
-        short = self.short or (SHORT_MENDED if mended else math.ceil(SHORT_SHARE * h))
+        short = SHORT_MENDED if mended else math.ceil(SHORT_SHARE * h)
         seen = {j: apart(j) for j in np.flatnonzero(lengths < lengths[f]).tolist()}
         if not seen:
             return self.attractiveness, self.longest(h, h, done, short)

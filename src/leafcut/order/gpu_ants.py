@@ -45,11 +45,11 @@ def check_gpu() -> None:
     if config.ENABLE_CUDASIM:  # tests: CUDA's threads as threads of Python
         return
     if find_spec("numba_cuda") is None:
-        raise SolveError("--device gpu: needs the package numba-cuda: pip install 'leafcut[gpu]'")
+        raise SolveError("--parallel gpu: needs the package numba-cuda: pip install 'leafcut[gpu]'")
     from numba import cuda as there
 
     if not there.is_available():
-        raise SolveError("--device gpu: this machine has no CUDA GPU, or no driver for one; leave it out")
+        raise SolveError("--parallel gpu: this machine has no CUDA GPU, or no driver for one; leave it out")
 
 
 class GpuAnts(Ants):
@@ -160,4 +160,4 @@ def _on_gpu(work: Any) -> Any:
         return work()
     except (ImportError, MemoryError, RuntimeError, OSError) as problem:
         line = (str(problem).strip().splitlines() or [type(problem).__name__])[0]
-        raise SolveError(f"--device gpu: the GPU refused the work ({shown(line, 160)}); leave it out") from None
+        raise SolveError(f"--parallel gpu: the GPU refused the work ({shown(line, 160)}); leave it out") from None

@@ -241,8 +241,8 @@ class Swarm:
             self.size, self.patience = flight.fireflies, flight.patience
             self.visits = m * flight.fireflies * max(1.0, flight.attractiveness)
             return
-        if aco.device != "cpu":
-            raise SolveError("--device gpu: paths with directions or precedence are ordered on the CPU; leave it out")
+        if aco.parallel == "gpu":
+            raise SolveError("--parallel gpu: paths with directions or precedence are ordered on the CPU; leave it out")
         parameters = ColonyParameters.of(options.algorithm, aco, m, options.local_search)
         trails = OrderTrails(ordering, parameters, max(length, 1e-9), options.seed)
         self._show(

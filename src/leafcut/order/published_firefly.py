@@ -11,7 +11,7 @@ What the sources leave open is settled as follows.
 - Of what the percentages for complex pockets are is not said; here of the iterations, or of the time limit. As the
   share by which the other firefly is brighter, as Ii = Ij for simple ones might suggest, tours of 318 cities stayed at
   twice the optimum: all are nearly as bright, and never came to move short.
-- A long move inverts runs of up to h - 2 nodes, a short one no more than `short_inversion` allows; one that does not
+- A long move inverts runs of up to h - 2 nodes, a short one no more than a quarter of the nodes; one that does not
   explore keeps to A nodes besides. Who sees nobody brighter or as bright moves far in simple mode.
 """
 
@@ -58,7 +58,7 @@ def longest_run(flight: Flight, as_bright: bool, done: float, apart: int, h: int
     apart
         At how many places the one that attracts it has another node; h where there is none.
     """
-    short = flight.short or math.ceil(SHORT_SHARE * h)
+    short = math.ceil(SHORT_SHARE * h)
     far = done < LONG_BELOW if flight.complex else as_bright
     explores = far or (flight.complex and done < EXPLORE_BELOW)
     longest = h if far else short if explores else min(apart, short)

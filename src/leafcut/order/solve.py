@@ -117,11 +117,6 @@ def solve(
     if options.algorithm not in ALGORITHM_TITLES:
         PACKAGED.load(options.algorithm)  # one that cannot be used is told of, however few clusters there are
     ordered = not tiny and _goes_in_order(problem, options)
-    if ordered and options.colonies is not None:
-        raise SolveError(
-            "--colonies exchange closed tours of places: they keep no precedence, direction or choice of starts; "
-            "leave it out"
-        )
     if ordered and auto and within_reach(problem):
         return _exactly(problem, pairs, options, progress, cancelled)
     if ordered:
@@ -129,9 +124,13 @@ def solve(
 
         warm_up_in_order(problem, options.algorithm)
     elif not tiny and options.algorithm != "none":
-        if options.algorithm in ANT_ALGORITHMS and aco.device == "gpu":
+        if options.algorithm in ANT_ALGORITHMS and aco.parallel == "gpu":
             from leafcut.order.gpu_ants import check_gpu
 
+            if options.algorithm == "acs":
+                raise SolveError(
+                    "--parallel gpu: the ants of acs change the pheromone as they go; use --parallel threads"
+                )
             check_gpu()  # before kernels are compiled, which takes long and would be for nothing
         warm_up(options, aco, problem.n_clusters, firefly.variant if firefly else "leafcut")
     limit = math.inf if options.time_limit is None else options.time_limit
@@ -339,14 +338,14 @@ def _ants(instance: Instance, run: AlgorithmRun) -> SearchResult:
     if c_nn <= 0.0:
         return SearchResult(best.tour)  # all nodes on one place: nothing to gain, and trails of 1/0
     set_budget_of_visits(stop, options, parameters.ants * instance.n)
-    if run.aco.parallel != "threads":
+    if run.aco.parallel in ("processes", "exchange"):
         from leafcut.order.ant_processes import run_in_processes
 
         return run_in_processes(instance, run, parameters, c_nn)
     threads = min(options.threads or os.cpu_count() or 1, parameters.ants)
     with _pool(threads) as executor:
         made = Ants
-        if run.aco.device == "gpu":
+        if run.aco.parallel == "gpu":
             from leafcut.order.gpu_ants import GpuAnts as made
         ants = made(ColonyTrails(instance, parameters, c_nn, options.seed), options.seed, stop, executor, threads)
         if best.watched is not None:
@@ -366,8 +365,6 @@ def _colony(instance: Instance, run: AlgorithmRun) -> SearchResult:
     if options.iterations is not None:
         stop.iterations = options.iterations
     threads = options.threads or os.cpu_count() or 1
-    if options.colonies is not None:
-        return _colonies(instance, run, options.colonies, threads)
     with _pool(threads) as executor:
         workers = Workers(executor, threads, stop, WorkerLog.of(threads))
         if best.watched is not None:
@@ -376,20 +373,6 @@ def _colony(instance: Instance, run: AlgorithmRun) -> SearchResult:
             lambda: improve_by_colony(instance, options.seed, stop, best, workers, visits), best
         )
     return SearchResult(best.tour, iterations, workers.log.figures())
-
-
-def _colonies(instance: Instance, run: AlgorithmRun, count: int, threads: int) -> SearchResult:
-    """Run several colonies that live apart."""
-    from leafcut.order.colonies import improve_by_colonies
-    from leafcut.order.executors import open_executor
-
-    options, stop, best = run.options, run.stop, run.best
-    spec, visits = options.colonies_on, COLONY_PRESETS[options.preset]
-    with open_executor(spec, threads if spec == "threads" or options.threads else 0) as executor:
-        iterations = until_interrupted(
-            lambda: improve_by_colonies(instance, options.seed, stop, best, executor, count, visits), best
-        )
-    return SearchResult(best.tour, iterations)
 
 
 @dataclass(frozen=True)

@@ -39,8 +39,6 @@ SEARCH_MORE = (
     "candidates",
     "local_search",
 )
-#: Of colonies that live apart, which order closed tours of places alone.
-COLONIES = ("colonies", "colonies_on")
 PLACE = ("mirror", "rotate", "origin")
 POST = ("dialect", "output_units", "line_numbers", "program_number", "header", "date", "repeat_words")
 
@@ -70,7 +68,7 @@ def use(group: type[OptionGroup], *names: str, but: Iterable[str] = (), **needs:
 
 #: Options that several processes use: of what orders the work, of a program that is made from a drawing, and of the
 #: cutting data that a program without speeds of its own is cut with.
-ORDERED = use(SolveOptions, but=COLONIES) | use(AcoOptions) | use(FireflyOptions)
+ORDERED = use(SolveOptions) | use(AcoOptions) | use(FireflyOptions)
 WRITTEN = use(PostOptions, *POST, "coolant")
 #: Options of programs that may change tools.
 CHANGES = ("preselect_tool", "optional_stop")

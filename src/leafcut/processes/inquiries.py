@@ -15,7 +15,7 @@ from leafcut.options import (
     SpeedOptions,
     StockOptions,
 )
-from leafcut.processes.base import COLONIES, LOOKED_UP, ORDERED, PLACE, Work, use
+from leafcut.processes.base import LOOKED_UP, ORDERED, PLACE, Work, use
 
 
 class Solving(Work):
@@ -26,7 +26,6 @@ class Solving(Work):
     uses = {name: need for name, need in ORDERED.items() if name != "objective"} | use(
         ReadOptions, but=(*PLACE, "up", "z_zero")
     )
-    uses |= use(SolveOptions, *COLONIES)
 
 
 class Simulating(Work):

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from leafcut.model.kinds import Head
-from leafcut.options import JobOptions, MachineOptions, PostOptions, ReadOptions, Settings, SolveOptions
-from leafcut.processes.base import CHANGES, COLONIES, ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, use
+from leafcut.options import JobOptions, MachineOptions, PostOptions, ReadOptions, Settings
+from leafcut.processes.base import CHANGES, ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, use
 from leafcut.processes.drilling.options import DrillOptions
 
 if TYPE_CHECKING:
@@ -39,10 +39,8 @@ class Drilling(Process):
     title = "drilling"
     options = (DrillOptions,)
     uses = use(ReadOptions) | use(MachineOptions) | ORDERED | WRITTEN
-    uses |= (
-        use(JobOptions, but=("material", "keep_order", "tool_diameter"))
-        | use(JobOptions, material="tools", diameter_tolerance="")
-        | use(SolveOptions, *COLONIES)
+    uses |= use(JobOptions, but=("material", "keep_order", "tool_diameter")) | use(
+        JobOptions, material="tools", diameter_tolerance=""
     )
     uses |= use(PostOptions, *CHANGES)
     otherwise = {"keep_order": "--algorithm none keeps the order of the drawing"}  # noqa: RUF012  # the protocol says that it is of the class
@@ -68,7 +66,7 @@ class Drilling(Process):
         ),
         ("place", (*PLACE, "work_offset")),
         ("post", (*POST, "coolant", *CHANGES)),
-        ("solve", (*SEARCH_MORE, *COLONIES)),
+        ("solve", SEARCH_MORE),
     )
 
     def machine_for(self, format_name: str) -> str:

@@ -48,7 +48,7 @@ _ROOM = 16
 _OTHERS = {
     "solve": (
         ("search", ("algorithm", "preset", "time_limit", "iterations", "seed")),
-        ("solve", ("target_gap", "bound", "threads", "colonies", "colonies_on", "candidates", "local_search")),
+        ("solve", ("target_gap", "bound", "threads", "candidates", "local_search")),
         ("read", ("units", "layers", "strict")),
     ),
     "simulate": (("main", ("machine", "dialect", "work_offset", "clearance_height", "units", "cut_speed", "strict")),),
