@@ -298,11 +298,6 @@ def test_the_header_holds_what_it_takes_to_make_the_program_again() -> None:
     assert "--threads" not in text
 
 
-def test_the_date_stands_in_the_header_only_when_asked_for() -> None:
-    assert "date:" not in leafcut.optimize(PLATE, thickness=5).text
-    assert "date:" in leafcut.optimize(PLATE, thickness=5, date=True).text
-
-
 def test_settings_are_checked_when_they_are_made() -> None:
     with pytest.raises(leafcut.LeafcutError, match="minimum"):
         SolveOptions(iterations=-1)

@@ -155,8 +155,8 @@ DRILLING_OPTIONS: list[dict[str, object]] = [
     {"peck": "2mm"},
     {"cycle": "G73", "peck": "3mm", "retract": "initial"},
     {"dwell": "0.5s", "coolant": True, "line_numbers": True},
-    {"cycle": "G85", "repeat_words": True},
-    {"peck": "2mm", "output_units": "inch", "repeat_words": True, "keep_out": ("20 20 60 60",)},
+    {"cycle": "G85"},
+    {"peck": "2mm", "output_units": "inch", "keep_out": ("20 20 60 60",)},
     {"retract": "initial", "output_units": "inch", "end_point": "free"},
     {"end_point": "-20,-20", "start_point": "free", "objective": "distance", "header": False},
 ]

@@ -22,15 +22,13 @@ CYCLES = ("G81", "G82", "G83", "G73", "G85")
 
 
 @pytest.mark.parametrize("name", MILLING)
-@given(data=st.data(), inch=st.booleans(), repeat=st.booleans(), numbered=st.booleans())
-def test_a_program_reads_back_as_its_toolpath(
-    name: str, data: st.DataObject, inch: bool, repeat: bool, numbered: bool
-) -> None:
+@given(data=st.data(), inch=st.booleans(), numbered=st.booleans())
+def test_a_program_reads_back_as_its_toolpath(name: str, data: st.DataObject, inch: bool, numbered: bool) -> None:
     """In every dialect, unit and style: the same moves, within half of the last decimal."""
     profile = dialect(name)
     inch, numbered = inch and "inch" in units_of(name), numbered and profile.line_numbers
     path = data.draw(planned(CYCLES, profile.has_machine_moves, "M1" in profile.m_words.split()))
-    options = PostOptions(output_units="inch" if inch else "mm", repeat_words=repeat, line_numbers=numbered)
+    options = PostOptions(output_units="inch" if inch else "mm", line_numbers=numbered)
     text = write_program(path, profile, options, ["any"])
     read = interpret(text, profile)
     numbers = NumberFormat(inch, profile.decimals_inch if inch else profile.decimals_mm, False)

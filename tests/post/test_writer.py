@@ -56,16 +56,12 @@ def test_units_and_z_come_before_any_move_in_the_plane(name: str) -> None:
 
 
 def test_words_are_said_when_they_change_and_not_again() -> None:
-    """Modal words are left out while they hold; `repeat_words` says them all."""
     b = started()
     b.feed(5.0, 0.0, feed=2.0)
     b.feed(5.0, 7.0, feed=2.0)
     b.feed(5.0, 7.0, -1.0, feed=1.0)
     path = ["G0 Z10", "X0 Y0", "G1 X5 F120", "Y7", "Z-1 F60"]
     assert written(b) == path
-    b = started()
-    b.feed(5.0, 0.0, feed=2.0)
-    assert written(b, repeat_words=True) == ["G0 Z10", "G0 X0 Y0 Z10", "G1 X5 Y0 Z10 F120"]
 
 
 def test_cycles_state_their_retract_and_are_closed_by_g80() -> None:

@@ -191,8 +191,6 @@ class OptimizeKeywords(TypedDict, total=False):
         None,
     ]
     """Unit of the STL files (default: mm)."""
-    surface_clearance: Quantity | None
-    """How far ways stay from the surface and from fixtures, above and aside (mm; default: 2mm)."""
     through: bool | None
     """Drill each hole through the part, as thick as the surface is there."""
     fixture: str | Sequence[str] | None
@@ -203,8 +201,6 @@ class OptimizeKeywords(TypedDict, total=False):
     """STL or STEP file of what holds the part, such as clamps or a vise, with the zero of the surface; ways go
     over (default: none).
     """
-    tool_change_height: Quantity | None
-    """Tool change height, for machines without one of their own (mm; default: 25mm)."""
     cycle: Literal[
         "G81",
         "G82",
@@ -301,12 +297,6 @@ class OptimizeKeywords(TypedDict, total=False):
     """Chain-cut neighbouring outlines with one pierce, through the scrap, if that is faster."""
     common_lines: bool | None
     """Common-line cutting: cut edges one kerf apart once for both parts."""
-    start_at: Literal[
-        "any",
-        "corners",
-        None,
-    ]
-    """Allowed start points on a contour: any, or corners only (default: any)."""
     edge_start: Literal[
         "auto",
         "always",
@@ -316,8 +306,6 @@ class OptimizeKeywords(TypedDict, total=False):
     """Edge start: start outlines outside the sheet, without a pierce (default: auto: above the pierce capacity)."""
     heat_distance: Quantity | None
     """Minimum distance between consecutive starts (mm)."""
-    heat_time: Quantity | None
-    """Minimum time between starts closer than --heat-distance (s; default: 0: applies to the next start only)."""
     sweep: Literal[
         "free",
         "x",
@@ -338,8 +326,6 @@ class OptimizeKeywords(TypedDict, total=False):
     """Sheet size, such as 3000x1500, with its lower left corner at 0,0 (default: the outline in the drawing, else
     unknown).
     """
-    sheet_margin: Quantity | None
-    """Minimum distance of leads from the sheet edge (mm)."""
     plan: str | Path | None
     """Plan file with fixed choices to keep (default: none)."""
     save_plan: str | Path | None
@@ -415,8 +401,6 @@ class OptimizeKeywords(TypedDict, total=False):
     """
     mix_operations: bool | None
     """Mix operations that the program's comments separate; cuts that free a part stay after the work before them."""
-    renumber: bool | None
-    """Renumber blocks, in steps of 10."""
     air: bool | None
     """Make fed moves in the air rapids, where the stock shows that they keep clear of all material."""
     low_retracts: bool | None
@@ -563,10 +547,6 @@ class OptimizeKeywords(TypedDict, total=False):
     """Program number, O0001 (default: 1)."""
     header: bool | None
     """Write header comments: source, options, tools, extents, time (on unless False)."""
-    date: bool | None
-    """Write date and time in the header."""
-    repeat_words: bool | None
-    """Repeat modal words on every block."""
     coolant: bool | None
     """Turn coolant on while cutting."""
     preselect_tool: bool | None
@@ -684,8 +664,6 @@ class NestKeywords(TypedDict, total=False):
         None,
     ]
     """Nesting method: by true shapes, by bounding rectangles, or whichever suits the parts (default: auto)."""
-    max_sheets: int | None
-    """Maximum number of sheets; parts that do not fit are reported (default: as many as needed)."""
     variants: int | None
     """Number of nests to offer, best first (default: 3)."""
     all_variants: bool | None
@@ -702,10 +680,6 @@ class NestKeywords(TypedDict, total=False):
     """
     remnants_out: str | Path | None
     """Folder for drawings of the remnants, for use as --sheet (default: none)."""
-    remnant_size: Quantity | None
-    """Minimum width of a remnant to keep (mm; default: 150mm)."""
-    into_holes: bool | None
-    """Nest small parts in holes of large ones, if that saves sheet (on unless False)."""
     preset: Literal[
         "fast",
         "default",
@@ -1111,8 +1085,6 @@ class CuttingDataKeywords(TypedDict, total=False):
         None,
     ]
     """Unit of the STL files (default: mm)."""
-    surface_clearance: Quantity | None
-    """How far ways stay from the surface and from fixtures, above and aside (mm; default: 2mm)."""
     through: bool | None
     """Drill each hole through the part, as thick as the surface is there."""
     fixture: str | Sequence[str] | None
@@ -1123,8 +1095,6 @@ class CuttingDataKeywords(TypedDict, total=False):
     """STL or STEP file of what holds the part, such as clamps or a vise, with the zero of the surface; ways go
     over (default: none).
     """
-    tool_change_height: Quantity | None
-    """Tool change height, for machines without one of their own (mm; default: 25mm)."""
     cycle: Literal[
         "G81",
         "G82",

@@ -30,8 +30,6 @@ class PostOptions(OptionGroup):
         True,
         "write header comments: source, options, tools, extents, time",
     )
-    date: bool = option("flag", False, "write date and time in the header")
-    repeat_words: bool = option("flag", False, "repeat modal words on every block")
     coolant: bool = option("flag", False, "turn coolant on while cutting")
     preselect_tool: bool = option(
         "flag", False, "after each tool change, name the next tool (T without M6), so that the magazine has it ready"

@@ -13,13 +13,12 @@ _LAST_NUMBER = 99_990
 
 
 class Blocks:
-    """Collects lines. Words that are modal are left out while they still hold, unless `repeat` is set."""
+    """Collects lines. Words that are modal are left out while they still hold."""
 
-    def __init__(self, dialect: Dialect, numbered: bool, repeat: bool) -> None:
+    def __init__(self, dialect: Dialect, numbered: bool) -> None:
         self.lines: list[str] = []
         self._dialect = dialect
         self._numbered = numbered
-        self._repeat = repeat
         self._number = 0
         self._said: dict[str, str] = {}
 
@@ -50,7 +49,7 @@ class Blocks:
 
     def modal(self, group: str, word: str) -> str:
         """Return the word, or nothing when the last word of its group was the same."""
-        repeat = self._repeat or (self._dialect.one_command and group == "motion")
+        repeat = self._dialect.one_command and group == "motion"
         if self._said.get(group) == word and not repeat:
             return ""
         self._said[group] = word

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from datetime import datetime
 
 from leafcut.files.digests import DIGEST_LINE
 from leafcut.model.machine import Machine
@@ -24,7 +23,6 @@ def header_lines(
     seed: int,
     options: Mapping[str, str],
     units: str,
-    date: bool = False,
     beside: str = "in the drawing's order",
     zero: ProgramZero | None = None,
     part: str = "",
@@ -35,14 +33,11 @@ def header_lines(
     `part` is the solid or surface that the program was made for, and how it is placed. `negative` names the axes on
     whose negative side of the zero it is.
 
-    Nothing in it changes from run to run, so that the same seed gives the same bytes; the date stands in it only when
-    `date` asks for it.
+    Nothing in it changes from run to run, so that the same seed gives the same bytes.
     """
     lines = [f"leafcut {version}", f"source: {source}"]
     if part:
         lines.append(f"part: {part}")
-    if date:
-        lines.append(f"date: {datetime.now().astimezone().isoformat(timespec='seconds')}")
     lines.append(f"machine: {machine.name}")
     lines.append(
         " ".join([f"seed {seed}", *(f"{flag} {value}" for flag, value in options.items() if flag != "--seed")])

@@ -37,7 +37,7 @@ class Writer:
         self.path, self.dialect, self.options = path, dialect, options
         self.tool_names, self.start_s, self.rapid_velocity = tool_names, start_s, rapid_velocity
         self.numbers = NumberFormat(options.output_units == "inch", decimals, dialect.point_required)
-        self.out = Blocks(dialect, options.line_numbers, options.repeat_words)
+        self.out = Blocks(dialect, options.line_numbers)
         # Texts of where the tool is, and the same in mm; None and NaN where that is not known.
         self.place: list[str | None] = [None, None, None]
         self.position = [math.nan, math.nan, math.nan]
@@ -253,15 +253,11 @@ class Writer:
         plane = self.out.modal("plane", "G17")
         retract = self.out.modal("retract", "G98" if cycle.to_initial else "G99")
         name, words = cycle_words(cycle, self.numbers, self.dialect)
-        # A Fagor starts its planes anew with every cycle word: said once a series, whatever the option.
-        again = not same or (self.options.repeat_words and self.dialect.cycle_words != "fagor")
         place = [self._axis(row, 0), self._axis(row, 1)]
         if not any(place):
             self.out.forget("XY")
             place = [self._axis(row, 0), self._axis(row, 1)]
-        self.out.say(
-            plane, retract, *([name] if again else []), *place, *(words if again else []), self._feed_word(row)
-        )
+        self.out.say(plane, retract, *([] if same else [name]), *place, *([] if same else words), self._feed_word(row))
         self.cycle = cycle
         self._arrive(row)
         self._axis(row, 2)

@@ -40,7 +40,7 @@ SEARCH_MORE = (
     "local_search",
 )
 PLACE = ("mirror", "rotate", "origin")
-POST = ("dialect", "output_units", "line_numbers", "program_number", "header", "date", "repeat_words")
+POST = ("dialect", "output_units", "line_numbers", "program_number", "header")
 
 
 def all_of(group: type[OptionGroup], but: Iterable[str] = ()) -> tuple[str, ...]:

@@ -112,7 +112,6 @@ def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> No
         ("line_numbers", words.line_numbers, f"{words.name} takes no numbered blocks"),
         ("beam_power", powered, no_power),
         ("mark_power", powered, no_power),
-        ("tool_change_height", machine.safe_z is None, f"{machine.name} changes tools at its own safe height"),
         ("coolant", words.torch is None, f"{words.name} has no coolant"),
         ("preselect_tool", machine.tool_changer, f"tools of {machine.name} are changed by hand"),
         ("preselect_tool", words.tool_change == "M6", f"{words.name} has no M6"),

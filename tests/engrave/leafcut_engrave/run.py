@@ -62,7 +62,7 @@ def engrave(run: Run, source: Source) -> Outcome[EngravingDetail]:
     header = header_lines(
         source=Path(part.source or part.name).name, version=__version__, machine=machine, tools=[tool], path=path,
         seconds=(measures[0].time_s, measures[2].time_s), seed=settings.solve.seed, options=settings.changed(),
-        units=settings.post.output_units, date=settings.post.date,
+        units=settings.post.output_units,
     )  # fmt: skip
     text = write_program(path, words, settings.post, header)
     written = read_back(text, words)

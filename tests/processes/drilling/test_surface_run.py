@@ -313,8 +313,7 @@ def test_a_mesh_that_is_open_at_a_hole_is_told_so(folder: Path) -> None:
         ({"fixture_file": "nothing.stl"}, "nothing.stl"),
         ({"surface": None}, "--through"),
         ({"surface": "nothing.stl"}, "nothing.stl"),
-        ({"surface_clearance": 0}, "--surface-clearance"),
-        ({"surface_clearance": 30}, "is more than --clearance-height 10 mm"),
+        ({"clearance_height": 1}, "is less than the 2 mm"),
     ],
 )
 def test_what_cannot_be_obeyed_is_refused_in_one_line(folder: Path, options: dict[str, Any], told: str) -> None:

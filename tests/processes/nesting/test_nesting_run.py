@@ -244,7 +244,7 @@ def test_a_refusal_among_several_drawings_names_the_drawing(drawings: Path) -> N
 def test_quiet_nesting_still_tells_of_parts_that_have_no_room(
     drawings: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["nest", f"{drawings}/plate.dxf:9", "--sheet", "80x60", "--nester", "rectangles", "--max-sheets", "1"]
+    words = ["nest", f"{drawings}/plate.dxf:9", "--sheet", "80x60:1", "--nester", "rectangles"]
     assert run([*words, "-q", "-o", str(tmp_path / "few.dxf")]) == 3
     shown = capsys.readouterr()
     assert shown.out == ""

@@ -20,6 +20,7 @@ from leafcut.errors import LeafcutError
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.nest import NestOutcome, NestPart, Stock
+from leafcut.processes.nesting import run as nest_run
 from leafcut.processes.nesting.plan import remnant as nest_remnant
 from leafcut.processes.nesting.plan.pieces import pieces_of
 from leafcut.report.json_answer import as_json
@@ -157,13 +158,14 @@ def metal(file: Path) -> shapely.Polygon:
 
 
 def test_what_remains_goes_out_and_comes_in_and_its_parts_overlap_none_of_the_earlier_ones(
-    plate: Path, tmp_path: Path
+    plate: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Read again by ezdxf and measured by shapely, where they lay on the first sheet."""
     disc = drawing(tmp_path / "disc.dxf", circles=((0, 0, 60),))
+    monkeypatch.setattr(nest_run, "REMNANT_SIZE", 80.0)
     rules = {**RULES, "gap": 6, "variants": 1}
     first, second = tmp_path / "first.dxf", tmp_path / "second.dxf"
-    found = api.nest([f"{disc}:3"], first, sheet="600x400", remnants_out=tmp_path, remnant_size=80, **rules)
+    found = api.nest([f"{disc}:3"], first, sheet="600x400", remnants_out=tmp_path, **rules)
     (rest,) = found.remnants
     remnant = metal(Path(rest.file))
     parts = rings(first, "CUT")

@@ -40,7 +40,6 @@ GIVEN: dict[str, Any] = {
     "spindle_speed": 6000,
     "iterations": 3,
     "threads": 1,
-    "date": False,
 }
 TOOL = """
 [[tool]]

@@ -43,7 +43,6 @@ FAST: dict[str, Any] = {
     "spindle_speed": 3000,
     "iterations": 5,
     "threads": 1,
-    "date": False,
 }
 EXAMPLES = Path(__file__).parents[3] / "examples"
 #: A pocket of 44 × 36 mm with round corners and an island. A tool of 10 mm reaches all of it.

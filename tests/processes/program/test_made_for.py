@@ -16,7 +16,6 @@ from meshes import binary_stl, box_triangles
 
 FAST: dict[str, Any] = {
     "process": "drill", "depth": 5, "algorithm": "nn", "bound": False, "machine": "linuxcnc-mill",
-    "surface_clearance": 2,
 }  # fmt: skip
 #: Three holes on the low step, one on the high one.
 HOLES = ((10, 10), (10, 30), (10, 50), (70, 30))
@@ -51,7 +50,7 @@ def test_a_program_states_the_part_it_was_made_for(folder: Path, program: Path) 
     assert "(part: part.stl)" in program.read_text()
     placed = drilled(folder, "placed.nc", origin="10,5", rotate=90, mirror="x").read_text()
     assert "(part: part.stl, zero at X10 Y5 mm, mirrored x, turned 90 deg)" in placed
-    api.optimize(folder / "holes.csv", folder / "flat.nc", **{**FAST, "surface_clearance": None})
+    api.optimize(folder / "holes.csv", folder / "flat.nc", **FAST)
     assert "part:" not in (folder / "flat.nc").read_text()
 
 

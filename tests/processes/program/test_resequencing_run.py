@@ -177,8 +177,8 @@ def test_only_the_piece_that_the_proof_names_keeps_its_place(tmp_path: Path, mon
 def test_an_option_that_cannot_be_followed_is_refused_not_left_out(tmp_path: Path) -> None:
     """New N-numbers in a program that jumps to one."""
     path = written(tmp_path, "N1 G21 G90\n" + TWO_SECTIONS + "GOTO 1\n")
-    with pytest.raises(PostError, match="--renumber"):
-        leafcut.optimize(path, renumber=True)
+    with pytest.raises(PostError, match="--line-numbers"):
+        leafcut.optimize(path, line_numbers=True)
 
 
 def lines_program(seed: int, n: int = 30) -> str:

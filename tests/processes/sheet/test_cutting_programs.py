@@ -170,7 +170,7 @@ def test_a_fanuc_laser_is_to_be_checked_on_the_machine() -> None:
 @pytest.mark.parametrize("words", dialects(torch=True))
 @pytest.mark.parametrize("units", ["mm", "inch"])
 def test_no_line_is_longer_than_the_controller_takes(words: str, units: str) -> None:
-    post = PostOptions(output_units=units, line_numbers=True, repeat_words=True)
+    post = PostOptions(output_units=units, line_numbers=True)
     text = written(words, two_cuts(), post, ("a sheet with a name " * 8,))
     assert max(map(len, text.splitlines())) <= dialect(words).max_line
 

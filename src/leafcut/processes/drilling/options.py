@@ -46,16 +46,6 @@ class DrillOptions(OptionGroup):
     surface_unit: str = option(
         "text", "mm", "unit of the STL files", choices=("mm", "in", "cm", "m"), needs="surface", of_file=True
     )
-    surface_clearance: float = option(
-        "quantity",
-        2.0,
-        "how far ways stay from the surface and from fixtures, above and aside",
-        unit="mm",
-        minimum=0.1,
-        maximum=1000,
-        needs="surface",
-        of_file=True,
-    )
     through: bool = option(
         "flag",
         False,
@@ -78,14 +68,6 @@ class DrillOptions(OptionGroup):
         default_words="none",
         needs="surface",
         of_file=True,
-    )
-    tool_change_height: float = option(
-        "quantity",
-        25.0,
-        "tool change height, for machines without one of their own",
-        unit="mm",
-        minimum=0.1,
-        maximum=1000,
     )
     cycle: str | None = option(
         "text",

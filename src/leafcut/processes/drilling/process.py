@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 _MAIN = ("machine", "thickness", "depth", "tools", "material", "retract", "peck")
 #: What the form shows of the job below its main group, around the options of drilling.
 _DEPTHS = (
-    "depth_to", "break_through", "hole_heights", "surface", "surface_unit", "surface_clearance", "through", "fixture",
+    "depth_to", "break_through", "hole_heights", "surface", "surface_unit", "through", "fixture",
     "fixture_file",
-    "clearance_height", "retract_height", "tool_change_height", "keep_out",
+    "clearance_height", "retract_height", "keep_out",
 )  # fmt: skip
 _REST = ("cycle", "dwell", "feed", "spindle_speed", "diameter_tolerance", "centre_drill")
 #: Layers of holes to drill, and how sure that makes it.

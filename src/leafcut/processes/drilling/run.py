@@ -376,7 +376,6 @@ def _write(run: Run, plan: DrillPlan, words: Dialect, path: Toolpath, measures: 
         seed=settings.solve.seed,
         options=settings.changed(),
         units=settings.post.output_units,
-        date=settings.post.date,
         part=plan.made_for,
     )
     names = {tool.number: tool.label.split(" ", 1)[1] for tool in plan.tools}

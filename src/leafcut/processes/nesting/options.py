@@ -47,15 +47,6 @@ class NestOptions(OptionGroup):
         "nesting method: by true shapes, by bounding rectangles, or whichever suits the parts",
         choices=("auto", "shapes", "rectangles"),
     )
-    max_sheets: int | None = option(
-        "whole",
-        None,
-        "maximum number of sheets; parts that do not fit are reported",
-        minimum=1,
-        maximum=100_000,
-        default_words="as many as needed",
-        of_file=True,
-    )
     variants: int = option("whole", 3, "number of nests to offer, best first", minimum=1, maximum=100)
     all_variants: bool = option("flag", False, "write every variant, not only the best")
     blocks: str = option(
@@ -73,16 +64,6 @@ class NestOptions(OptionGroup):
         changes_program=False,
         of_file=True,
     )
-    remnant_size: float = option(
-        "quantity",
-        150.0,
-        "minimum width of a remnant to keep",
-        unit="mm",
-        minimum=10,
-        maximum=10_000,
-        needs="remnants_out",
-    )
-    into_holes: bool = option("flag", True, "nest small parts in holes of large ones, if that saves sheet")
 
     def __post_init__(self) -> None:
         super().__post_init__()

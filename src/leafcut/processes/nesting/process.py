@@ -37,9 +37,9 @@ class Nesting(Process):
     offered_with = "cut"
     heads = tuple(head for head in Head if head.method is not None)
     form = (
-        ("main", ("sheet", "kerf", "gap", "margin", "rotations", "into_holes")),
+        ("main", ("sheet", "kerf", "gap", "margin", "rotations")),
         ("search", ("variants", "preset", "time_limit")),
-        ("nest", ("nester", "blocks", "max_sheets", "machine")),
+        ("nest", ("nester", "blocks", "machine")),
         ("sheet", all_of(SheetOptions)),
         ("read", ("units", "layers", "concentric", "solid", "up", "strict")),
         ("solve", ("iterations", "seed", "threads")),

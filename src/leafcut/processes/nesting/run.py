@@ -35,6 +35,9 @@ MOST_NAMED = 5
 #: Two nests that use the same length of sheet to this, mm, are one to a person.
 ALIKE = 0.01
 
+#: Minimum width of a remnant to keep, mm.
+REMNANT_SIZE = 150.0
+
 
 def nest(
     parts: Sequence[NestPart],
@@ -328,7 +331,7 @@ def _remnants(outcome: NestOutcome, stem: str, options: NestOptions) -> tuple[tu
     texts: dict[str, str] = {}
     for number, layout in enumerate(best.layouts, 1):
         name = f"{stem}_{number}_rest" if len(best.layouts) > 1 else f"{stem}_rest"
-        stocks = remains(best, layout, outcome.spacing, options.remnant_size, name)
+        stocks = remains(best, layout, outcome.spacing, REMNANT_SIZE, name)
         for stock, _ in stocks:
             file = str(folder / f"{stock.name}.dxf")
             texts[file] = write_stock(stock)

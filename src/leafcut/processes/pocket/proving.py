@@ -44,7 +44,6 @@ def write_pockets(job: PocketJob, before: LaidPockets, after: LaidPockets, usual
         seed=settings.solve.seed,
         options=settings.changed(),
         units=settings.post.output_units,
-        date=settings.post.date,
         beside=f"by {usual}",
         part=job.made_for,
     )

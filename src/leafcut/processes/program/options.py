@@ -29,7 +29,6 @@ class ResequenceOptions(OptionGroup):
         "mix operations that the program's comments separate; cuts that free a part stay after the work before them",
         of_file=True,
     )
-    renumber: bool = option("flag", False, "renumber blocks, in steps of 10")
     air: bool = option(
         "flag",
         False,

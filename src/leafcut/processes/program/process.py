@@ -46,10 +46,9 @@ class ForeignProgram(Process):
     )
     uses |= use(StockOptions, but=("part",)) | use(FeedOptions)
     uses |= use(SpeedOptions, max_power="feeds")
-    uses |= use(PostOptions, "dialect", "header")
+    uses |= use(PostOptions, "dialect", "header", "line_numbers")
     otherwise = {  # noqa: RUF012  # the protocol says that it is of the class
         "output_units": "a program keeps its own units",
-        "line_numbers": "use --renumber to renumber its blocks",
         "coolant": "a program keeps its own coolant",
         "depth": "a program keeps its own depths",
         "program_number": "a program keeps its own number",
@@ -86,7 +85,7 @@ class ForeignProgram(Process):
                 "cell",
             ),
         ),
-        ("post", ("dialect", "renumber", "units", "cut_speed")),
+        ("post", ("dialect", "line_numbers", "units", "cut_speed")),
         ("place", ("start_point", "work_offset", "keep_out", "clearance_height", "tools")),
         ("read", ("strict",)),
         ("solve", SEARCH_MORE),

@@ -165,12 +165,11 @@ class _OrderWriter:
         given = zip(sections, orders, strict=True)
         own = [np.arange(len(s.pieces), dtype=np.int32) if order is None else order for s, order in given]
         try:
-            options = self.run.settings.of(ResequenceOptions)
             return rewrite(
                 self.original,
                 self.sequence,
                 own,
-                renumber=options.renumber,
+                renumber=self.run.settings.post.line_numbers,
                 longest=self.words.max_line,
                 look=self.run.looking("writing"),
                 obstacles=self.obstacles,

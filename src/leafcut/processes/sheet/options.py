@@ -149,13 +149,6 @@ class CutOptions(OptionGroup):
         False,
         "common-line cutting: cut edges one kerf apart once for both parts",
     )
-    start_at: str = option(
-        "text",
-        "any",
-        "allowed start points on a contour: any, or corners only",
-        choices=("any", "corners"),
-        of_file=True,
-    )
     edge_start: str = option(
         "text",
         "auto",
@@ -164,15 +157,6 @@ class CutOptions(OptionGroup):
         default_words="auto: above the pierce capacity",
     )
     heat_distance: float = option("quantity", 0.0, "minimum distance between consecutive starts", unit="mm", minimum=0)
-    heat_time: float = option(
-        "quantity",
-        0.0,
-        "minimum time between starts closer than --heat-distance",
-        unit="s",
-        minimum=0,
-        default_words="0: applies to the next start only",
-        needs="heat_distance",
-    )
     sweep: str = option(
         "text",
         "free",
@@ -191,9 +175,6 @@ class CutOptions(OptionGroup):
         "sheet size, such as 3000x1500, with its lower left corner at 0,0",
         default_words="the outline in the drawing, else unknown",
         of_file=True,
-    )
-    sheet_margin: float = option(
-        "quantity", 0.0, "minimum distance of leads from the sheet edge", unit="mm", minimum=0, maximum=1000
     )
     plan: Path | None = option("path", None, "plan file with fixed choices to keep", default_words="none", of_file=True)
     save_plan: Path | None = option(

@@ -45,7 +45,7 @@ def ordered(job: SheetJob, before: list[CutStart] | None) -> tuple[list[CutStart
     `before` is a known order; None means the order of the drawing.
     """
     from leafcut.processes.sheet.plan.cutting import bands, drawing_order, in_bands
-    from leafcut.processes.sheet.plan.heat import HeatRule, spread_starts
+    from leafcut.processes.sheet.plan.heat import spread_starts
     from leafcut.processes.sheet.plan.leads.clear_pierces import clear_pierces
     from leafcut.processes.sheet.plan.leads.refine_starts import slide_starts
 
@@ -63,9 +63,10 @@ def ordered(job: SheetJob, before: list[CutStart] | None) -> tuple[list[CutStart
     with run.deadline.part(0.5 if spreads else 1.0).running(run.cancelled) as late:
         order = slide_starts(job.cutting, order, travel, job.start, job.end, late)
     if spreads:
-        rule = HeatRule(rules.heat_distance, rules.heat_time)
         with run.deadline.part(1.0).running(run.cancelled) as late:
-            order = spread_starts(job.cutting, order, rule, travel, job.start, bands(job.cutting, rules), late)
+            order = spread_starts(
+                job.cutting, order, rules.heat_distance, travel, job.start, bands(job.cutting, rules), late
+            )
     return clear_pierces(job.cutting, order, travel, job.start, job.end), solutions
 
 

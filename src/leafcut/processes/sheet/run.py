@@ -263,12 +263,12 @@ def _outcome(
 
 
 def _heat_issues(job: SheetJob, laid: _LaidOrder) -> list[Issue]:
-    from leafcut.processes.sheet.plan.heat import HeatRule, too_near
+    from leafcut.processes.sheet.plan.heat import too_near
 
     options = job.run.settings.of(CutOptions)
     if options.heat_distance <= 0.0:
         return []
-    left = too_near(job.cutting, laid.order, HeatRule(options.heat_distance, options.heat_time))
+    left = too_near(job.cutting, laid.order, options.heat_distance)
     if not left:
         words = (
             f"no cut starts within {options.heat_distance:g} mm of a hot one; the nearest-neighbour order ignores heat"
@@ -335,7 +335,6 @@ def _write(job: SheetJob, before: _LaidOrder, after: _LaidOrder) -> str:
         seed=settings.solve.seed,
         options=settings.changed(),
         units=settings.post.output_units,
-        date=settings.post.date,
     )
     return write_cut_program(after.plan, after.path, job.words, settings.post, header)
 

@@ -120,10 +120,9 @@ def test_blocks_are_as_large_as_the_smallest_sheet_that_holds_the_part_allows() 
     assert sum(len(p.members) * n for p, n in zip(task.pieces, task.counts, strict=True)) == 12
 
 
-def test_small_parts_lie_in_the_holes_of_large_ones_only_where_that_is_wanted() -> None:
+def test_small_parts_lie_in_the_holes_of_large_ones() -> None:
     outline = box(90, 70).outline
     hole = Polyline.of_points([(20, 15), (70, 15), (70, 55), (20, 55)], closed=True)
     frame = NestPart("frame", (Contour(outline), Contour(hole)), 1, (0.0,))
-    inside = task_of(frame, box(30, 20), into_holes=True)
+    inside = task_of(frame, box(30, 20))
     assert [len(piece.members) for piece, count in zip(inside.pieces, inside.counts, strict=True) if count] == [2]
-    assert task_of(frame, box(30, 20), into_holes=False).counts == (1, 1)

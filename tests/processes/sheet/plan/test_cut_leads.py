@@ -18,7 +18,6 @@ from cut_sheets import (
     assert_leads_in_scrap,
     assert_nothing_is_gouged,
     cutting_of,
-    lead_in_of,
     part_in_hole,
     ring,
     rules_of,
@@ -183,13 +182,6 @@ def test_leads_keep_off_clamps_and_off_the_sheets_edge() -> None:
     assert_leads_in_scrap(sheet, cuts, PLASMA.kerf)
     near_the_clamp = [c.path.start for c in cuts if 20 < c.path.start[1] < 40]
     assert max((x for x, _ in near_the_clamp), default=0.0) < 70
-
-
-def test_the_margin_keeps_leads_further_from_the_edge() -> None:
-    sheet = sheet_of((square(15, 15, 60), 0, -1, 1), size=90)
-    cuts = all_cuts(cutting_of(sheet, sheet_margin="8"))
-    lowest = min(lead.extents[1] for c in cuts if (lead := lead_in_of(c)))
-    assert lowest >= 8.0 + 0.75 - 0.04
 
 
 @pytest.mark.parametrize("radius", [0.7, 0.76, 1.0, 1.45])

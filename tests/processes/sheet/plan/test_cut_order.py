@@ -43,7 +43,7 @@ from leafcut.processes.sheet.plan.cutting import (
     route_length,
     with_options,
 )
-from leafcut.processes.sheet.plan.heat import HeatRule, spread_starts, too_near
+from leafcut.processes.sheet.plan.heat import spread_starts, too_near
 from leafcut.processes.sheet.plan.leads.refine_starts import slide_starts
 from leafcut.read.plan_file import load_plan, plan_text
 
@@ -166,8 +166,8 @@ def test_on_any_sheet_no_cut_gouges_and_inner_contours_come_first(seed: int, hea
     slid = slide_starts(cutting, order, math.dist, (0.0, 0.0), None)
     assert route_length((0.0, 0.0), slid) <= before + 1e-6
     if heat:
-        slid = spread_starts(cutting, slid, HeatRule(60.0), math.dist, (0.0, 0.0))
-        assert len(too_near(cutting, slid, HeatRule(60.0))) <= len(too_near(cutting, order, HeatRule(60.0)))
+        slid = spread_starts(cutting, slid, 60.0, math.dist, (0.0, 0.0))
+        assert len(too_near(cutting, slid, 60.0)) <= len(too_near(cutting, order, 60.0))
     assert_legal(cutting, slid)
     cuts = [cutting.cut(s) for s in slid]
     assert_nothing_is_gouged(sheet, cuts, data.kerf)
@@ -183,35 +183,16 @@ def test_starts_slide_to_the_shortest_polyline() -> None:
     assert route_length((0.0, 50.0), slid) + math.dist(slid[-1].exit, (200.0, 50.0)) == pytest.approx(200.0, abs=0.05)
 
 
-def test_starts_stay_at_corners_where_that_is_asked_for() -> None:
-    cutting = cutting_of(two_squares(), start_at="corners")
-    for start in slide_starts(cutting, drawing_order(cutting), math.dist, (0.0, 0.0), None):
-        x, y = cutting.contours[start.contour].path.point_at(start.at)
-        corners = itertools.product((20.0, 70.0, 90.0, 140.0), (20.0, 70.0))
-        assert min(math.dist((x, y), corner) for corner in corners) < 0.8
-
-
 def test_cuts_beside_each_other_are_not_made_one_after_the_other() -> None:
     """Four squares in a row, 30 mm apart: any order but neighbour after neighbour keeps 60 mm between starts."""
     sheet = sheet_of(*((square(20 + 40 * k, 20, 30), 0, -1, k + 1) for k in range(4)))
     cutting = cutting_of(sheet)
-    rule = HeatRule(45.0)
+    rule = 45.0
     order = drawing_order(cutting)
     spread = spread_starts(cutting, order, rule, math.dist, None)
     assert too_near(cutting, order, rule)
     assert not too_near(cutting, spread, rule)
     assert_legal(cutting, spread)
-
-
-def test_time_between_starts_counts_where_it_is_given() -> None:
-    """Three equal squares: a start is one square's time after the one before it, two after the one before that."""
-    sheet = sheet_of(*((square(20 + 40 * k, 20, 30), 0, -1, k + 1) for k in range(3)))
-    cutting = cutting_of(sheet)
-    order = drawing_order(cutting)
-    seconds = cutting.seconds(order[0])
-    assert too_near(cutting, order, HeatRule(1000.0, 0.9 * seconds)) == []
-    assert too_near(cutting, order, HeatRule(1000.0, 1.1 * seconds)) == [(0, 1), (1, 2)]
-    assert too_near(cutting, order, HeatRule(1000.0, 2.2 * seconds)) == [(0, 1), (1, 2), (0, 2)]
 
 
 def test_a_sweep_goes_from_band_to_band_with_all_that_is_in_a_part() -> None:

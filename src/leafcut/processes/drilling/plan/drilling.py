@@ -38,6 +38,10 @@ from leafcut.processes.drilling.plan.tooling import Step, ToolChooser
 from leafcut.processes.spindle_heights import check_spindle_heights
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
 
+#: Tools are changed this far above Z0 on machines without a safe height of their own, mm.
+TOOL_CHANGE_HEIGHT = 25.0
+#: Distance of travel moves from the surface and from fixtures, above and aside, mm.
+SURFACE_CLEARANCE = 2.0
 #: A tool that comes out this far below the part, mm, may meet the table, a vise or a parallel: it is reported.
 FAR_BELOW = 3.0
 #: The same under a circuit board, mm: the backing board below it is often 2 mm thick or less.
@@ -151,8 +155,8 @@ def plan_drilling(
     ground = _ground(part, mesh, job, options, fixture)
     if ground is not None and ground.clearance > job.clearance_height:
         raise PlanError(
-            f"--surface-clearance {ground.clearance:g} mm is more than --clearance-height {job.clearance_height:g} mm, "
-            "which is how far the first way and the last one stay above all; give a larger --clearance-height"
+            f"--clearance-height {job.clearance_height:g} mm is less than the {ground.clearance:g} mm that moves keep "
+            "from the surface; give a larger --clearance-height"
         )
     chooser = ToolChooser(library, machine, job, options, board=part.format == "excellon")
     deeper = np.zeros(len(part.holes))
@@ -205,7 +209,7 @@ def plan_drilling(
         operations=operations,
         clearance_height=over.clearance_height,
         retract_height=over.retract_height,
-        tool_change_height=options.tool_change_height + highest,
+        tool_change_height=TOOL_CHANGE_HEIGHT + highest,
         always_initial=initial,
         tops=tops,
         r_planes=(surface + job.retract_height).round(6),
@@ -276,7 +280,7 @@ def _ground(
     boxes, issues = fixture_boxes(options.fixture), list[Issue]()
     if fixture is not None:
         fixture, issues = checked_fixture(fixture, mesh)
-    return Ground(mesh, boxes, options.surface_clearance, fixture, tuple(issues))
+    return Ground(mesh, boxes, SURFACE_CLEARANCE, fixture, tuple(issues))
 
 
 def _radii(part: Part, work: dict[Step, list[int]]) -> NDArray[np.float64]:

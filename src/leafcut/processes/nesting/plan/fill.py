@@ -67,7 +67,7 @@ class NestTask:
     @property
     def most(self) -> float:
         """How many sheets may be taken in all."""
-        return min(sum(self.at_hand), self.options.max_sheets or math.inf)
+        return sum(self.at_hand)
 
     @property
     def spacing(self) -> float:

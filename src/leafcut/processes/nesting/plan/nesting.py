@@ -55,9 +55,7 @@ def prepare(parts: Sequence[NestPart], options: NestOptions, stocks: Sequence[St
     plain = NestTask(tuple(parts), tuple(pieces), tuple(p.quantity for p in parts), tuple(stocks), options)
     inner = [plain.inner(k) for k in range(len(stocks))]
     check_fit(parts, pieces, inner)
-    counts = list(plain.counts)
-    if options.into_holes:
-        pieces, counts = filled_holes(parts, pieces, plain.spacing)
+    pieces, counts = filled_holes(parts, pieces, plain.spacing)
     if options.blocks != "none":
         pieces, counts = _blocks(pieces, counts, options, inner)
     return replace(plain, pieces=tuple(pieces), counts=tuple(counts))

@@ -143,13 +143,15 @@ def renumbered(lines: Sequence[tuple[str, bool]], longest: int = 255) -> list[st
         return [text for text, _ in lines]
     for text, _ in lines:
         if _JUMP.search(code_of(text)):
-            raise PostError(f"'{text.strip()[:40]}' jumps to a line by its number; leave out --renumber")
+            raise PostError(f"'{text.strip()[:40]}' jumps to a line by its number; leave out --line-numbers")
     numbers = sorted(int(m.group(2)) for m in found[:2])
     step = max(numbers[-1] - numbers[0], 1) if len(numbers) > 1 else 10
     count = sum(1 for text, new in lines if new or _NUMBER.match(text))
     first, step = (numbers[0], step) if numbers[0] + step * count <= _LAST_NUMBER else (1, 1)
     if count > _LAST_NUMBER:
-        raise PostError(f"the program has {count} numbered lines, more than there are N-numbers; leave out --renumber")
+        raise PostError(
+            f"the program has {count} numbered lines, more than there are N-numbers; leave out --line-numbers"
+        )
     width = len(found[0].group(2)) if found[0].group(2).startswith("0") else 0
     result = []
     number = first
@@ -162,7 +164,7 @@ def renumbered(lines: Sequence[tuple[str, bool]], longest: int = 255) -> list[st
             result.append(f"N{said} {text}" if new else text)
         if len(result[-1].rstrip("\r\n")) > max(longest, len(text.rstrip("\r\n"))):
             raise PostError(
-                f"with its number, line {len(result)} is longer than {longest} characters; leave out --renumber"
+                f"with its number, line {len(result)} is longer than {longest} characters; leave out --line-numbers"
             )
         number += step if match or new else 0
     return result

@@ -82,9 +82,7 @@ class CutRules:
     loop_length: float
     joints: int
     joint_width: float
-    corners: bool
     edge_start: bool
-    margin: float
     compensation: str
     common_lines: bool = False
     once: bool = False
@@ -160,9 +158,7 @@ def resolve_rules(
         loop_length=0.5 * length,
         joints=options.micro_joints,
         joint_width=options.joint_width,
-        corners=options.start_at == "corners",
         edge_start=options.edge_start == "always" or (options.edge_start == "auto" and not data.can_pierce),
-        margin=options.sheet_margin,
         compensation=options.compensation,
         common_lines=options.common_lines,
         once=options.compensation == "none" and not not_with_common_lines(options, data),

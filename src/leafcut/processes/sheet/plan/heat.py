@@ -20,14 +20,6 @@ PENALTY = 1e6
 
 
 @dataclass(frozen=True)
-class HeatRule:
-    """Starts nearer than `distance`, mm, must be at least `seconds` apart; with 0 s, they must not be consecutive."""
-
-    distance: float
-    seconds: float = 0.0
-
-
-@dataclass(frozen=True)
 class _Limits:
     """Limits of a change of the order: contours that must be cut before each contour, and its band."""
 
@@ -39,27 +31,20 @@ class _Limits:
         return first not in self.before.get(second, ()) and self.band.get(first) == self.band.get(second)
 
 
-def too_near(cutting: Cutting, order: Sequence[CutStart], rule: HeatRule) -> list[tuple[int, int]]:
-    """Return pairs of positions in the order whose starts are too near; the later position is second."""
-    return [(i, j) for j in range(len(order)) for i in _hot_before(cutting, order, j, rule)]
+def too_near(cutting: Cutting, order: Sequence[CutStart], apart: float) -> list[tuple[int, int]]:
+    """Return pairs of consecutive positions whose starts are nearer than `apart`, mm; the later position is second."""
+    return [(i, j) for j in range(len(order)) for i in _hot_before(cutting, order, j, apart)]
 
 
-def _hot_before(cutting: Cutting, order: Sequence[CutStart], j: int, rule: HeatRule) -> list[int]:
-    """Return the earlier cuts that are too near to the cut at `j`, in place and in time."""
-    found, ago = [], 0.0
-    for i in range(j - 1, max(j - 1 - LOOK_BACK, -1), -1):
-        ago += cutting.seconds(order[i])
-        if (ago >= rule.seconds) if rule.seconds > 0.0 else (i < j - 1):
-            break
-        if math.dist(order[i].entry, order[j].entry) < rule.distance:
-            found.append(i)
-    return found
+def _hot_before(cutting: Cutting, order: Sequence[CutStart], j: int, apart: float) -> list[int]:
+    """Return the cut before the cut at `j`, if their starts are too near."""
+    return [j - 1] if j and math.dist(order[j - 1].entry, order[j].entry) < apart else []
 
 
 def spread_starts(
     cutting: Cutting,
     order: Sequence[CutStart],
-    rule: HeatRule,
+    apart: float,
     travel: Travel,
     start: Point | None,
     bands: Sequence[Sequence[int]] = (),
@@ -76,7 +61,7 @@ def spread_starts(
         before.setdefault(b, set()).add(a)
     limits = _Limits(before, band)
     for _ in range(PASSES):
-        near = {j for _, j in too_near(cutting, order, rule)}
+        near = {j for _, j in too_near(cutting, order, apart)}
         if not near:
             break
         changed = False
@@ -84,7 +69,7 @@ def spread_starts(
             if late():
                 return order
             j = next(k for k, s in enumerate(order) if s.contour == contour)
-            better = _best_change(cutting, order, j, rule, travel, start, limits)
+            better = _best_change(cutting, order, j, apart, travel, start, limits)
             if better is not None:
                 order, changed = better, True
         if not changed:
@@ -96,7 +81,7 @@ def _best_change(
     cutting: Cutting,
     order: list[CutStart],
     j: int,
-    rule: HeatRule,
+    apart: float,
     travel: Travel,
     start: Point | None,
     limits: _Limits,
@@ -108,11 +93,11 @@ def _best_change(
     rest = order[:j] + order[j + 1 :]
     low, high = _room(rest, j, own.contour, limits)
     first, last = max(0, low - 1), min(len(order), high + LOOK_BACK + 2)
-    least, best = _cost(cutting, order, first, last, rule, travel, start) - 1e-9, None
+    least, best = _cost(cutting, order, first, last, apart, travel, start) - 1e-9, None
     for place in range(low, high + 1):
         for s in starts:
             trial = [*rest[:place], s, *rest[place:]]
-            cost = _cost(cutting, trial, first, last, rule, travel, start)
+            cost = _cost(cutting, trial, first, last, apart, travel, start)
             if cost < least:
                 least, best = cost, trial
     return best
@@ -133,7 +118,7 @@ def _cost(
     order: list[CutStart],
     first: int,
     last: int,
-    rule: HeatRule,
+    apart: float,
     travel: Travel,
     start: Point | None,
 ) -> float:
@@ -142,6 +127,6 @@ def _cost(
     here = order[first - 1].exit if first else start
     for k in range(first, min(last, len(order))):
         total += travel(here, order[k].entry) if here is not None else 0.0
-        total += PENALTY * len(_hot_before(cutting, order, k, rule))
+        total += PENALTY * len(_hot_before(cutting, order, k, apart))
         here = order[k].exit
     return total

@@ -125,15 +125,13 @@ def _open_starts(number: int, contour: CutContour) -> Iterator[CutStart]:
 
 
 def start_places(contour: CutContour, rules: CutRules, most: int) -> list[float]:
-    """Return places along a closed contour, mm: its corners and, unless only those are wanted, places between."""
+    """Return places along a closed contour, mm: its corners and places between."""
     length = contour.path.length
     pitch = min(max(length / PLACES, NEAREST), FARTHEST)
     count = min(max(math.ceil(length / pitch), FEWEST_PLACES), most)
     corners = [at for at in contour.corners if not in_loop(contour, at, rules) and rules.compensation != "controller"]
     if len(corners) > most:
         corners = corners[:: math.ceil(len(corners) / most)]
-    if rules.corners and corners:
-        return corners
     even = [at for at in _even_places(length, count) if not in_loop(contour, at, rules)]
     if rules.compensation == "controller":
         return _smooth(contour, even, rules)

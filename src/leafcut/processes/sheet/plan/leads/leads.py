@@ -121,7 +121,7 @@ class Scrap:
         rings = [path.flattened(FLATNESS) for path in sheet.paths]
         outline = shapely.Polygon(rings[0], rings[1:]) if rings else None
         self.sheet = outline
-        self.inner = None if outline is None else outline.buffer(-(self._half + rules.margin - ROUNDING))
+        self.inner = None if outline is None else outline.buffer(-(self._half - ROUNDING))
         if self.inner is not None:
             shapely.prepare(self.inner)
         self.bridge_owners = np.zeros((0, 2), dtype=np.int64)

@@ -52,8 +52,6 @@ def slide_starts(
     `late`, the starts that have not moved yet stay.
     """
     order = list(order)
-    if cutting.rules.corners:
-        return order
     settled: dict[int, tuple[Point | None, Point | None]] = {}
     for _ in range(ROUNDS):
         gained = 0.0
