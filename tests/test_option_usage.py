@@ -223,11 +223,10 @@ def _default_or_some(group: type[OptionGroup], name: str) -> Any:
 def test_what_an_option_needs_is_an_option_and_one_of_its_values() -> None:
     known = {name: spec for _, name, spec in all_options()}
     for name, needs in [pair for work in registry.works() for pair in work.used().items()]:
-        for condition in needs.split():
-            other, _, values = condition.removeprefix("!").partition("=")
-            assert {*other.split(",")} <= {*known, "input"}, name
-            if values and other != "input":
-                assert set(values.split("|")) <= set(known[other].choices), name
+        for condition in needs:
+            assert set(condition.names) <= known.keys(), name
+            for other in condition.names:
+                assert set(condition.values) <= set(known[other].choices), name
 
 
 def test_a_table_of_a_process_holds_all_that_it_uses_and_each_option_stands_once(tmp_path: Path) -> None:

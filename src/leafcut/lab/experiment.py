@@ -19,6 +19,7 @@ from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution
 from leafcut.model.study import Study
 from leafcut.options import ALGORITHM_TITLES, SolveOptions
+from leafcut.options.condition import Conditions
 from leafcut.processes import registry
 from leafcut.processes.settings import collect
 
@@ -147,15 +148,14 @@ def run_experiment(
 def options_for(algorithm: str, options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options of a run of one algorithm: none of others, and no bound, which is sought once for all."""
     used = registry.work("solve").used()
-    kept = {name: value for name, value in options.items() if _fits(used.get(name, ""), algorithm)}
+    kept = {name: value for name, value in options.items() if _fits(used.get(name, ()), algorithm)}
     if kept.get("target_gap") is None:
         kept["bound"] = False
     return {**kept, "algorithm": algorithm}
 
 
-def _fits(needs: str, algorithm: str) -> bool:
-    asked = [one.removeprefix("algorithm=") for one in needs.split() if one.startswith("algorithm=")]
-    return all(algorithm in names.split("|") for names in asked)
+def _fits(needs: Conditions, algorithm: str) -> bool:
+    return all(algorithm in one.values for one in needs if one.names == ("algorithm",))
 
 
 def _tell(progress: OnProgress | None, what: str, number: int, runs: int) -> OnProgress | None:

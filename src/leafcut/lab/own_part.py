@@ -76,7 +76,11 @@ def compare_on(
         raise OptionError(f"runs of each: choose 1 to {MOST_SEEDS}")
     first = int(options.get("seed") or 1)
     specs = {key: group_of(key).specs()[key] for key in options if key not in (option, "seed")}
-    shared = {key: options[key] for key, spec in specs.items() if not spec.is_output and f"{option}=" not in spec.needs}
+    shared = {
+        key: options[key]
+        for key, spec in specs.items()
+        if not spec.is_output and not any(option in one.names for one in spec.needs)
+    }
     levels = tuple(Level(way, {option: way}) for way in dict.fromkeys(ways))
     responses = responses_of(command)
     judged = tuple(Analysis("compare", one.name, (option,)) for one in responses[:2])

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
+from leafcut.options.condition import input_is, input_is_not
 from leafcut.options.option_spec import PLACES, OptionGroup, option
 
 #: The places that an origin can be named by, and how far they are across and up what is worked, 0 to 1.
@@ -74,7 +75,7 @@ class ReadOptions(OptionGroup):
         "turn a solid: this direction of it points up; x, y and z are its own axes",
         choices=("x", "y", "z", "-x", "-y", "-z"),
         default_words="z",
-        needs="input=step",
+        needs=(input_is("step"),),
     )
     z_zero: str | None = option(
         "text",
@@ -82,7 +83,7 @@ class ReadOptions(OptionGroup):
         "Z0 of the program on a solid, after turning: its highest place, its lowest place, or Z0 of the solid as drawn",
         choices=("top", "bottom", "drawn"),
         default_words="top; of a --workpiece as drawn",
-        needs="input=step",
+        needs=(input_is("step"),),
     )
     mirror: str | None = option(
         "text",
@@ -168,21 +169,21 @@ class PocketDrawingOptions(OptionGroup):
         "what the outermost outlines are: edges of plates with pockets in them, or pockets with islands in them",
         choices=("edge", "pocket"),
         default_words="by layer; required for outlines inside each other",
-        needs="!input=picture|wkt|step",
+        needs=(input_is_not("picture", "wkt", "step"),),
     )
     pocket_layers: tuple[str, ...] = option(
         "names",
         (),
         "layers with pocket outlines; * and ? are wildcards",
         default_words="POCKET* if present",
-        needs="!input=picture|wkt",
+        needs=(input_is_not("picture", "wkt"),),
     )
     island_layers: tuple[str, ...] = option(
         "names",
         (),
         "layers with island outlines; * and ? are wildcards",
         default_words="ISLAND* if present",
-        needs="!input=picture|wkt",
+        needs=(input_is_not("picture", "wkt"),),
     )
     pixel_size: float | None = option(
         "quantity",
@@ -192,7 +193,7 @@ class PocketDrawingOptions(OptionGroup):
         minimum=1e-4,
         maximum=100,
         default_words="required for pictures",
-        needs="input=picture",
+        needs=(input_is("picture"),),
     )
     threshold: float | None = option(
         "percent",
@@ -201,7 +202,7 @@ class PocketDrawingOptions(OptionGroup):
         minimum=0,
         maximum=100,
         default_words="Otsu's method",
-        needs="input=picture",
+        needs=(input_is("picture"),),
     )
     speckle: float = option(
         "quantity",
@@ -210,6 +211,6 @@ class PocketDrawingOptions(OptionGroup):
         unit="mm",
         minimum=0,
         maximum=100,
-        needs="input=picture",
+        needs=(input_is("picture"),),
     )
-    invert: bool = option("flag", False, "mill the bright areas of a picture", needs="input=picture")
+    invert: bool = option("flag", False, "mill the bright areas of a picture", needs=(input_is("picture"),))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
+from leafcut.options.condition import given
 from leafcut.options.option_spec import OptionGroup, option
 
 #: The cycles that a tool library and ``--cycle`` may ask for.
@@ -76,7 +77,7 @@ class JobOptions(OptionGroup):
         unit="mm",
         minimum=0,
         maximum=100,
-        needs="thickness",
+        needs=(given("thickness"),),
         of_file=True,
     )
     clearance_height: float = option(
@@ -147,7 +148,7 @@ class JobOptions(OptionGroup):
         unit="mm",
         minimum=0,
         maximum=5,
-        needs="tools",
+        needs=(given("tools"),),
     )
     material: str = option(
         "text",

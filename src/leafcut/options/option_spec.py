@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 
 from leafcut.errors import OptionError, nearest, shown
 from leafcut.files.plugins import entry_names
+from leafcut.options.condition import Conditions
 from leafcut.units import BARE_UNIT, FACTORS, parse_point, parse_quantity, with_point
 
 
@@ -39,10 +40,8 @@ class OptionSpec:
     may_be_path: str | tuple[str, ...] = ""
     #: False for what cannot change the program, such as the number of threads: it stays out of the header.
     changes_program: bool = True
-    #: What must hold for it to be used: ``corner_loops`` (that option is on), ``!tools`` (it is not given),
-    #: ``algorithm=acs|mmas`` (it is one of these), ``input=picture``, ``air,feeds`` (one of them is on); all of several
-    #: with spaces between.
-    needs: str = ""
+    #: Conditions for its use.
+    needs: Conditions = ()
     #: How a point of three numbers is typed: ``-400,-200,-300``. Without it a point has two or three, or is "free".
     example: str = ""
     #: Whether the value belongs to one file: the next file starts without it. Other values belong to the shop.

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from leafcut.errors import OptionError
+from leafcut.options.condition import one_of
 from leafcut.options.option_spec import OptionGroup, option
 
 #: What `--algorithm` takes, in words.
@@ -31,9 +32,8 @@ LITERATURE = (*ANT_ALGORITHMS, "firefly")
 ALGORITHM_GROUP = "leafcut.algorithms"
 
 #: Only these have ants; only that has fireflies.
-_ANTS = f"algorithm={'|'.join(ANT_ALGORITHMS)}"
-_FIREFLIES = "algorithm=firefly"
-_OWN_FIREFLIES = f"{_FIREFLIES} variant=leafcut"
+_ANTS = one_of("algorithm", *ANT_ALGORITHMS)
+FIREFLIES = one_of("algorithm", "firefly")
 
 #: What `--n-ants` takes beside a number: as many as there are parts of a sheet, else nodes.
 ANTS_AS_PARTS = "parts"
@@ -120,7 +120,7 @@ class SolveOptions(OptionGroup):
         default_words="8 for colony and kicks, else 16",
     )
     local_search: bool = option(
-        "flag", True, "improve the tour of every ant or firefly by local search", needs="variant=leafcut"
+        "flag", True, "improve the tour of every ant or firefly by local search", needs=(one_of("variant", "leafcut"),)
     )
 
     def __post_init__(self) -> None:
@@ -144,11 +144,11 @@ class AcoOptions(OptionGroup):
         minimum=1,
         maximum=1_000_000,
         default_words="one per node; 25 with local search; 10 for acs",
-        needs=_ANTS,
+        needs=(_ANTS,),
     )
-    pheromone_weight: float = option("number", 1.0, "pheromone weight (α)", minimum=0, maximum=20, needs=_ANTS)
+    pheromone_weight: float = option("number", 1.0, "pheromone weight (α)", minimum=0, maximum=20, needs=(_ANTS,))
     heuristic_weight: float = option(
-        "number", 2.0, "heuristic weight: how much short edges are preferred (β)", minimum=0, maximum=20, needs=_ANTS
+        "number", 2.0, "heuristic weight: how much short edges are preferred (β)", minimum=0, maximum=20, needs=(_ANTS,)
     )
     evaporation_rate: float | None = option(
         "number",
@@ -157,7 +157,7 @@ class AcoOptions(OptionGroup):
         minimum=1e-6,
         maximum=1,
         default_words="0.5 as, eas · 0.1 asrank, acs · 0.02 mmas, 0.2 with local search",
-        needs=_ANTS,
+        needs=(_ANTS,),
     )
     initial_pheromone: float | str | None = option(
         "number",
@@ -167,7 +167,7 @@ class AcoOptions(OptionGroup):
         minimum=0,
         maximum=1e30,
         default_words="from the nearest-neighbour tour",
-        needs=_ANTS,
+        needs=(_ANTS,),
     )
     parallel: str = option(
         "text",
@@ -175,7 +175,7 @@ class AcoOptions(OptionGroup):
         "parallel ants: threads; processes, to which a master sends its pheromone; exchange: processes with pheromone "
         "of their own that send each other their changes; gpu: one ant to a thread of a CUDA GPU, except for acs",
         choices=("threads", "processes", "exchange", "gpu"),
-        needs=_ANTS,
+        needs=(_ANTS,),
     )
     n_processes: int = option(
         "whole",
@@ -183,10 +183,15 @@ class AcoOptions(OptionGroup):
         "number of worker processes; part of the result where they exchange changes",
         minimum=1,
         maximum=256,
-        needs=f"{_ANTS} parallel=processes|exchange",
+        needs=(_ANTS, one_of("parallel", "processes", "exchange")),
     )
     greedy_probability: float = option(
-        "number", 0.9, "probability of taking the best edge (q₀ of acs)", minimum=0, maximum=1, needs="algorithm=acs"
+        "number",
+        0.9,
+        "probability of taking the best edge (q₀ of acs)",
+        minimum=0,
+        maximum=1,
+        needs=(one_of("algorithm", "acs"),),
     )
 
 
@@ -202,14 +207,14 @@ class FireflyOptions(OptionGroup):
         "leafcut",
         "firefly variant; published: position-wise distances, the n best of m × n moves, no local search",
         choices=("leafcut", "published"),
-        needs=_FIREFLIES,
+        needs=(FIREFLIES,),
     )
     firefly_mode: str = option(
         "text",
         "simple",
         "published settings to start from: for simple or for complex pockets",
         choices=("simple", "complex"),
-        needs=_FIREFLIES,
+        needs=(FIREFLIES,),
     )
     n_fireflies: int | None = option(
         "whole",
@@ -218,7 +223,7 @@ class FireflyOptions(OptionGroup):
         minimum=1,
         maximum=10_000,
         default_words="11 in simple mode, 10 in complex",
-        needs=_FIREFLIES,
+        needs=(FIREFLIES,),
     )
     attractiveness: float | None = option(
         "number",
@@ -227,7 +232,7 @@ class FireflyOptions(OptionGroup):
         minimum=0,
         maximum=1000,
         default_words="20 in simple mode, 15 in complex",
-        needs=_FIREFLIES,
+        needs=(FIREFLIES,),
     )
     absorption: float = option(
         "number",
@@ -235,7 +240,7 @@ class FireflyOptions(OptionGroup):
         "absorption: how fast attractiveness falls with tour distance (γ)",
         minimum=0,
         maximum=100,
-        needs=_FIREFLIES,
+        needs=(FIREFLIES,),
     )
     firefly_patience: int | None = option(
         "whole",
@@ -243,5 +248,5 @@ class FireflyOptions(OptionGroup):
         "stop after this many iterations without improvement",
         minimum=1,
         default_words="20; unlimited with --time-limit",
-        needs=_FIREFLIES,
+        needs=(FIREFLIES,),
     )

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from leafcut.model.kinds import ToolMaterial
+from leafcut.options.condition import given, input_is_not
 from leafcut.options.option_spec import OptionGroup, option
 
 
@@ -23,7 +24,7 @@ class SpeedOptions(OptionGroup):
         minimum=1,
         maximum=1_000_000,
         default_words="from the drawing",
-        needs="!input=drawing",
+        needs=(input_is_not("drawing"),),
     )
     tool_material: str = option(
         "text",
@@ -39,7 +40,7 @@ class SpeedOptions(OptionGroup):
         minimum=0.001,
         maximum=1e7,
         default_words="end mills are left out",
-        needs="tools",
+        needs=(given("tools"),),
     )
     cut_width: float | None = option(
         "quantity",
@@ -49,7 +50,7 @@ class SpeedOptions(OptionGroup):
         minimum=0.001,
         maximum=1000,
         default_words="the tool's diameter: a slot",
-        needs="cut_length",
+        needs=(given("cut_length"),),
     )
     cut_depth: float | None = option(
         "quantity",
@@ -59,7 +60,7 @@ class SpeedOptions(OptionGroup):
         minimum=0.001,
         maximum=1000,
         default_words="half of the tool's diameter",
-        needs="cut_length",
+        needs=(given("cut_length"),),
     )
     shop_rate: float | None = option(
         "number",

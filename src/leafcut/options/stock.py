@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from leafcut.options.condition import absent
 from leafcut.options.option_spec import OptionGroup, option
 
 
@@ -31,7 +32,7 @@ class StockOptions(OptionGroup):
         "the finished part that the program was made for, a STEP file or an STL file in mm: the stock is this part "
         "before the program's own cuts, placed as the program's header states",
         default_words="a block (--workpiece)",
-        needs="!workpiece",
+        needs=(absent("workpiece"),),
         may_be_path=(".stl", ".step", ".stp"),
         of_file=True,
     )

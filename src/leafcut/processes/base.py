@@ -16,6 +16,7 @@ from leafcut.options import (
     Settings,
     SolveOptions,
 )
+from leafcut.options.condition import Conditions, absent
 from leafcut.options.option_spec import OptionGroup
 
 if TYPE_CHECKING:
@@ -49,8 +50,8 @@ def all_of(group: type[OptionGroup], but: Iterable[str] = ()) -> tuple[str, ...]
     return tuple(name for name in group.specs() if name not in left_out)
 
 
-def use(group: type[OptionGroup], *names: str, but: Iterable[str] = (), **needs: str) -> dict[str, str]:
-    """Return options of a group, each with what must hold for it to be used: ``{"break_through": "thickness"}``.
+def use(group: type[OptionGroup], *names: str, but: Iterable[str] = (), **needs: Conditions) -> dict[str, Conditions]:
+    """Return options of a group, each with the conditions for its use.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def use(group: type[OptionGroup], *names: str, but: Iterable[str] = (), **needs:
     but
         Those that are not.
     needs
-        What must hold where that is not what the option says of itself (`OptionSpec.needs`); "" for nothing.
+        Conditions that replace those of the option itself (`OptionSpec.needs`).
     """
     specs, left_out = group.specs(), set(but)
     chosen = (*names, *needs) if names or needs else tuple(specs)
@@ -72,8 +73,10 @@ ORDERED = use(SolveOptions) | use(AcoOptions) | use(FireflyOptions)
 WRITTEN = use(PostOptions, *POST, "coolant")
 #: Options of programs that may change tools.
 CHANGES = ("preselect_tool", "optional_stop")
-LOOKED_UP = use(CutDataOptions, "cut_speed", **dict.fromkeys(("cut_process", "amps", "nozzle", "chart"), "!cut_speed"))
-LOOKED_UP |= use(JobOptions, thickness="!cut_speed", material="!cut_speed")
+_LOOKED_UP = (absent("cut_speed"),)
+LOOKED_UP = use(CutDataOptions, "cut_speed")
+LOOKED_UP |= use(CutDataOptions, cut_process=_LOOKED_UP, amps=_LOOKED_UP, nozzle=_LOOKED_UP, chart=_LOOKED_UP)
+LOOKED_UP |= use(JobOptions, thickness=_LOOKED_UP, material=_LOOKED_UP)
 
 
 class Work(Protocol):
@@ -84,18 +87,18 @@ class Work(Protocol):
     name, title
         By which it is asked for, and as a message calls it: "drilling".
     uses
-        The options of shared groups that it uses, each with what must hold besides (`use`).
+        The options of shared groups that it uses, each with the conditions for its use (`use`).
     otherwise
         What to do instead of giving an option that it does not use, where that is more than to leave it out.
     """
 
     name: ClassVar[str]
     title: ClassVar[str]
-    uses: ClassVar[Mapping[str, str]] = {}
+    uses: ClassVar[Mapping[str, Conditions]] = {}
     otherwise: ClassVar[Mapping[str, str]] = {}
 
-    def used(self) -> Mapping[str, str]:
-        """Return all options that it uses, each with what must hold besides (`OptionSpec.needs`)."""
+    def used(self) -> Mapping[str, Conditions]:
+        """Return all options that it uses, each with the conditions for its use."""
         return self.uses
 
 
@@ -153,8 +156,8 @@ class Process(Work, Protocol):
     heads: ClassVar[tuple[Head, ...]] = ()
     pictured: ClassVar[str] = "lines"
 
-    def used(self) -> Mapping[str, str]:
-        """Return the options that it uses: its own and of shared groups, each with what must hold besides."""
+    def used(self) -> Mapping[str, Conditions]:
+        """Return the options that it uses, its own and of shared groups, each with the conditions for its use."""
         own = {name: spec.needs for group in self.options for name, spec in group.specs().items()}
         return own | dict(self.uses)
 

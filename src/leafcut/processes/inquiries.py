@@ -15,7 +15,10 @@ from leafcut.options import (
     SpeedOptions,
     StockOptions,
 )
+from leafcut.options.condition import Conditions, absent, given, input_is, input_is_not
 from leafcut.processes.base import LOOKED_UP, ORDERED, PLACE, Work, use
+
+_OF_STOCK = (given("workpiece"),)
 
 
 class Solving(Work):
@@ -50,7 +53,7 @@ class CuttingStock(Work):
     name = "stock"
     title = "cutting stock by a program"
     uses = (
-        use(ReadOptions, "units", "strict", solid="workpiece,part", up="workpiece", z_zero="workpiece")
+        use(ReadOptions, "units", "strict", solid=(given("workpiece", "part"),), up=_OF_STOCK, z_zero=_OF_STOCK)
         | use(MachineOptions)
         | use(JobOptions, "tools", "tool_diameter")
     )
@@ -77,16 +80,17 @@ class ChoosingSpeeds(Work):
         "break_through",
         "retract_height",
         "material",
-        tool_diameter="!tools !input=drawing",
+        tool_diameter=(absent("tools"), input_is_not("drawing")),
     )
 
-    def __init__(self, drilling: Mapping[str, str]) -> None:
+    def __init__(self, drilling: Mapping[str, Conditions]) -> None:
         unused = {name for group in (PostOptions, SolveOptions, AcoOptions, FireflyOptions) for name in group.specs()}
         unused -= {"preset", "time_limit", "seed", "threads"}
         self.drilling = {name: need for name, need in drilling.items() if name not in unused}
 
-    def used(self) -> Mapping[str, str]:
+    def used(self) -> Mapping[str, Conditions]:
         """Return its own options, and those of drilling for a drawing."""
         # That a drawing has no solid to turn, its reader says.
-        needs = {name: need.replace("input=step", "") for name, need in self.drilling.items()}
-        return {name: f"input=drawing {need}".strip() for name, need in needs.items()} | dict(self.uses)
+        drawn, solid = input_is("drawing"), input_is("step")
+        needs = {name: tuple(one for one in needs if one != solid) for name, needs in self.drilling.items()}
+        return {name: (drawn, *own) for name, own in needs.items()} | dict(self.uses)

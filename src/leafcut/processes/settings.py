@@ -143,44 +143,20 @@ def unused_options(settings: Settings, work: Work, input_kind: str = "") -> dict
 def _unused(settings: Settings, work: Work, input_kind: str) -> Iterator[tuple[str, str]]:
     """Yield the options that were given and are not used, and why they are not and what to do."""
     used = work.used()
+
+    def value_of(name: str) -> Any:
+        return getattr(settings.of(group_of(name)), name)
+
     for name in sorted(settings.given):
         if name not in used:
             yield name, why_unused(name, work.title, work.otherwise.get(name, ""))
             continue
         # What is off and would not be used does what is asked for.
-        off = group_of(name).specs()[name].kind == "flag" and getattr(settings.of(group_of(name)), name) is False
-        for condition in () if off else used[name].split():
-            if not _holds(condition, settings, input_kind):
-                yield name, _refusal(name, condition)
+        off = group_of(name).specs()[name].kind == "flag" and value_of(name) is False
+        for condition in () if off else used[name]:
+            if not condition.holds(value_of, input_kind):
+                yield name, condition.refusal(name, flag_name)
                 break
-
-
-def _holds(condition: str, settings: Settings, input_kind: str) -> bool:
-    wanted, (name, _, values) = not condition.startswith("!"), condition.removeprefix("!").partition("=")
-    if "," in name:
-        return any(_holds(one, settings, input_kind) for one in name.split(","))
-    value = input_kind if name == "input" else getattr(settings.of(group_of(name)), name)
-    return wanted == (value in values.split("|") if values else bool(value))
-
-
-def _refusal(option: str, condition: str) -> str:
-    """Return that an option needs a condition, and what to change: "only used with --keep-out; add --keep-out …"."""
-    wanted, (name, _, values) = not condition.startswith("!"), condition.removeprefix("!").partition("=")
-    words = " or ".join(", ".join(values.split("|")).rsplit(", ", 1))
-    if name == "input":
-        return f"{'only' if wanted else 'not'} used for a {words.replace('step', 'STEP file')}; leave it out"
-    own = flag_name(option)
-    if "," in name:
-        *most, last = map(flag_name, name.split(","))
-        return f"only used with {', '.join(most)} or {last}; add one of them or leave out {own}"
-    flag = flag_name(name)
-    if not values:
-        return f"only used with {flag}; add {flag} or leave out {own}" if wanted else _one_of(flag, own)
-    return f"only used {'with' if wanted else 'without'} {flag} {words}; set {flag} or leave out {own}"
-
-
-def _one_of(flag: str, own: str) -> str:
-    return f"not used with {flag}; leave out {flag} or {own}"
 
 
 def placed_in(folder: Path, options: Mapping[str, Any]) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
+from leafcut.options.condition import given
 from leafcut.options.job import CYCLES
 from leafcut.options.option_spec import OptionGroup, option
 
@@ -44,13 +45,13 @@ class DrillOptions(OptionGroup):
         of_file=True,
     )
     surface_unit: str = option(
-        "text", "mm", "unit of the STL files", choices=("mm", "in", "cm", "m"), needs="surface", of_file=True
+        "text", "mm", "unit of the STL files", choices=("mm", "in", "cm", "m"), needs=(given("surface"),), of_file=True
     )
     through: bool = option(
         "flag",
         False,
         "drill each hole through the part, as thick as the surface is there",
-        needs="surface",
+        needs=(given("surface"),),
         of_file=True,
     )
     fixture: tuple[str, ...] = option(
@@ -58,7 +59,7 @@ class DrillOptions(OptionGroup):
         (),
         "boxes that stand on the surface, such as clamps: 'x0 y0 z0 x1 y1 z1' in mm, separated by commas; ways go over",
         default_words="none",
-        needs="surface",
+        needs=(given("surface"),),
         of_file=True,
     )
     fixture_file: Path | None = option(
@@ -66,7 +67,7 @@ class DrillOptions(OptionGroup):
         None,
         "STL or STEP file of what holds the part, such as clamps or a vise, with the zero of the surface; ways go over",
         default_words="none",
-        needs="surface",
+        needs=(given("surface"),),
         of_file=True,
     )
     cycle: str | None = option(
@@ -89,7 +90,7 @@ class DrillOptions(OptionGroup):
         "quantity", None, "dwell at the bottom (P of G82)", unit="s", minimum=0, maximum=100, default_words="none"
     )
     centre_drill: bool = option(
-        "flag", False, "centre-drill every hole first, with the library's centre drill", needs="tools"
+        "flag", False, "centre-drill every hole first, with the library's centre drill", needs=(given("tools"),)
     )
     hole_order: Path | None = option(
         "path",

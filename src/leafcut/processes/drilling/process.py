@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.model.kinds import Head
 from leafcut.options import JobOptions, MachineOptions, PostOptions, ReadOptions, Settings
+from leafcut.options.condition import given
 from leafcut.processes.base import CHANGES, ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, use
 from leafcut.processes.drilling.options import DrillOptions
 
@@ -40,7 +41,7 @@ class Drilling(Process):
     options = (DrillOptions,)
     uses = use(ReadOptions) | use(MachineOptions) | ORDERED | WRITTEN
     uses |= use(JobOptions, but=("material", "keep_order", "tool_diameter")) | use(
-        JobOptions, material="tools", diameter_tolerance=""
+        JobOptions, material=(given("tools"),), diameter_tolerance=()
     )
     uses |= use(PostOptions, *CHANGES)
     otherwise = {"keep_order": "--algorithm none keeps the order of the drawing"}  # noqa: RUF012  # the protocol says that it is of the class

@@ -26,7 +26,7 @@ class Nesting(Process):
     title = "nesting"
     options = (NestOptions,)
     uses = (
-        use(ReadOptions, "units", "layers", "concentric", "solid", "strict", up="")
+        use(ReadOptions, "units", "layers", "concentric", "solid", "strict", up=())
         | use(SheetOptions)
         | use(MachineOptions, "machine")
     )

@@ -18,6 +18,8 @@ from leafcut.options import (
     SheetOptions,
     SpeedOptions,
 )
+from leafcut.options.condition import given
+from leafcut.options.search import FIREFLIES
 from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, all_of, use
 from leafcut.processes.pocket.options import PocketOptions
 
@@ -44,10 +46,10 @@ class Pocketing(Process):
     uses = use(ReadOptions, "units", "layers", "solid", "up", "z_zero", *PLACE, "strict") | use(
         SheetOptions, "join_tolerance", "open_paths"
     )
-    uses |= use(FeedOptions) | use(SpeedOptions, max_power="feeds")
+    uses |= use(FeedOptions) | use(SpeedOptions, max_power=(given("feeds"),))
     uses |= use(PocketDrawingOptions) | use(MachineOptions) | use(JobOptions, but=("keep_order",)) | ORDERED | WRITTEN
     #: Whatever the algorithm is, fireflies may order the grid: every strategy is tried.
-    uses |= {name: needs.replace("algorithm=firefly", "").strip() for name, needs in use(FireflyOptions).items()}
+    uses |= {name: tuple(one for one in needs if one != FIREFLIES) for name, needs in use(FireflyOptions).items()}
     command = "pocket"
     help = "Mill the pockets of a drawing or a picture."
     takes = "a drawing or a picture"

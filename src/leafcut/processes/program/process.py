@@ -18,6 +18,7 @@ from leafcut.options import (
     SpeedOptions,
     StockOptions,
 )
+from leafcut.options.condition import given
 from leafcut.processes.base import LOOKED_UP, ORDERED, SEARCH, SEARCH_MORE, Process, use
 from leafcut.processes.program.options import ResequenceOptions
 
@@ -29,6 +30,10 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
 
 
+#: Solids are read for the stock alone.
+_OF_STOCK = (given("workpiece"),)
+
+
 class ForeignProgram(Process):
     """A G-code program of any CAM."""
 
@@ -36,16 +41,22 @@ class ForeignProgram(Process):
     title = "reordering a program"
     options = (ResequenceOptions,)
     uses = (
-        use(ReadOptions, "units", "strict", solid="workpiece", up="workpiece", z_zero="workpiece")
+        use(ReadOptions, "units", "strict", solid=_OF_STOCK, up=_OF_STOCK, z_zero=_OF_STOCK)
         | use(MachineOptions)
         | LOOKED_UP
         | ORDERED
     )
     uses |= use(
-        JobOptions, "keep_out", "start_point", "keep_order", "tools", "tool_diameter", clearance_height="keep_out"
+        JobOptions,
+        "keep_out",
+        "start_point",
+        "keep_order",
+        "tools",
+        "tool_diameter",
+        clearance_height=(given("keep_out"),),
     )
     uses |= use(StockOptions, but=("part",)) | use(FeedOptions)
-    uses |= use(SpeedOptions, max_power="feeds")
+    uses |= use(SpeedOptions, max_power=(given("feeds"),))
     uses |= use(PostOptions, "dialect", "header", "line_numbers")
     otherwise = {  # noqa: RUF012  # the protocol says that it is of the class
         "output_units": "a program keeps its own units",

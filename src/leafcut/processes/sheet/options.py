@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
+from leafcut.options.condition import given, one_of
 from leafcut.options.option_spec import OptionGroup, option
 
 
@@ -104,7 +105,7 @@ class CutOptions(OptionGroup):
         minimum=0.01,
         maximum=1000,
         default_words="plasma 6, oxyfuel 15, or the thickness if larger; laser and water 3 kerfs, at least 2",
-        needs="lead_in=auto|line|arc",
+        needs=(one_of("lead_in", "auto", "line", "arc"),),
     )
     lead_out_length: float | None = option(
         "quantity",
@@ -114,7 +115,7 @@ class CutOptions(OptionGroup):
         minimum=0.01,
         maximum=1000,
         default_words="as the lead-in, at least 6",
-        needs="lead_out=auto|line|arc",
+        needs=(one_of("lead_out", "auto", "line", "arc"),),
     )
     overcut: float | None = option(
         "quantity",
@@ -137,7 +138,7 @@ class CutOptions(OptionGroup):
     corner_loops: bool = option("flag", False, "loop through the scrap at sharp outer corners, if there is room")
     micro_joints: int = option("whole", 0, "number of micro-joints that hold each part", minimum=0, maximum=100)
     joint_width: float = option(
-        "quantity", 0.5, "width of a micro-joint", unit="mm", minimum=0.01, maximum=50, needs="micro_joints"
+        "quantity", 0.5, "width of a micro-joint", unit="mm", minimum=0.01, maximum=50, needs=(given("micro_joints"),)
     )
     chains: bool = option(
         "flag",

@@ -17,6 +17,7 @@ from leafcut.options import (
     SheetOptions,
     SpeedOptions,
 )
+from leafcut.options.condition import one_of
 from leafcut.processes.base import CHANGES, ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, Process, all_of, use
 from leafcut.processes.cutting_machines import for_cutting
 from leafcut.processes.sheet.options import CutOptions
@@ -44,7 +45,7 @@ class SheetCutting(Process):
     title = "cutting a sheet"
     options = (CutOptions,)
     uses = use(ReadOptions, but=("z_zero",)) | use(SheetOptions) | use(MachineOptions)
-    uses |= use(JobOptions, *_JOB, start_point="start_corner=free") | use(CutDataOptions)
+    uses |= use(JobOptions, *_JOB, start_point=(one_of("start_corner", "free"),)) | use(CutDataOptions)
     uses |= use(SpeedOptions, "shop_rate")
     uses |= ORDERED | use(PostOptions, but=("coolant", *CHANGES))
     command = "cut"

@@ -1,0 +1,77 @@
+"""Conditions for the use of an option: predicates with the words of their refusal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+#: Text of an option's flag.
+_Flag = Callable[[str], str]
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A condition for the use of an option.
+
+    Attributes
+    ----------
+    names
+        Options of which one must have one of `values`, or be on or given if there are no values. Without names the
+        format of the input must be one of `values`.
+    values
+    wanted
+        False: the condition must not be met.
+    """
+
+    names: tuple[str, ...] = ()
+    values: tuple[str, ...] = ()
+    wanted: bool = True
+
+    def holds(self, value_of: Callable[[str], Any], input_format: str) -> bool:
+        """Return whether the options and the format of the input meet the condition."""
+        found = [value_of(name) for name in self.names] if self.names else [input_format]
+        return self.wanted == any(value in self.values if self.values else bool(value) for value in found)
+
+    def refusal(self, option: str, flag: _Flag) -> str:
+        """Return why an option is not used, and what to change: "only used with --keep-out; add --keep-out …"."""
+        words, own = " or ".join(", ".join(self.values).rsplit(", ", 1)), flag(option)
+        if not self.names:
+            return f"{'only' if self.wanted else 'not'} used for a {words.replace('step', 'STEP file')}; leave it out"
+        *most, last = map(flag, self.names)
+        if most:
+            return f"only used with {', '.join(most)} or {last}; add one of them or leave out {own}"
+        if self.values:
+            return f"only used {'with' if self.wanted else 'without'} {last} {words}; set {last} or leave out {own}"
+        if self.wanted:
+            return f"only used with {last}; add {last} or leave out {own}"
+        return f"not used with {last}; leave out {last} or {own}"
+
+
+#: All of them must hold.
+Conditions = tuple[Condition, ...]
+
+
+def given(*names: str) -> Condition:
+    """Return the condition that one of some options is given or on."""
+    return Condition(names)
+
+
+def absent(name: str) -> Condition:
+    """Return the condition that an option is neither given nor on."""
+    return Condition((name,), wanted=False)
+
+
+def one_of(name: str, *values: str) -> Condition:
+    """Return the condition that an option has one of some values."""
+    return Condition((name,), values)
+
+
+def input_is(*formats: str) -> Condition:
+    """Return the condition that the input has one of some formats."""
+    return Condition((), formats)
+
+
+def input_is_not(*formats: str) -> Condition:
+    """Return the condition that the input has none of some formats."""
+    return Condition((), formats, wanted=False)
