@@ -368,3 +368,9 @@ def test_what_packages_add_is_offered_beside_what_leafcut_brings(install: Instal
     assert [name for name, _ in fields["algorithm"]["choices"]] == [*ALGORITHMS, "random-insertion"]
     assert forms.problem_with("algorithm", "random-insertion") == ""
     assert "shop-mill" in machine_names()
+
+
+def test_a_stored_job_with_a_removed_option_is_refused_by_its_name(studio: Studio) -> None:
+    task = Task("optimize", ("example:plate-10",), "drill", {"depth": "3", "milling_feed": "300"})
+    with pytest.raises(OptionError, match=r"^--milling-feed is now --feed$"):
+        prepare(task, studio.folder)

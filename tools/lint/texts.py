@@ -42,7 +42,12 @@ SHARED_SYMBOLS = ("τ", "α", "β", "ρ", "ξ", "q₀", "β₀", "γ", "m")
 
 def faults() -> Iterator[str]:
     """Yield every fault."""
-    yield from _differences(ES_FILE, ES.table.keys(), EN.table.keys())
+    labels = {f"option.{name}" for _, name, _ in all_options()}
+    yield from _differences(ES_FILE, ES.table.keys(), EN.table.keys() | labels)
+    for key in sorted(labels & EN.table.keys()):
+        name = key.removeprefix("option.")
+        if EN.table[key] == name.replace("_", " ").capitalize():
+            yield f"{EN_FILE}: {key} equals the label derived from the name; leave it out"
     for key in EN.table.keys() & ES.table.keys():
         if _fields(EN.table[key]) != _fields(ES.table[key]):
             yield f"{ES_FILE}: {key} has other fields than en.toml"
@@ -66,10 +71,12 @@ def _differences(file: str, keys: Set[str], wanted: Set[str]) -> Iterator[str]:
 
 
 def faults_of_keys() -> Iterator[str]:
-    """Yield missing keys of options, groups, commands and states, and keys that belong to none of them."""
+    """Yield missing keys of groups, commands and states, and keys that belong to none of them."""
     groups = {key for work in forms.works().values() for key, _ in work.groups} | {"aco", "firefly", "cuts"}
+    for key in sorted(key for key in EN.table if key.startswith("option.")):
+        if key.removeprefix("option.") not in {name for _, name, _ in all_options()}:
+            yield f"{EN_FILE}: unknown key {key}"
     for section, names in {
-        "option": {name for _, name, _ in all_options()},
         "group": groups,
         "work": set(forms.works()),
         "state": {state.value for state in JobState},

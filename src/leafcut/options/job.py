@@ -123,7 +123,6 @@ class JobOptions(OptionGroup):
         minimum=0.01,
         maximum=1000,
         default_words="from the tool library",
-        of_file=True,
     )
     feed: float | None = option(
         "quantity",

@@ -10,6 +10,7 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
+from leafcut.processes.settings import all_options
 from leafcut.studio.messages import Messages
 
 #: Language → its name for itself.
@@ -50,7 +51,7 @@ class Words:
         return self.table.get(f"{kind}.{name}") or english or name.replace("_", " ").capitalize()
 
     def option(self, name: str) -> str:
-        """Return what an option is called beside its field."""
+        """Return the label of an option: its name, unless the texts have another."""
         return self.named("option", name)
 
     def help(self, name: str, english: str) -> str:
@@ -80,12 +81,13 @@ class Words:
             field = "work" if f"work.{value}" in self.table and f"process.{value}" not in self.table else "process"
             return f"“{self(f'choose.{field}')}” {self.table.get(f'{field}.{value}', value)}".rstrip()
         name = found["flag"].replace("-", "_")
-        if f"option.{name}" in self.table:
+        known = _option_names()
+        if name in known:
             return f"“{self.option(name)}”"
         if f"flag.{name}" in self.table:
             return f"“{self(f'flag.{name}')}”"
         stem = name.removeprefix("no_")
-        return f"“{self.option(stem)}” {self('form.off')}" if f"option.{stem}" in self.table else found[0]
+        return f"“{self.option(stem)}” {self('form.off')}" if stem in known else found[0]
 
     def said(self, words: Any) -> str:
         """Return words of the report, plain or as `report.overview.overview_as_json` has them, in this language."""
@@ -99,6 +101,11 @@ class Words:
         """Return what an issue of a code means; nothing in English, in which its message says it."""
         meaning = self.translated.get(f"issue.{code}", "")
         return meaning[:1].upper() + meaning[1:]
+
+
+@cache
+def _option_names() -> frozenset[str]:
+    return frozenset(name for _, name, _ in all_options())
 
 
 @cache

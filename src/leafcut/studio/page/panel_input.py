@@ -11,6 +11,7 @@ from urllib.parse import quote
 from nicegui import run, ui
 
 from leafcut.errors import LeafcutError
+from leafcut.options.removed import why_removed
 from leafcut.studio.folder import BUILT_IN, LARGEST_UPLOAD
 from leafcut.studio.jobs.ending import Ended
 from leafcut.studio.jobs.jobs import line_of
@@ -377,12 +378,17 @@ class InputPanel:
             view.part_names = {one.input: name for one, name in zip(view.parts, names, strict=True)}
         view.origin = task.origin
         view.process, view.work = task.process, work_of(task, view.name)
-        view.values, view.errors, view.for_study = dict(task.options), {}, None
+        removed = {name: line for name in task.options if (line := why_removed(name))}
+        options = {name: value for name, value in task.options.items() if name not in removed}
+        view.values, view.errors, view.for_study = options, {}, None
         view.usual, view.kept, view.known_defaults = {}, set(), None
         self.bench.restore(task, view.values)
-        view.shown = {name: self._named(value) for name, value in task.options.items() if isinstance(value, str)}
+        view.shown = {name: self._named(value) for name, value in options.items() if isinstance(value, str)}
         view.of_input = {"hole_order", "plan", *(("quantity",) if task.origin else ())} & view.values.keys()
-        return await self.resume()
+        newest = await self.resume()
+        if removed:
+            self._say_problem("; ".join(removed.values()))
+        return newest
 
     async def resume(self) -> bool:
         """Show again what is chosen, and read the input; return False if another was read meanwhile."""
