@@ -297,13 +297,6 @@ class OptimizeKeywords(TypedDict, total=False):
     """Chain-cut neighbouring outlines with one pierce, through the scrap, if that is faster."""
     common_lines: bool | None
     """Common-line cutting: cut edges one kerf apart once for both parts."""
-    edge_start: Literal[
-        "auto",
-        "always",
-        "never",
-        None,
-    ]
-    """Edge start: start outlines outside the sheet, without a pierce (default: auto: above the pierce capacity)."""
     heat_distance: Quantity | None
     """Minimum distance between consecutive starts (mm)."""
     sweep: Literal[
@@ -389,10 +382,6 @@ class OptimizeKeywords(TypedDict, total=False):
     """Maximum ramp angle (deg; default: 3deg)."""
     plunge_feed: Quantity | None
     """Plunge rate (mm/min; default: the tool library's, else a third of the feed rate)."""
-    air_feed: Quantity | None
-    """Feed rate at depth through cleared area; not below the milling feed (mm/min; default: the machine's highest
-    feed rate).
-    """
     merge_tools: bool | None
     """Merge sections of the same tool where it is safe."""
     allow_reverse: bool | None

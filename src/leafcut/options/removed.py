@@ -7,6 +7,7 @@ from leafcut.options.option_spec import flag_name
 #: Name → reason and remedy, or the new name, "now --name". Wherever an option can be given, these are refused by name.
 REMOVED = {
     "air_clearance": "rapids in the air keep 1 mm from the material",
+    "air_feed": "give max_feed in the machine profile, the feed through cleared area",
     "best_probability": "it is 0.05, as in the book (p_best of mmas)",
     "chain_bridge": "bridges are as long as they are faster than a pierce",
     "chain_contours": "a chain has at most 12 contours",
@@ -18,6 +19,7 @@ REMOVED = {
     "device": "now --parallel gpu",
     "drill_diameter": "now --tool-diameter",
     "drive_efficiency": "75 % of the spindle's power reaches the tool; give less with --max-power",
+    "edge_start": "cuts start at the sheet's edge above the pierce capacity; --pierce-delay makes them pierce",
     "elitist_weight": "it is the number of ants, as in the book (e of eas)",
     "feed_increase": "--feeds raises a feed by 50 % at most",
     "feed_step": "feeds are tried in steps of 5 mm/min",

@@ -5,8 +5,10 @@ from __future__ import annotations
 import io
 import json
 import math
+import re
 import threading
 from dataclasses import replace
+from importlib.resources import files
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -303,8 +305,6 @@ def test_the_summary_fits_a_terminal_and_names_the_strategies(outcome) -> None:
         ({"tools": EXAMPLES / "tools.toml", "tool_number": 2}, PlanError, "T2 drill 5.0, M6 core Ø5 is a drill"),
         ({"retract_height": 20}, PlanError, "R plane"),
         ({"feed": "100m/min"}, PlanError, "feeds at most"),
-        ({"air_feed": "700mm/min"}, PlanError, "--air-feed 700 mm/min is below the feed of the mill, 800 mm/min"),
-        ({"air_feed": "90m/min"}, PlanError, "feeds at most"),
         ({"keep_out": "20 0 40 10"}, PlanError, "pocket plate is in the keep-out zone '20 0 40 10'"),
         ({"start_point": "1,2,3"}, OptionError, "two numbers"),
     ],
@@ -371,8 +371,11 @@ def test_the_air_feed_applies_only_where_nothing_is_cut_and_saves_its_share_of_t
     """
     (tmp_path / "box.wkt").write_text(shapely.box(0, 0, *size).wkt)
     options = {**FAST, "strategy": "adaptive", "max_engagement": f"{engagement}deg", "step_down": 4}
-    slow = api.optimize(tmp_path / "box.wkt", air_feed="800mm/min", **options)
-    fast = api.optimize(tmp_path / "box.wkt", air_feed="2400mm/min", **options)
+    profile = (files("leafcut") / "machines" / "linuxcnc-mill.toml").read_text(encoding="utf-8")
+    (tmp_path / "mill.toml").write_text(re.sub(r"max_feed = .*", 'max_feed = "2400 mm/min"', profile, count=1))
+    (tmp_path / "slow.toml").write_text(re.sub(r"max_feed = .*", 'max_feed = "800 mm/min"', profile, count=1))
+    slow = api.optimize(tmp_path / "box.wkt", machine=str(tmp_path / "slow.toml"), **options)
+    fast = api.optimize(tmp_path / "box.wkt", machine=str(tmp_path / "mill.toml"), **options)
     measures = fast.detail.plans[0].result.measures
     air_s = 60.0 * measures.air_mm / 800.0
     assert 0.5 * least * air_s < slow.after.time_s - fast.after.time_s <= 2.0 / 3.0 * air_s

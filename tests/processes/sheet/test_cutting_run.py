@@ -544,7 +544,7 @@ def test_starts_in_the_air_are_told_where_the_controller_probes_before_each_cut(
     document = ezdxf.new(units=4)
     document.modelspace().add_lwpolyline([(20, 20), (90, 20), (90, 90), (20, 90)], close=True)
     document.saveas(tmp_path / "thick.dxf")
-    options = {**FAST, "edge_start": "always", "sheet_size": "200x200"}
+    options = {**FAST, "thickness": "25", "amps": 45, "sheet_size": "200x200"}
     probing = api.optimize(tmp_path / "thick.dxf", **options)
     assert [i.code for i in probing.issues].count("L619") == 1
     assert "L619" not in {i.code for i in api.optimize(tmp_path / "thick.dxf", dialect="plasma", **options).issues}

@@ -96,11 +96,3 @@ class PocketOptions(OptionGroup):
         minimum=0.001,
         default_words="the tool library's, else a third of the feed rate",
     )
-    air_feed: float | None = option(
-        "quantity",
-        None,
-        "feed rate at depth through cleared area; not below the milling feed",
-        unit="mm/s",
-        minimum=0.001,
-        default_words="the machine's highest feed rate",
-    )

@@ -150,13 +150,6 @@ class CutOptions(OptionGroup):
         False,
         "common-line cutting: cut edges one kerf apart once for both parts",
     )
-    edge_start: str = option(
-        "text",
-        "auto",
-        "edge start: start outlines outside the sheet, without a pierce",
-        choices=("auto", "always", "never"),
-        default_words="auto: above the pierce capacity",
-    )
     heat_distance: float = option("quantity", 0.0, "minimum distance between consecutive starts", unit="mm", minimum=0)
     sweep: str = option(
         "text",

@@ -247,7 +247,6 @@ def test_scrap_that_a_group_encloses_makes_no_group_of_all() -> None:
         {"compensation": "controller"},
         {"plan": "old.json"},
         {"save_plan": "new.json"},
-        {"edge_start": "always"},
     ],
 )
 def test_what_common_lines_do_not_go_with_is_refused(options: dict[str, Any]) -> None:

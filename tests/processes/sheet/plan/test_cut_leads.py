@@ -378,8 +378,7 @@ def test_an_open_cut_is_not_pierced_above_the_pierce_capacity() -> None:
         cutting_of(sheet, thick)
 
 
-def test_to_pierce_above_the_pierce_capacity_takes_a_delay() -> None:
+def test_cuts_start_at_the_edge_above_the_pierce_capacity_unless_a_pierce_delay_is_given() -> None:
     thick = replace(PLASMA, thickness=20.0, pierce_delay=0.0, can_pierce=False)
-    with pytest.raises(OptionError, match="give --pierce-delay"):
-        rules_of(thick, edge_start="never")
+    assert rules_of(thick).edge_start
     assert not rules_of(replace(thick, pierce_delay=2.0, can_pierce=True)).edge_start

@@ -237,25 +237,9 @@ def milling_data(
     check_spindle_heights(machine, job, "mill a pocket")
     tool, issues = with_data(mill, options, job, rules, machine)
     plunge = options.plunge_feed or tool.plunge_feed or PLUNGE_PART * tool.feed
-    air = _air_feed(options, tool, machine)
-    return MillingData(tool, min(plunge, machine.max_feed), options.entry, options.entry_angle, air), issues
-
-
-def _air_feed(options: PocketOptions, tool: Tool, machine: Machine) -> float:
-    """Return the feed at depth where nothing is cut, mm/s."""
-    asked = options.air_feed
-    if asked is None:
-        return machine.max_feed
-    if asked < tool.feed * (1.0 - 1e-9):
-        raise PlanError(
-            f"--air-feed {asked * 60:g} mm/min is below the feed of the mill, {tool.feed * 60:g} mm/min; give at "
-            "least that feed"
-        )
-    if asked > machine.max_feed * (1.0 + 1e-9):
-        raise PlanError(
-            f"--air-feed {asked * 60:g} mm/min: {machine.name} feeds at most {machine.max_feed * 60:g} mm/min"
-        )
-    return asked
+    return MillingData(
+        tool, min(plunge, machine.max_feed), options.entry, options.entry_angle, machine.max_feed
+    ), issues
 
 
 def corner_rounding(machine: Machine, feed: float) -> float:

@@ -158,7 +158,7 @@ def resolve_rules(
         loop_length=0.5 * length,
         joints=options.micro_joints,
         joint_width=options.joint_width,
-        edge_start=options.edge_start == "always" or (options.edge_start == "auto" and not data.can_pierce),
+        edge_start=not data.can_pierce,
         compensation=options.compensation,
         common_lines=options.common_lines,
         once=options.compensation == "none" and not not_with_common_lines(options, data),
@@ -182,11 +182,6 @@ def _check(kind: str, options: CutOptions, data: CutData) -> None:
             "--chains: the next contour of a chain begins beside the one before it, in hot metal; leave out "
             "--heat-distance, or --chains"
         )
-    if options.edge_start == "never" and not data.can_pierce:
-        raise OptionError(
-            f"--edge-start never: the chart has no pierce data for {data.thickness:g} mm, above the pierce "
-            "capacity; give --pierce-delay, or leave out --edge-start"
-        )
     if options.common_lines:
         _check_common_lines(options, data)
     if options.compensation == "controller":
@@ -202,13 +197,12 @@ def _check(kind: str, options: CutOptions, data: CutData) -> None:
             )
         if options.lead_in == "none":
             raise OptionError("--compensation controller: G41 and G42 are taken up on a lead-in; give --lead-in line")
-        if options.edge_start == "always" or (options.edge_start == "auto" and not data.can_pierce):
+        if not data.can_pierce:
             raise OptionError("--compensation controller: starts at the edge need --compensation geometry")
 
 
 def not_with_common_lines(options: CutOptions, data: CutData) -> list[str]:
     """Return the options in use that a cut for two parts cannot have."""
-    edge = options.edge_start == "always" or (options.edge_start == "auto" and not data.can_pierce)
     given = {
         "--chains": options.chains,
         "--plan": bool(options.plan),
@@ -217,7 +211,7 @@ def not_with_common_lines(options: CutOptions, data: CutData) -> list[str]:
         "--micro-joints": options.micro_joints > 0,
         "--heat-distance": options.heat_distance > 0.0,
         "--compensation controller": options.compensation == "controller",
-        "starts at the sheet's edge": edge,
+        "starts at the sheet's edge": not data.can_pierce,
     }
     return [name for name, is_given in given.items() if is_given]
 

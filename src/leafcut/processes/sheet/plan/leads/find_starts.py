@@ -49,11 +49,9 @@ def find_starts(contours: list[CutContour], scrap: Scrap, rules: CutRules) -> li
     if stuck:
         names = "; ".join(c.name() for c in stuck[:3]) + (f" and {len(stuck) - 3} more" if len(stuck) > 3 else "")
         if rules.edge_start:
-            too_thick = "the sheet is above the pierce capacity: cuts begin at its edge"
-            why = "cuts are to begin at the sheet's edge (--edge-start)" if rules.data.can_pierce else too_thick
             raise PlanError(
-                f"{why}, and no cut from there reaches {names}; drill a hole there "
-                "first and give --edge-start never with --pierce-delay, or nest it nearer to the edge"
+                f"the sheet is above the pierce capacity: cuts begin at its edge, and no cut from there reaches "
+                f"{names}; drill a hole there first and give --pierce-delay, or nest it nearer to the edge"
             )
         # The controller cannot turn its compensation on without a lead.
         instead = "--compensation geometry" if rules.compensation == "controller" else "--lead-in none"
