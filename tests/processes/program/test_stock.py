@@ -129,9 +129,7 @@ def test_a_tool_of_a_library_comes_before_the_comment(tmp_path: Path) -> None:
 
 
 def test_what_is_fed_first_from_an_unknown_place_cuts_at_its_end_and_is_told(tmp_path: Path) -> None:
-    found = leafcut.stock(
-        made(tmp_path, "G21 G90\nT1 M6\nM3 S900\nG1 X10 Y10 Z-2 F60\nG0 Z5\nM2\n"), tool_diameter=6
-    )
+    found = leafcut.stock(made(tmp_path, "G21 G90\nT1 M6\nM3 S900\nG1 X10 Y10 Z-2 F60\nG0 Z5\nM2\n"), tool_diameter=6)
     assert found.removed_mm3 == pytest.approx(math.pi * 18, rel=0.01)
     assert [i.message for i in found.issues if i.code == "L808"] == [
         "the start of 1 cut is unknown: only its end is cut here"
