@@ -92,10 +92,9 @@ def _machine(data: bytes, place: Path) -> None:
 def _picture(data: bytes, place: Path) -> None:
     from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
     from leafcut.read.format import Source
-    from leafcut.read.picture import FORMAT
+    from leafcut.read.picture import read_picture_pockets
 
-    assert FORMAT.pockets is not None
-    FORMAT.pockets(Source(place.name, data), ReadOptions(), PocketDrawingOptions(pixel_size=0.2), SheetOptions())
+    read_picture_pockets(Source(place.name, data), ReadOptions(), PocketDrawingOptions(pixel_size=0.2), SheetOptions())
 
 
 def _any(data: bytes, place: Path) -> None:

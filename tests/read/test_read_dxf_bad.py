@@ -14,6 +14,7 @@ from leafcut.errors import ReadError
 from leafcut.options import ReadOptions
 from leafcut.read import dxf, dxf_document, read
 from leafcut.read.format import Source
+from leafcut.read.recognition import BINARY_DXF
 
 CIRCLE = "0\nCIRCLE\n8\nHOLES\n10\n{}\n20\n{}\n40\n{}\n"
 BLOCK = "0\nBLOCK\n8\n0\n2\n{}\n70\n0\n10\n0\n20\n0\n{}0\nENDBLK\n"
@@ -237,7 +238,7 @@ def test_any_damage_to_a_drawing_ends_in_a_part_or_a_read_error(data):
 def test_any_bytes_after_the_mark_of_a_binary_drawing_end_in_a_read_error(tail):
     end = b"\0" + struct.pack("<B", 0) + b"EOF\0"
     with pytest.raises(ReadError):
-        dxf.read_dxf(Source("x.dxf", dxf_document.BINARY_MARK + tail + end), ReadOptions())
+        dxf.read_dxf(Source("x.dxf", BINARY_DXF + tail + end), ReadOptions())
 
 
 def test_arcs_of_a_polyline_in_a_block_count_as_many_copies(draw, monkeypatch):

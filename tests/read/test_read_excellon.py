@@ -10,6 +10,7 @@ from leafcut.errors import ReadError
 from leafcut.options import ReadOptions
 from leafcut.read import Match, excellon, formats, read, registry
 from leafcut.read.format import Source
+from leafcut.read.recognition import sniff_excellon
 
 KICAD = """M48
 ; DRILL file {KiCad 6.0.11} date Sat
@@ -225,7 +226,7 @@ def test_real_boards_have_the_holes_slots_and_tools_that_a_plain_search_finds(da
 
 
 def test_a_g_code_program_is_not_taken_for_a_drill_file():
-    assert excellon.sniff(b"%\nO0001\nG21 G90\nM48\nT1 M6\nG81 X1 Y1 Z-2 R1 F100\nM30\n%\n") == 0
+    assert sniff_excellon(b"%\nO0001\nG21 G90\nM48\nT1 M6\nG81 X1 Y1 Z-2 R1 F100\nM30\n%\n") == 0
 
 
 @pytest.mark.parametrize("name", ["thruhole.tap", "board.nc", "board.cnc", "board.txt", "board.ngc"])
@@ -254,7 +255,7 @@ def test_units_give_the_usual_format_of_a_file_that_states_none(text_file, units
 
 
 def test_places_after_tools_without_a_size_are_no_program():
-    assert excellon.sniff(b"%\nT1\nX1000Y1000\nX2000Y1000\nM30\n") == Match.YES
+    assert sniff_excellon(b"%\nT1\nX1000Y1000\nX2000Y1000\nM30\n") == Match.YES
 
 
 @pytest.mark.parametrize(

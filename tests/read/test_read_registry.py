@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 
 import pytest
 from hypothesis import given, settings
@@ -13,6 +15,7 @@ from leafcut.model.issue import Issue
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
 from leafcut.read import Format, Match, format, formats, read, registry
+from leafcut.read.examples import EXAMPLE_NAMES
 from leafcut.read.format import Source
 from packages import Installer
 
@@ -117,6 +120,36 @@ def test_every_format_has_a_name_and_one_line_of_help():
     assert all(f.help and "\n" not in f.help for f in known)
     extensions = [e for f in known for e in f.extensions]
     assert len(extensions) == len(set(extensions))
+
+
+def test_the_help_of_the_examples_names_all_of_them():
+    (example,) = [f for f in registry.BUILT_IN if f.name == "example"]
+    assert f"{{{', '.join(EXAMPLE_NAMES)}}}" in example.help
+
+
+@pytest.mark.parametrize("name, text", [("a.nc", "G21\nG1 X1 F100\n"), ("a", XML), ("a.txt", "no format knows this")])
+def test_a_file_is_recognised_without_loading_any_reader(text_file, name, text):
+    code = (
+        "import sys; from leafcut.read.registry import BUILT_IN, format_name; "
+        f"format_name({str(text_file(name, text))!r}); "
+        "print(sorted({f'leafcut.read.{m}' for m in sys.argv[1:]} & set(sys.modules)))"
+    )
+    readers = [
+        "csvmap",
+        "dxf",
+        "dxf_document",
+        "excellon",
+        "gtsp",
+        "picture",
+        "sirius",
+        "step",
+        "svg",
+        "tsplib",
+        "wkt",
+        "xmlmap",
+    ]
+    done = subprocess.run([sys.executable, "-c", code, *readers], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
 
 
 def read_toy(source: Source, options: ReadOptions) -> Part:

@@ -6,8 +6,6 @@ Lines that begin with # are comments. A row that cannot be understood is left ou
 
 from __future__ import annotations
 
-import csv
-import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -20,14 +18,13 @@ from leafcut.read.filter_holes import chosen_layers, sift
 from leafcut.read.format import (
     MAX_COORDINATE,
     MAX_HOLES,
-    Format,
-    Match,
     Source,
     factor_of,
     to_mm,
     too_many_holes,
     units_unknown,
 )
+from leafcut.read.table_rows import cell_number, is_number, separator_of, split_row
 
 #: Words of a header, and the field they mean.
 HEADER_WORDS = {
@@ -64,17 +61,6 @@ class _Columns:
     from_header: bool = False
 
 
-def sniff(head: bytes) -> Match:
-    """Say whether most lines begin with two numbers; nothing is certain about a table."""
-    if b"\0" in head:
-        return Match.NO
-    lines = [line for line in head.decode("latin-1").splitlines()[:50] if line.strip() and not line.startswith("#")]
-    separator = _separator(lines)
-    rows = [_split(line, separator) for line in lines]
-    numeric = sum(len(r) >= 2 and _is_number(r[0], separator) and _is_number(r[1], separator) for r in rows)
-    return Match.MAYBE if rows and numeric >= max(1, len(rows) // 2) else Match.NO
-
-
 def read_csv(source: Source, options: ReadOptions) -> Part:
     """Return the points of a table as holes, in mm.
 
@@ -84,7 +70,7 @@ def read_csv(source: Source, options: ReadOptions) -> Part:
         There is no row with two numbers, or the header names no columns x and y.
     """
     lines = source.text().splitlines()
-    separator = _separator([line for line in lines[:200] if line.strip() and not line.lstrip().startswith("#")])
+    separator = separator_of([line for line in lines[:200] if line.strip() and not line.lstrip().startswith("#")])
     rows = _rows(lines, separator)
     columns, first = _columns(source, rows, separator)
     factor = factor_of(options, columns.unit)
@@ -120,29 +106,10 @@ def read_csv(source: Source, options: ReadOptions) -> Part:
     return replace(part, issues=(*issues, *noticed))
 
 
-def _separator(lines: list[str]) -> str | None:
-    """Return what parts the fields: the strongest sign that at least half of the lines have; None for blanks."""
-    for sign in (";", "\t", ","):
-        if lines and 2 * sum(sign in line for line in lines) >= len(lines):
-            return sign
-    return None
-
-
-def _split(line: str, separator: str | None) -> list[str]:
-    if separator is None:
-        return line.split()
-    if '"' not in line:
-        return [field.strip() for field in line.split(separator)]
-    try:
-        return [field.strip() for field in next(csv.reader([line], delimiter=separator, skipinitialspace=True))]
-    except (csv.Error, StopIteration):
-        return [line]
-
-
 def _rows(lines: list[str], separator: str | None) -> Iterator[tuple[int, list[str]]]:
     for number, line in enumerate(lines, 1):
         if line.strip() and not line.lstrip().startswith("#"):
-            yield number, _split(line, separator)
+            yield number, split_row(line, separator)
 
 
 def _columns(
@@ -152,7 +119,7 @@ def _columns(
     number, fields = next(rows, (0, []))
     if not fields:
         raise ReadError(source.path, "no points: the file holds comments only")
-    if any(_is_number(f, separator) for f in fields[:2]):
+    if any(is_number(f, separator) for f in fields[:2]):
         return _Columns(), _with_first((number, fields), rows)
     found: dict[str, int] = {}
     unit = None
@@ -181,16 +148,16 @@ def _with_first(first: tuple[int, list[str]], rest: Iterator[tuple[int, list[str
 def _hole(fields: list[str], columns: _Columns, separator: str | None, factor: float) -> Hole:
     if len(fields) <= max(columns.x, columns.y):
         raise ValueError(f"'{shown(' '.join(fields))}' has {len(fields)} field(s), expected x and y")
-    x, y = (to_mm(_number(fields[i], separator), factor) for i in (columns.x, columns.y))
+    x, y = (to_mm(cell_number(fields[i], separator), factor) for i in (columns.x, columns.y))
     name_at, diameter = columns.name, 0.0
-    if (text := _field(fields, columns.d)) and not columns.from_header and not _is_number(text, separator):
+    if (text := _field(fields, columns.d)) and not columns.from_header and not is_number(text, separator):
         name_at = columns.d  # x, y, name: no diameter in this row
     elif text:
-        diameter = to_mm(_number(text, separator), factor)
+        diameter = to_mm(cell_number(text, separator), factor)
     if not (abs(x) <= MAX_COORDINATE and abs(y) <= MAX_COORDINATE and 0 <= diameter <= MAX_COORDINATE):
         raise ValueError(f"x {x:g}, y {y:g}, diameter {diameter:g} mm is out of range")
     height = _field(fields, columns.z)
-    z = to_mm(_number(height, separator), factor) if height else 0.0
+    z = to_mm(cell_number(height, separator), factor) if height else 0.0
     if not abs(z) <= MAX_COORDINATE:
         raise ValueError(f"z {z:g} mm is out of range")
     return Hole(x, y, diameter, _field(fields, columns.layer), _field(fields, name_at), z)
@@ -198,27 +165,6 @@ def _hole(fields: list[str], columns: _Columns, separator: str | None, factor: f
 
 def _field(fields: list[str], index: int | None) -> str:
     return fields[index][:100] if index is not None and index < len(fields) else ""
-
-
-def _number(text: str, separator: str | None) -> float:
-    # float() also reads "1_000"; in a table that is a mistake.
-    plain = text.replace(",", ".") if separator in (";", "\t") and text.count(",") == 1 and "." not in text else text
-    try:
-        if "_" in plain:
-            raise ValueError
-        return float(plain)
-    except ValueError:
-        raise ValueError(f"'{shown(text, 30)}' is not a number") from None
-
-
-def _is_number(text: str, separator: str | None) -> bool:
-    try:
-        return math.isfinite(_number(text, separator))
-    except ValueError:
-        return False
-
-
-FORMAT = Format("csv", (".csv", ".tsv", ".xy"), "table of points: x, y[, diameter][, name]", read_csv, sniff)
 
 
 def points_text(part: Part) -> str:

@@ -17,18 +17,15 @@ from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
 from leafcut.read.arcs import ArcPiece, close_circles
 from leafcut.read.dxf_blocks import BlockWalk
-from leafcut.read.dxf_contours import read_dxf_contours, read_dxf_pockets
-from leafcut.read.dxf_document import hidden_by_layer, layers_of, open_document, sniff, units_of, walk_issues
+from leafcut.read.dxf_document import hidden_by_layer, layers_of, open_document, units_of, walk_issues
 from leafcut.read.dxf_edge import edge_of
 from leafcut.read.dxf_shapes import ROUND, Matrix, Shape, half_axes, is_flat, moved, seen_span, shape_of
-from leafcut.read.dxf_whole import read_dxf_whole
 from leafcut.read.filter_holes import MERGE_TOLERANCE, circles_around, part_holes, sift
 from leafcut.read.format import (
     FREE_HOLES,
     MAX_COORDINATE,
     MAX_HOLES,
     OUT_OF_RANGE,
-    Format,
     Source,
     copies_of,
     places_of,
@@ -240,16 +237,3 @@ def _nothing(walk: BlockWalk[Shape], finds: Finds, noticed: list[Issue]) -> str:
     if walk.hidden:
         parts.append(f"on layers that are off, frozen or not chosen: {hidden_by_layer(walk)}")
     return f"no holes: {'; '.join(parts) or 'the drawing is empty'}"
-
-
-FORMAT = Format(
-    "dxf",
-    (".dxf",),
-    "drawing (AutoCAD DXF, text or binary): circles are holes, lines and curves are contours or pockets",
-    read_dxf,
-    sniff,
-    contours=read_dxf_contours,
-    pockets=read_dxf_pockets,
-    whole=read_dxf_whole,
-    processes=("drill", "cut", "pocket"),
-)

@@ -16,9 +16,9 @@ from leafcut.options import ReadOptions
 from leafcut.read.dxf_blocks import INVISIBLE, BlockWalk, LayerFilter
 from leafcut.read.dxf_plain import read_plain
 from leafcut.read.filter_holes import layer_filter
-from leafcut.read.format import Match, Source, factor_of
+from leafcut.read.format import Source, factor_of
+from leafcut.read.recognition import BINARY_DXF, DXF_SECTION
 
-BINARY_MARK = b"AutoCAD Binary DXF\r\n\x1a\x00"
 #: ezdxf needs about 1.6 kB for a circle and 0.1 kB for a tag (two lines): beyond these it would eat the memory.
 MAX_ENTITIES = 1_500_000
 MAX_LINES = 30_000_000
@@ -51,20 +51,12 @@ GUESSED_NUMBER = 117
 #: And these touch no geometry: sections and tables that R12 should not have, the root dictionary, a letter.
 TRIVIAL_REPAIRS = (9, 10, 14, 111)
 
-_SECTION = re.compile(rb"(?:^|[\r\n])[ \t]*0[ \t]*\r?\n[ \t]*SECTION\b", re.IGNORECASE)
 _END = re.compile(rb"[\r\n][ \t]*0[ \t]*\r?\n[ \t]*EOF[ \t]*(?:[\r\n\x1a\0]|$)", re.IGNORECASE)
 _STRUCTURE = re.compile(rb"\n[ \t]*0[ \t]*\r?\n(?=[ \t]*[A-Za-z])")
 _SECTION_END = re.compile(rb"\n[ \t]*0[ \t]*\r?\n[ \t]*ENDSEC\b")
 _LINE = re.compile(r"\bline:? (\d+)")
 #: Half of a letter beyond U+FFFF, which no file or message can say.
 _HALF_LETTER = re.compile(rb"\\U\+[dD][89a-fA-F][0-9a-fA-F]{2}")
-
-
-def sniff(head: bytes) -> Match:
-    """Say whether a file begins as a DXF does: the binary mark, or group code 0 with SECTION."""
-    if head.startswith(BINARY_MARK) or _SECTION.search(head[:4096].replace(b"\r\n", b"\n").replace(b"\r", b"\n")):
-        return Match.YES
-    return Match.NO
 
 
 def open_document(source: Source, issues: list[Issue]) -> Any:
@@ -86,11 +78,11 @@ def _opened(source: Source, issues: list[Issue]) -> Any:
     data = _HALF_LETTER.sub(rb"\\U+FFFD", source.data)
     if data[:4] == b"AC10":
         raise ReadError(source.path, "this is a DWG drawing; save it as DXF")
-    binary = data.startswith(BINARY_MARK)
+    binary = data.startswith(BINARY_DXF)
     if not binary:
         if b"\n" not in data:
             data = data.replace(b"\r", b"\n")
-        if not _SECTION.search(data[:65536]):
+        if not re.search(DXF_SECTION, data[:65536], re.IGNORECASE):
             raise ReadError(source.path, "this is not a DXF drawing: it does not begin with group code 0 and SECTION")
         _check_whole(source.path, data, issues)
         if plain := read_plain(data, source.look):

@@ -18,7 +18,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.model.contour import Contour
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
-from leafcut.read.format import MAX_HOLES, Format, Source
+from leafcut.read.format import MAX_HOLES, Source
 from leafcut.units import MM_PER_INCH
 
 EXAMPLE, RANDOM = "example:", "random:"
@@ -311,12 +311,3 @@ def _random_map(source: Source) -> Part:
 def _points(name: str, points: object, source: str = "") -> Part:
     holes = tuple([Hole(x, y, 0.0) for x, y in points])  # type: ignore[attr-defined]
     return Part(name, holes, source=source or EXAMPLE + name, format="example")
-
-
-FORMAT = Format(
-    "example",
-    (),
-    f"built in: {EXAMPLE}{{{', '.join(EXAMPLE_NAMES)}}} and random:N[:SEED]",
-    read_example,
-    prefix=(EXAMPLE, RANDOM),
-)

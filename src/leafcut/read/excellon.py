@@ -22,8 +22,6 @@ from leafcut.read.format import (
     FREE_COPIES,
     MAX_COORDINATE,
     MAX_HOLES,
-    Format,
-    Match,
     ReadBudget,
     Source,
     factor_of,
@@ -52,40 +50,12 @@ _NO_ZERO_SET = re.compile(r"G93(?:X[+-]?0*\.?0*)?(?:Y[+-]?0*\.?0*)?")
 _FORMAT_COMMENT = re.compile(
     r";\s*FORMAT=\{(\d):(\d)\s*/[^/]*/[^/]*/\s*(suppress leading|suppress trailing|keep)?", re.I
 )
-_MARK_TOOL = re.compile(rb"^T\d.*C[.\d]", re.MULTILINE)
-_MARK_HEADER = re.compile(rb"^(?:METRIC|INCH|M71|M72|FMAT)", re.MULTILINE)
-_MARK_BARE_TOOL = re.compile(rb"^T\d{1,6}\s*$", re.MULTILINE)
-_MARK_PLACE = re.compile(rb"^X[-+.\d]+Y[-+.\d]+\s*$", re.MULTILINE)
-_MARK_G = re.compile(rb"^[^;(\n]*G\d", re.MULTILINE)
-#: Words of a program that no drill file has: a height, spindle and tool change, G words but those of drilling, routing,
-#: slots, absolute and incremental places and the zero.
-_MARK_PROGRAM = re.compile(
-    rb"^(?!T\d|METRIC|INCH|M7[12])[^;(\n]*?(?:Z|M0?[3-6](?!\d)|G(?!0?[0-5](?!\d)|4[0-2](?!\d)|85(?!\d)|9[013](?!\d))\d)",
-    re.MULTILINE,
-)
 _GERBONARA_PLACE = re.compile(r"^.*?:(\d+) \"(.*?)\": (.*)$", re.DOTALL)
 #: gerbonara's warnings that change nothing about the holes.
 _HARMLESS = re.compile(
     r"header statement found|implicit number format|intended for CAM tools|in the middle of the file"
     r"|M30 statement found|end of program statement"
 )
-
-
-def sniff(head: bytes) -> Match:
-    """Say whether a file has the header of Excellon, or at least its tools and coordinates.
-
-    Without a header only its words tell it from a program: some boards come as ``.tap`` or ``.nc``.
-    """
-    lines = head.replace(b"\r", b"\n")
-    tools = bool(_MARK_TOOL.search(lines))
-    if re.search(rb"^M48\s*$", lines, re.MULTILINE) and (tools or _MARK_HEADER.search(lines)):
-        return Match.YES
-    if not _MARK_PLACE.search(lines):
-        return Match.NO
-    if tools and not _MARK_PROGRAM.search(lines):
-        return Match.YES
-    bare = _MARK_BARE_TOOL.search(lines) and not _MARK_G.search(lines) and not _MARK_PROGRAM.search(lines)
-    return Match.YES if bare else Match.MAYBE if tools else Match.NO
 
 
 @dataclass
@@ -348,12 +318,3 @@ def _objects(source: Source, parser: Any, options: ReadOptions, issues: list[Iss
         message = f"{count_of(hidden, 'hole')} of tools that are not selected left out"
         issues.append(Issue("L204", message, severity=Severity.NOTE))
     return holes, slots
-
-
-FORMAT = Format(
-    "excellon",
-    (".drl", ".xln", ".exc", ".ncd", ".drd"),
-    "drill file of a circuit board: holes by tool, straight slots",
-    read_excellon,
-    sniff,
-)

@@ -12,7 +12,6 @@ Source: the instances of S. L. Smith and F. Imeson (GLNS, 2017) and of R. Salman
 
 from __future__ import annotations
 
-import re
 from itertools import pairwise
 
 import numpy as np
@@ -24,16 +23,10 @@ from leafcut.model.issue import Issue
 from leafcut.model.part import Grouping, Hole, Part
 from leafcut.options import ReadOptions
 from leafcut.read import tsplib
-from leafcut.read.format import Format, Match, Source
+from leafcut.read.format import Source
 from leafcut.read.tsplib import DataSection, Sections
 
 KINDS = ("GTSP", "AGTSP", "PCGTSP", "PCGLNS")
-
-
-def sniff(head: bytes) -> Match:
-    """Say whether a file has the keys of TSPLIB, and that of its sets."""
-    text = head[:4096].decode("latin-1").upper()
-    return Match.YES if re.search(r"^[^\S\n]*GTSP_SETS\b", text, re.MULTILINE) else Match.NO
 
 
 def read_gtsp(source: Source, options: ReadOptions) -> Part:
@@ -154,8 +147,3 @@ def _runs(path: str, section: DataSection) -> list[tuple[int, list[int]]]:
     if empty is not None:
         raise ReadError(path, "a line has nothing before its -1", empty)
     return runs
-
-
-FORMAT = Format(
-    "gtsp", (".gtsp", ".pcglns"), "sets of nodes, one of each visited, with or without order", read_gtsp, sniff
-)

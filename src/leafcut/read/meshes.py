@@ -15,7 +15,8 @@ import numpy as np
 from leafcut.errors import OptionError, ReadError, parsing
 from leafcut.model.mesh import Mesh
 from leafcut.read.format import Match
-from leafcut.read.step import AS_DRAWN, Pose, WhichSolid, sniff, step_mesh
+from leafcut.read.recognition import sniff_step
+from leafcut.read.step import AS_DRAWN, Pose, WhichSolid, step_mesh
 from leafcut.read.step import LARGEST as LARGEST_STEP
 
 #: More triangles than this are refused: 72 bytes each, and some more while they are read.
@@ -61,7 +62,7 @@ def load_mesh(
         size = file.stat().st_size
     except OSError as problem:
         raise ReadError(file, f"cannot be read ({problem.strerror})") from None
-    if sniff(head) == Match.YES:
+    if sniff_step(head) == Match.YES:
         if unit != "mm":
             raise OptionError("--surface-unit: a STEP file says its own unit; leave it out")
         triangles = step_mesh(str(file), _step_bytes(file, size), which, pose)

@@ -22,7 +22,8 @@ from leafcut.model.issue import Issue
 from leafcut.model.part import Part
 from leafcut.model.pocket import EITHER
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
-from leafcut.read.format import MAX_COORDINATE, Format, Match, Source, places_of
+from leafcut.read.format import MAX_COORDINATE, Source, places_of
+from leafcut.read.recognition import picture_kind
 
 #: Pictures with more pixels are refused: tracing one takes some 30 bytes a pixel.
 MAX_PIXELS = 25_000_000
@@ -43,29 +44,7 @@ UNEVEN, LIGHT_ROUNDS = 0.25, 6
 
 Grey = NDArray[np.float32]
 
-#: What files of pictures begin with; the last ones are known so that they can be refused by name.
-_MAGIC = (
-    (b"\x89PNG\r\n\x1a\n", "PNG"),
-    (b"\xff\xd8\xff", "JPEG"),
-    (b"BM", "BMP"),
-    (b"GIF8", "GIF"),
-    (b"II*\0", "TIFF"),
-    (b"MM\0*", "TIFF"),
-    (b"RIFF", "WebP"),
-)
 _READ = ("PNG", "JPEG", "BMP")
-
-
-def kind_of(head: bytes) -> str:
-    """Return the kind of picture that a file begins as, or empty."""
-    found = next((kind for magic, kind in _MAGIC if head.startswith(magic)), "")
-    sure = {"BMP": head[6:10] == bytes(4), "WebP": head[8:12] == b"WEBP"}
-    return found if sure.get(found, True) else ""
-
-
-def sniff(head: bytes) -> Match:
-    """Say whether a file begins as a picture does."""
-    return Match.YES if kind_of(head) else Match.NO
 
 
 def read_picture(source: Source, options: ReadOptions) -> Part:
@@ -145,7 +124,7 @@ def _opened(source: Source) -> Any:
     """Return the picture, its pixels not read yet."""
     from PIL import Image, UnidentifiedImageError
 
-    kind = kind_of(source.data)
+    kind = picture_kind(source.data)
     if kind not in _READ:
         what = f"this is a {kind} picture" if kind else "this is not a picture"
         raise ReadError(source.path, f"{what}; save it as PNG, JPEG or BMP")
@@ -355,14 +334,3 @@ def _check_edges(lines: list[Points], shape: tuple[int, ...], issues: list[Issue
     if reached := [name for name, away in sides.items() if away < _HALF_PIXEL]:
         message = f"what is milled reaches the {', '.join(reached)} edge of the picture, which is taken as a wall"
         issues.append(Issue("L425", message))
-
-
-FORMAT = Format(
-    "picture",
-    (".png", ".jpg", ".jpeg", ".bmp"),
-    "picture: what is dark is a pocket, with --pixel-size; for pockets only",
-    read_picture,
-    sniff,
-    pockets=read_picture_pockets,
-    processes=("pocket",),
-)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 from leafcut.errors import OptionError, ReadError, parsing
@@ -12,26 +14,135 @@ from leafcut.files.whole_files import StandardInput
 from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.part import Part
 from leafcut.options import ReadOptions, flag_name
-from leafcut.read import csvmap, dxf, examples, excellon, gcode, gtsp, picture, sirius, step, svg, tsplib, wkt, xmlmap
+from leafcut.read import recognition
 from leafcut.read.format import SNIFF_BYTES, Format, Match, Source, load
 
 #: What can be read: a file, the name of an example, what came through standard input, or what was read already.
 Input = str | Path | StandardInput | Source
 
+
+def _reader(place: str) -> Callable[..., Part]:
+    """Return a function of a reader, ``module:function``; its module is imported at the first call."""
+
+    def read(*arguments: Any) -> Part:
+        part: Part = resolve_name(f"leafcut.read.{place}")(*arguments)
+        return part
+
+    return read
+
+
 BUILT_IN = (
-    dxf.FORMAT,
-    svg.FORMAT,
-    step.FORMAT,
-    sirius.FORMAT,
-    wkt.FORMAT,
-    picture.FORMAT,
-    excellon.FORMAT,
-    xmlmap.FORMAT,
-    csvmap.FORMAT,
-    tsplib.FORMAT,
-    gtsp.FORMAT,
-    gcode.FORMAT,
-    examples.FORMAT,
+    Format(
+        "dxf",
+        (".dxf",),
+        "drawing (AutoCAD DXF, text or binary): circles are holes, lines and curves are contours or pockets",
+        _reader("dxf:read_dxf"),
+        recognition.sniff_dxf,
+        contours=_reader("dxf_contours:read_dxf_contours"),
+        pockets=_reader("dxf_contours:read_dxf_pockets"),
+        whole=_reader("dxf_whole:read_dxf_whole"),
+        processes=("drill", "cut", "pocket"),
+    ),
+    Format(
+        "svg",
+        (".svg",),
+        "drawing (Inkscape, Illustrator, laser programs): paths and shapes are contours or pockets, not holes",
+        _reader("svg:read_svg"),
+        recognition.sniff_svg,
+        contours=_reader("svg:read_svg_contours"),
+        pockets=_reader("svg:read_svg_pockets"),
+        processes=("cut", "pocket"),
+    ),
+    Format(
+        "step",
+        (".step", ".stp"),
+        "solids of CAD (extra step): holes and pockets with their depths, outlines of flat sheets",
+        _reader("step:read_step"),
+        recognition.sniff_step,
+        contours=_reader("step:read_outlines_of_step"),
+        pockets=_reader("step:read_pockets_of_step"),
+        whole=_reader("step:read_step"),
+        processes=("drill", "pocket", "cut"),
+    ),
+    Format(
+        "sirius",
+        (".dbs.json",),
+        "nested sheet of the Sirius CAM (JSON): parts and the sheet, for cutting only",
+        _reader("sirius:read_sirius"),
+        recognition.sniff_sirius,
+        contours=_reader("sirius:read_sirius_contours"),
+        processes=("cut",),
+    ),
+    Format(
+        "wkt",
+        (".wkt",),
+        "well-known text: polygons with holes are pockets with islands, for pockets only",
+        _reader("wkt:read_wkt"),
+        recognition.sniff_wkt,
+        pockets=_reader("wkt:read_wkt_pockets"),
+        processes=("pocket",),
+    ),
+    Format(
+        "picture",
+        (".png", ".jpg", ".jpeg", ".bmp"),
+        "picture: what is dark is a pocket, with --pixel-size; for pockets only",
+        _reader("picture:read_picture"),
+        recognition.sniff_picture,
+        pockets=_reader("picture:read_picture_pockets"),
+        processes=("pocket",),
+    ),
+    Format(
+        "excellon",
+        (".drl", ".xln", ".exc", ".ncd", ".drd"),
+        "drill file of a circuit board: holes by tool, straight slots",
+        _reader("excellon:read_excellon"),
+        recognition.sniff_excellon,
+    ),
+    Format(
+        "xml",
+        (".xml", ".map"),
+        "point map in XML: <city>, <point>, <hole> or <node>, or their Spanish names, with x and y",
+        _reader("xmlmap:read_xml"),
+        recognition.sniff_xml,
+    ),
+    Format(
+        "csv",
+        (".csv", ".tsv", ".xy"),
+        "table of points: x, y[, diameter][, name]",
+        _reader("csvmap:read_csv"),
+        recognition.sniff_csv,
+    ),
+    Format(
+        "tsplib",
+        (".tsp",),
+        "TSPLIB problem (symmetric), nodes as points",
+        _reader("tsplib:read_tsp"),
+        recognition.sniff_tsplib,
+    ),
+    Format(
+        "gtsp",
+        (".gtsp", ".pcglns"),
+        "sets of nodes, one of each visited, with or without order",
+        _reader("gtsp:read_gtsp"),
+        recognition.sniff_gtsp,
+    ),
+    Format(
+        "gcode",
+        (".nc", ".ngc", ".gcode", ".gc", ".tap", ".cnc", ".min", ".eia", ".pim"),
+        "G-code program of any CAM, to be put in a better order",
+        _reader("gcode:read_gcode"),
+        recognition.sniff_gcode,
+        processes=("program",),
+    ),
+    Format(
+        "example",
+        (),
+        "built in: example:{ten-points, plate-10, plate-27, plate-45, plate-65, plate-70, plate-8x8-10, plate-8x8-21, "
+        "plate-8x8-35, plate-8x8-70, plate-15x15-10, plate-15x15-21, plate-15x15-35, plate-15x15-70, board-97, "
+        "board-121, board-200} and random:N[:SEED]",
+        _reader("examples:read_example"),
+        prefix=("example:", "random:"),
+    ),
 )
 
 
@@ -132,7 +243,7 @@ def run(format_: Format, source: Source, options: ReadOptions) -> Part:
     OptionError
         A solid is chosen, turned or lifted, and the format has none.
     """
-    if format_.name != step.FORMAT.name:
+    if format_.name != "step":
         for name in ("solid", "up", "z_zero"):
             if getattr(options, name) is not None:
                 raise OptionError(f"{flag_name(name)}: {format_.name} has no solids, a STEP file has; leave it out")

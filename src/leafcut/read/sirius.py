@@ -5,7 +5,6 @@ The bulge is that of DXF (LWPOLYLINE, group code 42). Units are mm.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -21,8 +20,6 @@ from leafcut.options import ReadOptions
 from leafcut.read.format import (
     MAX_COORDINATE,
     MAX_SEGMENTS,
-    Format,
-    Match,
     Source,
     parse_json,
     to_mm,
@@ -32,12 +29,6 @@ from leafcut.units import MM_PER_UNIT
 
 #: A path whose last vertex is as near to its first is closed, mm.
 CLOSED = 1e-6
-
-
-def sniff(head: bytes) -> Match:
-    """Say whether a file begins as such a sheet does."""
-    start = head.removeprefix(b"\xef\xbb\xbf").lstrip()
-    return Match.YES if start.startswith(b"[") and re.search(rb'"partid"\s*:', start) else Match.NO
 
 
 def read_sirius(source: Source, options: ReadOptions) -> Part:
@@ -131,14 +122,3 @@ def _is_sheet(contours: list[Contour], name: str) -> bool:
     x0, y0, x1, y1 = first[0].path.extents
     around = len(others) > 0 and bool((others[:, :2] >= (x0, y0)).all() and (others[:, 2:] <= (x1, y1)).all())
     return name.upper().startswith("LIST") or around
-
-
-FORMAT = Format(
-    "sirius",
-    (".dbs.json",),
-    "nested sheet of the Sirius CAM (JSON): parts and the sheet, for cutting only",
-    read_sirius,
-    sniff,
-    contours=read_sirius_contours,
-    processes=("cut",),
-)

@@ -24,7 +24,7 @@ from leafcut.model.part import TURNS, Hole, HoleStep, Opening, Part, ProgramZero
 from leafcut.model.pocket import Pocket
 from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.filter_holes import sift
-from leafcut.read.format import Format, Match, Source, places_of
+from leafcut.read.format import Source, places_of
 from leafcut.read.step_shapes import ONLY
 
 #: Files larger than this are refused: OpenCASCADE takes some twenty times as much memory.
@@ -66,11 +66,6 @@ class ChosenSolid(NamedTuple):
         return cls(options.solid, Pose(options.up or AS_DRAWN.up, options.z_zero or AS_DRAWN.level))
 
 
-def sniff(head: bytes) -> Match:
-    """Say whether a file begins as STEP does (ISO 10303-21)."""
-    return Match.YES if head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"ISO-10303-21;") else Match.NO
-
-
 def read_step(source: Source, options: ReadOptions) -> Part:
     """Return the holes of a solid that can be drilled from above, each with its height and its depth.
 
@@ -93,7 +88,7 @@ def read_step(source: Source, options: ReadOptions) -> Part:
     )  # fmt: skip
     kept, sifted = sift(holes, options)
     issues = (*_issues(told, options.up or "z"), *sifted)
-    return _placeable(Part(source.name, kept, issues=issues, source=source.path, format=FORMAT.name), told, options)
+    return _placeable(Part(source.name, kept, issues=issues, source=source.path, format="step"), told, options)
 
 
 def read_pockets_of_step(
@@ -134,7 +129,7 @@ def read_pockets_of_step(
         for number, one in enumerate(found, 1)
     )  # fmt: skip
     part = Part(
-        source.name, issues=tuple(issues), source=source.path, format=FORMAT.name, pockets=pockets, openings=openings
+        source.name, issues=tuple(issues), source=source.path, format="step", pockets=pockets, openings=openings
     )
     return _placeable(part, told, options)
 
@@ -155,7 +150,7 @@ def read_outlines_of_step(source: Source, options: ReadOptions) -> Part:
     issues = (Issue("L219", words, missing=MissingWork("feature")),) if told["uneven"] else ()
     contours = tuple(Contour(Polyline(np.array(row), True), z=0.0) for row in told["outlines"])
     part = _placeable(
-        Part(source.name, issues=issues, source=source.path, format=FORMAT.name, contours=contours), told, options
+        Part(source.name, issues=issues, source=source.path, format="step", contours=contours), told, options
     )
     # The program of a sheet has its own Z0, the surface of the sheet.
     return replace(part, zero=ProgramZero(up=Pose.of(options).up))
@@ -375,14 +370,3 @@ def _solid(
     return told, triangles
 
 
-FORMAT = Format(
-    name="step",
-    extensions=(".step", ".stp"),
-    help="solids of CAD (extra step): holes and pockets with their depths, outlines of flat sheets",
-    read=read_step,
-    sniff=sniff,
-    contours=read_outlines_of_step,
-    pockets=read_pockets_of_step,
-    whole=read_step,
-    processes=("drill", "pocket", "cut"),
-)

@@ -6,7 +6,6 @@ SVG points down; the part is turned over so that it looks as on the screen.
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -26,8 +25,6 @@ from leafcut.read.format import (
     MAX_COORDINATE,
     MAX_SEGMENTS,
     OUT_OF_RANGE,
-    Format,
-    Match,
     ReadBudget,
     Source,
     copies_of,
@@ -61,11 +58,6 @@ UNDRAWN = ("defs", "symbol", "clippath", "mask", "marker", "pattern", "lineargra
 #: The properties that matter here.
 _STYLED = ("display", "visibility", "stroke", "clip-path", "mask")
 SILENT = ("style", "title", "desc", "metadata", "namedview", "script")
-
-
-def sniff(head: bytes) -> Match:
-    """Say whether a file begins as SVG does."""
-    return Match.YES if re.search(rb"<(?:\w+:)?svg[\s>]", head[:16384]) else Match.NO
 
 
 def read_svg(source: Source, options: ReadOptions) -> Part:
@@ -392,15 +384,3 @@ class _Walk:
             message = f"{count_of(self.n_clipped, 'element')} with a clip path or mask: cut whole, as if not clipped"
             found.append(Issue("L215", message))
         return found
-
-
-FORMAT = Format(
-    "svg",
-    (".svg",),
-    "drawing (Inkscape, Illustrator, laser programs): paths and shapes are contours or pockets, not holes",
-    read_svg,
-    sniff,
-    contours=read_svg_contours,
-    pockets=read_svg_pockets,
-    processes=("cut", "pocket"),
-)

@@ -19,7 +19,7 @@ from leafcut.errors import LeafcutError, ReadError, nearest, shown
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.part import Hole, Part
 from leafcut.options import ReadOptions
-from leafcut.read.format import MAX_HOLES, Format, Match, Source, load, too_many_holes
+from leafcut.read.format import MAX_HOLES, Source, load, too_many_holes
 
 WEIGHT_TYPES = ("EUC_2D", "CEIL_2D", "ATT", "GEO", "MAX_2D", "MAN_2D", "EXPLICIT")
 #: Numbers that a matrix of n nodes has in each format of its section.
@@ -41,17 +41,6 @@ SAME_FORMAT = {
 OPTIMA_FILE = "optima.csv"
 
 _KEY = re.compile(r"\s*([A-Za-z][A-Za-z_0-9]*)\s*(?::\s*(.*))?\Z")
-
-
-def sniff(head: bytes) -> Match:
-    """Say whether a file begins with the keys of TSPLIB."""
-    text = head[:4096].decode("latin-1").upper()
-    if re.search(r"^[^\S\n]*GTSP_SETS\b", text, re.MULTILINE):
-        return Match.NO
-    keys = re.findall(
-        r"^[^\S\n]*(NAME|TYPE|COMMENT|DIMENSION|EDGE_WEIGHT_TYPE|NODE_COORD_SECTION)\b", text, re.MULTILINE
-    )
-    return Match.YES if len(set(keys)) >= 2 and "DIMENSION" in keys else Match.NO
 
 
 def read_tsp(source: Source, options: ReadOptions) -> Part:
@@ -274,6 +263,3 @@ def read_tour(path: str | Path) -> NDArray[np.int64]:
     if not len(order) or not np.array_equal(np.sort(order), np.arange(len(order))):
         raise ReadError(path, f"the tour does not visit each of its {len(order)} nodes once")
     return order.astype(np.int64)
-
-
-FORMAT = Format("tsplib", (".tsp",), "TSPLIB problem (symmetric), nodes as points", read_tsp, sniff)

@@ -22,8 +22,6 @@ from leafcut.options import PocketDrawingOptions, ReadOptions, SheetOptions
 from leafcut.read.format import (
     MAX_COORDINATE,
     MAX_SEGMENTS,
-    Format,
-    Match,
     Source,
     factor_of,
     places_of,
@@ -38,20 +36,10 @@ MAX_DEPTH = 20
 #: A ring needs three corners and the first of them again.
 _RING = 4
 
-_TYPES = (
-    "POINT|LINESTRING|LINEARRING|POLYGON|MULTIPOINT|MULTILINESTRING|MULTIPOLYGON|GEOMETRYCOLLECTION|CIRCULARSTRING|"
-    "COMPOUNDCURVE|CURVEPOLYGON|MULTICURVE|MULTISURFACE|POLYHEDRALSURFACE|TIN|TRIANGLE"
-)
-_BEGINS = re.compile(rf"\s*(?:SRID\s*=\s*\d+\s*;\s*)?(?:{_TYPES})\b\s*(?:(?:Z|M|ZM)\s*)?(?:\(|EMPTY\b)", re.IGNORECASE)
 _PREFIX = re.compile(r"\s*SRID\s*=\s*\d+\s*;", re.IGNORECASE)
 #: What may stand between two geometries.
 _BETWEEN = " \t\r\n;"
 _BRACKET_OR_EMPTY = re.compile(r"[()]|\bEMPTY\b", re.IGNORECASE)
-
-
-def sniff(head: bytes) -> Match:
-    """Say whether a text begins as well-known text does."""
-    return Match.YES if _BEGINS.match(head[:4096].decode("latin-1").removeprefix("ï»¿")) else Match.NO
 
 
 def read_wkt(source: Source, options: ReadOptions) -> Part:
@@ -190,14 +178,3 @@ class _Rings:
             self.heights.append((float(points[0, 0]), float(points[0, 1])))
         xy = points[:, :2]
         self.found.append(_Ring(xy if self.factor == 1.0 else np.round(xy, 6), kind))
-
-
-FORMAT = Format(
-    "wkt",
-    (".wkt",),
-    "well-known text: polygons with holes are pockets with islands, for pockets only",
-    read_wkt,
-    sniff,
-    pockets=read_wkt_pockets,
-    processes=("pocket",),
-)

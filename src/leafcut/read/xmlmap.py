@@ -20,8 +20,6 @@ from leafcut.read.filter_holes import chosen_layers, sift
 from leafcut.read.format import (
     MAX_COORDINATE,
     MAX_HOLES,
-    Format,
-    Match,
     Source,
     factor_of,
     parsing_xml,
@@ -29,10 +27,10 @@ from leafcut.read.format import (
     too_many_holes,
     units_unknown,
 )
+from leafcut.read.recognition import POINT_TAGS
 from leafcut.units import MM_PER_UNIT
 
 #: The last four are Spanish.
-POINT_TAGS = ("city", "point", "hole", "node", "ciudad", "punto", "agujero", "nodo")
 #: The fields of a point, and the names they go by.
 FIELDS = {
     "x": "x",
@@ -53,14 +51,6 @@ FIELDS = {
 UNIT_WORDS = {"millimeter": "mm", "millimetre": "mm", "inches": "in", "mils": "mil", "feet": "ft", "meter": "m"}
 UNIT_WORDS |= {"milimetros": "mm", "milímetros": "mm", "pulgadas": "in"}
 UNIT_KEYS = ("units", "unit", "unidades", "unidad")
-
-
-def sniff(head: bytes) -> Match:
-    """Say whether a file begins as XML does; SVG and HTML are other things."""
-    start = head.removeprefix(b"\xef\xbb\xbf").lstrip()[:2000].lower()
-    if not start.startswith((b"<?xml", b"<")) or b"<svg" in start or b"<html" in start or b"<!doctype html" in start:
-        return Match.NO
-    return Match.YES if any(b"<" + tag.encode() in head.lower() for tag in POINT_TAGS) else Match.MAYBE
 
 
 @dataclass
@@ -207,12 +197,3 @@ def _parse(source: Source) -> _Map:
 def _plain(name: str) -> str:
     """Return a tag or attribute without its name space, in lower case."""
     return name.rpartition(":")[2].lower()
-
-
-FORMAT = Format(
-    "xml",
-    (".xml", ".map"),
-    "point map in XML: <city>, <point>, <hole> or <node>, or their Spanish names, with x and y",
-    read_xml,
-    sniff,
-)

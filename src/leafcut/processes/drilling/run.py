@@ -63,19 +63,22 @@ def _with_work_asked_for(part: Part, run: Run, source: Source, everything: bool)
 
 def _meshes(run: Run, source: Source, part: Part, of_step: bool) -> tuple[Mesh | None, Mesh | None]:
     """Return the surface with the holes of a part, and its fixture, in the axes and with the zero of the part."""
+    ours, which = run.settings.of(DrillOptions), run.settings.read.solid
+    solid = any(hole.depth is not None for hole in part.holes)
+    if ours.surface is None and ours.fixture_file is None and not solid:
+        return None, None
     from leafcut.processes.placing import upright_mesh
     from leafcut.read.meshes import load_mesh
     from leafcut.read.registry import format_name
     from leafcut.read.step import step_mesh
 
-    ours, which = run.settings.of(DrillOptions), run.settings.read.solid
     surface = fixture = None
     if ours.surface is not None:
         run.tell("reading the surface")
         if which is not None and of_step and format_name(ours.surface) != part.format:
             which = None  # it was of the drawing
         surface = load_mesh(ours.surface, ours.surface_unit, which=which)
-    elif any(hole.depth is not None for hole in part.holes):
+    elif solid:
         # What stands between the holes of a solid is known.
         run.tell("reading the surface")
         surface = Mesh(step_mesh(source.path, source.data, which), part.name)
@@ -96,11 +99,11 @@ def _plan(run: Run, sources: Sequence[Source], everything: bool = False) -> tupl
     from leafcut.read import Match, read
     from leafcut.read.format import SNIFF_BYTES
     from leafcut.read.joining import read_drill_files
-    from leafcut.read.step import sniff
+    from leafcut.read.recognition import sniff_step
 
     look, reading = run.looking("reading"), run.settings.read
     job, ours = run.settings.job, run.settings.of(DrillOptions)
-    of_step = any(sniff(source.data[:SNIFF_BYTES]) is Match.YES for source in sources)
+    of_step = any(sniff_step(source.data[:SNIFF_BYTES]) is Match.YES for source in sources)
     if ours.surface is not None and not of_step:
         # The solid is that of the surface.
         reading = replace(reading, solid=None)
@@ -146,11 +149,12 @@ def drill(run: Run, *sources: Source, everything: bool = False) -> Outcome[Drill
     ReadError, OptionError, PlanError, PostError, VerifyError
         One line that says what was found and what to do.
     """
-    from leafcut.read.tool_formats import WITH_PRESETS
-
     tools = run.settings.job.tools
-    if "material" in run.settings.asked and tools is not None and tools.suffix.lower() not in WITH_PRESETS:
-        raise OptionError("--material: chooses among the presets of a Fusion tool library only; leave it out")
+    if "material" in run.settings.asked and tools is not None:
+        from leafcut.read.tool_formats import WITH_PRESETS
+
+        if tools.suffix.lower() not in WITH_PRESETS:
+            raise OptionError("--material: chooses among the presets of a Fusion tool library only; leave it out")
     plan, request = _plan(run, sources, everything)
     refuse_missing(run.settings, sources[0], (*plan.part.issues, *plan.issues))
     return _order(run, plan, request)

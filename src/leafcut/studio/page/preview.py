@@ -16,7 +16,7 @@ from leafcut.options import Settings
 from leafcut.processes import registry
 from leafcut.processes.settings import collect
 from leafcut.read.format import SNIFF_BYTES, Match, Source
-from leafcut.read.gcode import FORMAT
+from leafcut.read.recognition import sniff_gcode
 from leafcut.studio.page.whole import MachineTravel, Whole, Zero, travel_of, whole_of
 
 #: Of a map, the tour through it is studied; of some that is all that they are for.
@@ -177,7 +177,7 @@ def _program(source: Source, options: Mapping[str, Any], progress: OnProgress | 
         shown = {"after": scene}
     except LeafcutError as problem:
         # What looks like a program is shown as text, also where nobody can run it as it is.
-        looks = FORMAT.sniff(source.data[:SNIFF_BYTES])
+        looks = sniff_gcode(source.data[:SNIFF_BYTES])
         return Seen("gcode", _PROGRAM, error=str(problem), broken=isinstance(problem, ReadError) and looks == Match.NO)
     (left, low, _), (right, high, _) = found.path.extents
     facts = (
