@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from leafcut.model.cutting_front import CuttingData, CuttingPoint, ToolFront
 from leafcut.report.json_answer import issues_as_json
 from leafcut.report.wording import NO_VALUE, clean, count
 from leafcut.units import SECONDS_PER_MINUTE, format_time
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from leafcut.model.cutting_front import CuttingData, CuttingPoint, ToolFront
 
 _MM_PER_M = 1000.0
 #: What each objective is called.

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.model.issue import Issue
-from leafcut.model.outcome import Outcome
-from leafcut.model.process_report import Which
 from leafcut.report.frame import Frame
 from leafcut.report.labels import Surroundings, place_labels
 from leafcut.report.marks import arrow_heads, end_marks
@@ -18,6 +16,11 @@ from leafcut.report.missing_drawing import missing_drawing, missing_points
 from leafcut.report.part_edge import edge_segments, near_edge
 from leafcut.report.plan_view import Trace, trace
 from leafcut.report.svg import STEPS, dots_data, element, in_steps, lines_data, text
+
+if TYPE_CHECKING:
+    from leafcut.model.issue import Issue
+    from leafcut.model.outcome import Outcome
+    from leafcut.model.process_report import Which
 
 #: Up to so many stops carry numbers; more are told apart by the colour of the path, from first to last.
 MOST_NUMBERS = 120

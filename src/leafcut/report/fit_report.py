@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.table import Table
 
-from leafcut.model.simulation import Simulation
-from leafcut.timing.fitting import Fitted
 from leafcut.units import format_time
+
+if TYPE_CHECKING:
+    from leafcut.model.simulation import Simulation
+    from leafcut.timing.fitting import Fitted
 
 #: A tool change that takes this part of a program is told: its time is the profile's, and may be the error.
 _MUCH = 0.1

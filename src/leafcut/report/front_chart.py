@@ -6,14 +6,17 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError
-from leafcut.geometry.arrays import Point
-from leafcut.model.cutting_front import CuttingData, CuttingPoint, ToolFront
 from leafcut.report.colours import drawing_css
 from leafcut.report.drawing import RAMP
 from leafcut.report.svg import element, nice_step, short, text, text_within, tick_words, ticks, title
 from leafcut.units import SECONDS_PER_MINUTE, format_time
+
+if TYPE_CHECKING:
+    from leafcut.geometry.arrays import Point
+    from leafcut.model.cutting_front import CuttingData, CuttingPoint, ToolFront
 
 #: A panel with its margins, and the head over the two of a tool, in user units.
 _WIDE, _HIGH, _HEAD = 430.0, 290.0, 46.0

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from leafcut.model.certificate import Certificate
-from leafcut.model.issue import Issue
 from leafcut.model.kinds import BEAMS
-from leafcut.model.measure import Measure
-from leafcut.model.outcome import OperationOutcome, Outcome
-from leafcut.model.simulation import Simulation
-from leafcut.model.solution import Solved
 from leafcut.report.wording import algorithm_words, feed_mm_min, plain_number
+
+if TYPE_CHECKING:
+    from leafcut.model.certificate import Certificate
+    from leafcut.model.issue import Issue
+    from leafcut.model.measure import Measure
+    from leafcut.model.outcome import OperationOutcome, Outcome
+    from leafcut.model.simulation import Simulation
+    from leafcut.model.solution import Solved
 
 
 def as_json(outcome: Outcome) -> dict[str, Any]:

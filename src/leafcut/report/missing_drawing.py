@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 import shapely
 
-from leafcut.geometry.arrays import Points
-from leafcut.model.issue import Issue, MissingWork
-from leafcut.report.frame import Frame
 from leafcut.report.svg import element, in_steps, lines_data, short, title
 from leafcut.report.wording import clean
+
+if TYPE_CHECKING:
+    from leafcut.geometry.arrays import Points
+    from leafcut.model.issue import Issue, MissingWork
+    from leafcut.report.frame import Frame
 
 #: Distance of the lines of the hatch, and half the size of a cross, user units.
 _HATCH, _CROSS = 6.0, 4.5

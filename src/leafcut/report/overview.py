@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from leafcut.model.outcome import Outcome
-from leafcut.report.views import PageRow
 from leafcut.report.wording import Said
+
+if TYPE_CHECKING:
+    from leafcut.model.outcome import Outcome
+    from leafcut.report.views import PageRow
 
 #: Name, figure, and the words under it.
 Tile = tuple[str, str, str]

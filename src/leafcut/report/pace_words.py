@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
+from typing import TYPE_CHECKING
+
 from leafcut.model.process_report import Fact
 from leafcut.report.wording import clean, count, time_words
 from leafcut.units import SECONDS_PER_MINUTE
+
+if TYPE_CHECKING:
+    from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
 
 #: How each limit of feeds is called, its unit for people, and how many of these one of ours is.
 _LIMITS = {

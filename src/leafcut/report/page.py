@@ -5,16 +5,18 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from leafcut.model.issue import missing_words
-from leafcut.model.outcome import Outcome
-from leafcut.model.process_report import ProcessReport, Which
 from leafcut.report import views
 from leafcut.report.colours import drawing_css, style_sheet
 from leafcut.report.stock_pictures import stock_pictures
 from leafcut.report.svg import styled
 from leafcut.report.wording import COMPILED, algorithm_words, clean, limits, time_words
+
+if TYPE_CHECKING:
+    from leafcut.model.outcome import Outcome
+    from leafcut.model.process_report import ProcessReport, Which
 
 #: An option of the command line as messages name it.
 _FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]")

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.geometry.polyline import Polyline
-from leafcut.model.part import Part
+
+if TYPE_CHECKING:
+    from leafcut.model.part import Part
 
 #: Lines are shown so far beyond the work, in parts of its size: the frame of a sheet of paper stays out of sight.
 _BEYOND = 1.0

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from leafcut.model.cutting import CutPlan
-from leafcut.model.measure import Measure
 from leafcut.model.outcome import Detail, Outcome
 from leafcut.model.process_report import Fact, SummaryTable, Which
 from leafcut.model.shown_stock import ShownStock
-from leafcut.model.toolpath import Toolpath
 from leafcut.report import views
 from leafcut.report.drawing import RAMP, Scene, build_scene, cut_tools, drawing, tool_class
 from leafcut.report.overview import overview
@@ -26,6 +23,11 @@ from leafcut.report.wording import (
     time_words,
     tool_count,
 )
+
+if TYPE_CHECKING:
+    from leafcut.model.cutting import CutPlan
+    from leafcut.model.measure import Measure
+    from leafcut.model.toolpath import Toolpath
 
 D = TypeVar("D", bound=Detail)
 

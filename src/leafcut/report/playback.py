@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.model.machine import Machine
-from leafcut.model.measure import Measure
-from leafcut.model.outcome import Outcome
-from leafcut.model.process_report import Which
 from leafcut.model.toolpath import PLACES, Kind, Toolpath, arc_sweep, plane_axes
 from leafcut.report.line_map import written_lines
 from leafcut.report.plan_view import spindle_speed, stop_rows
+
+if TYPE_CHECKING:
+    from leafcut.model.machine import Machine
+    from leafcut.model.measure import Measure
+    from leafcut.model.outcome import Outcome
+    from leafcut.model.process_report import Which
 
 #: Chords of an arc that does not lie flat: seen from above it is no arc of a circle.
 _CHORDS = 24

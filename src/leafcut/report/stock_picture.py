@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.report.colours import RGB
 from leafcut.report.svg import nice_step, tick_words, ticks
 from leafcut.units import fixed
 
@@ -16,6 +15,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image as Picture
 
     from leafcut.material.height_field import HeightField
+    from leafcut.report.colours import RGB
 
 #: From the top of the stock to its deepest place: lightness falls steadily, readable with any colour vision, and stays
 #: light enough for shadows.

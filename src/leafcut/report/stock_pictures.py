@@ -8,11 +8,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from leafcut.errors import LeafcutError
-from leafcut.model.outcome import Outcome
-from leafcut.model.process_report import ProcessReport
 
 if TYPE_CHECKING:
     from leafcut.material.solid import Solid
+    from leafcut.model.outcome import Outcome
+    from leafcut.model.process_report import ProcessReport
 
 #: Heights that differ by less are the same, mm.
 _TOLERANCE = 0.01

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from leafcut.model.issue import LIMITS, Issue, Severity, missing_words
-from leafcut.model.outcome import Outcome
 from leafcut.model.process_report import ProcessReport, SummaryTable
 from leafcut.report.wording import MOTION, clean, group_issues, limits
 
@@ -13,6 +12,8 @@ if TYPE_CHECKING:
     from rich.console import Console, RenderableType
     from rich.table import Table
     from rich.text import Text
+
+    from leafcut.model.outcome import Outcome
 
 #: So many different issues are named, and all of the motion and the machine; the report page has them all.
 MOST_ISSUES = 12

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from leafcut.model.issue import CODES, Severity
-from leafcut.model.measure import Measure
-from leafcut.model.outcome import OperationOutcome, Outcome
-from leafcut.model.tool import Tool
 from leafcut.report import chart
 from leafcut.report.drawing import Scene, tool_class
 from leafcut.report.wording import (
@@ -31,6 +28,11 @@ from leafcut.report.wording import (
     time_words,
     was_spared,
 )
+
+if TYPE_CHECKING:
+    from leafcut.model.measure import Measure
+    from leafcut.model.outcome import OperationOutcome, Outcome
+    from leafcut.model.tool import Tool
 
 PageRow = dict[str, Any]
 

@@ -7,13 +7,16 @@ import unicodedata
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from leafcut.errors import count_of
 from leafcut.model.issue import LIMITS, Issue, Severity
-from leafcut.model.measure import Measure
-from leafcut.model.outcome import Outcome
 from leafcut.model.solution import Solution, gap
 from leafcut.units import SECONDS_PER_MINUTE, format_length, format_time
+
+if TYPE_CHECKING:
+    from leafcut.model.measure import Measure
+    from leafcut.model.outcome import Outcome
 
 NO_VALUE = "–"
 #: A smaller gap is none: the path is the best there is.

@@ -98,7 +98,6 @@ def _plan(run: Run, sources: Sequence[Source], everything: bool = False) -> tupl
     from leafcut.processes.placing import placed, placed_mesh, placing_words
     from leafcut.read import Match, read
     from leafcut.read.format import SNIFF_BYTES
-    from leafcut.read.joining import read_drill_files
     from leafcut.read.recognition import sniff_step
 
     look, reading = run.looking("reading"), run.settings.read
@@ -107,7 +106,12 @@ def _plan(run: Run, sources: Sequence[Source], everything: bool = False) -> tupl
     if ours.surface is not None and not of_step:
         # The solid is that of the surface.
         reading = replace(reading, solid=None)
-    part = read(sources[0], reading, look) if len(sources) == 1 else read_drill_files(sources, reading, look)
+    if len(sources) == 1:
+        part = read(sources[0], reading, look)
+    else:
+        from leafcut.read.joining import read_drill_files
+
+        part = read_drill_files(sources, reading, look)
     part = _with_work_asked_for(part, run, sources[0], everything)
     solid = any(hole.depth is not None for hole in part.holes)
     if solid and "hole_heights" in run.settings.asked and ours.hole_heights == "one":
