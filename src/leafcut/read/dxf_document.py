@@ -14,7 +14,6 @@ from leafcut.model.heartbeat import Heartbeat
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.options import ReadOptions
 from leafcut.read.dxf_blocks import INVISIBLE, BlockWalk, LayerFilter
-from leafcut.read.dxf_plain import read_plain
 from leafcut.read.filter_holes import layer_filter
 from leafcut.read.format import Source, factor_of
 from leafcut.read.recognition import BINARY_DXF, DXF_SECTION
@@ -60,7 +59,7 @@ _HALF_LETTER = re.compile(rb"\\U\+[dD][89a-fA-F][0-9a-fA-F]{2}")
 
 
 def open_document(source: Source, issues: list[Issue]) -> Any:
-    """Return the document: a plain drawing, or that of ezdxf, loaded with its repairs but without its audit.
+    """Return the document of ezdxf, loaded with its repairs but without its audit.
 
     The audit deletes circles whose handle is used twice, and follows all paths through nested blocks, which a
     hundred lines of DXF can make endless; what it would find about holes and blocks, the walk finds itself.
@@ -85,8 +84,6 @@ def _opened(source: Source, issues: list[Issue]) -> Any:
         if not re.search(DXF_SECTION, data[:65536], re.IGNORECASE):
             raise ReadError(source.path, "this is not a DXF drawing: it does not begin with group code 0 and SECTION")
         _check_whole(source.path, data, issues)
-        if plain := read_plain(data, source.look):
-            return plain
     elif b"EOF\0" not in data[-64:]:
         raise ReadError(source.path, "the drawing is incomplete: its end is missing; save or send it again")
     with _quiet():

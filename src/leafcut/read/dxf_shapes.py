@@ -133,7 +133,8 @@ def _ellipse(entity: Any) -> tuple[Curve, ...]:
 def vertices_of(entity: Any) -> tuple[Sequence[tuple[float, float, float]], bool, float]:
     """Return (x, y, bulge) of the vertices of a LWPOLYLINE or plane POLYLINE, whether it is closed, and its height."""
     if entity.dxftype() == "LWPOLYLINE":
-        return entity.get_points("xyb"), entity.closed, entity.dxf.get("elevation", 0.0)
+        vertices = [(float(x), float(y), float(bulge)) for x, y, bulge in entity.get_points("xyb")]
+        return vertices, entity.closed, entity.dxf.get("elevation", 0.0)
     elevation = entity.dxf.elevation.z if entity.dxf.hasattr("elevation") else 0.0
     vertices = [(v.dxf.location.x, v.dxf.location.y, v.dxf.get("bulge", 0.0)) for v in real_vertices(entity)]
     return vertices, entity.is_closed, elevation
