@@ -5,12 +5,11 @@ from __future__ import annotations
 import io
 import logging
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
 from leafcut.errors import ReadError, count_of, shown
-from leafcut.model.heartbeat import Heartbeat
 from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.options import ReadOptions
 from leafcut.read.dxf_blocks import INVISIBLE, BlockWalk, LayerFilter
@@ -21,6 +20,8 @@ from leafcut.read.recognition import BINARY_DXF, DXF_SECTION
 #: ezdxf needs about 1.6 kB for a circle and 0.1 kB for a tag (two lines): beyond these it would eat the memory.
 MAX_ENTITIES = 1_500_000
 MAX_LINES = 30_000_000
+#: Tags between two reports of progress: some milliseconds.
+_TAGS_PER_REPORT = 1000
 #: mm in one unit of $INSUNITS (DXF reference, HEADER section); 0 and what is not here is unknown.
 INSUNITS = {
     1: 25.4,
@@ -121,37 +122,40 @@ def _load_binary(data: bytes) -> Any:
     return Drawing.load(binary_tags_loader(data, errors="replace"))
 
 
-class _Watched(io.BytesIO):
-    """The bytes of a file, line by line; somebody looks at each."""
-
-    def __init__(self, data: bytes, look: Heartbeat) -> None:
-        super().__init__(data)
-        self._look, self._size = look, max(len(data), 1)
-
-    def readline(self, size: int | None = -1, /) -> bytes:
-        """Return the next line."""
-        self._look(self.tell() / self._size)
-        return super().readline(size)
-
-
 def _load_text(source: Source, data: bytes, issues: list[Issue]) -> Any:
     from ezdxf.document import Drawing
-    from ezdxf.recover import Recover
+    from ezdxf.recover import Recover, bytes_loader
 
-    tool = Recover.run(_Watched(data, source.look), errors="replace")
+    def watched(stream: io.BytesIO) -> Iterator[Any]:
+        for number, tag in enumerate(bytes_loader(stream)):
+            if number % _TAGS_PER_REPORT == 0:
+                source.look(stream.tell() / len(data))
+            yield tag
+
+    tool = Recover.run(io.BytesIO(data), watched, errors="replace")
     for code, message in tool.errors:
         if code == GUESSED_NUMBER:
             line = _LINE.search(message)
             what = shown(message.split(" near ")[0].replace("recovered ", ""))
             reason = f"{what}; repair the drawing: a guess could cut in the wrong place"
             raise ReadError(source.path, reason, int(line.group(1)) if line else None)
-    document = Drawing()
-    document._load_section_dict(tool.section_dict)
+    document = Drawing.from_tags(_tags_of(tool.section_dict))
     repairs = [message for code, message in (*tool.errors, *tool.fixes) if code not in TRIVIAL_REPAIRS]
     if repairs:
         more = f" (and {len(repairs) - 1} more)" if len(repairs) > 1 else ""
         issues.append(Issue("L101", f"the drawing was damaged: {shown(repairs[0], 100)}{more}"))
     return document
+
+
+def _tags_of(sections: Mapping[str, Iterable[Iterable[Any]]]) -> Iterator[Any]:
+    """Yield the tags of repaired sections, each a list of records, as a file has them."""
+    from ezdxf.lldxf.types import DXFTag
+
+    for records in sections.values():
+        for record in records:
+            yield from record
+        yield DXFTag(0, "ENDSEC")
+    yield DXFTag(0, "EOF")
 
 
 @contextmanager

@@ -175,6 +175,8 @@ def slopes(stroke: DxfStroke, matrix: Matrix) -> bool:
     """Return whether a line or polyline rises out of the plane of the sheet."""
     if not isinstance(stroke.form, DxfPolyline):
         return False
+    if matrix is IDENTITY and len(set(stroke.form.vertices[:, 2].tolist())) == 1:
+        return False
     places = _placed(stroke.form.vertices, matrix)
     high = float(places[:, 2].max() - places[:, 2].min())
     return high > 1e-9 and high > SLOPE * float(np.hypot(*np.ptp(places[:, :2], axis=0)))
