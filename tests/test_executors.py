@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import signal
 import socket
@@ -153,7 +154,7 @@ def test_a_run_that_is_to_end_submits_no_more_and_leaves_no_process() -> None:
     with open_executor("processes", 2) as executor:
         asked = iter([False, False, True])
         assert list(run_tasks(executor, time.sleep, [3600.0] * 5, ended=lambda: next(asked))) == []
-        running = list(executor.pool._processes.values())  # type: ignore[attr-defined]
+        running = multiprocessing.active_children()
         assert running
     assert not any(process.is_alive() for process in running)
 

@@ -29,6 +29,7 @@ from concurrent.futures import (
 )
 from contextlib import contextmanager, suppress
 from itertools import islice
+from multiprocessing import connection
 from typing import Any, TypeVar
 
 from leafcut._version import __version__
@@ -107,7 +108,9 @@ class _Processes(WatchedExecutor):
 
     def _new(self) -> ProcessPoolExecutor:
         # Spawned: a fork of a process that has threads may wait for ever for a lock that one of them held.
-        return ProcessPoolExecutor(self.workers, multiprocessing.get_context("spawn"), _begin_worker)
+        context = multiprocessing.get_context("spawn")
+        stop, self._alive = context.Pipe(duplex=False)
+        return ProcessPoolExecutor(self.workers, context, _begin_worker, (stop,))
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         try:
@@ -119,20 +122,18 @@ class _Processes(WatchedExecutor):
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         if cancel_futures:
-            # Python 3.14 has a name for this; until then what is running can only be ended by the pool's own table.
-            for process in list((getattr(self.pool, "_processes", None) or {}).values()):
-                process.terminate()
+            self._alive.close()
         self.pool.shutdown(wait, cancel_futures=cancel_futures)
 
 
-def _begin_worker() -> None:
-    """Leave Ctrl-C to the process that gives out the tasks, and end when it ends, however that happens."""
+def _begin_worker(stop: connection.Connection) -> None:
+    """Leave Ctrl-C to the parent process; exit when the other end of `stop` is closed or the parent ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
 
     def follow() -> None:
         if parent is not None:
-            parent.join()
+            connection.wait([stop, parent.sentinel])
             os._exit(1)
 
     threading.Thread(target=follow, daemon=True).start()
