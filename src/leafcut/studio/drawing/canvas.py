@@ -80,7 +80,7 @@ class Canvas(Serving, component="../static/canvas_element.js"):
         self._scenes: dict[str, Shown] = {}
         self._numbers: dict[str, int] = {}
         self._addresses: dict[str, str] = {}
-        self._props.update(
+        self.props.update(
             words=dict(words or {}), layers=dict(layers or {}), editable=editable, scenes={}, placement={}
         )
         for name, handler in (("select", on_select), ("drag", on_drag), ("origin", on_origin)):
@@ -123,14 +123,14 @@ class Canvas(Serving, component="../static/canvas_element.js"):
 
     def set_editable(self, editable: bool) -> None:
         """Let pierces and stops be dragged, or not."""
-        self._props["editable"] = editable
+        self.props["editable"] = editable
         self.update()
 
     def set_placement(self, travel: Mapping[str, Any] | None, *, movable: bool) -> None:
         """Say how far the machine goes (``box``, ``known``, ``fits``, ``machine``), and whether zero can be dragged."""
         placement = {"travel": dict(travel) if travel else None, "movable": movable}
-        if placement != self._props["placement"]:
-            self._props["placement"] = placement
+        if placement != self.props["placement"]:
+            self.props["placement"] = placement
             self.update()
 
     def fit(self) -> None:
@@ -180,7 +180,7 @@ class Canvas(Serving, component="../static/canvas_element.js"):
         self.run_method("seek", seconds)
 
     def _tell(self) -> None:
-        self._props["scenes"] = {
+        self.props["scenes"] = {
             layer: f"{self._addresses[layer]}?{self._numbers[layer]}" for layer in LAYERS if layer in self._scenes
         }
         self.update()
@@ -195,13 +195,13 @@ class Convergence(Element, component="../static/chart_element.js"):
 
     def __init__(self, *, words: Mapping[str, str] | None = None) -> None:
         super().__init__()
-        self._props.update(kind="Convergence", words=dict(words or {}), data=None)
+        self.props.update(kind="Convergence", words=dict(words or {}), data=None)
 
     def set(
         self, history: Sequence[tuple[float, float]], bound: float | None = None, unit: str = "s", now: float = 0.0
     ) -> None:
         """Show a search so far: (seconds, cost) at every improvement, the bound, and for how long it has run, s."""
-        self._props["data"] = {"history": [list(point) for point in history], "bound": bound, "unit": unit, "now": now}
+        self.props["data"] = {"history": [list(point) for point in history], "bound": bound, "unit": unit, "now": now}
         self.update()
 
 
@@ -210,11 +210,11 @@ class Bars(Element, component="../static/chart_element.js"):
 
     def __init__(self) -> None:
         super().__init__()
-        self._props.update(kind="Bars", words={}, data=[])
+        self.props.update(kind="Bars", words={}, data=[])
 
     def set(self, rows: Sequence[Mapping[str, Any]]) -> None:
         """Show rows with ``name``, ``value``, ``note`` and ``best``."""
-        self._props["data"] = [dict(row) for row in rows]
+        self.props["data"] = [dict(row) for row in rows]
         self.update()
 
 
@@ -223,9 +223,9 @@ class Brightness(Element, component="../static/chart_element.js"):
 
     def __init__(self, *, words: Mapping[str, str] | None = None) -> None:
         super().__init__()
-        self._props.update(kind="Brightness", words=dict(words or {}), data=[])
+        self.props.update(kind="Brightness", words=dict(words or {}), data=[])
 
     def set(self, values: Sequence[float]) -> None:
         """Show brightnesses, the largest of them as the full height."""
-        self._props["data"] = [float(value) for value in values]
+        self.props["data"] = [float(value) for value in values]
         self.update()

@@ -15,14 +15,14 @@ class SavedChart(Element, component="../static/chart_element.js"):
 
     def __init__(self, words: Mapping[str, str]) -> None:
         super().__init__()
-        self._props.update(kind=self.kind, words=dict(words), data=None)
+        self.props.update(kind=self.kind, words=dict(words), data=None)
 
     def save(self, name: str) -> None:
         """Have the browser save it as PNG under a name."""
         self.run_method("save", name)
 
     def _set(self, **data: Any) -> None:
-        self._props["data"] = data
+        self.props["data"] = data
         self.update()
 
 

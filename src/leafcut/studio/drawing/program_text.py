@@ -65,5 +65,5 @@ class ProgramText(Serving, component="../static/gcode_element.js"):
         self, drawing: Canvas, *, source: Callable[[], bytes] | None = None, words: Mapping[str, str] | None = None
     ) -> None:
         super().__init__()
-        self._props.update(drawing=drawing.id, words=dict(words or {}))
-        self._props["source"] = self.serve("program", source) if source is not None else ""
+        self.props.update(drawing=drawing.id, words=dict(words or {}))
+        self.props["source"] = self.serve("program", source) if source is not None else ""

@@ -27,7 +27,7 @@ class Badge:
         told = json.dumps(self._now(), ensure_ascii=False)
         if told != self._told:
             self._told = told
-            self.place._props["data-job"] = told
+            self.place.props["data-job"] = told
             self.place.update()
 
     def _now(self) -> dict[str, object]:

@@ -31,8 +31,8 @@ class Form(Element, component="../static/form.js"):
         fixed: bool = False,
     ) -> None:
         super().__init__()
-        self._props.update(groups=groups, words=words, values={}, shown={}, errors={}, searchable=searchable)
-        self._props["fixed"] = fixed
+        self.props.update(groups=groups, words=words, values={}, shown={}, errors={}, searchable=searchable)
+        self.props["fixed"] = fixed
         self.on("change", lambda e: on_change(e.args["name"], e.args["value"], e.args["shown"]))
         self.on("refused", lambda e: on_refused(e.args["line"]))
 
@@ -44,14 +44,14 @@ class Form(Element, component="../static/form.js"):
         groups: Fields | None = None,
     ) -> None:
         """Show values, what chosen files are called, what is wrong, and other fields."""
-        self._props.update(values=dict(values), shown=dict(shown or {}), errors=dict(errors or {}))
+        self.props.update(values=dict(values), shown=dict(shown or {}), errors=dict(errors or {}))
         if groups is not None:
-            self._props["groups"] = groups
+            self.props["groups"] = groups
         self.update()
 
     def set_errors(self, errors: dict[str, str]) -> None:
         """Say what is wrong with fields: name → line."""
-        self._props["errors"] = errors
+        self.props["errors"] = errors
         self.update()
 
 
@@ -66,14 +66,14 @@ class Opener(Element, component="../static/opener.js"):
         on_refused: Callable[[str], Any],
     ) -> None:
         super().__init__()
-        self._props.update(words=words, largest=largest, several=False)
+        self.props.update(words=words, largest=largest, several=False)
         self.on("opened", lambda e: on_opened(e.args))
         self.on("refused", lambda e: on_refused(e.args["line"]))
 
     def set_several(self, several: bool) -> None:
         """Take all files that are opened at once, or the first alone."""
-        if self._props["several"] != several:
-            self._props["several"] = several
+        if self.props["several"] != several:
+            self.props["several"] = several
             self.update()
 
 
@@ -88,19 +88,19 @@ class PartsTable(Element, component="../static/parts.js"):
         on_look: Callable[[str], Any],
     ) -> None:
         super().__init__()
-        self._props.update(words=words, rows=[], rotations="", version=0)
+        self.props.update(words=words, rows=[], rotations="", version=0)
         self.on("change", lambda e: on_change(e.args["id"], e.args["key"], e.args["value"]))
         self.on("remove", lambda e: on_remove(e.args["id"]))
         self.on("look", lambda e: on_look(e.args["id"]))
 
     def show(self, rows: list[dict[str, Any]], rotations: str) -> None:
         """Show rows with ``id``, ``name``, ``quantity``, ``rotations`` and ``shown``, and the angles of the others."""
-        self._props.update(rows=rows, rotations=rotations)
+        self.props.update(rows=rows, rotations=rotations)
         self.update()
 
     def renew(self) -> None:
         """Put what was refused back to what it was."""
-        self._props["version"] += 1
+        self.props["version"] += 1
         self.update()
 
 
@@ -134,7 +134,7 @@ def _with(made: Element, classes: str, attributes: dict[str, str]) -> Element:
     if classes:
         made.classes(classes)
     for name, value in attributes.items():
-        made._props[name.rstrip("_").replace("_", "-")] = value
+        made.props[name.rstrip("_").replace("_", "-")] = value
     return made
 
 
@@ -157,13 +157,13 @@ class Editor(Element, component="../static/editor.js"):
 
     def __init__(self, words_in: str, on_draft: Callable[[str], Any] | None, label: str) -> None:
         super().__init__()
-        self._props.update(text=words_in, own=on_draft is not None, label=label, line=0, problem="")
+        self.props.update(text=words_in, own=on_draft is not None, label=label, line=0, problem="")
         if on_draft is not None:
             self.on("draft", lambda e: on_draft(e.args["text"]))
 
     def show(self, words_in: str, line: int, problem: str) -> None:
         """Show another text, and mark the line where something is wrong, 0 for none."""
-        self._props.update(text=words_in, line=line, problem=problem)
+        self.props.update(text=words_in, line=line, problem=problem)
         self.update()
 
 
@@ -174,14 +174,14 @@ class JogPad(Element, component="../static/jog.js"):
         self, label: str, hint: str, on_jog: Callable[[str, int, bool], Any], on_release: Callable[[], Any]
     ) -> None:
         super().__init__()
-        self._props.update(label=label, hint=hint, off=True)
+        self.props.update(label=label, hint=hint, off=True)
         self.on("jog", lambda e: on_jog(str(e.args["axis"]), int(e.args["sign"]), bool(e.args["held"])))
         self.on("release", on_release)
 
     def switch(self, on: bool) -> None:
         """Let the machine be moved, or not."""
-        if self._props["off"] == on:
-            self._props["off"] = not on
+        if self.props["off"] == on:
+            self.props["off"] = not on
             self.update()
 
 
@@ -192,13 +192,13 @@ class SaveBar(Element, component="../static/save_bar.js"):
         self, field: str, name: str, words: dict[str, str], on_save: Callable[[str], Any], on_go: Callable[[], Any]
     ) -> None:
         super().__init__()
-        self._props.update(field=field, name=name, words=words, problem="", line=0)
+        self.props.update(field=field, name=name, words=words, problem="", line=0)
         self.on("save", lambda e: on_save(e.args))
         self.on("go", on_go)
 
     def show(self, problem: str, line: int) -> None:
         """Say what is wrong, nothing for nothing, and in which line, 0 for none."""
-        self._props.update(problem=problem, line=line)
+        self.props.update(problem=problem, line=line)
         self.update()
 
 
@@ -212,11 +212,11 @@ class Address(Element, component="../static/address.js"):
     def __init__(self, on_went: Callable[[dict[str, Any], bool], Any]) -> None:
         super().__init__()
         self._number = 0
-        self._props["steps"] = []
+        self.props["steps"] = []
         self.on("went", lambda e: on_went(e.args["said"], e.args["done"] == self._number))
 
     def step(self, step: str, address: str) -> None:
         """Put an address into the history, as `pushState` or `replaceState` do."""
         self._number += 1
-        self._props["steps"] = [*self._props["steps"][1 - _STEPS :], [self._number, step, address]]
+        self.props["steps"] = [*self.props["steps"][1 - _STEPS :], [self._number, step, address]]
         self.update()

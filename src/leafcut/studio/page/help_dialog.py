@@ -39,7 +39,7 @@ def help_dialog(words: Words) -> None:
     """Add the help, which is hidden until it is asked for."""
     # One element in place of hundreds: every page has it, and few ever show it.
     dialog = ui.html(_text(words), sanitize=False, tag="dialog").classes("help")
-    dialog._props.update({"id": "help", "aria-label": words("top.help")})
+    dialog.props.update({"id": "help", "aria-label": words("top.help")})
 
 
 @cache

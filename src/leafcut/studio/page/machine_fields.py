@@ -33,8 +33,8 @@ class _Typed(Element, component="../static/machine_field.js"):
 
     def __init__(self, name: str, value: str, unit: str, *, numbers: bool, offered: str) -> None:
         super().__init__()
-        self._props.update(field=f"machine-{name}", value=value, version=0, unit=unit)
-        self._props.update(numbers=numbers, offered=offered, placeholder="")
+        self.props.update(field=f"machine-{name}", value=value, version=0, unit=unit)
+        self.props.update(numbers=numbers, offered=offered, placeholder="")
 
 
 class Field:
@@ -63,12 +63,12 @@ class Field:
     def put(self, value: str) -> None:
         """Put something into the field."""
         self.typed = value
-        self.input._props.update(value=value, version=self.input._props["version"] + 1)
+        self.input.props.update(value=value, version=self.input.props["version"] + 1)
         self.input.update()
 
     def suggest(self, value: str) -> None:
         """Let something hold where nothing is typed."""
-        self.usual = self.input._props["placeholder"] = value
+        self.usual = self.input.props["placeholder"] = value
         self.input.update()
 
     def number(self) -> float:
@@ -145,10 +145,10 @@ class Switch:
 
 def enable(element: Element, on: bool) -> None:
     """Let a button be pressed, or not."""
-    off = element._props.get("disabled") is not None
+    off = element.props.get("disabled") is not None
     if off == on:
         if on:
-            element._props.pop("disabled", None)
+            element.props.pop("disabled", None)
         else:
-            element._props["disabled"] = ""
+            element.props["disabled"] = ""
         element.update()

@@ -337,8 +337,8 @@ class MachineProgramPanel:
         whole = now.done_s + now.left_s
         self.what.set_text(now.name)
         share = str(round(1000.0 * now.done_s / whole)) if whole > 0.0 else "0"
-        if self.bar._props.get("value") != share:
-            self.bar._props["value"] = share
+        if self.bar.props.get("value") != share:
+            self.bar.props["value"] = share
             self.bar.update()
         ends = time.strftime("%H:%M:%S", time.localtime(time.time() + now.left_s))
         asked = state.question is not None

@@ -247,9 +247,9 @@ class EditPanel:
         """Note whether something is changed: it is kept, the outcome is marked, and closing asks."""
         self.view.edited = self.edited is not None and self.edited.changed
         if self.view.edited:
-            self.close._props["data-sure"] = self.view.words("edit.sure")
+            self.close.props["data-sure"] = self.view.words("edit.sure")
         else:
-            self.close._props.pop("data-sure", None)
+            self.close.props.pop("data-sure", None)
         self.close.update()
         self.page.changed()
 

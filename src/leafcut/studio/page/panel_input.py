@@ -152,7 +152,7 @@ class InputPanel:
     def _random(self, name: str, value: str, _: str) -> None:
         self.random[name] = value
         self.map.show(self.random)
-        self.saved_map._props["href"] = self._map_address()
+        self.saved_map.props["href"] = self._map_address()
         self.saved_map.update()
 
     def _map_address(self) -> str:

@@ -52,7 +52,7 @@ class JobsPanel:
                 text("h1", w("top.jobs"))
                 with box("div", "find", role="search"), box("span", "box"):
                     find = box("input", "", id="jobs-find", type="search", autocomplete="off", spellcheck="false")
-                    find._props.update({"placeholder": w("jobs.find"), "aria-label": w("jobs.find")})
+                    find.props.update({"placeholder": w("jobs.find"), "aria-label": w("jobs.find")})
             notice_switch(view)
             self.queue = QueueCard(w, view.studio.jobs, page.open_job, self.draw)
             self.compared = box("section", "card compare", aria_label=w("compare.title"))
@@ -135,7 +135,7 @@ class JobsPanel:
         with box("tr", "", data_focus=f"job-{record.id}"):
             with box("td"):
                 pick = box("input", "", type="checkbox", aria_label=w("jobs.compare", name=record.title))
-                pick._props["checked"] = record.id in self._picked
+                pick.props["checked"] = record.id in self._picked
                 pick.on(
                     "change", lambda e: self._pick(record.id, bool(e.args)), js_handler="(e) => emit(e.target.checked)"
                 )

@@ -210,7 +210,7 @@ class LabPanel:
         runs = state is not None and state.running and state.description.key == found.key
         bar.set_visibility(runs)
         if state is not None and runs:
-            bar._props["value"] = f"{state.share:.4f}"
+            bar.props["value"] = f"{state.share:.4f}"
             bar.update()
             left = state.seconds_left
             told = "" if left is None else w("lab.left", time=time_words(left))

@@ -217,5 +217,5 @@ class StopBar:
         self._shown = now
         self.place.set_visibility(now[0])
         self.words.set_text(now[2])
-        self.button._props["data-moves"] = json.dumps(now[1])
+        self.button.props["data-moves"] = json.dumps(now[1])
         self.button.update()

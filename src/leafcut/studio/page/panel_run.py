@@ -149,7 +149,7 @@ class RunPanel:
 
     def tell_earlier(self, line: str) -> None:
         """Say over the drawing that it is of earlier choices; nothing where it is not."""
-        self.frame._props["data-earlier"] = line
+        self.frame.props["data-earlier"] = line
         self.frame.update()
 
     def forget(self) -> None:

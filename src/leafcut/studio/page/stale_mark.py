@@ -72,7 +72,7 @@ class StaleMark:
         for made, words, title in self._programs:
             made.set_text(w("stale.of_earlier", name=words) if found else words)
             made.classes(**{"remove" if found else "add": "primary"})
-            made._props["title"] = f"{title}: {w('stale.title')}. {'. '.join(told)}" if found else title
+            made.props["title"] = f"{title}: {w('stale.title')}. {'. '.join(told)}" if found else title
             made.update()
 
     def _tell(self, told: list[str], chosen: bool) -> None:

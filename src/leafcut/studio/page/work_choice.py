@@ -16,12 +16,12 @@ class WorkChoice(Element, component="../static/works.js"):
 
     def __init__(self, label: str, on_choose: Callable[[str], Any]) -> None:
         super().__init__()
-        self._props.update(label=label, works=[], chosen="", why="", turn=0)
+        self.props.update(label=label, works=[], chosen="", why="", turn=0)
         self.on("choose", lambda e: on_choose(e.args))
 
     def show(self, works: list[dict[str, Any]], chosen: str, why: str) -> None:
         """Show kinds of work with ``name``, ``title`` and ``picture``, which is chosen, and why one is suggested."""
-        self._props.update(works=works, chosen=chosen, why=why, turn=self._props["turn"] + 1)
+        self.props.update(works=works, chosen=chosen, why=why, turn=self.props["turn"] + 1)
         self.update()
 
 
