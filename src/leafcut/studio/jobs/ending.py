@@ -85,7 +85,7 @@ class Endable:
         """Raise what is to be raised, and look again until the thread has left."""
         with self._lock:
             thread = self._thread
-            if thread is None or thread not in sys._current_frames():
+            if thread is None or thread not in sys._current_frames():  # noqa: SLF001  # documented: nothing else shows other threads' frames
                 self._watched = False
                 return
             if not self.raised and not _is_not_to_be_ended(thread):
@@ -112,7 +112,7 @@ def hear_what_is_lost() -> None:
 
 def _is_not_to_be_ended(thread: int) -> bool:
     """Return whether a thread is loading a module or compiled code, or is starting another one."""
-    frame = sys._current_frames().get(thread)
+    frame = sys._current_frames().get(thread)  # noqa: SLF001
     while frame is not None:
         code = frame.f_code
         if code is threading.Thread.start.__code__ or any(who in code.co_filename for who in _LOADERS):

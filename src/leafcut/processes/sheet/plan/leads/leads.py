@@ -134,7 +134,7 @@ class Scrap:
         """
         other = copy(self)
         other.bridge_owners = np.asarray(owners, dtype=np.int64).reshape(-1, 2)
-        other._bridge_tree = shapely.STRtree(lines)
+        other._bridge_tree = shapely.STRtree(lines)  # noqa: SLF001  # of its own class
         return other
 
     @property
