@@ -188,7 +188,8 @@ def height_of(stroke: DxfStroke, matrix: Matrix) -> float:
     if isinstance(form, Curve):
         return float(moved(matrix, form).center[2])
     assert not isinstance(form, Letters)
-    return float(_placed((form.vertices if isinstance(form, DxfPolyline) else form.control)[:1], matrix)[0, 2])
+    places = form.vertices if isinstance(form, DxfPolyline) else form.control
+    return float(places[0, 2] if matrix is IDENTITY else _placed(places[:1], matrix)[0, 2]) + 0.0
 
 
 def _placed(vertices: Floats, matrix: Matrix) -> Floats:
