@@ -79,12 +79,3 @@ def test_the_version_is_the_same_without_the_command_line(
 ) -> None:
     assert run(["--version"]) == 0
     assert capsys.readouterr().out == f"{process[0]}\n"
-
-
-def test_at_exit_python_searches_no_objects_for_cycles() -> None:
-    code = (
-        "import atexit, gc; atexit.register(lambda: print(gc.get_freeze_count() > 0)); "
-        "from leafcut.__main__ import main; main(['algorithms'])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "True"

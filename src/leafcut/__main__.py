@@ -14,13 +14,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if list(words) == ["--version"]:
         print(__version__)
         sys.exit(0)
-    import atexit
-    import gc
-
-    # Most objects of a run live to its end, so Python searches for garbage less often than by default (700, 10, 10).
-    gc.set_threshold(10_000, 50, 10)
-    # At exit Python searches all objects for cycles, several times: a fifth of a short run.
-    atexit.register(gc.freeze)
     from leafcut.cli.app import main as run
 
     run(arguments)

@@ -93,7 +93,7 @@ class Result:
 
     def _kinds(self) -> _Kinds:
         """Return what `save` can write."""
-        pictured: _Kinds = {} if type(self)._picture is Result._picture else {".svg": self._picture}
+        pictured: _Kinds = {".svg": self._picture} if "_picture" in vars(type(self)) else {}
         return {".json": lambda: json.dumps(self.to_dict(), indent=2, ensure_ascii=False) + "\n", **pictured}
 
     def _line(self) -> str:

@@ -368,5 +368,3 @@ def _solid(
     if "problem" in told:
         raise ReadError(path, told["problem"])
     return told, triangles
-
-
