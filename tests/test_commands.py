@@ -89,7 +89,7 @@ def test_the_help_of_all_commands_tells_what_each_does(capsys: pytest.CaptureFix
 @pytest.mark.parametrize(
     "words, told",
     [
-        ("drill plate_10.dxf --kerf-width 2", "--kerf-width: not used for drilling; it applies to cutting a sheet; "),
+        ("drill plate_10.dxf --kerf 2", "--kerf: not used for drilling; it applies to cutting a sheet and nesting; "),
         ("drill plate_10.dxf --keep-order", "--keep-order: not used for drilling; .*; --algorithm none keeps"),
         (
             "reorder cam_121.nc --no-chains",
@@ -99,8 +99,8 @@ def test_the_help_of_all_commands_tells_what_each_does(capsys: pytest.CaptureFix
         ("drill plate_10.dxf --speed 1000", r"unknown option '--speed'; did you mean '--spindle-speed'\?$"),
         ("drill plate_10.dxf --config a.toml", r"unknown option '--config' \(see leafcut drill --help\)$"),
         ("lab tun x", "unknown command 'lab tun'; did you mean 'tune'"),
-        ("cut bracket.dxf --kerf-widt 2", r"unknown option '--kerf-widt'; did you mean '--kerf-width'\?$"),
-        ("cut bracket.dxf --kerf-widt=2", r"unknown option '--kerf-widt'; did you mean '--kerf-width'\?$"),
+        ("cut bracket.dxf --ker 2", r"unknown option '--ker'; did you mean '--kerf'\?$"),
+        ("cut bracket.dxf --ker=2", r"unknown option '--ker'; did you mean '--kerf'\?$"),
         ("drill plate_10.dxf --no-thickness", r"unknown option '--no-thickness'; did you mean '--thickness'\?$"),
         ("cut bracket.dxf --no-chain", r"unknown option '--no-chain'; did you mean '--no-chains'\?$"),
         ("nest bracket.dxf --qqq 3", r"unknown option '--qqq' \(see leafcut nest --help\)$"),

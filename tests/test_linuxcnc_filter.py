@@ -174,7 +174,7 @@ def test_a_plasma_table_cuts_a_drawing_where_nobody_says_what_is_done(
         ("-", 2, "filter -: not taken from standard input; name a file"),
         ("nosuch.drl", 1, "nosuch.drl: file not found"),
         ("a.drl -o b.ngc", 2, "unknown option '-o'"),
-        ("a.drl --kerf-width 2", 2, "--kerf-width: not used for drilling"),
+        ("a.drl --kerf 2", 2, "--kerf: not used for drilling"),
         ("a.drl --depht 2", 2, "did you mean '--depth'?"),
     ],
 )

@@ -99,7 +99,7 @@ def test_all_programs_of_a_part_have_one_zero(plate: Path) -> None:
 @pytest.mark.hazard
 def test_a_sheet_is_cut_from_the_zero_that_its_holes_are_drilled_from(plate: Path) -> None:
     """A line 0.65 mm beside the outline, half of the kerf, goes from −0.65 to 120.65."""
-    asked = {"cut_layers": "OUTLINE", "thickness": 3, "machine": "plasma-table", "kerf_width": 1.3}
+    asked = {"cut_layers": "OUTLINE", "thickness": 3, "machine": "plasma-table", "kerf": 1.3}
     sheet = leafcut.optimize(plate, process="cut", lead_in="none", **asked, **FAST)
     for axis, size in (("X", WIDE), ("Y", HIGH)):
         found = numbers(sheet.text, axis)

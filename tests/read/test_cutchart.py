@@ -73,8 +73,8 @@ def test_above_the_pierce_capacity_the_chart_says_no_pierce() -> None:
         ("plasma", "titanium", 3.0, None, OptionError, "--material"),
         ("plasm", "mild_steel", 3.0, None, OptionError, "did you mean 'plasma'"),
         ("plasma", "mild_steel", 3.0, 20.0, OptionError, "45, 65, 85"),
-        ("oxyfuel", "brass", 3.0, None, OptionError, "--cut-speed, --kerf-width and --pierce-delay"),
-        ("plasma", "mild_steel", 12.7, 85.0, OptionError, "--kerf-width.* and the pierce delay"),
+        ("oxyfuel", "brass", 3.0, None, OptionError, "--cut-speed, --kerf and --pierce-delay"),
+        ("plasma", "mild_steel", 12.7, 85.0, OptionError, "--kerf.* and the pierce delay"),
         (
             "plasma",
             "mild_steel",

@@ -75,9 +75,9 @@ def test_a_chart_of_ones_own_fills_the_menus_and_a_broken_one_says_its_line(page
 
 def test_an_option_is_found_by_its_label_its_flag_and_its_help(page: Page) -> None:
     cutting(page)
-    find, kerf = page.get_by_label("Find an option"), page.get_by_label("Kerf width", exact=True)
+    find, kerf = page.get_by_label("Find an option"), page.get_by_label("Kerf", exact=True)
     expect(kerf).to_be_hidden()
-    for word in ("KERF wid", "--kerf-width", "width kerf"):
+    for word in ("KERF wid", "--kerf", "width kerf"):
         find.fill(word)
         expect(kerf).to_be_visible()
     find.fill("clear of parts")  # words of its help alone

@@ -175,7 +175,7 @@ def test_values_of_a_file_start_fresh_with_the_next_and_values_of_the_shop_stay_
         "sheet_size": "100,50", "pixel_size": "0.1", "beam_power": "900", "hole_order": "order", "plan": "plan",
     }  # fmt: skip
     of_shop = {
-        "machine": "haas-vf2", "tools": "mine:shop", "kerf_width": "1.2", "dialect": "haas", "feed": "100",
+        "machine": "haas-vf2", "tools": "mine:shop", "kerf": "1.2", "dialect": "haas", "feed": "100",
         "algorithm": "aco", "time_limit": "5", "tool_diameter": "3",
     }  # fmt: skip
     view = View(studio, EN)
@@ -219,4 +219,4 @@ def test_an_option_that_names_a_place_a_layer_or_a_depth_of_the_part_belongs_to_
     spoken = re.compile(r"\blayers?\b|\bkeep-out|\bthickness of|\bdepth of blind|\bprogram zero|\bSTL|\bplan file")
     named = {name for _, name, spec in all_options() if spoken.search(spec.help)}
     assert named - found == set()
-    assert {"machine", "tools", "dialect", "kerf_width", "feed", "algorithm", "time_limit", "threads"}.isdisjoint(found)
+    assert {"machine", "tools", "dialect", "kerf", "feed", "algorithm", "time_limit", "threads"}.isdisjoint(found)

@@ -153,8 +153,8 @@ def test_a_message_names_the_fields_of_the_form_and_no_flags() -> None:
 def test_in_spanish_a_field_says_it_in_spanish() -> None:
     groups = forms.form("cut", {}, words("es"), machines={}, tools=[])
     fields = {field["name"]: field for group in groups for field in group["fields"]}
-    assert fields["kerf_width"]["help"] == "ancho de la sangría"
-    assert fields["kerf_width"]["default"] == "de la tabla"
+    assert fields["kerf"]["help"] == "ancho de la sangría"
+    assert fields["kerf"]["default"] == "de la tabla"
     assert words("es").issue("L102") == "El archivo no dice sus unidades"
     assert EN.issue("L102") == ""
 
@@ -205,7 +205,7 @@ def test_what_is_at_its_default_is_not_said() -> None:
 
 
 def test_options_of_another_work_stay_out() -> None:
-    assert forms.of_work("cut", {"peck": "1", "kerf_width": "2", "n_ants": "9"}) == {"kerf_width": "2"}
+    assert forms.of_work("cut", {"peck": "1", "kerf": "2", "n_ants": "9"}) == {"kerf": "2"}
     assert forms.of_work("drill", {"peck": "1", "n_ants": "9", "algorithm": "acs"}) == {
         "peck": "1",
         "n_ants": "9",
@@ -247,15 +247,15 @@ def test_what_was_put_for_one_input_does_not_hold_for_the_next(studio: Studio) -
     view.put_for_input("quantity", "3")
     view.put_for_input("plan", "P" * 16, "sheet_plan.json")
     view.put("thickness", "6mm")
-    view.put("kerf_width", "1mm")
+    view.put("kerf", "1mm")
     assert (view.task().origin, view.task().options["quantity"]) == ("nest-of-jobs/1/2", "3")
     view.take("B" * 16, "other.dxf")
-    assert view.task() == Task("optimize", ("B" * 16,), "cut", {"kerf_width": "1mm"})
+    assert view.task() == Task("optimize", ("B" * 16,), "cut", {"kerf": "1mm"})
     assert view.shown == {}
     view.put_for_input("quantity", "3")
     view.put("quantity", "5")  # typed, but still for this sheet
     view.take("C" * 16, "third.dxf")
-    assert view.task().options == {"kerf_width": "1mm"}
+    assert view.task().options == {"kerf": "1mm"}
 
 
 def test_a_wrong_value_of_another_work_stands_in_nobodys_way(studio: Studio) -> None:

@@ -106,7 +106,7 @@ def test_a_study_is_found_by_its_algorithms(studio: Studio) -> None:
 
 
 def test_jobs_are_found_by_the_words_of_the_language_that_is_spoken(studio: Studio) -> None:
-    noted(studio, 2, kerf_width="1.5")
+    noted(studio, 2, kerf="1.5")
     assert studio.jobs.find(wanted_words("sangría", ES), 50)[1] == 2
     assert studio.jobs.find(wanted_words(ES("state.done"), ES), 50)[1] == 2
     assert studio.jobs.find(wanted_words("sangría", EN), 50)[1] == 0

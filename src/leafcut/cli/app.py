@@ -57,7 +57,7 @@ _EVERY_INPUT = (
 #: Main options of commands without a form in the studio.
 _MAIN = {
     "solve": ("algorithm", "preset", "time_limit", "seed", "target_gap", "threads"),
-    "speeds": ("material", "tools", "holes", "depth", "thickness", "machine", "shop_rate", "tool_cost"),
+    "speeds": ("material", "tools", "holes", "depth", "thickness", "machine", "shop_rate"),
 }
 #: Defaults of `tools speeds` that are not those of drilling.
 _DEFAULTS_OF_SPEEDS = {

@@ -46,6 +46,15 @@ class CutDataOptions(OptionGroup):
         "cut chart of your own, a CSV file",
         default_words="leafcut's chart",
     )
+    kerf: float | None = option(
+        "quantity",
+        None,
+        "kerf width",
+        unit="mm",
+        minimum=0,
+        maximum=50,
+        default_words="the chart's; 2 mm for nesting",
+    )
     cut_speed: float | None = option(
         "quantity",
         None,

@@ -239,6 +239,12 @@ class _CutDataOptions2(TypedDict, total=False):
     """Cutting speed (mm/min; default: the chart's)."""
 
 
+class _CutDataOptions3(TypedDict, total=False):
+    # Of optimize, cut, nest.
+    kerf: Quantity | None
+    """Kerf width (mm; default: the chart's; 2 mm for nesting)."""
+
+
 class _DrillOptions1(TypedDict, total=False):
     # Of optimize, drill, tool_speeds.
     depth_to: Literal["shoulder", "tip", None]
@@ -281,8 +287,6 @@ class _CutOptions1(TypedDict, total=False):
     """Marking speed, with a laser or a scribe (mm/min; default: 2500 mm/min, or the machine's highest feed rate if
     lower).
     """
-    kerf_width: Quantity | None
-    """Kerf width (mm; default: the chart's)."""
     pierce_delay: Quantity | None
     """Pierce delay after the torch turns on (s; default: the chart's)."""
     pierce_height: Quantity | None
@@ -358,8 +362,6 @@ class _NestOptions1(TypedDict, total=False):
     remnant; several are allowed, the cheapest are used (default: the table of --machine; 2500x1250 for plasma-
     table).
     """
-    kerf: Quantity | None
-    """Kerf width (mm; default: 2mm)."""
     gap: Quantity | None
     """Gap between parts, in addition to the kerf (mm; default: 5mm)."""
     margin: Quantity | None
@@ -642,10 +644,6 @@ class _SpeedOptions1(TypedDict, total=False):
     """Width of an end mill's cut (mm; default: the tool's diameter: a slot)."""
     cut_depth: Quantity | None
     """Depth of an end mill's cut (mm; default: half of the tool's diameter)."""
-    tool_cost: float | None
-    """Cost of one life of a tool, new or reground, in the same currency; `life_cost` in the library goes before
-    (default: 10).
-    """
     min_life: Quantity | None
     """Shortest tool life allowed, in the cut (s; default: 300s)."""
 
@@ -686,6 +684,7 @@ class OptimizeKeywords(
     _JobOptions8,
     _CutDataOptions1,
     _CutDataOptions2,
+    _CutDataOptions3,
     _DrillOptions1,
     _CutOptions1,
     _PocketOptions1,
@@ -767,6 +766,7 @@ class CutKeywords(
     _JobOptions8,
     _CutDataOptions1,
     _CutDataOptions2,
+    _CutDataOptions3,
     _CutOptions1,
     _SolveOptions1,
     _SolveOptions2,
@@ -864,6 +864,7 @@ class NestKeywords(
     _SheetOptions2,
     _MachineOptions1,
     _CutDataOptions1,
+    _CutDataOptions3,
     _NestOptions1,
     _SolveOptions2,
     _SolveOptions4,

@@ -70,13 +70,6 @@ class SpeedOptions(OptionGroup):
         maximum=1e6,
         default_words="60 for cutting-data, else 0",
     )
-    tool_cost: float = option(
-        "number",
-        10.0,
-        "cost of one life of a tool, new or reground, in the same currency; `life_cost` in the library goes before",
-        minimum=0,
-        maximum=1e6,
-    )
     min_life: float = option(
         "quantity", 300.0, "shortest tool life allowed, in the cut", unit="s", minimum=1, maximum=14_400
     )

@@ -53,7 +53,7 @@ HEIGHTS: dict[str, float] = {CutMethod.LASER: 1.0, CutMethod.WATERJET: 3.0, CutM
 #: What a user may say in the place of a chart, and how much of it makes a row of a chart needless.
 GIVEN = ("feed", "kerf", "pierce_delay", "pierce_height", "cut_height")
 ENOUGH = ("feed", "kerf", "pierce_delay")
-_OWN = "--cut-speed, --kerf-width and --pierce-delay"
+_OWN = "--cut-speed, --kerf and --pierce-delay"
 
 MOST_ROWS = 100_000
 _ESTIMATE = 2
@@ -447,7 +447,7 @@ def _missing(row: ChartRow, given: dict[str, float | None]) -> list[str]:
     values = _values(row, given)
     missing = []
     if not values["kerf"]:  # a chart's 0 is a figure that nobody has measured
-        missing.append("kerf (--kerf-width)")
+        missing.append("kerf (--kerf)")
     if values["pierce_delay"] is None and _can_pierce(row, given):
         missing.append("pierce delay (--pierce-delay)")
     return missing

@@ -236,9 +236,9 @@ def test_a_tool_that_cannot_be_used_is_told_and_does_not_keep_the_others_from_th
     assert "T3 drill Ø7: aluminium-6061 has no tool-life constants of carbide drills" in str(found.issues[1])
 
 
-def test_the_costs_of_the_library_go_before_the_option(library: Path) -> None:
+def test_the_costs_of_the_library_count(library: Path) -> None:
     """4.5 for a life: cost = rate × time + worn × 4.5."""
-    point = chosen(leafcut.tool_speeds(tools=library, material="c45", holes=9, depth=12, tool_cost=99)).best
+    point = chosen(leafcut.tool_speeds(tools=library, material="c45", holes=9, depth=12)).best
     assert point.cost == pytest.approx(60 / 3600 * point.time + 4.5 * point.worn)
 
 
@@ -251,7 +251,6 @@ def test_the_costs_of_the_library_go_before_the_option(library: Path) -> None:
         ({"holes": None}, "no number of holes: give a drawing or --holes"),
         ({"depth": None}, "no depth of holes: give --depth or --thickness"),
         ({"shop_rate": -3}, "--shop-rate: -3 is below the minimum of 0"),
-        ({"tool_cost": -1}, "--tool-cost: -1 is below the minimum of 0"),
         ({"max_power": "1 W"}, "has a power of at most 0.001 kW: it is at least"),
         ({"min_life": "5h"}, "--min-life: 18000 s is above the maximum of 14400 s"),
         ({"material": "6061", "tool_material": "carbide"}, "no tool-life constants of carbide drills; there are those"),

@@ -24,7 +24,7 @@ from leafcut.processes.sheet.plan.divided_holes import with_chambers
 from leafcut.processes.sheet.proof.divided import check_divided
 
 KERF = 1.5
-FAST: dict[str, Any] = {"process": "cut", "thickness": "6", "kerf_width": "1.5", "iterations": 5, "threads": 1}
+FAST: dict[str, Any] = {"process": "cut", "thickness": "6", "kerf": "1.5", "iterations": 5, "threads": 1}
 Notch = list[tuple[float, float, float]]
 
 

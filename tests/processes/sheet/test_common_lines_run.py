@@ -18,7 +18,7 @@ from leafcut.geometry.polyline import Polyline
 from leafcut.processes.sheet.report.cut_words import cut_counts, norm_facts
 
 KERF = 1.5
-FAST: dict[str, Any] = {"process": "cut", "thickness": "6", "kerf_width": "1.5", "iterations": 10, "threads": 1}
+FAST: dict[str, Any] = {"process": "cut", "thickness": "6", "kerf": "1.5", "iterations": 10, "threads": 1}
 
 
 def drawing(folder: Path, gap: float) -> Path:
@@ -129,7 +129,7 @@ def test_what_is_nested_in_blocks_is_cut_with_common_lines_all_of_them(lead_in: 
     nested, file = {"kerf": 0.22, "sheet": "500x500", "blocks": "grids", "variants": 1}, tmp_path / "nested.dxf"
     found = api.nest([f"{part}:20"], file, **nested)
     cut: dict[str, Any] = {**FAST, "thickness": 3, "machine": "laser-table", "common_lines": True, "lead_in": lead_in}
-    del cut["kerf_width"]
+    del cut["kerf"]
     for name in found.files[0]:
         outcome = api.optimize(name, **cut)
         assert outcome.verified

@@ -138,7 +138,7 @@ def test_a_flame_does_not_touch_the_sheet_to_find_it(plate: Path) -> None:
 
 
 def test_own_figures_cut_a_material_that_no_chart_has(plate: Path) -> None:
-    own = {"cut_speed": "900mm/min", "kerf_width": "1.2", "pierce_delay": "0.4s"}
+    own = {"cut_speed": "900mm/min", "kerf": "1.2", "pierce_delay": "0.4s"}
     outcome = api.optimize(plate, material="titanium", **own, **FAST)
     data = outcome.detail.plan.data
     assert (data.feed, data.kerf, data.pierce_delay) == (15.0, 1.2, 0.4)

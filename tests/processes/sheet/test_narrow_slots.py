@@ -13,7 +13,7 @@ from leafcut import api
 from leafcut.model.outcome import Outcome
 
 KERF = 1.5
-CUT: dict[str, Any] = {"process": "cut", "thickness": 6, "kerf_width": KERF, "iterations": 5, "threads": 1}
+CUT: dict[str, Any] = {"process": "cut", "thickness": 6, "kerf": KERF, "iterations": 5, "threads": 1}
 
 
 def cut(folder: Path, width: float, *, rounded: bool = False, angle: float = 0.0, length: float = 30.0) -> Outcome:

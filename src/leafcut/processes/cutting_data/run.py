@@ -34,6 +34,8 @@ _HSS_MILL_CHIP = 0.5
 _SECONDS_PER_HOUR = 3600.0
 #: Cost of machine and operator by the hour, in any currency.
 _SHOP_RATE = 60.0
+#: Cost of one life of a tool whose library does not state `life_cost`, in the same currency (estimate).
+_TOOL_COST = 10.0
 #: Time from one hole to the next, up and down included, where no drawing says it, s (estimate).
 _MOVE = 1.5
 #: Time to replace a worn tool and to set its length, s (estimate).
@@ -225,7 +227,7 @@ def _front(
 ) -> ToolFront:
     """Return the front of one tool, from all speeds and feeds that the machine has."""
     options, tool = settings.of(SpeedOptions), work.tool
-    own = tool.life_cost if tool.life_cost is not None else options.tool_cost
+    own = tool.life_cost if tool.life_cost is not None else _TOOL_COST
     prices = Prices(_shop_rate(options) / _SECONDS_PER_HOUR, own, _WORN_CHANGE, _MAX_LIFE)
     grid = _grid(work, kind, machine, material)
     limits = _limits(work, options, machine)

@@ -30,7 +30,6 @@ class NestOptions(OptionGroup):
         default_words="the table of --machine; 2500x1250 for plasma-table",
         of_file=True,
     )
-    kerf: float = option("quantity", 2.0, "kerf width", unit="mm", minimum=0, maximum=50)
     gap: float = option(
         "quantity", 5.0, "gap between parts, in addition to the kerf", unit="mm", minimum=0, maximum=1000
     )
@@ -72,8 +71,6 @@ class NestOptions(OptionGroup):
                 raise OptionError(
                     f"--margin: {self.margin:g} mm on each side leaves no room on a sheet of {shown(one.name)}"
                 )
-        if self.blocks != "none" and self.kerf <= 0.0:
-            raise OptionError("--blocks: needs --kerf, the kerf width of the cutting data")
         _ = self.angles
 
     @property

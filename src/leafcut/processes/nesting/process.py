@@ -30,7 +30,7 @@ class Nesting(Process):
         | use(SheetOptions)
         | use(MachineOptions, "machine")
     )
-    uses |= use(CutDataOptions, "cut_process")
+    uses |= use(CutDataOptions, "cut_process", "kerf")
     uses |= use(SolveOptions, "preset", "time_limit", "iterations", "seed", "threads")
     command = "nest"
     help = "Nest parts on sheets, in several variants, and write the best nest as DXF for cutting."

@@ -35,6 +35,8 @@ MOST_NAMED = 5
 #: Two nests that use the same length of sheet to this, mm, are one to a person.
 ALIKE = 0.01
 
+#: Kerf width unless one is given, mm.
+KERF = 2.0
 #: Minimum width of a remnant to keep, mm.
 REMNANT_SIZE = 150.0
 
@@ -42,6 +44,7 @@ REMNANT_SIZE = 150.0
 def nest(
     parts: Sequence[NestPart],
     options: NestOptions,
+    kerf: float,
     search: SolveOptions,
     *,
     stocks: Sequence[Stock] = (),
@@ -63,8 +66,8 @@ def nest(
 
     began = time.perf_counter()
     cancelled = cancelled or threading.Event()
-    task = prepare(parts, options, stocks or sized_sheets(options))
-    kerf = options.kerf if options.blocks != "none" else 0.0
+    task = prepare(parts, options, kerf, stocks or sized_sheets(options))
+    common = kerf if options.blocks != "none" else 0.0
     found: list[Nest] = []
     dropped: list[str] = []
 
@@ -88,7 +91,7 @@ def nest(
                 tell_found(variant)
             if isinstance(variant, str):
                 dropped.append(variant)
-            elif faults := check_nest(variant, task.spacing, options.margin, kerf):
+            elif faults := check_nest(variant, task.spacing, options.margin, common):
                 dropped.append(f"by {variant.method}, seed {variant.seed}: {faults[0]}")
             else:
                 found.append(variant)
@@ -170,7 +173,8 @@ def nest_drawings(
         raise OptionError(f"--output: nested sheets are written as DXF; name a .dxf, not '{Path(output).name}'")
     settings, parts, stocks, issues = _read(wanted, settings, progress)
     options = settings.of(NestOptions)
-    outcome = nest(parts, options, settings.solve, stocks=stocks, progress=progress, cancelled=cancelled)
+    kerf = KERF if settings.cut_data.kerf is None else settings.cut_data.kerf
+    outcome = nest(parts, options, kerf, settings.solve, stocks=stocks, progress=progress, cancelled=cancelled)
     names = outcome.names(output or "sheet.dxf", all_variants=options.all_variants)
     drawings = tuple(_drawn(one, files) for one, files in zip(outcome.nests, names, strict=False))
     files = names if output else ()

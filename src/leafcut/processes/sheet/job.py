@@ -231,7 +231,7 @@ def _cut_data(run: Run) -> tuple[CutData, list[Issue]]:
         data.amps,
         data.nozzle,
         feed=data.cut_speed,
-        kerf=options.kerf_width,
+        kerf=data.kerf,
         pierce_delay=options.pierce_delay,
         pierce_height=options.pierce_height,
         cut_height=options.cut_height,

@@ -30,9 +30,6 @@ class CutOptions(OptionGroup):
         default_words="2500 mm/min, or the machine's highest feed rate if lower",
         of_file=True,
     )
-    kerf_width: float | None = option(
-        "quantity", None, "kerf width", unit="mm", minimum=0.001, maximum=50, default_words="the chart's"
-    )
     pierce_delay: float | None = option(
         "quantity",
         None,

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
 
 _MAIN = ("machine", "thickness", "material", "amps", "cut_process", "chains")
-_CUT = ("common_lines", "chart", "nozzle", "cut_speed")
+_CUT = ("common_lines", "chart", "nozzle", "cut_speed", "kerf")
 _JOB = ("thickness", "material", "clearance_height", "keep_out", "end_point", "keep_order")
 #: How sure a layer that is named as a sheet makes it.
 _BY_NAME = 0.95

@@ -54,7 +54,7 @@ def task(count: int, *sheets: tuple[int | None, float]) -> NestTask:
     path = Polyline.of_points([(0, 0), (1, 0), (1, 1), (0, 1)], closed=True)
     parts = (NestPart("plate", (Contour(path),), count),)
     stocks = tuple(Stock(10.0, 10.0, number, price) for number, price in sheets)
-    return NestTask(parts, tuple(pieces_of(parts)), (count,), stocks, NestOptions())
+    return NestTask(parts, tuple(pieces_of(parts)), (count,), stocks, NestOptions(), 2.0)
 
 
 def nest_of(cost: float, unplaced: int = 0) -> Nest:

@@ -29,8 +29,8 @@ def box(width: float, height: float, count: int = 1) -> NestPart:
 
 
 def task_of(*parts: NestPart, stocks: tuple[Stock, ...] = (SHEET,), **options: Any) -> NestTask:
-    given = {"kerf": 2.0, "gap": 3.0, "margin": 10.0, **options}
-    return prepare(parts, NestOptions(**given), stocks)
+    given = {"gap": 3.0, "margin": 10.0, **options}
+    return prepare(parts, NestOptions(**given), 2.0, stocks)
 
 
 def nests(task: NestTask, cancelled: threading.Event | None = None, **search: Any) -> Iterator[Nest | str]:

@@ -52,6 +52,7 @@ class NestTask:
     counts: tuple[int, ...]
     stocks: tuple[Stock, ...]
     options: NestOptions
+    kerf: float
     remnants: Mapping[int, Packer] = field(default_factory=dict)
 
     def inner(self, stock: int) -> tuple[float, float]:
@@ -72,7 +73,7 @@ class NestTask:
     @property
     def spacing(self) -> float:
         """What stays between two parts, mm; never nothing: edges that touch would be taken for one."""
-        return max(self.options.kerf + self.options.gap, TOUCHING)
+        return max(self.kerf + self.options.gap, TOUCHING)
 
 
 class Filling:

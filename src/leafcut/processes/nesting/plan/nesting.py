@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
+from leafcut.errors import OptionError
 from leafcut.model.heartbeat import OnProgress, Progress, Trial
 from leafcut.model.nest import Nest, NestPart, Stock
 from leafcut.options import SolveOptions
@@ -43,7 +44,7 @@ CHOOSING = 0.2
 THREADS_PER_VARIANT = 3
 
 
-def prepare(parts: Sequence[NestPart], options: NestOptions, stocks: Sequence[Stock]) -> NestTask:
+def prepare(parts: Sequence[NestPart], options: NestOptions, kerf: float, stocks: Sequence[Stock]) -> NestTask:
     """Return what is to be nested, and on which kinds of sheet.
 
     Raises
@@ -51,25 +52,31 @@ def prepare(parts: Sequence[NestPart], options: NestOptions, stocks: Sequence[St
     PlanError
         There is nothing to nest, an outline is no outline, or a part fits no sheet.
     """
+    if options.blocks != "none" and kerf <= 0.0:
+        raise OptionError("--blocks: needs --kerf, the kerf width of the cutting data")
     pieces = pieces_of(parts)
-    plain = NestTask(tuple(parts), tuple(pieces), tuple(p.quantity for p in parts), tuple(stocks), options)
+    plain = NestTask(tuple(parts), tuple(pieces), tuple(p.quantity for p in parts), tuple(stocks), options, kerf)
     inner = [plain.inner(k) for k in range(len(stocks))]
     check_fit(parts, pieces, inner)
     pieces, counts = filled_holes(parts, pieces, plain.spacing)
     if options.blocks != "none":
-        pieces, counts = _blocks(pieces, counts, options, inner)
+        pieces, counts = _blocks(pieces, counts, options, kerf, inner)
     return replace(plain, pieces=tuple(pieces), counts=tuple(counts))
 
 
 def _blocks(
-    pieces: Sequence[NestPiece], counts: Sequence[int], options: NestOptions, inner: Sequence[tuple[float, float]]
+    pieces: Sequence[NestPiece],
+    counts: Sequence[int],
+    options: NestOptions,
+    kerf: float,
+    inner: Sequence[tuple[float, float]],
 ) -> tuple[list[NestPiece], list[int]]:
     """Return pieces in blocks for which the smallest sheet that holds the piece has room."""
     found: list[NestPiece] = []
     numbers: list[int] = []
     for piece, count in zip(pieces, counts, strict=True):
         smallest = min((one for one in inner if piece.fits(*one)), key=math.prod)
-        made, many = in_blocks([piece], [count], options.kerf, options.blocks, smallest)
+        made, many = in_blocks([piece], [count], kerf, options.blocks, smallest)
         found += made
         numbers += many
     return found, numbers
