@@ -238,6 +238,7 @@ def _working_commands() -> Iterator[tuple[str, Callable[..., int], Sequence[Work
         special["annotations"] = {"sources": _inputs(one.takes), **process}
         special["fixed"] = {"command": one.command} | ({} if words else {"process": "auto"})
         special["defaults"] = partial(_usual, one)
+        special["helps"] = one.helps
         yield one.command, programs.optimize, [one], special
     file = Annotated[str, Parameter(name="FILE", help="a drawing, a drill file or a program")]
     yield "filter", programs.filter_program, by_optimize, {"annotations": {**every, "sources": file}}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Annotated, Any
 
 from cyclopts import Group, Parameter
@@ -70,6 +71,7 @@ def command_of(
     defaults: Callable[[], Mapping[str, str]] = dict,
     help: str = "",
     all_shown: bool = True,
+    helps: Mapping[str, tuple[str, str]] | None = None,
 ) -> Callable[..., int]:
     """Return `function` with a flag for each of `options`, which it receives as a dict `options`.
 
@@ -85,10 +87,12 @@ def command_of(
         Returns the defaults that the help shows instead of those of the groups.
     help
         Replaces the docstring of the function.
+    helps
+        Help texts and default words that replace those of options; "" for the words of the option.
     all_shown
         Show the other options in the help as well; else only the main ones, if there are any.
     """
-    fixed = fixed or {}
+    fixed, helps = fixed or {}, helps or {}
     own = [
         parameter.replace(annotation=(annotations or {}).get(parameter.name, parameter.annotation))
         for parameter in inspect.signature(function, eval_str=True).parameters.values()
@@ -104,9 +108,9 @@ def command_of(
         _flag(
             group,
             name,
-            spec,
+            replace(spec, help=helps[name][0]) if name in helps else spec,
             _group(group, places[group], name, first),
-            usual.get(name, ""),
+            usual.get(name) or helps.get(name, ("", ""))[1],
             all_shown or not first or name in first,
         )
         for group, name, spec in names

@@ -117,7 +117,7 @@ class JobOptions(OptionGroup):
     tool_diameter: float | None = option(
         "quantity",
         None,
-        "diameter of the flat end mill of a pocket, of the drill without --tools (cutting-data), or of the flat mills "
+        "diameter of the flat end mill of a pocket, of the drill without --tools (tools speeds), or of the flat mills "
         "that a program does not describe",
         unit="mm",
         minimum=0.01,

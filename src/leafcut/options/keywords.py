@@ -202,7 +202,7 @@ class _JobOptions5(TypedDict, total=False):
 class _JobOptions6(TypedDict, total=False):
     # Of optimize, pocket, reorder, stock, tool_speeds.
     tool_diameter: Quantity | None
-    """Diameter of the flat end mill of a pocket, of the drill without --tools (cutting-data), or of the flat mills
+    """Diameter of the flat end mill of a pocket, of the drill without --tools (tools speeds), or of the flat mills
     that a program does not describe (mm; default: from the tool library).
     """
 

@@ -90,12 +90,15 @@ class Work(Protocol):
         The options of shared groups that it uses, each with the conditions for its use (`use`).
     otherwise
         What to do instead of giving an option that it does not use, where that is more than to leave it out.
+    helps
+        Help of options that mean something more special here: text, and default in words ("" for that of the option).
     """
 
     name: ClassVar[str]
     title: ClassVar[str]
     uses: ClassVar[Mapping[str, Conditions]] = {}
     otherwise: ClassVar[Mapping[str, str]] = {}
+    helps: ClassVar[Mapping[str, tuple[str, str]]] = {}
 
     def used(self) -> Mapping[str, Conditions]:
         """Return all options that it uses, each with the conditions for its use."""

@@ -20,14 +20,16 @@ if TYPE_CHECKING:
     from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Source
 
-_MAIN = ("machine", "thickness", "depth", "tools", "material", "retract", "peck")
+_MAIN = (
+    "machine", "thickness", "depth", "tools", "material", "feed", "spindle_speed", "cycle", "peck", "clearance_height",
+)  # fmt: skip
 #: What the form shows of the job below its main group, around the options of drilling.
 _DEPTHS = (
     "depth_to", "break_through", "hole_heights", "surface", "surface_unit", "through", "fixture",
     "fixture_file",
-    "clearance_height", "retract_height", "keep_out",
+    "retract_height", "keep_out",
 )  # fmt: skip
-_REST = ("cycle", "dwell", "feed", "spindle_speed", "diameter_tolerance", "centre_drill")
+_REST = ("retract", "dwell", "diameter_tolerance", "centre_drill")
 #: Layers of holes to drill, and how sure that makes it.
 _DRILL_NAMES, _BY_NAME = ("DRILL*",), 0.93
 _WAY = ("start_point", "end_point", "hole_order")
@@ -45,6 +47,13 @@ class Drilling(Process):
     )
     uses |= use(PostOptions, *CHANGES)
     otherwise = {"keep_order": "--algorithm none keeps the order of the drawing"}  # noqa: RUF012  # the protocol says that it is of the class
+    helps = {  # noqa: RUF012  # the protocol says that it is of the class
+        "thickness": ("thickness of the plate: the holes go through", "unknown: the holes are blind"),
+        "depth": ("depth of blind holes below Z0", "from --thickness, else 1 mm (spotting)"),
+        "material": ("material of the plate; it chooses among the presets of a tool library", ""),
+        "feed": ("feed rate of assumed drills", "by diameter"),
+        "spindle_speed": ("spindle speed of assumed drills", "20 m/min surface speed"),
+    }
     command = "drill"
     help = "Drill the holes and slots of a drawing, a drill file, or several drill files of one board."
     takes = "a drawing, a drill file or a point map; several drill files make one program"

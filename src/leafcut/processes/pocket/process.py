@@ -31,10 +31,13 @@ if TYPE_CHECKING:
     from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Source
 
-_MAIN = ("machine", "tool_diameter", "depth", "strategy", "milling", "outline", "pixel_size")
+_MAIN = (
+    "machine", "tools", "tool_diameter", "depth", "step_over", "step_down", "entry", "feed", "spindle_speed", "outline",
+    "pixel_size",
+)  # fmt: skip
 #: How sure layers make it that are named as pockets are, and how sure it is without.
 _BY_NAME, _UNNAMED = 0.98, 0.01
-_PLACES = ("clearance_height", "retract_height", "spindle_speed", "start_point", "end_point", "work_offset")
+_PLACES = ("clearance_height", "retract_height", "start_point", "end_point", "work_offset")
 
 
 class Pocketing(Process):
@@ -50,6 +53,14 @@ class Pocketing(Process):
     uses |= use(PocketDrawingOptions) | use(MachineOptions) | use(JobOptions, but=("keep_order",)) | ORDERED | WRITTEN
     #: Whatever the algorithm is, fireflies may order the grid: every strategy is tried.
     uses |= {name: tuple(one for one in needs if one != FIREFLIES) for name, needs in use(FireflyOptions).items()}
+    helps = {  # noqa: RUF012  # the protocol says that it is of the class
+        "depth": ("depth of the pockets below Z0", "must be given"),
+        "thickness": ("thickness of the plate, for pockets through it", "unknown"),
+        "material": ("material of the part; it sets the speed of an assumed end mill", ""),
+        "feed": ("feed rate of the end mill", "from the tool library"),
+        "spindle_speed": ("spindle speed of the end mill", "from the tool library or --material"),
+        "tools": ("tool library: TOML, LinuxCNC .tbl, Fusion .json or .tools, FreeCAD .fctl, a table .csv", "none"),
+    }
     command = "pocket"
     help = "Mill the pockets of a drawing or a picture."
     takes = "a drawing or a picture"
@@ -62,7 +73,7 @@ class Pocketing(Process):
     form = (
         ("main", _MAIN),
         ("search", SEARCH),
-        ("pocket", ("tools", *all_of(PocketOptions, _MAIN), "feed", *all_of(PocketDrawingOptions, _MAIN), "material")),
+        ("pocket", (*all_of(PocketOptions, _MAIN), *all_of(PocketDrawingOptions, _MAIN), "material")),
         ("pace", ("feeds", "max_power")),
         ("place", (*PLACE, *_PLACES)),
         ("read", ("units", "layers", "solid", "up", "z_zero", "join_tolerance", "strict")),

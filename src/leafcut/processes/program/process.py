@@ -34,6 +34,12 @@ if TYPE_CHECKING:
 _OF_STOCK = (given("workpiece"),)
 
 
+_MAIN = (
+    "machine", "tools", "merge_tools", "mix_operations", "allow_reverse", "keep_order", "air", "feeds", "workpiece",
+    "keep_out",
+)  # fmt: skip
+
+
 class ForeignProgram(Process):
     """A G-code program of any CAM."""
 
@@ -78,17 +84,14 @@ class ForeignProgram(Process):
         "pocket": "the input is a program, not a drawing; use leafcut reorder, or --process mill",
     }
     form = (
-        ("main", ("machine", "merge_tools", "mix_operations", "allow_reverse", "keep_order")),
+        ("main", _MAIN),
         ("search", SEARCH),
         (
             "pace",
             (
-                "air",
-                "feeds",
                 "low_retracts",
                 "material",
                 "max_power",
-                "workpiece",
                 "solid",
                 "up",
                 "z_zero",
@@ -97,7 +100,7 @@ class ForeignProgram(Process):
             ),
         ),
         ("post", ("dialect", "line_numbers", "units", "cut_speed")),
-        ("place", ("start_point", "work_offset", "keep_out", "clearance_height", "tools")),
+        ("place", ("start_point", "work_offset", "clearance_height")),
         ("read", ("strict",)),
         ("solve", SEARCH_MORE),
     )

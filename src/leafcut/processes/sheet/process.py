@@ -30,8 +30,11 @@ if TYPE_CHECKING:
     from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Source
 
-_MAIN = ("machine", "thickness", "material", "amps", "cut_process", "chains")
-_CUT = ("common_lines", "chart", "nozzle", "cut_speed", "kerf")
+_MAIN = (
+    "machine", "thickness", "material", "cut_process", "amps", "beam_power", "kerf", "lead_in", "lead_in_length",
+    "micro_joints",
+)  # fmt: skip
+_CUT = ("chains", "common_lines", "chart", "nozzle", "cut_speed")
 _JOB = ("thickness", "material", "clearance_height", "keep_out", "end_point", "keep_order")
 #: How sure a layer that is named as a sheet makes it.
 _BY_NAME = 0.95
@@ -48,6 +51,10 @@ class SheetCutting(Process):
     uses |= use(JobOptions, *_JOB, start_point=(one_of("start_corner", "free"),)) | use(CutDataOptions)
     uses |= use(SpeedOptions, "shop_rate")
     uses |= ORDERED | use(PostOptions, but=("coolant", *CHANGES))
+    helps = {  # noqa: RUF012  # the protocol says that it is of the class
+        "thickness": ("thickness of the sheet", "must be given"),
+        "material": ("material of the sheet, by its name in the cut chart", ""),
+    }
     command = "cut"
     help = "Cut the contours of a drawing from sheet, by plasma, laser, oxyfuel or waterjet."
     asked_as = ("cut",)
@@ -61,7 +68,7 @@ class SheetCutting(Process):
         ("place", (*PLACE, *_PLACES, "work_offset")),
         ("sheet", all_of(SheetOptions)),
         ("read", ("units", "layers", "min_diameter", "max_diameter", "concentric", "solid", "up", "strict")),
-        ("post", (*POST, "beam_power", "mark_power", "material_number")),
+        ("post", (*POST, "mark_power", "material_number")),
         ("solve", SEARCH_MORE),
     )
 
