@@ -55,23 +55,26 @@ def run(source: Path, words: Sequence[str], cache: Path) -> tuple[float, float, 
 
 
 def figures(sources: dict[str, Path], runs: int, caches: dict[str, Path]) -> list[list[str]]:
-    """Return the rows of the table for every checkout, and compare the written programs."""
-    rows = []
-    for title, words in WORK.items():
-        took: dict[tuple[str, str], list[tuple[float, float]]] = {}
-        for number in range(runs + 1):
+    """Return the rows of the table for every checkout, and compare the written programs.
+
+    All commands run in turns, so that other work on the machine slows all of them alike.
+    """
+    took: dict[tuple[str, str, str], list[tuple[float, float]]] = {}
+    for number in range(runs + 1):
+        for title, words in WORK.items():
             written = set()
             for name, source in sources.items():
                 processor, clock, text = run(source, words, caches[name])
-                took.setdefault((name, "warm" if number else "cold"), []).append((processor, clock))
+                took.setdefault((title, name, "warm" if number else "cold"), []).append((processor, clock))
                 written.add(text)
             if len(written) > 1 and "--version" not in words:
                 raise SystemExit(f"{title}: the programs differ")
-        for (name, state), figures_of in sorted(took.items()):
-            if state == "cold" and len(words) == 1:
-                continue
-            middle = [statistics.median(column) for column in zip(*figures_of, strict=True)]
-            rows.append([title, state, name, f"{middle[0]:.2f}", f"{middle[1]:.2f}", str(len(figures_of))])
+    rows = []
+    for (title, name, state), figures_of in sorted(took.items(), key=lambda item: list(WORK).index(item[0][0])):
+        if state == "cold" and len(WORK[title]) == 1:
+            continue
+        middle = [statistics.median(column) for column in zip(*figures_of, strict=True)]
+        rows.append([title, state, name, f"{middle[0]:.2f}", f"{middle[1]:.2f}", str(len(figures_of))])
     return rows
 
 
