@@ -39,6 +39,9 @@ step("simulate")
 from leafcut.processes.drilling.plan.drilling import plan_drilling
 leafcut.read_part("example:plate-70")
 step("plan")
+
+leafcut.read_part({str(EXAMPLES / "plate_70.dxf")!r})
+step("read")
 """
 RECORD = """
 import json, sys
@@ -66,6 +69,7 @@ def process() -> tuple[str, dict[str, set[str]]]:
         ("help", HEAVY - {"rich"}),
         ("simulate", HEAVY - {"rich", "numpy"}),
         ("plan", {"numba"}),
+        ("read", {"gerbonara", "numba", *(f"leafcut.read.{name}" for name in ("excellon", "picture", "step", "svg"))}),
     ],
 )
 def test_a_start_loads_no_package_that_it_does_not_need(
