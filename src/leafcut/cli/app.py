@@ -62,7 +62,7 @@ _MAIN = {
 #: Defaults of `tools speeds` that are not those of drilling.
 _DEFAULTS_OF_SPEEDS = {
     "material": "must be given",
-    "tools": "one drill per diameter of the drawing, or --drill-diameter",
+    "tools": "one drill per diameter of the drawing, or --tool-diameter",
 }
 
 #: The groups of commands in the help, in their order.
