@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
 import re
 from collections.abc import Iterator
 from importlib import import_module
@@ -11,16 +9,20 @@ from types import FunctionType
 from typing import Any
 
 import sources
+from cyclopts import App
 
 import leafcut
-from leafcut.cli.app import run
+from leafcut.cli.app import app
 from leafcut.options.option_spec import flag_name
+from leafcut.options.removed import REMOVED
 from leafcut.processes.settings import all_options
 
 PAGES = tuple(sorted(sources.DOCS.rglob("*.md")))
 README = sources.ROOT / "README.md"
-#: Commands with flags that are no options; the README shows some.
-COMMANDS = ("optimize", "solve", "tools speeds", "send", "install completion")
+#: Calls of other programs, with flags of their own: in a block, in a code span or in a list of words.
+CALLS = r"(?:^ {4}|`|\[)(?:dask[ -]|inkscape |kicad-cli |pip |pytest |python -m )[^`\]]*"
+#: Flags of the plug-in that docs/plugins.md shows.
+OF_PLUGIN = {"--spot-depth"}
 
 
 def faults() -> Iterator[str]:
@@ -78,16 +80,24 @@ def _exists(parts: list[str]) -> bool:
 
 
 def unknown_flags() -> Iterator[str]:
-    """Yield flags in the README that no command has."""
-    output = io.StringIO()
-    with contextlib.redirect_stdout(output):
-        for command in COMMANDS:
-            run([*command.split(), "--help-all"])
-    known = set(re.findall(r"--[a-z][a-z-]+", output.getvalue())) | {flag_name(name) for _, name, _ in all_options()}
-    for place, line in sources.matches(r"^(?! +python -m ).+$", README):
-        for flag in re.findall(r"--[a-z][a-z-]+", line[0]):
-            if flag not in known | {"--help", "--help-all"}:
-                yield f"{place}: no command has {flag}"
+    """Yield flags in the README and the pages that no command has: misspelt and removed ones."""
+    known = _flags_of(app()) | OF_PLUGIN | {"--help", "--help-all", "--version"}
+    for page in (README, *sorted(sources.DOCS.glob("*.md"))):
+        for place, line in sources.matches(r"^.*--.*$", page):
+            text = re.sub(CALLS, "", line[0])
+            row = re.match(r"\| `--([a-z-]+)` \|", text)
+            if page.name == "reference.md" and row and row[1].replace("-", "_") in REMOVED:
+                text = text[row.end() :]
+            for flag in re.findall(r"(?<![\w-])--[a-z][a-z-]*", text):
+                if flag not in known:
+                    yield f"{place}: no command has {flag}"
+
+
+def _flags_of(command: App) -> set[str]:
+    """Return the flags of a command and of its own commands."""
+    arguments = command.assemble_argument_collection() if command.default_command else ()
+    flags = {name for argument in arguments for name in argument.names}
+    return flags.union(*(_flags_of(command[name]) for name in command if not name.startswith("-")))
 
 
 def undocumented_options() -> Iterator[str]:
