@@ -5,9 +5,11 @@ from __future__ import annotations
 import csv
 import json
 import os
+import pickle
 import random
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -128,3 +130,19 @@ def test_a_table_of_another_kind_and_inputs_are_never_overwritten(tmp_path: Path
     before = (folder / "in" / "p000.nc").read_text()
     assert run(["optimize", str(folder / "in"), "-o", str(folder / "in"), *WORDS]) == 1
     assert (folder / "in" / "p000.nc").read_text() == before
+
+
+def test_options_of_the_command_line_can_be_sent_to_worker_processes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They are plain texts: a type made while leafcut runs is unknown to a worker."""
+    sent: dict[str, Any] = {}
+    monkeypatch.setattr("leafcut.cli.batch.run_batch", lambda inputs, programs, given, **_: sent.update(given) or [])
+    monkeypatch.chdir(tmp_path)
+    Path("out").mkdir()
+    for name in ("a.nc", "b.nc"):
+        Path(name).write_text("G21 G90\nG0 X1. Y1. Z5.\nM2\n")
+    words = ["--machine", "linuxcnc-mill", "--keep-out", "0 0 1 1", "--time-limit", "1s", "--air"]
+    run(["reorder", "a.nc", "b.nc", "-o", "out", *words, "--no-defaults"])
+    assert sent["machine"] == "linuxcnc-mill"
+    assert pickle.loads(pickle.dumps(sent)) == sent

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import pickle
 from pathlib import Path
 from typing import Any
 
@@ -180,10 +179,3 @@ def test_a_number_of_thousands_of_digits_is_refused_by_the_name_of_its_option(na
     """No float holds it, and Python does not print it."""
     with pytest.raises(OptionError, match="64 bits"):
         collect({name: 10**5000})
-
-
-def test_a_text_of_the_command_line_becomes_a_plain_text_that_can_go_to_worker_processes() -> None:
-    word = type("NAME", (str,), {})
-    options = SolveOptions(algorithm=word("as"), preset=word("fast"))
-    assert (type(options.algorithm), type(options.preset)) == (str, str)
-    assert pickle.loads(pickle.dumps(options)) == options

@@ -117,9 +117,7 @@ def command_of(
     ]
 
     def command(*places: Any, **given: Any) -> int:
-        # A list may be given by several flags.
-        taken = {name: given.pop(name, None) for _, name, _ in names}
-        options = {name: ",".join(value) if isinstance(value, list) else value for name, value in taken.items()}
+        options = {name: _plain(given.pop(name, None)) for _, name, _ in names}
         return function(*places, **fixed, **given, options=options)
 
     parameters = [*own, *flags]
@@ -127,6 +125,16 @@ def command_of(
     command.__annotations__ = {p.name: p.annotation for p in parameters}
     command.__doc__ = help or function.__doc__
     return command
+
+
+def _plain(value: Any) -> Any:
+    """Return a value of a flag without the type that the help shows: worker processes cannot unpickle that type.
+
+    A list may be given by several flags.
+    """
+    if isinstance(value, list):
+        return ",".join(value)
+    return str(value) if isinstance(value, str) else value
 
 
 def _unseen(parameter: inspect.Parameter) -> inspect.Parameter:

@@ -158,10 +158,8 @@ def converted(name: str, spec: OptionSpec, value: Any) -> Any:
     if value is None:
         return None
     flag = flag_name(name)
-    if isinstance(value, str):
-        value = str(value)  # no subclass of the command line: worker processes could not unpickle it
-        if value.strip() in spec.words:
-            return value.strip()
+    if isinstance(value, str) and value.strip() in spec.words:
+        return value.strip()
     if _is_too_long(value):
         raise OptionError(f"{flag}: the number is out of range (more than 64 bits)")
     try:
