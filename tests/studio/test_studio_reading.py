@@ -13,6 +13,7 @@ from nicegui.page import page as page_of
 from own_loop import awaited
 from waiting import until
 
+from leafcut.model.heartbeat import Progress
 from leafcut.studio.jobs.ending import Ended
 from leafcut.studio.page import page_state, panel_reading, preview
 from leafcut.studio.page.pages import Page
@@ -29,7 +30,7 @@ class Endless:
         self.begun = self.ended = False
 
     def __call__(self, *arguments: Any) -> None:
-        arguments[3]("reading", None, 0.25, None)
+        arguments[3](Progress("reading", 0.25))
         self.begun = True
         try:
             while True:
@@ -164,7 +165,7 @@ def test_readers_that_know_how_far_they_are_report_it(
     told: list[tuple[str, float]] = []
     file = tmp_path / name
     file.write_text(text)
-    preview.look(str(file), "", {}, lambda what, _, share, __: told.append((what, share)))
+    preview.look(str(file), "", {}, lambda now: told.append((now.step, now.share)))
     assert {what for what, _ in told} == {"reading", "drawing the preview"}
     shares = [share for _, share in told]
     assert all(0.0 <= share <= 1.0 for share in shares)

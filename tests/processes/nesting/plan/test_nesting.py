@@ -34,7 +34,7 @@ def task_of(*parts: NestPart, stocks: tuple[Stock, ...] = (SHEET,), **options: A
 
 
 def nests(task: NestTask, cancelled: threading.Event | None = None, **search: Any) -> Iterator[Nest | str]:
-    return variants(task, SolveOptions(**search), lambda _, __: None, cancelled or threading.Event())
+    return variants(task, SolveOptions(**search), lambda _: None, cancelled or threading.Event())
 
 
 def test_by_rectangles_there_is_one_nest_for_each_rule() -> None:
