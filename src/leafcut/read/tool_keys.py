@@ -62,7 +62,7 @@ TOOL_KEYS: tuple[ProfileKey, ...] = (
     ProfileKey(
         "life_cost",
         "cost of one life of it, a new tool or a regrind, for `leafcut tools speeds`",
-        why="as --tool-cost says",
+        why="an estimate: 10",
         example=12.5,
         bounds="0 or more",
     ),
