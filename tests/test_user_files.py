@@ -82,7 +82,7 @@ def test_simulate_verify_and_nest_take_the_defaults_that_they_use(
     assert found["defaults"] == ["--machine haas-vf2"]
     words = ["nest", str(examples / "bracket.dxf"), "--nester", "rectangles", *FAST]
     text, _ = said(capsys, *words, "--machine", "plasma-table")
-    assert "of your defaults: --sheet 300x200, --kerf 1.5mm" in " ".join(text.split())
+    assert "of your defaults: --kerf 1.5mm, --sheet 300x200" in " ".join(text.split())
     assert "not written: name a file for the sheet, -o FILE.dxf" in text
 
 

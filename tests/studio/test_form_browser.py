@@ -75,25 +75,25 @@ def test_a_chart_of_ones_own_fills_the_menus_and_a_broken_one_says_its_line(page
 
 def test_an_option_is_found_by_its_label_its_flag_and_its_help(page: Page) -> None:
     cutting(page)
-    find, kerf = page.get_by_label("Find an option"), page.get_by_label("Kerf", exact=True)
-    expect(kerf).to_be_hidden()
-    for word in ("KERF wid", "--kerf", "width kerf"):
+    find, height = page.get_by_label("Find an option"), page.get_by_label("Cut height", exact=True)
+    expect(height).to_be_hidden()
+    for word in ("CUT hei", "--cut-height", "height cut"):
         find.fill(word)
-        expect(kerf).to_be_visible()
-    find.fill("clear of parts")  # words of its help alone
-    expect(page.get_by_label("Splash radius", exact=True)).to_be_visible()
-    expect(kerf).to_be_hidden()
+        expect(height).to_be_visible()
+    find.fill("rest of the sheet flat")  # words of its help alone
+    expect(page.get_by_label("Sweep", exact=True)).to_be_visible()
+    expect(height).to_be_hidden()
     find.fill("xyzzy")
     expect(page.get_by_text("No option of this name.")).to_be_visible()
     find.press("Escape")
     expect(find).to_have_value("")
-    expect(kerf).to_be_hidden()
+    expect(height).to_be_hidden()
     expect(page.get_by_label("Material", exact=True)).to_be_visible()
 
 
-def test_ten_fields_stand_first_and_the_others_in_folded_groups(page: Page) -> None:
+def test_the_main_fields_stand_first_and_the_others_in_folded_groups(page: Page) -> None:
     cutting(page)
-    expect(page.locator(".choose .find ~ section .field:visible")).to_have_count(10)
+    expect(page.locator(".choose .find ~ section .field:visible")).to_have_count(14)
     assert page.locator(".choose .find ~ details").count() > 3
     expect(page.locator(".choose .find ~ details .field:visible")).to_have_count(0)
 
