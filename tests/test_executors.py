@@ -34,14 +34,14 @@ from leafcut.order.executors import (
 SUMS = """
 import sys
 from leafcut.order import executors
-from leafcut.cli.app import _failure
+from leafcut.cli.shared import failure
 executors.CONNECT_SECONDS = float(sys.argv[2])
 try:
     with executors.open_executor(sys.argv[1], 2) as executor:
         for task, found in executors.run_tasks(executor, {work}, {tasks}):
             print(task, found, flush=True)
 except Exception as problem:
-    print(_failure(problem)[0], flush=True)
+    print(failure(problem)[0], flush=True)
 """
 
 
@@ -214,8 +214,8 @@ def test_dask_reports_a_missing_cluster_as_one_line() -> None:
 def test_a_worker_of_two_that_dies_during_a_task_costs_no_task(cluster: Cluster) -> None:
     client = client_of(cluster.spec, "abs", "range(40)")
     out, _ = client.communicate()
-    assert cluster.workers[0].wait() == -signal.SIGKILL
     assert sorted(out.splitlines()) == sorted(f"{k} {k}" for k in range(40))
+    assert cluster.workers[0].wait() == -signal.SIGKILL
 
 
 @pytest.mark.slow
