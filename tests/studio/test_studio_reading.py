@@ -21,6 +21,7 @@ from leafcut.studio.studio import Studio
 from leafcut.studio.wording import words
 
 EN = words("en")
+CIRCLE = "0\nCIRCLE\n8\n0\n10\n9\n20\n0\n40\n2\n"
 
 
 class Endless:
@@ -155,7 +156,7 @@ def test_a_page_that_is_gone_ends_its_reading(studio: Studio, monkeypatch: pytes
     [
         ("a.csv", "1,2,3\n" * 2000),
         ("a.ngc", "G21 G90 G94 G17\nG1 X1 F100\n" + "G1 X2\nG4 P1\n" * 1000 + "M2\n"),
-        ("a.dxf", "0\nSECTION\n2\nENTITIES\n" + "0\nCIRCLE\n8\n0\n10\n9\n20\n0\n40\n2\n" * 2000 + "0\nENDSEC\n0\nEOF\n"),
+        ("a.dxf", f"0\nSECTION\n2\nENTITIES\n{CIRCLE * 2000}0\nENDSEC\n0\nEOF\n"),
     ],
 )
 def test_readers_that_know_how_far_they_are_report_it(

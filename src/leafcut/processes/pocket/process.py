@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from leafcut.read.format import Source
 
 _MAIN = (
-    "machine", "tools", "tool_diameter", "depth", "step_over", "step_down", "entry", "feed", "spindle_speed", "outline",
+    "machine", "tools", "tool_diameter", "depth", "strategy", "step_over", "step_down", "entry", "feed", "outline",
     "pixel_size",
 )  # fmt: skip
 #: How sure layers make it that are named as pockets are, and how sure it is without.
@@ -73,7 +73,7 @@ class Pocketing(Process):
     form = (
         ("main", _MAIN),
         ("search", SEARCH),
-        ("pocket", (*all_of(PocketOptions, _MAIN), *all_of(PocketDrawingOptions, _MAIN), "material")),
+        ("pocket", (*all_of(PocketOptions, _MAIN), *all_of(PocketDrawingOptions, _MAIN), "spindle_speed", "material")),
         ("pace", ("feeds", "max_power")),
         ("place", (*PLACE, *_PLACES)),
         ("read", ("units", "layers", "solid", "up", "z_zero", "join_tolerance", "strict")),
