@@ -68,7 +68,7 @@ def test_parameters_stand_by_their_letters(page: Page) -> None:
     expect(page.locator(COMMAND)).to_contain_text("--greedy-probability 0.5")
     page.locator(".choose").get_by_label("Algorithm", exact=True).select_option("firefly")
     unfolded(page, "Firefly algorithm")
-    for label in ("Attractiveness β₀", "Absorption γ", "Short inversion α"):
+    for label in ("Attractiveness β₀", "Absorption γ"):
         expect(page.get_by_label(label, exact=True)).to_be_visible()
 
 

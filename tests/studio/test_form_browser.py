@@ -81,7 +81,7 @@ def test_an_option_is_found_by_its_label_its_flag_and_its_help(page: Page) -> No
         find.fill(word)
         expect(height).to_be_visible()
     find.fill("rest of the sheet flat")  # words of its help alone
-    expect(page.get_by_label("Sweep", exact=True)).to_be_visible()
+    expect(page.get_by_label("Sweep direction", exact=True)).to_be_visible()
     expect(height).to_be_hidden()
     find.fill("xyzzy")
     expect(page.get_by_text("No option of this name.")).to_be_visible()
