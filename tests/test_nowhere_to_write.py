@@ -43,7 +43,7 @@ def package(tmp_path: Path) -> Iterator[Path]:
 @pytest.mark.slow
 def test_where_nothing_can_be_written_leafcut_compiles_in_memory_and_says_so_in_one_line(package: Path) -> None:
     """Before, Numba found no folder and every command ended in its error."""
-    words = ["optimize", "example:plate-10", "--thickness", "6", "--algorithm", "none", "--no-bound"]
+    words = ["optimize", "example:plate-10", "--thickness", "6", "--algorithm", "none", "--no-bound", "--dry-run"]
     known = {"PATH": os.environ["PATH"], "HOME": "/nonexistent", "PYTHONPATH": str(package), "LEAFCUT_DEFAULTS": ""}
     done = subprocess.run(
         [*another_user(), sys.executable, "-m", "leafcut", *words],
