@@ -44,7 +44,7 @@ test-lowest: $(LOWEST)/.ready
 	$(LOWEST)/bin/pytest $(SMOKE_FLAGS) $(SMOKE) $(STUDIO) tests/processes/nesting/plan/test_nest_blocks.py
 
 test-core: $(CORE)/.ready
-	$(CORE)/bin/leafcut optimize examples/plate_27.dxf --thickness 6
+	$(CORE)/bin/leafcut optimize examples/plate_27.dxf --thickness 6 --dry-run
 	$(CORE)/bin/pytest $(SMOKE_FLAGS) $(SMOKE)
 
 check: $(READY_DEV)
