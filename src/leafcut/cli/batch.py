@@ -17,7 +17,7 @@ from typing import Any
 
 from leafcut import api
 from leafcut._version import __version__
-from leafcut.cli.shared import failure
+from leafcut.cli.shared import failure, with_source
 from leafcut.errors import LeafcutError, OptionError, count_of
 from leafcut.files.digests import is_unchanged
 from leafcut.files.whole_files import OutputError, decoded, write_together
@@ -196,7 +196,7 @@ def run_batch(
             key = _key(source, asked)
         except LeafcutError as problem:
             results[source] = BatchResult(BatchRow(source, Path(target or "").name, REFUSED, line=str(problem)))
-            refused(_with_source(source, str(problem)))
+            refused(with_source(source, str(problem)))
             continue
         old = known.get(source)
         if old is not None and target and old.key == key and sha_of(Path(target)) == old.program_sha256:
@@ -212,7 +212,7 @@ def run_batch(
         result = _kept(task, answer)
         results[task.name] = result
         if result.row.state == REFUSED:
-            refused(_with_source(task.name, result.row.line))
+            refused(with_source(task.name, result.row.line))
         if folder:
             _append(Path(folder) / TABLE, result.row)
         if progress is not None and executor is not None:
@@ -288,10 +288,6 @@ def _kept(task: BatchTask, answer: Any) -> BatchResult:
     if texts:
         write_together(texts, encodings=encodings, newline="")
     return result
-
-
-def _with_source(source: str, line: str) -> str:
-    return line if source in line else f"{source}: {line}"
 
 
 def _key(source: str, asked: str) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from leafcut.errors import OptionError, ReadError
 from leafcut.files.digests import is_unchanged
-from leafcut.files.whole_files import OutputError, check_output, decoded
+from leafcut.files.whole_files import OutputError, check_output, decoded, same_file
 
 #: Stands for standard input.
 _DASH = "-"
@@ -72,17 +72,13 @@ def places_beside(inputs: Sequence[str], names: Sequence[str], every: Iterable[s
     known = [Path(one) for one in every]
     for source, name in zip(inputs, names, strict=True):
         path = (Path(source).parent if Path(source).is_file() else Path()) / name
-        if any(_is_same(path, one) for one in known):
+        if any(same_file(path, one) for one in known):
             path = path.with_name(f"{path.stem}.leafcut{path.suffix}")
         targets.append(str(path))
     _check_names(inputs, targets)
     for target in targets:
         check_output(target, known)
     return targets
-
-
-def _is_same(path: Path, other: Path) -> bool:
-    return path.exists() and other.exists() and path.samefile(other)
 
 
 def check_own(target: str | None, inputs: Sequence[str]) -> None:

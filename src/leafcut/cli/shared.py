@@ -110,10 +110,15 @@ def each_of(
             raise
         except Exception as problem:
             line, status = failure(problem)
-            print_line(line if str(Path(source)) in line else f"{source}: {line}", status)
+            print_line(with_source(source, line), status)
             answer = {noun: source, "error": line}
         rows.append({**answer, "status": status})
     return rows, max((row["status"] for row in rows), key=_STATUS_ORDER.index)
+
+
+def with_source(source: str, line: str) -> str:
+    """Return a line that names its input."""
+    return line if source in line or str(Path(source)) in line else f"{source}: {line}"
 
 
 def print_defaults(told: Sequence[str]) -> None:

@@ -14,6 +14,7 @@ from typing import Any
 
 from leafcut import api
 from leafcut.cli.batch import PAGE, REFUSED, TABLE, WRITTEN, BatchRow, read_table, run_batch, sha_of
+from leafcut.cli.shared import with_source
 from leafcut.errors import LeafcutError, OptionError
 from leafcut.files.whole_files import OutputError, check_output
 from leafcut.order.executors import ExecutorError, WatchedExecutor
@@ -220,7 +221,7 @@ class FolderWatch:
                     raise OptionError(f"{path} and {other} would both be written as {name}; rename one of them")
             check_output(self.output / name, [path, *look.seen])
         except LeafcutError as problem:
-            self.refused(str(problem) if str(path) in str(problem) else f"{path}: {problem}")
+            self.refused(with_source(str(path), str(problem)))
             self._keep(BatchRow(str(path), "", REFUSED, line=str(problem)))
             return False
         # The name is taken as soon as it is known: another one of this look may want it, too.

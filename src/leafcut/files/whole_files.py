@@ -245,13 +245,14 @@ def check_output(target: str | Path | None, inputs: Iterable[str | Path | None])
     if not os.access(path.parent, os.W_OK) or (path.exists() and not os.access(path, os.W_OK)):
         raise OutputError(f"{path}: no permission to write; choose another place")
     for other in inputs:
-        if other is not None and _same_file(path, Path(other)):
+        if other is not None and same_file(path, Path(other)):
             raise OutputError(
                 f"{path}: is an input or another output of this run and is never overwritten; choose another name"
             )
 
 
-def _same_file(a: Path, b: Path) -> bool:
+def same_file(a: Path, b: Path) -> bool:
+    """Return whether two paths name one file, also if it is not there."""
     if a.exists() and b.exists():
         return a.samefile(b)
     return os.path.realpath(a) == os.path.realpath(b)
