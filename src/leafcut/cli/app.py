@@ -60,9 +60,9 @@ _MAIN = {
     "speeds": ("material", "tools", "holes", "depth", "thickness", "machine", "shop_rate"),
 }
 #: Defaults of `tools speeds` that are not those of drilling.
-_DEFAULTS_OF_SPEEDS = {
-    "material": "must be given",
-    "tools": "one drill per diameter of the drawing, or --tool-diameter",
+_HELPS_OF_SPEEDS = {
+    "material": ("", "must be given"),
+    "tools": ("", "one drill per diameter of the drawing, or --tool-diameter"),
 }
 
 #: The groups of commands in the help, in their order.
@@ -237,8 +237,7 @@ def _working_commands() -> Iterator[tuple[str, Callable[..., int], Sequence[Work
         process = {"process": _process_flag("kind of program", ["auto", *words])} if words else {}
         special["annotations"] = {"sources": _inputs(one.takes), **process}
         special["fixed"] = {"command": one.command} | ({} if words else {"process": "auto"})
-        special["defaults"] = partial(_usual, one)
-        special["helps"] = one.helps
+        special["helps"] = partial(_helps_of, one)
         yield one.command, programs.optimize, [one], special
     file = Annotated[str, Parameter(name="FILE", help="a drawing, a drill file or a program")]
     yield "filter", programs.filter_program, by_optimize, {"annotations": {**every, "sources": file}}
@@ -246,13 +245,13 @@ def _working_commands() -> Iterator[tuple[str, Callable[..., int], Sequence[Work
         yield name, function, [registry.work(name)], {}
     yield "solve", study.solve, [registry.work("solve")], {"first": _MAIN["solve"]}
     yield "tools speeds", tools.tool_speeds, [registry.work("cutting-data")], {
-        "first": _MAIN["speeds"], "defaults": lambda: _DEFAULTS_OF_SPEEDS,
+        "first": _MAIN["speeds"], "helps": lambda: _HELPS_OF_SPEEDS,
     }  # fmt: skip
 
 
-def _usual(process: Process) -> dict[str, str]:
-    """Return the defaults that a process has instead of those of the options: its machine."""
-    return {"machine": process.usual(Settings()).machine.machine}
+def _helps_of(process: Process) -> dict[str, tuple[str, str]]:
+    """Return help texts and defaults of a process that differ from those of the options, such as its machine."""
+    return {**process.helps, "machine": ("", process.usual(Settings()).machine.machine)}
 
 
 def _process_flag(what: str, words: Iterable[str]) -> Any:

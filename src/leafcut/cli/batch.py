@@ -22,6 +22,7 @@ from leafcut.errors import LeafcutError, OptionError, count_of
 from leafcut.files.digests import is_unchanged
 from leafcut.files.whole_files import OutputError, decoded, write_together
 from leafcut.model.heartbeat import OnProgress, Progress
+from leafcut.model.issue import Issue
 from leafcut.order.executors import WatchedExecutor, run_tasks
 from leafcut.read.registry import format_name, read_source
 from leafcut.report.batch_page import batch_page
@@ -87,12 +88,13 @@ class BatchTask:
 
 @dataclass(frozen=True)
 class BatchResult:
-    """What a task returns: its row, the bytes of the program, the report page, and the answer as for ``--json``."""
+    """What a task returns: row, issues, bytes of the program, report page, and the answer as for ``--json``."""
 
     row: BatchRow
     data: bytes = b""
     page: str = ""
     answer: Mapping[str, Any] | None = None
+    issues: tuple[Issue, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """Return the answer of this input among those of several."""
@@ -263,7 +265,7 @@ def do(task: BatchTask, progress: OnProgress | None = None) -> BatchResult:
         worst=next((one for one in ("danger", "missing", "warning") if one in issues), ""),
         program_sha256=hashlib.sha256(data).hexdigest(),
     )
-    return BatchResult(made, data, page, as_json(outcome))
+    return BatchResult(made, data, page, as_json(outcome), outcome.issues)
 
 
 def _figure(value: float | None) -> str:

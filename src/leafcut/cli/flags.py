@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
 from typing import Annotated, Any
 
 from cyclopts import Group, Parameter
@@ -68,10 +67,9 @@ def command_of(
     first: Sequence[str] = (),
     fixed: Mapping[str, Any] | None = None,
     annotations: Mapping[str, Any] | None = None,
-    defaults: Callable[[], Mapping[str, str]] = dict,
     help: str = "",
     all_shown: bool = True,
-    helps: Mapping[str, tuple[str, str]] | None = None,
+    helps: Callable[[], Mapping[str, tuple[str, str]]] = dict,
 ) -> Callable[..., int]:
     """Return `function` with a flag for each of `options`, which it receives as a dict `options`.
 
@@ -83,16 +81,14 @@ def command_of(
         Values of arguments of the function that have no flag.
     annotations
         Annotations of arguments that replace those of the function.
-    defaults
-        Returns the defaults that the help shows instead of those of the groups.
     help
         Replaces the docstring of the function.
     helps
-        Help texts and default words that replace those of options; "" for the words of the option.
+        Returns help texts and default words that replace those of options; "" keeps that of the option.
     all_shown
         Show the other options in the help as well; else only the main ones, if there are any.
     """
-    fixed, helps = fixed or {}, helps or {}
+    fixed = fixed or {}
     own = [
         parameter.replace(annotation=(annotations or {}).get(parameter.name, parameter.annotation))
         for parameter in inspect.signature(function, eval_str=True).parameters.values()
@@ -101,16 +97,16 @@ def command_of(
     if first and not all_shown:
         own = [_unseen(one) if one.name in _SELDOM else one for one in own]
     every = list(options)
-    usual = defaults() if every else {}
+    replaced = helps() if every else {}
     names = sorted(every, key=lambda option: first.index(option[1]) if option[1] in first else len(first))
     places = {group: k for k, group in enumerate(dict.fromkeys(group for group, _, _ in every))}
     flags = [
         _flag(
             group,
             name,
-            replace(spec, help=helps[name][0]) if name in helps else spec,
+            spec,
             _group(group, places[group], name, first),
-            usual.get(name) or helps.get(name, ("", ""))[1],
+            *replaced.get(name, ("", "")),
             all_shown or not first or name in first,
         )
         for group, name, spec in names
@@ -165,11 +161,11 @@ def _group(group: type[OptionGroup], place: int, name: str, first: Sequence[str]
 
 
 def _flag(
-    group: type[OptionGroup], name: str, spec: OptionSpec, where: Group, default_words: str, show: bool
+    group: type[OptionGroup], name: str, spec: OptionSpec, where: Group, text: str, default_words: str, show: bool
 ) -> inspect.Parameter:
     default = group.defaults()[name]
     words = default_words or spec.default_words or ("" if default in (None, (), False) else written(spec, default))
-    help_text = spec.help
+    help_text = text or spec.help
     if spec.all_choices:
         help_text += f" [{', '.join(spec.all_choices)}]"
     if spec.words:

@@ -220,7 +220,6 @@ def _optimize_each(
 
 def _print_results(results: Sequence[BatchResult], folder: str | None, *, as_json: bool, quiet: bool) -> int:
     """Print the results of several inputs; return the exit status."""
-    from leafcut.model.issue import Issue, Severity
     from leafcut.report.several import print_programs, several_as_json
 
     rows = [result.as_json() for result in results]
@@ -228,12 +227,8 @@ def _print_results(results: Sequence[BatchResult], folder: str | None, *, as_jso
     if as_json:
         print_json(several_as_json(rows, status))
     elif quiet:
-        for row in rows:
-            issues = [
-                Issue(one["code"], one["message"], one["place"], severity=Severity(one["severity"]))
-                for one in row.get("issues", ())
-            ]
-            print_issues(issues, f"{row['input']}: ")
+        for result in results:
+            print_issues(result.issues, f"{result.row.input}: ")
     else:
         from rich.console import Console
 
