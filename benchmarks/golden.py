@@ -27,6 +27,31 @@ DRILLS = ("haas-vf2", "grbl-3018", "fagor-8055")
 CUTTERS = ("plasma-table", "laser-table", "water-table")
 MILLS = ("linuxcnc-mill", "haas-vf2", "grbl-3018")
 
+#: Jobs whose options change the course: name → drawing or program, process, options.
+VARIANTS: dict[str, tuple[str, str, dict[str, Any]]] = {
+    "drill-library": ("plate_70.dxf", "drill", {"tools": "examples/tools.toml", "thickness": 6.0}),
+    "drill-given-order": ("plate_27.dxf", "drill", {"algorithm": "none", "start_point": (0.0, 0.0)}),
+    "drill-nearest": ("plate_65.dxf", "drill", {"algorithm": "nn", "thickness": 8.0}),
+    "drill-by-distance": ("board_97.dxf", "drill", {"objective": "distance", "end_point": (0.0, 0.0)}),
+    "drill-keep-out": ("plate_45.dxf", "drill", {"keep_out": "20,20,40,40", "depth": 4.0}),
+    "drill-initial": ("plate_27.dxf", "drill", {"retract": "initial", "dialect": "heidenhain"}),
+    "drill-solid": ("stepped_plate.step", "drill", {}),
+    "drill-surface": ("plate_10.dxf", "drill", {"machine": "haas-vf2", "dialect": "sinumerik", "depth": 3.0}),
+    "pocket-feeds": ("pocket.dxf", "pocket", {"depth": 4.0, "tool_diameter": 6.0, "feeds": True, "material": "c45"}),
+    "pocket-stock": ("pocket.dxf", "pocket", {"depth": 6.0, "tool_diameter": 8.0, "stock": 0.3, "strategy": "contour"}),
+    "pocket-solid": ("stepped_plate.step", "pocket", {"tool_diameter": 4.0}),
+    "program-kept": ("cam_121.nc", "reorder", {"keep_order": True}),
+    "program-keep-out": ("cam_121.nc", "reorder", {"keep_out": "40,40,60,60", "clearance_height": 8.0}),
+    "program-merged": ("cam_121.nc", "reorder", {"merge_tools": True, "mix_operations": True, "allow_reverse": True}),
+    "program-low": ("cam_121.nc", "reorder", {"low_retracts": True}),
+    "program-air": ("cam_121.nc", "reorder", {"air": True}),
+    "program-nearest": (
+        "cam_121.nc",
+        "reorder",
+        {"algorithm": "nn", "objective": "distance", "start_point": (0.0, 0.0)},
+    ),
+}
+
 #: Measured seconds: keys in JSON; on a report page the computing time, a chart, and the rows of the workers.
 _CLOCKED = {"seconds", "history"}
 _CLOCK_WORDS = re.compile(
@@ -52,6 +77,8 @@ def jobs() -> Iterator[tuple[str, str, str, dict[str, Any]]]:
     for machine in MILLS:
         for program in (ROOT / "examples" / "cam_121.nc", *_styles()):
             yield f"program/{program.name}/{machine}", str(program.relative_to(ROOT)), "auto", {"machine": machine}
+    for name, (source, process, more) in VARIANTS.items():
+        yield f"variant/{name}", f"examples/{source}", process, more
 
 
 def write(folder: Path, only: str) -> None:

@@ -22,8 +22,8 @@ import leafcut
 from benchmarks import page
 from leafcut.errors import VerifyError
 from leafcut.gcode.dialects import dialect
-from leafcut.processes.course import Run, machine_of
 from leafcut.processes.deadline import Deadline
+from leafcut.processes.job import Job, machine_of
 from leafcut.processes.program.reading import read_foreign
 from leafcut.processes.program.stock_proof import stock_judge
 from leafcut.processes.settings import collect
@@ -127,7 +127,7 @@ def differ(original: Path, new: Path) -> bool:
 def reordered(original: Path, new: Path) -> bool:
     """Return whether the judge of `leafcut reorder` refuses the new program."""
     settings = collect({})
-    job = Run(settings, machine_of(settings), Deadline())
+    job = Job(settings, machine_of(settings), Deadline())
     words = dialect("linuxcnc")
     before, after = (
         read_foreign(file.read_text(), str(file), settings, job.machine, words).program for file in (original, new)

@@ -22,8 +22,9 @@ from leafcut.model.snapshot import Observer
 from leafcut.model.solution import Solution, Solved
 from leafcut.options import ReadOptions, Settings, flag_name
 from leafcut.processes import registry
-from leafcut.processes.course import Run, machine_of, refuse_missing
+from leafcut.processes.course import run_process
 from leafcut.processes.deadline import Deadline
+from leafcut.processes.job import Job, machine_of, refuse_missing
 from leafcut.processes.settings import collect, files_read, settings_for
 from leafcut.read import Input
 from leafcut.read.nest_list import WantedDrawing
@@ -117,7 +118,7 @@ def optimize(
         check_output(target, [*inputs, *outputs[:k]])
     settings = _usual(settings, process)
     with _telling_defaults(settings):
-        run = Run(
+        run = Job(
             settings,
             machine_of(settings),
             Deadline.of(settings.solve),
@@ -220,7 +221,7 @@ def _usual(settings: Settings, word: str) -> Settings:
     return settings
 
 
-def _work(run: Run, sources: Sequence[Input], asked: str) -> tuple[Process, Outcome[Any]]:
+def _work(run: Job, sources: Sequence[Input], asked: str) -> tuple[Process, Outcome[Any]]:
     """Do what is to be done with an input of its kind, with the options that it uses; others are refused."""
     from leafcut.read.registry import read_source
 
@@ -229,7 +230,7 @@ def _work(run: Run, sources: Sequence[Input], asked: str) -> tuple[Process, Outc
     process = registry.process_for(inputs, asked)
     settings = settings_for(run.settings, process, inputs[0][0].name)
     run = replace(run, settings=replace(settings, process=registry.needed_word(inputs, asked)))
-    outcome = process.run(run, [loaded for _, loaded in inputs], asked)
+    outcome = run_process(process, run, [loaded for _, loaded in inputs], asked)
     refuse_missing(run.settings, inputs[0][1], outcome.missing)
     return process, replace(outcome, defaults=run.settings.from_defaults())
 

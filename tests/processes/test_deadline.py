@@ -14,8 +14,8 @@ from leafcut.model.pocket import PocketPath, PocketRules
 from leafcut.options import SolveOptions
 from leafcut.order import solve as solving
 from leafcut.processes import deadline as module
-from leafcut.processes.course import Run, machine_of
 from leafcut.processes.deadline import Deadline
+from leafcut.processes.job import Job, machine_of
 from leafcut.processes.pocket.plan import grid
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.strategies import WAYS, ClearingWay, SearchTime
@@ -100,7 +100,7 @@ def test_a_search_without_a_clock_of_its_own_stops_at_its_deadline_or_when_cance
 def test_a_tenth_of_the_limit_is_kept_for_lower_bounds(bound: bool, searched: float) -> None:
     assert Deadline.of(SolveOptions(time_limit=10.0, bound=bound)).seconds == pytest.approx(searched)
     settings = collect({"time_limit": 10.0})
-    late = Run(settings, machine_of(settings), Deadline.of(settings.solve)).bound_late(0.25)
+    late = Job(settings, machine_of(settings), Deadline.of(settings.solve)).bound_late(0.25)
     assert not late(0.24)
     assert late(0.26)
 
@@ -108,14 +108,14 @@ def test_a_tenth_of_the_limit_is_kept_for_lower_bounds(bound: bool, searched: fl
 def test_without_a_limit_a_lower_bound_is_never_late() -> None:
     settings = collect({})
     assert Deadline.of(settings.solve).seconds is None
-    assert not Run(settings, machine_of(settings), Deadline.of(settings.solve)).bound_late()(1e9)
+    assert not Job(settings, machine_of(settings), Deadline.of(settings.solve)).bound_late()(1e9)
 
 
 def test_only_strategies_that_search_take_a_share_of_the_time() -> None:
     settings, given = collect({"time_limit": 10.0}), list[float | None]()
-    run = Run(settings, machine_of(settings), Deadline.of(settings.solve))
+    run = Job(settings, machine_of(settings), Deadline.of(settings.solve))
 
-    def path(_: object, one: Run) -> PocketPath:
+    def path(_: object, one: Job) -> PocketPath:
         given.append(one.deadline.seconds)
         if one.deadline is not run.deadline:
             one.deadline.spend(one.deadline.limit)
@@ -173,5 +173,5 @@ def test_making_a_grid_is_not_searching(monkeypatch: pytest.MonkeyPatch) -> None
     settings = collect({"time_limit": 5.0, "strategy": "ants", "preset": "fast"})
     region = CentreRegion(shapely.box(0, 0, 30, 30), PocketRules(tool_diameter=10.0, step_over=6.0))
     (ants,) = (way for way in WAYS if way.name == "ants")
-    ants.path(region, Run(settings, machine_of(settings), Deadline(5.0)))
+    ants.path(region, Job(settings, machine_of(settings), Deadline(5.0)))
     assert asked == [pytest.approx(5.0)]

@@ -18,7 +18,7 @@ from leafcut.options import JobOptions, MachineOptions, Settings
 from leafcut.options.option_spec import OptionGroup, option
 from leafcut.processes import registry
 from leafcut.processes.base import Process, use
-from leafcut.processes.course import Run
+from leafcut.processes.job import Job
 from leafcut.processes.settings import collect, settings_for
 from leafcut.read.format import Format, Source
 from leafcut.read.registry import formats
@@ -91,7 +91,7 @@ class Engraving(Process):
     reads = "drawing"
     uses = use(MachineOptions) | use(JobOptions, "depth")
 
-    def run(self, run: Run, sources: Sequence[Source], asked: str) -> Outcome[Any]:
+    def run(self, run: Job, sources: Sequence[Source], asked: str) -> Outcome[Any]:
         raise NotImplementedError
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:

@@ -26,7 +26,7 @@ from leafcut.model.outcome import Outcome
 from leafcut.model.part import TURNS, Hole, Part, ProgramZero
 from leafcut.model.toolpath import Kind
 from leafcut.options import PocketDrawingOptions, ReadOptions
-from leafcut.processes.course import machine_issues
+from leafcut.processes.job import machine_issues
 from leafcut.processes.placing import negative_axes, placed
 from leafcut.processes.settings import collect
 from leafcut.read import Source, read, read_contours, read_pockets

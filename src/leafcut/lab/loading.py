@@ -29,7 +29,7 @@ from leafcut.lab.description_table import DescriptionTable, number_of, word_of
 from leafcut.options.option_spec import flag_name
 from leafcut.processes import registry
 from leafcut.processes.base import Work
-from leafcut.processes.course import machine_of
+from leafcut.processes.job import machine_of
 from leafcut.processes.settings import collect, placed_in, why_unused
 
 #: What comes with leafcut.

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
+from leafcut.errors import VerifyError
 from leafcut.model.kinds import Head
 from leafcut.options import (
     AcoOptions,
@@ -20,9 +22,14 @@ from leafcut.options.condition import Conditions, absent
 from leafcut.options.option_spec import OptionGroup
 
 if TYPE_CHECKING:
-    from leafcut.model.outcome import Outcome
+    from leafcut.model.difference import Difference
+    from leafcut.model.issue import Issue
+    from leafcut.model.outcome import OperationOutcome, Outcome
     from leafcut.model.part import Part
-    from leafcut.processes.course import Run
+    from leafcut.model.plan import Candidate, Order
+    from leafcut.model.toolpath import Toolpath
+    from leafcut.processes.job import Job
+    from leafcut.processes.plan import OrderRefused, Pass, Plan
     from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Source
 
@@ -141,6 +148,10 @@ class Process(Work, Protocol):
         What a machine must work with to do it; empty where any will do.
     pictured
         How a small picture shows what it works: ``holes`` as dots, ``lines``, or ``areas`` filled.
+    passes
+        Changes of a found order for what depends on neighbouring tasks.
+    with_nearest
+        Whether the outcome compares with the nearest-neighbour order.
     """
 
     options: ClassVar[tuple[type[OptionGroup], ...]] = ()
@@ -158,6 +169,8 @@ class Process(Work, Protocol):
     form: ClassVar[FormGroups] = ()
     heads: ClassVar[tuple[Head, ...]] = ()
     pictured: ClassVar[str] = "lines"
+    passes: ClassVar[Sequence[Pass]] = ()
+    with_nearest: ClassVar[bool] = True
 
     def used(self) -> Mapping[str, Conditions]:
         """Return the options that it uses, its own and of shared groups, each with the conditions for its use."""
@@ -176,14 +189,86 @@ class Process(Work, Protocol):
         """Return how well a drawing suits it, from all that the drawing shows; None for no opinion."""
         return None
 
-    def run(self, run: Run, sources: Sequence[Source], asked: str) -> Outcome[Any]:
-        """Do the work; `asked` is what ``--process`` said.
+    # The course of a job (`processes.course`) calls these in the order in which they stand here.
+
+    def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
+        """Read the files, resolve the options, and return the tasks; `asked` is the value of ``--process``.
 
         Raises
         ------
-        ReadError, OptionError, PlanError, PostError, VerifyError
-            One line that says what was found and what to do.
+        ReadError, OptionError, PlanError
+            One line: what is wrong, where, and what to do.
         """
+        ...
+
+    def given(self, plan: Plan) -> Candidate:
+        """Return the motion in the order of the input."""
+        return self.generate(plan, plan.given)
+
+    def generate(self, plan: Plan, order: Order) -> Candidate:
+        """Return the motion of an order.
+
+        Raises
+        ------
+        PlanError
+            The order does not do each task once.
+        """
+        ...
+
+    def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
+        """Write the program, read it back, and judge it; return the candidate with its program.
+
+        Raises
+        ------
+        VerifyError
+            The first difference or danger, and their number.
+        OrderRefused
+            Another order may pass.
+        """
+        from leafcut.processes.job import refuse
+
+        text = self.write(plan, given, best)
+        plan.job.tell("verifying")
+        written, problems = self.judge(plan, best, text)
+        refuse(problems)
+        return replace(best, text=text, written=written)
+
+    def write(self, plan: Plan, given: Candidate, best: Candidate) -> str:
+        """Return the program of a candidate; its header compares it with the order of the input."""
+        from leafcut.post.writer import write_program
+        from leafcut.processes.plan import header
+
+        return write_program(
+            best.path,
+            plan.words,
+            plan.job.settings.post,
+            header(plan, given, best),
+            tool_names={tool.number: tool.label.split(" ", 1)[1] for tool in plan.tools},
+            rapid_velocity=max(plan.job.machine.rapid_velocity),
+        )
+
+    def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
+        """Return the program read back, and what is wrong with it."""
+        raise NotImplementedError
+
+    def keep(self, plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
+        """Return the order with faulty tasks in their place in the input; the trials count from 1."""
+        raise VerifyError(f"the program was not written: {refused}")
+
+    def finish(self, plan: Plan, best: Candidate) -> Candidate:
+        """Return the proved program with changes that do not change its order."""
+        return best
+
+    def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
+        """Return the work of each tool with its order."""
+        ...
+
+    def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
+        """Return what is noticed in the order; the plan's issues are reported anyway."""
+        return ()
+
+    def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> Any:
+        """Return the part of the outcome that this process alone has."""
         ...
 
     def reads_besides(self, settings: Settings) -> list[Path]:

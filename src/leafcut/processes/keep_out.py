@@ -14,7 +14,7 @@ from leafcut.model.issue import Issue
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import MOTIONS, Kind, Toolpath
-from leafcut.processes.course import Run, library_of
+from leafcut.processes.job import Job, library_of
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _FLAT = 1e-6
 
 
-def obstacles_of(run: Run, program: Program, beam: bool) -> tuple[Obstacles | None, list[Issue]]:
+def obstacles_of(run: Job, program: Program, beam: bool) -> tuple[Obstacles | None, list[Issue]]:
     """Return what a program must keep out of, None where nothing is named, and what was found out.
 
     Parameters
@@ -85,7 +85,7 @@ def obstacles_of(run: Run, program: Program, beam: bool) -> tuple[Obstacles | No
     return obstacles, issues
 
 
-def meetings(run: Run, obstacles: Obstacles, path: Toolpath) -> list[Difference]:
+def meetings(run: Job, obstacles: Obstacles, path: Toolpath) -> list[Difference]:
     """Return every motion of a program that meets an obstacle."""
     from leafcut.proof.obstacles import check_obstacles
 

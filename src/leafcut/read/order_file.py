@@ -43,7 +43,7 @@ class Drawing:
 
 
 @dataclass(frozen=True)
-class Order:
+class OrderFile:
     """What an order file says: operation → holes, both counted from 0, and of which drawing, where it says that."""
 
     operations: dict[int, tuple[int, ...]]
@@ -71,7 +71,7 @@ def order_text(operations: dict[int, tuple[int, ...]], drawing: Drawing | None =
     return f'{{"{ORDER.key}": {ORDER.current}, {of}"operations": [\n' + ",\n".join(rows) + "\n]}\n"
 
 
-def load_order(path: Path) -> Order:
+def load_order(path: Path) -> OrderFile:
     """Return what an order file wants.
 
     Raises
@@ -97,7 +97,7 @@ def load_order(path: Path) -> Order:
         if number in wanted:
             raise ReadError(place, f"operation {number + 1} is listed twice")
         wanted[number] = tuple(_number(place, hole, f"operation {number + 1}: hole") for hole in row["holes"])
-    return Order(wanted, _drawing(place, data.get("drawing")))
+    return OrderFile(wanted, _drawing(place, data.get("drawing")))
 
 
 def _drawing(place: str, data: Any) -> Drawing | None:

@@ -7,11 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.model.machine import Machine
 from leafcut.model.problem import Metric, RoutingProblem
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.options import JobOptions
+from leafcut.processes.job import Job
 from leafcut_engrave.options import EngraveOptions
+
+#: Depth of lines without --depth, and tolerance of flattened curves, mm.
+DEPTH, TOLERANCE = 0.2, 0.005
 
 Lines = Sequence[NDArray[np.float64]]
 
@@ -26,30 +29,29 @@ def problem_of(lines: Lines, metric: Metric, job: JobOptions) -> RoutingProblem:
     return RoutingProblem(entry, leave, cluster, np.zeros(len(entry)), metric, start=start, end=end, name="lines")
 
 
-def lay(
-    lines: Lines, nodes: Sequence[int], machine: Machine, job: JobOptions, options: EngraveOptions, depth: float,
-    *, coolant: bool,
-) -> Toolpath:  # fmt: skip
-    """Return the motions: over to a line, down, along it, and up again."""
+def lay(lines: Lines, nodes: Sequence[int], job: Job) -> Toolpath:
+    """Return the motion: over to a line, down, along it, and up again."""
+    machine, settings, options = job.machine, job.settings, job.settings.of(EngraveOptions)
+    height, depth, coolant = settings.job.clearance_height, settings.job.depth or DEPTH, settings.post.coolant
     builder = ToolpathBuilder()
     if machine.safe_z is not None:
         builder.machine(z=machine.safe_z)
     builder.tool(options.engraver)
     if machine.safe_z is None:
-        builder.rapid(z=job.clearance_height)
+        builder.rapid(z=height)
     builder.spindle(options.engraving_speed)
     if coolant:
         builder.coolant(2)
     for node in nodes:
         line = lines[node // 2][:: -1 if node % 2 else 1]
         builder.rapid(*line[0].tolist())
-        builder.rapid(z=job.clearance_height)
+        builder.rapid(z=height)
         builder.feed(z=-depth, feed=options.engraving_feed)
         for x, y in line[1:].tolist():
             builder.feed(x, y, feed=options.engraving_feed)
-        builder.rapid(z=job.clearance_height)
-    if job.end_point is not None:
-        builder.rapid(job.end_point[0], job.end_point[1])
+        builder.rapid(z=height)
+    if settings.job.end_point is not None:
+        builder.rapid(*settings.job.end_point)
     builder.spindle(0.0)
     if coolant:
         builder.coolant(0)

@@ -3,19 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
-from leafcut.options import JobOptions, MachineOptions, ReadOptions
+import numpy as np
+
+from leafcut.errors import PlanError
+from leafcut.gcode.dialects import dialect
+from leafcut.model.difference import Difference
+from leafcut.model.kinds import Head
+from leafcut.model.outcome import OperationOutcome
+from leafcut.model.part import Part
+from leafcut.model.plan import Candidate, Order, Stage
+from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.toolpath import Toolpath
+from leafcut.options import JobOptions, MachineOptions, ReadOptions, Settings
 from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, all_of, use
+from leafcut.processes.job import Job, check_words_used
+from leafcut.processes.placing import placed
+from leafcut.processes.plan import Plan
+from leafcut.proof.program import check_program, read_back
+from leafcut.read import read_contours
+from leafcut.read.format import Source
+from leafcut.timing.toolpath import measure
+from leafcut.timing.travel import travel_metric
+from leafcut_engrave.model import EngravingDetail
 from leafcut_engrave.options import EngraveOptions
-
-if TYPE_CHECKING:
-    from leafcut.model.outcome import Outcome
-    from leafcut.model.part import Part
-    from leafcut.options import Settings
-    from leafcut.processes.course import Run
-    from leafcut.read.format import Source
-    from leafcut_engrave.model import EngravingDetail
+from leafcut_engrave.plan import DEPTH, TOLERANCE, lay, problem_of
+from leafcut_engrave.proof import check_lines
 
 
 class Engraving(Process):
@@ -41,15 +54,46 @@ class Engraving(Process):
         ("solve", SEARCH_MORE),
     )
 
-    def run(self, run: Run, sources: Sequence[Source], asked: str) -> Outcome[EngravingDetail]:
-        """Engrave the lines of one drawing."""
-        from leafcut_engrave.run import engrave
+    def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
+        """Return a task for every line; it has two choices, one for each end."""
+        settings, machine = job.settings, job.machine
+        if machine.head is not Head.SPINDLE:
+            raise PlanError(f"{machine.name} has a {machine.head}, which cannot engrave; give another --machine")
+        words = dialect(settings.post.dialect or machine.controller)
+        check_words_used(settings, machine, words)
+        part = placed(read_contours(sources[0], settings.read, job.looking("reading")), settings.read)
+        lines = [contour.path.flattened(TOLERANCE) for contour in part.contours]
+        problem = problem_of(lines, travel_metric(machine, settings.solve.objective), settings.job)
+        options = settings.of(EngraveOptions)
+        tool = Tool(
+            options.engraver, 0.1, ToolKind.END_MILL, feed=options.engraving_feed, spindle_rpm=options.engraving_speed
+        )  # fmt: skip
+        given = np.arange(0, 2 * len(lines), 2, dtype=np.int32)
+        return Plan(
+            job=job, part=part, words=words, work=lines, stages=(Stage(problem, False, given, "ordering lines"),),
+            kind="engrave", tools=[tool], start=problem.start, issues=part.issues,
+        )  # fmt: skip
 
-        return engrave(run, sources[0])
+    def generate(self, plan: Plan, order: Order) -> Candidate:
+        """Return the motion along the lines."""
+        path = lay(plan.work, order.choices[0].tolist(), plan.job)
+        return Candidate(order, path, measure(path, plan.job.machine, start=plan.start))
+
+    def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
+        """Compare the program with the motion and with the drawing."""
+        written, depth = read_back(text, plan.words), plan.job.settings.job.depth or DEPTH
+        machine, units = plan.job.machine, plan.job.settings.post.output_units
+        problems = check_program(best.path, written, plan.words, machine, units)
+        return written, [*problems, *check_lines(written, plan.work, depth, 2.0 * TOLERANCE)]
+
+    def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
+        """Return the lines in their order."""
+        return (OperationOutcome(plan.tools[0], "engrave", (), False, best.order.solutions[0]),)
+
+    def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> EngravingDetail:
+        """Return the number of lines and their depth."""
+        return EngravingDetail(len(plan.work), plan.job.settings.job.depth or DEPTH)
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
-        """Return the lines, as they are placed."""
-        from leafcut.processes.placing import placed
-        from leafcut.read import read_contours
-
+        """Return the lines as placed."""
         return placed(read_contours(source, settings.read), settings.read)

@@ -12,6 +12,7 @@ import pytest
 
 import leafcut
 from leafcut.errors import LeafcutError, PlanError, VerifyError
+from leafcut.model.plan import Stage
 from leafcut.model.solution import Solution
 from leafcut.order import solve as room
 from leafcut.read.order_file import drawing_of, order_text
@@ -145,14 +146,14 @@ def test_a_search_that_finds_less_than_the_drawing_has_gives_the_better_order_at
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Whatever a search returns, here the drawing's order from behind: the cost told is that of what is made."""
-    from leafcut.processes import together
+    from leafcut.processes import ordering
 
-    def poor(stages: list[together.Stage], *given: Any) -> list[Solution]:
+    def poor(stages: list[Stage], *given: Any) -> list[Solution]:
         found = real(stages, *given)
-        return [replace(one, nodes=stage.own[::-1].copy()) for one, stage in zip(found, stages, strict=True)]
+        return [replace(one, nodes=stage.given[::-1].copy()) for one, stage in zip(found, stages, strict=True)]
 
-    real = together.solve_together
-    monkeypatch.setattr(together, "solve_together", poor)
+    real = ordering.solve_together
+    monkeypatch.setattr(ordering, "solve_together", poor)
     row = tmp_path / "row.csv"
     row.write_text("x,y,diameter\n" + "".join(f"{10 * k},0,{2 + (k > 3)}\n" for k in (0, 1, 2, 3, 4, 5, 6, 7)))
     found = leafcut.optimize(row, units="mm", objective="distance", preset="fast")

@@ -21,8 +21,8 @@ from leafcut.model.part import Hole, HoleStep, Part, Slot
 from leafcut.model.tool import Recipe, Tool, ToolKind, ToolLibrary
 from leafcut.options import PostOptions, ReadOptions
 from leafcut.post.writer import write_program
+from leafcut.processes.drilling import spec
 from leafcut.processes.drilling.judge import DrillingRequest, judge_holes
-from leafcut.processes.drilling.plan import drilling as planning
 from leafcut.processes.drilling.plan.drill_toolpath import drawing_order, lay_toolpath
 from leafcut.processes.drilling.plan.drilling import DrillPlan, plan_drilling
 from leafcut.processes.placing import placed
@@ -247,8 +247,8 @@ def test_a_plan_that_is_not_the_drawing_is_refused_before_a_program_is_written(
         "units": "mm", "thickness": "8", "mirror": "x", "origin": "-31,-3", "algorithm": "none", "bound": False,
     }  # fmt: skip
     assert leafcut.optimize(drawing, **options).verified
-    right = planning.plan_drilling
-    monkeypatch.setattr(planning, "plan_drilling", lambda *given: change(right(*given)))
+    right = spec.plan_drilling
+    monkeypatch.setattr(spec, "plan_drilling", lambda *given: change(right(*given)))
     with pytest.raises(VerifyError, match=f"^the program was not written: {what}"):
         leafcut.optimize(drawing, output, **options)
     assert not output.exists()

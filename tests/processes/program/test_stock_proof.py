@@ -12,8 +12,8 @@ import leafcut
 from leafcut.cli.app import run
 from leafcut.errors import VerifyError
 from leafcut.gcode.dialects import dialect
-from leafcut.processes.course import Run, machine_of
 from leafcut.processes.deadline import Deadline
+from leafcut.processes.job import Job, machine_of
 from leafcut.processes.program.proof import certificate
 from leafcut.processes.program.reading import read_foreign
 from leafcut.processes.program.report import stock_words
@@ -48,9 +48,9 @@ def written(folder: Path, text: str) -> str:
     return str(file)
 
 
-def judging(text: str, **options: object) -> tuple[Judging, Run]:
+def judging(text: str, **options: object) -> tuple[Judging, Job]:
     """Return the judge of a program's text."""
-    made = Run(settings := collect(options), machine_of(settings), Deadline())
+    made = Job(settings := collect(options), machine_of(settings), Deadline())
     program = read_foreign(text, "part.nc", settings, made.machine, dialect("linuxcnc")).program
     return stock_judge(made, program, "part.nc", "mill"), made
 

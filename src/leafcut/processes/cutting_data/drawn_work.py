@@ -14,8 +14,9 @@ from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind
 from leafcut.options import Settings
-from leafcut.processes.course import Run
+from leafcut.processes.course import run_process
 from leafcut.processes.deadline import Deadline
+from leafcut.processes.job import Job
 
 if TYPE_CHECKING:
     from leafcut.read import Input
@@ -44,8 +45,8 @@ def drawn_works(
         raise PlanError(f"{drawing}: is a {format_.name}; speeds and feeds are chosen for a drawing with holes")
     # The material is that of the speeds; drilling takes one for the presets of a Fusion library only.
     asked = settings.asked - {"material"}
-    outcome = process.run(
-        Run(replace(settings, asked=asked), machine, Deadline.of(settings.solve), progress), [source], "drill"
+    outcome = run_process(
+        process, Job(replace(settings, asked=asked), machine, Deadline.of(settings.solve), progress), [source], "drill"
     )
     issues += [issue for issue in outcome.issues if issue.severity is not Severity.NOTE]
     times = clock(outcome.path_after, machine)

@@ -18,10 +18,10 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.work_material import WorkMaterial
 from leafcut.options import Settings
 from leafcut.options.speeds import SpeedOptions
-from leafcut.processes.course import library_of, machine_of
 from leafcut.processes.cutting_data.economics import Prices, ToolWork, Yields, best_of, yields
 from leafcut.processes.cutting_data.front import non_dominated
 from leafcut.processes.cutting_data.limits import CuttingLimit, SpeedGrid, refusal, within
+from leafcut.processes.job import library_of, machine_of
 from leafcut.units import format_time
 
 if TYPE_CHECKING:

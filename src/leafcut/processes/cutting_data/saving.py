@@ -23,7 +23,7 @@ def library_text(found: CuttingData, settings: Settings, file: str | Path) -> st
     OptionError
         The name of the file is not that of a TOML file.
     """
-    from leafcut.processes.course import library_of
+    from leafcut.processes.job import library_of
 
     if Path(file).suffix.lower() != ".toml":
         raise OptionError(

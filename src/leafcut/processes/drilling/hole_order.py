@@ -1,9 +1,7 @@
-"""Holes in the order that a person wants: what the file says comes first, the rest is found around it."""
+"""Holes in the order of the user: those of the order file come first."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,22 +9,20 @@ import numpy as np
 
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Ints
-from leafcut.model.problem import RoutingProblem
-from leafcut.model.solution import Solution
 
 if TYPE_CHECKING:
     from leafcut.processes.drilling.plan.drilling import DrillPlan
 
 
 def wanted_nodes(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
-    """Return operation → the nodes of its routing problem that come first, in this order.
+    """Return operation → the nodes of its routing problem that come first, in this order; {} without a file.
 
     Raises
     ------
     ReadError
-        It is no order file.
+        The file is not an order file.
     PlanError
-        It is the order of another drawing, or names what the program has not, or twice.
+        The order is of another drawing, or names an unknown hole or a hole twice.
     """
     from leafcut.read.order_file import drawing_of, load_order
 
@@ -55,27 +51,3 @@ def wanted_nodes(plan: DrillPlan, path: Path | None) -> dict[int, Ints]:
                 raise PlanError(f"{what}: hole {hole + 1} is listed twice")
         found[number] = np.array([node_of[hole] for hole in holes], dtype=np.int32)
     return found
-
-
-def solve_after(
-    problem: RoutingProblem, first: Ints, search: Callable[[RoutingProblem], Solution], bound: Callable[..., Solution]
-) -> Solution:
-    """Return the path with the nodes `first` at its beginning, and the others as `search` finds best after them.
-
-    `bound` certifies a solution of the whole problem: the bound of the rest alone says nothing of it.
-    """
-    from leafcut.order.instance import path_cost
-
-    rest = np.setdiff1d(np.arange(problem.n_nodes, dtype=np.int32), first)
-    nodes, told = first, Solution(first, 0.0, problem.metric.unit, "given", 0)
-    if len(rest):
-        x, y = problem.exit[first[-1]].tolist() if len(first) else problem.start or (None, None)
-        told = search(
-            RoutingProblem.of_points(
-                problem.entry[rest], problem.metric, start=None if x is None else (x, y), end=problem.end,
-                name=problem.name,
-            )
-        )  # fmt: skip
-        nodes = np.concatenate([first, rest[told.nodes]]).astype(np.int32)
-    cost = path_cost(problem, nodes)
-    return bound(replace(told, nodes=nodes, cost=cost, history=((told.seconds, cost),), lower_bound=None))

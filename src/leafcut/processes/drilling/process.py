@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from leafcut.model.cutter import bodies_of
 from leafcut.model.kinds import Head
 from leafcut.options import JobOptions, MachineOptions, PostOptions, ReadOptions, Settings
 from leafcut.options.condition import given
@@ -13,10 +14,15 @@ from leafcut.processes.base import CHANGES, ORDERED, PLACE, POST, SEARCH, SEARCH
 from leafcut.processes.drilling.options import DrillOptions
 
 if TYPE_CHECKING:
-    from leafcut.model.outcome import Outcome
+    from leafcut.model.difference import Difference
+    from leafcut.model.outcome import OperationOutcome
     from leafcut.model.part import Part
-    from leafcut.processes.course import Run
+    from leafcut.model.plan import Candidate, Order
+    from leafcut.model.toolpath import Toolpath
     from leafcut.processes.drilling.model import DrillingDetail
+    from leafcut.processes.drilling.plan.drilling import DrillPlan
+    from leafcut.processes.job import Job
+    from leafcut.processes.plan import Plan
     from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Source
 
@@ -97,11 +103,97 @@ class Drilling(Process):
         reason = "holes" if drawing.n_outlines else "only_holes"
         return Suitability(COUNTED * (1.0 - drawing.share_of_outlines), reason, drawing.figures, *works)
 
-    def run(self, run: Run, sources: Sequence[Source], asked: str) -> Outcome[DrillingDetail]:
-        """Drill the holes of all sources in one program."""
-        from leafcut.processes.drilling.run import drill
+    def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
+        """Return one stage of tasks for each tool: a hole has one choice, a slot two directions."""
+        from leafcut.gcode.dialects import dialect
+        from leafcut.processes.drilling.hole_order import wanted_nodes
+        from leafcut.processes.drilling.plan.drill_toolpath import stages_of
+        from leafcut.processes.drilling.spec import planned
+        from leafcut.processes.job import check_words_used
+        from leafcut.processes.plan import Plan
 
-        return drill(run, *sources, everything=asked == "auto")
+        work, request = planned(job, sources, everything=asked == "auto")
+        words = dialect(job.settings.post.dialect or job.machine.controller)
+        job = job.for_words(words)
+        check_words_used(job.settings, job.machine, words)
+        wanted = wanted_nodes(work, job.settings.of(DrillOptions).hole_order)
+        return Plan(
+            job=job,
+            part=work.part,
+            words=words,
+            work=work,
+            spec=request,
+            stages=stages_of(work, job.machine, job.settings.solve.objective, wanted),
+            kind="drill",
+            tools=work.tools,
+            box=work.part.extents,
+            made_for=work.made_for,
+            start=work.start,
+            issues=(*work.part.issues, *work.issues),
+            unforced=not wanted,
+        )
+
+    def generate(self, plan: Plan, order: Order) -> Candidate:
+        """Return the motion of an order."""
+        from leafcut.model.plan import Candidate
+        from leafcut.timing.toolpath import measure
+
+        path = _motion(plan, plan.work, order)
+        return Candidate(order, path, measure(path, plan.job.machine, start=plan.start))
+
+    def judge(self, plan: Plan, best: Candidate, text: str) -> tuple[Toolpath, list[Difference]]:
+        """Compare the program with the motion, with the limits of the machine, and with the drawing."""
+        from leafcut.processes.drilling.judge import judge_holes
+        from leafcut.processes.drilling.plan.drill_toolpath import surface_tops
+        from leafcut.processes.zones import crossing_heights
+        from leafcut.proof.program import check_program, read_back, rounding_of
+
+        work, settings, words = plan.work, plan.job.settings, plan.words
+        written, units = read_back(text, words), settings.post.output_units
+        problems = check_program(
+            best.path,
+            written,
+            words,
+            plan.job.machine,
+            units,
+            zones=work.zones,
+            zone_height=crossing_heights(settings.job.keep_out, work.clearance_height),
+            tool_radii={tool.number: 0.5 * tool.diameter for tool in work.tools},
+            bodies={tool.number: bodies_of(tool) for tool in work.tools},
+            tops=surface_tops(work, settings.of(DrillOptions).hole_heights == "drawn"),
+            surface=None if work.ground is None else work.ground.triangles,
+        )
+        return written, [*problems, *judge_holes(plan.spec, text, written, rounding_of(words, units))]
+
+    def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
+        """Return the holes and slots of each tool in their order."""
+        from leafcut.model.outcome import OperationOutcome
+        from leafcut.processes.drilling.plan.drill_toolpath import targets_in_order
+
+        return tuple(
+            OperationOutcome(
+                one.tool,
+                one.cycle.name if one.cycle.name in plan.words.cycles else "",
+                tuple(targets_in_order(one, solution.nodes).tolist()),
+                one.slots,
+                solution,
+            )
+            for one, solution in zip(plan.work.operations, best.order.solutions, strict=True)
+        )
+
+    def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> DrillingDetail:
+        """Return the surface, and the time that low travel moves over it save."""
+        from leafcut.processes.drilling.model import DrillingDetail
+        from leafcut.processes.drilling.plan.drill_toolpath import with_high_travel
+        from leafcut.timing.toolpath import measure
+
+        work, saved = plan.work, None
+        if work.reliefs:
+            high = _motion(plan, with_high_travel(work), best.order)
+            saved = measure(high, plan.job.machine, start=plan.start).time_s - best.measure.time_s
+        ground = work.ground
+        mesh, boxes = (None, ()) if ground is None else (ground.mesh, ground.boxes)
+        return DrillingDetail(saved, plan.job.settings.job.thickness, mesh, boxes)
 
     def reads_besides(self, settings: Settings) -> list[Path]:
         """Return the tool library, the order file, the surface and the fixture."""
@@ -115,3 +207,13 @@ class Drilling(Process):
         from leafcut.read import read
 
         return placed(read(source, settings.read), settings.read)
+
+
+def _motion(plan: Plan, work: DrillPlan, order: Order) -> Toolpath:
+    from leafcut.processes.drilling.plan.drill_toolpath import lay_toolpath
+
+    machine, post = plan.job.machine, plan.job.settings.post
+    pause = plan.words.hand_change_pause and not machine.tool_changer
+    return lay_toolpath(
+        work, machine, order.choices, coolant=post.coolant, pause=pause, optional_stop=post.optional_stop
+    )

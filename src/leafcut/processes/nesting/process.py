@@ -15,7 +15,7 @@ from leafcut.processes.nesting.options import NestOptions
 if TYPE_CHECKING:
     from leafcut.model.outcome import Outcome
     from leafcut.model.part import Part
-    from leafcut.processes.course import Run
+    from leafcut.processes.job import Job
     from leafcut.read.format import Source
 
 
@@ -49,7 +49,7 @@ class Nesting(Process):
         """Return the settings of what is cut: what is nested will be."""
         return for_cutting(settings)
 
-    def run(self, run: Run, sources: Sequence[Source], asked: str) -> Outcome[Any]:
+    def run(self, run: Job, sources: Sequence[Source], asked: str) -> Outcome[Any]:
         """Refuse: parts are nested by the command `nest`."""
         raise OptionError("to nest parts, use leafcut nest")
 

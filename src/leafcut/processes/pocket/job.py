@@ -14,7 +14,7 @@ from leafcut.model.feed_limits import FeedLimits
 from leafcut.model.measure import Measure
 from leafcut.model.pocket import Pocket, PocketLevels, PocketRules
 from leafcut.model.toolpath import PLACES, Toolpath
-from leafcut.processes.course import Run
+from leafcut.processes.job import Job
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
@@ -48,7 +48,7 @@ class PocketJob:
     `made_for` names the file of a solid, and how it is placed.
     """
 
-    run: Run
+    run: Job
     part: Part
     rules: PocketRules
     levels: tuple[PocketLevels, ...]

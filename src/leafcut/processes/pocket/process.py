@@ -26,7 +26,7 @@ from leafcut.processes.pocket.options import PocketOptions
 if TYPE_CHECKING:
     from leafcut.model.outcome import Outcome
     from leafcut.model.part import Part
-    from leafcut.processes.course import Run
+    from leafcut.processes.job import Job
     from leafcut.processes.pocket.model import PocketDetail
     from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Source
@@ -94,7 +94,7 @@ class Pocketing(Process):
         closed = drawing.worked & drawing.closed, drawing.part.diameters > 0.0
         return Suitability(_UNNAMED, "outlines", drawing.figures, *closed) if drawing.n_outlines else None
 
-    def run(self, run: Run, sources: Sequence[Source], asked: str) -> Outcome[PocketDetail]:
+    def run(self, run: Job, sources: Sequence[Source], asked: str) -> Outcome[PocketDetail]:
         """Clear the pockets of a drawing."""
         from leafcut.processes.pocket.run import pocket
 

@@ -11,7 +11,7 @@ from leafcut.model.cutter import bodies_of
 from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.pocket import UNCOVERED
 from leafcut.model.toolpath import Toolpath
-from leafcut.processes.course import refuse
+from leafcut.processes.job import refuse
 from leafcut.processes.placing import negative_axes
 from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes, raised
 

@@ -39,7 +39,7 @@ from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.model.work_material import WorkMaterial
 from leafcut.options import FeedOptions, JobOptions, Settings
-from leafcut.processes.course import Run, check_words_used, library_of, machine_issues, refuse_missing, refuse_too_large
+from leafcut.processes.job import Job, check_words_used, library_of, machine_issues, refuse_missing, refuse_too_large
 from leafcut.processes.pocket.job import LaidPockets, PocketJob, PocketSolid, holes, raised
 from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.pocket.options import PocketOptions
@@ -76,7 +76,7 @@ class _Cleared:
     even: dict[str, list[Clearing]]
 
 
-def pocket(run: Run, source: Source) -> Outcome[PocketDetail]:
+def pocket(run: Job, source: Source) -> Outcome[PocketDetail]:
     """Return the verified milling program of the pockets in a drawing or a picture, and all that was found out.
 
     Raises
@@ -122,7 +122,7 @@ def _programs(job: PocketJob, cleared: list[_Cleared], nodes: Sequence[int]) -> 
     return tuple(programs)
 
 
-def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
+def _prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
     """Read the pockets and what is said of them."""
     from leafcut.gcode.dialects import dialect
     from leafcut.processes.placing import placed, placing_words
@@ -196,7 +196,7 @@ def _prepared(run: Run, source: Source) -> tuple[PocketJob, list[Issue]]:
     return job, [*part.issues, *left, *issues, *_lower(part.pockets, tops)]
 
 
-def _solid(run: Run, source: Source, whole: Part, part: Part, radius: float) -> tuple[PocketSolid | None, list[float]]:
+def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> tuple[PocketSolid | None, list[float]]:
     """Return the solid that says where the material of its pockets begins, and where that is.
 
     None, and all of them at its highest place, where nothing else is asked for.
@@ -237,7 +237,7 @@ def _lower(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[Issue]:
     return [Issue("L706", words)]
 
 
-def _library_mill(run: Run, depth: float | None) -> Tool | None:
+def _library_mill(run: Job, depth: float | None) -> Tool | None:
     """Return the end mill of the tool library for pockets of a depth; None without a library."""
     from leafcut.processes.pocket.plan.tool import library_mill
 

@@ -10,8 +10,8 @@ from weakref import WeakKeyDictionary
 from leafcut.errors import OptionError
 from leafcut.model.pocket import PocketPath
 from leafcut.options import Settings
-from leafcut.processes.course import Run
 from leafcut.processes.deadline import Deadline
+from leafcut.processes.job import Job
 from leafcut.processes.pocket.options import PocketOptions
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ NEARER = (1.0, 0.98, 0.95, 0.92, 0.89)
 _GRIDS: WeakKeyDictionary[CentreRegion, tuple[RoutingProblem, Grid, Ways, Retract, bool]] = WeakKeyDictionary()
 
 #: Makes the path of the tool's centre over one level of one region.
-Strategy = Callable[["CentreRegion", Run], PocketPath]
+Strategy = Callable[["CentreRegion", Job], PocketPath]
 
 
 def _planned(region: CentreRegion) -> CentreRegion:
@@ -54,7 +54,7 @@ def _too_wide(region: CentreRegion) -> Callable[[PocketPath], Points]:
     return lambda path: wide(fitted(path, tolerance))
 
 
-def _zigzag(region: CentreRegion, run: Run) -> PocketPath:
+def _zigzag(region: CentreRegion, run: Job) -> PocketPath:
     from leafcut.processes.pocket.plan.zigzag import zigzag
 
     options, wide = run.settings.of(PocketOptions), _too_wide(region)
@@ -62,7 +62,7 @@ def _zigzag(region: CentreRegion, run: Run) -> PocketPath:
         return zigzag(_planned(region), None, options.finishing_pass, late, wide)
 
 
-def _contour(region: CentreRegion, run: Run) -> PocketPath:
+def _contour(region: CentreRegion, run: Job) -> PocketPath:
     from leafcut.processes.pocket.plan.rings import contour
 
     planned, wide = _planned(region), _too_wide(region)
@@ -75,7 +75,7 @@ def _contour(region: CentreRegion, run: Run) -> PocketPath:
     return min(paths, key=lambda one: one[0])[1]
 
 
-def _connected(region: CentreRegion, run: Run) -> PocketPath:
+def _connected(region: CentreRegion, run: Job) -> PocketPath:
     from leafcut.processes.pocket.plan.connected import best
 
     wide = _too_wide(region)
@@ -83,7 +83,7 @@ def _connected(region: CentreRegion, run: Run) -> PocketPath:
         return best(region, wide, late)
 
 
-def _adaptive(region: CentreRegion, run: Run) -> PocketPath:
+def _adaptive(region: CentreRegion, run: Job) -> PocketPath:
     from leafcut.processes.pocket.plan.adaptive import adaptive
 
     return adaptive(region)
@@ -107,7 +107,7 @@ def check_algorithm(settings: Settings) -> None:
 
 
 def _grid(name: str) -> Strategy:
-    def path(region: CentreRegion, run: Run) -> PocketPath:
+    def path(region: CentreRegion, run: Job) -> PocketPath:
         from leafcut.order.solve import solve
         from leafcut.processes.pocket.plan.grid import GridContext, grid_problem, lay_grid
 
@@ -174,7 +174,7 @@ class SearchTime:
     def __init__(self, deadline: Deadline) -> None:
         self.deadline, self.to_come = deadline, 1
 
-    def path(self, way: ClearingWay, region: CentreRegion, run: Run) -> PocketPath:
+    def path(self, way: ClearingWay, region: CentreRegion, run: Job) -> PocketPath:
         """Return the path of a strategy over a region; it gets its share of the time if it searches."""
         if way.searches:
             run = replace(run, deadline=self.deadline.part(1.0 / max(self.to_come, 1)))

@@ -28,7 +28,7 @@ from leafcut.model.pace_change import FeedLimit, PaceChange, ToolPace
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import MOTIONS, Kind
 from leafcut.options import FeedOptions, SpeedOptions, flag_name
-from leafcut.processes.course import Run
+from leafcut.processes.job import Job
 from leafcut.processes.keep_out import meetings
 from leafcut.processes.program.options import ResequenceOptions
 from leafcut.processes.program.plan.corners import rounds_freely
@@ -68,13 +68,13 @@ class Paced:
     issues: tuple[Issue, ...] = ()
 
 
-def wants_pace(run: Run) -> bool:
+def wants_pace(run: Job) -> bool:
     """Return whether new speeds or heights are asked for."""
     options = run.settings.of(ResequenceOptions)
     return options.air or run.settings.of(FeedOptions).feeds or options.low_retracts
 
 
-def check_library(run: Run, program: Program, source: str, process: str) -> list[Issue]:
+def check_library(run: Job, program: Program, source: str, process: str) -> list[Issue]:
     """Return each tool that the library of ``--tools`` has with another diameter than the program names.
 
     Raises
@@ -88,7 +88,7 @@ def check_library(run: Run, program: Program, source: str, process: str) -> list
     return others
 
 
-def _asked(run: Run) -> list[str]:
+def _asked(run: Job) -> list[str]:
     """Return the flags that ask for new speeds or heights."""
     options, feeds = run.settings.of(ResequenceOptions), run.settings.of(FeedOptions).feeds
     wanted = {"air": options.air, "feeds": feeds, "low_retracts": options.low_retracts}
@@ -96,7 +96,7 @@ def _asked(run: Run) -> list[str]:
 
 
 def with_new_pace(
-    run: Run, words: Dialect, original: Program, program: Program, source: str, process: str,
+    run: Job, words: Dialect, original: Program, program: Program, source: str, process: str,
     obstacles: Obstacles | None,
 ) -> Paced:  # fmt: skip
     """Return a program with the heights and speeds that its options ask for, as far as they save time and are proved.
@@ -146,7 +146,7 @@ def with_new_pace(
 class _Job:
     """What every step needs; `stock` is the material before the first cut."""
 
-    run: Run
+    run: Job
     words: Dialect
     original: Program
     tools: Mapping[int, Tool]
@@ -157,7 +157,7 @@ class _Job:
 
     @classmethod
     def of(
-        cls, run: Run, words: Dialect, original: Program, program: Program, source: str, tools: Mapping[int, Tool],
+        cls, run: Job, words: Dialect, original: Program, program: Program, source: str, tools: Mapping[int, Tool],
         obstacles: Obstacles | None,
     ) -> _Job:  # fmt: skip
         options, feeds = run.settings.of(ResequenceOptions), run.settings.of(FeedOptions)
@@ -571,7 +571,7 @@ def _kept_words(why: KeptFeed, limit: ToolLimits, diameter: float) -> str:
     return _KEPT_WORDS[reason].format(share=100.0 * why.share, line=why.line, width=why.width)
 
 
-def _spindle(run: Run) -> SpindleLoad | None:
+def _spindle(run: Job) -> SpindleLoad | None:
     """Return what limits power and torque; None where nobody said what is cut.
 
     Raises

@@ -25,7 +25,7 @@ from leafcut.processes.program.options import ResequenceOptions
 if TYPE_CHECKING:
     from leafcut.model.outcome import Outcome
     from leafcut.model.part import Part
-    from leafcut.processes.course import Run
+    from leafcut.processes.job import Job
     from leafcut.processes.program.model import ProgramDetail
     from leafcut.read.format import Source
 
@@ -105,7 +105,7 @@ class ForeignProgram(Process):
         ("solve", SEARCH_MORE),
     )
 
-    def run(self, run: Run, sources: Sequence[Source], asked: str) -> Outcome[ProgramDetail]:
+    def run(self, run: Job, sources: Sequence[Source], asked: str) -> Outcome[ProgramDetail]:
         """Put a program in order."""
         from leafcut.processes.program.run import resequence
 

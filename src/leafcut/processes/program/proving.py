@@ -16,7 +16,7 @@ from leafcut.files.digests import DIGEST_LINE, signed
 from leafcut.model.issue import Issue
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.sequence import Section, Sequence
-from leafcut.processes.course import Run
+from leafcut.processes.job import Job
 from leafcut.processes.keep_out import meetings, reach_of
 from leafcut.processes.program.options import ResequenceOptions
 
@@ -63,7 +63,7 @@ class Proved:
 
 
 def write_proved(
-    run: Run,
+    run: Job,
     words: Dialect,
     original: Program,
     sequence: Sequence,
@@ -146,7 +146,7 @@ class _Refused(Exception):
 class _OrderWriter:
     def __init__(
         self,
-        run: Run,
+        run: Job,
         words: Dialect,
         original: Program,
         sequence: Sequence,

@@ -11,8 +11,8 @@ from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import Head, ProgramKind
 from leafcut.options import FeedOptions, MachineOptions, Settings, flag_name
-from leafcut.processes.course import machine_of
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
+from leafcut.processes.job import machine_of
 from leafcut.units import SECONDS_PER_MINUTE
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from leafcut.gcode.program import Program
     from leafcut.geometry.arrays import Mask
     from leafcut.model.machine import Machine
-    from leafcut.processes.course import Run
+    from leafcut.processes.job import Job
 
 #: What says the feed that a program leaves to the controller's materials.
 _OF_MATERIALS = ("cut_speed", "cut_process", "material", "thickness", "amps", "nozzle", "chart")
@@ -81,7 +81,7 @@ class ProgramRead:
         return [replace(i, severity=Severity.WARNING) if i.code in BELOW_SURFACE else i for i in found]
 
 
-def read_new(run: Run, words: Dialect, text: str) -> Program:
+def read_new(run: Job, words: Dialect, text: str) -> Program:
     """Return a program that was written just now, as the machine of the run understands it.
 
     Raises

@@ -21,12 +21,13 @@ from leafcut.model.measure import Measure
 from leafcut.model.obstacles import Obstacles
 from leafcut.model.outcome import OperationOutcome, Outcome
 from leafcut.model.part import Hole, Part
-from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.model.plan import Stage
+from leafcut.model.problem import Metric
 from leafcut.model.sequence import Kept, Section, Sequence
 from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import PLACES, STILL, Kind, Toolpath, arc_sweep, position_before
-from leafcut.processes.course import Run, machine_issues
+from leafcut.processes.job import Job, machine_issues
 from leafcut.processes.keep_out import obstacles_of
 from leafcut.processes.program.model import AvoidedAreas, ProgramDetail
 from leafcut.processes.program.options import ResequenceOptions
@@ -38,7 +39,6 @@ from leafcut.processes.program.stock_proof import stock_judge
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
     from leafcut.gcode.program import Program
-    from leafcut.options import SolveOptions
     from leafcut.processes.program.reading import ProgramRead
 
 
@@ -50,7 +50,7 @@ _ROUND = 50.0
 _PLACES = [int(k) for k in (*PLACES, Kind.MACHINE)]
 
 
-def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[ProgramDetail]:
+def resequence(run: Job, source: str, data: bytes, process: str) -> Outcome[ProgramDetail]:
     """Return the program that does the same work in the shortest machine time, proved, and what was found out.
 
     Parameters
@@ -180,14 +180,14 @@ def resequence(run: Run, source: str, data: bytes, process: str) -> Outcome[Prog
     )
 
 
-def _unknown_materials(run: Run, words: Dialect, original: Program) -> list[Issue]:
+def _unknown_materials(run: Job, words: Dialect, original: Program) -> list[Issue]:
     """Return that cuts use materials that the program does not define."""
     from leafcut.processes.program.simulate import run_of_controller
 
     return run_of_controller(original, words, run.settings.job.clearance_height)[1]
 
 
-def _refuse_dangers(run: Run, source: str, dangers: list[Issue]) -> None:
+def _refuse_dangers(run: Job, source: str, dangers: list[Issue]) -> None:
     """Refuse a program with dangers in it where `--strict` asks for that."""
     worst = [issue for issue in dangers if issue.severity is Severity.DANGER]
     if run.settings.read.strict and worst:
@@ -202,7 +202,7 @@ def _new_dangers(read: ProgramRead, program: Program) -> list[Issue]:
     return [replace(i, message=f"in the new program: {i.message}") for i in found if i.code not in known]
 
 
-def _with_avoided(run: Run, words: Dialect, original: Program, proved: Proved) -> tuple[Proved, AvoidedAreas]:
+def _with_avoided(run: Job, words: Dialect, original: Program, proved: Proved) -> tuple[Proved, AvoidedAreas]:
     """Return the program with a comment on new moves across areas that the original avoided, and these moves."""
     from leafcut.processes.program.proof.avoided_areas import avoided_areas
     from leafcut.processes.program.reading import read_new
@@ -240,7 +240,7 @@ class _TooManySteps(Exception):
     """Planning took more than `MOST_STEPS`."""
 
 
-def _planned(run: Run, original: Program, process: str) -> Sequence:
+def _planned(run: Job, original: Program, process: str) -> Sequence:
     """Return the program in pieces; all of it stays where it is if finding them takes too many steps."""
     from leafcut.processes.program.plan.resequencing import all_stay, find_sequence
     from leafcut.processes.program.plan.sections.program_rows import known_process
@@ -271,59 +271,31 @@ def _planned(run: Run, original: Program, process: str) -> Sequence:
 
 
 def _solve_sections(
-    run: Run, sequence: Sequence, obstacles: Obstacles | None, start: Point | None
+    run: Job, sequence: Sequence, obstacles: Obstacles | None, start: Point | None
 ) -> list[Solution | None]:
     """Return an order for every section, all ordered together; None where the order is kept.
 
     A section begins where the one before it now ends, if nothing in between goes anywhere, or where that is not known.
     `start` is where the tool stands before the program moves it, where that is where the first section begins.
     """
-    from leafcut.order.solve import solve
+    from leafcut.processes.ordering import find_order
     from leafcut.processes.program.plan.resequencing import build_problem
-    from leafcut.processes.together import Stage, solve_together
 
-    settings = run.settings
-    if settings.job.keep_order or not sequence.sections:
+    if run.settings.job.keep_order or not sequence.sections:
         return [None for _ in sequence.sections]
     stages: list[Stage] = []
     goes = True
-    for section in sequence.sections:
+    for number, section in enumerate(sequence.sections, 1):
         follows = bool(stages) and not (goes and section.start is not None)
         begins = None if follows else start if section.start is None else section.start
-        metric = _metric(run, section, obstacles)
-        own = np.arange(len(section.pieces), dtype=np.int32)
-        stages.append(Stage(build_problem(section, metric, begins, section.end), follows, own))
+        problem = build_problem(section, _metric(run, section, obstacles), begins, section.end)
+        given = np.arange(len(section.pieces), dtype=np.int32)
+        stages.append(Stage(problem, follows, given, f"ordering section {number}"))
         goes = section.end is not None
-    total = left = sum(stage.problem.n_clusters for stage in stages)
-
-    def search(number: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
-        nonlocal left
-        pieces = stages[number].problem.n_clusters
-        what = f"ordering section {number + 1}"
-        run.tell(what, share=1.0 - left / total)
-        own = replace(options, time_limit=run.deadline.part(problem.n_clusters / left).seconds)
-        found = solve(
-            problem, own, settings.aco, firefly=settings.firefly,
-            progress=run.passing_on(what, left / total, pieces / total), observe=run.observe,
-            cancelled=run.cancelled, bound_late=run.bound_late(pieces / total),
-        )  # fmt: skip
-        run.deadline.spend(found.seconds)
-        left = max(left - pieces, 1)
-        return found
-
-    def quick(_: int, problem: RoutingProblem, options: SolveOptions) -> Solution:
-        found = solve(problem, options, settings.aco, firefly=settings.firefly, cancelled=run.cancelled)
-        run.deadline.spend(found.seconds)
-        return found
-
-    return list(
-        solve_together(
-            stages, search, settings.solve, quick, run.cancelled, lambda one: run.bound_late(one.n_clusters / total)
-        )
-    )
+    return list(find_order(run, stages).solutions)
 
 
-def _stands(run: Run, original: Program, sequence: Sequence) -> tuple[Point | None, Point | None]:
+def _stands(run: Job, original: Program, sequence: Sequence) -> tuple[Point | None, Point | None]:
     """Return where the tool stands before the program moves it, and the same if the first section begins there."""
     start = run.settings.job.start_point
     if start is None:
@@ -338,7 +310,7 @@ def _stands(run: Run, original: Program, sequence: Sequence) -> tuple[Point | No
     return stands, None if moved else stands
 
 
-def _offers(run: Run, sequence: Sequence) -> list[Issue]:
+def _offers(run: Job, sequence: Sequence) -> list[Issue]:
     """Return what another option would save."""
     changes = sequence.mergeable
     if not changes or run.settings.job.keep_order:
@@ -348,7 +320,7 @@ def _offers(run: Run, sequence: Sequence) -> list[Issue]:
     return [Issue("L506", said + (f", {seconds:.0f} s" if seconds else ""), severity=Severity.NOTE)]
 
 
-def _metric(run: Run, section: Section, obstacles: Obstacles | None) -> Metric:
+def _metric(run: Job, section: Section, obstacles: Obstacles | None) -> Metric:
     """Return what the ways of a section cost: those across an obstacle as much more as to rise over it, or go round."""
     from leafcut.timing.travel import travel_metric
 

@@ -12,7 +12,7 @@ from leafcut.model.kinds import BEAMS
 from leafcut.model.machine import Machine
 from leafcut.model.shown_stock import CUT_THROUGH, ShownStock
 from leafcut.options import Settings
-from leafcut.processes.course import machine_of
+from leafcut.processes.job import machine_of
 from leafcut.processes.program.workpiece import block_of, solid_of_file, tools_of
 from leafcut.read.step import ChosenSolid
 

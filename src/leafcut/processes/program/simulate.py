@@ -13,7 +13,7 @@ from leafcut.model.issue import Issue
 from leafcut.model.simulation import Simulation
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import Settings
-from leafcut.processes.course import machine_of
+from leafcut.processes.job import machine_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -22,7 +22,7 @@ from leafcut.model.machine import Machine
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Kind
 from leafcut.options import Settings
-from leafcut.processes.course import machine_of
+from leafcut.processes.job import machine_of
 from leafcut.processes.program.made_for import StatedPart, before_its_cuts, part_as_placed, stated_part
 from leafcut.processes.program.reading import BELOW_SURFACE
 from leafcut.processes.program.workpiece import (

@@ -17,7 +17,7 @@ from leafcut.read.step import ChosenSolid
 
 if TYPE_CHECKING:
     from leafcut.gcode.program import Program
-    from leafcut.processes.course import Run
+    from leafcut.processes.job import Job
     from leafcut.processes.program.proof.stock_judge import StockJudge
 
 #: Cells for a proof that every run makes: so many, each this share of the smallest tool's diameter; more where that
@@ -35,7 +35,7 @@ class Judging(NamedTuple):
     issues: tuple[Issue, ...] = ()
 
 
-def stock_judge(run: Run, program: Program, source: str, process: str) -> Judging:
+def stock_judge(run: Job, program: Program, source: str, process: str) -> Judging:
     """Return what judges new orders of a program by what they leave of its stock.
 
     Without ``--workpiece`` the stock is a block around what is cut below Z0. A tool whose comment gives no more than a

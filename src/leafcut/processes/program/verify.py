@@ -9,7 +9,7 @@ from leafcut.files.whole_files import read_program
 from leafcut.model.certificate import Certificate
 from leafcut.model.heartbeat import OnProgress, looking_for
 from leafcut.options import Settings
-from leafcut.processes.course import machine_of
+from leafcut.processes.job import machine_of
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect

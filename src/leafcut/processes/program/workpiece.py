@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from leafcut.material.straight_moves import StraightMoves
     from leafcut.model.cutter import Cutter
     from leafcut.model.mesh import Mesh
-    from leafcut.processes.course import Run
+    from leafcut.processes.job import Job
 
 
 def block_of(text: str, which: ChosenSolid = THE_ONLY) -> StockBlock:
@@ -204,7 +204,7 @@ def other_tools(program: Program, settings: Settings, machine: Machine) -> list[
 def _tools_in_use(program: Program, settings: Settings, machine: Machine) -> list[tuple[int, int, Tool | None]]:
     """Return number, first block with cuts, and tool in the library of each tool that cuts, in the order of use."""
     from leafcut.model.toolpath import Kind
-    from leafcut.processes.course import library_of
+    from leafcut.processes.job import library_of
 
     whole = library_of(settings, machine)
     library = whole.by_number if whole is not None else {}
@@ -250,7 +250,7 @@ def block_around(moves: StraightMoves, cutters: Mapping[int, Cutter]) -> StockBl
     return StockBlock((float(low[0]), float(low[1]), float(low[2]) - _BELOW), (float(high[0]), float(high[1]), 0.0))
 
 
-def stock_before(run: Run, program: Program, cutters: Mapping[int, Cutter]) -> StockBefore:
+def stock_before(run: Job, program: Program, cutters: Mapping[int, Cutter]) -> StockBefore:
     """Return the block that is given, or the most material that the program's own rapids leave room for."""
     from leafcut.material.largest_stock import largest_stock
     from leafcut.material.straight_moves import straight_moves

@@ -15,8 +15,8 @@ from leafcut.model.issue import Issue, Severity
 from leafcut.model.kinds import CutMethod, Head, method_of
 from leafcut.model.problem import Metric
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.processes.course import Run, check_words_used, refuse_missing, refuse_too_large
 from leafcut.processes.cutting_machines import CUTTING_MACHINES
+from leafcut.processes.job import Job, check_words_used, refuse_missing, refuse_too_large
 from leafcut.processes.sheet.options import CutOptions
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ _RELIT = 3.0
 class SheetJob:
     """What is the same for every order of one sheet."""
 
-    run: Run
+    run: Job
     part: Part
     #: The sheet before holes and notches were divided, for the proof.
     drawn: Sheet
@@ -78,7 +78,7 @@ class SheetJob:
         return lambda a, b: travel_cost(self.metric, a, b)
 
 
-def prepared(run: Run, source: Source) -> tuple[SheetJob, list[Issue]]:
+def prepared(run: Job, source: Source) -> tuple[SheetJob, list[Issue]]:
     """Read the sheet and its rules, and make it ready for the search."""
     from leafcut.gcode.dialects import dialect
     from leafcut.processes.sheet.plan.apply_plan_file import follow_plan
@@ -175,7 +175,7 @@ def switches(words: Dialect) -> bool:
     return words.torch is not None and words.torch.darkens
 
 
-def _sheet(run: Run, source: Source) -> tuple[Part, Sheet]:
+def _sheet(run: Job, source: Source) -> tuple[Part, Sheet]:
     """Return the drawing, and its contours made ready."""
     from leafcut.processes.placing import placed
     from leafcut.processes.sheet.plan.hole_sizes import with_chosen_holes
@@ -209,7 +209,7 @@ def check_thickness(part: Part, thickness: float | None) -> list[Issue]:
     return [Issue("L413", words)]
 
 
-def _cut_data(run: Run) -> tuple[CutData, list[Issue]]:
+def _cut_data(run: Job) -> tuple[CutData, list[Issue]]:
     from leafcut.read.cutchart import find_cut_data, load_chart
 
     data, options, thickness = run.settings.cut_data, run.settings.of(CutOptions), run.settings.job.thickness
@@ -363,7 +363,7 @@ def _probe_issues(probe: Probe | None) -> list[Issue]:
     return [Issue("L618", words, "", Severity.NOTE)]
 
 
-def _overhead(run: Run, data: CutData, probe: Probe | None) -> float:
+def _overhead(run: Job, data: CutData, probe: Probe | None) -> float:
     """Return what each cut takes to come down, to find the sheet, and to rise, s."""
     from leafcut.timing.profile import trapezoid_time
 

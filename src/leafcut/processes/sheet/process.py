@@ -25,7 +25,7 @@ from leafcut.processes.sheet.options import CutOptions
 if TYPE_CHECKING:
     from leafcut.model.outcome import Outcome
     from leafcut.model.part import Part
-    from leafcut.processes.course import Run
+    from leafcut.processes.job import Job
     from leafcut.processes.sheet.model import SheetDetail
     from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Source
@@ -90,7 +90,7 @@ class SheetCutting(Process):
             return Suitability(_BY_NAME, "sheet_layers", {**drawing.figures, "layers": words}, *works)
         return Suitability(COUNTED * drawing.share_of_outlines, "outlines", drawing.figures, *works)
 
-    def run(self, run: Run, sources: Sequence[Source], asked: str) -> Outcome[SheetDetail]:
+    def run(self, run: Job, sources: Sequence[Source], asked: str) -> Outcome[SheetDetail]:
         """Cut the contours of a drawing."""
         from leafcut.processes.sheet.run import cut
 

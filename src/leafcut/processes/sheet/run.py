@@ -20,7 +20,7 @@ from leafcut.model.solution import Solution
 from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.options import SpeedOptions
-from leafcut.processes.course import Run, machine_issues, refuse
+from leafcut.processes.job import Job, machine_issues, refuse
 from leafcut.processes.keep_out import meetings
 from leafcut.processes.placing import negative_axes
 from leafcut.processes.sheet.job import SheetJob, prepared
@@ -42,7 +42,7 @@ ROUNDS, MOST_AGAIN = 2, 1000
 PATH_TOLERANCE = 0.1
 
 
-def cut(run: Run, source: Source) -> Outcome[SheetDetail]:
+def cut(run: Job, source: Source) -> Outcome[SheetDetail]:
     """Return the verified cutting program of a nested sheet, and all that was found out on the way.
 
     Raises
@@ -101,7 +101,7 @@ class _LaidOrder:
     order: list[CutStart]
     round: Round | None = None
 
-    def score(self, run: Run) -> float:
+    def score(self, run: Job) -> float:
         return self.measure.time_s if run.settings.solve.objective == "time" else self.measure.travel_mm
 
 

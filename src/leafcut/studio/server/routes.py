@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 #: Where an artefact may be shown in a page of its own.
 _SHOWN = ("image/svg+xml", "text/html; charset=utf-8")
 
-Job = Annotated[str, Path(pattern="^[A-Za-z0-9_-]{12}$", description="a job's id")]
+JobId = Annotated[str, Path(pattern="^[A-Za-z0-9_-]{12}$", description="a job's id")]
 Upload = Annotated[UploadFile | None, File(description="a file that leafcut reads")]
 Named = Annotated[str, Form(description="in place of a file: example:plate-70, random:200:7")]
 Options = Annotated[str, Form(description='a JSON object of options: {"machine": "haas-vf2", "thickness": "3mm"}')]
@@ -326,17 +326,17 @@ def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
         return {"jobs": [_job_answer(jobs, record) for record in jobs.newest(most)]}
 
     @made.get("/jobs/{job}", summary="A job: how it stands, and its answer where it is done")
-    def one(job: Job) -> dict[str, Any]:
+    def one(job: JobId) -> dict[str, Any]:
         return {**_job_answer(jobs, _found(jobs, job)), "answer": jobs.history.answer(job)}
 
     @made.post("/jobs/{job}/stop", summary="Stop a job and keep the best that it has")
-    def stop(job: Job) -> dict[str, Any]:
+    def stop(job: JobId) -> dict[str, Any]:
         _found(jobs, job)
         jobs.stop(job)
         return _job_answer(jobs, _found(jobs, job))
 
     @made.post("/jobs/{job}/cancel", summary="Stop a job and keep nothing")
-    def cancel(job: Job) -> dict[str, Any]:
+    def cancel(job: JobId) -> dict[str, Any]:
         _found(jobs, job)
         jobs.cancel(job)
         return _job_answer(jobs, _found(jobs, job))
@@ -344,14 +344,14 @@ def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
     @made.get(
         "/jobs/{job}/answer", summary="The answer of a job that is done, as the command line gives it with --json"
     )
-    def answer(job: Job) -> _Answer:
+    def answer(job: JobId) -> _Answer:
         found = jobs.history.answer(_found(jobs, job).id)
         if found is None:
             raise HTTPException(404, "this job has no answer")
         return _Answer(found)
 
     @made.post("/jobs/{job}/cuts", summary="Plan the cuts of all sheets of a nest, and compare its variants")
-    async def plan(job: Job, options: Options = "{}") -> dict[str, Any]:
+    async def plan(job: JobId, options: Options = "{}") -> dict[str, Any]:
         """Return time and cost of the cuts of every variant after planning; their jobs have the programs."""
         _found(jobs, job)
         for begun in plan_cuts(jobs, job, _options(options)):
@@ -359,12 +359,12 @@ def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
         return {"variants": comparison(jobs, job)}
 
     @made.get("/jobs/{job}/cuts", summary="What the cuts of a nest's variants come to, as far as they are planned")
-    def cuts(job: Job) -> dict[str, Any]:
+    def cuts(job: JobId) -> dict[str, Any]:
         _found(jobs, job)
         return {"variants": comparison(jobs, job)}
 
     @made.delete("/jobs/{job}", summary="Forget a job and the files that only it used")
-    def delete(job: Job) -> dict[str, str]:
+    def delete(job: JobId) -> dict[str, str]:
         _found(jobs, job)
         jobs.delete(job)
         return {"deleted": job}
@@ -375,7 +375,7 @@ def _add_jobs(made: APIRouter, jobs: Jobs) -> None:
         response_class=Response,
         responses={200: {"description": "the file", "content": {"*/*": {"schema": _BINARY}}}},
     )
-    def artefact(job: Job, name: Annotated[str, Path(max_length=40)], show: bool = False) -> Response:
+    def artefact(job: JobId, name: Annotated[str, Path(max_length=40)], show: bool = False) -> Response:
         found = jobs.history.artefact(job, name)
         if found is None:
             raise HTTPException(404, "there is no such file")

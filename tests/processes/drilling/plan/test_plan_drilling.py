@@ -392,14 +392,6 @@ def test_start_and_end_are_places_in_the_plane(flag: str) -> None:
     assert plan(**{flag: "free"}) is not None
 
 
-def test_an_order_that_leaves_a_hole_out_or_visits_one_twice_is_refused() -> None:
-    for nodes in ([0, 1, 2], [0, 1, 2, 2], [0, 1, 2, 4]):
-        with pytest.raises(PlanError, match="targets once"):
-            lay_toolpath(plan(), MILL, [np.array(nodes, dtype=np.int32)])
-    with pytest.raises(PlanError, match="targets once"):
-        lay_toolpath(plan(SLOTTED, None), MILL, [np.array([0, 1], dtype=np.int32)])
-
-
 def test_centre_drilling_every_hole_means_those_with_a_recipe_too() -> None:
     library = ToolLibrary((CENTRE, DRILL5, DRILL8), (Recipe(5.0, (5,)), Recipe(8.0, (5, 8))))
     made = plan(Part("x", (Hole(0, 0, 5.0), Hole(9, 0, 8.0))), library, centre_drill=True)

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 from leafcut.errors import PlanError
 from leafcut.model.pocket import SAME_PLACE, PocketPath, PocketRules
-from leafcut.processes.course import Run, machine_of
 from leafcut.processes.deadline import Deadline
+from leafcut.processes.job import Job, machine_of
 from leafcut.processes.pocket.plan import grid as pocket_grid
 from leafcut.processes.pocket.plan.grid import Retract, best_grid, grid_points, grid_problem, lay_grid
 from leafcut.processes.pocket.plan.region import CentreRegion
@@ -195,7 +195,7 @@ def test_two_strategies_on_one_region_make_its_grid_once(monkeypatch: pytest.Mon
 
     monkeypatch.setattr(pocket_grid, "Ways", Counted)
     settings = collect({"preset": "fast", "threads": 1})
-    run, shape = Run(settings, machine_of(settings), Deadline()), region(RING)
+    run, shape = Job(settings, machine_of(settings), Deadline()), region(RING)
     strategies = {way.name: way.path for way in WAYS}
     counts, paths = [], []
     for name, where in [("firefly", shape), ("ants", shape), ("firefly", shape), ("ants", region(RING))]:

@@ -3,25 +3,51 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.zones import touches_any_zone
 from leafcut.model.machine import Machine
+from leafcut.model.plan import Stage
 from leafcut.model.problem import Metric, Relief, RoutingProblem
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.processes.drilling.plan.drilling import DrillOperation, DrillPlan
-from leafcut.timing.travel import way_height
+from leafcut.timing.travel import travel_metric, way_height
 
 #: Heights that differ by less are one, mm.
 _SAME_HEIGHT = 1e-6
+
+
+def stages_of(
+    plan: DrillPlan, machine: Machine, objective: Literal["time", "distance"], wanted: Mapping[int, NDArray[np.int32]]
+) -> tuple[Stage, ...]:
+    """Return a stage for each operation; each starts where the one before it ends.
+
+    Parameters
+    ----------
+    wanted
+        Operation → the choices that the user wants first.
+    """
+    height = 0.0 if plan.always_initial else plan.clearance_height - plan.retract_height
+    stages = []
+    for number, operation in enumerate(plan.operations):
+        if plan.reliefs:
+            metric = travel_metric(machine, objective, relief=plan.reliefs[number])
+        else:
+            zones = plan.high_zones_for(operation.tool)
+            metric = travel_metric(machine, objective, zones=zones, lift_height_mm=height)
+        last = number == len(plan.operations) - 1
+        problem = build_problem(plan, operation, metric, None if number else plan.start, plan.end if last else None)
+        first = wanted.get(number, np.zeros(0, dtype=np.int32))
+        stages.append(Stage(problem, number > 0, drawing_order(operation), f"ordering {operation.tool.label}", first))
+    return tuple(stages)
 
 
 def build_problem(
@@ -51,14 +77,6 @@ def drawing_order(operation: DrillOperation) -> NDArray[np.int32]:
     return np.arange(len(operation.targets), dtype=np.int32) * (2 if operation.slots else 1)
 
 
-def last_place(problem: RoutingProblem, nodes: NDArray[np.int32], start: Point | None) -> Point | None:
-    """Return where the tool is after `nodes`: the last exit, or `start` when there are none."""
-    if not len(nodes):
-        return start
-    x, y = problem.exit[nodes[-1]].tolist()
-    return (x, y)
-
-
 def targets_in_order(operation: DrillOperation, nodes: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return the holes or slots (indices into the part) in the order of `nodes`."""
     return operation.targets[nodes // 2 if operation.slots else nodes]
@@ -80,14 +98,7 @@ def lay_toolpath(
     when G98 follows G99 in one series of cycles, other controllers do not. With `pause` the program waits (M0) after
     every tool change, for a controller whose M6 may not; with `optional_stop` it stops (M1) before each, if a switch of
     the machine says so.
-
-    Raises
-    ------
-    PlanError
-        An order leaves a target out, or visits one twice.
     """
-    for operation, nodes in zip(plan.operations, orders, strict=True):
-        _check_order(operation, nodes)
     builder = ToolpathBuilder()
     if machine.safe_z is not None:
         builder.machine(z=machine.safe_z)
@@ -115,14 +126,20 @@ def lay_toolpath(
     return builder.build()
 
 
-def _check_order(operation: DrillOperation, nodes: NDArray[np.int32]) -> None:
-    """Every hole and slot is made once: read-back compares with the toolpath, so nothing later would see it."""
-    visits = np.sort(nodes // 2 if operation.slots else nodes)
-    if not np.array_equal(visits, np.arange(len(operation.targets))):
-        raise PlanError(
-            f"{operation.tool.label}: the order of {len(nodes)} visits does not make each of its "
-            f"{len(operation.targets)} targets once; this is a fault of the algorithm, choose another --algorithm"
-        )
+def with_high_travel(plan: DrillPlan) -> DrillPlan:
+    """Return the plan with all travel moves above the highest place of the surface."""
+    over = tuple(replace(one, cycle=replace(one.cycle, to_initial=True)) for one in plan.operations)
+    return replace(plan, operations=over, always_initial=True, reliefs=())
+
+
+def surface_tops(plan: DrillPlan, drawn: bool) -> NDArray[np.float64] | None:
+    """Return x, y and the height of the surface at each hole, float64[n, 3], mm; None for a plate.
+
+    If the heights are `drawn` or of a solid, they are those of the drawing, not of the plan.
+    """
+    if drawn or plan.solid:
+        return np.array([(hole.x, hole.y, hole.z) for hole in plan.part.holes], dtype=np.float64).reshape(-1, 3)
+    return None if plan.ground is None else np.column_stack([plan.part.hole_xy, plan.tops])
 
 
 def _rise(builder: ToolpathBuilder, machine: Machine, height: float) -> None:

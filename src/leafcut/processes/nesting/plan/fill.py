@@ -17,7 +17,7 @@ from leafcut.processes.nesting.plan.rectangles import PlacedPiece
 TOUCHING = 0.1
 
 #: Kinds of sheet (their indices) in the order in which they are filled, and how many of each at most.
-Plan = tuple[tuple[int, float], ...]
+FillPlan = tuple[tuple[int, float], ...]
 
 
 class Packer(Protocol):
@@ -142,7 +142,7 @@ class Filling:
         return []
 
 
-def filled(task: NestTask, packers: Sequence[Packer], plan: Plan, method: str, seed: int) -> Nest:
+def filled(task: NestTask, packers: Sequence[Packer], plan: FillPlan, method: str, seed: int) -> Nest:
     """Fill the sheets of a plan until nothing is left, or no sheets are."""
     made = Filling(task, packers)
     for step, (stock, most) in enumerate(plan):

@@ -16,7 +16,7 @@ from leafcut.model.nest import Nest, NestPart, Stock
 from leafcut.options import SolveOptions
 from leafcut.processes.nesting.options import NestOptions
 from leafcut.processes.nesting.plan.blocks import in_blocks
-from leafcut.processes.nesting.plan.fill import NestTask, Packer, Plan, filled
+from leafcut.processes.nesting.plan.fill import FillPlan, NestTask, Packer, filled
 from leafcut.processes.nesting.plan.holes import filled_holes
 from leafcut.processes.nesting.plan.pieces import NestPiece, check_fit, pieces_of
 from leafcut.processes.nesting.plan.rectangles import RULES, RectanglePacker
@@ -229,7 +229,7 @@ def _on_cheapest(task: NestTask, other: Nest, clock: _Clock, seed: int, cancelle
     """Return a nest by shapes on sheets that cost no more than those of another nest."""
     packers = _shape_packers(task, seed, clock.budget, cancelled, shorten=False)
 
-    def attempt(plan: Plan) -> Nest:
+    def attempt(plan: FillPlan) -> Nest:
         clock.begin(task, plan, 1.0 / TRY_SHARE)
         return filled(task, packers, plan, "shapes", seed)
 
@@ -242,7 +242,7 @@ def _on_cheapest(task: NestTask, other: Nest, clock: _Clock, seed: int, cancelle
     return min([last] if best is None else [last, best], key=lambda nest: nest.rank)
 
 
-def _on(task: NestTask, plan: Plan, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
+def _on(task: NestTask, plan: FillPlan, clock: _Clock, seed: int, cancelled: threading.Event) -> Nest:
     """Return a nest by shapes on the sheets of a plan."""
     clock.begin(task, plan, 1)
     return filled(task, _shape_packers(task, seed, clock.budget, cancelled), plan, "shapes", seed)
@@ -274,7 +274,7 @@ class _Clock:
         self.strips = 1.0
         self.end = time.monotonic() + self.all
 
-    def begin(self, task: NestTask, plan: Plan, plans: float) -> None:
+    def begin(self, task: NestTask, plan: FillPlan, plans: float) -> None:
         """Share the time that is left among the strips of a plan and those of the `plans` that may come after it."""
         area = sum(piece.area * count for piece, count in zip(task.pieces, task.counts, strict=True))
         sheets = 0.0

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from leafcut.model.nest import Nest, sheet_costs
-from leafcut.processes.nesting.plan.fill import Filling, NestTask, Packer, Plan, filled
+from leafcut.processes.nesting.plan.fill import Filling, FillPlan, NestTask, Packer, filled
 
 #: So many choices of sheets are tried, by the number of pieces that are packed for it: between these two.
 TRIES, LEAST_TRIES, MOST_TRIES = 5_000, 4, 60
@@ -23,12 +23,12 @@ MOST_LOOKED = 50_000
 SAME = 1e-9
 
 
-def as_many(task: NestTask, kind: int = 0) -> Plan:
+def as_many(task: NestTask, kind: int = 0) -> FillPlan:
     """Return a plan that takes as many of one kind of sheet as it needs."""
     return ((kind, min(task.at_hand[kind], task.most)),)
 
 
-def same_sheets(nest: Nest) -> Plan:
+def same_sheets(nest: Nest) -> FillPlan:
     """Return a plan that takes the sheets of a nest, in its order."""
     return tuple((layout.stock, layout.count) for layout in nest.layouts)
 
@@ -49,7 +49,11 @@ def cheapest(task: NestTask, packers: Sequence[Packer], method: str, seed: int, 
 
 
 def cheapest_of(
-    plans: Sequence[Plan], tries: int, best: Nest, attempt: Callable[[Plan, int], Nest], late: Callable[[], bool]
+    plans: Sequence[FillPlan],
+    tries: int,
+    best: Nest,
+    attempt: Callable[[FillPlan, int], Nest],
+    late: Callable[[], bool],
 ) -> Nest:
     """Return the nest on the cheapest of some plans, sorted by cost, that hold all parts; `best` where none does.
 
@@ -68,8 +72,8 @@ def cheapest_of(
 
 
 def cheapest_by_density(
-    task: NestTask, packers: Sequence[Packer], plans: Sequence[Plan], density: float, tries: int,
-    attempt: Callable[[Plan], Nest], late: Callable[[], bool],
+    task: NestTask, packers: Sequence[Packer], plans: Sequence[FillPlan], density: float, tries: int,
+    attempt: Callable[[FillPlan], Nest], late: Callable[[], bool],
 ) -> Nest | None:  # fmt: skip
     """Return the nest on the cheapest of some plans, sorted by cost, that holds all parts; None where none does.
 
@@ -122,7 +126,7 @@ def _one_by_one(task: NestTask, packers: Sequence[Packer]) -> Filling:
     return made
 
 
-def _all(task: NestTask, packers: Sequence[Packer]) -> Iterator[Plan]:
+def _all(task: NestTask, packers: Sequence[Packer]) -> Iterator[FillPlan]:
     """Return plans that take all sheets there are, the largest of them where no more may be taken."""
     left, counts = task.most, [0.0] * len(packers)
     for k in sorted(range(len(packers)), key=lambda k: (-packers[k].room, k)):
@@ -131,7 +135,7 @@ def _all(task: NestTask, packers: Sequence[Packer]) -> Iterator[Plan]:
     return _orders(packers, counts, sheet_costs(task.stocks))
 
 
-def cheaper(task: NestTask, packers: Sequence[Packer], than: Nest, densest: float = 1.0) -> list[Plan]:
+def cheaper(task: NestTask, packers: Sequence[Packer], than: Nest, densest: float = 1.0) -> list[FillPlan]:
     """Return plans of sheets that cost less than a whole nest, the cheapest first, and have area enough.
 
     Parameters
@@ -152,7 +156,7 @@ def _unpaid(counts: Sequence[int], costs: Sequence[float]) -> int:
     return sum(number for number, cost in zip(counts, costs, strict=True) if cost <= 0.0)
 
 
-def _orders(packers: Sequence[Packer], counts: Sequence[float], costs: Sequence[float]) -> Iterator[Plan]:
+def _orders(packers: Sequence[Packer], counts: Sequence[float], costs: Sequence[float]) -> Iterator[FillPlan]:
     """Yield the plans that fill some sheets: the largest first, then the smallest first; those for nothing before."""
     kinds = sorted((k for k, n in enumerate(counts) if n), key=lambda k: (-packers[k].room, k))
     unpaid = tuple((k, counts[k]) for k in kinds if costs[k] <= 0.0)

@@ -10,11 +10,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from leafcut.model.plan import Stage
 from leafcut.model.problem import RoutingProblem
 from leafcut.options import SolveOptions
 from leafcut.order.instance import path_cost
 from leafcut.order.solve import solve
-from leafcut.processes.together import Stage, solve_together
+from leafcut.processes.ordering import solve_together
 
 
 def stages_of(
@@ -99,7 +100,7 @@ def test_no_order_is_longer_than_the_one_there_was() -> None:
 
 def test_a_path_with_a_start_of_its_own_is_ordered_by_itself() -> None:
     one, other = stages_of([8, 8], 2)
-    apart = Stage(RoutingProblem.of_points(other.problem.entry, start=(500.0, 0.0)), False, other.own)
+    apart = Stage(RoutingProblem.of_points(other.problem.entry, start=(500.0, 0.0)), False, other.given)
     found = solved([one, apart], bound=False)
     alone = solve(apart.problem, SolveOptions(threads=1, bound=False))
     assert path_cost(apart.problem, found[1].nodes) == pytest.approx(alone.cost)

@@ -1,0 +1,82 @@
+"""`Stage`, `Order` and `Candidate`: tasks to be ordered, a sequence for them, and its motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from leafcut.geometry.arrays import Ints
+from leafcut.model.measure import Measure
+from leafcut.model.problem import RoutingProblem
+from leafcut.model.solution import Solution
+from leafcut.model.toolpath import Toolpath
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """Tasks that are ordered together, such as those of one tool.
+
+    Attributes
+    ----------
+    problem
+        Tasks as clusters, their choices as nodes, with precedence and travel cost. Its start is that of the tool, or
+        None if the stage `follows` another stage.
+    follows
+        Whether the stage starts where the stage before it ends.
+    given
+        int32[tasks]: the choices in the order of the input; empty if that order cannot be used.
+    name
+        Name of the search in progress reports.
+    first
+        int32[k]: choices that the user wants first, in this order.
+    """
+
+    problem: RoutingProblem
+    follows: bool
+    given: Ints
+    name: str = "ordering"
+    first: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int32))
+
+
+@dataclass(frozen=True, eq=False)
+class Order:
+    """The chosen choices of every stage, in sequence.
+
+    Attributes
+    ----------
+    choices
+        int32[tasks] for each stage; after a pass of the process, its own recipes.
+    solutions
+        Cost, bound and history of each stage; empty if no search found the order.
+    """
+
+    choices: tuple[Any, ...]
+    solutions: tuple[Solution, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """An order as motion.
+
+    Attributes
+    ----------
+    order, path, measure
+        The order, its toolpath, and the time and lengths of the toolpath.
+    detail
+        Data of the process that belong to this motion.
+    text, written
+        The proved program, and the toolpath read back from it; "" and None before the proof.
+    """
+
+    order: Order
+    path: Toolpath
+    measure: Measure
+    detail: Any = None
+    text: str = ""
+    written: Toolpath | None = None
+
+    def cost(self, objective: str) -> float:
+        """Return the time, s, or for the objective ``distance`` the travel, mm."""
+        return self.measure.time_s if objective == "time" else self.measure.travel_mm

@@ -1,0 +1,123 @@
+"""The part, its surface and its operations: a job of drilling as it is planned and judged."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from leafcut.errors import OptionError
+from leafcut.model.mesh import Mesh
+from leafcut.model.part import Part, ProgramZero
+from leafcut.options import flag_name
+from leafcut.processes.drilling.judge import DrillingRequest
+from leafcut.processes.drilling.options import DrillOptions
+from leafcut.processes.drilling.plan.drilling import DrillPlan, plan_drilling
+from leafcut.processes.job import Job, library_of
+
+if TYPE_CHECKING:
+    from leafcut.read.format import Source
+
+
+def _with_work_asked_for(part: Part, job: Job, source: Source, everything: bool) -> Part:
+    """Return the part with issues for missing work.
+
+    If the user asks for drilling, contours are not missing; with a choice among concentric circles, the others are not.
+    """
+    chosen = "concentric" in job.settings.given
+    issues = [issue.as_note() if issue.code == "L302" and chosen else issue for issue in part.issues]
+    besides = [*part.besides]
+    if everything and any(hole.depth is not None for hole in part.holes):
+        from leafcut.read.step import work_besides_holes
+
+        besides += work_besides_holes(source, job.settings.read)
+    issues += besides if everything else [issue.as_note() for issue in besides]
+    return replace(part, issues=tuple(issues), besides=())
+
+
+def _meshes(job: Job, source: Source, part: Part, of_step: bool) -> tuple[Mesh | None, Mesh | None]:
+    """Return the surface that has the holes, and the fixture, in the axes and with the zero of the part."""
+    ours, which = job.settings.of(DrillOptions), job.settings.read.solid
+    solid = any(hole.depth is not None for hole in part.holes)
+    if ours.surface is None and ours.fixture_file is None and not solid:
+        return None, None
+    from leafcut.processes.placing import upright_mesh
+    from leafcut.read.meshes import load_mesh
+    from leafcut.read.registry import format_name
+    from leafcut.read.step import step_mesh
+
+    surface = fixture = None
+    if ours.surface is not None:
+        job.tell("reading the surface")
+        if which is not None and of_step and format_name(ours.surface) != part.format:
+            which = None  # it names a solid of the drawing
+        surface = load_mesh(ours.surface, ours.surface_unit, which=which)
+    elif solid:
+        job.tell("reading the surface")
+        surface = Mesh(step_mesh(source.path, source.data, which), part.name)
+    if ours.fixture_file is not None:
+        job.tell("reading the fixture")
+        fixture = load_mesh(ours.fixture_file, ours.surface_unit, which="all")
+    return (
+        None if surface is None else upright_mesh(surface, part),
+        None if fixture is None else upright_mesh(fixture, part),
+    )
+
+
+def planned(job: Job, sources: Sequence[Source], everything: bool) -> tuple[DrillPlan, DrillingRequest]:
+    """Return the operations, and the request that the judge reads: part and surface as they are in the files.
+
+    Parameters
+    ----------
+    everything
+        Contours and pockets are missing work, too: the user did not ask for drilling alone.
+    """
+    from leafcut.processes.placing import placed, placed_mesh, placing_words
+    from leafcut.read import Match, read
+    from leafcut.read.format import SNIFF_BYTES
+    from leafcut.read.recognition import sniff_step
+
+    tools = job.settings.job.tools
+    if "material" in job.settings.asked and tools is not None:
+        from leafcut.read.tool_formats import WITH_PRESETS
+
+        if tools.suffix.lower() not in WITH_PRESETS:
+            raise OptionError("--material: chooses among the presets of a Fusion tool library only; leave it out")
+    look, reading = job.looking("reading"), job.settings.read
+    options, ours = job.settings.job, job.settings.of(DrillOptions)
+    of_step = any(sniff_step(source.data[:SNIFF_BYTES]) is Match.YES for source in sources)
+    if ours.surface is not None and not of_step:
+        # --solid names a solid of the surface.
+        reading = replace(reading, solid=None)
+    if len(sources) == 1:
+        part = read(sources[0], reading, look)
+    else:
+        from leafcut.read.joining import read_drill_files
+
+        part = read_drill_files(sources, reading, look)
+    part = _with_work_asked_for(part, job, sources[0], everything)
+    solid = any(hole.depth is not None for hole in part.holes)
+    if solid and "hole_heights" in job.settings.asked and ours.hole_heights == "one":
+        raise OptionError("--hole-heights one: the holes of a solid have heights of their own; leave it out")
+    surface, fixture = _meshes(job, sources[0], part, of_step)
+    mesh, fixture = (None if one is None else placed_mesh(one, part, job.settings.read) for one in (surface, fixture))
+    library = library_of(job.settings, job.machine)
+    request = DrillingRequest(part, job.settings.read, options, ours, library, surface)
+    made_for = "" if mesh is None else placing_words(str(ours.surface or sources[0].path), part, job.settings.read)
+    part = placed(part, job.settings.read)
+    if not solid and mesh is not None:
+        part = replace(part, zero=replace(part.zero or ProgramZero(), level="surface", z=float(mesh.high[2])))
+    elif not solid and ours.hole_heights == "drawn" and part.holes:
+        part = replace(
+            part, zero=replace(part.zero or ProgramZero(), level="holes", z=max(hole.z for hole in part.holes))
+        )
+    plan = replace(plan_drilling(part, job.machine, library, options, ours, mesh, fixture), made_for=made_for)
+    if "retract" in job.settings.asked and plan.always_initial and options.retract != "initial":
+        raise OptionError(
+            "--retract r: the heights between holes of different heights are unknown, so the tool rises above the "
+            "highest hole after each; leave it out"
+        )
+    for name in ("feed", "spindle_speed"):
+        if name in job.settings.asked and not any(tool.assumed for tool in plan.tools):
+            raise OptionError(f"{flag_name(name)}: every tool of {options.tools} has its own; leave it out")
+    return plan, request

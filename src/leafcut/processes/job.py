@@ -1,0 +1,204 @@
+"""State and helpers that all steps of a run share: settings, machine, deadline and progress."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+from leafcut.errors import OptionError, PlanError, VerifyError
+from leafcut.model.heartbeat import Heartbeat, OnProgress, Progress, Trial, looking_for, passing_on
+from leafcut.model.issue import Issue, Severity, missing_work
+from leafcut.model.machine import Machine
+from leafcut.model.snapshot import Observer
+from leafcut.options import Settings, flag_name
+from leafcut.processes.deadline import BOUND_PART, Deadline
+from leafcut.processes.placing import negative_axes
+
+if TYPE_CHECKING:
+    from leafcut.gcode.dialects import Dialect
+    from leafcut.model.difference import Difference
+    from leafcut.model.part import Part
+    from leafcut.model.tool import ToolLibrary
+
+
+@dataclass(frozen=True)
+class Job:
+    """Settings, machine and progress of one run; all its searches share the deadline."""
+
+    settings: Settings
+    machine: Machine
+    deadline: Deadline
+    progress: OnProgress | None = None
+    cancelled: threading.Event = field(default_factory=threading.Event)
+    observe: Observer | None = None
+
+    def bound_late(self, part: float = 1.0) -> Callable[[float], bool]:
+        """Return a function of the seconds that a lower bound has taken; it is true when the bound must end.
+
+        `part` is its share of the work of all lower bounds.
+        """
+        limit = self.settings.solve.time_limit
+        most = math.inf if limit is None else BOUND_PART * part * limit
+        return lambda seconds: seconds >= most
+
+    def quiet(self) -> Job:
+        """Return the same run without progress messages."""
+        return replace(self, progress=None, observe=None)
+
+    def for_words(self, words: Dialect) -> Job:
+        """Return the run for a dialect: without moves to machine zero, the machine has no safe height.
+
+        The tool then rises to the clearance height.
+        """
+        if words.has_machine_moves or self.machine.safe_z is None:
+            return self
+        return replace(self, machine=replace(self.machine, safe_z=None))
+
+    def tell(self, step: str, share: float = 0.0, trial: Trial | None = None) -> None:
+        """Report progress."""
+        if self.progress is not None:
+            self.progress(Progress(step, share, trial=trial))
+
+    def looking(self, what: str) -> Heartbeat:
+        """Report that a stage starts; return the function that the stage calls while it works.
+
+        This function repeats the report from time to time. The receiver may raise to end the run (a cancelled job).
+        """
+        return looking_for(self.progress, what)
+
+    def passing_on(self, what: str, left: float = 1.0, part: float = 1.0) -> OnProgress | None:
+        """Return the progress callback of a search that does `part` of the whole work, while `left` of it is left."""
+        return passing_on(self.progress, what, left, part)
+
+
+def machine_of(settings: Settings) -> Machine:
+    """Return the machine that the settings name."""
+    from leafcut.read.machine import load_machine
+
+    return load_machine(settings.machine.machine, settings.machine.work_offset)
+
+
+def library_of(settings: Settings, machine: Machine) -> ToolLibrary | None:
+    """Return the tool library that the settings name, or None; ``--material`` chooses among presets.
+
+    Raises
+    ------
+    DataError
+        The file is not a tool library.
+    """
+    from leafcut.read.tools import load_tools
+
+    job = settings.job
+    material = job.material if "material" in settings.given else ""
+    return load_tools(job.tools, machine.units, material) if job.tools is not None else None
+
+
+def check_words_used(settings: Settings, machine: Machine, words: Dialect) -> None:
+    """Refuse options that this controller or this machine cannot use.
+
+    Raises
+    ------
+    OptionError
+        Names the option and the reason.
+    """
+    torch = words.torch
+    powered = torch is not None and bool(torch.power)
+    no_power = f"{words.name} programs have no laser power"
+    for name, used, why in (
+        ("program_number", words.program_number, f"{words.name} programs have no number"),
+        ("line_numbers", words.line_numbers, f"{words.name} takes no numbered blocks"),
+        ("beam_power", powered, no_power),
+        ("mark_power", powered, no_power),
+        ("coolant", words.torch is None, f"{words.name} has no coolant"),
+        ("preselect_tool", machine.tool_changer, f"tools of {machine.name} are changed by hand"),
+        ("preselect_tool", words.tool_change == "M6", f"{words.name} has no M6"),
+        ("preselect_tool", words.language != "klartext", f"{words.name} programs name no tool before its call"),
+        ("preselect_tool", words.length_offset != "D", f"a T of {words.name} takes up the length of its tool, too"),
+        ("optional_stop", "M1" in words.m_words.split(), f"{words.name} has no M1"),
+    ):
+        if name in settings.asked and not used:
+            raise OptionError(f"{flag_name(name)}: {why}; leave it out")
+
+
+def refuse(problems: Sequence[Difference]) -> None:
+    """Write nothing when there is a difference or a danger.
+
+    Raises
+    ------
+    VerifyError
+        The first one, and how many more there are.
+    """
+    if problems:
+        more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+        raise VerifyError(f"the program was not written: {problems[0]}{more}")
+
+
+#: Units larger than 1 mm, in which a drawing of millimetres comes out too large.
+_LARGE_UNITS = {"in": "inches", "ft": "feet", "cm": "centimetres", "m": "metres"}
+
+
+def refuse_too_large(problems: Sequence[Difference], part: Part, settings: Settings) -> None:
+    """Write nothing when a part exceeds the travel; a drawing may state the wrong unit (ezdxf states metres, unasked).
+
+    Raises
+    ------
+    VerifyError
+        As `refuse`.
+    """
+    try:
+        refuse(problems)
+    except VerifyError as problem:
+        stated = _LARGE_UNITS.get(part.units)
+        if stated and not settings.read.units:
+            problem.add_note(f"the drawing states {stated}: if it is in millimetres, give --units mm")
+        raise
+
+
+def refuse_missing(settings: Settings, source: object, issues: Iterable[Issue]) -> None:
+    """Write nothing where work is missing and ``--strict`` asks for all of it.
+
+    Raises
+    ------
+    PlanError
+        The first of what is missing, and how much more there is.
+    """
+    missing = missing_work(issues) if settings.read.strict else ()
+    if missing:
+        more = f" (and {len(missing) - 1} more)" if len(missing) > 1 else ""
+        raise PlanError(f"{source}: {missing[0]}{more}; --strict refuses a program that does not do all of the work")
+
+
+def machine_issues(
+    machine: Machine, box: tuple[float, float, float, float] | None = None, zero_is_set: bool = False
+) -> list[Issue]:
+    """Return what is not known of the machine: what could not be checked, and what was taken for it.
+
+    A part on the negative side of the zero is a warning, or a note if ``--origin`` set the zero; `box` is that of its
+    work (`placing.negative_axes`).
+    """
+    issues = []
+    if box is not None and (axes := negative_axes(box, machine)):
+        x0, y0, x1, y1 = box
+        lowest = " ".join(f"{axis}{low:.4g}" for axis, low in (("X", x0), ("Y", y0)) if axis in axes)
+        message = (
+            f"the part reaches {lowest}: it extends over X{x0:.4g} to {x1:.4g}, Y{y0:.4g} to {y1:.4g} mm; set the zero "
+            "of the workpiece for that, or give --origin lower-left"
+        )
+        issues.append(Issue("L403", message, severity=Severity.NOTE if zero_is_set else Severity.WARNING))
+    if machine.assumed:
+        values = ", ".join(f"{key} {words.partition(' (')[0]}" for key, words in machine.assumed.items())
+        message = f"the profile of {machine.name} is incomplete; assumed: {values}"
+        issues.append(Issue("L408", f"{message}; see leafcut list machines", severity=Severity.NOTE))
+    if machine.work_offset is None:
+        # Where an axis has no known end, that is told with what the profile does not say.
+        checked = ": only its size was checked against the travel"
+        if not any(math.isfinite(machine.reach(axis)) for axis in range(3)):
+            checked = ", and so is the travel: nothing was checked against it"
+        message = (
+            f"the position of the part on {machine.name} is unknown{checked}; give --work-offset to check its place"
+        )
+        issues.append(Issue("L403", message, severity=Severity.NOTE))
+    return issues

@@ -1,0 +1,110 @@
+"""`Plan`: the work of a job, ready to be ordered; and what a process does with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from leafcut._version import __version__
+from leafcut.model.plan import Candidate, Order, Stage
+from leafcut.processes.placing import negative_axes
+
+if TYPE_CHECKING:
+    from leafcut.gcode.dialects import Dialect
+    from leafcut.geometry.arrays import Point
+    from leafcut.model.issue import Issue
+    from leafcut.model.part import Part
+    from leafcut.model.tool import Tool
+    from leafcut.processes.job import Job
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Plan:
+    """The work of a job, ready to be ordered.
+
+    Attributes
+    ----------
+    job, part, words
+        The job with its final machine, the part as placed, and the dialect of the program.
+    work
+        Data of the process.
+    spec
+        The request that the judge reads; it does not depend on the plan.
+    stages
+        The tasks, and their choices.
+    kind
+        The process as an outcome names it; of a foreign program ``drill``, ``mill``, ``laser`` or ``plasma``.
+    tools
+        The tools, for the header.
+    box
+        Smallest x and y, largest x and y of the work, mm; None to check nothing.
+    made_for
+        Solid or surface that the program was made for, and its placing; "" for none.
+    given_words
+        The order that the header compares with.
+    start
+        The first position of the tool, mm, if the user states it.
+    issues
+        What is noticed before the order is searched.
+    unforced
+        Whether the order of the input or the nearest-neighbour order may replace a worse one.
+    encoding
+        Encoding of the program file.
+    """
+
+    job: Job
+    part: Part
+    words: Dialect
+    work: Any
+    spec: Any = None
+    stages: tuple[Stage, ...] = ()
+    kind: str
+    tools: Sequence[Tool] = ()
+    box: tuple[float, float, float, float] | None = None
+    made_for: str = ""
+    given_words: str = "in the drawing's order"
+    start: Point | None = None
+    issues: Sequence[Issue] = ()
+    unforced: bool = True
+    encoding: str = "utf-8"
+
+    @property
+    def given(self) -> Order:
+        """The order of the input."""
+        return Order(tuple(stage.given for stage in self.stages))
+
+
+class OrderRefused(Exception):
+    """An order cannot be written or proved; `faulty` are the tasks at fault, if they are known: (stage, task)."""
+
+    def __init__(self, reason: str, faulty: Sequence[tuple[int, int]] = ()) -> None:
+        super().__init__(reason)
+        self.faulty = faulty
+
+
+#: Changes an order for the sake of what depends on neighbouring tasks, such as leads and heat.
+Pass = Callable[[Plan, Order], Order]
+
+
+def header(plan: Plan, given: Candidate, best: Candidate) -> list[str]:
+    """Return the lines of the header of a program from a drawing."""
+    from leafcut.post.header import header_lines
+
+    settings, part = plan.job.settings, plan.part
+    return header_lines(
+        source=Path(part.source or part.name).name,
+        zero=part.zero,
+        negative="" if plan.box is None else negative_axes(plan.box, plan.job.machine),
+        version=__version__,
+        machine=plan.job.machine,
+        tools=plan.tools,
+        path=best.path,
+        seconds=(given.measure.time_s, best.measure.time_s),
+        seed=settings.solve.seed,
+        options=settings.changed(),
+        units=settings.post.output_units,
+        beside=plan.given_words,
+        part=plan.made_for,
+    )
