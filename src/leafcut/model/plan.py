@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -50,10 +51,16 @@ class Order:
         int32[tasks] for each stage; after a pass of the process, its own recipes.
     solutions
         Cost, bound and history of each stage; empty if no search found the order.
+    kept
+        Tasks that keep their place in the input, as (stage, task), with the reason.
+    unchanged
+        The input is used as it is.
     """
 
     choices: tuple[Any, ...]
     solutions: tuple[Solution, ...] = ()
+    kept: Mapping[tuple[int, int], str] = field(default_factory=dict)
+    unchanged: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -215,6 +215,10 @@ class Process(Work, Protocol):
         """
         ...
 
+    def alternatives(self, plan: Plan, given: Candidate, nearest: Candidate | None) -> list[Candidate]:
+        """Return candidates that replace the order of the search if they take less time."""
+        return [given] if nearest is None else [given, nearest]
+
     def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
         """Write the program, read it back, and judge it; return the candidate with its program.
 
@@ -236,14 +240,14 @@ class Process(Work, Protocol):
     def write(self, plan: Plan, given: Candidate, best: Candidate) -> str:
         """Return the program of a candidate; its header compares it with the order of the input."""
         from leafcut.post.writer import write_program
-        from leafcut.processes.plan import header
+        from leafcut.processes.plan import header, tool_names
 
         return write_program(
             best.path,
             plan.words,
             plan.job.settings.post,
             header(plan, given, best),
-            tool_names={tool.number: tool.label.split(" ", 1)[1] for tool in plan.tools},
+            tool_names=tool_names(plan),
             rapid_velocity=max(plan.job.machine.rapid_velocity),
         )
 

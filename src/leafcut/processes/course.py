@@ -14,7 +14,7 @@ from leafcut.model.outcome import Outcome
 from leafcut.model.plan import Candidate, Order, Stage
 from leafcut.options import SolveOptions
 from leafcut.processes.job import Job, machine_issues, refuse_missing, refuse_too_large
-from leafcut.processes.ordering import find_order, restated
+from leafcut.processes.ordering import find_order
 from leafcut.processes.plan import OrderRefused, Plan
 
 if TYPE_CHECKING:
@@ -40,9 +40,9 @@ def run_process(process: Process, job: Job, sources: Sequence[Source], asked: st
     if own := getattr(process, "run", None):
         done: Outcome[Any] = own(job, sources, asked)
         return done
-    plan = process.plan(job, sources, asked)
-    refuse_missing(plan.job.settings, sources[0], plan.issues)
     with announced(job.tell):
+        plan = process.plan(job, sources, asked)
+        refuse_missing(plan.job.settings, sources[0], plan.issues)
         given = process.given(plan)
         if process.reads == "drawing":
             _refuse_early(plan, given)
@@ -94,7 +94,7 @@ def _proved(process: Process, plan: Plan, order: Order, given: Candidate, neares
     trial = 0
     while True:
         try:
-            best = _cheapest(plan, process.generate(plan, order), given, nearest)
+            best = _cheapest(process, plan, process.generate(plan, order), given, nearest)
             return process.prove(plan, given, best)
         except OrderRefused as refused:
             trial += 1
@@ -102,16 +102,15 @@ def _proved(process: Process, plan: Plan, order: Order, given: Candidate, neares
             check_order(plan.stages, order)
 
 
-def _cheapest(plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
+def _cheapest(process: Process, plan: Plan, best: Candidate, given: Candidate, nearest: Candidate | None) -> Candidate:
     """Return the candidate with the least time: the search does not see all that the machine's clock sees."""
-    if not plan.unforced or plan.job.settings.solve.algorithm in ("nn", "none"):
+    if not plan.unforced:
         return best
     objective = plan.job.settings.solve.objective
-    others = [(given, "none"), *([] if nearest is None else [(nearest, "nn")])]
-    other, algorithm = min(others, key=lambda pair: pair[0].cost(objective))
+    other = min(process.alternatives(plan, given, nearest), key=lambda one: one.cost(objective))
     if other.cost(objective) >= best.cost(objective):
         return best
-    return replace(other, order=restated(plan.job, plan.stages, best.order, other.order.choices, algorithm))
+    return replace(other, order=replace(best.order, choices=other.order.choices, unchanged=other.order.unchanged))
 
 
 def _outcome(
@@ -138,7 +137,7 @@ def _outcome(
         issues=(
             *plan.issues,
             *process.issues(plan, best),
-            *machine_issues(machine, plan.box, settings.read.origin is not None),
+            *machine_issues(plan.limits or machine, plan.box, settings.read.origin is not None),
         ),
         options=settings.changed(),
         version=__version__,

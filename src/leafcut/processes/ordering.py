@@ -91,25 +91,27 @@ def find_order(
     return Order(tuple(solution.nodes for solution in solutions), tuple(solutions))
 
 
-def restated(job: Job, stages: Sequence[Stage], order: Order, choices: Sequence[Ints], algorithm: str) -> Order:
-    """Return an order with other choices: costs and bounds are those of the new choices."""
+def restated(job: Job, stages: Sequence[Stage], order: Order) -> list[Solution]:
+    """Return the solutions of an order whose choices may be others than those found: at their own cost and bound."""
     from leafcut.order.certificate import certify
     from leafcut.order.instance import path_cost
 
-    choices, solutions = list(choices), list[Solution]()
-    for number, searched in enumerate(order.solutions):
-        problem = _placed(stages, number, choices)
-        cost = path_cost(problem, choices[number])
+    if all(np.array_equal(one.nodes, nodes) for one, nodes in zip(order.solutions, order.choices, strict=True)):
+        return list(order.solutions)
+    given = all(np.array_equal(stage.given, nodes) for stage, nodes in zip(stages, order.choices, strict=True))
+    solutions = []
+    for number, (found, nodes) in enumerate(zip(order.solutions, order.choices, strict=True)):
+        problem = _placed(stages, number, order.choices)
+        cost = path_cost(problem, nodes)
         solution = replace(
-            searched, algorithm=algorithm, nodes=choices[number], cost=cost, history=((searched.seconds, cost),),
+            found, algorithm="none" if given else "nn", nodes=nodes, cost=cost, history=((found.seconds, cost),),
             lower_bound=None,
         )  # fmt: skip
         if job.settings.solve.bound:
             # The bound of the search holds only for the end of the stage before it in the searched order.
-            late = job.bound_late(1.0 / len(stages))
-            solution = certify(problem, solution, None, job.cancelled, late=late)
+            solution = certify(problem, solution, None, job.cancelled, late=job.bound_late(1.0 / len(stages)))
         solutions.append(solution)
-    return Order(tuple(choices), tuple(solutions))
+    return solutions
 
 
 def _around_first(job: Job, stages: Sequence[Stage], search: SearchOne, options: SolveOptions) -> list[Solution]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
     from leafcut.geometry.arrays import Point
     from leafcut.model.issue import Issue
+    from leafcut.model.machine import Machine
     from leafcut.model.part import Part
     from leafcut.model.tool import Tool
     from leafcut.processes.job import Job
@@ -52,6 +53,8 @@ class Plan:
         Whether the order of the input or the nearest-neighbour order may replace a worse one.
     encoding
         Encoding of the program file.
+    limits
+        The machine whose limits are checked, if the machine of the job only times the program.
     """
 
     job: Job
@@ -69,6 +72,7 @@ class Plan:
     issues: Sequence[Issue] = ()
     unforced: bool = True
     encoding: str = "utf-8"
+    limits: Machine | None = None
 
     @property
     def given(self) -> Order:
@@ -77,11 +81,17 @@ class Plan:
 
 
 class OrderRefused(Exception):
-    """An order cannot be written or proved; `faulty` are the tasks at fault, if they are known: (stage, task)."""
+    """An order cannot be written or proved.
 
-    def __init__(self, reason: str, faulty: Sequence[tuple[int, int]] = ()) -> None:
+    Attributes
+    ----------
+    faulty, stages
+        Tasks at fault, as (stage, task), and stages at fault, as far as they are known.
+    """
+
+    def __init__(self, reason: str, faulty: Iterable[tuple[int, int]] = (), stages: Iterable[int] = ()) -> None:
         super().__init__(reason)
-        self.faulty = faulty
+        self.faulty, self.stages = set(faulty), set(stages)
 
 
 #: Changes an order for the sake of what depends on neighbouring tasks, such as leads and heat.
@@ -108,3 +118,8 @@ def header(plan: Plan, given: Candidate, best: Candidate) -> list[str]:
         beside=plan.given_words,
         part=plan.made_for,
     )
+
+
+def tool_names(plan: Plan) -> dict[int, str]:
+    """Return the names of the tools for the comments of tool changes, by number."""
+    return {tool.number: tool.label.split(" ", 1)[1] for tool in plan.tools}

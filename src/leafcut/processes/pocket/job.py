@@ -18,11 +18,13 @@ from leafcut.processes.job import Job
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
+    from leafcut.model.issue import Issue
     from leafcut.model.mesh import Mesh
     from leafcut.model.part import Part
     from leafcut.processes.pocket.plan.entries import Descent
     from leafcut.processes.pocket.plan.rules import MillingData
     from leafcut.processes.pocket.plan.toolpath import PocketHeights
+    from leafcut.processes.pocket.proof.chips import MeasuredChips
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +94,9 @@ class LaidPockets:
     path: Toolpath
     descents: tuple[Descent, ...]
     measure: Measure
+    #: What the proof finds: uncut places, and the chips if feeds follow the load.
+    left: Sequence[Issue] = ()
+    chips: MeasuredChips | None = None
 
 
 def holes(descents: Sequence[Descent]) -> dict[Point, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,9 +25,12 @@ from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WR
 from leafcut.processes.pocket.options import PocketOptions
 
 if TYPE_CHECKING:
-    from leafcut.model.outcome import Outcome
+    from leafcut.model.issue import Issue
+    from leafcut.model.outcome import OperationOutcome
     from leafcut.model.part import Part
+    from leafcut.model.plan import Candidate, Order
     from leafcut.processes.job import Job
+    from leafcut.processes.plan import Plan
     from leafcut.processes.pocket.model import PocketDetail
     from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Source
@@ -37,6 +41,8 @@ _MAIN = (
 )  # fmt: skip
 #: How sure layers make it that are named as pockets are, and how sure it is without.
 _BY_NAME, _UNNAMED = 0.98, 0.01
+#: Share of the time limit for the order of several pockets.
+ORDERING = 0.1
 _PLACES = ("clearance_height", "retract_height", "start_point", "end_point", "work_offset")
 
 
@@ -70,6 +76,7 @@ class Pocketing(Process):
     asks = "pocket"
     heads = (Head.SPINDLE,)
     pictured = "areas"
+    with_nearest = False
     form = (
         ("main", _MAIN),
         ("search", SEARCH),
@@ -94,11 +101,119 @@ class Pocketing(Process):
         closed = drawing.worked & drawing.closed, drawing.part.diameters > 0.0
         return Suitability(_UNNAMED, "outlines", drawing.figures, *closed) if drawing.n_outlines else None
 
-    def run(self, run: Job, sources: Sequence[Source], asked: str) -> Outcome[PocketDetail]:
-        """Clear the pockets of a drawing."""
-        from leafcut.processes.pocket.run import pocket
+    def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
+        """Return one stage with a task for each region of each pocket, cleared by the chosen strategy."""
+        import numpy as np
 
-        return pocket(run, sources[0])
+        from leafcut.model.plan import Stage
+        from leafcut.processes.plan import Plan
+        from leafcut.processes.pocket.clearing import PocketWork, clear_pocket, order_problem
+        from leafcut.processes.pocket.spec import prepared
+        from leafcut.processes.pocket.strategies import SearchTime
+
+        ours, issues = prepared(job, sources[0])
+        pockets, cleared = ours.part.pockets, []
+        time = SearchTime(ours.run.deadline.part(1.0 - ORDERING if len(pockets) > 1 else 1.0))
+        for number, one in enumerate(pockets):
+            result, more = clear_pocket(ours, one, number, time)
+            cleared.append(result)
+            issues += more
+        chosen = [one.ways[one.plan.result.strategy] for one in cleared]
+        problem = order_problem(ours, chosen)
+        none = np.zeros(0, dtype=np.int32)
+        return Plan(
+            job=ours.run,
+            part=ours.part,
+            words=ours.words,
+            work=PocketWork(ours, tuple(cleared)),
+            stages=(Stage(problem, False, none, "ordering the pockets"),),
+            kind="pocket",
+            tools=(ours.data.tool,),
+            box=ours.part.extents,
+            made_for=ours.made_for,
+            given_words=f"by {' and '.join(dict.fromkeys(one.plan.usual.strategy for one in cleared))}",
+            start=ours.start,
+            issues=issues,
+            unforced=False,
+        )
+
+    def given(self, plan: Plan) -> Candidate:
+        """Return the motion of the strategy that shops use."""
+        from leafcut.model.plan import Order, Stage
+        from leafcut.processes.ordering import find_order
+        from leafcut.processes.pocket.clearing import order_problem
+
+        work, job = plan.work, plan.job
+        (stage,) = plan.stages
+        usual = Stage(order_problem(work.job, [one.usual for one in work.cleared]), False, stage.given, stage.name)
+        options = replace(job.settings.solve, bound=False, target_gap=None)
+        order = find_order(job.quiet(), [usual], options, job.deadline.part(0.5))
+        return self.generate(plan, Order((order.choices[0] + len(work.regions),)))
+
+    def generate(self, plan: Plan, order: Order) -> Candidate:
+        """Return the motion through the regions; those of the usual strategies follow the chosen ones."""
+        from leafcut.model.plan import Candidate
+        from leafcut.processes.pocket.clearing import generated
+
+        work = plan.work
+        recipes = [*work.regions, *(clearing for one in work.cleared for clearing in one.usual)]
+        laid = generated(work.job, [recipes[node] for node in order.choices[0].tolist()])
+        return Candidate(order, laid.path, laid.measure, laid)
+
+    def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
+        """Compare the program with the motion, and simulate it: no gouge, and all of the pocket cleared."""
+        from leafcut.processes.pocket.proving import prove_pockets
+
+        text = self.write(plan, given, best)
+        written, left, chips = prove_pockets(plan.work.job, best.detail, text)
+        return replace(best, text=text, written=written, detail=replace(best.detail, left=left, chips=chips))
+
+    def write(self, plan: Plan, given: Candidate, best: Candidate) -> str:
+        """Return the program; its header names the holes that it needs."""
+        from leafcut.post.writer import write_program
+        from leafcut.processes.plan import header, tool_names
+        from leafcut.processes.pocket.proving import needed_holes
+
+        lines = [*header(plan, given, best), *needed_holes(plan.work.job, best.detail.descents)]
+        rapid = max(plan.job.machine.rapid_velocity)
+        return write_program(
+            best.path, plan.words, plan.job.settings.post, lines, tool_names=tool_names(plan), rapid_velocity=rapid
+        )
+
+    def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
+        """Return the regions in their order; one region has no order, and so no bound."""
+        from leafcut.model.outcome import OperationOutcome
+
+        (solution,) = best.order.solutions
+        if len(solution.nodes) == 1:
+            solution = replace(solution, algorithm="none", lower_bound=None)
+        return (OperationOutcome(plan.tools[0], "", (), False, solution, cuts=len(solution.nodes)),)
+
+    def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
+        """Return changed entries, required holes, stops, and uncut places."""
+        from leafcut.processes.pocket.entry_issues import entry_issues, stops
+
+        return (*entry_issues(best.detail.descents), *stops(plan.work.job), *best.detail.left)
+
+    def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> PocketDetail:
+        """Return the strategies that were tried, and the effect of feeds that follow the load."""
+        from leafcut.model.pace_change import PaceChange
+        from leafcut.processes.pocket.clearing import generated, programs
+        from leafcut.processes.pocket.model import PocketDetail
+
+        work, chips, pace = plan.work, best.detail.chips, None
+        nodes = best.order.choices[0].tolist()
+        if chips is not None:
+            even = [clearing for one in work.cleared for clearing in one.even[one.plan.result.strategy]]
+            seconds = generated(work.job, [even[node] for node in nodes]).measure.time_s
+            pace = PaceChange(feeds_s=seconds - best.measure.time_s, changed=chips.changed, tools=(chips.tool,))
+        solid = work.job.solid
+        return PocketDetail(
+            tuple(one.plan for one in work.cleared),
+            programs(work.job, list(work.cleared), nodes),
+            pace,
+            None if solid is None else solid.before,
+        )
 
     def reads_besides(self, settings: Settings) -> list[Path]:
         """Return the file of the material."""

@@ -1,67 +1,36 @@
-"""The text of a pocketing program, and its proof."""
+"""The proof of a pocketing program, and the lines of its header that name required holes."""
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from leafcut._version import __version__
 from leafcut.errors import count_of
 from leafcut.model.cutter import bodies_of
 from leafcut.model.issue import Issue, MissingWork
 from leafcut.model.pocket import UNCOVERED
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.job import refuse
-from leafcut.processes.placing import negative_axes
 from leafcut.processes.pocket.job import LaidPockets, PocketJob, holes, raised
+from leafcut.units import MM_PER_INCH
 
 if TYPE_CHECKING:
     from leafcut.material.removal import Removal
+    from leafcut.processes.pocket.plan.entries import Descent
     from leafcut.processes.pocket.proof.chips import MeasuredChips
 
 #: So many uncut places are told one by one.
 NAMED_PLACES = 3
 
 
-def write_pockets(job: PocketJob, before: LaidPockets, after: LaidPockets, usual: str) -> str:
-    """Return the text of the program; its header names the holes that have to be there.
-
-    `usual` is the strategy that `before` was laid with.
-    """
-    from leafcut.post.header import header_lines
-    from leafcut.post.writer import write_program
-
-    settings, tool = job.run.settings, job.data.tool
-    header = header_lines(
-        source=Path(job.part.source or job.part.name).name,
-        zero=job.part.zero,
-        negative=negative_axes(job.part.extents, job.run.machine),
-        version=__version__,
-        machine=job.run.machine,
-        tools=(tool,),
-        path=after.path,
-        seconds=(before.measure.time_s, after.measure.time_s),
-        seed=settings.solve.seed,
-        options=settings.changed(),
-        units=settings.post.output_units,
-        beside=f"by {usual}",
-        part=job.made_for,
-    )
-    scale, unit = (25.4, "in") if settings.post.output_units == "inch" else (1.0, "mm")
-    for (x, y), bottom in holes(after.descents).items():
-        depth = -bottom / scale
-        header.append(
-            f"needs a hole at X{x / scale:.4f} Y{y / scale:.4f}, {tool.diameter / scale:.4g} {unit} or wider, "
-            f"{depth:.4g} {unit} deep"
-        )
-    return write_program(
-        after.path,
-        job.words,
-        settings.post,
-        header,
-        tool_names={tool.number: tool.label.split(" ", 1)[1]},
-        rapid_velocity=max(job.run.machine.rapid_velocity),
-    )
+def needed_holes(job: PocketJob, descents: Sequence[Descent]) -> list[str]:
+    """Return a line for each hole that must exist before the program runs."""
+    scale, unit = (MM_PER_INCH, "in") if job.run.settings.post.output_units == "inch" else (1.0, "mm")
+    return [
+        f"needs a hole at X{x / scale:.4f} Y{y / scale:.4f}, {job.data.tool.diameter / scale:.4g} {unit} or wider, "
+        f"{-bottom / scale:.4g} {unit} deep"
+        for (x, y), bottom in holes(descents).items()
+    ]
 
 
 def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpath, list[Issue], MeasuredChips | None]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,9 +24,12 @@ from leafcut.processes.base import LOOKED_UP, ORDERED, SEARCH, SEARCH_MORE, Proc
 from leafcut.processes.program.options import ResequenceOptions
 
 if TYPE_CHECKING:
-    from leafcut.model.outcome import Outcome
+    from leafcut.model.issue import Issue
+    from leafcut.model.outcome import OperationOutcome
     from leafcut.model.part import Part
+    from leafcut.model.plan import Candidate, Order
     from leafcut.processes.job import Job
+    from leafcut.processes.plan import OrderRefused, Plan
     from leafcut.processes.program.model import ProgramDetail
     from leafcut.read.format import Source
 
@@ -78,6 +82,7 @@ class ForeignProgram(Process):
     takes = "a G-code program"
     asked_as = ("reorder", *ProgramKind)
     reads = "program"
+    with_nearest = False
     by_itself = True
     instead = {  # noqa: RUF012  # the protocol says that it is of the class
         "cut": "the input is a program, not a drawing; use leafcut reorder, or --process laser or plasma",
@@ -105,13 +110,65 @@ class ForeignProgram(Process):
         ("solve", SEARCH_MORE),
     )
 
-    def run(self, run: Job, sources: Sequence[Source], asked: str) -> Outcome[ProgramDetail]:
-        """Put a program in order."""
-        from leafcut.processes.program.run import resequence
+    def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
+        """Return a stage for each section of the program, and a task for each piece of work in it."""
+        from leafcut.processes.program.planning import plan_program
 
         (source,) = sources
         check_is_text(source.path, source.data)
-        return resequence(run, source.path, source.data, "auto" if asked == self.command else asked)
+        return plan_program(job, source.path, source.data, "auto" if asked == self.command else asked)
+
+    def given(self, plan: Plan) -> Candidate:
+        """Return the program as it is."""
+        from leafcut.processes.program.proving import rewritten
+
+        return rewritten(plan, replace(plan.given, unchanged=True))
+
+    def generate(self, plan: Plan, order: Order) -> Candidate:
+        """Return the program in an order."""
+        from leafcut.processes.program.proving import rewritten
+
+        return rewritten(plan, order)
+
+    def alternatives(self, plan: Plan, given: Candidate, nearest: Candidate | None) -> list[Candidate]:
+        """Return the program in its own order, around obstacles."""
+        return [given if plan.work.obstacles is None else self.generate(plan, plan.given)]
+
+    def prove(self, plan: Plan, given: Candidate, best: Candidate) -> Candidate:
+        """Prove that the program does the same work as the original."""
+        from leafcut.processes.program.proving import proved
+
+        return proved(plan, best)
+
+    def keep(self, plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
+        """Return the order with faulty pieces in their own place."""
+        from leafcut.processes.program.proving import with_pieces_kept
+
+        return with_pieces_kept(plan, order, refused, trial)
+
+    def finish(self, plan: Plan, best: Candidate) -> Candidate:
+        """Return the program with new heights and feeds, if requested, and with a comment on newly crossed areas."""
+        from leafcut.processes.program.finishing import finished
+
+        return finished(plan, best)
+
+    def operations(self, plan: Plan, best: Candidate) -> tuple[OperationOutcome, ...]:
+        """Return the ordered sections."""
+        from leafcut.processes.program.operations import operations_of
+
+        return operations_of(plan.work, best.order)
+
+    def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
+        """Return dangers first, then the reasons why work keeps its place."""
+        from leafcut.processes.program.finishing import issues_of
+
+        return issues_of(plan, best)
+
+    def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> ProgramDetail:
+        """Return the proof, the pieces that stay, and the stock."""
+        from leafcut.processes.program.finishing import detail_of
+
+        return detail_of(plan, best)
 
     def reads_besides(self, settings: Settings) -> list[Path]:
         """Return the solid of the stock, the material, and the tool library."""

@@ -1,9 +1,9 @@
-"""The new text of a program, and its proof: what cannot be written or proved in a new order keeps its own."""
+"""The text of a reordered program, and its proof; pieces that a proof names keep their place."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,244 +14,224 @@ from leafcut._version import __version__
 from leafcut.errors import PostError, ReadError, VerifyError
 from leafcut.files.digests import DIGEST_LINE, signed
 from leafcut.model.issue import Issue
-from leafcut.model.obstacles import Obstacles
-from leafcut.model.sequence import Section, Sequence
-from leafcut.processes.job import Job
+from leafcut.model.measure import Measure
+from leafcut.model.plan import Candidate, Order
 from leafcut.processes.keep_out import meetings, reach_of
+from leafcut.processes.plan import OrderRefused, Plan
+from leafcut.processes.program.model import AvoidedAreas
 from leafcut.processes.program.options import ResequenceOptions
+from leafcut.processes.program.reading import read_new
 
 if TYPE_CHECKING:
     from leafcut.gcode.dialects import Dialect
     from leafcut.gcode.program import Program
     from leafcut.model.certificate import Certificate
-    from leafcut.processes.program.proof.stock_judge import StockJudge
+    from leafcut.processes.program.pace import Paced
+    from leafcut.processes.program.planning import ForeignWork
 
-#: The order of the pieces of every section, int32[n], ~k for piece k from its other end; None: as it is.
-SectionOrders = list[NDArray[np.int32] | None]
-
-#: A piece of work: the numbers of its section and of the piece in that section.
-PieceNumber = tuple[int, int]
-
-#: After so many trials all pieces keep their order: each trial takes as long as a proof.
+#: After this many trials all pieces keep their place: each trial takes as long as a proof.
 _MOST_TRIALS = 6
 
 
 @dataclass(frozen=True, eq=False)
-class Proved:
-    """A program that does the same work.
+class Rewritten:
+    """A program in a new order: as it runs, its proof, new heights and feeds, new dangers and moves."""
 
-    Attributes
-    ----------
-    text, program
-        As it is written, and as it runs.
-    certificate
-        The proof.
-    orders
-        The orders in which the sections are written.
-    kept
-        Pieces that keep their place although another order was asked for, and the reason.
-    issues
-        One for each reason.
-    """
-
-    text: str
     program: Program
-    certificate: Certificate
-    orders: SectionOrders = field(default_factory=list)
-    kept: dict[PieceNumber, str] = field(default_factory=dict)
-    issues: tuple[Issue, ...] = ()
+    certificate: Certificate | None = None
+    paced: Paced | None = None
+    dangers: tuple[Issue, ...] = ()
+    avoided: AvoidedAreas = AvoidedAreas()
 
 
-def write_proved(
-    run: Job,
-    words: Dialect,
-    original: Program,
-    sequence: Sequence,
-    orders: SectionOrders,
-    source: str,
-    obstacles: Obstacles | None = None,
-    judge: StockJudge | None = None,
-) -> Proved:
-    """Return the program with its sections in their orders, and the proof that it does the same work.
+def measured(plan: Plan, program: Program) -> Measure:
+    """Return time and lengths of a program; a beam that is off travels. The time of GRBL depends on the sent lines."""
+    from leafcut.processes.program.plan.sections.program_rows import dark_rows
+    from leafcut.timing.grbl import sent_lines
+    from leafcut.timing.toolpath import corner_style, measure
 
-    If the new order cannot be written or proved, the pieces that the proof names keep their place, and no other piece
-    passes them. If that does not help, their sections keep their order, then all sections, and at last the program
-    stays as it is. No rapid of the result meets one of the `obstacles`; a `judge` compares what it leaves of the stock.
+    machine = plan.job.machine
+    lines = sent_lines(program.lines) if corner_style(machine) == "grbl" else None
+    return measure(program.path, machine, dark_rows(program, plan.kind), plan.work.stands, lines)
+
+
+def rewritten(plan: Plan, order: Order) -> Candidate:
+    """Return the program with its sections in an order, without a proof.
 
     Raises
     ------
-    PostError, VerifyError
-        Not even the program as it is can be written so, or proved to be safe.
+    PostError
+        The program cannot be written in its own order either.
+    OrderRefused
+        A section cannot be written in this order.
     """
-    writer = _OrderWriter(run, words, original, sequence, source, obstacles, judge)
-    everything = {
-        (number, piece)
-        for number, (section, order) in enumerate(zip(sequence.sections, orders, strict=True))
-        if order is not None
-        for piece in range(len(section.pieces))
-    }
-    kept: dict[PieceNumber, str] = {}
-    trials = 0
-    while obstacles is not None or not run.settings.job.keep_order:
-        trials += 1
-        staying: dict[int, set[int]] = {}
-        for number, piece in kept:
-            staying.setdefault(number, set()).add(piece)
-        written = [_with_pieces_kept(order, staying.get(k, set())) for k, order in enumerate(orders)]
+    work: ForeignWork = plan.work
+    text = work.text
+    if not order.unchanged and (plan.stages or work.obstacles is not None):
+        text = _in_order(plan, order)
+    program = work.program if text == work.text else _read_back(plan, text)
+    return Candidate(order, program.path, measured(plan, program), Rewritten(program), text)
+
+
+def proved(plan: Plan, best: Candidate) -> Candidate:
+    """Return a program with its proof, which its comments state.
+
+    It does the same work as the original, none of its moves meets an obstacle, and it leaves the same stock.
+
+    Raises
+    ------
+    OrderRefused
+        The first difference, with the pieces and sections at fault.
+    """
+    from leafcut.processes.program.proof.certificate import certify, proof_lines
+
+    work: ForeignWork = plan.work
+    job, look, text, new = plan.job, plan.job.looking("verifying"), best.text, best.detail.program
+    certificate = certify(
+        work.program,
+        new,
+        machine=job.machine,
+        allow_reverse=job.settings.of(ResequenceOptions).allow_reverse,
+        beyond=None if work.obstacles is None else reach_of(work.obstacles),
+        look=look,
+    )
+    if not certificate.same:
+        more = len(certificate.differences) - 1
+        said = f"{certificate.differences[0]}{f' (and {more} more)' if more > 0 else ''}"
+        lines = {line for d in certificate.differences for line, _ in ((d.original, d.new), *d.also) if line}
+        sections = {_section_at(work, line) for line in lines} - {-1}
+        raise OrderRefused(said, _pieces_at(work, lines), sections)
+    if work.obstacles is not None and (met := meetings(job, work.obstacles, new.path)):
+        raise OrderRefused(f"{met[0]}{f' (and {len(met) - 1} more)' if len(met) > 1 else ''}")
+    if work.judge is not None and text != work.text:
         try:
-            found = writer.proved(writer.in_order(written))
-        except _Refused as refused:
-            free = everything - kept.keys()
-            guilty: set[PieceNumber] = set()
-            if trials < _MOST_TRIALS:
-                guilty = refused.pieces & free or {one for one in free if one[0] in refused.sections}
-            kept |= dict.fromkeys(guilty or free, str(refused))
-            if not free:
-                break
-        else:
-            return replace(found, orders=written, kept=kept, issues=tuple(writer.issues(kept)))
-    try:
-        found = writer.proved("".join(original.lines))
-    except _Refused as refused:
-        raise VerifyError(f"the program was not written: {refused}") from None
-    return replace(found, orders=[None for _ in orders], kept=kept, issues=tuple(writer.issues(kept)))
+            work.judge.check(new, look)
+        except VerifyError as problem:
+            raise OrderRefused(str(problem)) from None
+    best = replace(best, detail=replace(best.detail, certificate=certificate))
+    if job.settings.post.header and text != work.text:
+        comments = [*proof_lines(certificate, __version__, Path(work.source).name), DIGEST_LINE]
+        return with_text(plan, best, signed(with_comments(text, comments, plan.words)))
+    return best
 
 
-def _with_pieces_kept(order: NDArray[np.int32] | None, kept: set[int]) -> NDArray[np.int32] | None:
-    """Return the order with some pieces in their own place; the pieces before and behind them stay there.
+def with_text(plan: Plan, best: Candidate, text: str) -> Candidate:
+    """Return a candidate with the same motion in another text."""
+    program = read_new(plan.job, plan.words, text)
+    timed = best.measure if best.measure.lines is None else measured(plan, program)
+    return replace(best, text=text, path=program.path, measure=timed, detail=replace(best.detail, program=program))
 
-    It breaks no precedence that the order and the original obey.
+
+def with_pieces_kept(plan: Plan, order: Order, refused: OrderRefused, trial: int) -> Order:
+    """Return the order with more pieces in their own place; no other piece passes them.
+
+    These are the pieces at fault, else their sections, else all. The last resort is the program as it is.
+
+    Raises
+    ------
+    VerifyError
+        The program as it is cannot be proved.
     """
-    if order is None or not kept:
-        return order
-    if len(kept) == len(order):
-        return None
+    from leafcut.processes.program.plan.resequencing import nodes_in_order, piece_order
+
+    if order.unchanged:
+        raise VerifyError(f"the program was not written: {refused}") from None
+    sections = plan.work.sequence.sections if plan.stages else ()
+    free = {(n, k) for n, section in enumerate(sections) for k in range(len(section.pieces))} - order.kept.keys()
+    if not free:
+        return replace(order, choices=plan.given.choices, unchanged=True)
+    faulty = set[tuple[int, int]]()
+    if trial < _MOST_TRIALS:
+        faulty = refused.faulty & free or {one for one in free if one[0] in refused.stages}
+    kept = {**order.kept, **dict.fromkeys(faulty or free, str(refused))}
+    choices = []
+    for number, (section, nodes) in enumerate(zip(sections, order.choices, strict=True)):
+        mine = {piece for stage, piece in kept if stage == number}
+        choices.append(nodes_in_order(section, _kept_in_place(piece_order(section, nodes), mine)))
+    return replace(order, choices=tuple(choices), kept=kept)
+
+
+def kept_issues(work: ForeignWork, order: Order) -> Iterator[Issue]:
+    """Yield why pieces keep their place although another order was found, each reason once."""
+    by_reason: dict[str, list[tuple[int, int]]] = {}
+    for place, reason in sorted(order.kept.items()):
+        by_reason.setdefault(reason, []).append(place)
+    for reason, places in by_reason.items():
+        number, piece = places[0]
+        line = work.sequence.sections[number].pieces[piece].line
+        said = f"the piece of work keeps its place, because another order failed: {reason}"
+        if len(places) > 1:
+            said = f"{len(places):,} pieces of work keep their place, because another order failed: {reason}"
+        yield Issue("L505", said, f"line {line}")
+
+
+def _in_order(plan: Plan, order: Order) -> str:
+    """Return the text with the sections in their orders."""
+    from leafcut.processes.program.plan.resequencing import piece_order
+    from leafcut.processes.program.post.rewriter import rewrite
+
+    sections = plan.work.sequence.sections
+    pieces = [np.arange(len(section.pieces), dtype=np.int32) for section in sections]
+    if plan.stages:
+        pieces = [piece_order(section, nodes) for section, nodes in zip(sections, order.choices, strict=True)]
+    try:
+        return rewrite(
+            plan.work.program,
+            plan.work.sequence,
+            pieces,
+            renumber=plan.job.settings.post.line_numbers,
+            longest=plan.words.max_line,
+            look=plan.job.looking("writing"),
+            obstacles=plan.work.obstacles,
+        )
+    except PostError as problem:
+        if problem.section is None:
+            raise
+        raise OrderRefused(str(problem), stages=[problem.section]) from None
+
+
+def _read_back(plan: Plan, text: str) -> Program:
+    try:
+        return read_new(plan.job, plan.words, text)
+    except ReadError as problem:
+        raise OrderRefused(str(problem)) from None
+
+
+def _kept_in_place(order: NDArray[np.int32], kept: set[int]) -> NDArray[np.int32]:
+    """Return the order with some pieces in their own place; no other piece passes them.
+
+    It keeps each precedence that the order and the original keep.
+    """
     fixed = np.array(sorted(kept), dtype=np.int32)
     piece = np.where(order < 0, ~order, order)
     staying = np.isin(piece, fixed)
-    # Runs of pieces between those that stay have even numbers, those that stay the odd numbers between.
+    # Even numbers: runs of pieces between kept pieces; odd numbers: kept pieces.
     run = 2 * np.searchsorted(fixed, piece) + staying
     new: NDArray[np.int32] = np.where(staying, piece, order)[np.argsort(run, kind="stable")].astype(np.int32)
     return new
 
 
-class _Refused(Exception):
-    """An order that cannot be used, with the pieces and sections at fault, as far as they are known."""
+def _pieces_at(work: ForeignWork, lines: set[int]) -> set[tuple[int, int]]:
+    """Return the pieces with a block on one of these lines of the original, as (section, piece)."""
+    named = np.isin(work.program.text_line, list(lines))
+    return {
+        (number, k)
+        for number, section in enumerate(work.sequence.sections)
+        for k, piece in enumerate(section.pieces)
+        if named[piece.begin : piece.end].any()
+    }
 
-    def __init__(self, reason: str, sections: set[int], pieces: Iterable[PieceNumber] = ()) -> None:
-        self.sections, self.pieces = sections, set(pieces)
-        super().__init__(reason)
 
-
-class _OrderWriter:
-    def __init__(
-        self,
-        run: Job,
-        words: Dialect,
-        original: Program,
-        sequence: Sequence,
-        source: str,
-        obstacles: Obstacles | None,
-        judge: StockJudge | None,
-    ) -> None:
-        self.run, self.words, self.original = run, words, original
-        self.sequence, self.source, self.obstacles, self.judge = sequence, source, obstacles, judge
-
-    def in_order(self, orders: SectionOrders) -> str:
-        """Return the text with the sections in their orders."""
-        from leafcut.processes.program.post.rewriter import rewrite
-
-        sections = self.sequence.sections
-        given = zip(sections, orders, strict=True)
-        own = [np.arange(len(s.pieces), dtype=np.int32) if order is None else order for s, order in given]
-        try:
-            return rewrite(
-                self.original,
-                self.sequence,
-                own,
-                renumber=self.run.settings.post.line_numbers,
-                longest=self.words.max_line,
-                look=self.run.looking("writing"),
-                obstacles=self.obstacles,
-            )
-        except PostError as problem:
-            if problem.section is None:
-                raise
-            raise _Refused(str(problem), {problem.section}) from None
-
-    def proved(self, text: str) -> Proved:
-        """Return the program with its proof, which stands at its top, too."""
-        from leafcut.processes.program.proof.certificate import certify, proof_lines
-        from leafcut.processes.program.reading import read_new
-
-        settings = self.run.settings
-        look = self.run.looking("verifying")
-        try:
-            new = read_new(self.run, self.words, text)
-        except ReadError as problem:
-            raise _Refused(str(problem), set()) from None
-        either_way = settings.of(ResequenceOptions).allow_reverse
-        beyond = None if self.obstacles is None else reach_of(self.obstacles)
-        certificate = certify(
-            self.original, new, machine=self.run.machine, allow_reverse=either_way, beyond=beyond, look=look
-        )
-        if not certificate.same:
-            more = len(certificate.differences) - 1
-            said = f"{certificate.differences[0]}{f' (and {more} more)' if more > 0 else ''}"
-            lines = {line for d in certificate.differences for line, _ in ((d.original, d.new), *d.also) if line}
-            sections = {self._section_at(line) for line in lines} - {-1}
-            raise _Refused(said, sections, self._pieces_at(lines))
-        if self.obstacles is not None and (met := meetings(self.run, self.obstacles, new.path)):
-            raise _Refused(f"{met[0]}{f' (and {len(met) - 1} more)' if len(met) > 1 else ''}", set())
-        if self.judge is not None and text != "".join(self.original.lines):
-            try:
-                self.judge.check(new, look)
-            except VerifyError as problem:
-                raise _Refused(str(problem), set()) from None
-        if settings.post.header and text != "".join(self.original.lines):
-            comments = [*proof_lines(certificate, __version__, Path(self.source).name), DIGEST_LINE]
-            text = signed(with_comments(text, comments, self.words))
-            new = read_new(self.run, self.words, text)
-        return Proved(text, new, certificate)
-
-    def issues(self, kept: dict[PieceNumber, str]) -> Iterator[Issue]:
-        """Yield why pieces keep their place although another order was asked for, each reason once."""
-        by_reason: dict[str, list[PieceNumber]] = {}
-        for place, reason in sorted(kept.items()):
-            by_reason.setdefault(reason, []).append(place)
-        for reason, places in by_reason.items():
-            number, piece = places[0]
-            line = self.sequence.sections[number].pieces[piece].line
-            said = f"the piece of work keeps its place, because another order failed: {reason}"
-            if len(places) > 1:
-                said = f"{len(places):,} pieces of work keep their place, because another order failed: {reason}"
-            yield Issue("L505", said, f"line {line}")
-
-    def _pieces_at(self, lines: set[int]) -> set[PieceNumber]:
-        """Return the pieces with a block on one of these lines of the original."""
-        text_line = self.original.text_line
-        named = np.isin(text_line, list(lines))
-        return {
-            (number, piece)
-            for number, section in enumerate(self.sequence.sections)
-            for piece, work in enumerate(section.pieces)
-            if named[work.begin : work.end].any()
-        }
-
-    def _section_at(self, line: int) -> int:
-        """Return the section that has a line of the original, or the last one before it; -1 where there is none."""
-        last = -1
-        for number, section in enumerate(self.sequence.sections):
-            begin, end = self._lines_of(section)
-            if begin <= line:
-                last = number
-            if begin <= line <= end:
-                break
-        return last
-
-    def _lines_of(self, section: Section) -> tuple[int, int]:
-        line, pieces = self.original.text_line, section.pieces
-        return int(line[pieces[0].begin]), int(line[pieces[-1].end - 1])
+def _section_at(work: ForeignWork, line: int) -> int:
+    """Return the section that has a line of the original, or the last one before it; -1 for none."""
+    last, text_line = -1, work.program.text_line
+    for number, section in enumerate(work.sequence.sections):
+        first, final = int(text_line[section.pieces[0].begin]), int(text_line[section.pieces[-1].end - 1])
+        if first <= line:
+            last = number
+        if first <= line <= final:
+            break
+    return last
 
 
 def with_comments(text: str, comments: Iterable[str], words: Dialect) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from leafcut.errors import OptionError, ReadError
@@ -56,16 +57,16 @@ class ProgramRead:
         """The machine whose limits are checked."""
         return self.limits or self.machine
 
-    @property
-    def dangers(self) -> list[Issue]:
-        """What is dangerous in it, the worst first, one issue for each kind.
+    def find_dangers(self, simulated: Mapping[str, Mask] = MappingProxyType({})) -> list[Issue]:
+        """Return the dangers of the program, the worst first, one issue for each kind.
 
-        Of a program of leafcut's for a solid or a surface, a rapid below Z0 is a warning.
+        In a program of leafcut for a solid or a surface, a rapid below Z0 is a warning.
+
+        Parameters
+        ----------
+        simulated
+            Code of a danger → rows of the path that a simulation of the stock has checked.
         """
-        return self.dangers_beside({})
-
-    def dangers_beside(self, simulated: Mapping[str, Mask]) -> list[Issue]:
-        """Return the dangers but for rapids that a simulation of the stock has checked: rows of the path, by code."""
         from leafcut.processes.program.made_for import stated_part
         from leafcut.proof.dangers import RANK, find_dangers
         from leafcut.proof.doubts import find_doubts

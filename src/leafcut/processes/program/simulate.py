@@ -50,7 +50,7 @@ def simulate(program: Input, settings: Settings, dialect: str | None, progress: 
     # From where `optimize` counts, too, unless `--start-point` says otherwise.
     lines = sent_lines(read.program.lines)
     cost = measure(run, read.machine, start=(0.0, 0.0), lines=lines)
-    issues = (*read.dangers, *read.issues, *unknown, *_starved(run, read.machine, lines, cost.time_s))
+    issues = (*read.find_dangers(), *read.issues, *unknown, *_starved(run, read.machine, lines, cost.time_s))
     path, told = read.program.path, settings.from_defaults()
     return Simulation(str(program), read.machine, read.words.name, path, run, cost, issues, told)
 

@@ -159,7 +159,7 @@ def _dangers(one: _Cuts, assumed: StockBlock | None, in_part: bool) -> list[Issu
     if any(
         len(np.unique(path.latest(kind, path.ref)[path.kind <= Kind.DRILL])) > 1 for kind in (Kind.FRAME, Kind.SHIFT)
     ):
-        return one.read.dangers
+        return one.read.find_dangers()
     mine = np.isin(path.tool, list(one.cutters))
     simulated = mine & np.isfinite(path.before).all(axis=1) & np.isfinite(path.end[:, :2]).all(axis=1)
     if assumed is not None:
@@ -170,7 +170,7 @@ def _dangers(one: _Cuts, assumed: StockBlock | None, in_part: bool) -> list[Issu
                 low, high = assumed.low[axis] + radius - TOLERANCE, assumed.high[axis] - radius + TOLERANCE
                 simulated &= (places[:, axis] >= low) & (places[:, axis] <= high)
     codes = ("L802",) if assumed is not None else BELOW_SURFACE
-    found = one.read.dangers_beside(dict.fromkeys(codes, simulated))
+    found = one.read.find_dangers(dict.fromkeys(codes, simulated))
     return [danger for danger in found if not in_part or danger.code not in BELOW_SURFACE]
 
 

@@ -7,7 +7,7 @@ without which that would not be so; where every single one can go and it would s
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from itertools import combinations
 
 import numpy as np
@@ -99,7 +99,7 @@ def count_pieces(sequence: Sequence) -> int:
     return len(sequence.stays) + sum(len(section.pieces) for section in sequence.sections)
 
 
-def grouped(sequence: Sequence, refused: dict[tuple[int, int], str], keep_order: bool) -> tuple[Staying, ...]:
+def grouped(sequence: Sequence, refused: Mapping[tuple[int, int], str], keep_order: bool) -> tuple[Staying, ...]:
     """Return why pieces stay, grouped, the most first.
 
     Parameters

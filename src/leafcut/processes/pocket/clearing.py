@@ -1,0 +1,369 @@
+"""The choice of a strategy for each pocket: all are tried, and the one with the fewest retracts near the best wins."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from leafcut.errors import PlanError, SolveError
+from leafcut.geometry.arrays import Points
+from leafcut.geometry.regions import as_polyline
+from leafcut.model.heartbeat import Trial
+from leafcut.model.issue import Issue
+from leafcut.model.pocket import (
+    UNCOVERED,
+    USUAL,
+    Pocket,
+    PocketLevels,
+    PocketMeasures,
+    PocketPath,
+    PocketPiece,
+    PocketPlan,
+    PocketProgram,
+    PocketResult,
+)
+from leafcut.model.problem import RoutingProblem
+from leafcut.processes.pocket.job import LaidPockets, PocketJob, raised
+from leafcut.processes.pocket.options import PocketOptions
+from leafcut.units import format_time
+
+if TYPE_CHECKING:
+    from leafcut.processes.pocket.plan.region import CentreRegion
+    from leafcut.processes.pocket.plan.toolpath import Clearing
+    from leafcut.processes.pocket.strategies import ClearingWay, SearchTime
+
+#: Among strategies within this factor of the least cost, the one with the fewest retracts wins: each plunge wears the
+#: tool and marks the floor.
+NEARLY = 1.05
+
+
+@dataclass(frozen=True, eq=False)
+class ClearedPocket:
+    """A pocket cleared by every strategy.
+
+    Attributes
+    ----------
+    plan
+        The results of all strategies, and the chosen one.
+    ways
+        Strategy → its regions, of strategies with a path.
+    even
+        The same at one feed, if the feeds of `ways` follow the load.
+    """
+
+    plan: PocketPlan
+    ways: dict[str, list[Clearing]]
+    even: dict[str, list[Clearing]]
+
+    @property
+    def usual(self) -> list[Clearing]:
+        """The regions, cleared by the strategy that shops use."""
+        return self.ways[self.plan.usual.strategy]
+
+
+@dataclass(frozen=True, eq=False)
+class PocketWork:
+    """All pockets of a job with their strategies."""
+
+    job: PocketJob
+    cleared: tuple[ClearedPocket, ...]
+
+    @property
+    def regions(self) -> list[Clearing]:
+        """All regions, cleared by the chosen strategies."""
+        return [clearing for one in self.cleared for clearing in one.ways[one.plan.result.strategy]]
+
+
+def clear_pocket(job: PocketJob, one: Pocket, number: int, time: SearchTime) -> tuple[ClearedPocket, list[Issue]]:
+    """Clear a pocket by the requested strategy, or by all of them, and choose one."""
+    from leafcut.processes.pocket.plan.region import centre_regions
+    from leafcut.processes.pocket.strategies import WAYS
+
+    regions, issues = centre_regions(one, job.exact)
+    roughed = centre_regions(one, job.rules)[0] if job.rules.stock > 0.0 else regions
+    found: dict[str, PocketResult] = {}
+    ways: dict[str, list[Clearing]] = {}
+    even: dict[str, list[Clearing]] = {}
+    several = f"pocket {number + 1}: " if len(job.part.pockets) > 1 else ""
+    asked = job.run.settings.of(PocketOptions).strategy
+    ways_tried = [way for way in WAYS if asked in ("best", way.name)]
+    each = len(regions) * (len(job.part.pockets) - number)
+    time.to_come = each * sum(way.searches for way in ways_tried)
+    for place, way in enumerate(sorted(ways_tried, key=lambda one: one.searches)):
+        words, share = f"{several}{way.name}", (number + place / len(ways_tried)) / len(job.part.pockets)
+        job.run.tell(words, share, Trial(words))
+        result, clearings, fitted = _tried(job, number, way, regions, roughed, time)
+        found[way.name] = result
+        known = result.measures is not None
+        figure = format_time(result.program_s) if known else "–"
+        job.run.tell(words, share, Trial(words, figure, result.program_s if known else None))
+        if clearings:
+            ways[way.name], even[way.name] = fitted, clearings
+    results = [found[way.name] for way in ways_tried]
+    chosen, levels = _chosen(job, one, results), job.levels[number]
+    in_floor = job.around[number] is not None
+    results = with_reasons(job, results, results[chosen])
+    plan = PocketPlan(one, job.rules, levels.levels, tuple(results), chosen, levels.begin, in_floor)
+    return ClearedPocket(plan, ways, even), issues
+
+
+def _tried(
+    job: PocketJob,
+    number: int,
+    way: ClearingWay,
+    regions: list[CentreRegion],
+    roughed: list[CentreRegion],
+    time: SearchTime,
+) -> tuple[PocketResult, list[Clearing], list[Clearing]]:
+    """Return the result of a strategy, and its regions at one feed and at feeds that follow the load.
+
+    There are no regions if the strategy is refused.
+    """
+    from leafcut.material.removal import engaged_way
+    from leafcut.processes.pocket.air import with_air
+    from leafcut.processes.pocket.measures import measure_path
+
+    if job.run.cancelled.is_set() and way.name not in (*USUAL, job.run.settings.of(PocketOptions).strategy):
+        return PocketResult(way.name, refused="stopped before it was tried"), [], []
+    try:
+        clearings = [_clearing(job, job.levels[number], way, region, roughed, time) for region in regions]
+    except (PlanError, SolveError) as problem:
+        return PocketResult(way.name, refused=str(problem)), [], []
+    path = PocketPath(way.name, tuple(piece for c in clearings for piece in c.path.pieces))
+    steps, engaged = engaged_way(path, job.exact)
+    found = measure_path(job.part.pockets[number], path, job.exact, looked=(steps, engaged))
+    if job.data.air_feed > job.data.tool.feed:
+        divided = iter(with_air(path.pieces, steps, engaged, job.exact))
+        clearings = [_aired(clearing, divided) for clearing in clearings]
+    fitted, time_s = _fitted(job, clearings)
+    return PocketResult(way.name, path, found, program_s=time_s), clearings, fitted
+
+
+def _fitted(job: PocketJob, clearings: list[Clearing]) -> tuple[list[Clearing], float]:
+    """Return the regions with feeds that follow the load, if requested, and their time, s.
+
+    Some machines stop after each move, and a divided move is blended differently. So feeds change anywhere, only at the
+    ends of moves, or not at all, whichever is fastest. A cut beyond the power of the spindle is always slowed down.
+    """
+    from leafcut.processes.pocket.feeds import with_feeds
+
+    even = (clearings, generated(job, clearings).measure.time_s)
+    if job.limits is None:
+        return even
+    acceleration = min(job.run.machine.acceleration[:2]) * job.run.machine.acceleration_factor
+    tried = []
+    for anywhere in (True, False):
+        found = [
+            # Each region by itself: their order is not known yet.
+            _aired(c, iter(with_feeds(c.path.pieces, job.limits, job.exact, acceleration, anywhere=anywhere)))
+            for c in clearings
+        ]
+        tried.append((found, generated(job, found).measure.time_s))
+    slower = any(piece.feed < 1.0 for found, _ in tried for c in found for piece in c.path.pieces)
+    return min(tried if slower else [even, *tried], key=lambda one: one[1])
+
+
+def _along(strategy: str, middle: Points) -> PocketPath:
+    return PocketPath(strategy, (PocketPiece(as_polyline(middle)),))
+
+
+def _aired(clearing: Clearing, divided: Iterator[list[PocketPiece]]) -> Clearing:
+    """Return a clearing with its pieces divided."""
+    rough, walls = (
+        None if path is None else replace(path, pieces=tuple(p for _ in path.pieces for p in next(divided)))
+        for path in (clearing.rough, clearing.walls)
+    )
+    return replace(clearing, rough=rough or clearing.rough, walls=walls)
+
+
+def _clearing(
+    job: PocketJob,
+    levels: PocketLevels,
+    way: ClearingWay,
+    region: CentreRegion,
+    roughed: list[CentreRegion],
+    time: SearchTime,
+) -> Clearing:
+    """Return one region cleared by a strategy: all of it, or less the stock and then along its walls."""
+    from leafcut.processes.pocket.plan.arcs import fitted
+    from leafcut.processes.pocket.plan.toolpath import Clearing
+    from leafcut.processes.pocket.plan.walls import wall_passes
+
+    tolerance = job.rules.tolerance
+    if region.middle is not None:
+        # A slot as wide as the tool has only one path.
+        along = _along(way.name, region.middle)
+        return Clearing(region, region.polygon, fitted(along, tolerance), levels)
+    inside = [r for r in roughed if region.polygon.intersects(r.polygon)] if job.rules.stock > 0.0 else []
+    if not inside:
+        # If the stock leaves no room, the tool clears up to the wall.
+        return Clearing(region, region.polygon, fitted(time.path(way, region, job.run), tolerance), levels)
+    rough = [fitted(time.path(way, r, job.run), tolerance) for r in inside]
+    allowed = shapely.union_all([r.polygon for r in inside])
+    whole = PocketPath(way.name, tuple(piece for path in rough for piece in path.pieces))
+    return Clearing(region, allowed, whole, levels, fitted(wall_passes(region, allowed), tolerance))
+
+
+def _chosen(job: PocketJob, one: Pocket, results: list[PocketResult]) -> int:
+    """Return the requested strategy, or the best of those that clear the whole pocket.
+
+    Raises
+    ------
+    PlanError
+        The requested strategy is refused or exceeds a limit, or every strategy gouges.
+    """
+    options = job.run.settings.of(PocketOptions)
+    name = one.label
+    if options.strategy != "best":
+        found = {r.strategy: (k, r) for k, r in enumerate(results)}.get(options.strategy)
+        if found is None or found[1].path is None:
+            why = "leafcut does not have it" if found is None else found[1].refused
+            raise PlanError(f"{name}: --strategy {options.strategy} is not possible: {why}")
+        if found[1].measures is not None and (more := _beyond(job, found[1].strategy, found[1].measures)):
+            raise PlanError(f"{name}: {found[1].strategy} {more}")
+        return found[0]
+    known = [(k, r, r.measures) for k, r in enumerate(results) if r.measures is not None]
+    sound = [row for row in known if not row[2].gouge_mm2 and not _beyond(job, row[1].strategy, row[2])]
+    if not sound:
+        wrong = {k: _beyond(job, r.strategy, m) or "gouges" for k, r, m in known}
+        reasons = (f"{r.strategy}: {r.refused or wrong[k]}" for k, r in enumerate(results))
+        raise PlanError(f"{name}: no strategy is possible ({'; '.join(reasons)})")
+    whole = [row for row in sound if row[2].uncovered_percent <= UNCOVERED]
+    if not whole:
+        return min(sound, key=lambda row: row[2].uncovered_percent)[0]
+    costs = [_cost(job, row[1], row[2]) for row in whole]
+    near = [
+        (row[2].retracts, cost, row[0]) for row, cost in zip(whole, costs, strict=True) if cost <= NEARLY * min(costs)
+    ]
+    return min(near)[2]
+
+
+def _cost(job: PocketJob, result: PocketResult, measures: PocketMeasures) -> float:
+    """Return the time of a strategy, s, or the length of its path, mm."""
+    timed = job.run.settings.solve.objective == "time"
+    return result.program_s if timed else measures.feed_mm + measures.rapid_mm
+
+
+def with_reasons(job: PocketJob, results: list[PocketResult], written: PocketResult) -> list[PocketResult]:
+    """Return the results; each that costs less than the written one states why it is not written."""
+    best = written.measures
+    if best is None:
+        return results
+    cost = _cost(job, written, best)
+    found = []
+    for result in results:
+        reason, m = "", result.measures
+        if m is not None and result is not written and _cost(job, result, m) < cost:
+            reason = _excess(job, result.strategy, m)
+            if m.gouge_mm2:
+                reason = f"gouges {m.gouge_mm2:.3g} mm² of the walls"
+            elif not reason and m.uncovered_percent > UNCOVERED:
+                reason = f"leaves {m.uncovered_percent:.3g} % uncut"
+            elif not reason:
+                reason = f"costs at most {100.0 * (NEARLY - 1.0):.0f} % less, with more retracts"
+        found.append(replace(result, passed_over=reason))
+    return found
+
+
+def _excess(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
+    """Return the limit that a strategy exceeds, step-over or engagement; "" for none."""
+    rules, limit = job.exact, job.exact.max_engagement
+    if not rules.keeps(measures.max_step_over):
+        return f"has passes {measures.max_step_over:.2f} mm apart, more than the step-over of {rules.step_over:.4g} mm"
+    if limit is None or measures.max_engagement <= limit:
+        return ""
+    stock = " with the stock on its walls" if strategy == "adaptive" and job.rules.stock > 0.0 else ""
+    return (
+        f"engages {math.degrees(measures.max_engagement):.0f}°{stock}, more than --max-engagement "
+        f"{math.degrees(limit):.0f}°"
+    )
+
+
+def _beyond(job: PocketJob, strategy: str, measures: PocketMeasures) -> str:
+    """Return the limit that a strategy exceeds, and the remedy; "" for none."""
+    excess = _excess(job, strategy, measures)
+    if not excess:
+        return ""
+    if not job.exact.keeps(measures.max_step_over):
+        return f"{excess}; choose another --strategy, or a larger --step-over"
+    other = "choose a smaller --tool-diameter" if strategy == "adaptive" else "use --strategy adaptive"
+    other = "leave out --stock" if strategy == "adaptive" and job.rules.stock > 0.0 else other
+    return f"{excess}; {other}, or give a larger limit"
+
+
+def order_problem(job: PocketJob, pockets: list[list[Clearing]]) -> RoutingProblem:
+    """Return the problem of the order of all regions."""
+    from leafcut.timing.travel import travel_metric
+
+    clearings = [c for one in pockets for c in one]
+    return RoutingProblem(
+        entry=np.array([c.start for c in clearings]),
+        exit=np.array([c.end for c in clearings]),
+        cluster=np.arange(len(clearings), dtype=np.int32),
+        service=np.zeros(len(clearings)),
+        precedence=_before(job, pockets),
+        metric=travel_metric(job.run.machine, job.run.settings.solve.objective),
+        start=job.start,
+        end=job.heights.end,
+    )
+
+
+def _before(job: PocketJob, pockets: list[list[Clearing]]) -> NDArray[np.int32]:
+    """Return the precedence, int32[n, 2]: a pocket comes before those in its floor."""
+    last = np.cumsum([len(one) for one in pockets])
+    rows = [list(range(end - len(one), end)) for one, end in zip(pockets, last.tolist(), strict=True)]
+    pairs = [
+        (first, then)
+        for number, over in enumerate(job.around)
+        if over is not None
+        for first in rows[over]
+        for then in rows[number]
+    ]
+    return np.array(pairs, dtype=np.int32).reshape(-1, 2)
+
+
+def generated(job: PocketJob, clearings: list[Clearing]) -> LaidPockets:
+    """Return the motion that clears regions in this order."""
+    from leafcut.processes.pocket.plan.toolpath import lay_pockets
+    from leafcut.timing.toolpath import measure
+
+    machine = job.run.machine
+    pause = job.words.hand_change_pause and not machine.tool_changer
+    coolant = job.run.settings.post.coolant
+    corner = job.rules.tolerance if job.words.corner_tolerance else 0.0
+    path, descents = lay_pockets(
+        clearings,
+        job.heights,
+        job.data,
+        machine,
+        coolant=coolant,
+        pause=pause,
+        corner_tolerance=corner,
+        rounded=job.words.rounding and job.rounding <= job.rules.stock,
+    )
+    path = raised(path, job.top)
+    return LaidPockets(path, descents, measure(path, machine, start=job.start))
+
+
+def programs(job: PocketJob, cleared: list[ClearedPocket], nodes: Sequence[int]) -> tuple[PocketProgram, ...]:
+    """Return the program as written, and that of every strategy that clears all pockets; () for one pocket.
+
+    `nodes` is the written order of the regions; all programs have it.
+    """
+    if len(cleared) < 2:
+        return ()
+    names = [name for name in cleared[0].ways if all(name in c.ways for c in cleared)]
+    chosen = {"": [c.plan.result.strategy for c in cleared], **{name: [name] * len(cleared) for name in names}}
+    programs = []
+    for name, strategies in chosen.items():
+        regions = [clearing for c, strategy in zip(cleared, strategies, strict=True) for clearing in c.ways[strategy]]
+        order = [regions[node] for node in nodes]
+        path = PocketPath(name, tuple(piece for clearing in order for piece in clearing.path.pieces))
+        programs.append(PocketProgram(name, generated(job, order).measure.time_s, path.rapid_mm, path.retracts))
+    return tuple(programs)

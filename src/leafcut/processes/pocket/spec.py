@@ -1,0 +1,201 @@
+"""The pockets of a drawing, a picture or a solid, with tool, levels and rules: a job of milling before planning."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from leafcut.errors import OptionError, count_of
+from leafcut.geometry.arrays import Point
+from leafcut.geometry.zones import widened
+from leafcut.model.cutter import bodies_of, widest_below
+from leafcut.model.issue import Issue
+from leafcut.model.pocket import Pocket
+from leafcut.model.tool import Tool
+from leafcut.model.toolpath import Toolpath, ToolpathBuilder
+from leafcut.model.work_material import WorkMaterial
+from leafcut.options import FeedOptions, JobOptions, Settings
+from leafcut.processes.job import Job, check_words_used, library_of, refuse_missing, refuse_too_large
+from leafcut.processes.pocket.job import PocketJob, PocketSolid, raised
+from leafcut.processes.pocket.options import PocketOptions
+
+if TYPE_CHECKING:
+    from leafcut.model.part import Part
+    from leafcut.read.format import Source
+
+
+def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
+    """Read the pockets; return the job, and what is noticed.
+
+    Raises
+    ------
+    ReadError, OptionError, PlanError, VerifyError
+        One line: what is wrong, where, and what to do.
+    """
+    from leafcut.gcode.dialects import dialect
+    from leafcut.processes.placing import placed, placing_words
+    from leafcut.processes.pocket.plan.clamps import refuse_clamps
+    from leafcut.processes.pocket.plan.feed_limits import feed_limits
+    from leafcut.processes.pocket.plan.rules import levels_of, lying_in, milled_pockets, milling_data, rules_of
+    from leafcut.processes.pocket.plan.toolpath import PocketHeights
+    from leafcut.processes.pocket.strategies import check_algorithm
+    from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
+    from leafcut.read import read_pockets
+
+    settings = run.settings
+    check_algorithm(settings)
+    options = settings.of(PocketOptions)
+    part = read_pockets(source, settings.read, settings.pocket_drawing, settings.sheet, run.looking("reading"))
+    mill = _library_mill(run, settings.job.depth)
+    diameter = settings.job.tool_diameter if mill is None else mill.diameter
+    whole = part
+    part, left = milled_pockets(part, settings.job.depth, diameter)
+    depths = [one.depth or 0.0 for one in part.pockets]
+    if mill is not None:
+        # The depths of a solid are known now: the mill may be too short.
+        mill = _library_mill(run, max(depths))
+    rules = rules_of(options, diameter)
+    around = lying_in(part.pockets, rules.tolerance)
+    solid, tops = _solid(run, source, whole, part, rules.radius)
+    levels = tuple(
+        levels_of(
+            depth,
+            options,
+            rules.tool_diameter,
+            top if over is None else -depths[over],
+            settings.job.thickness,
+            settings.job.break_through,
+        )
+        for depth, over, top in zip(depths, around, tops, strict=True)
+    )
+    data, issues = milling_data(options, settings.job, rules, run.machine, mill)
+    limits = None
+    if settings.of(FeedOptions).feeds:
+        limits, told = feed_limits(settings, run.machine, rules, levels, data, mill, _material(settings))
+        issues = [*issues, *told]
+        data = replace(data, limits=limits)
+    made_for = "" if part.pockets[0].top is None else placing_words(source.path, part, settings.read)
+    part = placed(part, settings.read)
+    surface, keep_out = part.pockets[0].top or 0.0, settings.job.keep_out
+    refuse_higher_zones(keep_out, settings.job.clearance_height + surface)
+    over, retract = (
+        crossing_heights(keep_out, settings.job.clearance_height + surface),
+        settings.job.retract_height + surface,
+    )
+    high, radius = over > retract, 0.5 * data.tool.diameter
+    beside = widest_below(radius, bodies_of(data.tool), retract, over) - radius
+    heights = PocketHeights(
+        clearance=settings.job.clearance_height,
+        retract=settings.job.retract_height,
+        always_clearance=settings.job.retract == "initial",
+        end=_xy(settings.job.end_point),
+        zones=widened(parse_zones(keep_out), beside)[high],
+    )
+    floors, clearance = [one.floor + surface for one in levels], settings.job.clearance_height + surface
+    refuse_clamps(part.pockets, floors, rules, data.tool, keep_out, clearance)
+    words = dialect(settings.post.dialect or run.machine.controller)
+    run = run.for_words(words)
+    check_words_used(settings, run.machine, words)
+    job = PocketJob(
+        run, part, rules, levels, tuple(around), heights, data, words, _xy(settings.job.start_point), limits,
+        tuple(tops), solid, made_for,
+    )  # fmt: skip
+    refuse_missing(settings, source, (*part.issues, *left))
+    from leafcut.proof.envelope import check_envelope
+
+    refuse_too_large(check_envelope(_box(job), run.machine), part, settings)
+    return job, [*part.issues, *left, *issues, *_lower(part.pockets, tops)]
+
+
+def _solid(run: Job, source: Source, whole: Part, part: Part, radius: float) -> tuple[PocketSolid | None, list[float]]:
+    """Return the solid, and the height of the material of each pocket; without --pocket-top surface None and 0.
+
+    Raises
+    ------
+    OptionError
+        The input is not a solid.
+    """
+    if run.settings.of(PocketOptions).pocket_top == "highest":
+        return None, [0.0] * len(part.pockets)
+    if any(one.top is None for one in part.pockets):
+        raise OptionError("--pocket-top surface: a drawing has no surface; leave it out, or give a STEP file")
+    from leafcut.model.mesh import Mesh
+    from leafcut.processes.placing import placed_mesh
+    from leafcut.processes.pocket.plan.stock_top import filled, stock_tops
+    from leafcut.read.step import Pose, step_mesh
+
+    run.tell("reading the surface")
+    read = run.settings.read
+    triangles = step_mesh(source.path, source.data, read.solid, Pose.of(read))
+    every = stock_tops(whole.pockets, whole.pockets, triangles, radius)
+    before = placed_mesh(Mesh(filled(triangles, whole.pockets, every), part.name), part, read)
+    tops = [every[k] for k, one in enumerate(whole.pockets) if any(one is mine for mine in part.pockets)]
+    return PocketSolid(triangles, whole.pockets, part.pockets, before), tops
+
+
+def _lower(pockets: Sequence[Pocket], tops: Sequence[float]) -> list[Issue]:
+    """Return a warning about pockets whose material starts below the highest place of the solid."""
+    lower = [k for k, top in enumerate(tops) if top < 0.0]
+    if not lower:
+        return []
+    heights = sorted({round((pockets[k].top or 0.0) + tops[k], 3) for k in lower}, reverse=True)
+    words = (
+        f"{count_of(len(lower), 'pocket')} with material that begins below the highest place, at "
+        f"{', '.join(f'Z{z:g}' for z in heights)}: what is above has to be gone before this program runs"
+    )
+    return [Issue("L706", words)]
+
+
+def _library_mill(run: Job, depth: float | None) -> Tool | None:
+    """Return the end mill of the tool library for pockets of a depth; None without a library."""
+    from leafcut.processes.pocket.plan.tool import library_mill
+
+    tools = library_of(run.settings, run.machine)
+    if tools is None:
+        return None
+    job = run.settings.job
+    return library_mill(
+        tools, run.settings.of(PocketOptions).tool_number, job.tool_diameter, job.diameter_tolerance, depth
+    )
+
+
+def _material(settings: Settings) -> WorkMaterial | None:
+    """Return the material if the user names one with a known cutting force, else None.
+
+    Raises
+    ------
+    OptionError
+        The file of the material cannot be read.
+    """
+    from leafcut.read.work_materials import load_material
+
+    named = settings.job.material
+    if "material" not in settings.given:
+        return None
+    try:
+        return load_material(named)
+    except OptionError:
+        if JobOptions.specs()["material"].names_file(named):
+            raise
+        return None  # a name of the tables of cutting speeds
+
+
+def _xy(point: tuple[float, ...] | None) -> Point | None:
+    if point is not None and len(point) != 2:
+        raise OptionError("--start-point and --end-point need two numbers, x,y")
+    return None if point is None else (point[0], point[1])
+
+
+def _box(job: PocketJob) -> Toolpath:
+    """Return moves around the box of all pockets, from the clearance height to the floor."""
+    builder = ToolpathBuilder()
+    builder.rapid(z=job.heights.clearance)
+    for one, levels in zip(job.part.pockets, job.levels, strict=True):
+        x0, y0, x1, y1 = one.outline.extents
+        r = job.rules.radius
+        builder.rapid(x0 + r, y0 + r)
+        builder.feed(z=levels.floor, feed=job.data.tool.feed)
+        builder.feed(x1 - r, y1 - r, feed=job.data.tool.feed)
+        builder.rapid(z=job.heights.clearance)
+    return raised(builder.build(), job.top)

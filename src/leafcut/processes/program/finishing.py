@@ -1,0 +1,102 @@
+"""After the order: new heights and feeds, a comment on newly crossed areas, and the report of a reordered program."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from leafcut.files.digests import signed
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.plan import Candidate
+from leafcut.model.sequence import Kept
+from leafcut.processes.plan import Plan
+from leafcut.processes.program.model import AvoidedAreas, ProgramDetail
+from leafcut.processes.program.pace import wants_pace, with_new_pace
+from leafcut.processes.program.proving import kept_issues, measured, with_comments, with_text
+from leafcut.processes.program.shown import shown_stock
+
+if TYPE_CHECKING:
+    from leafcut.gcode.program import Program
+    from leafcut.processes.program.planning import ForeignWork
+
+
+def finished(plan: Plan, best: Candidate) -> Candidate:
+    """Return a proved program with new heights and feeds, if requested.
+
+    A comment names new moves across areas that the original avoided.
+
+    Raises
+    ------
+    OptionError, PlanError
+        The heights or feeds cannot be chosen.
+    """
+    work, job = plan.work, plan.job
+    best = replace(best, detail=replace(best.detail, dangers=_new_dangers(work, best.detail.program)))
+    if wants_pace(job):
+        paced = with_new_pace(
+            job, plan.words, work.program, best.detail.program, work.source, plan.kind, work.obstacles
+        )
+        timed = measured(plan, paced.program)
+        detail = replace(best.detail, program=paced.program, paced=paced)
+        best = replace(best, text=paced.text, path=paced.program.path, measure=timed, detail=detail)
+    return _with_avoided(plan, best)
+
+
+def _with_avoided(plan: Plan, best: Candidate) -> Candidate:
+    """Return the program with a comment on new moves across areas that the original avoided."""
+    from leafcut.processes.program.proof.avoided_areas import avoided_areas
+
+    if best.text == plan.work.text:
+        return best
+    areas = avoided_areas(plan.work.program, best.detail.program, plan.job.machine.safe_z or 0.0)
+    if areas.moves and plan.job.settings.post.header:
+        # The comments move all lines down.
+        areas = replace(areas, line=areas.line + len(with_comments("", _comments(areas), plan.words).splitlines()))
+        best = with_text(plan, best, signed(with_comments(best.text, _comments(areas), plan.words)))
+    return replace(best, detail=replace(best.detail, avoided=areas))
+
+
+def _comments(areas: AvoidedAreas) -> list[str]:
+    return [f"leafcut: {areas.crossings}", f"leafcut: name clamps with --keep-out, first: line {areas.line}"]
+
+
+def _new_dangers(work: ForeignWork, program: Program) -> tuple[Issue, ...]:
+    """Return kinds of danger that the original does not have; there are none, or the proof has missed something."""
+    if program is work.program:
+        return ()
+    known = {issue.code for issue in work.dangers}
+    dangers = replace(work.read, program=program).find_dangers()
+    return tuple(replace(i, message=f"in the new program: {i.message}") for i in dangers if i.code not in known)
+
+
+def issues_of(plan: Plan, best: Candidate) -> list[Issue]:
+    """Return dangers first, then the reasons why work keeps its place."""
+    work, detail = plan.work, best.detail
+    issues = [*work.before]
+    if not detail.certificate.before.works:
+        message = "no cut and no hole was found in the program: check that this is the file that you mean"
+        issues.append(Issue("L502", message))
+    issues += [*work.dangers, *detail.dangers]
+    if detail.avoided.moves:
+        severity = Severity.WARNING if work.obstacles is None else Severity.NOTE
+        issues.append(Issue("L515", detail.avoided.text, severity=severity))
+    issues += [*work.after, *kept_issues(work, best.order)]
+    return [*issues, *(detail.paced.issues if detail.paced else ())]
+
+
+def detail_of(plan: Plan, best: Candidate) -> ProgramDetail:
+    """Return the proof, the pieces that stay, and the stock."""
+    from leafcut.processes.program.plan.precedence.staying import count_pieces, grouped
+
+    work, settings, detail = plan.work, plan.job.settings, best.detail
+    sequence = work.sequence
+    return ProgramDetail(
+        certificate=detail.certificate,
+        barriers=sum(isinstance(item, Kept) and bool(item.reasons) for item in sequence.items),
+        pieces=count_pieces(sequence),
+        staying=grouped(sequence, best.order.kept, settings.job.keep_order),
+        pace=detail.paced.change if detail.paced else None,
+        stock=work.stock,
+        shown=shown_stock(work.program, work.source, settings, plan.job.machine, plan.kind),
+        avoided=detail.avoided,
+    )

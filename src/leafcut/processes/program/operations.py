@@ -1,0 +1,92 @@
+"""The operations of a reordered program, for its report: one for each section."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.model.outcome import OperationOutcome
+from leafcut.model.sequence import Section
+from leafcut.model.solution import Solution
+from leafcut.model.tool import Tool, ToolKind
+from leafcut.model.toolpath import Kind, Toolpath, arc_sweep, position_before
+from leafcut.processes.program.planning import ForeignWork, staying_rows
+
+if TYPE_CHECKING:
+    from leafcut.gcode.program import Program
+    from leafcut.model.plan import Order
+
+
+def operations_of(work: ForeignWork, order: Order) -> tuple[OperationOutcome, ...]:
+    """Return the ordered sections, with tool, feed and holes; none if no section was ordered.
+
+    A hole that stays, such as the first one of a cycle, belongs to the next section of its tool, else to the last one.
+    """
+    program, sequence = work.program, work.sequence
+    first, found = 0, list[OperationOutcome]()
+    for number, section in enumerate(sequence.sections):
+        if order.solutions:
+            solution = order.solutions[number]
+            if not np.array_equal(solution.nodes, order.choices[number]):
+                solution = replace(solution, nodes=order.choices[number], lower_bound=None)
+            found.append(_operation(program, section, sequence.process, first, solution))
+        first += sum(piece.kind == "hole" for piece in section.pieces)
+    starts = [int(program.first[section.pieces[0].begin]) for section in sequence.sections]
+    staying = _staying(program.path, staying_rows(program, sequence), [o.tool.number for o in found], starts)
+    return tuple(replace(one, staying=tuple(first + k for k in mine)) for one, mine in zip(found, staying, strict=True))
+
+
+def _staying(path: Toolpath, rows: NDArray[np.intp], tools: list[int], starts: list[int]) -> list[list[int]]:
+    """Return the numbers of the staying holes that belong to each operation, by its tool and its first row."""
+    changes = np.flatnonzero(path.kind == Kind.TOOL)
+    last = np.searchsorted(changes, rows) - 1
+    tool = np.where(last >= 0, path.ref[changes[last]], 0) if len(changes) else np.zeros(len(rows))
+    staying: list[list[int]] = [[] for _ in tools]
+    of_tool: dict[int, list[int]] = {}
+    for k, number in enumerate(tools):
+        of_tool.setdefault(number, []).append(k)
+    for hole, (row, number) in enumerate(zip(rows.tolist(), tool.tolist(), strict=True)):
+        mine = of_tool.get(number)
+        if mine:
+            staying[next((k for k in mine if starts[k] > row), mine[-1])].append(hole)
+    return staying
+
+
+def _feed(path: Toolpath, works: NDArray[np.intp]) -> float:
+    """Return the feed of most of the length of a cut in x and y; of a hole, the feed of its first row."""
+    if not len(works):
+        return 0.0
+    places = np.concatenate([[position_before(path, int(works[0]))], path.end[works]])
+    length = np.nan_to_num(np.hypot(*np.diff(places, axis=0)[:, :2].T))
+    for k in np.flatnonzero(path.kind[works] != Kind.FEED).tolist():
+        if path.kind[works[k]] != Kind.DRILL:
+            radius, _, sweep = arc_sweep(path, int(works[k]))
+            length[k] = radius * abs(sweep)
+    feeds, of = np.unique(path.value[works], return_inverse=True)
+    return float(feeds[np.bincount(of.reshape(-1), length).argmax()] if length.any() else path.value[works[0]])
+
+
+def _operation(program: Program, section: Section, process: str, first: int, solution: Solution) -> OperationOutcome:
+    """Return the operation of a section; feed, speed and cycle are those of its first piece of work."""
+    path, holes = program.path, [k for k, c in enumerate(section.pieces) if c.kind == "hole"]
+    piece = section.pieces[holes[0] if holes else 0]
+    rows = np.arange(program.first[piece.begin], program.first[piece.end])
+    works = rows[(path.kind[rows] >= Kind.FEED) & (path.kind[rows] <= Kind.DRILL)]
+    drilling = works[path.kind[works] == Kind.DRILL]
+    tool = Tool(
+        number=0 if section.tool is None else section.tool,
+        diameter=0.0,
+        kind=ToolKind.DRILL if holes else ToolKind.SLOT_MILL,
+        name="" if holes else process,
+        feed=_feed(path, works[:1] if holes else works),
+        spindle_rpm=program.modal(piece.end).rpm,
+    )
+    at = {piece: first + i for i, piece in enumerate(holes)}
+    order = tuple(at[k] for k in solution.nodes.tolist() if k in at)
+    cycle = path.cycles[int(path.ref[drilling[0]])].name if len(drilling) else ""
+    line = program.text_line
+    lines = int(line[section.pieces[0].begin]), int(line[section.pieces[-1].end - 1])
+    return OperationOutcome(tool, cycle, order, False, solution, len(section.pieces) - len(holes), lines)

@@ -1,0 +1,320 @@
+"""A foreign program as tasks: sections of it are stages, pieces of work their tasks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from leafcut.errors import OptionError, VerifyError
+from leafcut.files.whole_files import decoded
+from leafcut.geometry.arrays import Point
+from leafcut.model.issue import Issue, Severity
+from leafcut.model.kinds import BEAMS
+from leafcut.model.obstacles import Obstacles
+from leafcut.model.part import Hole, Part
+from leafcut.model.plan import Order, Stage
+from leafcut.model.problem import Metric
+from leafcut.model.sequence import Section, Sequence
+from leafcut.model.solution import Solution
+from leafcut.model.toolpath import PLACES, STILL, Kind
+from leafcut.processes.keep_out import obstacles_of
+from leafcut.processes.plan import Plan
+from leafcut.processes.program.options import ResequenceOptions
+from leafcut.processes.program.pace import check_library, wants_pace
+from leafcut.processes.program.reading import ProgramRead, read_foreign
+from leafcut.processes.program.stock_proof import stock_judge
+
+if TYPE_CHECKING:
+    from leafcut.gcode.program import Program
+    from leafcut.processes.job import Job
+    from leafcut.processes.program.model import StockProof
+    from leafcut.processes.program.proof.stock_judge import StockJudge
+
+#: Steps after which planning gives up; the order of the program is then kept.
+MOST_STEPS = 1_000_000
+#: Assumed cost of a path around an obstacle, as the height of a rise, mm.
+_AROUND = 50.0
+#: Rows with a position, in coordinates of the program or of the machine.
+_PLACES = [int(k) for k in (*PLACES, Kind.MACHINE)]
+
+
+@dataclass(frozen=True, eq=False)
+class ForeignWork:
+    """A foreign program, ready to be reordered.
+
+    Attributes
+    ----------
+    source, read
+        Name and content of the program.
+    sequence
+        Its sections, and the blocks that stay.
+    obstacles
+        Keep-out zones, or None.
+    judge, stock
+        The judge of the remaining stock, or None; and the resolution, or the reason why there is none.
+    stands
+        Position of the tool before its first move, if the user states it.
+    dangers
+        Dangers of the program as it is.
+    before, after
+        Other issues, reported before and after the dangers.
+    staying
+        Holes outside of the sections, as indices into the holes of the part, by the first row: (row, tool, hole).
+    """
+
+    source: str
+    read: ProgramRead
+    sequence: Sequence
+    obstacles: Obstacles | None
+    judge: StockJudge | None
+    stock: StockProof | None
+    stands: Point | None
+    dangers: tuple[Issue, ...]
+    before: tuple[Issue, ...]
+    after: tuple[Issue, ...]
+
+    @property
+    def program(self) -> Program:
+        """The program as it runs."""
+        return self.read.program
+
+    @property
+    def text(self) -> str:
+        """The text of the program."""
+        return "".join(self.program.lines)
+
+
+def plan_program(job: Job, source: str, data: bytes, process: str) -> Plan:
+    """Return the sections of a program as stages.
+
+    Parameters
+    ----------
+    source, data
+        Name and bytes of the program.
+    process
+        ``drill``, ``mill``, ``laser``, ``plasma``, or ``auto`` to read it from the program.
+
+    Raises
+    ------
+    ReadError, OptionError, PlanError, VerifyError
+        One line: what is wrong, where, and what to do.
+    """
+    from leafcut.gcode.dialects import dialect
+
+    words = dialect(job.settings.post.dialect or job.machine.controller)
+    if words.one_command or words.language != "g-code":
+        reason = "has one command a line" if words.language == "g-code" else "is no G-code"
+        raise OptionError(f"{words.name} {reason}: leafcut writes and verifies its programs, but does not reorder them")
+    text, encoding = decoded(data)
+    read = read_foreign(
+        text, source, job.settings, job.machine, words, job.looking("reading"), process=process,
+        router=not wants_pace(job),
+    )  # fmt: skip
+    original, job = read.program, replace(job, machine=read.machine)
+    others = check_library(job, original, source, read.process)
+    judging = stock_judge(job, original, source, read.process)
+    dangers = (*read.find_dangers(), *judging.issues)
+    _refuse_dangers(job, source, dangers)
+    sequence = _sections(job, original, read.process)
+    obstacles, noticed = obstacles_of(job, original, sequence.process in BEAMS)
+    stands, starts = _stands(job, original, sequence)
+    work = ForeignWork(
+        source=source,
+        read=read,
+        sequence=sequence,
+        obstacles=obstacles,
+        judge=judging.judge,
+        stock=judging.proof,
+        stands=stands,
+        dangers=dangers,
+        before=tuple(others),
+        after=(
+            *noticed,
+            *read.issues,
+            *_unknown_materials(job, read),
+            *sequence.issues,
+            *_offers(job, sequence),
+        ),
+    )
+    return Plan(
+        job=job,
+        part=part_of(source, original, sequence),
+        words=read.words,
+        work=work,
+        stages=() if job.settings.job.keep_order else _stages(job, sequence, obstacles, starts),
+        kind=sequence.process,
+        encoding=encoding,
+        limits=read.limits,
+    )
+
+
+def _refuse_dangers(job: Job, source: str, dangers: tuple[Issue, ...]) -> None:
+    """Refuse a dangerous program if `--strict` asks for it."""
+    worst = [issue for issue in dangers if issue.severity is Severity.DANGER]
+    if job.settings.read.strict and worst:
+        more = f" (and {len(worst) - 1} more)" if len(worst) > 1 else ""
+        raise VerifyError(f"{source}: {worst[0]}{more}; --strict refuses a program that is dangerous as it is")
+
+
+def _unknown_materials(job: Job, read: ProgramRead) -> list[Issue]:
+    """Return a warning about materials that cuts use and the program does not define."""
+    from leafcut.processes.program.simulate import run_of_controller
+
+    return run_of_controller(read.program, read.words, job.settings.job.clearance_height)[1]
+
+
+class _TooManySteps(Exception):
+    """Planning took more than `MOST_STEPS`."""
+
+
+def _sections(job: Job, original: Program, process: str) -> Sequence:
+    """Return the sections of the program; all of it stays if finding them takes too many steps."""
+    from leafcut.processes.program.plan.resequencing import all_stay, find_sequence
+    from leafcut.processes.program.plan.sections.program_rows import known_process
+
+    options, steps = job.settings.of(ResequenceOptions), 0
+    tell = job.looking("finding what can be reordered")
+
+    def look(_: float = 0.0, /) -> None:
+        nonlocal steps
+        steps += 1
+        if steps > MOST_STEPS:
+            raise _TooManySteps
+        tell()
+
+    try:
+        return find_sequence(
+            original,
+            process=process,
+            merge_tools=options.merge_tools,
+            allow_reverse=options.allow_reverse,
+            mix_operations=options.mix_operations,
+            look=look,
+        )
+    except _TooManySteps:
+        said = "the order stays: the program is too large to plan; divide it into several"
+        found = known_process(original) if process == "auto" else process
+        return replace(all_stay(original, found, "too-large"), issues=(Issue("L507", said),))
+
+
+def _stages(job: Job, sequence: Sequence, obstacles: Obstacles | None, start: Point | None) -> tuple[Stage, ...]:
+    """Return a stage for each section.
+
+    A section follows the one before it if no move in between has a known position. `start` is the position of the tool
+    before the first section, or None.
+    """
+    from leafcut.processes.program.plan.resequencing import build_problem
+
+    stages: list[Stage] = []
+    moves = True
+    for number, section in enumerate(sequence.sections, 1):
+        follows = bool(stages) and not (moves and section.start is not None)
+        starts = None if follows else start if section.start is None else section.start
+        problem = build_problem(section, _metric(job, section, obstacles), starts, section.end)
+        given = np.arange(len(section.pieces), dtype=np.int32)
+        stages.append(Stage(problem, follows, given, f"ordering section {number}"))
+        moves = section.end is not None
+    return tuple(stages)
+
+
+def _metric(job: Job, section: Section, obstacles: Obstacles | None) -> Metric:
+    """Return the cost of travel in a section; a move across an obstacle rises above it, or goes around it."""
+    from leafcut.timing.travel import travel_metric
+
+    objective = job.settings.solve.objective
+    if obstacles is None:
+        return travel_metric(job.machine, objective)
+    over = obstacles.heights > section.clearance
+    zones, highest = obstacles.of_tool(section.tool)[over], float(obstacles.heights[over].max(initial=-math.inf))
+    rise = highest - section.clearance if math.isfinite(highest) else _AROUND
+    return travel_metric(job.machine, objective, zones=zones, lift_height_mm=rise if len(zones) else 0.0)
+
+
+def _stands(job: Job, original: Program, sequence: Sequence) -> tuple[Point | None, Point | None]:
+    """Return the position of the tool before the program moves it, and the same if the first section starts there."""
+    start = job.settings.job.start_point
+    if start is None:
+        return None, None
+    stands = float(start[0]), float(start[1])
+    if not sequence.sections:
+        return stands, None
+    path = original.path
+    before = slice(0, int(original.first[sequence.sections[0].pieces[0].begin]))
+    known = np.isfinite(path.end[before, :2]).any(axis=1) & np.isin(path.kind[before], _PLACES)
+    moved = known.any() or ((path.kind[before] == Kind.FOREIGN) & (path.ref[before] != STILL)).any()
+    return stands, None if moved else stands
+
+
+def _offers(job: Job, sequence: Sequence) -> list[Issue]:
+    """Return a note on what another option would save."""
+    changes = sequence.mergeable
+    if not changes or job.settings.job.keep_order:
+        return []
+    seconds = changes * job.machine.tool_change_s
+    said = f"--merge-tools would save {changes} tool change{'s'[: changes != 1]}"
+    return [Issue("L506", said + (f", {seconds:.0f} s" if seconds else ""), severity=Severity.NOTE)]
+
+
+def with_few_speed_changes(plan: Plan, order: Order) -> Order:
+    """Return the order with no more changes of spindle speed in a section than the program has."""
+    sections = plan.work.sequence.sections
+    solutions = tuple(
+        _few_speed_changes(plan.work.program, section, solution)
+        for section, solution in zip(sections, order.solutions, strict=False)
+    )
+    return replace(order, choices=tuple(solution.nodes for solution in solutions), solutions=solutions)
+
+
+def _few_speed_changes(program: Program, section: Section, solution: Solution) -> Solution:
+    """Return the solution; if it changes the speed too often, all ready work of a speed is done before the next one."""
+    from leafcut.processes.program.plan.resequencing import piece_order, speeds_of
+
+    speeds = speeds_of(program, section)
+    if len(np.unique(speeds)) < 2:
+        return solution
+    pieces = piece_order(section, solution.nodes)
+    pieces = np.where(pieces < 0, ~pieces, pieces)
+    most = int(np.count_nonzero(np.diff(speeds)))
+    if np.count_nonzero(np.diff(speeds[pieces])) <= most:
+        return solution
+    waits_for: dict[int, set[int]] = {}
+    for one, other in section.precedence.tolist():
+        waits_for.setdefault(other, set()).add(one)
+    waiting = list(zip(pieces.tolist(), solution.nodes.tolist(), strict=True))
+    speed, done, nodes = float(speeds[0]), set[int](), list[int]()
+    while waiting:
+        left = []
+        for one, node in waiting:
+            if speeds[one] == speed and waits_for.get(one, set()) <= done:
+                done.add(one)
+                nodes.append(node)
+            else:
+                left.append((one, node))
+        if len(left) == len(waiting):
+            speed = next(float(speeds[one]) for one, _ in left if waits_for.get(one, set()) <= done)
+        waiting = left
+    order = piece_order(section, np.array(nodes, dtype=np.int32))
+    if np.count_nonzero(np.diff(speeds[np.where(order < 0, ~order, order)])) > most:
+        return replace(solution, nodes=np.arange(len(solution.nodes), dtype=np.int32), lower_bound=None)
+    return replace(solution, nodes=np.array(nodes, dtype=np.int32), lower_bound=None)
+
+
+def part_of(source: str, program: Program, sequence: Sequence) -> Part:
+    """Return the holes of a program as a part: those of its sections, then those that stay."""
+    holes = [Hole(*piece.entry, 0.0) for s in sequence.sections for piece in s.pieces if piece.kind == "hole"]
+    holes += [Hole(x, y, 0.0) for x, y in program.path.end[staying_rows(program, sequence), :2].tolist()]
+    return Part(name=Path(source).stem, source=source, format="gcode", holes=tuple(holes))
+
+
+def staying_rows(program: Program, sequence: Sequence) -> NDArray[np.intp]:
+    """Return the rows of drilled holes outside of the sections."""
+    path, stays = program.path, np.ones(len(program.path), dtype=bool)
+    for section in sequence.sections:
+        for piece in section.pieces:
+            stays[program.first[piece.begin] : program.first[piece.end]] = False
+    return np.flatnonzero(stays & (path.kind == Kind.DRILL) & np.isfinite(path.end[:, :2]).all(axis=1))
