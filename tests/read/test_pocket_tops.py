@@ -21,7 +21,7 @@ from leafcut.material.straight_moves import straight_moves
 from leafcut.model.cutter import cutter_of
 from leafcut.model.pocket import Pocket
 from leafcut.processes.pocket.plan.stock_top import highest_over, stock_tops
-from leafcut.processes.pocket.proof.stock_top import stock_top_differences
+from leafcut.processes.pocket.proof.pocket import stock_top_differences
 from leafcut.processes.pocket.report.pocket_report import PocketReport
 from made_solids import box, cut, fused, rounded, saved
 

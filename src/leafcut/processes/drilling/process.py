@@ -106,9 +106,8 @@ class Drilling(Process):
     def plan(self, job: Job, sources: Sequence[Source], asked: str) -> Plan:
         """Return one stage of tasks for each tool: a hole has one choice, a slot two directions."""
         from leafcut.gcode.dialects import dialect
-        from leafcut.processes.drilling.hole_order import wanted_nodes
         from leafcut.processes.drilling.plan.drill_toolpath import stages_of
-        from leafcut.processes.drilling.spec import planned
+        from leafcut.processes.drilling.spec import planned, wanted_nodes
         from leafcut.processes.job import check_words_used
         from leafcut.processes.plan import Plan
 

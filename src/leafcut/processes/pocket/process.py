@@ -191,7 +191,7 @@ class Pocketing(Process):
 
     def issues(self, plan: Plan, best: Candidate) -> Sequence[Issue]:
         """Return changed entries, required holes, stops, and uncut places."""
-        from leafcut.processes.pocket.entry_issues import entry_issues, stops
+        from leafcut.processes.pocket.proving import entry_issues, stops
 
         return (*entry_issues(best.detail.descents), *stops(plan.work.job), *best.detail.left)
 

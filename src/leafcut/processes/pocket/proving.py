@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from leafcut.errors import count_of
 from leafcut.model.cutter import bodies_of
-from leafcut.model.issue import Issue, MissingWork
+from leafcut.model.issue import Issue, MissingWork, Severity
 from leafcut.model.pocket import UNCOVERED
 from leafcut.model.toolpath import Toolpath
 from leafcut.processes.job import refuse
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from leafcut.material.removal import Removal
     from leafcut.processes.pocket.plan.entries import Descent
     from leafcut.processes.pocket.proof.chips import MeasuredChips
+
 
 #: So many uncut places are told one by one.
 NAMED_PLACES = 3
@@ -52,8 +53,8 @@ def prove_pockets(job: PocketJob, laid: LaidPockets, text: str) -> tuple[Toolpat
         gouge_differences,
         simulated_levels,
         step_over_differences,
+        stock_top_differences,
     )
-    from leafcut.processes.pocket.proof.stock_top import stock_top_differences
     from leafcut.processes.zones import crossing_heights, parse_zones
     from leafcut.proof.program import check_program, read_back
 
@@ -118,4 +119,34 @@ def _uncut(job: PocketJob, removed: list[tuple[int, Removal]]) -> list[Issue]:
         words = f"{job.part.pockets[number].label}: {area_words(found.uncovered.area)} stay uncut ({share:.2f} %)"
         work = MissingWork("place", len(left), tuple((point.x, point.y) for point in points))
         issues.append(Issue("L711", words, f"near {at}{more}", missing=work))
+    return issues
+
+
+def stops(job: PocketJob) -> list[Issue]:
+    """Return a note if the tool stops after every move, although stock would allow it to go on."""
+    if not job.words.rounding or job.rounding <= job.rules.stock:
+        return []
+    words = (
+        f"{job.words.name} stops after every move (G61): with G64 it would cut corners short by up to "
+        f"{job.rounding:.2g} mm at this feed, into walls; give that much --stock to rough without stops"
+    )
+    return [Issue("L704", words, severity=Severity.NOTE)]
+
+
+def entry_issues(descents: Sequence[Descent]) -> list[Issue]:
+    """Return the entries that differ from the request, and the holes that must exist."""
+    other = [d for d in descents if d.kind != d.asked]
+    issues = []
+    for kind in dict.fromkeys(d.kind for d in other):
+        places = list(dict.fromkeys(d.place for d in other if d.kind == kind))
+        asked = next(d.asked for d in other if d.kind == kind)
+        words = f"no room for a {asked}: entry changed to a {kind}"
+        more = f", and at {len(places) - 1} more" if len(places) > 1 else ""
+        severity = Severity.WARNING if kind == "plunge" else Severity.NOTE
+        issues.append(Issue("L702", words, f"at ({places[0][0]:.3f}, {places[0][1]:.3f}){more}", severity))
+    if needed := holes(descents):
+        words = f"{len(needed)} holes have" if len(needed) > 1 else "a hole has"
+        places = list(needed)[:4]
+        at = "; ".join(f"({x:.3f}, {y:.3f})" for x, y in places) + (" …" if len(needed) > 4 else "")
+        issues.append(Issue("L703", f"{words} to be there before this program runs, as deep as the pocket", f"at {at}"))
     return issues

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from leafcut.errors import OptionError, count_of
+import shapely
+
+from leafcut.errors import OptionError, PlanError, count_of
 from leafcut.geometry.arrays import Point
+from leafcut.geometry.regions import tool_centres
 from leafcut.geometry.zones import widened
-from leafcut.model.cutter import bodies_of, widest_below
+from leafcut.model.cutter import bodies_of, discs_of, widest_below
 from leafcut.model.issue import Issue
-from leafcut.model.pocket import Pocket
+from leafcut.model.pocket import Pocket, PocketRules
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.model.work_material import WorkMaterial
@@ -19,6 +23,8 @@ from leafcut.options import FeedOptions, JobOptions, Settings
 from leafcut.processes.job import Job, check_words_used, library_of, refuse_missing, refuse_too_large
 from leafcut.processes.pocket.job import PocketJob, PocketSolid, raised
 from leafcut.processes.pocket.options import PocketOptions
+from leafcut.processes.pocket.plan.region import pocket_region
+from leafcut.processes.zones import crossing_heights, parse_zones
 
 if TYPE_CHECKING:
     from leafcut.model.part import Part
@@ -35,7 +41,6 @@ def prepared(run: Job, source: Source) -> tuple[PocketJob, list[Issue]]:
     """
     from leafcut.gcode.dialects import dialect
     from leafcut.processes.placing import placed, placing_words
-    from leafcut.processes.pocket.plan.clamps import refuse_clamps
     from leafcut.processes.pocket.plan.feed_limits import feed_limits
     from leafcut.processes.pocket.plan.rules import levels_of, lying_in, milled_pockets, milling_data, rules_of
     from leafcut.processes.pocket.plan.toolpath import PocketHeights
@@ -199,3 +204,52 @@ def _box(job: PocketJob) -> Toolpath:
         builder.feed(x1 - r, y1 - r, feed=job.data.tool.feed)
         builder.rapid(z=job.heights.clearance)
     return raised(builder.build(), job.top)
+
+
+#: Less than this is left to the proof of the program, which knows the path, mm.
+ROUNDING = 0.05
+
+
+def refuse_clamps(
+    pockets: Sequence[Pocket],
+    floors: Sequence[float],
+    rules: PocketRules,
+    tool: Tool,
+    keep_out: Sequence[str],
+    clearance: float,
+) -> None:
+    """Refuse a pocket whose walls cannot be milled without meeting a keep-out zone.
+
+    Parameters
+    ----------
+    floors, clearance
+        Heights of the floors in the program, and of zones without a height, mm.
+
+    Raises
+    ------
+    PlanError
+        Names the pocket, the zone, and the missing length or distance.
+    """
+    zones: Any = [shapely.box(*zone) for zone in parse_zones(keep_out)]
+    heights = crossing_heights(keep_out, clearance).tolist()
+    for pocket, floor in zip(pockets, floors, strict=True) if zones else ():
+        centres = tool_centres(pocket_region(pocket, rules.tolerance), rules.radius + rules.stock, rules.tolerance)
+        if centres.is_empty:
+            continue
+        for text, zone, height in zip(keep_out, zones, heights, strict=True):
+            away = float(shapely.distance(centres, zone)) + ROUNDING
+            if away < rules.radius:
+                raise PlanError(
+                    f"{pocket.label} is in the keep-out zone '{text}', or closer to it than the radius of "
+                    f"{tool.label}; move the clamp, or change --keep-out"
+                )
+            meets = [disc for disc in discs_of(tool) if disc.radius > away and floor + disc.above < height]
+            if meets:
+                lowest = min(meets, key=lambda disc: disc.above)
+                farther = math.ceil(height - floor - lowest.above)
+                apart = math.ceil(max(disc.radius for disc in meets) - away)
+                raise PlanError(
+                    f"{pocket.label}: the {lowest.body} of {tool.label} meets the keep-out zone '{text}', "
+                    f"{away:.3g} mm beside the tool's path; let the mill stick out {farther} mm farther, move the "
+                    f"clamp {apart} mm away, or use a lower one"
+                )

@@ -6,7 +6,7 @@ import pytest
 
 from leafcut.geometry.polyline import Polyline
 from leafcut.model.pocket import PocketRules
-from leafcut.processes.pocket.plan.cleared_area import ClearedArea, Opened
+from leafcut.processes.pocket.plan.toolpath import ClearedArea, Opened
 
 RULES = PocketRules(tool_diameter=10.0, step_over=6.0)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from enum import IntEnum
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,11 @@ from numpy.typing import NDArray
 from leafcut.errors import PlanError
 from leafcut.geometry.arrays import Point
 from leafcut.geometry.polyline import Polyline, joined
+from leafcut.geometry.regions import FINE, quarter
 from leafcut.geometry.zones import touches_any_zone, widened
 from leafcut.model.machine import Machine
-from leafcut.model.pocket import FILM, SAME_PLACE, PocketLevels, PocketPath, PocketPiece
+from leafcut.model.pocket import FILM, SAME_PLACE, PocketLevels, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
-from leafcut.processes.pocket.plan.cleared_area import ClearedArea, Opened
 from leafcut.processes.pocket.plan.entries import ABOVE, TOUCH, Descent, come_down, follow, wind_down
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.rules import MillingData, finishing_levels
@@ -306,3 +307,46 @@ def fed(share: float, feed: float) -> float:
     value = share * feed * SECONDS_PER_MINUTE
     unit = 10.0 ** (math.floor(math.log10(value)) - DIGITS + 1)
     return math.floor(value / unit + 1e-9) * unit / SECONDS_PER_MINUTE
+
+
+#: Part of the tool's radius by which what is cleared may miss its disc, and the tool still feeds straight down there.
+_SLIVER = 0.02
+#: The same, in tolerances, where it comes down by a rapid: less than the proof allows.
+_FILM = 0.5
+
+
+class Opened(IntEnum):
+    """Whether what was cut before lets the tool come down at a place: not, but for a sliver, or all of it."""
+
+    NO = 0
+    NEARLY = 1
+    CLEAR = 2
+
+
+class ClearedArea:
+    """The ground that runs clear, one after the other."""
+
+    def __init__(self, rules: PocketRules) -> None:
+        self.rules = rules
+        self._chords: list[Any] = []
+
+    def after(self, run: Polyline) -> Opened:
+        """Return whether the place where a run begins is cleared, and then count what the run clears."""
+        opened = self._opened(shapely.Point(run.start))
+        points = run.flattened(FINE * self.rules.tolerance)
+        self._chords.append(shapely.linestrings(np.stack([points[:-1], points[1:]], axis=1)))
+        return opened
+
+    def cleared(self) -> Any:
+        """Return all that the runs clear: shapely geometry."""
+        return shapely.union_all(shapely.buffer(np.concatenate([[], *self._chords]), self.rules.radius, quad_segs=32))
+
+    def _opened(self, start: Any) -> Opened:
+        radius, tolerance = self.rules.radius, self.rules.tolerance
+        near = [chords[shapely.dwithin(chords, start, 2.0 * radius)] for chords in self._chords]
+        chords = quarter(radius, FINE * tolerance)
+        # Chord by chord: a buffer of the whole line would round its hollows.
+        cleared = shapely.union_all(shapely.buffer(np.concatenate([[], *near]), radius, quad_segs=chords))
+        if cleared.covers(start.buffer(radius - _FILM * tolerance, quad_segs=chords)):
+            return Opened.CLEAR
+        return Opened.NEARLY if cleared.covers(start.buffer((1.0 - _SLIVER) * radius)) else Opened.NO

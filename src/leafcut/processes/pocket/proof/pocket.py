@@ -21,6 +21,7 @@ from leafcut.model.difference import Difference
 from leafcut.model.pocket import FILM, Pocket, PocketPath, PocketPiece, PocketRules
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.proof.difference import place, shorten
+from leafcut.proof.surface import meets_area
 
 #: Room for the rounding of written heights, mm (half of 0.0001 inch is 0.00127 mm), and of the walls' chords.
 ROOM = 0.002
@@ -479,4 +480,39 @@ def _beyond_walls(
             point = outside.representative_point() if not outside.is_empty else lines[k].centroid
             words = f"the tool of {rules.tool_diameter:g} mm cuts into a wall near {place(point.x, point.y)}"
             wrong.append(Difference("gouge", 0, cuts[k].line, words))
+    return wrong
+
+
+#: Room for the chords of arcs and of the triangles, mm.
+_ROOM = 0.06
+
+
+def stock_top_differences(
+    pockets: Sequence[Pocket],
+    tops: Sequence[float],
+    of_solid: Sequence[Pocket],
+    triangles: NDArray[np.float64],
+    radius: float,
+) -> list[Difference]:
+    """Return the pockets over which, or within a tool's radius around which, the solid is higher than `tops` say.
+
+    What other pockets of the solid take away there is taken to be full up to their own rims. It looks at each triangle
+    above such a height by itself, with its distance, and shares no code with what found the heights.
+
+    Parameters
+    ----------
+    tops
+        Of each pocket, mm: 0 where the pockets of a program begin, and negative below.
+    of_solid
+        All pockets of the solid, milled or not; `triangles`, float64[n, 3, 3], are its surface, mm.
+    """
+    wrong = []
+    for one, top in zip(pockets, tops, strict=True):
+        own = region(one.outline, (), name=one.label)
+        around = [region(other.outline, (), name=other.label) for other in of_solid]
+        area = shapely.union_all([own, *(other for other in around if other.distance(own) <= 0.0)])
+        height = (one.top or 0.0) + top
+        if meets_area(triangles, area, radius - _ROOM, height + _ROOM):
+            words = f"{one.label}: the solid is higher than Z{height:.3f}, where its material is taken to begin"
+            wrong.append(Difference("rapid in the material", 0, 0, words))
     return wrong

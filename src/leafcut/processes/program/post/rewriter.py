@@ -36,8 +36,6 @@ from leafcut.processes.program.post.insertion import (
     line_end,
     renumbered,
 )
-from leafcut.processes.program.post.line_ownership import Territory
-from leafcut.processes.program.post.orders import checked_order
 from leafcut.processes.program.post.reversing import reverse_stroke
 from leafcut.processes.program.post.source_positions import Original
 
@@ -504,3 +502,93 @@ class _Rewriter:
         """Return whether only the interpreter knows what a block does."""
         words = self.reader.words(block)
         return words is None or (block in self.program.fixed and not words.empty)
+
+
+class Territory:
+    """Divides the lines of a program between its pieces.
+
+    Comments directly before the first block of a piece travel with it, unless a blank line parts them from it and more
+    comments follow. The first piece of a section takes as many lines above it as the second one has: what stands
+    higher is about the section.
+    """
+
+    def __init__(self, program: Program, sequence: Sequence) -> None:
+        self._lines = tuple(program.lines)
+        self._line = program.text_line.tolist()
+        self._cut: dict[int, int] = {}
+        for section in sequence.sections:
+            self._divide(section)
+
+    @property
+    def head(self) -> tuple[str, ...]:
+        """The lines that stay above the first piece, where that may move."""
+        return self._lines[: self._at(0)]
+
+    @property
+    def tail(self) -> tuple[str, ...]:
+        """The lines behind the last block."""
+        return self._lines[self._line[-1] :] if self._line else self._lines
+
+    def of(self, begin: int, end: int) -> tuple[str, ...]:
+        """Return the lines of blocks begin … end - 1."""
+        return self._lines[self._at(begin) : self._at(end)]
+
+    def first_block_in(self, begin: int, block: int) -> int:
+        """Return where the line of `block` is among the lines of a piece that begins with block `begin`."""
+        return int(self._line[block]) - 1 - self._at(begin)
+
+    def _at(self, block: int) -> int:
+        """Return the number of lines before those of a block's piece."""
+        if block in self._cut:
+            return self._cut[block]
+        return int(self._line[block - 1]) if block else 0
+
+    def _divide(self, section: Section) -> None:
+        pieces = section.pieces
+        for number, piece in enumerate(pieces):
+            if number and pieces[number - 1].end == piece.begin:
+                self._cut[piece.begin] = self._between(piece.begin)
+        for number, piece in enumerate(pieces):
+            if piece.begin in self._cut:
+                continue
+            follower = pieces[number + 1] if number + 1 < len(pieces) else None
+            alike = follower is not None and follower.begin == piece.end
+            above = self._line[follower.begin] - 1 - self._cut[follower.begin] if alike and follower else 0
+            low, high = self._line[piece.begin - 1] if piece.begin else 0, self._line[piece.begin] - 1
+            self._cut[piece.begin] = max(low, high - above)
+
+    def _between(self, block: int) -> int:
+        """Return where the lines of a piece begin that follows another one."""
+        low, high = int(self._line[block - 1]), int(self._line[block]) - 1
+        blank = [n for n in range(low, high) if not self._lines[n].strip()]
+        if blank and any(self._lines[n].strip() for n in range(blank[0], high)):
+            return blank[0]
+        return low
+
+
+def checked_order(section: Section, order: ArrayLike) -> NDArray[np.int64]:
+    """Return the order as an array, if it has each piece of the section once and keeps its precedence.
+
+    ~k stands for piece k made from its other end, if that is allowed.
+
+    Raises
+    ------
+    PostError
+        It does not; the message names the lines.
+    """
+    given = np.asarray(order, dtype=np.int64)
+    chosen = np.where(given < 0, ~given, given)
+    if chosen.shape != (len(section.pieces),) or not np.array_equal(np.sort(chosen), np.arange(len(chosen))):
+        raise PostError(
+            f"line {section.pieces[0].line}: the order does not have each of {len(section.pieces)} pieces once"
+        )
+    fixed = [section.pieces[k].line for k in chosen[given < 0].tolist() if not section.pieces[k].reversible]
+    if fixed:
+        raise PostError(f"line {fixed[0]}: the piece of work there cannot be reversed")
+    place = np.empty_like(chosen)
+    place[chosen] = np.arange(len(chosen))
+    for before, after in section.precedence.tolist():
+        if place[before] > place[after]:
+            one, other = section.pieces[before].line, section.pieces[after].line
+            raise PostError(f"the piece at line {other} would come before the one at line {one}, which must be first")
+    return given

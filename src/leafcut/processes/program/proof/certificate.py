@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
+import shapely
 
 from leafcut.gcode.program import Program
 from leafcut.geometry.arrays import Indices
@@ -21,10 +22,9 @@ from leafcut.model.heartbeat import Heartbeat, unseen
 from leafcut.model.machine import Machine
 from leafcut.model.toolpath import Kind, Toolpath
 from leafcut.processes.program.proof.barriers import ComparisonGroups, compare_unrun, compare_walls, misplaced
-from leafcut.processes.program.proof.came_free import came_free
 from leafcut.processes.program.proof.explanation import explain
-from leafcut.processes.program.proof.features import FIRST_CYCLE, first_with_units
-from leafcut.processes.program.proof.inner_first import exchanged
+from leafcut.processes.program.proof.features import FIRST_CYCLE, Features, first_with_units
+from leafcut.processes.program.proof.inner_first import exchanged, loops_in, outline_of
 from leafcut.processes.program.proof.loosened import loosened
 from leafcut.processes.program.proof.matching import Feature, Pairing, Room, pair
 from leafcut.processes.program.proof.passes import misordered, told_width
@@ -35,7 +35,7 @@ from leafcut.processes.program.proof.same_work import only_moves
 from leafcut.processes.program.proof.stated import no_longer_stated
 from leafcut.processes.program.proof.tabbed import BEAM_TAB, MILL_TAB, freed
 from leafcut.processes.program.proof.touching_order import inverted
-from leafcut.processes.program.proof.traces import traces_of
+from leafcut.processes.program.proof.traces import Traces, traces_of
 from leafcut.proof.difference import MOST_LISTED, place, shorten
 from leafcut.proof.envelope import check_envelope
 from leafcut.units import MM_PER_INCH
@@ -382,3 +382,61 @@ def _counts(work: ProgramWork) -> Counts:
         stages=len(set(ends)),
         tool_changes=int((work.path.kind == Kind.TOOL).sum()),
     )
+
+
+def came_free(features: Features, traces: Traces, run: Indices, new_of: Indices, look: Heartbeat = unseen) -> list[str]:
+    """Return a note if outlines of parts are cut in another order, else nothing.
+
+    `run` gives each feature the number of its run of cuts, int64[n], rising: no move across lies within a run. `new_of`
+    is the place of each feature in the new program, int64[n], -1 where it is gone.
+    """
+    n = int(run[-1]) + 1 if len(run) else 0
+    last = np.searchsorted(run, np.arange(n), side="right") - 1
+    ends = np.full(n, -1, dtype=np.int64)
+    np.maximum.at(ends, run, new_of)
+    parts = _outlines(traces, run, look) if (np.diff(ends[ends >= 0]) < 0).any() else np.zeros(0, dtype=np.int64)
+    parts = parts[ends[parts] >= 0]
+    later = np.maximum.accumulate(np.concatenate([[-1], ends[parts]]))[:-1]
+    moved = parts[later > ends[parts]]
+    if not len(moved):
+        return []
+    one = int(moved[0])
+    other = int(parts[(parts < one) & (ends[parts] > ends[one])][0])
+    said = [
+        f"X{x:.3f} Y{y:.3f} (line {features.line[last[k]]})" for k in (one, other) for x, y in [_end(features, last[k])]
+    ]
+    return [
+        f"parts come free in another order: {len(moved)} of {len(parts)} outlines are now cut before one that used to "
+        f"come first, such as the outline that ends at {said[0]}: it is now cut before the one that ends at {said[1]}"
+    ]
+
+
+def _end(features: Features, feature: int) -> tuple[float, float]:
+    return float(features.end[feature, 0]), float(features.end[feature, 1])
+
+
+def _outlines(traces: Traces, run: Indices, look: Heartbeat) -> Indices:
+    """Return the runs that are outlines of parts: closed, and inside no other run, or inside a hole of another part."""
+    number, begin = np.unique(run[traces.feature], return_index=True)
+    of: list[int] = []
+    shapes: list[shapely.Polygon] = []
+    for k, first, stop in zip(number.tolist(), begin.tolist(), [*begin[1:].tolist(), len(traces.feature)], strict=True):
+        look()
+        if stop - first > 1:
+            outline = outline_of(traces.pick(np.arange(first, stop)))
+            largest = max(
+                (shapely.Polygon(loop) for loop in loops_in(outline) if len(loop) > 2),
+                key=lambda p: p.area,
+                default=None,
+            )
+            if largest is not None:
+                of.append(k)
+                shapes.append(largest)
+    if not shapes:
+        return np.zeros(0, dtype=np.int64)
+    spots = np.array([shapely.points(shape.exterior.coords[0]) for shape in shapes], dtype=object)
+    areas = shapely.make_valid(np.array(shapes, dtype=object))
+    inner, outer = shapely.STRtree(areas).query(spots, predicate="within")
+    depth = np.bincount(inner[inner != outer], minlength=len(shapes))
+    parts: Indices = np.array(of, dtype=np.int64)[depth % 2 == 0]
+    return parts
