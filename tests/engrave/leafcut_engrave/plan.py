@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from leafcut.model.problem import Metric, RoutingProblem
+from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.options import JobOptions
 from leafcut.processes.job import Job
+from leafcut.processes.spindle_moves import rise, stop_spindle, take_tool
 from leafcut_engrave.options import EngraveOptions
 
 #: Depth of lines without --depth, and tolerance of flattened curves, mm.
@@ -29,6 +31,13 @@ def problem_of(lines: Lines, metric: Metric, job: JobOptions) -> RoutingProblem:
     return RoutingProblem(entry, leave, cluster, np.zeros(len(entry)), metric, start=start, end=end, name="lines")
 
 
+def tool_of(options: EngraveOptions) -> Tool:
+    """Return the engraving tool."""
+    return Tool(
+        options.engraver, 0.1, ToolKind.END_MILL, feed=options.engraving_feed, spindle_rpm=options.engraving_speed
+    )
+
+
 def lay(lines: Lines, nodes: Sequence[int], job: Job) -> Toolpath:
     """Return the motion: over to a line, down, along it, and up again."""
     machine, settings, options = job.machine, job.settings, job.settings.of(EngraveOptions)
@@ -36,12 +45,7 @@ def lay(lines: Lines, nodes: Sequence[int], job: Job) -> Toolpath:
     builder = ToolpathBuilder()
     if machine.safe_z is not None:
         builder.machine(z=machine.safe_z)
-    builder.tool(options.engraver)
-    if machine.safe_z is None:
-        builder.rapid(z=height)
-    builder.spindle(options.engraving_speed)
-    if coolant:
-        builder.coolant(2)
+    take_tool(builder, machine, tool_of(options), height, coolant=coolant)
     for node in nodes:
         line = lines[node // 2][:: -1 if node % 2 else 1]
         builder.rapid(*line[0].tolist())
@@ -52,8 +56,7 @@ def lay(lines: Lines, nodes: Sequence[int], job: Job) -> Toolpath:
         builder.rapid(z=height)
     if settings.job.end_point is not None:
         builder.rapid(*settings.job.end_point)
-    builder.spindle(0.0)
-    if coolant:
-        builder.coolant(0)
+    rise(builder, machine, height)
+    stop_spindle(builder, coolant)
     builder.end()
     return builder.build()

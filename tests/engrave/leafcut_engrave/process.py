@@ -13,7 +13,6 @@ from leafcut.model.kinds import Head
 from leafcut.model.outcome import OperationOutcome
 from leafcut.model.part import Part
 from leafcut.model.plan import Candidate, Order, Stage
-from leafcut.model.tool import Tool, ToolKind
 from leafcut.model.toolpath import Toolpath
 from leafcut.options import JobOptions, MachineOptions, ReadOptions, Settings
 from leafcut.processes.base import ORDERED, PLACE, POST, SEARCH, SEARCH_MORE, WRITTEN, Process, all_of, use
@@ -27,7 +26,7 @@ from leafcut.timing.toolpath import measure
 from leafcut.timing.travel import travel_metric
 from leafcut_engrave.model import EngravingDetail
 from leafcut_engrave.options import EngraveOptions
-from leafcut_engrave.plan import DEPTH, TOLERANCE, lay, problem_of
+from leafcut_engrave.plan import DEPTH, TOLERANCE, lay, problem_of, tool_of
 from leafcut_engrave.proof import check_lines
 
 
@@ -64,14 +63,10 @@ class Engraving(Process):
         part = placed(read_contours(sources[0], settings.read, job.looking("reading")), settings.read)
         lines = [contour.path.flattened(TOLERANCE) for contour in part.contours]
         problem = problem_of(lines, travel_metric(machine, settings.solve.objective), settings.job)
-        options = settings.of(EngraveOptions)
-        tool = Tool(
-            options.engraver, 0.1, ToolKind.END_MILL, feed=options.engraving_feed, spindle_rpm=options.engraving_speed
-        )  # fmt: skip
         given = np.arange(0, 2 * len(lines), 2, dtype=np.int32)
         return Plan(
             job=job, part=part, words=words, work=lines, stages=(Stage(problem, False, given, "ordering lines"),),
-            kind="engrave", tools=[tool], start=problem.start, issues=part.issues,
+            kind="engrave", tools=[tool_of(settings.of(EngraveOptions))], start=problem.start, issues=part.issues,
         )  # fmt: skip
 
     def generate(self, plan: Plan, order: Order) -> Candidate:

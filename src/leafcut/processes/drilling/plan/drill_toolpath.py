@@ -19,6 +19,7 @@ from leafcut.model.problem import Metric, Relief, RoutingProblem
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import DrillCycle, Toolpath, ToolpathBuilder
 from leafcut.processes.drilling.plan.drilling import DrillOperation, DrillPlan
+from leafcut.processes.spindle_moves import rise, stop_spindle, take_tool
 from leafcut.timing.travel import travel_metric, way_height
 
 #: Heights that differ by less are one, mm.
@@ -107,17 +108,7 @@ def lay_toolpath(
             _leave_for_tool_change(builder, plan, machine, coolant)
             if optional_stop:
                 builder.pause(optional=True)
-        builder.tool(operation.tool.number)
-        if pause:
-            builder.pause()
-        if machine.safe_z is None:
-            # With its own length offset now: no move of z before, it would count from the tool before, or from none.
-            builder.rapid(z=plan.clearance_height)
-        builder.spindle(operation.tool.spindle_rpm)
-        if machine.spindle_start_s > 0:
-            builder.dwell(machine.spindle_start_s)
-        if coolant:
-            builder.coolant(2)
+        take_tool(builder, machine, operation.tool, plan.clearance_height, coolant=coolant, pause=pause)
         if operation.slots:
             _rout(builder, plan, machine, operation, nodes)
         else:
@@ -142,21 +133,11 @@ def surface_tops(plan: DrillPlan, drawn: bool) -> NDArray[np.float64] | None:
     return None if plan.ground is None else np.column_stack([plan.part.hole_xy, plan.tops])
 
 
-def _rise(builder: ToolpathBuilder, machine: Machine, height: float) -> None:
-    """Go to the machine's own safe height where it has one, else to `height`."""
-    if machine.safe_z is not None:
-        builder.machine(z=machine.safe_z)
-    elif builder.position[2] != height:
-        builder.rapid(z=height)
-
-
 def _leave_for_tool_change(builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, coolant: bool) -> None:
-    _rise(builder, machine, max(plan.clearance_height, plan.tool_change_height))
+    rise(builder, machine, max(plan.clearance_height, plan.tool_change_height))
     if machine.tool_change_position is not None:
         builder.machine(*machine.tool_change_position)
-    builder.spindle(0.0)
-    if coolant:
-        builder.coolant(0)
+    stop_spindle(builder, coolant)
 
 
 def _drill(
@@ -255,8 +236,6 @@ def _approach(builder: ToolpathBuilder, plan: DrillPlan, x: float, y: float) -> 
 def _finish(builder: ToolpathBuilder, plan: DrillPlan, machine: Machine, coolant: bool) -> None:
     if plan.end is not None:
         builder.rapid(*plan.end)
-    _rise(builder, machine, plan.clearance_height)
-    builder.spindle(0.0)
-    if coolant:
-        builder.coolant(0)
+    rise(builder, machine, plan.clearance_height)
+    stop_spindle(builder, coolant)
     builder.end()

@@ -35,7 +35,7 @@ from leafcut.processes.drilling.plan.ground import (
     tops_of,
 )
 from leafcut.processes.drilling.plan.tooling import Step, ToolChooser
-from leafcut.processes.spindle_heights import check_spindle_heights
+from leafcut.processes.spindle_moves import check_spindle_heights
 from leafcut.processes.zones import crossing_heights, parse_zones, refuse_higher_zones
 
 #: Tools are changed this far above Z0 on machines without a safe height of their own, mm.

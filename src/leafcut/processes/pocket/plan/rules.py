@@ -20,7 +20,7 @@ from leafcut.model.tool import Tool
 from leafcut.options import JobOptions
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.plan.tool import with_data
-from leafcut.processes.spindle_heights import check_spindle_heights
+from leafcut.processes.spindle_moves import check_spindle_heights
 
 #: How far a path may leave the exact one, mm, and as a share of the step-over: passes that are close are as true.
 TOLERANCE, TRUE = 0.01, 0.05

@@ -23,6 +23,7 @@ from leafcut.model.toolpath import Toolpath, ToolpathBuilder
 from leafcut.processes.pocket.plan.entries import ABOVE, TOUCH, Descent, come_down, follow, wind_down
 from leafcut.processes.pocket.plan.region import CentreRegion
 from leafcut.processes.pocket.plan.rules import MillingData, finishing_levels
+from leafcut.processes.spindle_moves import rise, stop_spindle, take_tool
 from leafcut.units import SECONDS_PER_MINUTE
 
 #: A program of more moves cannot be meant.
@@ -122,16 +123,7 @@ def lay_pockets(
         builder.blending(640, corner_tolerance)
     if machine.safe_z is not None:
         builder.machine(z=machine.safe_z)
-    builder.tool(data.tool.number)
-    if pause:
-        builder.pause()
-    if machine.safe_z is None:
-        builder.rapid(z=heights.clearance)
-    builder.spindle(data.tool.spindle_rpm)
-    if machine.spindle_start_s > 0:
-        builder.dwell(machine.spindle_start_s)
-    if coolant:
-        builder.coolant(2)
+    take_tool(builder, machine, data.tool, heights.clearance, coolant=coolant, pause=pause)
     layer = _Layer(builder, heights, data, machine, rounded)
     for clearing in clearings:
         layer.clear(clearing)
@@ -260,11 +252,8 @@ class _Layer:
         builder.rapid(z=self.heights.clearance)
         if self.heights.end is not None:
             builder.rapid(*self.heights.end)
-        if self.machine.safe_z is not None:
-            builder.machine(z=self.machine.safe_z)
-        builder.spindle(0.0)
-        if coolant:
-            builder.coolant(0)
+        rise(builder, self.machine, self.heights.clearance)
+        stop_spindle(builder, coolant)
         builder.end()
 
 

@@ -1,0 +1,80 @@
+"""Moves that all programs of a spindle share: up to the safe height, tool change, spindle on and off, end."""
+
+from __future__ import annotations
+
+from leafcut.errors import PlanError
+from leafcut.model.kinds import Head
+from leafcut.model.machine import Machine
+from leafcut.model.tool import Tool
+from leafcut.model.toolpath import ToolpathBuilder
+from leafcut.options import JobOptions
+
+
+def check_spindle_heights(machine: Machine, job: JobOptions, work: str) -> None:
+    """Refuse a machine without a spindle, and heights in a wrong order.
+
+    Parameters
+    ----------
+    work
+        The work for the message: "drill".
+
+    Raises
+    ------
+    PlanError
+        The machine or the height that is wrong.
+    """
+    if machine.head is not Head.SPINDLE:
+        raise PlanError(f"{machine.name} has a {machine.head}, which cannot {work}; choose another --machine")
+    if job.retract_height > job.clearance_height:
+        raise PlanError(
+            f"--retract-height {job.retract_height:g} mm is above --clearance-height {job.clearance_height:g} mm; "
+            "the R plane must not be higher than the initial plane"
+        )
+    if machine.safe_z is not None and machine.work_offset is not None:
+        height = machine.safe_z - machine.work_offset[2]
+        if height < job.clearance_height:
+            raise PlanError(
+                f"the safe height of {machine.name}, z {machine.safe_z:g} mm in machine coordinates, is {height:g} mm "
+                f"over program zero, below --clearance-height {job.clearance_height:g} mm; check --work-offset, or "
+                "lower the clearance height"
+            )
+
+
+def take_tool(
+    builder: ToolpathBuilder, machine: Machine, tool: Tool, clearance: float, *, coolant: bool, pause: bool = False
+) -> None:
+    """Change to a tool, and start spindle and coolant; the tool is then at the safe height of the machine, or above it.
+
+    Parameters
+    ----------
+    clearance
+        Height of the tool after the change on a machine without a safe height, mm.
+    pause
+        Whether the program waits (M0), for a controller whose M6 does not.
+    """
+    builder.tool(tool.number)
+    if pause:
+        builder.pause()
+    if machine.safe_z is None:
+        # Only now: before the change, a move of Z would count from the length offset of another tool.
+        builder.rapid(z=clearance)
+    builder.spindle(tool.spindle_rpm)
+    if machine.spindle_start_s > 0:
+        builder.dwell(machine.spindle_start_s)
+    if coolant:
+        builder.coolant(2)
+
+
+def rise(builder: ToolpathBuilder, machine: Machine, clearance: float) -> None:
+    """Rise to the safe height of the machine, or to the clearance height, mm."""
+    if machine.safe_z is not None:
+        builder.machine(z=machine.safe_z)
+    elif builder.position[2] != clearance:
+        builder.rapid(z=clearance)
+
+
+def stop_spindle(builder: ToolpathBuilder, coolant: bool) -> None:
+    """Stop spindle and coolant."""
+    builder.spindle(0.0)
+    if coolant:
+        builder.coolant(0)
