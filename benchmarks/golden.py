@@ -33,18 +33,26 @@ VARIANTS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "drill-given-order": ("plate_27.dxf", "drill", {"algorithm": "none", "start_point": (0.0, 0.0)}),
     "drill-nearest": ("plate_65.dxf", "drill", {"algorithm": "nn", "thickness": 8.0}),
     "drill-by-distance": ("board_97.dxf", "drill", {"objective": "distance", "end_point": (0.0, 0.0)}),
-    "drill-keep-out": ("plate_45.dxf", "drill", {"keep_out": "20,20,40,40", "depth": 4.0}),
+    "drill-keep-out": ("plate_45.dxf", "drill", {"keep_out": "20 20 40 40", "depth": 4.0}),
     "drill-initial": ("plate_27.dxf", "drill", {"retract": "initial", "dialect": "heidenhain"}),
     "drill-solid": ("stepped_plate.step", "drill", {}),
-    "drill-surface": ("plate_10.dxf", "drill", {"machine": "haas-vf2", "dialect": "sinumerik", "depth": 3.0}),
-    "pocket-feeds": ("pocket.dxf", "pocket", {"depth": 4.0, "tool_diameter": 6.0, "feeds": True, "material": "c45"}),
+    "drill-surface": ("plate_10.dxf", "drill", {"machine": "haas-vf2", "dialect": "siemens", "depth": 3.0}),
+    "pocket-feeds": (
+        "pocket.dxf",
+        "pocket",
+        {"depth": 4.0, "tool_diameter": 6.0, "feeds": True, "feed": 600.0, "spindle_speed": 8000.0},
+    ),
     "pocket-stock": ("pocket.dxf", "pocket", {"depth": 6.0, "tool_diameter": 8.0, "stock": 0.3, "strategy": "contour"}),
-    "pocket-solid": ("stepped_plate.step", "pocket", {"tool_diameter": 4.0}),
+    "pocket-ramp": ("pocket.png", "pocket", {"pixel_size": 0.2, "depth": 3.0, "tool_diameter": 4.0, "entry": "ramp"}),
     "program-kept": ("cam_121.nc", "reorder", {"keep_order": True}),
-    "program-keep-out": ("cam_121.nc", "reorder", {"keep_out": "40,40,60,60", "clearance_height": 8.0}),
+    "program-keep-out": ("cam_121.nc", "reorder", {"keep_out": "40 40 60 60", "clearance_height": 8.0}),
     "program-merged": ("cam_121.nc", "reorder", {"merge_tools": True, "mix_operations": True, "allow_reverse": True}),
-    "program-low": ("cam_121.nc", "reorder", {"low_retracts": True}),
-    "program-air": ("cam_121.nc", "reorder", {"air": True}),
+    "program-low": (
+        "cam_121.nc",
+        "reorder",
+        {"low_retracts": True, "workpiece": "0,0,-10,200,200,0", "tool_diameter": 3.0},
+    ),
+    "program-air": ("cam_121.nc", "reorder", {"air": True, "tool_diameter": 3.0}),
     "program-nearest": (
         "cam_121.nc",
         "reorder",
@@ -53,7 +61,7 @@ VARIANTS: dict[str, tuple[str, str, dict[str, Any]]] = {
 }
 
 #: Measured seconds: keys in JSON; on a report page the computing time, a chart, and the rows of the workers.
-_CLOCKED = {"seconds", "history"}
+_CLOCKED = {"seconds", "compile_seconds", "history"}
 _CLOCK_WORDS = re.compile(
     r"[^,<>]* of computing|<svg[^>]*><title>Cost against seconds.*?</svg>|(?<=<th>Worker</th>).*?</tbody>", re.DOTALL
 )
