@@ -111,6 +111,7 @@ def _styles() -> list[Path]:
 
 def _write(place: Path, source: str, process: str, options: dict[str, Any]) -> None:
     import leafcut
+    from leafcut.processes.registry import report_of
     from leafcut.report.json_answer import as_json
     from leafcut.studio.drawing.scene import outcome_part_scene, outcome_scene
 
@@ -126,7 +127,7 @@ def _write(place: Path, source: str, process: str, options: dict[str, Any]) -> N
             if file.exists():
                 text = file.read_text(encoding=outcome.encoding if file == program else "utf-8")
                 (place / file.name).write_text(_CLOCK_WORDS.sub("", text.replace(work, "")))
-        answer = json.dumps(_unclocked(as_json(outcome)), indent=1, sort_keys=True)
+        answer = json.dumps(_unclocked(as_json(report_of(outcome))), indent=1, sort_keys=True)
         (place / "answer.json").write_text(answer.replace(work, ""))
         scenes = {"part": outcome_part_scene, "before": lambda o: outcome_scene(o, "before")}
         scenes["after"] = lambda o: outcome_scene(o, "after")

@@ -10,6 +10,7 @@ import ezdxf
 from curved_part import FIXTURES, holes_csv, part_stl
 
 import leafcut
+from leafcut.processes.registry import report_of
 from leafcut.report.page import path_svg
 from leafcut.report.stock_pictures import stock_pictures
 
@@ -31,8 +32,8 @@ def main() -> None:
         sheet = leafcut.optimize(drawing, process="cut", machine="plasma-table", thickness="6mm", threads=1)
     for prefix, outcome in (("", plate), ("sheet_", sheet)):
         for which in ("before", "after"):
-            (PICTURES / f"{prefix}{which}.svg").write_text(path_svg(outcome, which), encoding="utf-8")
-    shown = stock_pictures(curved, curved.shown)
+            (PICTURES / f"{prefix}{which}.svg").write_text(path_svg(report_of(outcome), which), encoding="utf-8")
+    shown = stock_pictures(report_of(curved))
     assert shown is not None
     (_, picture, _), *_ = shown["pictures"]
     (PICTURES / "surface.png").write_bytes(base64.b64decode(picture.partition(",")[2]))

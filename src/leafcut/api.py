@@ -251,7 +251,7 @@ def _telling_defaults(settings: Settings) -> Iterator[None]:
 def _page(outcome: Outcome[Any]) -> str:
     from leafcut.report.page import write_page
 
-    return write_page(outcome)
+    return write_page(registry.report_of(outcome))
 
 
 def nest(

@@ -122,25 +122,29 @@ class ProgramResult(Result, outcome.Outcome[Any]):
     """A program, and the work as it was before and is now. `save` writes the program, ``.html`` or ``.svg``."""
 
     def _line(self) -> str:
-        before, _, after = self.shown.stated()
-        times = f"{format_time(before.time_s)} → {format_time(after.time_s)}, {self.saved_percent:.1f} % saved"
+        times = (
+            f"{format_time(self.before.time_s)} → {format_time(self.after.time_s)}, {self.saved_percent:.1f} % saved"
+        )
         missing = f", {count_of(len(self.missing), 'issue')} of missing work" if self.missing else ""
         return f"{self.part.name}: {times}, {'' if self.verified else 'not '}verified{missing}"
 
     def _answer(self) -> dict[str, Any]:
         from leafcut.report.json_answer import as_json
 
-        return as_json(self)
+        return as_json(registry.report_of(self))
 
     def _picture(self) -> str:
         from leafcut.report.page import path_svg
 
-        return path_svg(self, "after")
+        return path_svg(registry.report_of(self), "after")
 
     def _kinds(self) -> _Kinds:
         from leafcut.report.page import write_page
 
-        program: _Kinds = {"": lambda: self.text.encode(self.encoding), ".html": lambda: write_page(self)}
+        program: _Kinds = {
+            "": lambda: self.text.encode(self.encoding),
+            ".html": lambda: write_page(registry.report_of(self)),
+        }
         return super()._kinds() | program
 
 

@@ -11,6 +11,7 @@ from numba.core import event
 
 import leafcut
 from leafcut.order import compiling, stop
+from leafcut.processes.registry import report_of
 from leafcut.report.json_answer import as_json
 
 
@@ -76,5 +77,5 @@ def test_a_run_states_compile_time_beside_its_own(examples: Path, monkeypatch: p
     monkeypatch.setattr("leafcut.order.compiling.compile_seconds", lambda: next(spent))
     outcome = leafcut.optimize(examples / "plate_8x8_10.dxf", process="drill", thickness=5, preset="fast")
     assert outcome.compile_seconds == 40.0
-    answer = as_json(replace(outcome, seconds=2.0))
+    answer = as_json(report_of(replace(outcome, seconds=2.0)))
     assert (answer["seconds"], answer["compile_seconds"]) == (2.0, 40.0)

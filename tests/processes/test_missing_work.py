@@ -14,6 +14,7 @@ from leafcut import api
 from leafcut.cli.app import run
 from leafcut.errors import LeafcutError
 from leafcut.model.issue import Issue, MissingWork, Severity, missing_words
+from leafcut.processes.registry import report_of
 from leafcut.report.page import path_svg, write_page
 from leafcut.report.summary import print_summary
 
@@ -67,7 +68,7 @@ def test_missing_work_ends_with_status_3(plates: Path, line: str, status: int) -
 def test_missing_work_is_told_first_in_the_summary(plates: Path, tmp_path: Path) -> None:
     outcome = api.optimize(plates / "slot.dxf", **QUICK)
     with (tmp_path / "out.txt").open("w") as file:
-        print_summary(outcome, Console(file=file, width=100))
+        print_summary(report_of(outcome), Console(file=file, width=100))
     lines = [line for line in (tmp_path / "out.txt").read_text().splitlines() if line.strip()]
     assert lines[0].startswith("missing: L201 1 slot not milled")
     assert any(line.startswith("verified") and "missing: 1 slot" in line for line in lines)
@@ -89,14 +90,14 @@ def test_the_answer_says_what_is_missing_how_many_where_and_why(
 @pytest.mark.hazard
 def test_the_page_shows_missing_work_before_anything_else_and_hatches_it(plates: Path) -> None:
     whole, lacking = (api.optimize(plates / f"{name}.dxf", **QUICK) for name in ("plain", "slot"))
-    page = write_page(lacking)
+    page = write_page(report_of(lacking))
     assert "Missing: 1 slot" in page
     assert page.index("Missing: 1 slot") < page.index("Verified")
     assert page.index("Missing work") < page.index("Time saved")
     for which in ("before", "after"):
-        assert path_svg(lacking, which).count('class="missing"') == 1
-        assert 'class="missing"' not in path_svg(whole, which)
-    assert "Missing" not in write_page(whole)
+        assert path_svg(report_of(lacking), which).count('class="missing"') == 1
+        assert 'class="missing"' not in path_svg(report_of(whole), which)
+    assert "Missing" not in write_page(report_of(whole))
 
 
 def test_several_inputs_end_with_the_worst_status(plates: Path, capsys: pytest.CaptureFixture[str]) -> None:

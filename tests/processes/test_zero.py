@@ -28,6 +28,7 @@ from leafcut.model.toolpath import Kind
 from leafcut.options import PocketDrawingOptions, ReadOptions
 from leafcut.processes.job import machine_issues
 from leafcut.processes.placing import negative_axes, placed
+from leafcut.processes.registry import report_of
 from leafcut.processes.settings import collect
 from leafcut.read import Source, read, read_contours, read_pockets
 from leafcut.read.joining import read_drill_files
@@ -194,9 +195,9 @@ def test_all_holes_of_several_drill_files_set_their_zero(tmp_path: Path) -> None
 def test_summary_page_header_and_json_state_the_zero(plate: Path, capsys: pytest.CaptureFixture[str]) -> None:
     outcome = drilled(plate)
     printed = StringIO()
-    print_summary(outcome, Console(file=printed, width=120))
+    print_summary(report_of(outcome), Console(file=printed, width=120))
     assert "zero      lower left corner of the part, X12 Y22 of the drawing" in printed.getvalue()
-    assert STATED in write_page(outcome)
+    assert STATED in write_page(report_of(outcome))
     assert f"({STATED})" in outcome.text.splitlines()
     assert run(["drill", str(plate), "--depth", "2", "--preset", "fast", "--json", "--origin", "3,4"]) == 0
     told = json.loads(capsys.readouterr().out)["zero"]

@@ -10,6 +10,7 @@ import pytest
 
 import leafcut
 from leafcut.model.part import Part
+from leafcut.processes.registry import report_of
 from leafcut.report.drawing import build_scene
 from leafcut.report.page import path_svg
 
@@ -74,7 +75,7 @@ def test_the_report_draws_it_and_a_frame_of_paper_does_not_make_the_plate_small(
     assert frames[0] == frames[1]
     assert frames[0].low[0] < 0.0
     assert frames[0].high[0] > 200.0
-    assert path_svg(near, "after").count('class="plate"') == 1
+    assert path_svg(report_of(near), "after").count('class="plate"') == 1
 
 
 def test_a_built_in_plate_has_the_edge_of_its_drawing() -> None:

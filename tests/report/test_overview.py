@@ -10,7 +10,8 @@ import pytest
 
 from leafcut import api
 from leafcut.model.outcome import Outcome
-from leafcut.report.overview import overview_as_json
+from leafcut.processes.registry import report_of
+from leafcut.report.json_answer import overview_as_json
 from leafcut.report.page import write_page
 from leafcut.studio.wording import words
 
@@ -40,7 +41,7 @@ def outcome(request: pytest.FixtureRequest) -> Outcome[Any]:
 
 
 def test_what_is_told_stands_in_the_report_in_the_same_words(outcome: Outcome[Any]) -> None:
-    page, found = html.unescape(write_page(outcome)), overview_as_json(outcome)
+    page, found = html.unescape(write_page(report_of(outcome))), overview_as_json(report_of(outcome))
     english = words("en")
     for tile in found["tiles"]:
         assert english.said(tile["name"]) in page
@@ -51,7 +52,7 @@ def test_what_is_told_stands_in_the_report_in_the_same_words(outcome: Outcome[An
 
 
 def test_the_seconds_of_a_bar_are_the_time_of_its_order(outcome: Outcome[Any]) -> None:
-    rows = overview_as_json(outcome)["times"]["rows"]
+    rows = overview_as_json(report_of(outcome))["times"]["rows"]
     for row, measure in ((rows[0], outcome.before), (rows[-1], outcome.after)):
         stated = measure if outcome.process != "cut" else None
         if stated is not None:
@@ -73,7 +74,7 @@ def test_all_of_it_can_be_said_in_spanish(outcome: Outcome[Any]) -> None:
             return [one for v in value.values() for one in templates(v)]
         return [one for v in value for one in templates(v)] if isinstance(value, list) else []
 
-    for template, values in templates(overview_as_json(outcome)):
+    for template, values in templates(overview_as_json(report_of(outcome))):
         said = spanish[f"report.{template}"]
         assert all(f"{{{name}}}" in said for name in values)
 
@@ -86,7 +87,7 @@ def test_every_strategy_of_a_pocket_has_a_way_over_one_level() -> None:
 
     options = {"tool_diameter": "10", "depth": "3", "strategy": "contour", "preset": "fast"}
     done = api.optimize(ROOT / "examples" / "pocket.dxf", process="pocket", **options)  # type: ignore[arg-type]
-    (name, path), *rest = done.shown.ways()
+    (name, path), *rest = report_of(done).ways()
     assert (name, rest) == ("contour", [])
     way = 0.0
     for row in np.flatnonzero((path.kind >= Kind.FEED) & (path.kind <= Kind.ARC_CCW)).tolist():

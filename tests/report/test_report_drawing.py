@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from leafcut.model.part import Slot
 from leafcut.model.toolpath import ToolpathBuilder
+from leafcut.processes.registry import report_of
 from leafcut.report.drawing import MOST_NUMBERS, build_scene, drawing, tool_class
 from leafcut.report.frame import Frame
 from leafcut.report.labels import Surroundings, crossing, place_labels
@@ -65,7 +66,7 @@ def paths(svg: str, word: str) -> list[str]:
 def test_every_hole_is_drawn_once_at_its_place(every_outcome):
     for name, outcome in every_outcome.items():
         frame = build_scene(outcome).frame
-        dots = [d for data in paths(path_svg(outcome, "after"), "hole") for d in dots_of(data)]
+        dots = [d for data in paths(path_svg(report_of(outcome), "after"), "hole") for d in dots_of(data)]
         seen = np.array([(x / frame.scale + frame.low[0], frame.high[1] - y / frame.scale) for x, y in dots])
         assert len(seen) == len(outcome.part.holes), name
         if len(seen):
@@ -79,7 +80,7 @@ def test_the_path_goes_from_hole_to_hole_in_the_order_of_the_toolpath(outcome_of
     points = [(10.0, 10.0), (200.0, 30.0), (40.0, 150.0)]
     outcome = outcome_of(points)
     frame = build_scene(outcome).frame
-    (line,) = lines_of(paths(path_svg(outcome, which), "rapid")[0])
+    (line,) = lines_of(paths(path_svg(report_of(outcome), which), "rapid")[0])
     corners = [(x / frame.scale + frame.low[0], frame.high[1] - y / frame.scale) for x, y in line]
     order = points if which == "before" else points[::-1]
     assert np.allclose(corners, [(0.0, 0.0), *order], atol=1.0 / STEPS / frame.scale)
@@ -115,13 +116,13 @@ def numbers_of(svg: str) -> list[str]:
 
 def test_few_stops_are_numbered_from_one_in_order(outcome_of):
     points = [(20.0 * (i % 10), 20.0 * (i // 10)) for i in range(MOST_NUMBERS)]
-    numbers = numbers_of(path_svg(outcome_of(points), "after"))
+    numbers = numbers_of(path_svg(report_of(outcome_of(points)), "after"))
     assert sorted(map(int, numbers)) == list(range(1, MOST_NUMBERS + 1))
 
 
 def test_many_stops_have_a_ramp_and_a_start_and_an_end_instead(outcome_of):
     points = [(20.0 * (i % 10), 20.0 * (i // 10)) for i in range(MOST_NUMBERS + 1)]
-    svg = path_svg(outcome_of(points), "after")
+    svg = path_svg(report_of(outcome_of(points)), "after")
     assert numbers_of(svg) == []
     assert {"start", "end"} <= set(texts(svg))
     assert len(paths(svg, "r0")) == len(paths(svg, "r23")) == 1
@@ -129,14 +130,14 @@ def test_many_stops_have_a_ramp_and_a_start_and_an_end_instead(outcome_of):
 
 def test_a_hole_that_two_tools_visit_carries_both_numbers(outcome_of):
     outcome = outcome_of([(0.0, 0.0), (50.0, 50.0)], [(0.0, 0.0)])
-    assert sorted(numbers_of(path_svg(outcome, "before"))) == ["1/3", "2"]
+    assert sorted(numbers_of(path_svg(report_of(outcome), "before"))) == ["1/3", "2"]
 
 
 def test_tools_have_colours_of_their_own_and_one_tool_has_none(outcome_of):
     """A slot has its rim, its inside and the cut along it in its tool's colour."""
-    several = path_svg(outcome_of([(0, 0)], [(20, 0)], slots=[Slot((0, 9), (20, 9), 3.0)]), "after")
+    several = path_svg(report_of(outcome_of([(0, 0)], [(20, 0)], slots=[Slot((0, 9), (20, 9), 3.0)])), "after")
     assert [len(paths(several, c)) for c in ("t0", "t1", "t2")] == [1, 1, 3]
-    assert paths(path_svg(outcome_of([(0, 0)]), "after"), "t0") == []
+    assert paths(path_svg(report_of(outcome_of([(0, 0)])), "after"), "t0") == []
 
 
 def test_more_tools_than_colours_differ_in_manner(outcome_of):
@@ -164,7 +165,7 @@ def test_who_parks_far_away_does_not_make_the_part_small(outcome_of):
     assert scene.extent == pytest.approx((100.0, 40.0))
     assert scene.frame.low[0] > -100.0
     assert scene.frame.low[0] < build_scene(near).frame.low[0] < -20.0
-    assert 'clip-path="url(#window-after)"' in path_svg(far, "after")
+    assert 'clip-path="url(#window-after)"' in path_svg(report_of(far), "after")
 
 
 def test_the_last_number_of_an_axis_stays_in_the_drawing():
@@ -175,14 +176,14 @@ def test_the_last_number_of_an_axis_stays_in_the_drawing():
 
 def test_a_slot_is_cut_and_its_shape_is_shown(outcome_of):
     outcome = outcome_of(slots=[Slot((0.0, 0.0), (20.0, 10.0), 3.0)])
-    svg = path_svg(outcome, "after")
+    svg = path_svg(report_of(outcome), "after")
     (cut,), (shape,) = (lines_of(paths(svg, word)[0]) for word in ("cut", "slot"))
     assert cut == shape
 
 
 def test_hostile_names_leave_the_drawing_well_formed(outcome_of):
     outcome = outcome_of([(0.0, 0.0)], part={"name": "</title><script>alert(1)</script>&\x00\x1b\udcff\"'"})
-    root = ET.fromstring(path_svg(outcome, "after"))
+    root = ET.fromstring(path_svg(report_of(outcome), "after"))
     assert not [e for e in root.iter() if "script" in e.tag]
 
 
@@ -282,5 +283,5 @@ def test_holes_of_which_nothing_says_how_wide_they_are_are_drawn_to_be_seen(outc
 
 def test_heads_of_arrows_do_not_stand_upon_each_other(outcome_of):
     there_and_back = [(100.0 * (i % 2), 0.02 * i) for i in range(300)]
-    (heads,) = paths(path_svg(outcome_of(there_and_back), "after"), "arrow")
+    (heads,) = paths(path_svg(report_of(outcome_of(there_and_back)), "after"), "arrow")
     assert 1 <= heads.count("M") < 4

@@ -12,6 +12,7 @@ from leafcut.cli import shared
 from leafcut.model.issue import CODES, LIMITS, Issue, Severity
 from leafcut.model.outcome import Outcome
 from leafcut.processes.drilling.model import DrillingDetail
+from leafcut.processes.registry import report_of
 from leafcut.report.page import write_page
 from leafcut.report.summary import MOST_ISSUES, print_summary
 from leafcut.report.wording import at_most_words, clean, cost_words, percent_words, time_words
@@ -21,7 +22,7 @@ from page_parser import Page
 def shown(outcome: Outcome, **terminal: object) -> str:
     """Return what a terminal of 80 columns shows."""
     console = Console(file=io.StringIO(), width=80, **terminal)  # type: ignore[arg-type]
-    print_summary(outcome, console)
+    print_summary(report_of(outcome), console)
     return console.file.getvalue()  # type: ignore[attr-defined]
 
 
@@ -48,18 +49,20 @@ def test_the_three_orders_have_their_figures(outcome_of):
 def test_a_gap_is_never_said_smaller_than_it_is(outcome_of):
     """40.01 s above 40 s is 0.025 %: said as 0.03 %; nothing above is the least possible itself."""
     assert (
-        outcome_of([(1.0, 1.0)], solution={"cost": 40.01})
-        .shown.bound_words()
+        report_of(outcome_of([(1.0, 1.0)], solution={"cost": 40.01}))
+        .bound_words()
         .endswith("at most 0.03 % above the least possible")
     )
-    assert outcome_of([(1.0, 1.0)], solution={"cost": 40.0}).shown.bound_words() == "travel time the least possible"
+    assert (
+        report_of(outcome_of([(1.0, 1.0)], solution={"cost": 40.0})).bound_words() == "travel time the least possible"
+    )
     assert at_most_words(0.05, "mm") == "at most 5.00 % above the shortest possible"
-    assert outcome_of([(1.0, 1.0)], solution={"lower_bound": None}).shown.bound_words() == ""
+    assert report_of(outcome_of([(1.0, 1.0)], solution={"lower_bound": None})).bound_words() == ""
 
 
 def test_of_several_tools_the_gap_says_what_it_is_a_bound_of(outcome_of):
     """Two tools, 84 s above 80 s: each tool's path begins where the one before it ended."""
-    words = outcome_of([(1.0, 1.0)], [(2.0, 2.0)]).shown.bound_words()
+    words = report_of(outcome_of([(1.0, 1.0)], [(2.0, 2.0)])).bound_words()
     assert words.startswith("travel time at most 5.00 % above the least possible")
     assert words.endswith("each tool from where the one before it ended")
 
@@ -143,7 +146,7 @@ def test_assumptions_and_corners_that_are_not_cut_stand_beside_verified(outcome_
     assert {words[0] for words in beside} == {"assumed", "not"}
     assert all(any(issue.message in line for line in lines[first:]) for issue in issues)
     assert [line.split()[0] for line in lines if line.startswith("L")] == ["L201"]
-    page = Page(write_page(outcome_of(issues=issues))).words
+    page = Page(write_page(report_of(outcome_of(issues=issues)))).words
     assert page.index("assumed: no depth given: 1 mm deep") < page.index("machine time")
 
 
@@ -153,7 +156,7 @@ def test_assumptions_are_never_folded_into_and_so_many_more(outcome_of, capsys):
     others = tuple(Issue("L208", f"line {n}") for n in range(15))
     text = shown(outcome_of(issues=issues))
     assert text.count("drill assumed") == 42 and "more" not in text
-    assert write_page(outcome_of(issues=issues)).count("drill assumed") >= 42
+    assert write_page(report_of(outcome_of(issues=issues))).count("drill assumed") >= 42
     shared.print_issues((*others, *issues))
     told = capsys.readouterr().err
     assert told.count("drill assumed") == 42 and told.count("L208") == 10 and "warning: 5 more" in told
@@ -164,4 +167,4 @@ def test_low_ways_that_take_longer_save_nothing(outcome_of, saved, stated, answe
     """A short hop below the highest place may take as long as one over it."""
     outcome = outcome_of(detail=DrillingDetail(saved))
     assert ("low ways" in shown(outcome)) is stated and "−0" not in shown(outcome)
-    assert outcome.shown.answer() == {"low_ways_saved_s": answer}
+    assert report_of(outcome).answer() == {"low_ways_saved_s": answer}

@@ -9,6 +9,7 @@ import pytest
 
 import leafcut
 from leafcut.model.outcome import Outcome
+from leafcut.processes.registry import report_of
 from leafcut.proof.difference import place
 from leafcut.report.json_answer import as_json
 from leafcut.report.page import write_page
@@ -43,23 +44,23 @@ def test_a_drilling_cycle_is_named_only_where_the_program_has_it(machine: str, c
     outcome = leafcut.optimize(
         examples / "plate_8x8_10.dxf", process="drill", machine=machine, thickness=5, spindle_speed=3000, preset="fast",
     )  # fmt: skip
-    assert [tool["cycle"] for tool in as_json(outcome)["tools"]] == [cycle]
-    assert ("G81" in outcome.text) == ("G81" in write_page(outcome)) == (cycle == "G81")
+    assert [tool["cycle"] for tool in as_json(report_of(outcome))["tools"]] == [cycle]
+    assert ("G81" in outcome.text) == ("G81" in write_page(report_of(outcome))) == (cycle == "G81")
 
 
 def test_the_power_of_a_laser_is_no_speed() -> None:
     """S of a laser is its power, in the answer and in the table of the page."""
     outcome = leafcut.optimize(STYLES / "lightburn_vector.gc", preset="fast")
-    tools = as_json(outcome)["tools"]
+    tools = as_json(report_of(outcome))["tools"]
     assert tools and all("speed_rpm" not in tool and tool["power_s"] > 0 for tool in tools)
-    words = Page(write_page(outcome)).words
+    words = Page(write_page(report_of(outcome))).words
     assert "Power S" in words and "rpm" not in words
     mill = leafcut.optimize(STYLES / "vcarve_grbl_peck.nc", preset="fast")
-    assert all("power_s" not in tool and tool["speed_rpm"] > 0 for tool in as_json(mill)["tools"])
+    assert all("power_s" not in tool and tool["speed_rpm"] > 0 for tool in as_json(report_of(mill))["tools"])
 
 
 def test_reports_name_compile_time_only_where_something_was_compiled(empty_outcome: Outcome) -> None:
     some = replace(empty_outcome, seconds=2.0, compile_seconds=40.0)
     none = replace(empty_outcome, seconds=2.0)
     assert "2.00 s and 40.0 s of compiling" in method_words(some) and "compiling" not in method_words(none)
-    assert "40.0 s of compiling" in write_page(some) and "compiling" not in write_page(none)
+    assert "40.0 s of compiling" in write_page(report_of(some)) and "compiling" not in write_page(report_of(none))

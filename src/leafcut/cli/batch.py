@@ -242,13 +242,14 @@ def _done(
 
 def do(task: BatchTask, progress: OnProgress | None = None) -> BatchResult:
     """Return the result of a task; the row has the line of a refusal, as errors may not travel between machines."""
+    from leafcut.processes.registry import report_of
     from leafcut.report.json_answer import as_json
     from leafcut.report.page import write_page
 
     row = BatchRow(task.name, Path(task.target).name, REFUSED, key=task.key)
     try:
         outcome = api.optimize(task.source, progress=progress, **task.given)
-        page = write_page(outcome) if task.report else ""
+        page = write_page(report_of(outcome)) if task.report else ""
     except Exception as problem:
         line, _ = failure(problem)
         return BatchResult(replace(row, line=line))
@@ -265,7 +266,7 @@ def do(task: BatchTask, progress: OnProgress | None = None) -> BatchResult:
         worst=next((one for one in ("danger", "missing", "warning") if one in issues), ""),
         program_sha256=hashlib.sha256(data).hexdigest(),
     )
-    return BatchResult(made, data, page, as_json(outcome), outcome.issues)
+    return BatchResult(made, data, page, as_json(report_of(outcome)), outcome.issues)
 
 
 def _figure(value: float | None) -> str:

@@ -126,10 +126,12 @@ def optimize(
     if output == DASH:
         write_program(outcome.text.encode(outcome.encoding))
         outcome = replace(outcome, output="standard output")
+    from leafcut.processes.registry import report_of
+
     if as_json:
         from leafcut.report.json_answer import as_json as answer
 
-        print_json(answer(outcome))
+        print_json(answer(report_of(outcome)))
     elif quiet:
         print_issues(outcome.issues)
     else:
@@ -137,7 +139,7 @@ def optimize(
 
         from leafcut.report.summary import print_summary
 
-        print_summary(_without_known_note(outcome), Console(stderr=output == DASH))
+        print_summary(report_of(_without_known_note(outcome)), Console(stderr=output == DASH))
     return _status_of(outcome)
 
 

@@ -241,7 +241,8 @@ def _answer(
         nested = api.nest([str(task.input)], cancelled=cancelled, **task.options)
         return registry.command("nest_answer")(nested), ()
     word = "auto" if task.command == OPTIMIZE else task.command
-    return as_json(api.optimize(task.input, process=word, cancelled=cancelled, **task.options)), ()
+    outcome = api.optimize(task.input, process=word, cancelled=cancelled, **task.options)
+    return as_json(registry.report_of(outcome)), ()
 
 
 def _warm_up(task: RunTask) -> None:

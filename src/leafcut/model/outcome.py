@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field
-from importlib import import_module
-from typing import ClassVar, Generic, Protocol, TypeVar
+from typing import Generic, Literal, TypeVar
 
 from leafcut.model.issue import Issue, missing_work
 from leafcut.model.machine import Machine
 from leafcut.model.measure import Measure
 from leafcut.model.part import Part
-from leafcut.model.process_report import ProcessReport
 from leafcut.model.solution import Solution, gap
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
+
+#: Which of the two paths of an outcome.
+Which = Literal["before", "after"]
 
 
 @dataclass(frozen=True)
@@ -41,16 +42,8 @@ class OperationOutcome:
         return self.hole_order + self.staying
 
 
-class Detail(Protocol):
-    """What one process alone found out in a run.
-
-    `report` is the class that tells of an outcome with this detail, as ``module:class``: a `ProcessReport` of it.
-    """
-
-    report: ClassVar[str]
-
-
-D = TypeVar("D", bound=Detail)
+#: The results that one process alone has.
+D = TypeVar("D")
 
 
 @dataclass(frozen=True)
@@ -115,13 +108,6 @@ class Outcome(Generic[D]):
     def missing(self) -> tuple[Issue, ...]:
         """The issues of work that the input asks for and the program does not do: what, how many, where and why."""
         return missing_work(self.issues)
-
-    @property
-    def shown(self) -> ProcessReport:
-        """What the process tells of this outcome."""
-        module, _, name = self.detail.report.partition(":")
-        told: ProcessReport = getattr(import_module(module), name)(self)
-        return told
 
     @property
     def program_sha256(self) -> str:

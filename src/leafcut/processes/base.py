@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from leafcut.processes.plan import OrderRefused, Pass, Plan
     from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Source
+    from leafcut.report.path_report import PathReport
 
 #: Groups of a form: the key of a title, and names of options.
 FormGroups = tuple[tuple[str, tuple[str, ...]], ...]
@@ -286,6 +287,12 @@ class Process(Work, Protocol):
     def files(self, outcome: Outcome[Any], settings: Settings) -> dict[str, str]:
         """Return the files that it writes beside the program: name → text."""
         return {}
+
+    def report(self, outcome: Outcome[Any]) -> PathReport[Any]:
+        """Return the facts and pictures of an outcome; by default those of a path over holes."""
+        from leafcut.report.path_report import PathReport
+
+        return PathReport(outcome)
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Return what is read of an input, as it lies before the work is planned: what a preview shows."""

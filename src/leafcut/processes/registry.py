@@ -17,9 +17,11 @@ from leafcut.processes.inquiries import ChoosingSpeeds, CuttingStock, Simulating
 
 if TYPE_CHECKING:
     from leafcut.model.kinds import Head
+    from leafcut.model.outcome import Outcome
     from leafcut.model.part import Part
     from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Format, Source
+    from leafcut.report.path_report import PathReport
 
 #: In the order in which they are offered: name → module and class.
 BUILT_IN = {
@@ -107,6 +109,17 @@ def process(name: str) -> Process:
 def _built_in(name: str) -> Process:
     made: Process = _load(BUILT_IN[name])()
     return made
+
+
+def report_of(outcome: Outcome[Any]) -> PathReport[Any]:
+    """Return the facts and pictures of an outcome, by the process that made it.
+
+    Raises
+    ------
+    OptionError
+        The outcome is of a process from outside that is not installed here.
+    """
+    return process("program" if outcome.part.format == "gcode" else outcome.process).report(outcome)
 
 
 def names() -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.model.kinds import BEAMS
 from leafcut.report.frame import Frame
 from leafcut.report.labels import Surroundings, place_labels
 from leafcut.report.marks import arrow_heads, end_marks
@@ -19,8 +20,7 @@ from leafcut.report.svg import STEPS, dots_data, element, in_steps, lines_data, 
 
 if TYPE_CHECKING:
     from leafcut.model.issue import Issue
-    from leafcut.model.outcome import Outcome
-    from leafcut.model.process_report import Which
+    from leafcut.model.outcome import Outcome, Which
 
 #: Up to so many stops carry numbers; more are told apart by the colour of the path, from first to last.
 MOST_NUMBERS = 120
@@ -83,7 +83,7 @@ class Scene:
 def build_scene(outcome: Outcome) -> Scene:
     """Return the scene of an outcome; an empty part gives an empty window."""
     part = outcome.part
-    before, after = (trace(path, outcome.shown.beam) for path in (outcome.path_before, outcome.path_after))
+    before, after = (trace(path, outcome.process in BEAMS) for path in (outcome.path_before, outcome.path_after))
     diameters = part.diameters
     ends = np.array([(s.start, s.end) for s in part.slots], dtype=np.float64).reshape(-1, 2)
     radius = np.concatenate([diameters / 2, np.repeat([s.width / 2 for s in part.slots], 2)])[:, None]

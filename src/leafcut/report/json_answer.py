@@ -7,27 +7,28 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from leafcut.model.kinds import BEAMS
-from leafcut.report.wording import algorithm_words, feed_mm_min, plain_number
+from leafcut.report.wording import Said, algorithm_words, feed_mm_min, plain_number
 
 if TYPE_CHECKING:
     from leafcut.model.certificate import Certificate
     from leafcut.model.issue import Issue
     from leafcut.model.measure import Measure
-    from leafcut.model.outcome import OperationOutcome, Outcome
+    from leafcut.model.outcome import OperationOutcome
     from leafcut.model.simulation import Simulation
     from leafcut.model.solution import Solved
+    from leafcut.report.path_report import PathReport
 
 
-def as_json(outcome: Outcome) -> dict[str, Any]:
+def as_json(report: PathReport[Any]) -> dict[str, Any]:
     """Return the outcome as a dict of lists, dicts, texts and finite numbers; what is not known is None.
 
     Lengths are in mm, times in s, feeds in mm/min. `lower_bound` is in the unit of the objective, s or mm,
     and of the travel between holes: the sum over the operations, each from where the one before it ended.
     `gap_percent` is how far at most the travel is above it.
     """
+    outcome = report.outcome
     gap = plain_number(outcome.gap)
-    shown = outcome.shown
-    before, nearest, after = shown.stated()
+    before, nearest, after = report.stated()
     return {
         "input": outcome.part.source or outcome.part.name,
         "output": outcome.output,
@@ -38,7 +39,7 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "dialect": outcome.dialect,
         "algorithm": algorithm_words(outcome),
         "seed": outcome.seed,
-        "counts": shown.counts(),
+        "counts": report.counts(),
         "zero": None if outcome.part.zero is None else asdict(outcome.part.zero),
         "before": _measure(before),
         "nearest": None if nearest is None else _measure(nearest),
@@ -48,7 +49,7 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "gap_percent": None if gap is None else 100.0 * gap,
         "verified": bool(outcome.verified),
         "missing": missing_as_json(outcome.missing),
-        **shown.answer(),
+        **report.answer(),
         "seconds": plain_number(outcome.seconds),
         "compile_seconds": plain_number(outcome.compile_seconds),
         "tools": [_tool(o, outcome.process in BEAMS) for o in outcome.operations],
@@ -193,3 +194,26 @@ def _workers(number: int, operation: OperationOutcome) -> list[dict[str, Any]]:
         }
         for w in operation.solution.workers
     ]
+
+
+def overview_as_json(report: PathReport[Any]) -> dict[str, Any]:
+    """Return the figures of an outcome; words as ``{"words": template, "values": {name: words}}``."""
+    found = report.overview()
+    times = {
+        "kinds": found["times"]["kinds"],
+        "rows": [{k: row[k] for k in ("name", "seconds", "total")} for row in found["times"]["rows"]],
+    }
+    return {
+        "tiles": [dict(zip(("name", "figure", "words"), map(_plain, tile), strict=True)) for tile in found["tiles"]],
+        "times": _plain(times),
+        "parts": _plain(found["parts"]),
+        "norms": _plain(found["norms"]),
+    }
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Said):
+        return {"words": value.template, "values": {name: _plain(v) for name, v in value.values.items()}}
+    if isinstance(value, dict):
+        return {name: _plain(v) for name, v in value.items()}
+    return [_plain(v) for v in value] if isinstance(value, list | tuple) else value

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from leafcut.model.process_report import Fact
+from leafcut.model.fact import Fact
 from leafcut.report.wording import clean, count, time_words
 from leafcut.units import SECONDS_PER_MINUTE
 

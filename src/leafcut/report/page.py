@@ -15,14 +15,14 @@ from leafcut.report.svg import styled
 from leafcut.report.wording import COMPILED, algorithm_words, clean, limits, time_words
 
 if TYPE_CHECKING:
-    from leafcut.model.outcome import Outcome
-    from leafcut.model.process_report import ProcessReport, Which
+    from leafcut.model.outcome import Which
+    from leafcut.report.path_report import PathReport
 
 #: An option of the command line as messages name it.
 _FLAG = re.compile(r"(?<![\w-])--[a-z][a-z-]*[a-z]")
 
 
-def write_page(outcome: Outcome) -> str:
+def write_page(report: PathReport[Any]) -> str:
     """Return the report as one HTML page that needs nothing else: no script, no request, styles and pictures inside.
 
     Everything from files is escaped by the template or by `svg.element`; a content security policy lets nothing run.
@@ -30,10 +30,9 @@ def write_page(outcome: Outcome) -> str:
     from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup, escape
 
-    shown = outcome.shown
-    css = drawing_css() + style_sheet("page.css") + _own_css(shown)
+    css = drawing_css() + style_sheet("page.css") + _own_css(report)
     environment = Environment(
-        loader=ChoiceLoader([PackageLoader("leafcut.report", ""), PackageLoader(shown.package, "")]),
+        loader=ChoiceLoader([PackageLoader("leafcut.report", ""), PackageLoader(report.package, "")]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -43,7 +42,7 @@ def write_page(outcome: Outcome) -> str:
     environment.filters["drawn"] = Markup
     environment.filters["flags"] = lambda words: Markup(_whole_flags(str(escape(words))))
     page = environment.get_template("page.html.jinja")
-    return page.render(css=css, css_hash=_hash(css), **_content(outcome, shown), **shown.page())
+    return page.render(css=css, css_hash=_hash(css), **_content(report), **report.page())
 
 
 def _whole_flags(html: str) -> str:
@@ -51,26 +50,26 @@ def _whole_flags(html: str) -> str:
     return _FLAG.sub(r'<span class="flag">\g<0></span>', html)
 
 
-def path_svg(outcome: Outcome, which: Which) -> str:
+def path_svg(report: PathReport[Any], which: Which) -> str:
     """Return the path ``before`` or ``after`` over the work, as a stand-alone SVG file."""
-    shown = outcome.shown
-    return styled(shown.drawing(which), drawing_css() + _own_css(shown))
+    return styled(report.drawing(which), drawing_css() + _own_css(report))
 
 
-def _own_css(shown: ProcessReport) -> str:
+def _own_css(report: PathReport[Any]) -> str:
     """Return the styles of what only this kind of work has."""
-    return style_sheet(shown.styles, shown.package) if shown.styles else ""
+    return style_sheet(report.styles, report.package) if report.styles else ""
 
 
 def _hash(css: str) -> str:
     return base64.b64encode(hashlib.sha256(css.encode()).digest()).decode()
 
 
-def _content(outcome: Outcome, shown: ProcessReport) -> dict[str, Any]:
-    """Return what the page says of any work."""
+def _content(report: PathReport[Any]) -> dict[str, Any]:
+    """Return the content of the page that every process has."""
+    outcome = report.outcome
     return {
         "name": clean(outcome.part.name),
-        "came_in": shown.came_in,
+        "came_in": report.came_in,
         "source": clean(outcome.part.source),
         "output": clean(outcome.output),
         "sha256": outcome.program_sha256,
@@ -78,10 +77,10 @@ def _content(outcome: Outcome, shown: ProcessReport) -> dict[str, Any]:
         "machine_words": clean(outcome.machine.description),
         "dialect": clean(outcome.dialect),
         "process": clean(outcome.process),
-        "algorithm": clean(algorithm_words(outcome)) if shown.ordered else "",
-        "proof": shown.proof,
-        "template": shown.template,
-        "counts": shown.counts_words(),
+        "algorithm": clean(algorithm_words(outcome)) if report.ordered else "",
+        "proof": report.proof,
+        "template": report.template,
+        "counts": report.counts_words(),
         "zero": [f"{name}: {words}" for name, words in (outcome.part.zero.facts() if outcome.part.zero else [])],
         "limits": limits(outcome.issues),
         "seed": outcome.seed,
@@ -91,10 +90,10 @@ def _content(outcome: Outcome, shown: ProcessReport) -> dict[str, Any]:
         "verified": outcome.verified,
         "missing": missing_words(outcome.issues),
         "options": [(clean(flag), clean(value)) for flag, value in outcome.options.items()],
-        "searches": views.searches(outcome) if shown.ordered else [],
+        "searches": views.searches(outcome, report.search_name, report.nearest_cost()) if report.ordered else [],
         "left_out": max(0, len(outcome.operations) - views.MOST_SEARCHES),
-        "workers": views.workers(outcome) if shown.ordered else {"rows": []},
+        "workers": views.workers(outcome) if report.ordered else {"rows": []},
         "issues": views.issues(outcome),
         "program": views.program(outcome),
-        "stock": stock_pictures(outcome, shown),
+        "stock": stock_pictures(report),
     }

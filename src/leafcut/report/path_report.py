@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from leafcut.model.outcome import Detail, Outcome
-from leafcut.model.process_report import Fact, SummaryTable, Which
+from leafcut.model.fact import Fact, SummaryTable
+from leafcut.model.kinds import BEAMS
+from leafcut.model.outcome import Outcome, Which
 from leafcut.model.shown_stock import ShownStock
 from leafcut.report import views
 from leafcut.report.drawing import RAMP, Scene, build_scene, cut_tools, drawing, tool_class
@@ -19,6 +20,7 @@ from leafcut.report.wording import (
     length_words,
     method_words,
     percent_words,
+    said,
     saved_percent,
     time_words,
     tool_count,
@@ -29,7 +31,7 @@ if TYPE_CHECKING:
     from leafcut.model.measure import Measure
     from leafcut.model.toolpath import Toolpath
 
-D = TypeVar("D", bound=Detail)
+D = TypeVar("D")
 
 
 class PathReport(Generic[D]):
@@ -38,7 +40,6 @@ class PathReport(Generic[D]):
     came_in = "drawing"
     proof = "read back, same work"
     found = "read back: it does the work that was planned"
-    beam = False
     ordered = True
     package = "leafcut.report"
     template = "path.html.jinja"
@@ -54,6 +55,11 @@ class PathReport(Generic[D]):
     def stated(self) -> tuple[Measure, Measure | None, Measure]:
         """Return the three measures as they are."""
         return self.outcome.before, self.outcome.nearest, self.outcome.after
+
+    def orders(self) -> list[tuple[str, Measure]]:
+        """Return the known orders by name, the first and the written one included."""
+        names = (said(f"{self.came_in.capitalize()} order"), said("Nearest neighbour"), said(views.OURS))
+        return [(name, measure) for name, measure in zip(names, self.stated(), strict=True) if measure is not None]
 
     def counts(self) -> dict[str, int]:
         """Return how many holes, slots, tools and operations there are."""
@@ -134,7 +140,7 @@ class PathReport(Generic[D]):
 
     def overview(self) -> dict[str, Any]:
         """Return where the time goes."""
-        return overview(times=views.times(self.outcome))
+        return overview(times=views.times(self.outcome, self.orders()))
 
     def page(self) -> dict[str, Any]:
         """Return the drawings before and after, where the time goes, and the tools."""
@@ -145,7 +151,7 @@ class PathReport(Generic[D]):
             "size": self.size(scene),
             "drawn": bool(outcome.part.holes or outcome.part.slots or len(scene.after.points)),
             "saved": self.saved(),
-            "orders": views.orders(outcome),
+            "orders": views.cards(outcome, self.orders()),
             "times": self.overview()["times"],
             "before": drawing(scene, "before", self._path_words("before"), holes="=holes"),
             "after": drawing(scene, "after", self._path_words("after"), holes="#holes"),
@@ -162,7 +168,7 @@ class PathReport(Generic[D]):
 
     def saved(self) -> views.PageRow:
         """Return the large figure and the words around it."""
-        return views.saved(self.outcome)
+        return views.saved(self.outcome, self.came_in, self.bound_words())
 
     def staying_words(self) -> list[str]:
         """Return what keeps its place, and why: nothing of what was planned from a drawing."""
@@ -202,7 +208,7 @@ class PathReport(Generic[D]):
         return f"Path of {clean(self.outcome.part.name)} in {order}"
 
     def _travel_words(self, measure: Measure) -> str:
-        return f"{length_words(measure.travel_mm)} {'with the beam off' if self.beam else 'travel'}"
+        return f"{length_words(measure.travel_mm)} {'with the beam off' if self.outcome.process in BEAMS else 'travel'}"
 
 
 def _legend(outcome: Outcome, scene: Scene) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from leafcut.model.kinds import BEAMS
 from leafcut.model.toolpath import PLACES, Kind, Toolpath, arc_sweep, plane_axes
 from leafcut.report.line_map import written_lines
 from leafcut.report.plan_view import spindle_speed, stop_rows
@@ -16,8 +17,7 @@ from leafcut.report.plan_view import spindle_speed, stop_rows
 if TYPE_CHECKING:
     from leafcut.model.machine import Machine
     from leafcut.model.measure import Measure
-    from leafcut.model.outcome import Outcome
-    from leafcut.model.process_report import Which
+    from leafcut.model.outcome import Outcome, Which
 
 #: Chords of an arc that does not lie flat: seen from above it is no arc of a circle.
 _CHORDS = 24
@@ -86,7 +86,7 @@ def outcome_playback(outcome: Outcome, which: Which) -> Playback:
     PlanError
         The cycles come to more moves than can be meant.
     """
-    beam = outcome.shown.beam
+    beam = outcome.process in BEAMS
     if which == "before":
         return playback(outcome.path_before, outcome.machine, beam, measured=outcome.before)
     return playback(outcome.path_after, outcome.machine, beam, outcome.written, outcome.after)

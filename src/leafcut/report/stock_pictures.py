@@ -11,8 +11,7 @@ from leafcut.errors import LeafcutError
 
 if TYPE_CHECKING:
     from leafcut.material.solid import Solid
-    from leafcut.model.outcome import Outcome
-    from leafcut.model.process_report import ProcessReport
+    from leafcut.report.path_report import PathReport
 
 #: Heights that differ by less are the same, mm.
 _TOLERANCE = 0.01
@@ -20,7 +19,7 @@ _TOLERANCE = 0.01
 _COLOURS = 160
 
 
-def stock_pictures(outcome: Outcome[Any], shown: ProcessReport) -> dict[str, Any] | None:
+def stock_pictures(report: PathReport[Any]) -> dict[str, Any] | None:
     """Return what a page shows of the stock; None where it is not known.
 
     That is ``pictures``, (title, address of the picture, size) of each, and ``same``, whether they differ, in words.
@@ -28,9 +27,9 @@ def stock_pictures(outcome: Outcome[Any], shown: ProcessReport) -> dict[str, Any
     from leafcut.material.same_stock import stock_differences
     from leafcut.material.solid import solid_of
 
-    stock = shown.stock()
+    outcome, stock = report.outcome, report.stock()
     try:
-        if shown.came_in != "program":
+        if report.came_in != "program":
             solid = solid_of(outcome.path_after, stock)
             return {"pictures": [_picture("After: leafcut", solid, ways=stock.surface is not None)], "same": ""}
         before = solid_of(outcome.path_before, stock)

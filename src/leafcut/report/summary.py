@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from leafcut.model.fact import SummaryTable
 from leafcut.model.issue import LIMITS, Issue, Severity, missing_words
-from leafcut.model.process_report import ProcessReport, SummaryTable
 from leafcut.report.wording import MOTION, clean, group_issues, limits
 
 if TYPE_CHECKING:
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rich.text import Text
 
     from leafcut.model.outcome import Outcome
+    from leafcut.report.path_report import PathReport
 
 #: So many different issues are named, and all of the motion and the machine; the report page has them all.
 MOST_ISSUES = 12
@@ -21,24 +22,23 @@ MOST_CHARACTERS = 219
 _WORST = (Severity.DANGER, Severity.MISSING)
 
 
-def summary(outcome: Outcome) -> RenderableType:
+def summary(report: PathReport[Any]) -> RenderableType:
     """Return what `rich` prints: part and machine, a table of the three orders, facts, issues. Fits 80 columns.
 
     Colour only underlines what the words say; names from files are printed as they are, never as markup.
     """
     from rich.console import Group
 
-    shown = outcome.shown
-    parts: list[RenderableType] = [*_worst(outcome), _title(outcome, shown), "", _table(shown), ""]
-    parts.append(_facts(outcome, shown))
+    outcome = report.outcome
+    parts: list[RenderableType] = [*_worst(outcome), _title(report), "", _table(report), "", _facts(report)]
     if any(issue.code not in LIMITS for issue in _others(outcome)):
         parts += ["", _issues(outcome)]
     return Group("", *parts, "")
 
 
-def print_summary(outcome: Outcome, console: Console) -> None:
+def print_summary(report: PathReport[Any], console: Console) -> None:
     """Print the summary on a console of `rich`."""
-    console.print(summary(outcome))
+    console.print(summary(report))
 
 
 def _worst(outcome: Outcome) -> list[RenderableType]:
@@ -55,20 +55,21 @@ def _others(outcome: Outcome) -> list[Issue]:
     return [issue for issue in outcome.issues if issue.severity not in _WORST]
 
 
-def _title(outcome: Outcome, shown: ProcessReport) -> Text:
+def _title(report: PathReport[Any]) -> Text:
     from rich.text import Text
 
+    outcome = report.outcome
     machine = f"{clean(outcome.machine.name)} ({clean(outcome.dialect)})"
     name = (clean(outcome.part.name), "bold")
-    return Text.assemble(name, f" · {shown.counts_words()}", "\n", (machine, "dim"), overflow="fold")
+    return Text.assemble(name, f" · {report.counts_words()}", "\n", (machine, "dim"), overflow="fold")
 
 
-def _table(shown: ProcessReport) -> Table:
+def _table(report: PathReport[Any]) -> Table:
     """Return the orders, or the strategies, that stand beside each other."""
     from rich.table import Table
     from rich.text import Text
 
-    rows = shown.summary_table()
+    rows = report.summary_table()
     table = Table(box=None, padding=(0, rows.apart, 0, 0), header_style="dim", pad_edge=False)
     table.add_column(rows.titles[0], no_wrap=rows.apart < SummaryTable.apart)
     for title in rows.titles[1:]:
@@ -78,20 +79,21 @@ def _table(shown: ProcessReport) -> Table:
     return table
 
 
-def _facts(outcome: Outcome, shown: ProcessReport) -> Table:
+def _facts(report: PathReport[Any]) -> Table:
     from rich.table import Table
     from rich.text import Text
 
-    verified = Text(f"yes, {shown.found}", "green") if outcome.verified else Text("no", "bold red")
+    outcome = report.outcome
+    verified = Text(f"yes, {report.found}", "green") if outcome.verified else Text("no", "bold red")
     if outcome.missing:
         verified.append(f"; missing: {clean(missing_words(outcome.issues))}", "bold red")
     facts: list[tuple[str, Text]] = [("verified", verified)]
     facts += [(name, Text(words, "yellow")) for name, words in limits(_others(outcome))]
-    facts += [(fact.name, Text(clean(fact.words), fact.style)) for fact in shown.facts()]
+    facts += [(fact.name, Text(clean(fact.words), fact.style)) for fact in report.facts()]
     facts += [(name, Text(words)) for name, words in (outcome.part.zero.facts() if outcome.part.zero else [])]
     facts += [
         (name, Text(clean(place), "cyan", overflow="fold"))
-        for name, place in ((shown.file_name, outcome.output), ("report", outcome.report))
+        for name, place in ((report.file_name, outcome.output), ("report", outcome.report))
         if place
     ]
     if outcome.defaults:

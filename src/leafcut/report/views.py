@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from leafcut.model.issue import CODES, Severity
+from leafcut.model.kinds import BEAMS
 from leafcut.report import chart
 from leafcut.report.drawing import Scene, tool_class
 from leafcut.report.wording import (
@@ -58,11 +59,6 @@ _KIND_WORDS = {
 }
 
 
-def orders(outcome: Outcome) -> list[PageRow]:
-    """Return the three orders: name, time, lengths, saved percent, and a bar of the time."""
-    return cards(outcome, _measures(outcome))
-
-
 def cards(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> list[PageRow]:
     """Return orders by name, the first the one that time is saved against and the last ours, as a page's head shows."""
     longest, last = max(measure.time_s for _, measure in measures), len(measures) - 1
@@ -80,40 +76,25 @@ def cards(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> list[Pag
     ]
 
 
-def _measures(outcome: Outcome) -> tuple[tuple[str, Measure], ...]:
-    before, nearest, after = outcome.shown.stated()
-    orders = (
-        (said(f"{outcome.shown.came_in.capitalize()} order"), before),
-        (said("Nearest neighbour"), nearest),
-        (said(OURS), after),
-    )
-    return tuple((name, measure) for name, measure in orders if measure is not None)
-
-
-def saved(outcome: Outcome) -> PageRow:
-    """Return the large figure and the words around it."""
+def saved(outcome: Outcome, came_in: str, bound: str) -> PageRow:
+    """Return the large figure and the words around it; `bound` is the certain gap of the order, in words."""
     seconds = outcome.before.time_s - outcome.after.time_s
     worse = seconds < 0
     percent = f"{percent_words(abs(outcome.saved_percent))} {'more' if worse else 'less'} machine time"
     hundred = f", {time_words(100 * seconds)} on 100 parts" if seconds > 0 else ""
-    bound = outcome.shown.bound_words()
     return {
         "figure": time_words(abs(seconds)),
         "worse": worse,
-        "words": f"{'longer than' if worse else 'saved compared with'} the {outcome.shown.came_in}’s order",
+        "words": f"{'longer than' if worse else 'saved compared with'} the {came_in}’s order",
         "percent": f"{percent}{hundred}." if outcome.before.time_s > 0 else "There is nothing to machine.",
         "gap": f"{bound[0].upper()}{bound[1:]}." if bound else "",
     }
 
 
-def times(outcome: Outcome, measures: Sequence[tuple[str, Measure]] = ()) -> PageRow:
-    """Return the seconds by kind of the three orders, with stacked bars; kinds that never occur are left out.
-
-    `measures` are orders by name in their place.
-    """
-    measures = measures or _measures(outcome)
+def times(outcome: Outcome, measures: Sequence[tuple[str, Measure]]) -> PageRow:
+    """Return the seconds by kind of orders by name, with stacked bars; kinds that never occur are left out."""
     kinds = [k for k in chart.TIME_KINDS if any(m.by_kind.get(k, 0.0) > 0 for _, m in measures)]
-    words = chart.TIME_KINDS | (_TIMES_OF_BEAMS if outcome.shown.beam else {})
+    words = chart.TIME_KINDS | (_TIMES_OF_BEAMS if outcome.process in BEAMS else {})
     return stacked(
         {k: said(words[k]) for k in kinds}, [(name, m.by_kind, time_words(m.time_s)) for name, m in measures]
     )
@@ -143,7 +124,7 @@ def tools_say(outcome: Outcome) -> PageRow:
     return {
         "diameter": any(o.tool.diameter > 0 for o in rows),
         "cycle": any(o.cycle for o in rows),
-        "power": outcome.shown.beam,
+        "power": outcome.process in BEAMS,
     }
 
 
@@ -191,8 +172,11 @@ def work_words(operation: OperationOutcome) -> str:
     return ", ".join(words)
 
 
-def searches(outcome: Outcome) -> list[PageRow]:
-    """Return how each operation's order was found: words, and the chart where there is a history."""
+def searches(outcome: Outcome, name_of: Callable[[int], str], nearest_cost: float | None) -> list[PageRow]:
+    """Return how each operation's order was found: words, and the chart where there is a history.
+
+    `nearest_cost` is the cost of the nearest neighbour order, drawn as a line.
+    """
     rows = []
     by_size = sorted(range(len(outcome.operations)), key=lambda k: -len(outcome.operations[k].solution.nodes))
     for number in sorted(by_size[:MOST_SEARCHES]):
@@ -207,13 +191,13 @@ def searches(outcome: Outcome) -> list[PageRow]:
             facts.append("stopped early")
         if was_spared(solution):
             facts.append(SPARED)
-        words = outcome.shown.search_name(number)
+        words = name_of(number)
         rows.append(
             {
                 "name": words,
                 "facts": " · ".join(facts),
                 "still": f"No improvement found over the first order: {cost_words(solution.cost, solution.unit)}.",
-                "chart": chart.convergence(solution, outcome.shown.nearest_cost(), f"Cost against seconds: {words}"),
+                "chart": chart.convergence(solution, nearest_cost, f"Cost against seconds: {words}"),
             }
         )
     return rows

@@ -90,7 +90,7 @@ class Words:
         return f"“{self.option(stem)}” {self('form.off')}" if stem in known else found[0]
 
     def said(self, words: Any) -> str:
-        """Return words of the report, plain or as `report.overview.overview_as_json` has them, in this language."""
+        """Return words of the report, plain or as `report.json_answer.overview_as_json` has them, in this language."""
         if isinstance(words, str):
             return words
         values = {name: self.said(value) for name, value in words["values"].items()}

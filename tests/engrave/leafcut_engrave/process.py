@@ -28,6 +28,7 @@ from leafcut_engrave.model import EngravingDetail
 from leafcut_engrave.options import EngraveOptions
 from leafcut_engrave.plan import DEPTH, TOLERANCE, lay, problem_of, tool_of
 from leafcut_engrave.proof import check_lines
+from leafcut_engrave.report import EngravingReport
 
 
 class Engraving(Process):
@@ -88,6 +89,12 @@ class Engraving(Process):
     def detail(self, plan: Plan, given: Candidate, nearest: Candidate | None, best: Candidate) -> EngravingDetail:
         """Return the number of lines and their depth."""
         return EngravingDetail(len(plan.work), plan.job.settings.job.depth or DEPTH)
+
+    def report(self, outcome: Outcome[EngravingDetail]) -> EngravingReport:
+        """Return the facts and pictures of an outcome."""
+        from leafcut_engrave.report import EngravingReport
+
+        return EngravingReport(outcome)
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Return the lines as placed."""

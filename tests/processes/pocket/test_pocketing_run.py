@@ -32,6 +32,7 @@ from leafcut.processes.pocket import clearing as pocketing
 from leafcut.processes.pocket import strategies as room
 from leafcut.processes.pocket.options import PocketOptions
 from leafcut.processes.pocket.report.pocket_report import PocketReport
+from leafcut.processes.registry import report_of
 from leafcut.processes.settings import collect
 from leafcut.report.json_answer import as_json
 from leafcut.report.summary import print_summary
@@ -233,7 +234,7 @@ def test_several_pockets_are_one_program_in_the_order_of_the_shortest_way(tmp_pa
     order = [v for k, v in enumerate(visits) if k == 0 or v != visits[k - 1]]
     assert order == [0, 1, 2, 3]
     # One program: the spindle starts once, and the tool is lifted between the pockets.
-    [row] = as_json(outcome)["strategies"]
+    [row] = as_json(report_of(outcome))["strategies"]
     assert row["time_s"] == pytest.approx(outcome.after.time_s)
     assert row["retracts"] == 3 and row["rapid_mm"] == pytest.approx(180.0, abs=60.0)
     assert sum(plan.result.program_s for plan in outcome.detail.plans) > row["time_s"] + 3.0
@@ -277,7 +278,7 @@ def test_json_on_the_command_line_says_the_way_over_one_level(
 
 def test_the_summary_fits_a_terminal_and_names_the_strategies(outcome) -> None:
     out = io.StringIO()
-    print_summary(outcome, Console(file=out, width=80, color_system=None))
+    print_summary(report_of(outcome), Console(file=out, width=80, color_system=None))
     said = out.getvalue()
     assert all(len(line) <= 80 for line in said.splitlines())
     assert all(name in said for name in ("contour", "connected", "firefly", "ants", "retracts", "uncut", "verified"))

@@ -13,6 +13,7 @@ from leafcut.gcode.dialects import dialect
 from leafcut.gcode.program_interpreter import interpret_program
 from leafcut.model.issue import Severity
 from leafcut.processes.program.proof.avoided_areas import NEAR, avoided_areas
+from leafcut.processes.registry import report_of
 from leafcut.report.json_answer import as_json
 
 FAST = {"iterations": 1, "threads": 1, "preset": "fast"}
@@ -94,7 +95,7 @@ def test_new_moves_across_avoided_areas_are_counted_with_their_first_line(bar: P
     assert issue.message == f"{words}; name clamps with --keep-out (first: line {lines[0]})"
     head = [f"(leafcut: {words})", f"(leafcut: name clamps with --keep-out, first: line {lines[0]})"]
     assert new.splitlines()[:2] == head
-    assert as_json(found)["avoided_areas"] == {"moves": len(lines), "line": lines[0], "below": 20.0}
+    assert as_json(report_of(found))["avoided_areas"] == {"moves": len(lines), "line": lines[0], "below": 20.0}
 
 
 @pytest.mark.hazard

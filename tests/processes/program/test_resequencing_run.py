@@ -26,6 +26,7 @@ from leafcut.order import solve as solving
 from leafcut.processes.program import planning as resequencing
 from leafcut.processes.program.post import rewriter
 from leafcut.processes.program.proving import with_comments
+from leafcut.processes.registry import report_of
 from leafcut.report.views import work_words
 from rewriting import work_of
 
@@ -410,20 +411,20 @@ def test_every_face_says_how_many_pieces_stay_and_why_with_the_line(tmp_path: Pa
     file = tmp_path / "holes.ngc"
     file.write_text(f"G21 G90 G94 G17\nT1 M6\nS1000 M3\nG43 H1\nG0 Z5\n{body}M5\nM2\n")
     outcome = leafcut.optimize(file, machine="linuxcnc-mill")
-    answer = as_json(outcome)
+    answer = as_json(report_of(outcome))
     assert answer["counts"]["pieces"] == 3
     (group,) = answer["staying"]
     text = "alone between barriers (coolant is switched): M8 at line 12"
     assert group == {"reason": "alone", "count": 1, "first_line": 12, "word": "M8", "text": text}
-    assert f"<li><bdi>1 {text}</bdi></li>" in write_page(outcome)
+    assert f"<li><bdi>1 {text}</bdi></li>" in write_page(report_of(outcome))
     console = Console(width=400, record=True, file=io.StringIO())
-    print_summary(outcome, console)
+    print_summary(report_of(outcome), console)
     said = console.export_text()
     assert f"1 of 3 pieces stays: 1 {text}" in said
     assert "2 of 3 pieces of work free to be ordered" in said
     outcome = leafcut.optimize(file, machine="linuxcnc-mill", keep_order=True)
-    kept = as_json(outcome)
-    print_summary(outcome, console)
+    kept = as_json(report_of(outcome))
+    print_summary(report_of(outcome), console)
     assert "order unchanged" in console.export_text()
     assert [(g["reason"], g["count"]) for g in kept["staying"]] == [("keep-order", 2), ("alone", 1)]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar
 
 from leafcut.model.mesh import Mesh
 from leafcut.model.shown_stock import FixtureBox
@@ -24,8 +23,6 @@ class DrillingDetail:
     fixtures
         What stands on it and holds it.
     """
-
-    report: ClassVar[str] = "leafcut.processes.drilling.report:DrillingReport"
 
     low_ways_saved_s: float | None = None
     thickness: float | None = None

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from leafcut.model.toolpath import Toolpath
     from leafcut.processes.drilling.model import DrillingDetail
     from leafcut.processes.drilling.plan.drilling import DrillPlan
+    from leafcut.processes.drilling.report import DrillingReport
     from leafcut.processes.job import Job
     from leafcut.processes.plan import Plan
     from leafcut.processes.suitability import Suitability, WholeDrawing
@@ -201,6 +202,12 @@ class Drilling(Process):
         ours = settings.of(DrillOptions)
         files = (settings.job.tools, ours.hole_order, ours.surface, ours.fixture_file)
         return [file for file in files if file is not None]
+
+    def report(self, outcome: Outcome[DrillingDetail]) -> DrillingReport:
+        """Return the facts and pictures of an outcome."""
+        from leafcut.processes.drilling.report import DrillingReport
+
+        return DrillingReport(outcome)
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Return the holes and slots, as they are placed."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from leafcut.model.process_report import Fact
+from leafcut.model.fact import Fact
 from leafcut.model.shown_stock import ShownStock
 from leafcut.processes.drilling.model import DrillingDetail
 from leafcut.report.part_edge import near_edge

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar
 
 from leafcut.model.mesh import Mesh
 from leafcut.model.pace_change import PaceChange
@@ -25,8 +24,6 @@ class PocketDetail:
     before
         The material before the first cut, where it is that of a solid with steps; None: a block.
     """
-
-    report: ClassVar[str] = "leafcut.processes.pocket.report.pocket_report:PocketReport"
 
     plans: tuple[PocketPlan, ...]
     programs: tuple[PocketProgram, ...] = ()

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from leafcut.processes.job import Job
     from leafcut.processes.plan import Plan
     from leafcut.processes.pocket.model import PocketDetail
+    from leafcut.processes.pocket.report.pocket_report import PocketReport
     from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Source
 
@@ -219,6 +220,12 @@ class Pocketing(Process):
         """Return the file of the material."""
         named = settings.job.material
         return [Path(named)] if JobOptions.specs()["material"].names_file(named) else []
+
+    def report(self, outcome: Outcome[PocketDetail]) -> PocketReport:
+        """Return the facts and pictures of an outcome."""
+        from leafcut.processes.pocket.report.pocket_report import PocketReport
+
+        return PocketReport(outcome)
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Return the pockets, as they are placed."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar
 
 from leafcut.model.certificate import Certificate
 from leafcut.model.pace_change import PaceChange
@@ -89,8 +88,6 @@ class ProgramDetail:
     avoided
         The new moves across areas that the original avoided.
     """
-
-    report: ClassVar[str] = "leafcut.processes.program.report:ProgramReport"
 
     certificate: Certificate
     barriers: int = 0

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from leafcut.processes.job import Job
     from leafcut.processes.plan import OrderRefused, Plan
     from leafcut.processes.program.model import ProgramDetail
+    from leafcut.processes.program.report import ProgramReport
     from leafcut.read.format import Source
 
 
@@ -177,6 +178,12 @@ class ForeignProgram(Process):
         named = settings.job.material
         material = [Path(named)] if JobOptions.specs()["material"].names_file(named) else []
         return [*solid, *material, *([settings.job.tools] if settings.job.tools else [])]
+
+    def report(self, outcome: Outcome[ProgramDetail]) -> ProgramReport:
+        """Return the facts and pictures of an outcome."""
+        from leafcut.processes.program.report import ProgramReport
+
+        return ProgramReport(outcome)
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Refuse: a program has motions, and no drawing."""

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from leafcut.model.kinds import BEAMS
+from leafcut.model.fact import Fact
 from leafcut.model.outcome import Outcome
-from leafcut.model.process_report import Fact
 from leafcut.model.saving import plain
 from leafcut.model.shown_stock import ShownStock
 from leafcut.processes.program.model import ProgramDetail, StockProof
@@ -20,7 +19,6 @@ from leafcut.report.wording import clean, count
 
 #: Maximum number of reasons for fixed pieces in the summary.
 MOST_REASONS = 6
-#: Work of programs whose tool is a beam.
 
 
 class ProgramReport(PathReport[ProgramDetail]):
@@ -31,7 +29,6 @@ class ProgramReport(PathReport[ProgramDetail]):
 
     def __init__(self, outcome: Outcome[ProgramDetail]) -> None:
         super().__init__(outcome)
-        self.beam = outcome.process in BEAMS
         if not outcome.detail.certificate.before.works:
             self.found = "but no cut and no hole was found in this program"
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from leafcut.model.cutting import CutMeasures, CutPlan
 
@@ -18,8 +17,6 @@ class SheetDetail:
         Its cuts in the three orders, before, nearest neighbour (None where there is none) and as written, each with its
         time and its cost.
     """
-
-    report: ClassVar[str] = "leafcut.processes.sheet.report.sheet_report:SheetReport"
 
     plans: tuple[CutPlan, CutPlan | None, CutPlan]
 

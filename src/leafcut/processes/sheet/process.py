@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from leafcut.model.part import Part
     from leafcut.processes.job import Job
     from leafcut.processes.sheet.model import SheetDetail
+    from leafcut.processes.sheet.report.sheet_report import SheetReport
     from leafcut.processes.suitability import Suitability, WholeDrawing
     from leafcut.read.format import Source
 
@@ -111,7 +112,13 @@ class SheetCutting(Process):
 
         options = settings.of(CutOptions)
         files = {str(options.save_plan): plan_text(outcome.detail.plan.file)} if options.save_plan else {}
-        return files | ({str(options.save_norms): outcome.shown.norms()} if options.save_norms else {})
+        return files | ({str(options.save_norms): self.report(outcome).norms()} if options.save_norms else {})
+
+    def report(self, outcome: Outcome[SheetDetail]) -> SheetReport:
+        """Return the facts and pictures of an outcome."""
+        from leafcut.processes.sheet.report.sheet_report import SheetReport
+
+        return SheetReport(outcome)
 
     def look_at(self, source: Source | str, settings: Settings) -> Part:
         """Return the contours, as they are placed."""

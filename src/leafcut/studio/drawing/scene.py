@@ -77,11 +77,11 @@ from leafcut.model.issue import Issue
 from leafcut.model.machine import Machine
 from leafcut.model.measure import Measure
 from leafcut.model.nest import Layout, Nest
-from leafcut.model.outcome import Outcome
+from leafcut.model.outcome import Outcome, Which
 from leafcut.model.part import Hole, Part, Slot
 from leafcut.model.pocket import Pocket
-from leafcut.model.process_report import Which
 from leafcut.model.toolpath import Toolpath
+from leafcut.processes.registry import report_of
 from leafcut.report.playback import Playback, outcome_playback, playback
 from leafcut.report.wording import clean
 from leafcut.studio.drawing.editing import OrderStop
@@ -193,7 +193,7 @@ def outcome_scene(outcome: Outcome, which: Which) -> bytes:
     PlanError
         The drilling cycles come to more moves than can be meant.
     """
-    shown = outcome.shown
+    shown = report_of(outcome)
     before, _, after = shown.stated()
     measure = before if which == "before" else after
     header = {

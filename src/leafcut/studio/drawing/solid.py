@@ -54,6 +54,7 @@ from leafcut.model.outcome import Outcome
 from leafcut.model.shown_stock import ShownStock
 from leafcut.model.tool import Tool
 from leafcut.model.toolpath import Toolpath
+from leafcut.processes.registry import report_of
 from leafcut.report.playback import Playback, outcome_playback, playback
 from leafcut.report.wording import clean
 from leafcut.studio.drawing.scene import Columns, packed
@@ -68,7 +69,7 @@ _TOLERANCE, _MOST_PLACES = 0.01, 200
 
 def outcome_solid_scenes(outcome: Outcome) -> tuple[bytes, bytes]:
     """Return the stock of an outcome with the moves before and after, or the reason why it is not shown."""
-    stock = outcome.shown.stock()
+    stock = report_of(outcome).stock()
     return _scenes(
         _Shown(outcome.path_before, stock, lambda: outcome_playback(outcome, "before")),
         _Shown(outcome.path_after, stock, lambda: outcome_playback(outcome, "after")),

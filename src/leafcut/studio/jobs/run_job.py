@@ -27,11 +27,11 @@ from leafcut.studio.jobs.task import LIST, NEST, ReadyTask, program_name, told_a
 
 if TYPE_CHECKING:
     from leafcut.model.nest import NestOutcome
-    from leafcut.model.outcome import Outcome
+    from leafcut.model.outcome import Outcome, Which
     from leafcut.model.part import Part
-    from leafcut.model.process_report import Which
     from leafcut.model.simulation import Simulation
     from leafcut.model.toolpath import Toolpath
+    from leafcut.report.path_report import PathReport
 
 _BOTH: tuple[Which, ...] = ("before", "after")
 _TEXT, _HTML, _SVG = "text/plain; charset=utf-8", "text/html; charset=utf-8", "image/svg+xml"
@@ -128,9 +128,9 @@ def _lines(before: Toolpath, after: Toolpath, original: str, new: str) -> Artefa
 def _optimize(
     call: ReadyTask, name: str, tell: OnProgress, cancelled: threading.Event, observe: Observer | None
 ) -> Made:
+    from leafcut.processes.registry import report_of
     from leafcut.read.plan_file import plan_text
-    from leafcut.report.json_answer import as_json
-    from leafcut.report.overview import overview_as_json
+    from leafcut.report.json_answer import as_json, overview_as_json
     from leafcut.report.views import operation_words
 
     outcome = api.optimize(
@@ -140,7 +140,8 @@ def _optimize(
     # A report is handed on: it says what the person calls the file, and not where the studio keeps it.
     source = name if outcome.part.source else ""
     outcome = replace(outcome, output=output, part=replace(outcome.part, source=source))
-    answer = as_json(outcome)
+    report = report_of(outcome)
+    answer = as_json(report)
     figures = {
         "before_s": answer["before"]["time_s"],
         "after_s": answer["after"]["time_s"],
@@ -148,22 +149,22 @@ def _optimize(
         "gap_percent": answer["gap_percent"],
     }
     kind = f"text/plain; charset={outcome.encoding}"
-    artefacts = {"program": Artefact(output, kind, outcome.text.encode(outcome.encoding)), **_pages(outcome, output)}
+    artefacts = {"program": Artefact(output, kind, outcome.text.encode(outcome.encoding)), **_pages(report, output)}
     searches = [
         (operation_words(o), o.solution.history, o.solution.lower_bound, o.solution.unit) for o in outcome.operations
     ]
     artefacts["search"] = _searches(searches, observe)
-    artefacts["overview"] = Artefact("", "application/json", json.dumps(overview_as_json(outcome)).encode())
+    artefacts["overview"] = Artefact("", "application/json", json.dumps(overview_as_json(report)).encode())
     artefacts |= _order_files(outcome, output) | _given_file(call)
     if outcome.part.format == "gcode":
         original = read_program(call.sources[0])
         artefacts["lines"] = _lines(outcome.path_before, outcome.path_after, original, outcome.text)
-    plan = outcome.shown.plan("after")
+    plan = report.plan("after")
     # Common lines have no plan file.
     if plan is not None and not call.options.get("common_lines"):
         text = plan_text(plan.file).encode()
         artefacts["plan"] = Artefact(f"{Path(output).stem}_plan.json", "application/json", text)
-    norms = outcome.shown.norms()
+    norms = report.norms()
     if norms:
         artefacts["norms"] = Artefact(f"{Path(output).stem}_norms.csv", "text/csv", norms.encode())
     return Made(answer, figures, artefacts)
@@ -243,26 +244,25 @@ def _searches(
     return Artefact("", "application/json", json.dumps(kept).encode())
 
 
-def _pages(outcome: Outcome, output: str) -> dict[str, Artefact]:
-    """Return the report, the pictures, and what the studio's drawing shows."""
+def _pages(report: PathReport[Any], output: str) -> dict[str, Artefact]:
+    """Return the report, the pictures, and the scenes of the studio's drawing."""
     from leafcut.report.page import path_svg, write_page
     from leafcut.studio.drawing.scene import outcome_part_scene, outcome_scene, toolpath_scene
     from leafcut.studio.drawing.solid import outcome_solid_scenes
 
-    stem = Path(output).stem
+    outcome, stem = report.outcome, Path(output).stem
     pictures = {
-        f"picture-{which}": Artefact(f"{stem}_{which}.svg", _SVG, path_svg(outcome, which).encode()) for which in _BOTH
+        f"picture-{which}": Artefact(f"{stem}_{which}.svg", _SVG, path_svg(report, which).encode()) for which in _BOTH
     }
     scenes = {f"scene-{which}": _scene(outcome_scene(outcome, which)) for which in _BOTH}
     scenes["scene-part"] = _scene(outcome_part_scene(outcome))
-    if outcome.shown.stock() != CUT_THROUGH:
+    if report.stock() != CUT_THROUGH:
         for which, solid in zip(_BOTH, outcome_solid_scenes(outcome), strict=True):
             scenes[f"scene-solid_{which}"] = _scene(solid)
-    for name, path in outcome.shown.ways():
-        cleared = outcome.shown.cleared
-        way = toolpath_scene(path, outcome.machine, name=name, cleared=cleared, untimed=True)
+    for name, path in report.ways():
+        way = toolpath_scene(path, outcome.machine, name=name, cleared=report.cleared, untimed=True)
         scenes[f"way-{name}"] = _scene(way)
-    return {**scenes, "report": Artefact(f"{stem}.html", _HTML, write_page(outcome).encode()), **pictures}
+    return {**scenes, "report": Artefact(f"{stem}.html", _HTML, write_page(report).encode()), **pictures}
 
 
 def _scene(data: bytes) -> Artefact:

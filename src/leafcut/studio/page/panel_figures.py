@@ -17,7 +17,7 @@ _KINDS = ("rapid", "feed", "dwell", "tool-change", "spindle")
 
 
 def draw_figures(found: dict[str, Any], words: Words) -> None:
-    """Show what `report.overview.overview_as_json` says, where the caller is."""
+    """Show what `report.json_answer.overview_as_json` says, where the caller is."""
     kinds = {kind["class"]: words.said(kind["words"]) for kind in found["times"]["kinds"]}
     rows = [(words.said(row["name"]), row["seconds"], row["total"]) for row in found["times"]["rows"]]
     draw_times(rows, words, kinds)

@@ -27,6 +27,7 @@ from leafcut.model.tool import Tool, ToolKind
 from leafcut.processes.pocket.model import PocketDetail
 from leafcut.processes.pocket.report.pocket_drawing import build_pocket_scene, pocket_drawing, shapes_of
 from leafcut.processes.pocket.report.pocket_words import added, figures
+from leafcut.processes.registry import report_of
 from leafcut.report.json_answer import as_json
 from leafcut.report.page import path_svg, write_page
 from leafcut.report.summary import print_summary
@@ -106,7 +107,7 @@ def test_the_written_and_the_usual_strategy_have_the_times_of_their_programs(poc
     before, after = (
         replace(measure, time_s=time_s) for measure, time_s in ((pocketed.before, 91.0), (pocketed.after, 77.0))
     )
-    rows = as_json(replace(pocketed, before=before, after=after))["strategies"]
+    rows = as_json(report_of(replace(pocketed, before=before, after=after)))["strategies"]
     times = {row["strategy"]: row.get("time_s") for row in rows}
     chosen = next(row["strategy"] for row in rows if row["chosen"])
     usual = pocketed.detail.plans[0].usual.strategy
@@ -115,7 +116,7 @@ def test_the_written_and_the_usual_strategy_have_the_times_of_their_programs(poc
 
 
 def test_json_has_the_way_over_one_level_and_every_strategy(pocketed: Outcome) -> None:
-    answer = as_json(pocketed)
+    answer = as_json(report_of(pocketed))
     pocket = answer["pocket"]
     assert (pocket["feed_mm"], pocket["rapid_mm"], pocket["retracts"]) == (175.0, 0.0, 0)
     assert (pocket["uncovered_percent"], pocket["gouge_mm2"], pocket["max_step_over"]) == (0.0, 0.0, 6.0)
@@ -126,11 +127,11 @@ def test_json_has_the_way_over_one_level_and_every_strategy(pocketed: Outcome) -
 
 
 def test_other_work_has_no_pocket_in_its_answer(empty_outcome: Outcome) -> None:
-    assert "pocket" not in as_json(empty_outcome)
+    assert "pocket" not in as_json(report_of(empty_outcome))
 
 
 def test_the_page_is_whole_and_what_files_say_is_harmless(pocketed: Outcome) -> None:
-    html = write_page(pocketed)
+    html = write_page(report_of(pocketed))
     page = Page(html)
     assert "not possible: no <limit> is given" in page.words
     assert all(words in page.words for words in ("zigzag", "contour", "written", "Never lifted".lower(), "simulated"))
@@ -159,7 +160,7 @@ def test_what_is_out_of_reach_and_what_stays_are_found_for_the_picture() -> None
 
 
 def test_the_drawings_as_files_are_those_of_the_usual_and_of_the_written_strategy(pocketed: Outcome) -> None:
-    before, after = path_svg(pocketed, "before"), path_svg(pocketed, "after")
+    before, after = path_svg(report_of(pocketed), "before"), path_svg(report_of(pocketed), "after")
     assert "zigzag" in before and "contour" in after
     assert 'class="rapid"' in before and 'class="rapid"' not in after
 
@@ -167,7 +168,7 @@ def test_the_drawings_as_files_are_those_of_the_usual_and_of_the_written_strateg
 def test_the_summary_begins_with_the_size_of_the_pocket_or_of_the_largest(pocketed: Outcome) -> None:
     def first_words(outcome: Outcome) -> str:
         out = io.StringIO()
-        print_summary(outcome, Console(file=out, width=80, color_system=None))
+        print_summary(report_of(outcome), Console(file=out, width=80, color_system=None))
         name, words, *_ = out.getvalue().split("\n")[1].split(" · ")
         assert name == outcome.part.name
         return words
@@ -180,7 +181,7 @@ def test_the_summary_begins_with_the_size_of_the_pocket_or_of_the_largest(pocket
 
 def test_the_summary_fits_a_terminal(pocketed: Outcome) -> None:
     out = io.StringIO()
-    print_summary(pocketed, Console(file=out, width=80, color_system=None))
+    print_summary(report_of(pocketed), Console(file=out, width=80, color_system=None))
     said = out.getvalue()
     assert all(len(row) <= 80 for row in said.splitlines())
     assert "not possible: no <limit> is given" in said

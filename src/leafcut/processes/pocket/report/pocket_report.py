@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from leafcut.model.outcome import Outcome
-from leafcut.model.process_report import Fact, SummaryTable, Which
+from leafcut.model.fact import Fact, SummaryTable
+from leafcut.model.outcome import Outcome, Which
 from leafcut.model.saving import plain
 from leafcut.model.shown_stock import ShownStock
 from leafcut.model.toolpath import Toolpath

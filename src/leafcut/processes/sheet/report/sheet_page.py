@@ -6,7 +6,6 @@ import re
 from itertools import compress
 
 from leafcut.model.cutting import CutPlan, CutTimes
-from leafcut.model.outcome import Outcome
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.report.cut_words import (
     amounts,
@@ -29,6 +28,7 @@ from leafcut.processes.sheet.report.sheet_drawing import (
 from leafcut.report import views
 from leafcut.report.drawing import RAMP
 from leafcut.report.overview import Tile
+from leafcut.report.path_report import PathReport
 from leafcut.report.views import PageRow
 from leafcut.report.wording import (
     NO_VALUE,
@@ -47,23 +47,23 @@ _LONG_TABLE = 24
 _LEAST_REST = 0.05
 
 
-def order_names(outcome: Outcome[SheetDetail]) -> tuple[str, str, str]:
-    """Return what the three orders are called."""
-    return (said(f"{outcome.shown.came_in.capitalize()} order"), said("Nearest neighbour"), said(views.OURS))
+def order_names(report: PathReport[SheetDetail]) -> tuple[str, str, str]:
+    """Return the names of the three orders."""
+    return (said(f"{report.came_in.capitalize()} order"), said("Nearest neighbour"), said(views.OURS))
 
 
-def sheet_content(outcome: Outcome[SheetDetail], plan: CutPlan) -> PageRow:
+def sheet_content(report: PathReport[SheetDetail], plan: CutPlan) -> PageRow:
     """Return all that the template of a sheet needs."""
-    scene = build_sheet_scene([p for p in outcome.detail.plans if p is not None], outcome.missing)
+    scene = build_sheet_scene([p for p in report.outcome.detail.plans if p is not None], report.outcome.missing)
     return {
-        "drawings": _drawings(outcome, scene),
+        "drawings": _drawings(report, scene),
         "wide": scene.frame.wide,
         "details": [detail(plan, number) for number in looked_at(plan)],
-        "legend": _legend(scene, [p for p in outcome.detail.plans if p is not None]),
-        "times": norm_times(outcome),
-        "orders": _norm_rows(outcome),
-        "common": any(n.sheet.common_mm > 0.0 for n in outcome.detail.norms if n is not None),
-        "facts": facts(outcome, plan),
+        "legend": _legend(scene, [p for p in report.outcome.detail.plans if p is not None]),
+        "times": norm_times(report),
+        "orders": _norm_rows(report),
+        "common": any(n.sheet.common_mm > 0.0 for n in report.outcome.detail.norms if n is not None),
+        "facts": facts(report, plan),
         "parts": _parts(scene, plan),
         "norms": norms_table(plan),
         "data": _data(plan),
@@ -80,19 +80,18 @@ def sheet_size(plan: CutPlan) -> str:
     return f"{'sheet' if sheet.outline is not None else 'cuts on'} {x1 - x0:.4g} × {y1 - y0:.4g} mm"
 
 
-def cards(outcome: Outcome[SheetDetail]) -> list[PageRow]:
+def cards(report: PathReport[SheetDetail]) -> list[PageRow]:
     """Return the three orders as the cards at the head show them."""
-    rows = zip(order_names(outcome), outcome.shown.stated(), strict=True)
-    return views.cards(outcome, [(name, measure) for name, measure in rows if measure is not None])
+    return views.cards(report.outcome, report.orders())
 
 
-def saved(outcome: Outcome[SheetDetail], plan: CutPlan) -> PageRow:
+def saved(report: PathReport[SheetDetail], plan: CutPlan) -> PageRow:
     """Return the large figure and the words around it."""
-    row = views.saved(outcome)
-    seconds, quantity = outcome.before.time_s - outcome.after.time_s, plan.measures.quantity
-    first = outcome.detail.norms[0]
-    words = [f"{percent_words(abs(outcome.saved_percent))} {'more' if row['worse'] else 'less'} machine time"]
-    if not outcome.before.time_s > 0.0:
+    row = views.saved(report.outcome, report.came_in, report.bound_words())
+    seconds, quantity = report.outcome.before.time_s - report.outcome.after.time_s, plan.measures.quantity
+    first = report.outcome.detail.norms[0]
+    words = [f"{percent_words(abs(report.outcome.saved_percent))} {'more' if row['worse'] else 'less'} machine time"]
+    if not report.outcome.before.time_s > 0.0:
         return {**row, "percent": "There is nothing to cut."}
     if seconds > 0.0:
         sheets = f"the batch of {quantity:,} sheets" if quantity > 1 else "100 sheets"
@@ -108,22 +107,22 @@ def saved(outcome: Outcome[SheetDetail], plan: CutPlan) -> PageRow:
 # -- drawings --------------------------------------------------------------------------------------------------------
 
 
-def plan_words(outcome: Outcome[SheetDetail], which: int) -> str:
+def plan_words(report: PathReport[SheetDetail], which: int) -> str:
     """Return the title of a drawing, 0 before, 1 nearest neighbour, 2 after."""
-    orders = (f"the {outcome.shown.came_in}’s order", "nearest-neighbour order", "leafcut’s order")
-    return f"Cuts of {clean(outcome.part.name)} in {orders[which]}"
+    orders = (f"the {report.came_in}’s order", "nearest-neighbour order", "leafcut’s order")
+    return f"Cuts of {clean(report.outcome.part.name)} in {orders[which]}"
 
 
-def _drawings(outcome: Outcome[SheetDetail], scene: SheetScene) -> list[PageRow]:
-    captions = (f"Before: the {outcome.shown.came_in}’s order", "Nearest neighbour", "After: leafcut")
+def _drawings(report: PathReport[SheetDetail], scene: SheetScene) -> list[PageRow]:
+    captions = (f"Before: the {report.came_in}’s order", "Nearest neighbour", "After: leafcut")
     rows: list[PageRow] = []
     # The page reads from left to right and on: before and after stand side by side, the third order under them.
     for which in (0, 2, 1):
-        plan = outcome.detail.plans[which]
+        plan = report.outcome.detail.plans[which]
         if plan is None:
             continue
         name = ("before", "nearest", "after")[which]
-        words = plan_words(outcome, which)
+        words = plan_words(report, which)
         svg = sheet_drawing(scene, plan, name, words, parts="#sheet-parts" if rows else "=sheet-parts")
         way = f"{length_words(plan.measures.sheet.rapid_mm)} between the cuts"
         rows.append({"caption": captions[which], "way": way, "svg": svg})
@@ -151,23 +150,23 @@ def _legend(scene: SheetScene, plans: list[CutPlan]) -> PageRow:
 # -- time norm and cost ----------------------------------------------------------------------------------------------
 
 
-def norm_times(outcome: Outcome[SheetDetail]) -> PageRow:
+def norm_times(report: PathReport[SheetDetail]) -> PageRow:
     """Return the seconds of cutting, piercing and rapids of the three orders, with stacked bars."""
     kinds = {"feed": said("cutting"), "dwell": said("piercing"), "rapid": said("rapids")}
     rows = [
         (name, {"feed": t.cut_s, "dwell": t.pierce_s, "rapid": t.rapid_s}, time_words(t.total_s))
-        for name, t in _known_norms(outcome)
+        for name, t in _known_norms(report)
     ]
     return views.stacked(kinds, rows)
 
 
-def _known_norms(outcome: Outcome[SheetDetail]) -> list[tuple[str, CutTimes]]:
-    norms = zip(order_names(outcome), outcome.detail.norms, strict=True)
+def _known_norms(report: PathReport[SheetDetail]) -> list[tuple[str, CutTimes]]:
+    norms = zip(order_names(report), report.outcome.detail.norms, strict=True)
     return [(name, norm.sheet) for name, norm in norms if norm is not None]
 
 
-def _norm_rows(outcome: Outcome[SheetDetail]) -> list[PageRow]:
-    bars = norm_times(outcome)["rows"]
+def _norm_rows(report: PathReport[SheetDetail]) -> list[PageRow]:
+    bars = norm_times(report)["rows"]
     return [
         {
             **bar,
@@ -176,7 +175,7 @@ def _norm_rows(outcome: Outcome[SheetDetail]) -> list[PageRow]:
             "way": length_words(t.rapid_mm),
             "path": length_words(t.length_mm),
         }
-        for bar, (_, t) in zip(bars, _known_norms(outcome), strict=True)
+        for bar, (_, t) in zip(bars, _known_norms(report), strict=True)
     ]
 
 
@@ -189,7 +188,7 @@ def _time_cells(times: CutTimes) -> dict[str, str]:
     }
 
 
-def facts(outcome: Outcome[SheetDetail], plan: CutPlan) -> list[Tile]:
+def facts(report: PathReport[SheetDetail], plan: CutPlan) -> list[Tile]:
     """Return the figures of a sheet: (name, figure, words under it)."""
     norm, times = plan.measures, plan.measures.sheet
     cut, pierced = length_words(times.cut_mm), time_words(times.pierce_s)
@@ -204,7 +203,7 @@ def facts(outcome: Outcome[SheetDetail], plan: CutPlan) -> list[Tile]:
         parts = said("{area} m² of parts", area=f"{area:.3g}")
         found.append((said("Sheet used"), percent_words(100.0 * norm.utilisation), parts))
     if norm.cost > 0.0:
-        found.append((said("Cost of a sheet"), money_words(norm.cost), _cost_before(outcome)))
+        found.append((said("Cost of a sheet"), money_words(norm.cost), _cost_before(report)))
     if norm.quantity > 1:
         every = said("all sheets, one after the other")
         cost = said("cost {cost}", cost=money_words(norm.batch_cost)) if norm.cost > 0.0 else every
@@ -221,9 +220,9 @@ def _path_words(times: CutTimes) -> str:
     return said("perimeters + {between} between", between=between)
 
 
-def _cost_before(outcome: Outcome[SheetDetail]) -> str:
-    first = outcome.detail.norms[0]
-    return said(f"{{cost}} in the {outcome.shown.came_in}’s order", cost=money_words(first.cost))
+def _cost_before(report: PathReport[SheetDetail]) -> str:
+    first = report.outcome.detail.norms[0]
+    return said(f"{{cost}} in the {report.came_in}’s order", cost=money_words(first.cost))
 
 
 # -- parts -----------------------------------------------------------------------------------------------------------

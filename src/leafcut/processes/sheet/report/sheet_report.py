@@ -6,9 +6,9 @@ from dataclasses import replace
 from typing import Any
 
 from leafcut.model.cutting import CutMeasures, CutPlan
+from leafcut.model.fact import Fact
 from leafcut.model.measure import Measure
-from leafcut.model.outcome import Outcome
-from leafcut.model.process_report import Fact, Which
+from leafcut.model.outcome import Outcome, Which
 from leafcut.model.shown_stock import CUT_THROUGH, ShownStock
 from leafcut.processes.sheet.model import SheetDetail
 from leafcut.processes.sheet.report import sheet_page
@@ -88,10 +88,10 @@ class SheetReport(PathReport[SheetDetail]):
 
     def overview(self) -> dict[str, Any]:
         """Return time and cost, where the time goes, and the parts."""
-        outcome, plan = self.outcome, self.outcome.detail.plan
+        plan = self.outcome.detail.plan
         return overview(
-            sheet_page.facts(outcome, plan),
-            sheet_page.norm_times(outcome),
+            sheet_page.facts(self, plan),
+            sheet_page.norm_times(self),
             sheet_page.parts_table(plan),
             sheet_page.norms_table(plan),
         )
@@ -105,16 +105,16 @@ class SheetReport(PathReport[SheetDetail]):
         plan = self.outcome.detail.plan
         return {
             "size": sheet_page.sheet_size(plan),
-            "saved": sheet_page.saved(self.outcome, plan),
-            "orders": sheet_page.cards(self.outcome),
+            "saved": sheet_page.saved(self, plan),
+            "orders": sheet_page.cards(self),
             "way": "Between cuts",
-            "sheet": sheet_page.sheet_content(self.outcome, plan),
+            "sheet": sheet_page.sheet_content(self, plan),
         }
 
     def drawing(self, which: Which) -> str:
         """Return the cuts in an order on the sheet."""
         known = [plan for plan in self.outcome.detail.plans if plan is not None]
-        words = sheet_page.plan_words(self.outcome, 0 if which == "before" else 2)
+        words = sheet_page.plan_words(self, 0 if which == "before" else 2)
         return sheet_drawing(build_sheet_scene(known, self.outcome.missing), self.plan(which), which, words, size=True)
 
     def plan(self, which: Which) -> CutPlan:
